@@ -1,0 +1,33 @@
+# Flags for our own targets alone: warnings, sanitizers, clang-tidy. Nothing here reaches a user of rivid.
+
+option(RIVID_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
+option(RIVID_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+option(RIVID_TIDY "Run clang-tidy on the library and the apps" OFF)
+
+function(rivid_developer_flags target)
+  target_compile_options(
+    ${target}
+    PRIVATE -Wall
+            -Wextra
+            -Wpedantic
+            -Wshadow
+            -Wconversion
+            -Wsign-conversion
+            -Wold-style-cast
+            -Wnon-virtual-dtor
+            -Wdouble-promotion
+            $<$<BOOL:${RIVID_WARNINGS_AS_ERRORS}>:-Werror>)
+  if(RIVID_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=all
+                                             -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=address,undefined)
+  endif()
+endfunction()
+
+# clang-tidy costs minutes, so it looks at src/ and apps/ only, and only when asked.
+function(rivid_tidy target)
+  if(RIVID_TIDY)
+    find_program(RIVID_CLANG_TIDY NAMES clang-tidy-19 clang-tidy REQUIRED)
+    set_target_properties(${target} PROPERTIES CXX_CLANG_TIDY "${RIVID_CLANG_TIDY}")
+  endif()
+endfunction()

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "rivid/model/parameters.hpp"
+
+namespace rivid {
+
+/// Geometry of a serial chain as the kernels read it.
+///
+/// Frame j is fixed to link j, its origin lies on the axis of joint j and its z axis along it: a revolute joint
+/// turns frame j about z, a prismatic one moves it along z. A URDF whose joint axis is x, y or a negative axis is
+/// brought to this form by renaming axes, see Link::axes.
+struct Chain {
+  struct Link {
+    JointType type = JointType::revolute;
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< orientation of frame j in frame j−1 at q_j = 0
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();      ///< origin of frame j in frame j−1 at q_j = 0 [m]
+    /// The user's link frame has the origin of frame j and its axes, renamed: component k of a vector in the link
+    /// frame is signs[k] times component axes[k] in frame j. Standard parameters are told in the link frame.
+    std::array<int, 3> axes = {0, 1, 2};
+    std::array<int, 3> signs = {1, 1, 1};
+  };
+
+  std::vector<Link> links;                         ///< links 1…n, base to tip
+  Eigen::Vector3d gravity = {0.0, 0.0, -9.80665};  ///< acceleration of free fall in the base frame [m/s²]
+
+  [[nodiscard]] Index joints() const { return static_cast<Index>(links.size()); }
+};
+
+/// Where one inertial parameter of the link frame stands among the columns of frame j.
+struct InertialColumn {
+  int index = 0;  ///< 0…9: XX XY XZ YY YZ ZZ MX MY MZ M of frame j
+  int sign = 1;
+};
+
+/// Column of frame j that belongs to the link-frame parameter `kind` (one of the ten inertial ones).
+[[nodiscard]] InertialColumn inertial_column(const Chain::Link& link, ParameterKind kind);
+
+}  // namespace rivid

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "rivid/types.hpp"
+
+namespace rivid {
+
+enum class JointType { revolute, prismatic };
+
+/// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction.
+enum class ParameterKind {
+  XX,
+  XY,
+  XZ,
+  YY,
+  YZ,
+  ZZ,
+  MX,
+  MY,
+  MZ,
+  M,
+  Ia,
+  Fv,
+  Fc,
+  off,
+  Fv_plus,
+  Fc_plus,
+  Fv_minus,
+  Fc_minus
+};
+
+/// Number of inertial parameters of a link: XX XY XZ YY YZ ZZ MX MY MZ M.
+inline constexpr int inertial_count = 10;
+
+/// The inertial parameters of one link in the order of Eq. (3): inertia tensor about the ORIGIN of the link's
+/// frame (not about its centre of mass) [kg·m²], first moments [kg·m], mass [kg].
+using Inertial = Eigen::Matrix<double, inertial_count, 1>;
+
+/// One standard parameter of a robot.
+struct StandardParameter {
+  ParameterKind kind = ParameterKind::XX;
+  int joint = 0;  ///< counted from 0; the name counts from 1, as the field does
+
+  /// "ZZ1", "Ia2", "Fv+1", …
+  [[nodiscard]] std::string name() const;
+};
+
+/// "XX", "Ia", "Fv+", …
+[[nodiscard]] std::string_view symbol(ParameterKind kind);
+
+/// SI unit of a parameter of that kind on the joint side: "kg·m²", "N·m·s/rad", …
+[[nodiscard]] std::string_view unit(ParameterKind kind, JointType type);
+
+/// Inertial parameters from what a CAD system or a URDF tells.
+///
+/// @param mass    [kg]
+/// @param com     centre of mass in the link's frame [m]
+/// @param I_com   inertia tensor about the centre of mass, in the axes of the link's frame [kg·m²]
+[[nodiscard]] Inertial inertial_from_com(double mass, const Eigen::Vector3d& com,
+                                         const Eigen::Matrix3d& I_com);
+
+/// Inertial parameters of the same body in another frame.
+///
+/// @param R  orientation of the present frame in the new one
+/// @param p  origin of the present frame in the new one [m]
+[[nodiscard]] Inertial transformed(const Inertial& inertial, const Eigen::Matrix3d& R,
+                                   const Eigen::Vector3d& p);
+
+}  // namespace rivid
