@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rivid/model/robot.hpp"
+
+namespace rivid {
+
+/// One base parameter: a standard parameter, and those that move the robot in no other way than it does.
+struct BaseParameter {
+  StandardParameter leading;
+  std::string name;       ///< "ZZ1R", with R where something is regrouped into it; else "MX2"
+  std::string regrouped;  ///< "ZZ1 + Ia1 + 0.25 M2"; the name itself where nothing is
+  std::string unit;       ///< SI, joint side
+};
+
+/// Base parameters of a robot, Eqs. (4–6) of [RIV]: the b ≤ N_s combinations of the standard parameters that
+/// the torques can show at all.
+struct BaseParameters {
+  std::vector<BaseParameter> parameters;    ///< (b), in the order of the standard parameters that lead them
+  std::vector<StandardParameter> standard;  ///< (N_s)
+  std::vector<Index> leading;               ///< (b) indices into standard, ascending
+  std::vector<Index> dependent;             ///< (N_s − b) the others
+  Matrix K;                                 ///< (b × N_s − b): χ = χ_leading + K χ_dependent
+
+  /// The rank decision: the smallest part of a kept column that was independent of the columns before it, and the
+  /// largest of a dropped one, both relative to the column's norm. A clear decision lies many decades between them.
+  double smallest_kept = 1.0;
+  double largest_dropped = 0.0;
+
+  [[nodiscard]] Index size() const { return static_cast<Index>(parameters.size()); }
+
+  /// Leading standard parameters in the order of `parameters`: the columns of the base regressor.
+  [[nodiscard]] std::vector<StandardParameter> columns() const;
+
+  /// χ of Eq. (6) from standard parameters, (N_s) → (b).
+  [[nodiscard]] Vector from_standard(const Eigen::Ref<const Vector>& chi_st) const;
+
+  /// One standard vector with these base parameters, (b) → (N_s): the regrouped values in the places of the
+  /// leading parameters and zero elsewhere. It gives the right torques, though no link need be a physical body.
+  [[nodiscard]] Vector to_standard(const Eigen::Ref<const Vector>& chi) const;
+};
+
+struct BaseParametersOptions {
+  int samples = 60;           ///< random states
+  std::uint64_t seed = 1991;  ///< of std::mt19937_64
+  /// A column counts as dependent when less than this fraction of it is independent of those kept.
+  double tolerance = 1e-9;
+
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// Base parameters by the numerical method of Gautier (1991): IDM_st at random states is factored by Householder
+/// QR, the columns scanned in the order that keeps the parameters of the closed-form rules of Gautier & Khalil
+/// (1990): XX XY XZ YZ ZZ MX MY of links 1…n, YY MZ M of links 1…n, then rotor inertias, then friction.
+///
+/// @throws InputError where the robot or an option can not be used
+[[nodiscard]] BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options = {});
+
+}  // namespace rivid

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "rivid/model/robot.hpp"
+#include "rivid/regressor/regressor.hpp"
+
+namespace rivid {
+
+/// A choice of standard parameters whose regressor columns are wanted, laid out so that the rows of each joint
+/// hold only the columns that this joint can feel: the inertial parameters of links j ≥ i, and its own rotor
+/// inertia and friction. This is the block upper triangular structure of IDM, with the zero blocks left out.
+class RegressorColumns {
+ public:
+  /// Entry of joint i's row from an inertial column of frame j.
+  struct InertialEntry {
+    int index = 0;     ///< in the ten columns of frame j
+    double sign = 1;   ///< −1 where the link frame's axis is the reverse of frame j's
+    Index column = 0;  ///< within the joint's own columns, see of_joint()
+  };
+  /// Entry of joint i's row from its own rotor inertia or friction.
+  struct JointEntry {
+    ParameterKind kind = ParameterKind::Ia;
+    Index column = 0;
+  };
+
+  /// @param parameters  columns in the order of the regressor wanted, (b)
+  RegressorColumns(const Robot& robot, std::span<const StandardParameter> parameters);
+
+  [[nodiscard]] Index size() const { return size_; }
+  [[nodiscard]] std::span<const InertialMask> wanted() const { return wanted_; }
+
+  /// Columns that joint i's rows touch: indices into the choice, ascending.
+  [[nodiscard]] const std::vector<Index>& of_joint(std::size_t i) const { return joints_[i].columns; }
+
+  /// Fills the rows of all joints at one instant.
+  ///
+  /// @param put  called as put(i, column, value) for every entry of joint i's row; column counts in of_joint(i)
+  template <typename Scalar, typename Put>
+  void rows(const Chain& chain, const State<Scalar>& state, RegressorWorkspace<Scalar>& workspace,
+            Put&& put) const {
+    const std::size_t n = joints_.size();
+    inertial_regressor(chain, state, wanted(), workspace,
+                       [&](std::size_t i, std::size_t j, const detail::InertialEntries<Scalar>& entries) {
+                         for (const InertialEntry& e : joints_[i].blocks[j - i]) {
+                           put(i, e.column, Scalar(e.sign) * entries[static_cast<std::size_t>(e.index)]);
+                         }
+                       });
+    for (std::size_t i = 0; i < n; ++i) {
+      for (const JointEntry& e : joints_[i].own) {
+        put(i, e.column,
+            e.kind == ParameterKind::Ia ? state.qdd[i] : friction_entry<Scalar>(e.kind, state.qd[i]));
+      }
+    }
+  }
+
+ private:
+  struct JointRow {
+    std::vector<Index> columns;
+    std::vector<std::vector<InertialEntry>> blocks;  // for links i, i + 1, …, n − 1
+    std::vector<JointEntry> own;
+  };
+
+  Index size_ = 0;
+  std::vector<InertialMask> wanted_;
+  std::vector<JointRow> joints_;
+};
+
+}  // namespace rivid

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "rivid/solve/streaming_qr.hpp"
+
+namespace rivid {
+
+/// Rows of a linear system that share a scale of error and touch the same columns: in rivid, those of one joint.
+struct RowGroup {
+  std::vector<Index> columns;  ///< that the rows touch, ascending
+  StreamingQr qr;              ///< factor of these columns and Y
+};
+
+/// Least-squares solution of the rows of several groups.
+struct LeastSquares {
+  Vector chi;  ///< (b); not a number where the data do not determine the entry
+  Matrix R;    ///< (b × b) upper triangular factor of all rows; C = sigma² R⁻¹ R⁻ᵀ
+  Index rank = 0;
+  std::vector<std::vector<Index>> undetermined;  ///< sets of columns that the rows can not tell apart
+  double smallest_pivot = 0.0;  ///< of R with its columns brought to norm 1; what the rank decision looked at
+  double condition = 0.0;       ///< of the matrix of all rows
+
+  [[nodiscard]] bool full_rank() const { return rank == chi.size(); }
+  /// Diagonal of R⁻¹ R⁻ᵀ: variances per unit of residual variance, (b); infinite where undetermined.
+  [[nodiscard]] Vector unit_variances() const;
+};
+
+/// χ̂ = argmin Σ_g ‖weights_g (Y_g − W_g χ)‖², Eq. (15) of [RIV]: the triangles of the groups are stacked and
+/// factored once more by Eigen's HouseholderQR; no row is looked at again, no normal equations are formed.
+///
+/// @param groups   at least one
+/// @param columns  b
+/// @param weights  (number of groups), each positive
+[[nodiscard]] LeastSquares least_squares(std::span<const RowGroup> groups, Index columns,
+                                         std::span<const double> weights);
+
+/// Standard deviation of the error of each group's rows, from a fit to this group alone, Eq. (20) of [RIV]; the
+/// rank of the group's own columns counts for the degrees of freedom. Never zero: rows that fit to rounding get the
+/// rounding error of Y.
+[[nodiscard]] std::vector<double> group_sigmas(std::span<const RowGroup> groups);
+
+/// Norm and sum of the weighted residual over all groups.
+struct Residual {
+  double norm = 0.0;
+  double sum = 0.0;
+  double y_norm = 0.0;
+  Index rows = 0;
+};
+[[nodiscard]] Residual residual(std::span<const RowGroup> groups, const Eigen::Ref<const Vector>& chi,
+                                std::span<const double> weights);
+
+}  // namespace rivid

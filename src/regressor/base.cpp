@@ -1,0 +1,226 @@
+#include "rivid/regressor/base.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <random>
+
+#include "rivid/error.hpp"
+#include "rivid/regressor/columns.hpp"
+
+namespace rivid {
+
+namespace {
+
+// Place of an inertial parameter in the scan: its rank among the ten columns of frame j, and the pass it belongs to.
+struct ScanPlace {
+  int pass;
+  int joint;
+  int rank;
+  auto operator<=>(const ScanPlace&) const = default;
+};
+
+ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
+  if (p.kind == ParameterKind::Ia) {
+    return {2, p.joint, 0};
+  }
+  if (p.kind > ParameterKind::Ia) {
+    return {3, p.joint, static_cast<int>(p.kind)};
+  }
+  // By the axes of frame j, whose z is the joint's: the rules speak of those, whatever the link frame calls them.
+  const int column = inertial_column(robot.chain.links[static_cast<std::size_t>(p.joint)], p.kind).index;
+  constexpr std::array<int, 10> pass = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1};
+  return {pass[static_cast<std::size_t>(column)], p.joint, column};
+}
+
+// IDM_st at random states, (n samples × N_s).
+Matrix random_regressor(const Robot& robot, std::span<const StandardParameter> standard,
+                        const BaseParametersOptions& options) {
+  const RegressorColumns columns(robot, standard);
+  const auto n = static_cast<std::size_t>(robot.size());
+  Matrix W = Matrix::Zero(options.samples * robot.size(), columns.size());
+  RegressorWorkspace<double> workspace(robot.chain);
+  std::mt19937_64 random(options.seed);
+  std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
+  std::vector<double> q(n);
+  std::vector<double> qd(n);
+  std::vector<double> qdd(n);
+  for (int k = 0; k < options.samples; ++k) {
+    for (std::size_t j = 0; j < n; ++j) {
+      q[j] = symmetric(random) * (robot.chain.links[j].type == JointType::revolute ? 3.14159 : 1.0);
+      qd[j] = 3.0 * symmetric(random);
+      qdd[j] = 10.0 * symmetric(random);
+    }
+    columns.rows(
+        robot.chain, State<double>{q, qd, qdd}, workspace, [&](std::size_t i, Index column, double value) {
+          W(k * robot.size() + static_cast<Index>(i), columns.of_joint(i)[static_cast<std::size_t>(column)]) =
+              value;
+        });
+  }
+  return W;
+}
+
+struct Scan {
+  std::vector<Index> kept;     // columns in scan order
+  std::vector<Index> dropped;  // columns in scan order
+  Matrix K;                    // (kept × dropped)
+  double smallest_kept = 1.0;
+  double largest_dropped = 0.0;
+};
+
+// Householder QR that passes over columns which depend on those before them. Plain QR would spend a reflector on
+// the rounding noise of such a column, and column pivoting would choose the parameters by their norms.
+Scan scan_columns(Matrix W, std::span<const Index> order, double tolerance) {
+  Scan scan;
+  Matrix kept_R = Matrix::Zero(W.cols(), W.cols());
+  Matrix dropped_R = Matrix::Zero(W.cols(), W.cols());
+  std::vector<Vector> reflectors;
+  std::vector<double> taus;
+  for (const Index c : order) {
+    Vector column = W.col(c);
+    const double norm = column.norm();
+    double workspace = 0.0;
+    for (std::size_t r = 0; r < reflectors.size(); ++r) {
+      column.tail(column.size() - static_cast<Index>(r))
+          .applyHouseholderOnTheLeft(reflectors[r], taus[r], &workspace);
+    }
+    const auto rank = static_cast<Index>(reflectors.size());
+    const double independent =
+        norm > 0.0 && rank < column.size() ? column.tail(column.size() - rank).norm() / norm : 0.0;
+    if (independent > tolerance) {
+      scan.smallest_kept = std::min(scan.smallest_kept, independent);
+      double tau = 0.0;
+      double beta = 0.0;
+      Vector essential(column.size() - rank - 1);
+      column.tail(column.size() - rank).makeHouseholder(essential, tau, beta);
+      kept_R.col(rank).head(rank) = column.head(rank);
+      kept_R(rank, rank) = beta;
+      reflectors.push_back(std::move(essential));
+      taus.push_back(tau);
+      scan.kept.push_back(c);
+    } else {
+      scan.largest_dropped = std::max(scan.largest_dropped, independent);
+      dropped_R.col(static_cast<Index>(scan.dropped.size())).head(rank) = column.head(rank);
+      scan.dropped.push_back(c);
+    }
+  }
+  const auto b = static_cast<Index>(scan.kept.size());
+  const auto d = static_cast<Index>(scan.dropped.size());
+  scan.K = kept_R.topLeftCorner(b, b).triangularView<Eigen::Upper>().solve(dropped_R.topLeftCorner(b, d));
+  return scan;
+}
+
+// Rounding noise of the factorisation is not a regrouping: entries below this are zero.
+constexpr double coefficient_noise = 1e-9;
+
+std::string coefficient(double value) {
+  if (std::abs(value - 1.0) < coefficient_noise) {
+    return "";
+  }
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g ", value);
+  return text.data();
+}
+
+BaseParameter described(const Robot& robot, const BaseParameters& base, Index row) {
+  const StandardParameter& leading =
+      base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(row)])];
+  BaseParameter out;
+  out.leading = leading;
+  out.regrouped = leading.name();
+  for (Index c = 0; c < base.K.cols(); ++c) {
+    const double k = base.K(row, c);
+    if (k != 0.0) {
+      out.regrouped +=
+          (k < 0.0 ? " - " : " + ") + coefficient(std::abs(k)) +
+          base.standard[static_cast<std::size_t>(base.dependent[static_cast<std::size_t>(c)])].name();
+    }
+  }
+  out.name = leading.name() + (out.regrouped == leading.name() ? "" : "R");
+  out.unit = unit(leading.kind, robot.joints[static_cast<std::size_t>(leading.joint)].type);
+  return out;
+}
+
+}  // namespace
+
+std::vector<StandardParameter> BaseParameters::columns() const {
+  std::vector<StandardParameter> out;
+  for (const BaseParameter& p : parameters) {
+    out.push_back(p.leading);
+  }
+  return out;
+}
+
+Vector BaseParameters::from_standard(const Eigen::Ref<const Vector>& chi_st) const {
+  if (chi_st.size() != static_cast<Index>(standard.size())) {
+    throw InputError("from_standard: chi_st has " + std::to_string(chi_st.size()) + " entries, must have " +
+                     std::to_string(standard.size()));
+  }
+  return chi_st(leading) + K * chi_st(dependent);
+}
+
+Vector BaseParameters::to_standard(const Eigen::Ref<const Vector>& chi) const {
+  if (chi.size() != size()) {
+    throw InputError("to_standard: chi has " + std::to_string(chi.size()) + " entries, must have " +
+                     std::to_string(size()));
+  }
+  Vector chi_st = Vector::Zero(static_cast<Index>(standard.size()));
+  chi_st(leading) = chi;
+  return chi_st;
+}
+
+std::optional<std::string> BaseParametersOptions::complaint() const {
+  if (samples < 20) {
+    return "samples is " + std::to_string(samples) + ", must be at least 20";
+  }
+  if (!(tolerance > 0.0 && tolerance < 1.0)) {
+    return "tolerance is " + std::to_string(tolerance) + ", must lie between 0 and 1";
+  }
+  return std::nullopt;
+}
+
+BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options) {
+  if (const auto complaint = robot.complaint()) {
+    throw InputError("base_parameters: " + *complaint);
+  }
+  if (const auto complaint = options.complaint()) {
+    throw InputError("base_parameters: " + *complaint);
+  }
+  BaseParameters base;
+  base.standard = robot.standard_parameters();
+  std::vector<Index> order(base.standard.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::ranges::stable_sort(
+      order, {}, [&](Index c) { return scan_place(robot, base.standard[static_cast<std::size_t>(c)]); });
+
+  const Scan scan = scan_columns(random_regressor(robot, base.standard, options), order, options.tolerance);
+  base.smallest_kept = scan.smallest_kept;
+  base.largest_dropped = scan.largest_dropped;
+
+  // Back from the order of the scan to that of the standard parameters.
+  const auto ascending = [](const std::vector<Index>& columns) {
+    std::vector<Index> places(columns.size());
+    std::iota(places.begin(), places.end(), Index{0});
+    std::ranges::sort(places, {}, [&](Index i) { return columns[static_cast<std::size_t>(i)]; });
+    return places;
+  };
+  const std::vector<Index> kept = ascending(scan.kept);
+  const std::vector<Index> dropped = ascending(scan.dropped);
+  for (const Index i : kept) {
+    base.leading.push_back(scan.kept[static_cast<std::size_t>(i)]);
+  }
+  for (const Index i : dropped) {
+    base.dependent.push_back(scan.dropped[static_cast<std::size_t>(i)]);
+  }
+  base.K = scan.K(kept, dropped);
+  base.K = (base.K.array().abs() < coefficient_noise).select(0.0, base.K);
+  for (Index row = 0; row < static_cast<Index>(base.leading.size()); ++row) {
+    base.parameters.push_back(described(robot, base, row));
+  }
+  return base;
+}
+
+}  // namespace rivid

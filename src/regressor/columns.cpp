@@ -1,0 +1,31 @@
+#include "rivid/regressor/columns.hpp"
+
+namespace rivid {
+
+RegressorColumns::RegressorColumns(const Robot& robot, std::span<const StandardParameter> parameters)
+    : size_(static_cast<Index>(parameters.size())),
+      wanted_(robot.chain.links.size(), 0),
+      joints_(robot.chain.links.size()) {
+  const std::size_t n = joints_.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    joints_[i].blocks.resize(n - i);
+  }
+  for (std::size_t c = 0; c < parameters.size(); ++c) {
+    const auto j = static_cast<std::size_t>(parameters[c].joint);
+    if (parameters[c].kind >= ParameterKind::Ia) {
+      joints_[j].own.push_back({parameters[c].kind, static_cast<Index>(joints_[j].columns.size())});
+      joints_[j].columns.push_back(static_cast<Index>(c));
+      continue;
+    }
+    const InertialColumn at = inertial_column(robot.chain.links[j], parameters[c].kind);
+    wanted_[j] = static_cast<InertialMask>(wanted_[j] | (1U << at.index));
+    for (std::size_t i = 0; i <= j; ++i) {
+      JointRow& row = joints_[i];
+      row.blocks[j - i].push_back(
+          {at.index, static_cast<double>(at.sign), static_cast<Index>(row.columns.size())});
+      row.columns.push_back(static_cast<Index>(c));
+    }
+  }
+}
+
+}  // namespace rivid

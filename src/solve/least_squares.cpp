@@ -1,0 +1,153 @@
+#include "rivid/solve/least_squares.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace rivid {
+
+namespace {
+
+// The columns of a factor brought to norm 1, so that units do not decide about rank.
+struct Scaled {
+  Matrix R;
+  Vector norms;  // 1 where a column is zero
+};
+
+Scaled column_scaled(const Eigen::Ref<const Matrix>& R) {
+  Vector norms = R.colwise().norm();
+  norms = (norms.array() > 0.0).select(norms, 1.0);
+  return {R * norms.cwiseInverse().asDiagonal(), norms};
+}
+
+// A pivot is noise when it lies below the rounding errors that the factorisation of all rows leaves.
+double rank_tolerance(Index rows, Index columns) {
+  return 16.0 * std::numeric_limits<double>::epsilon() *
+         std::sqrt(static_cast<double>(std::max<Index>(rows, 1) * std::max<Index>(columns, 1)));
+}
+
+// Sets of columns that a null space ties together, as a null vector with several entries says.
+std::vector<std::vector<Index>> tied_columns(const Matrix& null_space) {
+  constexpr double noise = 1e-6;
+  const Index b = null_space.rows();
+  // Projector onto the null space: its entry (i, k) is not zero when columns i and k take part in one dependency.
+  const Matrix P = null_space * null_space.transpose();
+  std::vector<std::vector<Index>> sets;
+  std::vector<bool> seen(static_cast<std::size_t>(b), false);
+  for (Index start = 0; start < b; ++start) {
+    if (seen[static_cast<std::size_t>(start)] || P(start, start) < noise) {
+      continue;
+    }
+    std::vector<Index> set = {start};
+    seen[static_cast<std::size_t>(start)] = true;
+    for (std::size_t head = 0; head < set.size(); ++head) {
+      for (Index k = 0; k < b; ++k) {
+        if (!seen[static_cast<std::size_t>(k)] && std::abs(P(set[head], k)) > noise) {
+          seen[static_cast<std::size_t>(k)] = true;
+          set.push_back(k);
+        }
+      }
+    }
+    std::ranges::sort(set);
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+Index total_rows(std::span<const RowGroup> groups) {
+  return std::accumulate(groups.begin(), groups.end(), Index{0},
+                         [](Index sum, const RowGroup& g) { return sum + g.qr.rows(); });
+}
+
+}  // namespace
+
+Vector LeastSquares::unit_variances() const {
+  Vector out = Vector::Constant(chi.size(), std::numeric_limits<double>::infinity());
+  if (full_rank()) {
+    const Matrix inverse = R.triangularView<Eigen::Upper>().solve(Matrix::Identity(chi.size(), chi.size()));
+    out = inverse.rowwise().squaredNorm();
+  }
+  return out;
+}
+
+LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
+  Matrix stacked = Matrix::Zero(
+      std::max(columns, std::accumulate(groups.begin(), groups.end(), Index{0},
+                                        [](Index sum, const RowGroup& g) { return sum + g.qr.columns(); })),
+      columns + 1);
+  Index first = 0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const Index count = groups[g].qr.columns();
+    const Matrix R = weights[g] * groups[g].qr.R();
+    for (Index c = 0; c < count; ++c) {
+      stacked.col(groups[g].columns[static_cast<std::size_t>(c)]).segment(first, c + 1) =
+          R.col(c).head(c + 1);
+    }
+    stacked.col(columns).segment(first, count) = weights[g] * groups[g].qr.qty();
+    first += count;
+  }
+  const Eigen::HouseholderQR<Eigen::Ref<Matrix>> qr(stacked);
+
+  LeastSquares out;
+  out.R = stacked.topLeftCorner(columns, columns).triangularView<Eigen::Upper>();
+  const Vector qty = stacked.col(columns).head(columns);
+  out.condition = [&] {
+    const Vector s = Eigen::BDCSVD<Matrix>(out.R).singularValues();
+    return s[columns - 1] > 0.0 ? s[0] / s[columns - 1] : std::numeric_limits<double>::infinity();
+  }();
+
+  const Scaled scaled = column_scaled(out.R);
+  Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
+  pivoted.setThreshold(rank_tolerance(total_rows(groups), columns));
+  out.rank = pivoted.rank();
+  out.smallest_pivot = std::abs(pivoted.matrixR()(columns - 1, columns - 1));
+  if (out.rank == columns) {
+    out.chi = out.R.triangularView<Eigen::Upper>().solve(qty);
+    return out;
+  }
+  // What lies in the null space can not be told; the other entries are unique all the same.
+  const Eigen::BDCSVD<Matrix> svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
+  out.undetermined = tied_columns(svd.matrixV().rightCols(columns - out.rank));
+  out.chi = pivoted.solve(qty).cwiseQuotient(scaled.norms);
+  for (const std::vector<Index>& set : out.undetermined) {
+    for (const Index c : set) {
+      out.chi[c] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return out;
+}
+
+std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
+  std::vector<double> out;
+  for (const RowGroup& group : groups) {
+    const Index rows = group.qr.rows();
+    const Scaled scaled = column_scaled(group.qr.R());
+    Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
+    pivoted.setThreshold(rank_tolerance(rows, group.qr.columns()));
+    const Vector chi = pivoted.solve(group.qr.qty()).cwiseQuotient(scaled.norms);
+    const auto freedom = static_cast<double>(std::max<Index>(rows - pivoted.rank(), 1));
+    const double rounding =
+        std::numeric_limits<double>::epsilon() * group.qr.y_norm() + std::numeric_limits<double>::min();
+    out.push_back(std::max(group.qr.residual_norm(chi), rounding) / std::sqrt(freedom));
+  }
+  return out;
+}
+
+Residual residual(std::span<const RowGroup> groups, const Eigen::Ref<const Vector>& chi,
+                  std::span<const double> weights) {
+  Residual out;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const RowGroup& group = groups[g];
+    const Vector own = chi(group.columns);
+    out.norm = std::hypot(out.norm, weights[g] * group.qr.residual_norm(own));
+    out.y_norm = std::hypot(out.y_norm, weights[g] * group.qr.y_norm());
+    out.sum += weights[g] * group.qr.residual_sum(own);
+    out.rows += group.qr.rows();
+  }
+  return out;
+}
+
+}  // namespace rivid
