@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Simulated experiments of the two-joint planar SCARA; standard library only.
 
-    python3 generate.py [folder]     write every log into folder (default: this one)
+    python3 generate.py [folder]     write the logs and truth.json into folder (default: this one)
     python3 generate.py --check      measure the integration error and print it
 
 What is simulated, and every convention of the columns: README.md beside this file.
 """
 
+import json
 import math
 import os
 import random
@@ -21,22 +22,23 @@ FV = (0.03, 0.013)
 FC = (0.82, 0.137)
 
 # The controller, sampled with a zero-order hold: v = k_p k_v (q_r - q) - k_v qd, tau = v.
+F_M = 200
 ZETA = 1.0
 OMEGA_N = (1.0, 10.0)
 DESIGN_INERTIA = (ZZ1R + ZZ2 + 2.0 * LMX2, ZZ2)
 K_P = tuple(w / (2.0 * ZETA) for w in OMEGA_N)
 K_V = tuple(2.0 * ZETA * w * j for w, j in zip(OMEGA_N, DESIGN_INERTIA))
 
-# Torque that acts on the joints, held for HOLD seconds, and is not recorded: standard deviation, N m.
+# Torque that acts on the joints, held for one control period, and is not recorded: standard deviation, N m.
 DISTURBANCE = (0.06, 0.015)
-HOLD = 0.005
 
-SUBSTEPS_PER_HOLD = 5  # RK4 steps in each 5 ms
+SUBSTEPS = 5  # RK4 steps in each control period
 EVENT_TOLERANCE = 1e-13  # s: width at which the bisection of a reversal or a break-away stops
 
 VIA_S1 = [(0, 0), (1.5, 2), (-1, -1), (1, 1.5), (-1.5, -2), (1, -0.5), (-0.5, 2), (1.2, -1.5), (0, 0)]
 VIA_S2 = [(2 * a, 2 * b) for a, b in VIA_S1]
-VIA_VALIDATION = [(0, 0), (-2.2, 3), (1.6, 0.8), (2.8, -2.6), (-0.8, -3.2), (-2.6, 1.4), (1.4, 3.6), (0.2, -1.2), (0, 0)]
+VIA_VALIDATION = [(0, 0), (-2.2, 3), (1.6, 0.8), (2.8, -2.6), (-0.8, -3.2), (-2.6, 1.4), (1.4, 3.6),
+                  (0.2, -1.2), (0, 0)]
 
 
 class Gaussian:
@@ -105,13 +107,14 @@ def rk4(state, tau, mode, h):
 
 
 def choose_mode(state, tau, mode):
-    """Modes of the joints at zero velocity: the combination that Coulomb's law admits, sticking tried first."""
+    """Modes of the joints at zero velocity: the combination that Coulomb's law admits."""
     at_rest = [state[2] == 0.0, state[3] == 0.0]
     choices = [(0, 1, -1) if at_rest[j] else (mode[j],) for j in (0, 1)]
-    candidates = sorted(((m1, m2) for m1 in choices[0] for m2 in choices[1]), key=lambda m: abs(m[0]) + abs(m[1]))
-    for candidate in candidates:
-        a1, a2, hold1, hold2 = accelerations(state[1], state[2], state[3], *tau, *candidate)
-        if all(not at_rest[j] or (abs((hold1, hold2)[j]) <= FC[j] if candidate[j] == 0 else candidate[j] * (a1, a2)[j] > 0.0)
+    candidates = [(m1, m2) for m1 in choices[0] for m2 in choices[1]]
+    for candidate in sorted(candidates, key=lambda m: abs(m[0]) + abs(m[1])):
+        outcome = accelerations(state[1], state[2], state[3], *tau, *candidate)
+        qdd, hold = outcome[:2], outcome[2:]
+        if all(not at_rest[j] or (candidate[j] * qdd[j] > 0.0 if candidate[j] else abs(hold[j]) <= FC[j])
                for j in (0, 1)):
             return candidate
     raise ArithmeticError(f"no admissible friction mode at {state}, torque {tau}")
@@ -140,7 +143,7 @@ def advance(state, tau, mode, h, tally):
                 low = middle
         passed = rk4(state, tau, mode, high)
         which = events(passed, tau, mode)
-        state = tuple(0.0 if i >= 2 and (mode[i - 2] == 0 or which[i - 2]) else x for i, x in enumerate(passed))
+        state = passed[:2] + tuple(passed[2 + j] if mode[j] and not which[j] else 0.0 for j in (0, 1))
         mode = choose_mode(state, tau, mode)
         tally["events"] += 1
         left -= high
@@ -149,36 +152,29 @@ def advance(state, tau, mode, h, tally):
     raise ArithmeticError("more than 100 friction events in one integration step")
 
 
-def simulate(reference, duration, encoder, seed, disturbance=DISTURBANCE, f_m=200, substeps=SUBSTEPS_PER_HOLD):
-    """Rows (t, q1, q2, v1, v2, qref1, qref2), the true motion (q1, q2, qd1, qd2) of each row, and counts.
+def simulate(reference, duration, encoder, seed, disturbance=DISTURBANCE, substeps=SUBSTEPS):
+    """Rows (t, q1, q2, v1, v2, qref1, qref2), the true (q1, q2, qd1, qd2) of each row, and counts.
 
     The encoder draws from Random(seed), the disturbance from Random(seed + 1).
     """
     noise, shove = Gaussian(seed), Gaussian(seed + 1)
-    period = 1.0 / f_m
-    holds_per_sample = max(1, round(period / HOLD))
-    samples_per_hold = max(1, round(HOLD / period))
-    steps = max(1, substeps // samples_per_hold)
-    h = min(period, HOLD) / steps
+    h = 1.0 / F_M / substeps
     start = reference(0.0)
     state, mode = (start[0], start[1], 0.0, 0.0), (0, 0)
     tally = {"events": 0, "stuck": [0, 0]}
-    rows, truth, previous, d = [], [], None, (0.0, 0.0)
-    for k in range(round(duration * f_m) + 1):
-        t = k / f_m
+    rows, truth, previous = [], [], None
+    for k in range(round(duration * F_M) + 1):
+        t = k / F_M
         measured = (state[0] + noise(encoder), state[1] + noise(encoder))
         q_r = reference(t)
-        velocity = tuple((a - b) * f_m for a, b in zip(measured, previous)) if previous else (0.0, 0.0)
+        velocity = tuple((a - b) * F_M for a, b in zip(measured, previous)) if previous else (0.0, 0.0)
         previous = measured
         v = tuple(K_P[j] * K_V[j] * (q_r[j] - measured[j]) - K_V[j] * velocity[j] for j in (0, 1))
         rows.append((t, *measured, *v, *q_r))
         truth.append(state)
-        for hold in range(holds_per_sample):
-            if k % samples_per_hold == 0:
-                d = (shove(disturbance[0]), shove(disturbance[1]))
-            tau = (v[0] + d[0], v[1] + d[1])
-            for _ in range(steps):
-                state, mode = advance(state, tau, mode, h, tally)
+        tau = tuple(v[j] + shove(disturbance[j]) for j in (0, 1))
+        for _ in range(substeps):
+            state, mode = advance(state, tau, mode, h, tally)
         for j in (0, 1):
             tally["stuck"][j] += mode[j] == 0
     return rows, truth, tally
@@ -199,15 +195,31 @@ def write(path, rows):
             out.write(",".join("%.9g" % (x + 0.0) for x in row) + "\n")
 
 
+def truth():
+    """The base parameters that identification should find, as IDM columns are named in the literature."""
+    inertia, first_moment, viscous, torque = "kg m^2", "kg m", "N m s/rad", "N m"
+    values = [("ZZ1R", ZZ1R, inertia), ("Fv1", FV[0], viscous), ("Fc1", FC[0], torque), ("off1", 0.0, torque),
+              ("ZZ2", ZZ2, inertia), ("MX2", MX2, first_moment), ("MY2", MY2, first_moment),
+              ("Fv2", FV[1], viscous), ("Fc2", FC[1], torque), ("off2", 0.0, torque)]
+    return {
+        "robot": "scara",
+        "regrouping": {"ZZ1R": "ZZ1 + 0.25 M2"},
+        "parameters": {name: {"value": value, "unit": unit} for name, value, unit in values},
+    }
+
+
 def check():
-    for name, arguments in LOGS.items():
-        runs = [simulate(*arguments, substeps=SUBSTEPS_PER_HOLD * factor) for factor in (1, 2, 4)]
-        for (_, coarse, _), (_, fine, _), label in ((runs[0], runs[1], "halved"), (runs[1], runs[2], "halved again")):
-            dq = max(abs(a - b) for x, y in zip(coarse, fine) for a, b in zip(x[:2], y[:2]))
-            dv = max(abs(a - b) for x, y in zip(coarse, fine) for a, b in zip(x[2:], y[2:]))
-            print(f"{name}: substep {label}: largest change {dq:.1e} rad, {dv:.1e} rad/s")
-        tally = runs[0][2]
-        print(f"{name}: {tally['events']} friction events; sticking at {tally['stuck'][0]} and {tally['stuck'][1]} of {len(runs[0][0])} samples")
+    """Largest change of the true motion when the integration step is halved, twice."""
+    for name, settings in LOGS.items():
+        motions = []
+        for factor in (1, 2, 4):
+            rows, motion, tally = simulate(*settings, substeps=SUBSTEPS * factor)
+            motions.append(motion)
+            if factor == 1:
+                print(f"{name}: {tally['events']} friction events; joints stick at {tally['stuck']} of {len(rows)} samples")
+        for factor, coarse, fine in ((2, *motions[0:2]), (4, *motions[1:3])):
+            change = [max(abs(x[i] - y[i]) for x, y in zip(coarse, fine)) for i in range(4)]
+            print(f"{name}: step 1/{factor}: changes by {max(change[:2]):.1e} rad, {max(change[2:]):.1e} rad/s")
 
 
 def main(arguments):
@@ -218,6 +230,9 @@ def main(arguments):
         rows, _, _ = simulate(*settings)
         write(os.path.join(folder, name), rows)
         print(f"{name}: {len(rows)} rows")
+    with open(os.path.join(folder, "truth.json"), "w", newline="\n") as out:
+        json.dump(truth(), out, indent=2)
+        out.write("\n")
 
 
 if __name__ == "__main__":
