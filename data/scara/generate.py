@@ -216,7 +216,8 @@ def check():
             rows, motion, tally = simulate(*settings, substeps=SUBSTEPS * factor)
             motions.append(motion)
             if factor == 1:
-                print(f"{name}: {tally['events']} friction events; joints stick at {tally['stuck']} of {len(rows)} samples")
+                stuck = "{} and {}".format(*tally["stuck"])
+                print(f"{name}: {tally['events']} friction events; joints stick at {stuck} of {len(rows)} samples")
         for factor, coarse, fine in ((2, *motions[0:2]), (4, *motions[1:3])):
             change = [max(abs(x[i] - y[i]) for x, y in zip(coarse, fine)) for i in range(4)]
             print(f"{name}: step 1/{factor}: changes by {max(change[:2]):.1e} rad, {max(change[2:]):.1e} rad/s")
