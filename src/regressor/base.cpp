@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <random>
 
 #include "rivid/error.hpp"
 #include "rivid/regressor/columns.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -116,35 +116,30 @@ Scan scan_columns(Matrix W, std::span<const Index> order, double tolerance) {
 // Rounding noise of the factorisation is not a regrouping: entries below this are zero.
 constexpr double coefficient_noise = 1e-9;
 
-std::string coefficient(double value) {
-  if (std::abs(value - 1.0) < coefficient_noise) {
-    return "";
+// ZZ1 + Ia1 + 0.25 M2: a regrouping as a person writes it.
+std::string written(const std::vector<std::pair<std::string, double>>& terms) {
+  std::string out = terms.front().first;
+  for (std::size_t i = 1; i < terms.size(); ++i) {
+    const auto& [name, k] = terms[i];
+    out += k < 0.0 ? " - " : " + ";
+    out += std::abs(std::abs(k) - 1.0) < coefficient_noise ? name : number(std::abs(k)) + " " + name;
   }
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g ", value);
-  return text.data();
-}
-
-BaseParameter described(const Robot& robot, const BaseParameters& base, Index row) {
-  const StandardParameter& leading =
-      base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(row)])];
-  BaseParameter out;
-  out.leading = leading;
-  out.regrouped = leading.name();
-  for (Index c = 0; c < base.K.cols(); ++c) {
-    const double k = base.K(row, c);
-    if (k != 0.0) {
-      out.regrouped +=
-          (k < 0.0 ? " - " : " + ") + coefficient(std::abs(k)) +
-          base.standard[static_cast<std::size_t>(base.dependent[static_cast<std::size_t>(c)])].name();
-    }
-  }
-  out.name = leading.name() + (out.regrouped == leading.name() ? "" : "R");
-  out.unit = unit(leading.kind, robot.joints[static_cast<std::size_t>(leading.joint)].type);
   return out;
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, double>> BaseParameters::regrouping(Index i) const {
+  const auto at = [](const std::vector<Index>& list, Index k) { return list[static_cast<std::size_t>(k)]; };
+  const auto standard_name = [&](Index c) { return standard[static_cast<std::size_t>(c)].name(); };
+  std::vector<std::pair<std::string, double>> out = {{standard_name(at(leading, i)), 1.0}};
+  for (Index c = 0; c < K.cols(); ++c) {
+    if (K(i, c) != 0.0) {
+      out.emplace_back(standard_name(at(dependent, c)), K(i, c));
+    }
+  }
+  return out;
+}
 
 std::vector<StandardParameter> BaseParameters::columns() const {
   std::vector<StandardParameter> out;
@@ -217,8 +212,13 @@ BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& 
   }
   base.K = scan.K(kept, dropped);
   base.K = (base.K.array().abs() < coefficient_noise).select(0.0, base.K);
-  for (Index row = 0; row < static_cast<Index>(base.leading.size()); ++row) {
-    base.parameters.push_back(described(robot, base, row));
+  for (Index i = 0; i < base.K.rows(); ++i) {
+    const StandardParameter& leading =
+        base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(i)])];
+    const auto terms = base.regrouping(i);
+    const JointType type = robot.joints[static_cast<std::size_t>(leading.joint)].type;
+    base.parameters.push_back({leading, leading.name() + (terms.size() > 1 ? "R" : ""), written(terms),
+                               std::string(unit(leading.kind, type))});
   }
   return base;
 }

@@ -64,15 +64,6 @@ Index total_rows(std::span<const RowGroup> groups) {
 
 }  // namespace
 
-Vector LeastSquares::unit_variances() const {
-  Vector out = Vector::Constant(chi.size(), std::numeric_limits<double>::infinity());
-  if (full_rank()) {
-    const Matrix inverse = R.triangularView<Eigen::Upper>().solve(Matrix::Identity(chi.size(), chi.size()));
-    out = inverse.rowwise().squaredNorm();
-  }
-  return out;
-}
-
 LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
   Matrix stacked = Matrix::Zero(
       std::max(columns, std::accumulate(groups.begin(), groups.end(), Index{0},
@@ -105,16 +96,23 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   out.rank = pivoted.rank();
   out.smallest_pivot = std::abs(pivoted.matrixR()(columns - 1, columns - 1));
   if (out.rank == columns) {
-    out.chi = out.R.triangularView<Eigen::Upper>().solve(qty);
+    const auto R = out.R.triangularView<Eigen::Upper>();
+    out.chi = R.solve(qty);
+    const Matrix inverse = R.solve(Matrix::Identity(columns, columns));
+    out.unit_covariance = inverse * inverse.transpose();
     return out;
   }
   // What lies in the null space can not be told; the other entries are unique all the same.
   const Eigen::BDCSVD<Matrix> svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
+  const Matrix V = svd.matrixV().leftCols(out.rank);
+  const Vector s = svd.singularValues().head(out.rank);
+  const Matrix pseudo = scaled.norms.cwiseInverse().asDiagonal() * V * s.cwiseInverse().asDiagonal();
+  out.chi = pseudo * (svd.matrixU().leftCols(out.rank).transpose() * qty);
+  out.unit_covariance = pseudo * pseudo.transpose();
   out.undetermined = tied_columns(svd.matrixV().rightCols(columns - out.rank));
-  out.chi = pivoted.solve(qty).cwiseQuotient(scaled.norms);
   for (const std::vector<Index>& set : out.undetermined) {
     for (const Index c : set) {
-      out.chi[c] = std::numeric_limits<double>::quiet_NaN();
+      out.unit_covariance(c, c) = std::numeric_limits<double>::infinity();
     }
   }
   return out;

@@ -35,6 +35,9 @@ struct BaseParameters {
   /// Leading standard parameters in the order of `parameters`: the columns of the base regressor.
   [[nodiscard]] std::vector<StandardParameter> columns() const;
 
+  /// Standard parameters that make up base parameter i with their coefficients, the leading one first.
+  [[nodiscard]] std::vector<std::pair<std::string, double>> regrouping(Index i) const;
+
   /// χ of Eq. (6) from standard parameters, (N_s) → (b).
   [[nodiscard]] Vector from_standard(const Eigen::Ref<const Vector>& chi_st) const;
 

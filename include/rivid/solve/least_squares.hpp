@@ -15,16 +15,18 @@ struct RowGroup {
 
 /// Least-squares solution of the rows of several groups.
 struct LeastSquares {
-  Vector chi;  ///< (b); not a number where the data do not determine the entry
-  Matrix R;    ///< (b × b) upper triangular factor of all rows; C = sigma² R⁻¹ R⁻ᵀ
+  /// (b); without full rank the solution that is smallest in columns of norm 1.
+  Vector chi;
+  Matrix R;  ///< (b × b) upper triangular factor of all rows
+  /// (WᵀW)⁻¹ by way of R, Eq. (18) of [RIV] per unit of residual variance, (b × b). Without full rank it is the
+  /// pseudo-inverse on the determined entries; the diagonal is infinite where undetermined.
+  Matrix unit_covariance;
   Index rank = 0;
   std::vector<std::vector<Index>> undetermined;  ///< sets of columns that the rows can not tell apart
-  double smallest_pivot = 0.0;  ///< of R with its columns brought to norm 1; what the rank decision looked at
+  double smallest_pivot = 0.0;  ///< of R with its columns brought to norm 1: what the rank decision looked at
   double condition = 0.0;       ///< of the matrix of all rows
 
   [[nodiscard]] bool full_rank() const { return rank == chi.size(); }
-  /// Diagonal of R⁻¹ R⁻ᵀ: variances per unit of residual variance, (b); infinite where undetermined.
-  [[nodiscard]] Vector unit_variances() const;
 };
 
 /// χ̂ = argmin Σ_g ‖weights_g (Y_g − W_g χ)‖², Eq. (15) of [RIV]: the triangles of the groups are stacked and

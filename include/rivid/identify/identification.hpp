@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "rivid/regressor/base.hpp"
+#include "rivid/types.hpp"
+
+namespace rivid {
+
+enum class Status { identified, rank_deficient };
+
+/// "identified", "rank_deficient".
+[[nodiscard]] std::string_view name(Status status);
+
+/// One identified base parameter with its statistics, Eqs. (17–19) of [RIV].
+struct ParameterEstimate {
+  std::string name;                                ///< "ZZ1R"
+  std::string unit;                                ///< SI, joint side
+  std::string regrouped;                           ///< "ZZ1 + Ia1 + 0.25 M2"
+  double value = 0.0;                              ///< not a number where the data do not determine it
+  double sigma = 0.0;                              ///< standard deviation; infinite where undetermined
+  double relative_sigma_percent = 0.0;             ///< 100 σ / |value|
+  std::array<double, 2> interval_95 = {0.0, 0.0};  ///< Student's t with r − b degrees of freedom
+  double a_priori = 0.0;                           ///< the same base parameter from the robot description
+};
+
+/// How well a model explains the rows of one joint.
+struct JointFit {
+  std::string name;  ///< of the joint
+  std::string unit;  ///< of its torque
+  Index rows = 0;
+  Index left_out = 0;                   ///< rows left out for low velocity
+  double relative_error = 0.0;          ///< ‖Y_j − W_j χ‖ / ‖Y_j‖
+  double centred_relative_error = 0.0;  ///< ‖Y_j − W_j χ‖ / ‖Y_j − mean Y_j‖
+  double sigma_rho = 0.0;               ///< standard deviation of the residual [N·m | N]
+};
+
+/// How well a model explains rows.
+struct Fit {
+  double relative_error = 0.0;          ///< ‖Y − W χ‖ / ‖Y‖
+  double centred_relative_error = 0.0;  ///< the mean of each joint's Y taken off in the denominator
+  double error_norm = 0.0;              ///< ‖Y − W χ‖
+  /// Standard deviation of the residual, (17). Of the weighted residual for WLS, where it is near 1.
+  double sigma_rho = 0.0;
+  Index rows = 0;
+  std::vector<JointFit> joints;
+};
+
+/// Cross-validation: the identified model on a log that took no part in the fit.
+struct Validation {
+  std::string file;
+  Fit fit;
+};
+
+/// What an identification found, the answer of identify().
+struct [[nodiscard]] Identification {
+  std::string method;  ///< "ols", "wls"
+  std::string title;   ///< "IDIM-OLS", "IDIM-WLS"
+  Status status = Status::identified;
+  std::vector<std::string> reasons;   ///< why the status is not `identified`
+  std::vector<std::string> warnings;  ///< what the user should know all the same
+
+  BaseParameters base;
+  Vector chi;                                 ///< (b), Eq. (15); one of many solutions if rank deficient
+  Matrix C_chi;                               ///< (b × b) covariance, Eq. (18)
+  std::vector<ParameterEstimate> parameters;  ///< (b)
+
+  Fit fit;                 ///< on the rows of the identification
+  Index columns = 0;       ///< b
+  double condition = 0.0;  ///< of W, weighted if the method weights
+  /// |diag R| of the unweighted observation matrix, (b); before decimation in convention `matlab`.
+  Vector R_diagonal;
+  std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
+  std::vector<Validation> validation;
+};
+
+}  // namespace rivid

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <ostream>
+
+#include "rivid/identify/identification.hpp"
+
+namespace rivid {
+
+/// Prints a result for people: verdict, parameters with their statistics and regrouping, fit joint by joint,
+/// validation. UTF-8, at most some 110 columns wide.
+std::ostream& operator<<(std::ostream& out, const Identification& result);
+
+}  // namespace rivid

@@ -1,0 +1,183 @@
+#include "rivid/identify/signal_chain.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rivid/error.hpp"
+#include "rivid/signal/decimate.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/signal/zero_phase.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+// Two central differences in a row reach over two samples at each border.
+constexpr Index difference_border = 2;
+
+void require_joints(const char* what, const Matrix& x, const Robot& robot, const Log& log) {
+  if (x.cols() != robot.size() || x.rows() != log.q.rows()) {
+    throw InputError(log.source + ": " + what + " has " + std::to_string(x.cols()) + " columns of " +
+                     std::to_string(x.rows()) + " samples, must have one for each of the " +
+                     std::to_string(robot.size()) + " joints of robot \"" + robot.name + "\" and " +
+                     std::to_string(log.q.rows()) + " samples");
+  }
+}
+
+struct Range {
+  Index first = 0;
+  Index count = 0;
+};
+
+// Samples that give rows: borders trimmed, inside the time window.
+Range kept_range(const Log& log, const SignalOptions& options) {
+  std::array<Index, 2> trim = {difference_border, difference_border};
+  if (options.trim) {
+    trim = *options.trim;
+  } else if (options.cutoff_hz > 0.0) {
+    const Index spoiled = settling_samples(butterworth(options.order, options.cutoff_hz, log.f_m));
+    trim = {trim[0] + spoiled, trim[1] + spoiled};
+  }
+  Index first = trim[0];
+  Index last = log.q.rows() - trim[1];
+  if (options.window) {
+    const double* begin = log.t.data();
+    const double* end = begin + log.t.size();
+    first = std::max(first, static_cast<Index>(std::lower_bound(begin, end, (*options.window)[0]) - begin));
+    last = std::min(last, static_cast<Index>(std::upper_bound(begin, end, (*options.window)[1]) - begin));
+  }
+  if (last <= first) {
+    std::string message = log.source + ": no row is left of " + std::to_string(log.q.rows()) +
+                          " samples after trimming " + std::to_string(trim[0]) + " at the beginning and " +
+                          std::to_string(trim[1]) + " at the end";
+    if (options.window) {
+      message += " and the time window " + number((*options.window)[0]) + " to " +
+                 number((*options.window)[1]) + " s (the log spans " + number(log.t[0]) + " to " +
+                 number(log.t[log.t.size() - 1]) + " s)";
+    }
+    throw InputError(message);
+  }
+  return {first, last - first};
+}
+
+std::vector<RowGroup> factored(const Observation& W, const std::vector<Vector>& Y) {
+  std::vector<RowGroup> out;
+  for (std::size_t j = 0; j < W.joints.size(); ++j) {
+    const JointRows& joint = W.joints[j];
+    out.push_back({joint.columns, StreamingQr(joint.W.cols())});
+    out.back().qr.add(joint.W, Y[j]);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::string> SignalOptions::complaint(Index n) const {
+  if (!(cutoff_hz >= 0.0) || !std::isfinite(cutoff_hz)) {
+    return "cutoff_hz is " + number(cutoff_hz) + ", must be positive, or 0 for no filter";
+  }
+  if (!(torque_cutoff_hz >= 0.0) || !std::isfinite(torque_cutoff_hz)) {
+    return "torque_cutoff_hz is " + number(torque_cutoff_hz) + ", must be positive, or 0 for no filter";
+  }
+  if (order < 1 || torque_order < 1) {
+    return "order is " + std::to_string(std::min(order, torque_order)) + ", must be at least 1";
+  }
+  for (const int n_d : decimation) {
+    if (n_d < 1) {
+      return "decimation is " + std::to_string(n_d) + ", must be at least 1";
+    }
+  }
+  if (trim && ((*trim)[0] < 0 || (*trim)[1] < 0)) {
+    return "trim is [" + std::to_string((*trim)[0]) + ", " + std::to_string((*trim)[1]) +
+           "], must not be negative";
+  }
+  if (window && !((*window)[0] < (*window)[1])) {
+    return "window is [" + number((*window)[0]) + ", " + number((*window)[1]) + "], must be [begin, end]";
+  }
+  if (!min_velocity.empty() && static_cast<Index>(min_velocity.size()) != n) {
+    return "min_velocity has " + std::to_string(min_velocity.size()) +
+           " entries, must have one for each of the " + std::to_string(n) + " joints";
+  }
+  for (const double v : min_velocity) {
+    if (!(v >= 0.0) || !std::isfinite(v)) {
+      return "min_velocity is " + number(v) + ", must not be negative";
+    }
+  }
+  return std::nullopt;
+}
+
+Matrix effort(const Robot& robot, const Log& log) {
+  if (log.tau.size() > 0) {
+    require_joints("torque", log.tau, robot, log);
+    return log.tau;
+  }
+  if (log.v_tau.size() == 0) {
+    throw InputError(log.source + ": neither torque nor control signal; name the columns of one of them");
+  }
+  require_joints("control signal", log.v_tau, robot, log);
+  Matrix tau = log.v_tau;
+  for (Index j = 0; j < tau.cols(); ++j) {
+    tau.col(j) *= robot.joints[static_cast<std::size_t>(j)].g_tau();
+  }
+  return tau;
+}
+
+Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const SignalOptions& options) {
+  if (const auto complaint = options.complaint(robot.size())) {
+    throw InputError("rows: " + *complaint);
+  }
+  require_joints("position", log.q, robot, log);
+  const Range range = kept_range(log, options);
+
+  const auto filtered = [&](const Matrix& x, double cutoff_hz, int order) {
+    return cutoff_hz > 0.0 ? zero_phase(x, butterworth(order, cutoff_hz, log.f_m), options.convention) : x;
+  };
+  const Motion whole = differentiate(filtered(log.q, options.cutoff_hz, options.order), log.f_m);
+  const auto cut = [&](const Matrix& x) { return x.middleRows(range.first, range.count); };
+  const Motion motion{cut(whole.q), cut(whole.qd), cut(whole.qdd)};
+  Matrix Y = cut(filtered(effort(robot, log), options.torque_cutoff_hz, options.torque_order));
+
+  Rows out;
+  out.W = observation(robot, base, motion);
+  if (options.convention == Convention::matlab && !options.decimation.empty()) {
+    std::vector<Vector> columns(Y.colwise().begin(), Y.colwise().end());
+    out.undecimated = factored(out.W, columns);
+  }
+  for (const int n_d : options.decimation) {
+    Y = decimate(Y, n_d, options.convention);
+    for (JointRows& joint : out.W.joints) {
+      joint.W = decimate(joint.W, n_d, options.convention);
+    }
+  }
+  const std::vector<Index> survivors = kept_samples(range.count, options.decimation, options.convention);
+
+  for (std::size_t j = 0; j < out.W.joints.size(); ++j) {
+    const double threshold = options.min_velocity.empty() ? 0.0 : options.min_velocity[j];
+    const auto column = static_cast<Index>(j);
+    std::vector<Index> fast;
+    std::vector<Index> samples;
+    for (std::size_t k = 0; k < survivors.size(); ++k) {
+      if (std::abs(motion.qd(survivors[k], column)) >= threshold) {
+        fast.push_back(static_cast<Index>(k));
+        samples.push_back(range.first + survivors[k]);
+      }
+    }
+    out.left_out.push_back(static_cast<Index>(survivors.size() - fast.size()));
+    if (fast.empty()) {
+      throw InputError(log.source + ": joint \"" + robot.joints[j].name +
+                       "\" never moves faster than min_velocity " + number(threshold) + "; no row is left");
+    }
+    out.Y.emplace_back(Y.col(column)(fast));
+    if (out.left_out.back() > 0) {
+      out.W.joints[j].W = Matrix(out.W.joints[j].W(fast, Eigen::all));
+    }
+    out.samples.push_back(std::move(samples));
+  }
+  return out;
+}
+
+std::vector<RowGroup> factors(const Rows& rows) { return factored(rows.W, rows.Y); }
+
+}  // namespace rivid

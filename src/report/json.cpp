@@ -1,0 +1,132 @@
+#include "rivid/report/json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "rivid/version.hpp"
+
+namespace rivid {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json parameters(const Identification& result) {
+  Json out = Json::array();
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const ParameterEstimate& p = result.parameters[i];
+    Json regrouping = Json::object();
+    for (const auto& [name, coefficient] : result.base.regrouping(static_cast<Index>(i))) {
+      regrouping[name] = coefficient;
+    }
+    out.push_back({{"name", p.name},
+                   {"value", p.value},
+                   {"unit", p.unit},
+                   {"sigma", p.sigma},
+                   {"relative_sigma_percent", p.relative_sigma_percent},
+                   {"interval_95", p.interval_95},
+                   {"regrouped", p.regrouped},
+                   {"regrouping", std::move(regrouping)},
+                   {"a_priori", p.a_priori}});
+  }
+  return out;
+}
+
+Json fit(const Fit& f) {
+  Json joints = Json::array();
+  for (const JointFit& j : f.joints) {
+    joints.push_back({{"name", j.name},
+                      {"relative_error", j.relative_error},
+                      {"centred_relative_error", j.centred_relative_error},
+                      {"sigma_rho", j.sigma_rho},
+                      {"unit", j.unit},
+                      {"rows", j.rows},
+                      {"left_out", j.left_out}});
+  }
+  return {{"relative_error", f.relative_error},
+          {"centred_relative_error", f.centred_relative_error},
+          {"error_norm", f.error_norm},
+          {"sigma_rho", f.sigma_rho},
+          {"rows", f.rows},
+          {"joints", std::move(joints)}};
+}
+
+Json signal_settings(const SignalOptions& s) {
+  Json out = {{"cutoff_hz", s.cutoff_hz},
+              {"order", s.order},
+              {"torque_cutoff_hz", s.torque_cutoff_hz},
+              {"torque_order", s.torque_order},
+              {"decimation", s.decimation},
+              {"trim", nullptr},
+              {"min_velocity", s.min_velocity},
+              {"window", nullptr},
+              {"convention", s.convention == Convention::matlab ? "matlab" : "standard"}};
+  if (s.trim) {
+    out["trim"] = *s.trim;
+  }
+  if (s.window) {
+    out["window"] = *s.window;
+  }
+  return out;
+}
+
+Json joints(const Robot& robot) {
+  Json out = Json::array();
+  for (const Joint& j : robot.joints) {
+    out.push_back({{"name", j.name},
+                   {"link", j.link},
+                   {"type", j.type == JointType::revolute ? "revolute" : "prismatic"},
+                   {"friction", name(j.friction)},
+                   {"rotor_inertia", j.rotor_inertia},
+                   {"drive_gain", j.drive_gain},
+                   {"gear_ratio", j.gear_ratio}});
+  }
+  return out;
+}
+
+Json provenance_of(const SignalOptions& signal, const Provenance& p) {
+  Json inputs = Json::array();
+  for (const InputFile& file : p.inputs) {
+    inputs.push_back({{"path", file.path}, {"sha256", file.sha256}});
+  }
+  Json overrides = Json::object();
+  for (const auto& [flag, value] : p.overrides) {
+    overrides[flag] = value;
+  }
+  return {{"program", p.program},
+          {"rivid", version},
+          {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
+                        std::to_string(EIGEN_MINOR_VERSION)},
+          {"compiler", __VERSION__},
+          {"inputs", std::move(inputs)},
+          {"options", {{"signal", signal_settings(signal)}, {"overrides", std::move(overrides)}}}};
+}
+
+}  // namespace
+
+std::string to_json(const Robot& robot, const Identification& result, const SignalOptions& signal,
+                    const Provenance& provenance) {
+  Json fit_members = fit(result.fit);
+  fit_members["columns"] = result.columns;
+  fit_members["condition"] = result.condition;
+  fit_members["R_diagonal"] = std::vector<double>(result.R_diagonal.begin(), result.R_diagonal.end());
+  fit_members["weights"] = result.weights;
+  Json validation = Json::array();
+  for (const Validation& v : result.validation) {
+    Json members = {{"file", v.file}};
+    members.update(fit(v.fit));
+    validation.push_back(std::move(members));
+  }
+  const Json out = {{"format", 1},
+                    {"method", result.method},
+                    {"status", name(result.status)},
+                    {"reasons", result.reasons},
+                    {"warnings", result.warnings},
+                    {"robot", {{"name", robot.name}, {"base", robot.base}, {"joints", joints(robot)}}},
+                    {"parameters", parameters(result)},
+                    {"fit", std::move(fit_members)},
+                    {"validation", std::move(validation)},
+                    {"provenance", provenance_of(signal, provenance)}};
+  return out.dump(2) + "\n";
+}
+
+}  // namespace rivid

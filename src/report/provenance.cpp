@@ -1,0 +1,20 @@
+#include "rivid/report/provenance.hpp"
+
+#include <sha2.h>
+#include <sys/types.h>
+
+#include <array>
+
+#include "rivid/error.hpp"
+
+namespace rivid {
+
+InputFile input_file(const std::filesystem::path& path) {
+  std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
+  if (SHA256File(path.c_str(), digest.data()) == nullptr) {
+    throw InputError(path.string() + ": the file can not be read");
+  }
+  return {path.string(), digest.data()};
+}
+
+}  // namespace rivid

@@ -1,0 +1,182 @@
+#include "rivid/report/table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+enum class Align { left, right };
+
+struct Column {
+  std::string title;
+  Align align;
+};
+
+// Rows of cells under titles, each column as wide as its widest cell; the last column is folded at blanks.
+class TextTable {
+ public:
+  explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
+
+  void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+
+  void print(std::ostream& out) const {
+    std::vector<std::size_t> widths;
+    std::size_t before_last = 0;
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      std::size_t width = display_width(columns_[c].title);
+      for (const std::vector<std::string>& row : rows_) {
+        width = std::max(width, display_width(row[c]));
+      }
+      widths.push_back(width);
+      if (c + 1 < columns_.size()) {
+        before_last += width + gap;
+      }
+    }
+    std::vector<std::string> titles;
+    for (const Column& column : columns_) {
+      titles.push_back(column.title);
+    }
+    print_row(out, titles, widths, before_last);
+    for (const std::vector<std::string>& row : rows_) {
+      print_row(out, row, widths, before_last);
+    }
+  }
+
+ private:
+  static constexpr std::size_t gap = 2;
+  static constexpr std::size_t line_width = 110;
+  static constexpr std::size_t narrowest_fold = 30;
+
+  void print_row(std::ostream& out, const std::vector<std::string>& cells,
+                 const std::vector<std::size_t>& widths, std::size_t before_last) const {
+    std::string line;
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      line += std::string(gap, ' ');
+      const std::string padding(widths[c] - display_width(cells[c]), ' ');
+      if (c + 1 == cells.size() && columns_[c].align == Align::left) {
+        line += folded(cells[c], before_last + gap);
+      } else {
+        line += columns_[c].align == Align::left ? cells[c] + padding : padding + cells[c];
+      }
+    }
+    out << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+  }
+
+  static std::string folded(const std::string& cell, std::size_t indent) {
+    const std::size_t room = std::max(narrowest_fold, line_width - std::min(line_width, indent));
+    std::string out;
+    std::size_t used = 0;
+    std::istringstream words(cell);
+    for (std::string word; words >> word;) {
+      const std::size_t width = display_width(word);
+      if (used > 0 && used + 1 + width > room) {
+        out += '\n' + std::string(indent, ' ');
+        used = 0;
+      }
+      out += (used > 0 ? " " : "") + word;
+      used += width + (used > 0 ? 1 : 0);
+    }
+    return out;
+  }
+
+  std::vector<Column> columns_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+std::string fixed(double value, int decimals) {
+  std::ostringstream out;
+  out << std::fixed << std::setprecision(decimals) << value;
+  return out.str();
+}
+
+std::string percent(double fraction) {
+  return std::isfinite(fraction) ? number(100.0 * fraction, 4) + " %" : "-";
+}
+
+// A value shows as many decimals as its deviation has four significant digits; more would be noise.
+int decimals_for(double sigma) {
+  constexpr int significant = 4;
+  constexpr int most = 9;
+  return std::clamp(significant - 1 - static_cast<int>(std::floor(std::log10(sigma))), 0, most);
+}
+
+std::string with_decimals_of(double value, double sigma) {
+  if (!std::isfinite(value)) {
+    return "-";
+  }
+  const bool plain = std::isfinite(sigma) && sigma > 1e-6 && std::abs(value) < 1e9;
+  return plain ? fixed(value, decimals_for(sigma)) : number(value);
+}
+
+void print_parameters(std::ostream& out, const Identification& result) {
+  TextTable table({{"parameter", Align::left},
+                   {"value", Align::right},
+                   {"unit", Align::left},
+                   {"sigma", Align::right},
+                   {"%sigma", Align::right},
+                   {"95 % interval", Align::left},
+                   {"grouped from", Align::left}});
+  for (const ParameterEstimate& p : result.parameters) {
+    const bool known = std::isfinite(p.sigma);
+    table.add({p.name, with_decimals_of(p.value, p.sigma), p.unit,
+               known ? with_decimals_of(p.sigma, p.sigma) : "-",
+               known ? number(p.relative_sigma_percent, 4) : "-",
+               known ? "[" + with_decimals_of(p.interval_95[0], p.sigma) + ", " +
+                           with_decimals_of(p.interval_95[1], p.sigma) + "]"
+                     : "not determined",
+               p.regrouped == p.name ? "" : p.regrouped});
+  }
+  table.print(out);
+}
+
+void print_fit(std::ostream& out, const Fit& fit) {
+  TextTable table({{"joint", Align::left},
+                   {"rows", Align::right},
+                   {"left out", Align::right},
+                   {"rel. error", Align::right},
+                   {"centred", Align::right},
+                   {"sigma_rho", Align::right},
+                   {"unit", Align::left}});
+  Index left_out = 0;
+  for (const JointFit& joint : fit.joints) {
+    table.add({joint.name, std::to_string(joint.rows), std::to_string(joint.left_out),
+               percent(joint.relative_error), percent(joint.centred_relative_error),
+               number(joint.sigma_rho, 4), joint.unit});
+    left_out += joint.left_out;
+  }
+  if (fit.joints.size() > 1) {
+    table.add({"all", std::to_string(fit.rows), std::to_string(left_out), percent(fit.relative_error),
+               percent(fit.centred_relative_error), "", ""});
+  }
+  table.print(out);
+}
+
+}  // namespace
+
+std::ostream& operator<<(std::ostream& out, const Identification& result) {
+  out << result.title << ": " << name(result.status) << ", " << result.columns << " base parameters from "
+      << result.fit.rows << " rows, relative error " << percent(result.fit.relative_error) << ", condition "
+      << number(result.condition, 4) << '\n';
+  for (const std::string& reason : result.reasons) {
+    out << "  " << reason << '\n';
+  }
+  out << '\n';
+  print_parameters(out, result);
+  out << "\nFit\n";
+  print_fit(out, result.fit);
+  for (const Validation& validation : result.validation) {
+    out << "\nValidation on " << validation.file << "\n";
+    print_fit(out, validation.fit);
+  }
+  return out;
+}
+
+}  // namespace rivid
