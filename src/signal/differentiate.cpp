@@ -1,0 +1,33 @@
+#include "rivid/signal/differentiate.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "message.hpp"
+#include "rivid/error.hpp"
+
+namespace rivid {
+
+Matrix central_difference(const Eigen::Ref<const Matrix>& x, double f_m) {
+  const Index n_m = x.rows();
+  if (n_m < 2) {
+    throw InputError(detail::message("central_difference: x has ", n_m, n_m == 1 ? " sample" : " samples",
+                                     ", must have at least 2"));
+  }
+  if (!std::isfinite(f_m) || f_m <= 0.0) {
+    throw InputError(detail::message("central_difference: f_m is ", f_m, " Hz, must be positive and finite"));
+  }
+  Matrix xd(n_m, x.cols());
+  xd.row(0) = (x.row(1) - x.row(0)) * f_m;
+  xd.middleRows(1, n_m - 2) = (x.bottomRows(n_m - 2) - x.topRows(n_m - 2)) * (0.5 * f_m);
+  xd.row(n_m - 1) = (x.row(n_m - 1) - x.row(n_m - 2)) * f_m;
+  return xd;
+}
+
+Motion differentiate(const Eigen::Ref<const Matrix>& q, double f_m) {
+  Matrix qd = central_difference(q, f_m);
+  Matrix qdd = central_difference(qd, f_m);
+  return {.q = q, .qd = std::move(qd), .qdd = std::move(qdd)};
+}
+
+}  // namespace rivid
