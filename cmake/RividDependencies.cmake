@@ -4,18 +4,36 @@
 #   Eigen       public: matrices are part of the interface
 #   KDL         public for who includes rivid/model/kdl.hpp; LGPL, linked dynamically
 #   urdfdom     private: reads URDF
-# Header-only, and needed to build rivid but never to use it, hence absent from the installed package:
-#   toml++, nlohmann-json, CLI11
+#   pugixml     private: checks URDF strictly, with line numbers, before urdfdom sees it
+#   libmd       private: SHA-256 of the input files, for the provenance of a result
 
 include(CMakeFindDependencyMacro)
 
 find_dependency(Eigen3 3.4)
 find_dependency(urdfdom)
 find_dependency(orocos_kdl)
+find_dependency(pugixml)
 
 # The config file of orocos_kdl 1.5 only names its library and include folder.
 if(NOT TARGET rivid_orocos_kdl)
   add_library(rivid_orocos_kdl INTERFACE IMPORTED)
   target_link_libraries(rivid_orocos_kdl INTERFACE ${orocos_kdl_LIBRARIES} Eigen3::Eigen)
   target_include_directories(rivid_orocos_kdl SYSTEM INTERFACE ${orocos_kdl_INCLUDE_DIRS})
+endif()
+
+# libmd comes with a pkg-config file alone.
+if(NOT TARGET rivid_libmd)
+  find_library(RIVID_LIBMD md REQUIRED)
+  find_path(RIVID_LIBMD_INCLUDE_DIR sha2.h REQUIRED)
+  mark_as_advanced(RIVID_LIBMD RIVID_LIBMD_INCLUDE_DIR)
+  add_library(rivid_libmd INTERFACE IMPORTED)
+  target_link_libraries(rivid_libmd INTERFACE ${RIVID_LIBMD})
+  target_include_directories(rivid_libmd SYSTEM INTERFACE ${RIVID_LIBMD_INCLUDE_DIR})
+endif()
+
+# Header-only packages are needed to build rivid, never to use it. CMake sets this variable while a
+# find_package(rivid) of somebody else is being answered.
+if(NOT CMAKE_FIND_PACKAGE_NAME)
+  find_package(nlohmann_json REQUIRED)
+  find_package(tomlplusplus REQUIRED)
 endif()

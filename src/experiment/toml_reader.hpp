@@ -125,6 +125,8 @@ class TomlReader {
     fail(node, key, "must be true or false");
   }
 
+  [[nodiscard]] const std::string& file() const { return file_; }
+
   /// Refuses keys that nobody asked for.
   void finish() const {
     for (const auto& [key, node] : table_) {

@@ -96,13 +96,13 @@ std::optional<std::string> SignalOptions::complaint(Index n) const {
   if (window && !((*window)[0] < (*window)[1])) {
     return "window is [" + number((*window)[0]) + ", " + number((*window)[1]) + "], must be [begin, end]";
   }
-  if (!min_velocity.empty() && static_cast<Index>(min_velocity.size()) != n) {
-    return "min_velocity has " + std::to_string(min_velocity.size()) +
+  if (!velocity_threshold.empty() && static_cast<Index>(velocity_threshold.size()) != n) {
+    return "velocity_threshold has " + std::to_string(velocity_threshold.size()) +
            " entries, must have one for each of the " + std::to_string(n) + " joints";
   }
-  for (const double v : min_velocity) {
+  for (const double v : velocity_threshold) {
     if (!(v >= 0.0) || !std::isfinite(v)) {
-      return "min_velocity is " + number(v) + ", must not be negative";
+      return "velocity_threshold is " + number(v) + ", must not be negative";
     }
   }
   return std::nullopt;
@@ -154,7 +154,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
   const std::vector<Index> survivors = kept_samples(range.count, options.decimation, options.convention);
 
   for (std::size_t j = 0; j < out.W.joints.size(); ++j) {
-    const double threshold = options.min_velocity.empty() ? 0.0 : options.min_velocity[j];
+    const double threshold = options.velocity_threshold.empty() ? 0.0 : options.velocity_threshold[j];
     const auto column = static_cast<Index>(j);
     std::vector<Index> fast;
     std::vector<Index> samples;
@@ -167,7 +167,8 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
     out.left_out.push_back(static_cast<Index>(survivors.size() - fast.size()));
     if (fast.empty()) {
       throw InputError(log.source + ": joint \"" + robot.joints[j].name +
-                       "\" never moves faster than min_velocity " + number(threshold) + "; no row is left");
+                       "\" never moves faster than velocity_threshold " + number(threshold) +
+                       "; no row is left");
     }
     out.Y.emplace_back(Y.col(column)(fast));
     if (out.left_out.back() > 0) {

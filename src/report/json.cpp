@@ -57,7 +57,7 @@ Json signal_settings(const SignalOptions& s) {
               {"torque_order", s.torque_order},
               {"decimation", s.decimation},
               {"trim", nullptr},
-              {"min_velocity", s.min_velocity},
+              {"velocity_threshold", s.velocity_threshold},
               {"window", nullptr},
               {"convention", s.convention == Convention::matlab ? "matlab" : "standard"}};
   if (s.trim) {

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rivid/data/adjust.hpp"
+#include "rivid/data/csv.hpp"
+#include "rivid/data/time_stamps.hpp"
+#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/model/robot.hpp"
+
+namespace rivid {
+
+/// Log files of one experiment and what is done to each on the way in.
+struct LogSource {
+  /// A torque known as a table over a joint's position, taken off the measured one.
+  struct Subtraction {
+    Index joint = 0;  ///< counted from 0
+    std::filesystem::path table;
+    std::vector<std::string> columns;  ///< position and torque; empty: the file has just these two
+    Outside outside = Outside::refuse;
+  };
+  /// A file of its own for the reference motion.
+  struct Reference {
+    std::filesystem::path file;
+    LogOptions columns;
+    double delay = 0.0;  ///< of the log behind the reference [s]
+    Outside outside = Outside::refuse;
+  };
+
+  std::vector<std::filesystem::path> files;
+  LogOptions columns;
+  Irregular irregular = Irregular::refuse;
+  ResampleOptions resample;
+  double torque_lag = 0.0;  ///< see shift_torque() [samples]
+  std::vector<Subtraction> subtract;
+  std::optional<Reference> reference;
+};
+
+enum class Method { ols, wls };
+
+/// "ols", "wls".
+[[nodiscard]] std::string_view name(Method method);
+[[nodiscard]] std::optional<Method> method_named(std::string_view name);
+
+/// What an experiment file says: robot, logs, signal chain, method and validation. docs/experiment.md lists its keys.
+struct Experiment {
+  std::filesystem::path file;
+  std::filesystem::path robot_file;  ///< URDF or modified Denavit-Hartenberg table
+  Robot robot;
+  LogSource log;
+  SignalOptions signal;
+  Method method = Method::ols;
+  LogSource validation;  ///< files may be empty
+
+  /// All files that the experiment reads, itself first.
+  [[nodiscard]] std::vector<std::filesystem::path> inputs() const;
+};
+
+/// Reads an experiment file and the robot that it names; logs are not opened. Relative paths in it are relative to
+/// the file.
+///
+/// @throws InputError  "file:line:column: …" for TOML that can not be parsed, for keys that nobody knows (with the
+///                     nearest one that is known), values of a wrong type or out of range; and what the robot's
+///                     reader refuses
+[[nodiscard]] Experiment read_experiment(const std::filesystem::path& path);
+
+/// The logs of a source, on uniform clocks, adjusted as the source says. A file with long gaps becomes several logs.
+///
+/// @param robot  that the logs belong to; their columns must fit it
+/// @throws InputError  for what the readers refuse
+[[nodiscard]] std::vector<Log> read_logs(const LogSource& source, const Robot& robot,
+                                         const Progress& progress = {});
+
+/// Identification and validation as the experiment file asks for.
+///
+/// @throws InputError  where logs or options can not be used
+Identification run(const Experiment& experiment, const Progress& progress = {});
+
+}  // namespace rivid

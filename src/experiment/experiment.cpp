@@ -1,0 +1,113 @@
+#include "rivid/experiment/experiment.hpp"
+
+#include <array>
+
+namespace rivid {
+
+namespace {
+
+constexpr std::array<std::string_view, 2> method_names = {"ols", "wls"};
+
+void append_inputs(const LogSource& source, std::vector<std::filesystem::path>& out) {
+  out.insert(out.end(), source.files.begin(), source.files.end());
+  if (source.reference && !source.files.empty()) {
+    out.push_back(source.reference->file);
+  }
+  for (const LogSource::Subtraction& s : source.subtract) {
+    out.push_back(s.table);
+  }
+}
+
+// Column numbers that the user did not list follow from the robot: what default names find must fit it as well.
+void require_columns(const Log& log, const Robot& robot) {
+  if (log.q.cols() != robot.size()) {
+    throw InputError(log.source + ": " + std::to_string(log.q.cols()) + " position columns, robot \"" +
+                     robot.name + "\" has " + std::to_string(robot.size()) +
+                     " joints; name one column for each joint in [log] position");
+  }
+}
+
+Log adjusted(Log log, const LogSource& source) {
+  for (const LogSource::Subtraction& s : source.subtract) {
+    log = subtract_torque(std::move(log), s.joint, read_torque_table(s.table, {.columns = s.columns}),
+                          s.outside);
+  }
+  if (source.reference) {
+    const Log reference = read_reference(source.reference->file, source.reference->columns);
+    log = with_reference(std::move(log), reference, source.reference->delay, source.reference->outside);
+  }
+  return log;
+}
+
+}  // namespace
+
+std::string_view name(Method method) { return method_names[static_cast<std::size_t>(method)]; }
+
+std::optional<Method> method_named(std::string_view name) {
+  for (std::size_t i = 0; i < method_names.size(); ++i) {
+    if (method_names[i] == name) {
+      return static_cast<Method>(i);
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<std::filesystem::path> Experiment::inputs() const {
+  std::vector<std::filesystem::path> out = {file, robot_file};
+  append_inputs(log, out);
+  if (!validation.files.empty()) {
+    append_inputs(validation, out);
+  }
+  std::vector<std::filesystem::path> unique;
+  for (std::filesystem::path& path : out) {
+    if (std::ranges::find(unique, path) == unique.end()) {
+      unique.push_back(std::move(path));
+    }
+  }
+  return unique;
+}
+
+std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Progress& progress) {
+  std::vector<Log> out;
+  for (const std::filesystem::path& file : source.files) {
+    LogOptions columns = source.columns;
+    if (progress) {
+      columns.table.progress = [&](double fraction) {
+        progress("reading " + file.filename().string(), fraction);
+      };
+    }
+    Log log = read_csv(file, columns);
+    require_columns(log, robot);
+    if (source.torque_lag != 0.0) {
+      log = shift_torque(log, source.torque_lag);
+    }
+    for (Log& piece : regularised(std::move(log), source.irregular, source.resample)) {
+      out.push_back(adjusted(std::move(piece), source));
+    }
+  }
+  return out;
+}
+
+Identification run(const Experiment& experiment, const Progress& progress) {
+  const std::vector<Log> logs = read_logs(experiment.log, experiment.robot, progress);
+  Identification out = experiment.method == Method::wls
+                           ? identify(experiment.robot, logs, Wls{experiment.signal, progress})
+                           : identify(experiment.robot, logs, Ols{experiment.signal, progress});
+  const auto take_notes = [&](const std::vector<Log>& from) {
+    for (const Log& log : from) {
+      for (const std::string& note : log.notes) {
+        out.warnings.push_back(log.source + ": " + note);
+      }
+    }
+  };
+  out.warnings.insert(out.warnings.end(), experiment.robot.warnings.begin(), experiment.robot.warnings.end());
+  take_notes(logs);
+  const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
+  for (const Log& log : others) {
+    out.validation.push_back(validate(experiment.robot, out, log, experiment.signal));
+  }
+  take_notes(others);
+  return out;
+}
+
+}  // namespace rivid

@@ -1,0 +1,486 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "experiment/mdh_file.hpp"
+#include "experiment/toml_reader.hpp"
+#include "rivid/data/units.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/model/urdf.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::TomlReader;
+using Path = std::filesystem::path;
+
+constexpr std::array<std::pair<std::string_view, Friction>, 5> friction_words = {
+    {{"none", Friction::none},
+     {"viscous", Friction::viscous},
+     {"coulomb", Friction::coulomb},
+     {"symmetric", Friction::symmetric},
+     {"asymmetric", Friction::asymmetric}}};
+constexpr std::array<std::pair<std::string_view, Outside>, 2> outside_words = {
+    {{"refuse", Outside::refuse}, {"hold", Outside::hold}}};
+
+// A value for each joint: one number for all, or a list.
+template <typename Value, typename Read>
+void for_each_joint(TomlReader& keys, std::string_view key, Robot& robot, const Read& read,
+                    Value Joint::* member) {
+  const toml::node* const node = keys.find(key);
+  if (node == nullptr) {
+    return;
+  }
+  const toml::array* const list = node->as_array();
+  if (list != nullptr && static_cast<Index>(list->size()) != robot.size()) {
+    keys.fail(*node, key,
+              "has " + std::to_string(list->size()) + " entries, must have one for each of the " +
+                  std::to_string(robot.size()) + " joints, or be a single value for all");
+  }
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    robot.joints[j].*member = read(list != nullptr ? *list->get(j) : *node);
+  }
+}
+
+Friction friction_word(const TomlReader& keys, const toml::node& node) {
+  const std::string word = keys.as_text(node, "friction");
+  if (const auto law = friction_named(word)) {
+    return *law;
+  }
+  std::vector<std::string> words;
+  for (const auto& [name, law] : friction_words) {
+    words.emplace_back(name);
+  }
+  keys.fail(node, "friction",
+            "is \"" + word + "\", must be one of " + quoted_list(words) + did_you_mean(word, words));
+}
+
+void read_joint_options(TomlReader& keys, Robot& robot) {
+  for_each_joint(
+      keys, "friction", robot, [&](const toml::node& n) { return friction_word(keys, n); }, &Joint::friction);
+  for_each_joint(
+      keys, "rotor_inertia", robot, [&](const toml::node& n) { return keys.as_boolean(n, "rotor_inertia"); },
+      &Joint::rotor_inertia);
+  const auto numbers = [&](std::string_view key, double Joint::* member) {
+    for_each_joint(keys, key, robot, [&](const toml::node& n) { return keys.as_number(n, key); }, member);
+  };
+  numbers("drive_gain", &Joint::drive_gain);
+  numbers("gear_ratio", &Joint::gear_ratio);
+}
+
+void read_joint(TomlReader keys, Joint& joint) {
+  joint.friction = keys.choice("friction", friction_words).value_or(joint.friction);
+  joint.rotor_inertia = keys.boolean("rotor_inertia").value_or(joint.rotor_inertia);
+  joint.drive_gain = keys.number("drive_gain").value_or(joint.drive_gain);
+  joint.gear_ratio = keys.number("gear_ratio").value_or(joint.gear_ratio);
+  joint.Ia = keys.number("Ia").value_or(joint.Ia);
+  joint.Fv = keys.number("Fv").value_or(joint.Fv);
+  joint.Fc = keys.number("Fc").value_or(joint.Fc);
+  keys.finish();
+}
+
+std::vector<std::string> joint_names(const Robot& robot) {
+  std::vector<std::string> out;
+  for (const Joint& joint : robot.joints) {
+    out.push_back(joint.name);
+  }
+  return out;
+}
+
+// Joint of that name.
+Index joint_index(const TomlReader& keys, const toml::node& node, std::string_view key,
+                  const std::string& name, const Robot& robot) {
+  const std::vector<std::string> names = joint_names(robot);
+  const auto at = std::ranges::find(names, name);
+  if (at == names.end()) {
+    keys.fail(node, key,
+              "is no joint of robot \"" + robot.name + "\", which has " + quoted_list(names) +
+                  did_you_mean(name, names));
+  }
+  return at - names.begin();
+}
+
+Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
+  UrdfOptions options;
+  options.base = keys.text("base").value_or("");
+  options.tip = keys.text("tip").value_or("");
+  if (const auto gravity = keys.numbers("gravity")) {
+    if (gravity->size() != 3) {
+      keys.fail(*keys.find("gravity"), "gravity",
+                "has " + std::to_string(gravity->size()) +
+                    " entries, must have three: the acceleration of free fall in the base frame, in m/s²");
+    }
+    options.gravity = Eigen::Vector3d((*gravity)[0], (*gravity)[1], (*gravity)[2]);
+  }
+  const auto urdf = keys.text("urdf");
+  const auto mdh = keys.text("mdh");
+  if (urdf.has_value() == mdh.has_value()) {
+    keys.fail(urdf ? "names both urdf and mdh, must name one" : "names no robot, must name urdf or mdh");
+  }
+  robot_file = folder / Path(urdf ? *urdf : *mdh);
+  Robot robot = urdf ? read_urdf(robot_file, options) : detail::read_mdh(robot_file, options.gravity);
+  read_joint_options(keys, robot);
+  if (auto joints = keys.section("joints")) {
+    for (const auto& [key, node] : joints->table()) {
+      const std::string name(key.str());
+      const Index j = joint_index(*joints, node, name, name, robot);
+      read_joint(*joints->section(name), robot.joints[static_cast<std::size_t>(j)]);
+    }
+  }
+  keys.finish();
+  if (const auto complaint = robot.complaint()) {
+    keys.fail(*complaint);
+  }
+  return robot;
+}
+
+// A column by its name, or by its number counted from 1.
+std::string column_name(const TomlReader& keys, const toml::node& node, std::string_view key) {
+  if (node.is_integer()) {
+    const std::int64_t column = keys.as_integer(node, key);
+    if (column < 1) {
+      keys.fail(node, key, "is column " + std::to_string(column) + "; columns count from 1");
+    }
+    return "#" + std::to_string(column);
+  }
+  return keys.as_text(node, key);
+}
+
+// "q1", 3, or { column = "q1", unit = "deg", sign = -1, scale = 2.0, offset = 0.1 }; the offset is in SI units.
+Column read_column(const TomlReader& keys, const toml::node& node, std::string_view key, double unit) {
+  if (!node.is_table()) {
+    return {column_name(keys, node, key), unit, 0.0};
+  }
+  TomlReader inner(*node.as_table(), keys.file(), std::string(key));
+  const toml::node* const column = inner.find("column");
+  if (column == nullptr) {
+    inner.fail("must say which column: { column = \"q1\", unit = \"deg\", sign = -1 }");
+  }
+  Column out{column_name(inner, *column, "column"), unit, inner.number("offset").value_or(0.0)};
+  if (const auto word = inner.text("unit")) {
+    out.scale = unit_scale(*word);
+  }
+  out.scale *= inner.number("scale").value_or(1.0);
+  if (const auto sign = inner.number("sign")) {
+    if (std::abs(*sign) != 1.0) {
+      inner.fail(*inner.find("sign"), "sign", "is " + number(*sign) + ", must be 1 or -1");
+    }
+    out.scale *= *sign;
+  }
+  inner.finish();
+  if (out.scale == 0.0) {
+    inner.fail("has scale 0");
+  }
+  return out;
+}
+
+constexpr std::array<std::string_view, 7> quantities = {
+    "position", "velocity", "torque", "control", "reference", "reference_velocity", "time"};
+
+// Factors to SI, one for each quantity: units = { position = "deg", torque = "mNm" }.
+class Units {
+ public:
+  explicit Units(TomlReader& keys) {
+    auto section = keys.section("units");
+    if (!section) {
+      return;
+    }
+    for (std::size_t i = 0; i < quantities.size(); ++i) {
+      if (const auto word = section->text(quantities[i])) {
+        try {
+          scales_[i] = unit_scale(*word);
+        } catch (const InputError& e) {
+          section->fail(*section->find(quantities[i]), quantities[i], e.what());
+        }
+      }
+    }
+    section->finish();
+  }
+
+  [[nodiscard]] double operator()(std::string_view quantity) const {
+    return scales_[static_cast<std::size_t>(std::ranges::find(quantities, quantity) - quantities.begin())];
+  }
+
+ private:
+  std::array<double, quantities.size()> scales_ = {1, 1, 1, 1, 1, 1, 1};
+};
+
+std::vector<Column> read_columns(TomlReader& keys, std::string_view key, const Units& units,
+                                 const std::vector<Column>& otherwise, Index n) {
+  const toml::node* const node = keys.find(key);
+  if (node == nullptr) {
+    return otherwise;
+  }
+  std::vector<Column> out;
+  if (const toml::array* const list = node->as_array()) {
+    for (const toml::node& item : *list) {
+      out.push_back(read_column(keys, item, key, units(key)));
+    }
+  } else {
+    out.push_back(read_column(keys, *node, key, units(key)));
+  }
+  if (static_cast<Index>(out.size()) != n) {
+    keys.fail(*node, key,
+              "names " + std::to_string(out.size()) + " columns, must name one for each of the " +
+                  std::to_string(n) + " joints");
+  }
+  return out;
+}
+
+LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
+  const Units units(keys);
+  out.position = read_columns(keys, "position", units, out.position, n);
+  out.velocity = read_columns(keys, "velocity", units, out.velocity, n);
+  out.torque = read_columns(keys, "torque", units, out.torque, n);
+  out.control = read_columns(keys, "control", units, out.control, n);
+  out.reference = read_columns(keys, "reference", units, out.reference, n);
+  out.reference_velocity = read_columns(keys, "reference_velocity", units, out.reference_velocity, n);
+  if (const toml::node* const time = keys.find("time")) {
+    out.time = read_column(keys, *time, "time", units("time"));
+  }
+  if (const auto rate = keys.number("rate_hz")) {
+    out.rate_hz = *rate;
+  }
+  out.table.separator =
+      keys.choice("separator",
+                  std::array<std::pair<std::string_view, Separator>, 5>{{{"auto", Separator::automatic},
+                                                                         {",", Separator::comma},
+                                                                         {";", Separator::semicolon},
+                                                                         {"tab", Separator::tab},
+                                                                         {"space", Separator::spaces}}})
+          .value_or(out.table.separator);
+  out.table.decimal =
+      keys.choice("decimal",
+                  std::array<std::pair<std::string_view, Decimal>, 3>{
+                      {{"auto", Decimal::automatic}, {".", Decimal::point}, {",", Decimal::comma}}})
+          .value_or(out.table.decimal);
+  if (const auto header = keys.boolean("header")) {
+    out.table.header = *header ? Header::present : Header::absent;
+  }
+  return out;
+}
+
+LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, const LogOptions& columns,
+                                           Index n) {
+  LogSource::Reference out;
+  const auto file = keys.text("file");
+  if (!file) {
+    keys.fail("must name its file");
+  }
+  out.file = folder / Path(*file);
+  out.columns.reference = columns.reference;
+  out.columns.reference_velocity = columns.reference_velocity;
+  const toml::node* const position = keys.find("position");
+  const Units units(keys);
+  if (position != nullptr) {
+    out.columns.reference = read_columns(keys, "position", units, {}, n);
+  }
+  out.columns.reference_velocity = read_columns(keys, "velocity", units, out.columns.reference_velocity, n);
+  if (const toml::node* const time = keys.find("time")) {
+    out.columns.time = read_column(keys, *time, "time", units("time"));
+  }
+  if (const auto rate = keys.number("rate_hz")) {
+    out.columns.rate_hz = *rate;
+  }
+  out.delay = keys.number("delay").value_or(0.0);
+  out.outside = keys.choice("outside", outside_words).value_or(Outside::refuse);
+  keys.finish();
+  return out;
+}
+
+std::vector<LogSource::Subtraction> read_subtractions(TomlReader& keys, const Path& folder,
+                                                      const Robot& robot) {
+  std::vector<LogSource::Subtraction> out;
+  const toml::node* const node = keys.find("subtract");
+  if (node == nullptr) {
+    return out;
+  }
+  const toml::array* const list = node->as_array();
+  if (list == nullptr) {
+    keys.fail(*node, "subtract",
+              "must be a list of tables: [{ joint = \"joint_2\", table = \"counterbalance.csv\" }]");
+  }
+  for (const toml::node& item : *list) {
+    TomlReader inner(keys.as_table(item, "subtract"), keys.file(), "log.subtract");
+    LogSource::Subtraction s;
+    const auto joint = inner.text("joint");
+    const auto table = inner.text("table");
+    if (!joint || !table) {
+      inner.fail("must name joint and table");
+    }
+    s.joint = joint_index(inner, *inner.find("joint"), "joint", *joint, robot);
+    s.table = folder / Path(*table);
+    s.columns = inner.texts("columns").value_or(std::vector<std::string>{});
+    s.outside = inner.choice("outside", outside_words).value_or(Outside::refuse);
+    inner.finish();
+    out.push_back(std::move(s));
+  }
+  return out;
+}
+
+// [log], or [validation] with [log] for what it does not say itself.
+LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, const Robot& robot) {
+  out.files.clear();
+  const auto files = keys.texts("files");
+  if (!files || files->empty()) {
+    keys.fail("must name at least one file in files");
+  }
+  for (const std::string& file : *files) {
+    out.files.push_back(folder / Path(file));
+  }
+  out.columns = read_log_columns(keys, std::move(out.columns), robot.size());
+  // What the file names is read, not what else happens to be in the log under a default name.
+  if (!out.columns.torque.empty() || !out.columns.control.empty()) {
+    out.columns.default_names = false;
+  }
+  out.irregular =
+      keys.choice("irregular",
+                  std::array<std::pair<std::string_view, Irregular>, 3>{{{"refuse", Irregular::refuse},
+                                                                         {"resample", Irregular::resample},
+                                                                         {"ignore", Irregular::ignore}}})
+          .value_or(out.irregular);
+  if (const auto rate = keys.number("resample_hz")) {
+    out.resample.rate_hz = *rate;
+    out.irregular = Irregular::resample;
+  }
+  out.resample.max_gap = keys.number("max_gap").value_or(out.resample.max_gap);
+  out.torque_lag = keys.number("torque_lag").value_or(out.torque_lag);
+  if (keys.find("subtract") != nullptr) {
+    out.subtract = read_subtractions(keys, folder, robot);
+  }
+  if (auto reference = keys.section("reference_file")) {
+    out.reference = read_reference_source(*reference, folder, out.columns, robot.size());
+  }
+  keys.finish();
+  for (const auto& complaint : {out.columns.complaint(), out.resample.complaint()}) {
+    if (complaint) {
+      keys.fail(*complaint);
+    }
+  }
+  return out;
+}
+
+// A frequency, or "off" for no filter.
+std::optional<double> cutoff(TomlReader& keys, std::string_view key) {
+  const toml::node* const node = keys.find(key);
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  if (node->is_string() && keys.as_text(*node, key) == "off") {
+    return 0.0;
+  }
+  const double value = node->is_string() ? -1.0 : keys.as_number(*node, key);
+  if (value <= 0.0) {
+    keys.fail(*node, key, "must be a frequency in Hz, or \"off\" for no filter");
+  }
+  return value;
+}
+
+SignalOptions read_signal(TomlReader keys, Index n) {
+  SignalOptions out;
+  const auto cutoff_hz = cutoff(keys, "cutoff_hz");
+  if (!cutoff_hz) {
+    keys.fail(
+        "must say cutoff_hz, the cut-off of the position filter in Hz: some ten times the highest frequency "
+        "of the "
+        "motion, or \"off\" for no filter");
+  }
+  out.cutoff_hz = *cutoff_hz;
+  out.torque_cutoff_hz = cutoff(keys, "torque_cutoff_hz").value_or(0.0);
+  out.order = static_cast<int>(keys.integer("order").value_or(out.order));
+  out.torque_order = static_cast<int>(keys.integer("torque_order").value_or(out.order));
+  for (const std::int64_t n_d : keys.integers("decimation").value_or(std::vector<std::int64_t>{})) {
+    out.decimation.push_back(static_cast<int>(n_d));
+  }
+  const toml::node* const trim = keys.find("trim");
+  if (trim != nullptr && !(trim->is_string() && keys.as_text(*trim, "trim") == "auto")) {
+    const std::vector<std::int64_t> ends = *keys.integers("trim");
+    if (ends.empty() || ends.size() > 2) {
+      keys.fail(*trim, "trim", "must be one number of samples for both ends, [begin, end], or \"auto\"");
+    }
+    out.trim = {ends.front(), ends.back()};
+  }
+  if (const auto threshold = keys.numbers("velocity_threshold")) {
+    const bool for_all = !keys.find("velocity_threshold")->is_array();
+    out.velocity_threshold =
+        for_all ? std::vector<double>(static_cast<std::size_t>(n), threshold->front()) : *threshold;
+  }
+  if (const auto window = keys.numbers("window")) {
+    if (window->size() != 2) {
+      keys.fail(*keys.find("window"), "window", "must be [begin, end] in seconds");
+    }
+    out.window = {(*window)[0], (*window)[1]};
+  }
+  out.convention = keys.choice("convention",
+                               std::array<std::pair<std::string_view, Convention>, 2>{
+                                   {{"standard", Convention::standard}, {"matlab", Convention::matlab}}})
+                       .value_or(out.convention);
+  keys.finish();
+  if (const auto complaint = out.complaint(n)) {
+    keys.fail(*complaint);
+  }
+  return out;
+}
+
+toml::table parsed(const Path& path) {
+  std::error_code error;
+  std::ifstream in(path, std::ios::binary);
+  if (!in || std::filesystem::is_directory(path, error)) {
+    throw InputError(path.string() + ": the experiment file can not be read");
+  }
+  std::ostringstream text;
+  text << in.rdbuf();
+  try {
+    return toml::parse(text.str(), path.string());
+  } catch (const toml::parse_error& e) {
+    const auto& at = e.source().begin;
+    throw InputError(path.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
+                     std::string(e.description()));
+  }
+}
+
+}  // namespace
+
+Experiment read_experiment(const Path& path) {
+  const toml::table table = parsed(path);
+  const Path folder = path.parent_path();
+  TomlReader keys(table, path.string(), "");
+  const auto required = [&](std::string_view key) {
+    auto section = keys.section(key);
+    if (!section) {
+      throw InputError(path.string() + ": section [" + std::string(key) + "] is missing");
+    }
+    return *section;
+  };
+  // All sections are looked up before any is read, so that a mistyped one is told first.
+  const TomlReader robot = required("robot");
+  const TomlReader log = required("log");
+  const TomlReader signal = required("signal");
+  auto method = keys.section("method");
+  const auto validation = keys.section("validation");
+  keys.finish();
+
+  Experiment out;
+  out.file = path;
+  out.robot = read_robot(robot, folder, out.robot_file);
+  out.log = read_log_source(log, {}, folder, out.robot);
+  out.signal = read_signal(signal, out.robot.size());
+  if (method) {
+    out.method =
+        method
+            ->choice("name", std::array<std::pair<std::string_view, Method>, 2>{{{"ols", Method::ols},
+                                                                                 {"wls", Method::wls}}})
+            .value_or(out.method);
+    method->finish();
+  }
+  out.validation = out.log;
+  out.validation.files.clear();
+  if (validation) {
+    out.validation = read_log_source(*validation, out.log, folder, out.robot);
+  }
+  return out;
+}
+
+}  // namespace rivid

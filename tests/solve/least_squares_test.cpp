@@ -1,0 +1,139 @@
+#include "rivid/solve/least_squares.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "rivid/solve/student.hpp"
+
+namespace rivid {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  return Matrix::NullaryExpr(rows, columns, [&] { return normal(random); });
+}
+
+// Two groups of rows, the second blind for columns 0 and 1.
+struct TwoGroups {
+  Matrix W1 = random_matrix(400, 5, 21);
+  Matrix W2 = random_matrix(300, 3, 22);
+  Vector Y1 = random_matrix(400, 1, 23);
+  Vector Y2 = 10.0 * random_matrix(300, 1, 24);
+
+  [[nodiscard]] std::vector<RowGroup> groups() const {
+    std::vector<RowGroup> out = {{{0, 1, 2, 3, 4}, StreamingQr(5)}, {{2, 3, 4}, StreamingQr(3)}};
+    out[0].qr.add(W1, Y1);
+    out[1].qr.add(W2, Y2);
+    return out;
+  }
+  [[nodiscard]] Matrix W(double w1, double w2) const {
+    Matrix out = Matrix::Zero(700, 5);
+    out << w1 * W1, Matrix::Zero(300, 2), w2 * W2;
+    return out;
+  }
+  [[nodiscard]] Vector Y(double w1, double w2) const {
+    Vector out(700);
+    out << w1 * Y1, w2 * Y2;
+    return out;
+  }
+};
+
+TEST(LeastSquares, OfGroupsIsThatOfTheStackedWeightedRows) {
+  const TwoGroups data;
+  const std::vector<double> weights = {0.7, 3.0};
+  const LeastSquares found = least_squares(data.groups(), 5, weights);
+  const Matrix W = data.W(0.7, 3.0);
+  const Matrix normal = W.transpose() * W;
+  const Vector expected = normal.inverse() * (W.transpose() * data.Y(0.7, 3.0));
+  EXPECT_TRUE(found.full_rank());
+  EXPECT_LT((found.chi - expected).norm(), 1e4 * epsilon * expected.norm());
+  EXPECT_LT((found.unit_covariance - normal.inverse()).norm(), 1e4 * epsilon * normal.inverse().norm());
+  const Residual r = residual(data.groups(), found.chi, weights);
+  const Vector rho = data.Y(0.7, 3.0) - W * found.chi;
+  EXPECT_NEAR(r.norm, rho.norm(), 1e4 * epsilon * rho.norm());
+  EXPECT_NEAR(r.sum, rho.sum(), 1e5 * epsilon * rho.norm());
+  EXPECT_NEAR((W.transpose() * rho).norm(), 0.0, 1e5 * epsilon * rho.norm());
+}
+
+TEST(LeastSquares, ConditionIsTheRatioOfTheSingularValues) {
+  std::vector<RowGroup> groups = {{{0, 1}, StreamingQr(2)}};
+  Matrix W = Matrix::Zero(4, 2);
+  W(1, 0) = 3.0;
+  W(2, 1) = 0.5;
+  groups[0].qr.add(W, Vector::Zero(4));
+  EXPECT_NEAR(least_squares(groups, 2, std::vector<double>{1.0}).condition, 6.0, 1e-14);
+}
+
+TEST(LeastSquares, NamesTheColumnsThatCanNotBeToldApartAndKeepsTheOthers) {
+  Matrix W = random_matrix(200, 5, 31);
+  W.col(4) = 2.0 * W.col(1);  // 1 and 4 depend on each other
+  W.col(2).setZero();         // 2 is not excited
+  const Vector truth = Vector::LinSpaced(5, 1.0, 5.0);
+  std::vector<RowGroup> groups = {{{0, 1, 2, 3, 4}, StreamingQr(5)}};
+  groups[0].qr.add(W, W * truth);
+  const LeastSquares found = least_squares(groups, 5, std::vector<double>{1.0});
+  EXPECT_EQ(found.rank, 3);
+  EXPECT_EQ(found.undetermined, (std::vector<std::vector<Index>>{{1, 4}, {2}}));
+  EXPECT_NEAR(found.chi[0], 1.0, 1e-12);
+  EXPECT_NEAR(found.chi[3], 4.0, 1e-12);
+  EXPECT_TRUE(std::isinf(found.unit_covariance(1, 1)));
+  EXPECT_TRUE(std::isfinite(found.unit_covariance(0, 0)));
+  EXPECT_NEAR((W * (found.chi - truth)).norm(), 0.0, 1e-11);
+}
+
+// Units must not decide about rank: columns of 1e-9 and 1e9 are as good as others.
+TEST(LeastSquares, JudgesRankOnColumnsOfEqualNorm) {
+  Matrix W = random_matrix(100, 3, 41);
+  W.col(1) *= 1e-9;
+  W.col(2) *= 1e9;
+  std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}};
+  groups[0].qr.add(W, W * Vector::Ones(3));
+  const LeastSquares found = least_squares(groups, 3, std::vector<double>{1.0});
+  EXPECT_TRUE(found.full_rank());
+  EXPECT_NEAR(found.chi[1], 1.0, 1e-12);
+}
+
+TEST(GroupSigmas, AreThoseOfAFitToEachGroupAlone) {
+  const TwoGroups data;
+  const std::vector<double> sigmas = group_sigmas(data.groups());
+  const Vector own = (data.W2.transpose() * data.W2).inverse() * (data.W2.transpose() * data.Y2);
+  EXPECT_NEAR(sigmas[1], (data.Y2 - data.W2 * own).norm() / std::sqrt(297.0), 1e-12);
+}
+
+TEST(GroupSigmas, CountTheRankOfTheGroupNotItsColumns) {
+  Matrix W = random_matrix(50, 3, 51);
+  W.col(2) = W.col(0);
+  const Vector Y = random_matrix(50, 1, 52);
+  std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}};
+  groups[0].qr.add(W, Y);
+  const Matrix independent = W.leftCols(2);
+  const Vector own = (independent.transpose() * independent).inverse() * (independent.transpose() * Y);
+  EXPECT_NEAR(group_sigmas(groups)[0], (Y - independent * own).norm() / std::sqrt(48.0), 1e-12);
+}
+
+TEST(GroupSigmas, AreNeverZero) {
+  const Matrix W = random_matrix(50, 3, 61);
+  std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}};
+  groups[0].qr.add(W, W * Vector::Ones(3));
+  EXPECT_GT(group_sigmas(groups)[0], 0.0);
+}
+
+// Table values (SciPy's t.ppf(0.975, freedom)).
+TEST(StudentQuantile, IsThatOfTheTables) {
+  EXPECT_NEAR(student_quantile_975(1), 12.706205, 1e-6);
+  EXPECT_NEAR(student_quantile_975(2), 4.302653, 1e-6);
+  EXPECT_NEAR(student_quantile_975(3), 3.182446, 5e-3);
+  EXPECT_NEAR(student_quantile_975(10), 2.228139, 1e-5);
+  EXPECT_NEAR(student_quantile_975(100), 1.983972, 1e-6);
+  EXPECT_NEAR(student_quantile_975(1e9), 1.959964, 1e-6);
+}
+
+}  // namespace
+}  // namespace rivid
