@@ -44,22 +44,9 @@ void for_each_joint(TomlReader& keys, std::string_view key, Robot& robot, const 
   }
 }
 
-Friction friction_word(const TomlReader& keys, const toml::node& node) {
-  const std::string word = keys.as_text(node, "friction");
-  if (const auto law = friction_named(word)) {
-    return *law;
-  }
-  std::vector<std::string> words;
-  for (const auto& [name, law] : friction_words) {
-    words.emplace_back(name);
-  }
-  keys.fail(node, "friction",
-            "is \"" + word + "\", must be one of " + quoted_list(words) + did_you_mean(word, words));
-}
-
 void read_joint_options(TomlReader& keys, Robot& robot) {
   for_each_joint(
-      keys, "friction", robot, [&](const toml::node& n) { return friction_word(keys, n); }, &Joint::friction);
+      keys, "friction", robot, [&](const toml::node& n) { return keys.as_choice(n, "friction", friction_words); }, &Joint::friction);
   for_each_joint(
       keys, "rotor_inertia", robot, [&](const toml::node& n) { return keys.as_boolean(n, "rotor_inertia"); },
       &Joint::rotor_inertia);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -59,23 +60,11 @@ class TomlReader {
     return list<std::string>(key, [&](const toml::node& node) { return as_text(node, key); });
   }
 
-  /// One of a few words.
   template <typename Value, std::size_t N>
   std::optional<Value> choice(std::string_view key,
                               const std::array<std::pair<std::string_view, Value>, N>& choices) {
     const toml::node* const node = find(key);
-    if (node == nullptr) {
-      return std::nullopt;
-    }
-    const std::string word = as_text(*node, key);
-    std::vector<std::string> words;
-    for (const auto& [name, value] : choices) {
-      if (name == word) {
-        return value;
-      }
-      words.emplace_back(name);
-    }
-    fail(*node, key, "is \"" + word + "\", must be one of " + quoted_list(words) + did_you_mean(word, words));
+    return node == nullptr ? std::nullopt : std::optional(as_choice(*node, key, choices));
   }
 
   /// A table within this one.
@@ -126,6 +115,21 @@ class TomlReader {
   }
 
   [[nodiscard]] const std::string& file() const { return file_; }
+
+  /// One of a few words.
+  template <typename Value, std::size_t N>
+  Value as_choice(const toml::node& node, std::string_view key,
+                  const std::array<std::pair<std::string_view, Value>, N>& choices) const {
+    const std::string word = as_text(node, key);
+    std::vector<std::string> words;
+    for (const auto& [name, value] : choices) {
+      if (name == word) {
+        return value;
+      }
+      words.emplace_back(name);
+    }
+    fail(node, key, "is \"" + word + "\", must be one of " + quoted_list(words) + did_you_mean(word, words));
+  }
 
   /// Refuses keys that nobody asked for.
   void finish() const {

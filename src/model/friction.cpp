@@ -32,13 +32,4 @@ std::span<const ParameterKind> parameters(Friction law) {
 
 std::string_view name(Friction law) { return names[static_cast<std::size_t>(law)]; }
 
-std::optional<Friction> friction_named(std::string_view name) {
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (names[i] == name) {
-      return static_cast<Friction>(i);
-    }
-  }
-  return std::nullopt;
-}
-
 }  // namespace rivid

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -22,9 +21,6 @@ enum class Friction {
 
 /// "none", "viscous", "coulomb", "symmetric", "asymmetric".
 [[nodiscard]] std::string_view name(Friction law);
-
-/// The law of that name, nothing if there is none.
-[[nodiscard]] std::optional<Friction> friction_named(std::string_view name);
 
 /// sign of a velocity with sign(0) = 0, as the Coulomb columns need it.
 template <typename Scalar>

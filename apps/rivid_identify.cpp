@@ -1,0 +1,159 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+
+#include "progress_bar.hpp"
+#include "rivid/error.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/report/file.hpp"
+#include "rivid/report/json.hpp"
+#include "rivid/report/table.hpp"
+#include "rivid/text.hpp"
+#include "rivid/version.hpp"
+
+namespace {
+
+using namespace rivid;
+
+enum ExitCode { identified = 0, not_identified = 1, bad_input = 2, numerics = 3 };
+
+struct Arguments {
+  std::filesystem::path experiment;
+  std::string method;
+  std::vector<std::filesystem::path> logs;
+  std::vector<std::filesystem::path> validate;
+  std::filesystem::path output;
+  bool json = false;
+  bool quiet = false;
+  bool dry_run = false;
+};
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.add_option("experiment", arguments.experiment,
+                 "Experiment file (TOML): robot, log, signal chain, method")
+      ->required()
+      ->type_name("EXPERIMENT.toml");
+  app.add_option("--method", arguments.method, "Method instead of the experiment file's")
+      ->check(CLI::IsMember({"ols", "wls"}))
+      ->type_name("ols|wls");
+  app.add_option("--log", arguments.logs, "Log files instead of the experiment file's")->type_name("FILE");
+  app.add_option("--validate", arguments.validate, "Validation logs instead of the experiment file's")
+      ->type_name("FILE");
+  app.add_option("--output", arguments.output, "Folder for result.json; default: EXPERIMENT_result")
+      ->type_name("DIR");
+  app.add_flag("--json", arguments.json, "Print the result as JSON instead of the table");
+  app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
+  app.add_flag("--dry-run", arguments.dry_run,
+               "Read and check everything, tell what would be done, write nothing");
+  app.set_version_flag("--version", std::string("rivid_identify ") + version);
+  app.footer(
+      "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
+      "failure.\n"
+      "The keys of an experiment file are listed in docs/experiment.md.");
+}
+
+// Flags override the experiment file; what they changed is kept for the provenance.
+std::vector<std::pair<std::string, std::string>> apply(const Arguments& arguments, Experiment& experiment) {
+  std::vector<std::pair<std::string, std::string>> overrides;
+  const auto joined = [](const std::vector<std::filesystem::path>& files) {
+    std::string out;
+    for (const std::filesystem::path& file : files) {
+      out += (out.empty() ? "" : " ") + file.string();
+    }
+    return out;
+  };
+  if (!arguments.method.empty()) {
+    experiment.method = *method_named(arguments.method);
+    overrides.emplace_back("method", arguments.method);
+  }
+  if (!arguments.logs.empty()) {
+    experiment.log.files = arguments.logs;
+    overrides.emplace_back("log", joined(arguments.logs));
+  }
+  if (!arguments.validate.empty()) {
+    experiment.validation.files = arguments.validate;
+    overrides.emplace_back("validate", joined(arguments.validate));
+  }
+  return overrides;
+}
+
+void print_plan(std::ostream& out, const Experiment& experiment, const std::filesystem::path& result) {
+  const Robot& robot = experiment.robot;
+  const BaseParameters base = base_parameters(robot);
+  out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", " << robot.size()
+      << " joints from \"" << robot.base << "\" to \"" << robot.joints.back().link << "\", " << base.size()
+      << " base parameters of " << base.standard.size() << " standard ones\n";
+  const auto print_logs = [&](const char* what, const LogSource& source) {
+    for (const Log& log : read_logs(source, robot)) {
+      out << what << log.source << ": " << log.samples() << " samples at " << number(log.f_m) << " Hz, "
+          << number(static_cast<double>(log.samples()) / log.f_m, 4) << " s\n";
+      for (const std::string& note : log.notes) {
+        out << "            " << note << '\n';
+      }
+      (void)rows(robot, base, log, experiment.signal);
+    }
+  };
+  print_logs("log         ", experiment.log);
+  print_logs("validation  ", experiment.validation);
+  out << "method      " << name(experiment.method) << '\n' << "would write " << result.string() << '\n';
+}
+
+int identify_from(const Arguments& arguments) {
+  Experiment experiment = read_experiment(arguments.experiment);
+  const auto overrides = apply(arguments, experiment);
+  const std::filesystem::path folder =
+      arguments.output.empty() ? std::filesystem::path(arguments.experiment.stem().string() + "_result")
+                               : arguments.output;
+  const std::filesystem::path file = folder / "result.json";
+  if (arguments.dry_run) {
+    print_plan(std::cout, experiment, file);
+    return identified;
+  }
+
+  ProgressBar bar(!arguments.quiet);
+  const Identification result =
+      run(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
+  bar.clear();
+
+  Provenance provenance{.program = "rivid_identify", .inputs = {}, .overrides = overrides};
+  for (const std::filesystem::path& input : experiment.inputs()) {
+    provenance.inputs.push_back(input_file(input));
+  }
+  const std::string json = to_json(experiment.robot, result, experiment.signal, provenance);
+  write_file(file, json);
+  if (!arguments.quiet) {
+    if (arguments.json) {
+      std::cout << json;
+    } else {
+      std::cout << result;
+    }
+    std::cout.flush();
+    for (const std::string& warning : result.warnings) {
+      std::cerr << "warning: " << warning << '\n';
+    }
+    std::cerr << "wrote " << file.string() << '\n';
+  }
+  return result.status == Status::identified ? identified : not_identified;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
+    Arguments arguments;
+    declare(app, arguments);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+      return app.exit(e) == 0 ? identified : bad_input;
+    }
+    return identify_from(arguments);
+  } catch (const InputError& e) {
+    std::cerr << "rivid_identify: error: " << e.what() << '\n';
+    return bad_input;
+  } catch (const std::exception& e) {
+    std::cerr << "rivid_identify: failure: " << e.what() << '\n';
+    return numerics;
+  }
+}
