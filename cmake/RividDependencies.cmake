@@ -4,8 +4,8 @@
 #   Eigen       public: matrices are part of the interface
 #   KDL         public for who includes rivid/model/kdl.hpp; LGPL, linked dynamically
 #   urdfdom     private: reads URDF
-# Header-only, and needed to build rivid but never to use it, hence absent from the installed package:
-#   toml++, nlohmann-json, CLI11
+# Header-only libraries that are needed to build rivid but never to use it (toml++, nlohmann-json, CLI11) are found
+# where they are used and linked as $<BUILD_INTERFACE:…>, so that the installed package does not ask for them.
 
 include(CMakeFindDependencyMacro)
 
