@@ -22,6 +22,7 @@ if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>
 fi
 
 packages=$(missing)
+packages=${packages% }
 [ -n "$packages" ] || exit 0
 
 if [ "$(id -u)" -eq 0 ]; then
@@ -44,8 +45,8 @@ apt() {
 
 # A package list that cannot be refreshed (one broken source among many) need not stop the installation.
 apt update || echo "install-packages.sh: apt-get update failed, going on with the lists at hand" >>"$log"
-# shellcheck disable=SC2046  # one word a package is what is wanted
-if ! apt install --no-install-recommends $(cat packages.txt); then
+# shellcheck disable=SC2086  # one word a package is what is wanted
+if ! apt install --no-install-recommends $packages; then
   cat "$log" >&2
   fail "apt-get could not install: ${packages}"
 fi
