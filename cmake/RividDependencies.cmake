@@ -6,6 +6,8 @@
 #   urdfdom     private: reads URDF
 #   pugixml     private: checks URDF strictly, with line numbers, before urdfdom sees it
 #   libmd       private: SHA-256 of the input files, for the provenance of a result
+# Header-only libraries that are needed to build rivid but never to use it (toml++, nlohmann-json, CLI11) are found
+# where they are used and linked as $<BUILD_INTERFACE:…>, so that the installed package does not ask for them.
 
 include(CMakeFindDependencyMacro)
 
@@ -29,11 +31,4 @@ if(NOT TARGET rivid_libmd)
   add_library(rivid_libmd INTERFACE IMPORTED)
   target_link_libraries(rivid_libmd INTERFACE ${RIVID_LIBMD})
   target_include_directories(rivid_libmd SYSTEM INTERFACE ${RIVID_LIBMD_INCLUDE_DIR})
-endif()
-
-# Header-only packages are needed to build rivid, never to use it. CMake sets this variable while a
-# find_package(rivid) of somebody else is being answered.
-if(NOT CMAKE_FIND_PACKAGE_NAME)
-  find_package(nlohmann_json REQUIRED)
-  find_package(tomlplusplus REQUIRED)
 endif()

@@ -1,0 +1,29 @@
+# rivid as its users meet it: installed, moved elsewhere, found by find_package.
+
+set(prefix ${CMAKE_CURRENT_BINARY_DIR}/install/moved)
+rivid_script_test(
+  install_to_a_moved_prefix ${CMAKE_CURRENT_LIST_DIR}/install_and_move.cmake package
+  -DBUILD_DIR=${PROJECT_BINARY_DIR} -DSOURCE_DIR=${PROJECT_SOURCE_DIR} -DCONFIG=$<CONFIG>
+  -DSTAGING=${CMAKE_CURRENT_BINARY_DIR}/install/staging -DPREFIX=${prefix})
+set_tests_properties(install_to_a_moved_prefix PROPERTIES FIXTURES_SETUP moved_prefix RESOURCE_LOCK build_tree)
+
+# rivid_consumer_test(NAME FLAGS -DRUN_SAYS=… | -DLINK_SAYS=…): builds consumer/ with FLAGS; RUN_SAYS is what the
+# program must print, LINK_SAYS what the linker must say when it refuses.
+function(rivid_consumer_test name flags)
+  string(PREPEND flags "${CMAKE_CXX_FLAGS} ")
+  if(RIVID_SANITIZE)
+    string(APPEND flags " -fsanitize=address,undefined")
+  endif()
+  rivid_script_test(
+    ${name} ${PROJECT_SOURCE_DIR}/tests/install/build_consumer.cmake package
+    -DCONSUMER=${PROJECT_SOURCE_DIR}/tests/install/consumer -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/install/${name}
+    -DPREFIX=${prefix} -DGENERATOR=${CMAKE_GENERATOR} -DCOMPILER=${CMAKE_CXX_COMPILER} "-DFLAGS=${flags}" ${ARGN})
+  set_tests_properties(${name} PROPERTIES FIXTURES_REQUIRED moved_prefix)
+endfunction()
+
+rivid_consumer_test(consumer_project "" "-DRUN_SAYS=rivid [0-9.]+: a robot of 0 joints")
+# A crash at run time otherwise: see include/rivid/types.hpp. The program is linked, never run.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CMAKE_CXX_FLAGS MATCHES "-m(arch|avx)")
+  rivid_consumer_test(consumer_with_other_simd_flags "-mavx2"
+                      -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags)
+endif()

@@ -1,0 +1,30 @@
+# Tests of the project itself: its layers, its headers, its format, and the package that users install.
+
+# A test that is a CMake script: rivid_script_test(NAME SCRIPT LABEL -DVARIABLE=value…)
+function(rivid_script_test name script label)
+  add_test(NAME ${name} COMMAND ${CMAKE_COMMAND} ${ARGN} -P ${script})
+  # A script that cannot check anything says "skipped: why", and ctest shows it.
+  set_tests_properties(${name} PROPERTIES LABELS ${label} SKIP_REGULAR_EXPRESSION "skipped: ")
+endfunction()
+
+rivid_script_test(layering ${PROJECT_SOURCE_DIR}/cmake/check_layering.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
+rivid_script_test(
+  layering_finds_violations ${CMAKE_CURRENT_SOURCE_DIR}/layering/violations.cmake unit
+  -DCHECK=${PROJECT_SOURCE_DIR}/cmake/check_layering.cmake -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/layering)
+
+get_target_property(header_set rivid HEADER_SET)
+list(JOIN header_set "\n" header_lines)
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/header_set.txt "${header_lines}\n")
+rivid_script_test(
+  headers_are_listed ${PROJECT_SOURCE_DIR}/cmake/check_header_set.cmake unit
+  -DINCLUDE_DIR=${PROJECT_SOURCE_DIR}/include -DHEADER_SET=${CMAKE_CURRENT_BINARY_DIR}/header_set.txt)
+
+rivid_script_test(format ${PROJECT_SOURCE_DIR}/cmake/check_format.cmake format -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
+
+add_test(NAME headers_stand_alone COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --config $<CONFIG> --target
+                                          all_verify_interface_header_sets)
+set_tests_properties(headers_stand_alone PROPERTIES LABELS package RESOURCE_LOCK build_tree)
+
+if(RIVID_INSTALL)
+  include(install/consumer_tests.cmake)
+endif()
