@@ -45,8 +45,8 @@ SecondOrderSection first_order(double a1) {
   return {.b0 = b, .b1 = b, .b2 = 0.0, .a1 = a1, .a2 = 0.0};
 }
 
-// Bilinear transform of the all-pole prototype with poles −width sin θ ± i height cos θ, θ = (2k + 1) π / (2 order),
-// scaled by the prewarped cut-off tan(π f_c / f_m).
+// Bilinear transform of the all-pole prototype with poles −width sin θ ± i height cos θ,
+// θ = (2k + 1) π / (2 order), scaled by the prewarped cut-off tan(π f_c / f_m).
 Filter low_pass(int order, double width, double height, double cutoff_hz, double f_m) {
   const double warped = std::tan(std::numbers::pi * cutoff_hz / f_m);
   Filter filter{.sections = {}, .order = order};

@@ -8,7 +8,8 @@
 
 namespace rivid::probe {
 
-/// The series of oracle.py: an offset, four tones and a sawtooth that hops like noise. Starts at sample `start`.
+/// The series of oracle.py: an offset, four tones and a sawtooth that hops like noise. Starts at sample
+/// `start`.
 inline Vector series(Index n_m, Index start = 0) {
   Vector x(n_m);
   for (Index i = 0; i < n_m; ++i) {

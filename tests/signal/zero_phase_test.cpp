@@ -23,7 +23,8 @@ constexpr Convention both[] = {Convention::standard, Convention::matlab};
 // Filters of order 8 and less at 0.1 f_m amplify rounding by at most 1e3.
 constexpr double rounding = 1e-13;
 
-// What the padding of Convention::standard leaves of the start of a pass, in both passes, per unit of the jump.
+// What the padding of Convention::standard leaves of the start of a pass, in both passes, per unit of the
+// jump.
 constexpr double forgotten = 1e-5;
 
 TEST(ZeroPhase, LeavesAConstantAlone) {
@@ -115,6 +116,15 @@ TEST(ZeroPhase, LetsAValueThatIsNotFiniteSpoilItsOwnColumnOnly) {
   EXPECT_TRUE(y.col(0).allFinite());
   EXPECT_FALSE(y.col(1).allFinite());
   EXPECT_TRUE(y.col(2).allFinite());
+}
+
+TEST(ZeroPhase, ComesToRestExactlyInAStandstill) {
+  // Not in subnormal numbers, which would cost thirty times as much.
+  for (const double f : {1.0, 20.0, 70.0}) {
+    Vector x = series(100000);
+    x.tail(99000).setZero();
+    EXPECT_EQ(zero_phase(x, f_m, f).bottomRows(40000), Matrix::Zero(40000, 1)) << f << " Hz";
+  }
 }
 
 TEST(ZeroPhase, OfNoSectionIsTheIdentity) {

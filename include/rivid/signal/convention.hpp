@@ -2,8 +2,9 @@
 
 namespace rivid {
 
-/// Whose habits decide where a choice is free: the padding of zero_phase(), and the padding, the scale and the
-/// kept samples of decimate(). The two agree once the border samples are dropped, see settling_samples().
+/// Whose habits decide where a choice is free: the padding of zero_phase(), and the padding, the scale and
+/// the kept samples of decimate(). Once the border samples are dropped (settling_samples()) the padding no
+/// longer matters.
 enum class Convention {
   standard,  ///< rivid's own, argued at the functions that take it
   matlab     ///< that of MATLAB's filtfilt and decimate, to reproduce what was published with them

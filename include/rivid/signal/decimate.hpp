@@ -11,17 +11,18 @@ namespace rivid {
 /// The low-pass in front of a decimation by n_d: Chebyshev of the first kind, order 8, 0.05 dB, cut-off
 /// 0.8 f_m / (2 n_d), section 2 of [RIV]; the identity for n_d = 1.
 ///
-/// Convention::matlab leaves |H(0)| at −0.05 dB, so that decimate() shrinks what it is given by 1.1 %, torque and
-/// regressor alike. Convention::standard has |H(0)| = 1: a decimated series keeps its unit and its mean.
+/// Convention::matlab leaves |H(0)| at −0.05 dB, so that decimate() shrinks what it is given by 1.1 %, torque
+/// and regressor alike. Convention::standard has |H(0)| = 1: a decimated series keeps its unit and its mean.
 ///
 /// @throws InputError  where n_d < 1
 [[nodiscard]] Filter decimation_filter(int n_d, Convention convention = Convention::standard);
 
 /// Which samples a decimation by n_d keeps, counted from 0, ceil(n_m / n_d) of them.
 ///
-/// - Convention::standard: 0, n_d, 2 n_d, …: the instants k n_d / f_m, whatever the length of the series, so two
-///   logs, or a log and its beginning, are sampled alike.
-/// - Convention::matlab: the last sample and each n_d-th before it; from 1, n_d − (n_d ceil(n_m / n_d) − n_m) : n_d : n_m.
+/// - Convention::standard: 0, n_d, 2 n_d, …: the instants k n_d / f_m, whatever the length of the series, so
+///   two logs, or a log and its beginning, are sampled alike.
+/// - Convention::matlab: the last sample and each n_d-th before it; counted from 1,
+///   n_d − (n_d ceil(n_m / n_d) − n_m) : n_d : n_m.
 ///
 /// @param n_m  length of the series
 /// @throws InputError  where n_d < 1
@@ -32,12 +33,12 @@ namespace rivid {
 [[nodiscard]] std::vector<Index> kept_samples(Index n_m, const std::vector<int>& stages,
                                               Convention convention = Convention::standard);
 
-/// One stage of the parallel decimation, Eqs. (13, 14) of [RIV]: zero_phase() with decimation_filter(n_d), then
-/// kept_samples(). It is linear and treats columns alike, so Y = Wχ holds after it as before.
+/// One stage of the parallel decimation, Eqs. (13, 14) of [RIV]: zero_phase() with decimation_filter(n_d),
+/// then kept_samples(). It is linear and treats columns alike, so Y = Wχ holds after it as before.
 ///
-/// The filter is exact to rounding at any n_d, and its padding is as zero_phase() has it. MATLAB's decimate loses
-/// accuracy in its polynomials and lowers the order from n_d = 15 on; Convention::matlab does not follow it
-/// there, and agrees up to n_d = 13, MATLAB's own advice for one stage.
+/// The sections are accurate at any n_d, and the padding is as zero_phase() has it. MATLAB's decimate, with
+/// polynomials, lowers the order where these lose accuracy, from about n_d = 15 on; Convention::matlab does
+/// not follow it there, and agrees up to n_d = 13, which MATLAB recommends as the most for one stage.
 ///
 /// @param x  series, (n_m × columns), any unit, with n_m > 24
 /// @return   (ceil(n_m / n_d) × columns), in the unit of x

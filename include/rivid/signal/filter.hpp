@@ -17,8 +17,8 @@ struct SecondOrderSection {
 
 /// A low-pass as a cascade of sections, the least resonant one first. Without a section it is the identity.
 ///
-/// One polynomial (b, a) of the same filter would lose 7e-7 at order 4 and everything at order 8, at a cut-off
-/// of 0.002 Nyquist; sections do not.
+/// One polynomial (b, a) of the same filter would lose 7e-7 at order 4 and everything at order 8, at a
+/// cut-off of 0.002 Nyquist; sections do not.
 struct Filter {
   std::vector<SecondOrderSection> sections;
   int order = 0;
@@ -49,9 +49,9 @@ struct Filter {
 /// @param f_m   measuring rate [Hz]
 [[nodiscard]] double gain(const Filter& filter, double f_hz, double f_m);
 
-/// Samples after which the filter has forgotten its start: the smallest m, at least the order, with r^m ≤ level,
-/// where r is the modulus of the pole nearest to the unit circle. So many samples at each end of a series
-/// carry the padding of zero_phase() instead of data, and are dropped by default.
+/// Samples after which the filter has forgotten its start: the smallest m, at least the order, with
+/// r^m ≤ level, where r is the modulus of the pole nearest to the unit circle. At each end of a series so many
+/// samples carry the padding of zero_phase() beside the data: the number to drop where none is given.
 ///
 /// @param level  what is left of a transient, between 0 and 1
 /// @throws InputError  for any other level

@@ -15,11 +15,12 @@ namespace rivid {
 /// How long the padding is:
 /// - Convention::standard: settling_samples(filter, 1e-6), at most n_m − 1. The start of a pass is then
 ///   forgotten where the data begin, and only the reflection is felt there; a longer padding changes nothing.
-/// - Convention::matlab: 3 · order, the 3 (max(n_a, n_b) − 1) of MATLAB's filtfilt for a filter given as (b, a).
-///   At a low cut-off the end samples then depend on the padding.
+///   The reflection is odd about the end samples, so these pass as they are, noise and all: drop the ends.
+/// - Convention::matlab: 3 · order, the 3 (max(n_a, n_b) − 1) of MATLAB's filtfilt for a filter
+///   given as (b, a). At a low cut-off the end samples then depend on that length.
 ///
-/// Columns are taken eight at a time; besides the result, one buffer of 8 (n_m + twice the padding) numbers is
-/// allocated. A value that is not finite spoils its own column.
+/// Columns are taken eight at a time; besides the result, one buffer of 8 (n_m + twice the padding) numbers
+/// is allocated. A value that is not finite spoils its own column.
 ///
 /// @param x  series, (n_m × columns), any unit, with n_m > 3 · order
 /// @return   (n_m × columns), in the unit of x
