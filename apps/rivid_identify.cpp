@@ -14,6 +14,7 @@
 namespace {
 
 using namespace rivid;
+using apps::ProgressBar;
 
 enum ExitCode { identified = 0, not_identified = 1, bad_input = 2, numerics = 3 };
 

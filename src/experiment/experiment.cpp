@@ -1,6 +1,9 @@
 #include "rivid/experiment/experiment.hpp"
 
+#include <algorithm>
 #include <array>
+
+#include "rivid/error.hpp"
 
 namespace rivid {
 
