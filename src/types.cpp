@@ -2,8 +2,10 @@
 
 namespace rivid::detail {
 
-template <>
-const char EigenHeapAlignment<EIGEN_DEFAULT_ALIGN_BYTES>::caller_and_librivid_must_use_the_same_simd_flags =
-    0;
+template <int AlignBytes>
+const char EigenHeapAlignment<AlignBytes>::caller_and_librivid_must_use_the_same_simd_flags = 0;
+
+// An instantiation, not a specialisation: the header has already used it, after which clang refuses the latter.
+template struct EigenHeapAlignment<EIGEN_DEFAULT_ALIGN_BYTES>;
 
 }  // namespace rivid::detail

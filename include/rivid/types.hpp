@@ -10,7 +10,7 @@ using Matrix = Eigen::MatrixXd;
 
 namespace detail {
 
-/// Only the specialisation that the library was compiled with is defined.
+/// Defined for the one alignment that the library was compiled with.
 template <int AlignBytes>
 struct EigenHeapAlignment {
   static const char caller_and_librivid_must_use_the_same_simd_flags;
