@@ -21,11 +21,13 @@ namespace {
 constexpr int columns = 22;  // t and 7 joints of position, velocity, torque
 constexpr double target_bytes = 60e6;
 
-// A log of smooth motion with noise, printed with `digits` significant digits; removed at the end of the program.
+// A log of smooth motion with noise, printed with `digits` significant digits; removed at the end of the
+// program.
 class LogFile {
  public:
   explicit LogFile(int digits)
-      : path_(std::filesystem::temp_directory_path() / ("rivid_benchmark_" + std::to_string(digits) + ".csv")) {
+      : path_(std::filesystem::temp_directory_path() /
+              ("rivid_benchmark_" + std::to_string(digits) + ".csv")) {
     std::ofstream out(path_, std::ios::binary);
     for (int c = 0; c < columns; ++c) {
       out << (c == 0 ? "t" : ",c" + std::to_string(c));
@@ -116,7 +118,8 @@ void read_two_columns(benchmark::State& state) {
   for (auto _ : state) {
     benchmark::DoNotOptimize(rivid::read_table(file.path(), options));
   }
-  state.counters["MB/s"] = benchmark::Counter(1e-6 * file.bytes(), benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["MB/s"] =
+      benchmark::Counter(1e-6 * file.bytes(), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 #include "rivid/error.hpp"
 #include "text.hpp"
@@ -49,8 +50,24 @@ bool is_number(std::string_view cell, char separator, Decimal decimal) {
          (decimal != Decimal::point && separator != ',' && reads(','));
 }
 
-// The separator that makes the largest share of the cells numbers. One that never occurs explains nothing and
-// counts last; the names in the first line would blur the comparison.
+// The most frequent of some counts, the smallest of several.
+std::size_t mode(std::vector<std::size_t> counts) {
+  std::sort(counts.begin(), counts.end());
+  std::size_t best = 0;
+  std::size_t most = 0;
+  for (auto first = counts.begin(); first != counts.end();) {
+    const auto last = std::upper_bound(first, counts.end(), *first);
+    if (static_cast<std::size_t>(last - first) > most) {
+      most = static_cast<std::size_t>(last - first);
+      best = *first;
+    }
+    first = last;
+  }
+  return best;
+}
+
+// The separator that makes the largest share of the cells numbers. One that most lines do not have explains
+// nothing; the names in the first line would blur the comparison.
 char found_separator(const std::vector<Line>& lines, Decimal decimal) {
   char best = ',';
   double best_share = -1.0;
@@ -58,17 +75,18 @@ char found_separator(const std::vector<Line>& lines, Decimal decimal) {
   for (const char candidate : {'\t', ';', ',', ' '}) {
     std::size_t filled = 0;
     std::size_t numbers = 0;
-    bool occurs = false;
+    std::vector<std::size_t> counts;
     for (std::size_t i = lines.size() > 1 ? 1 : 0; i < lines.size(); ++i) {
       split(lines[i].text, candidate, cells);
-      occurs = occurs || cells.size() > 1;
+      counts.push_back(cells.size());
       for (const std::string_view cell : cells) {
         filled += static_cast<std::size_t>(!cell.empty());
         numbers += static_cast<std::size_t>(is_number(cell, candidate, decimal));
       }
     }
     const double share = static_cast<double>(numbers) / static_cast<double>(std::max<std::size_t>(filled, 1));
-    if (occurs && share > best_share && !(candidate == ',' && decimal == Decimal::comma)) {
+    const bool separates = mode(std::move(counts)) > 1;
+    if (separates && share > best_share && !(candidate == ',' && decimal == Decimal::comma)) {
       best = candidate;
       best_share = share;
     }
@@ -253,7 +271,8 @@ Dialect dialect(std::string_view text, const std::string& source, const TableOpt
   split(lines[0].text, out.separator, cells);
   const bool header_ends_empty = cells.size() > 1 && cells.back().empty();
   // A separator at the end of the header, of the rows or of both ends no further column.
-  if (header_ends_empty && (row_fields + 1 == cells.size() || (row_fields == cells.size() && row_ends_empty))) {
+  if (header_ends_empty &&
+      (row_fields + 1 == cells.size() || (row_fields == cells.size() && row_ends_empty))) {
     out.trailing = row_fields == cells.size();
     cells.pop_back();
   } else {

@@ -61,7 +61,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
     throw InputError(name + ": " +
                      (errno == ENOENT ? "there is no such file" : "can not be opened: " + reason(errno)));
   }
-  struct stat status {};
+  struct stat status{};
   if (::fstat(file.value(), &status) != 0) {
     throw InputError(name + ": can not be read: " + reason(errno));
   }

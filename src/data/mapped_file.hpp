@@ -7,8 +7,8 @@
 
 namespace rivid::detail {
 
-/// The bytes of a file, read only. A regular file is mapped, so the text costs no memory of its own and none is
-/// copied; a pipe is read to its end.
+/// The bytes of a file, read only. A regular file is mapped, so the text costs no memory of its own and none
+/// is copied; a pipe is read to its end.
 class MappedFile {
  public:
   /// @throws InputError  where the file is missing, a directory or not readable

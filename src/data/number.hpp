@@ -32,8 +32,8 @@ inline constexpr auto powers_of_five = [] {
 
 /// mantissa / 10^k, rounded to the nearest double, ties to even. mantissa > 0, 0 ≤ k ≤ 27.
 ///
-/// With both operands shifted to 64 bits, the quotient of 128 by 64 bits has 63 or 64 of them, so 53 remain after
-/// rounding and the rest of the division tells a tie from a value just above it.
+/// With both operands shifted to 64 bits, the quotient of 128 by 64 bits has 63 or 64 of them, so 53 remain
+/// after rounding and the rest of the division tells a tie from a value just above it.
 inline double divided(std::uint64_t mantissa, std::size_t k) {
   __extension__ using Wide = unsigned __int128;
   const std::uint64_t divisor = powers_of_five[k];
@@ -106,8 +106,9 @@ template <char Mark>
 
 /// Reads the decimal number that starts at `p`, correctly rounded; `Mark` stands before its fraction.
 ///
-/// The text must end in a character that is no part of a number, with number_padding readable bytes behind it.
-/// Returns where the number ends; returns `p` for what is no finite number and for what needs more care than this.
+/// The text must end in a character that is no part of a number, with number_padding readable bytes behind
+/// it. Returns where the number ends; returns `p` for what is no finite number and for what needs more care
+/// than this.
 template <char Mark>
 inline const char* number(const char* p, double& value) {
   const char* const begin = p;

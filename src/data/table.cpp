@@ -37,9 +37,11 @@ std::size_t chosen_field(const std::string& name, const Dialect& dialect, const 
   if (found != names.end()) {
     const auto again = std::find(found + 1, names.end(), name);
     if (again != names.end()) {
-      const auto place = [&](auto i) { return detail::field_name(static_cast<std::size_t>(i - names.begin()) + 1); };
-      throw InputError(source + ": the column name " + detail::quoted(name) + " stands more than once; ask for " +
-                       place(found) + " or " + place(again));
+      const auto place = [&](auto i) {
+        return detail::field_name(static_cast<std::size_t>(i - names.begin()) + 1);
+      };
+      throw InputError(source + ": the column name " + detail::quoted(name) +
+                       " stands more than once; ask for " + place(found) + " or " + place(again));
     }
     return static_cast<std::size_t>(found - names.begin());
   }
@@ -48,8 +50,8 @@ std::size_t chosen_field(const std::string& name, const Dialect& dialect, const 
     return number - 1;
   }
   if (number > 0) {
-    throw InputError(source + ": there is no column " + name + "; the lines have " + std::to_string(names.size()) +
-                     " fields");
+    throw InputError(source + ": there is no column " + name + "; the lines have " +
+                     std::to_string(names.size()) + " fields");
   }
   if (!dialect.header) {
     throw InputError(source + ": there is no column " + detail::quoted(name) +
@@ -62,14 +64,15 @@ std::size_t chosen_field(const std::string& name, const Dialect& dialect, const 
 
 enum class Row { read, skipped, comma_found };
 
-// One pass over the rows. The lines that a fast loop can not take whole are read again with care, which also finds
-// the words for what is wrong with them.
+// One pass over the rows. The lines that a fast loop can not take whole are read again with care, which also
+// finds the words for what is wrong with them.
 class Reader {
  public:
   Reader(const Dialect& dialect, const std::string& source, const TableOptions& options)
       : dialect_(dialect), source_(source), options_(options), targets_(dialect.names.size(), nullptr) {}
 
-  // False where the numbers turned out to have a decimal comma and `mark` is a point: read again with a comma.
+  // False where the numbers turned out to have a decimal comma and `mark` is a point: read again with a
+  // comma.
   bool read(std::string_view text, char mark, const std::vector<std::size_t>& fields, Matrix& values,
             LineNumbers& lines) {
     mark_ = mark;
@@ -181,7 +184,8 @@ class Reader {
     return p;
   }
 
-  // Reads one plain row and returns where the next line starts; nullptr where there is anything to think about.
+  // Reads one plain row and returns where the next line starts; nullptr where there is anything to think
+  // about.
   template <char Separator, char Mark>
   const char* fast_row(const char* p) const {
     const std::size_t fields = targets_.size();
@@ -246,7 +250,8 @@ class Reader {
         continue;
       }
       double value = 0.0;
-      const bool may_switch = mark_ == '.' && options_.decimal == Decimal::automatic && dialect_.separator != ',';
+      const bool may_switch =
+          mark_ == '.' && options_.decimal == Decimal::automatic && dialect_.separator != ',';
       if (may_switch && detail::read_cell(cell, ',', value) == Reading::number) {
         comma_line_ = line_;
         return Row::comma_found;
@@ -381,7 +386,8 @@ Table read_table(const std::filesystem::path& path, const TableOptions& options)
   if (repeats) {
     Matrix values(table.values.rows(), static_cast<Index>(table.fields.size()));
     for (Index k = 0; k < values.cols(); ++k) {
-      const auto from = std::lower_bound(distinct.begin(), distinct.end(), table.fields[static_cast<std::size_t>(k)]);
+      const auto from =
+          std::lower_bound(distinct.begin(), distinct.end(), table.fields[static_cast<std::size_t>(k)]);
       values.col(k) = table.values.col(from - distinct.begin());
     }
     table.values = std::move(values);

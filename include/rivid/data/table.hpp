@@ -12,8 +12,8 @@
 
 namespace rivid {
 
-/// Line of the file that each row of a table was read from. Comments and blank lines count, so the number is the one
-/// an editor shows.
+/// Line of the file that each row of a table was read from. Comments and blank lines count, so the number is
+/// the one an editor shows.
 struct LineNumbers {
   struct Run {
     Index row = 0;         ///< first row of the run
@@ -66,8 +66,8 @@ enum class Decimal {
 
 /// How to read a table.
 struct TableOptions {
-  /// Columns to read, by name or as "#3" by the number of the field from 1, in this order; empty: all. A column that
-  /// is not asked for may hold text.
+  /// Columns to read, by name or as "#3" by the number of the field from 1, in this order; empty: all. A
+  /// column that is not asked for may hold text.
   std::vector<std::string> columns = {};
   Separator separator = Separator::automatic;
   Header header = Header::automatic;
@@ -81,15 +81,16 @@ struct TableOptions {
 
 /// Reads a table of numbers from a text file.
 ///
-/// Lines that start with # or % are comments; blank lines, a UTF-8 byte order mark, CRLF line ends, quoted cells, spaces
-/// around cells and a last line without its end are accepted, and so is a separator at the end of the lines if every
-/// row has it. All rows have the same number of fields. Numbers are rounded correctly: what was printed with %.17g
-/// comes back bit by bit.
+/// Lines that start with # or % are comments; blank lines, a UTF-8 byte order mark, CRLF line ends, quoted
+/// cells, spaces around cells and a last line without its end are accepted, and so is a separator at the end
+/// of the lines if every row has it. All rows have the same number of fields. Numbers are rounded correctly:
+/// what was printed with %.17g comes back bit by bit.
 ///
-/// @return  the columns asked for; memory beside them is a few bytes for each comment or blank line among the rows
-/// @throws InputError  where the file can not be read, a column is missing (with the names there are), or a cell that
-///                     is asked for holds no finite number: "run1.csv:1842:3: column "q2" holds "nan"; …", that is
-///                     file, line and field
+/// @return  the columns asked for; memory beside them is a few bytes for each comment or blank line among the
+///          rows
+/// @throws InputError  where the file can not be read, a column is missing (with the names there are), or a
+///                     cell that is asked for holds no finite number: "run1.csv:1842:3: column "q2" holds
+///                     "nan"; …", that is file, line and field
 [[nodiscard]] Table read_table(const std::filesystem::path& path, const TableOptions& options = {});
 
 /// Names of all columns of a file; "#1", "#2", … where it has no header.
