@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "rivid/data/log.hpp"
+#include "rivid/data/table.hpp"
+#include "rivid/types.hpp"
+
+namespace rivid {
+
+/// What to do with a sample outside of what a table or a second log covers.
+enum class Outside {
+  refuse,  ///< InputError
+  hold     ///< the value at the end holds on; the result's notes tell for how many samples
+};
+
+/// Takes back a delay of the recorded torques: row k of `tau` belongs to sample k − lag.
+///
+/// The other columns stay where they are. |lag| rows lose their partner and are dropped: those at the end
+/// where lag > 0, those at the start where the torques came early, lag < 0.
+///
+/// @param lag  [samples]
+/// @throws InputError  where the log has no torques or not more than |lag| samples
+[[nodiscard]] Log shift_torque(const Log& log, Index lag);
+
+/// A torque known as a table over one joint's position: a counterbalance, a spring.
+struct TorqueTable {
+  std::string source;  ///< as messages name it
+  Vector q;            ///< positions, strictly increasing [rad | m]
+  Vector tau;          ///< torques at them [N·m | N]
+
+  /// The first fault found, nothing if the table can be used.
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// Reads a table of torques.
+///
+/// @param options  its `columns` name position and torque; empty: the file has just these two, in this order
+/// @throws InputError  for what read_table() refuses, and where the positions do not increase
+[[nodiscard]] TorqueTable read_torque_table(const std::filesystem::path& path,
+                                            const TableOptions& options = {});
+
+/// The log without a known torque: tau of the joint becomes tau − table(q), linear between the points of the
+/// table.
+///
+/// @param joint  counted from 0
+/// @throws InputError  where the log has no torques or no such joint; where a position lies outside of the
+///                     table and `outside` refuses, with joint and value
+[[nodiscard]] Log subtract_torque(Log log, Index joint, const TorqueTable& table,
+                                  Outside outside = Outside::refuse);
+
+/// The log with a reference motion that was recorded elsewhere: q_r(t) = reference.q_r(t − delay), by cubic
+/// spline, and qd_r alike, linearly, where the other log has it. What the log had there is replaced.
+///
+/// @param reference  with q_r; its own time stamps need not be uniform, but must increase
+/// @param delay_s    by how much the log is behind the reference [s]
+/// @throws InputError  where the joints differ; where a sample lies outside of the reference's time and
+///                     `outside` refuses, with the span; held, the reference stands still
+[[nodiscard]] Log with_reference(Log log, const Log& reference, double delay_s = 0.0,
+                                 Outside outside = Outside::refuse);
+
+}  // namespace rivid

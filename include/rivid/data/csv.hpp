@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rivid/data/log.hpp"
+#include "rivid/data/table.hpp"
+
+namespace rivid {
+
+/// A column of a file and what turns its values into SI units on the joint side: scale · x + offset.
+struct Column {
+  std::string name;    ///< or "#3": the third field of each line
+  double scale = 1.0;  ///< see unit_scale(); a gear ratio, a drive gain, a sign
+  double offset = 0.0;
+};
+
+/// Which columns of a file are what. A list that is empty stands for its default names, counted from 1
+/// without a gap; only positions must be there.
+struct LogOptions {
+  std::vector<Column> position = {};            ///< q; default q1, q2, …
+  std::vector<Column> velocity = {};            ///< q̇; default qd1, …
+  std::vector<Column> torque = {};              ///< τ; default tau1, …
+  std::vector<Column> control = {};             ///< v_τ; default v1, …
+  std::vector<Column> reference = {};           ///< q_r; default qref1, …
+  std::vector<Column> reference_velocity = {};  ///< q̇_r; default qdref1, …
+  std::optional<Column> time = {};              ///< default t, else time; its scale is that of its unit
+  /// Measuring rate [Hz]. Where it is stated it is used exactly, and a time column is only inspected.
+  std::optional<double> rate_hz = {};
+  bool default_names =
+      true;  ///< whether default names are looked for at all; else what is not listed is not read
+  TableOptions table = {};  ///< how the file is written; its `columns` must be empty
+
+  /// The first fault found, nothing if the options can be used.
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// Reads the log of an experiment from a text file, see read_table() for what such a file may look like.
+///
+/// Irregular time stamps are told in the notes and do not stop the reading; Log::complaint() finds them, and
+/// regularised() repairs them. Without a time column `rate_hz` is required and t starts at 0.
+///
+/// @throws InputError  for what read_table() refuses; where positions, or both time and rate, are missing;
+///                     where a quantity has not one column for each joint
+[[nodiscard]] Log read_csv(const std::filesystem::path& path, const LogOptions& options = {});
+
+/// Reads a reference motion from a file of its own: as read_csv(), but what must be there is the reference,
+/// not the positions. See with_reference().
+[[nodiscard]] Log read_reference(const std::filesystem::path& path, const LogOptions& options = {});
+
+}  // namespace rivid

@@ -1,0 +1,270 @@
+#include "rivid/data/csv.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <system_error>
+
+#include "rivid/data/time_stamps.hpp"
+#include "rivid/error.hpp"
+#include "text.hpp"
+
+namespace rivid {
+
+namespace {
+
+struct Quantity {
+  std::string_view words;
+  std::string_view prefix;  // of the default names
+  std::vector<Column> LogOptions::* listed;
+  Matrix Log::* member;
+};
+
+constexpr std::array<Quantity, 6> quantities = {
+    {{"position", "q", &LogOptions::position, &Log::q},
+     {"velocity", "qd", &LogOptions::velocity, &Log::qd},
+     {"torque", "tau", &LogOptions::torque, &Log::tau},
+     {"control", "v", &LogOptions::control, &Log::v_tau},
+     {"reference", "qref", &LogOptions::reference, &Log::q_r},
+     {"reference_velocity", "qdref", &LogOptions::reference_velocity, &Log::qd_r}}};
+
+using Columns = std::array<std::vector<Column>, quantities.size()>;
+
+constexpr std::size_t position = 0;
+constexpr std::size_t reference = 4;
+constexpr double rate_tolerance = 0.01;
+
+std::optional<std::string> column_complaint(std::string_view who, const Column& column) {
+  const std::string name(who);
+  if (column.name.empty()) {
+    return name + " has a column without a name";
+  }
+  if (!std::isfinite(column.scale) || column.scale == 0.0) {
+    return name + ": the scale of column " + detail::quoted(column.name) + " is " +
+           detail::text(column.scale) + ", must be finite and not zero";
+  }
+  if (!std::isfinite(column.offset)) {
+    return name + ": the offset of column " + detail::quoted(column.name) + " is " +
+           detail::text(column.offset) + ", must be finite";
+  }
+  return std::nullopt;
+}
+
+// 12 for "tau12" and the prefix "tau"; 0 for what is no such name.
+std::size_t joint_number(std::string_view name, std::string_view prefix) {
+  if (!name.starts_with(prefix) || name.size() == prefix.size() || name[prefix.size()] == '0') {
+    return 0;
+  }
+  std::size_t number = 0;
+  const char* const last = name.data() + name.size();
+  const auto [end, error] = std::from_chars(name.data() + prefix.size(), last, number);
+  return error == std::errc() && end == last ? number : 0;
+}
+
+// Default names of a quantity that the file has; nothing may be missing among them.
+std::vector<Column> by_default(const Quantity& quantity, const std::vector<std::string>& names,
+                               const std::string& source) {
+  std::vector<std::size_t> numbers;
+  for (const std::string& name : names) {
+    const std::size_t number = joint_number(name, quantity.prefix);
+    if (number > 0 && std::find(numbers.begin(), numbers.end(), number) == numbers.end()) {
+      numbers.push_back(number);
+    }
+  }
+  std::sort(numbers.begin(), numbers.end());
+  std::vector<Column> columns;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::string prefix(quantity.prefix);
+    if (numbers[i] != i + 1) {
+      throw InputError(source + ": there is a column \"" + prefix + std::to_string(numbers[i]) +
+                       "\" but no \"" + prefix + std::to_string(i + 1) + "\"; list the columns of " +
+                       std::string(quantity.words));
+    }
+    columns.push_back({prefix + std::to_string(i + 1)});
+  }
+  return columns;
+}
+
+// Columns of every quantity, all of the size of the required one.
+Columns resolved(const LogOptions& options, std::size_t required, const std::vector<std::string>& names,
+                 const std::string& source, std::vector<std::string>& notes) {
+  Columns columns;
+  const auto resolve = [&](std::size_t i) {
+    columns[i] = options.*quantities[i].listed;
+    if (columns[i].empty() && options.default_names) {
+      columns[i] = by_default(quantities[i], names, source);
+    }
+  };
+  resolve(required);
+  if (columns[required].empty()) {
+    const std::string words(quantities[required].words);
+    const std::string prefix(quantities[required].prefix);
+    throw InputError(source + ": there are no " + words + " columns " +
+                     (options.default_names
+                          ? "\"" + prefix + "1\", \"" + prefix + "2\", … and none are listed"
+                          : "listed") +
+                     "; say which columns hold them; the columns are " + detail::listed(names));
+  }
+  const std::size_t n = columns[required].size();
+  const bool required_listed = !(options.*quantities[required].listed).empty();
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    if (i != required) {
+      resolve(i);
+    }
+    if (columns[i].empty()) {
+      continue;
+    }
+    const std::string words(quantities[i].words);
+    const bool listed = !(options.*quantities[i].listed).empty();
+    if (columns[i].size() != n) {
+      throw InputError(source + ": " + words + " has " + std::to_string(columns[i].size()) + " columns (" +
+                       columns[i].front().name + " to " + columns[i].back().name +
+                       (listed ? "" : ", found by name") + "), " + std::string(quantities[required].words) +
+                       " has " + std::to_string(n) + "; one for each joint is required");
+    }
+    if (required_listed && !listed) {
+      notes.push_back(words + " not listed, taken from " + columns[i].front().name +
+                      (n > 1 ? " to " + columns[i].back().name : ""));
+    }
+  }
+  return columns;
+}
+
+std::optional<Column> time_column(const LogOptions& options, const std::vector<std::string>& names,
+                                  std::vector<std::string>& notes) {
+  if (options.time || !options.default_names) {
+    return options.time;
+  }
+  const auto has = [&](std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (has("t")) {
+    if (has("time")) {
+      notes.emplace_back("time taken from column \"t\"; there is a column \"time\" as well");
+    }
+    return Column{"t"};
+  }
+  return has("time") ? std::optional(Column{"time"}) : std::nullopt;
+}
+
+// Sets the clock of the log from its recorded stamps, if there are any, and the stated rate.
+void set_clock(Log& log, Index samples, const std::optional<Vector>& stamps, std::optional<double> rate_hz) {
+  if (stamps) {
+    log.t = *stamps;
+    const TimeReport report = inspect_time(log.t);
+    if (!report.regular) {
+      log.notes.push_back("time stamps are irregular: " + report.summary() +
+                          (rate_hz ? "; the stated rate of " + detail::text(*rate_hz) + " Hz is used" : ""));
+    } else if (rate_hz && std::abs(report.rate_hz - *rate_hz) > rate_tolerance * *rate_hz) {
+      log.notes.push_back("the time stamps tell " + detail::text(report.rate_hz) +
+                          " Hz; the stated rate of " + detail::text(*rate_hz) + " Hz is used");
+    }
+    if (!rate_hz && report.rate_hz <= 0.0) {
+      throw InputError(log.source + ": the time stamps do not go forward; state the rate");
+    }
+    log.f_m = report.rate_hz;
+  }
+  if (rate_hz) {
+    const double start = stamps ? (*stamps)[0] : 0.0;
+    log.f_m = *rate_hz;
+    log.t = start + Vector::LinSpaced(samples, 0.0, static_cast<double>(samples - 1)).array() / *rate_hz;
+  }
+}
+
+Log read(std::string_view who, const std::filesystem::path& path, const LogOptions& options,
+         std::size_t required) {
+  if (const auto fault = options.complaint()) {
+    throw InputError(std::string(who) + ": " + *fault);
+  }
+  Log log;
+  log.source = path.string();
+  const std::vector<std::string> names = column_names(path, options.table);
+  const Columns columns = resolved(options, required, names, log.source, log.notes);
+  const std::optional<Column> time = time_column(options, names, log.notes);
+  if (!time && !options.rate_hz) {
+    throw InputError(
+        log.source +
+        ": there is no time column \"t\" or \"time\"; say which column it is, or state the rate");
+  }
+
+  TableOptions table_options = options.table;
+  for (const std::vector<Column>& list : columns) {
+    for (const Column& column : list) {
+      table_options.columns.push_back(column.name);
+    }
+  }
+  if (time) {
+    table_options.columns.push_back(time->name);
+  }
+  Table table = read_table(path, table_options);
+  if (table.rows() < 2) {
+    throw InputError(log.source + ": the log has one sample, at least 2 are required");
+  }
+  Index next = 0;
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    const auto n = static_cast<Index>(columns[i].size());
+    Matrix& values = log.*quantities[i].member;
+    values = table.values.middleCols(next, n);
+    for (Index j = 0; j < n; ++j) {
+      const Column& column = columns[i][static_cast<std::size_t>(j)];
+      if (column.scale != 1.0 || column.offset != 0.0) {
+        values.col(j) = column.scale * values.col(j).array() + column.offset;
+      }
+    }
+    if (n == 0) {
+      values.resize(0, 0);
+    }
+    next += n;
+  }
+  std::optional<Vector> stamps;
+  if (time) {
+    stamps = time->scale * table.values.col(next).array() + time->offset;
+  }
+  log.lines = std::move(table.lines);
+  set_clock(log, table.rows(), stamps, options.rate_hz);
+  return log;
+}
+
+}  // namespace
+
+std::optional<std::string> LogOptions::complaint() const {
+  for (const Quantity& quantity : quantities) {
+    const std::vector<Column>& list = this->*quantity.listed;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (auto fault = column_complaint(quantity.words, list[i])) {
+        return fault;
+      }
+      const auto same = [&](const Column& other) { return other.name == list[i].name; };
+      if (std::any_of(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(i), same)) {
+        return std::string(quantity.words) + " lists column " + detail::quoted(list[i].name) + " twice";
+      }
+    }
+  }
+  if (time) {
+    if (auto fault = column_complaint("time", *time)) {
+      return fault;
+    }
+    if (time->scale < 0.0) {
+      return "time: the scale is " + detail::text(time->scale) + ", must be positive";
+    }
+  }
+  if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
+    return "rate_hz is " + detail::text(*rate_hz) + " Hz, must be positive";
+  }
+  if (!table.columns.empty()) {
+    return "table.columns must be empty; the lists of columns stand beside it";
+  }
+  return table.complaint();
+}
+
+Log read_csv(const std::filesystem::path& path, const LogOptions& options) {
+  return read("read_csv", path, options, position);
+}
+
+Log read_reference(const std::filesystem::path& path, const LogOptions& options) {
+  return read("read_reference", path, options, reference);
+}
+
+}  // namespace rivid

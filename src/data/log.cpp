@@ -1,0 +1,109 @@
+#include "rivid/data/log.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "log_columns.hpp"
+#include "rivid/data/time_stamps.hpp"
+#include "rivid/error.hpp"
+#include "text.hpp"
+
+namespace rivid {
+
+namespace {
+
+// A clock that drifts by less than this from the rate over the whole log is the same clock.
+constexpr double rate_tolerance = 0.01;
+
+}  // namespace
+
+namespace detail {
+
+std::optional<std::string> shape_complaint(const Log& log) {
+  const Index n_m = log.t.size();
+  if (n_m < 2) {
+    return log.source + ": the log has " + std::to_string(n_m) + (n_m == 1 ? " sample" : " samples") +
+           ", at least 2 are required";
+  }
+  if (!std::isfinite(log.f_m) || log.f_m <= 0.0) {
+    return log.source + ": f_m is " + text(log.f_m) + " Hz, must be positive";
+  }
+  if (!log.t.allFinite()) {
+    return log.source + ": t must be finite";
+  }
+  for (const LogColumns& part : log_columns) {
+    const Matrix& values = log.*part.member;
+    if (values.size() == 0) {
+      continue;
+    }
+    if (values.rows() != n_m || values.cols() != log.joints()) {
+      return log.source + ": " + std::string(part.symbol) + " is " + std::to_string(values.rows()) + " × " +
+             std::to_string(values.cols()) + ", must be " + std::to_string(n_m) + " × " +
+             std::to_string(log.joints()) + " (samples × joints)";
+    }
+    for (Index j = 0; j < values.cols(); ++j) {
+      for (Index k = 0; k < values.rows(); ++k) {
+        if (!std::isfinite(values(k, j))) {
+          return log.place(k) + ": " + std::string(part.symbol) + " of joint " + std::to_string(j + 1) +
+                 " is " + text(values(k, j)) + "; values must be finite";
+        }
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace detail
+
+std::optional<std::string> Log::complaint() const {
+  if (t.size() > 0 && q.size() == 0) {
+    return source + ": the log has no positions";
+  }
+  if (const auto fault = detail::shape_complaint(*this)) {
+    return fault;
+  }
+  const TimeReport report = inspect_time(t);
+  if (!report.regular) {
+    return source + ": the time stamps are irregular: " + report.summary() +
+           "; resample them or ignore them by regularised(), or state the rate when reading";
+  }
+  if (std::abs(report.rate_hz - f_m) > rate_tolerance * f_m) {
+    return source + ": f_m is " + detail::text(f_m) + " Hz, but the time stamps tell " +
+           detail::text(report.rate_hz) + " Hz";
+  }
+  return std::nullopt;
+}
+
+std::string Log::place(Index row) const {
+  return lines.empty() ? source + ": row " + std::to_string(row + 1)
+                       : source + ":" + std::to_string(lines[row]);
+}
+
+Log rows(const Log& log, Index first, Index count) {
+  if (first < 0 || count < 0 || first + count > log.samples()) {
+    throw InputError("rows: " + log.source + " has " + std::to_string(log.samples()) + " samples; " +
+                     std::to_string(count) + " from index " + std::to_string(first) + " can not be taken");
+  }
+  Log out;
+  out.source = log.source;
+  out.f_m = log.f_m;
+  out.notes = log.notes;
+  out.t = log.t.segment(first, count);
+  for (const detail::LogColumns& part : detail::log_columns) {
+    const Matrix& values = log.*part.member;
+    if (values.size() > 0) {
+      out.*part.member = values.middleRows(first, count);
+    }
+  }
+  if (!log.lines.empty() && count > 0) {
+    out.lines.runs.push_back({0, log.lines[first]});
+    for (const LineNumbers::Run& run : log.lines.runs) {
+      if (run.row > first && run.row < first + count) {
+        out.lines.runs.push_back({run.row - first, run.line});
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid

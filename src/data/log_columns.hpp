@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "rivid/data/log.hpp"
+
+namespace rivid::detail {
+
+/// One of the matrices of a log, for what is done to each alike.
+struct LogColumns {
+  Matrix Log::* member;
+  std::string_view symbol;
+  bool smooth;  ///< a position, that a spline may follow
+};
+
+inline constexpr std::array<LogColumns, 6> log_columns = {{{&Log::q, "q", true},
+                                                           {&Log::qd, "qd", false},
+                                                           {&Log::tau, "tau", false},
+                                                           {&Log::v_tau, "v_tau", false},
+                                                           {&Log::q_r, "q_r", true},
+                                                           {&Log::qd_r, "qd_r", false}}};
+
+/// The part of Log::complaint() that says nothing about the regularity of the time stamps or about missing
+/// positions.
+[[nodiscard]] std::optional<std::string> shape_complaint(const Log& log);
+
+}  // namespace rivid::detail
