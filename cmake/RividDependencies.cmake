@@ -4,6 +4,8 @@
 #   Eigen       public: matrices are part of the interface
 #   KDL         public for who includes rivid/model/kdl.hpp; LGPL, linked dynamically
 #   urdfdom     private: reads URDF
+#   pugixml     private: checks a URDF with line numbers before urdfdom sees it, since urdfdom takes many faults for
+#               zeros; a user of a static librivid links it too, so the installed package looks for it
 # Header-only, and needed to build rivid but never to use it, hence absent from the installed package:
 #   toml++, nlohmann-json, CLI11
 
@@ -12,6 +14,7 @@ include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 3.4)
 find_dependency(urdfdom)
 find_dependency(orocos_kdl)
+find_dependency(pugixml)
 
 # The config file of orocos_kdl 1.5 only names its library and include folder.
 if(NOT TARGET rivid_orocos_kdl)
