@@ -114,7 +114,15 @@ Eigen::Matrix3d with_z_along(const Eigen::Vector3d& axis) {
 
 std::string text(const Eigen::Vector3d& v) {
   std::ostringstream out;
-  out << '(' << v.x() << ", " << v.y() << ", " << v.z() << ')';
+  for (Index i = 0; i < 3; ++i) {
+    out << (i == 0 ? "(" : ", ");
+    if (std::isnan(v[i])) {
+      out << "nan";  // the stream would print its sign as well
+    } else {
+      out << v[i];
+    }
+  }
+  out << ')';
   return out.str();
 }
 
@@ -153,9 +161,6 @@ Eigen::Isometry3d checked_tip(const KDL::Segment& segment, const std::string& wh
   if (!tip.matrix().allFinite() ||
       !((R.transpose() * R).isIdentity(rotation_tolerance) && R.determinant() > 0.0)) {
     throw InputError(who + "the frame of its tip is not a finite rotation and translation");
-  }
-  if (!inertial_of(segment.getInertia()).allFinite()) {
-    throw InputError(who + "its inertia is not finite");
   }
   return tip;
 }
@@ -196,11 +201,13 @@ Robot robot_from(const KDL::Chain& chain, const Eigen::Vector3d& gravity) {
     const KDL::Segment segment = chain.getSegment(s);
     const KDL::Joint& kdl_joint = segment.getJoint();
     const std::string segment_who = "robot_from: segment \"" + segment.getName() + "\": ";
-    const Eigen::Isometry3d tip = checked_tip(segment, segment_who);
     const Inertial inertial = inertial_of(segment.getInertia());
+    if (!inertial.allFinite()) {
+      throw InputError(segment_who + "its inertia is not finite");
+    }
 
     if (kdl_joint.getType() == KDL::Joint::Fixed) {
-      root = root * tip;
+      root = root * checked_tip(segment, segment_who);
       if (!robot.joints.empty()) {
         robot.inertials.back() += transformed(inertial, root.linear(), root.translation());
       }
@@ -222,6 +229,8 @@ Robot robot_from(const KDL::Chain& chain, const Eigen::Vector3d& gravity) {
       robot.warnings.push_back(who + "its stiffness is ignored: joints are rigid here");
     }
 
+    // After the axis, since an axis of zeros spoils the tip as well.
+    const Eigen::Isometry3d tip = checked_tip(segment, segment_who);
     const LinkFrame frame = link_frame(tip, eigen(kdl_joint.JointOrigin()), axis, joint.type, who);
     if (!frame.warning.empty()) {
       robot.warnings.push_back(frame.warning);
