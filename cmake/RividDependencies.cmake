@@ -4,8 +4,11 @@
 #   Eigen       public: matrices are part of the interface
 #   KDL         public for who includes rivid/model/kdl.hpp; LGPL, linked dynamically
 #   urdfdom     private: reads URDF
-#   pugixml     private: checks URDF strictly, with line numbers, before urdfdom sees it
+#   pugixml     private: checks a URDF with line numbers before urdfdom sees it, since urdfdom takes many faults for
+#               zeros
 #   libmd       private: SHA-256 of the input files, for the provenance of a result
+#
+# A user of the static library links the private ones too, so the installed package looks for them.
 # Header-only libraries that are needed to build rivid but never to use it (toml++, nlohmann-json, CLI11) are found
 # where they are used and linked as $<BUILD_INTERFACE:…>, so that the installed package does not ask for them.
 

@@ -30,4 +30,12 @@ InertialColumn inertial_column(const Chain::Link& link, ParameterKind kind) {
   return {9, 1};
 }
 
+Eigen::Matrix3d link_axes(const Chain::Link& link) {
+  Eigen::Matrix3d C = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    C(static_cast<Index>(k), link.axes[k]) = link.signs[k];
+  }
+  return C;
+}
+
 }  // namespace rivid

@@ -38,4 +38,7 @@ struct InertialColumn {
 /// Column of frame j that belongs to the link-frame parameter `kind` (one of the ten inertial ones).
 [[nodiscard]] InertialColumn inertial_column(const Chain::Link& link, ParameterKind kind);
 
+/// Orientation of frame j in the user's link frame, a signed permutation: v_link = link_axes(link) v_j.
+[[nodiscard]] Eigen::Matrix3d link_axes(const Chain::Link& link);
+
 }  // namespace rivid
