@@ -9,7 +9,7 @@
 
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -42,12 +42,12 @@ std::optional<std::string> column_complaint(std::string_view who, const Column& 
     return name + " has a column without a name";
   }
   if (!std::isfinite(column.scale) || column.scale == 0.0) {
-    return name + ": the scale of column " + detail::quoted(column.name) + " is " +
-           detail::text(column.scale) + ", must be finite and not zero";
+    return name + ": the scale of column " + in_quotes(column.name) + " is " + number(column.scale) +
+           ", must be finite and not zero";
   }
   if (!std::isfinite(column.offset)) {
-    return name + ": the offset of column " + detail::quoted(column.name) + " is " +
-           detail::text(column.offset) + ", must be finite";
+    return name + ": the offset of column " + in_quotes(column.name) + " is " + number(column.offset) +
+           ", must be finite";
   }
   return std::nullopt;
 }
@@ -105,7 +105,7 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
                      (options.default_names
                           ? "\"" + prefix + "1\", \"" + prefix + "2\", … and none are listed"
                           : "listed") +
-                     "; say which columns hold them; the columns are " + detail::listed(names));
+                     "; say which columns hold them; the columns are " + listed(names));
   }
   const std::size_t n = columns[required].size();
   const bool required_listed = !(options.*quantities[required].listed).empty();
@@ -156,10 +156,10 @@ void set_clock(Log& log, Index samples, const std::optional<Vector>& stamps, std
     const TimeReport report = inspect_time(log.t);
     if (!report.regular) {
       log.notes.push_back("time stamps are irregular: " + report.summary() +
-                          (rate_hz ? "; the stated rate of " + detail::text(*rate_hz) + " Hz is used" : ""));
+                          (rate_hz ? "; the stated rate of " + number(*rate_hz) + " Hz is used" : ""));
     } else if (rate_hz && std::abs(report.rate_hz - *rate_hz) > rate_tolerance * *rate_hz) {
-      log.notes.push_back("the time stamps tell " + detail::text(report.rate_hz) +
-                          " Hz; the stated rate of " + detail::text(*rate_hz) + " Hz is used");
+      log.notes.push_back("the time stamps tell " + number(report.rate_hz) + " Hz; the stated rate of " +
+                          number(*rate_hz) + " Hz is used");
     }
     if (!rate_hz && report.rate_hz <= 0.0) {
       throw InputError(log.source + ": the time stamps do not go forward; state the rate");
@@ -238,7 +238,7 @@ std::optional<std::string> LogOptions::complaint() const {
       }
       const auto same = [&](const Column& other) { return other.name == list[i].name; };
       if (std::any_of(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(i), same)) {
-        return std::string(quantity.words) + " lists column " + detail::quoted(list[i].name) + " twice";
+        return std::string(quantity.words) + " lists column " + in_quotes(list[i].name) + " twice";
       }
     }
   }
@@ -247,11 +247,11 @@ std::optional<std::string> LogOptions::complaint() const {
       return fault;
     }
     if (time->scale < 0.0) {
-      return "time: the scale is " + detail::text(time->scale) + ", must be positive";
+      return "time: the scale is " + number(time->scale) + ", must be positive";
     }
   }
   if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
-    return "rate_hz is " + detail::text(*rate_hz) + " Hz, must be positive";
+    return "rate_hz is " + number(*rate_hz) + " Hz, must be positive";
   }
   if (!table.columns.empty()) {
     return "table.columns must be empty; the lists of columns stand beside it";

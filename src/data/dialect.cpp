@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -126,7 +126,7 @@ bool has_header(const std::vector<Line>& lines, char separator, const TableOptio
     for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i) {
       if (!first[i].empty() && !number(first[i]) && number(second[i])) {
         throw InputError(source + ":" + std::to_string(lines[0].number) + ":" + std::to_string(i + 1) +
-                         ": holds " + quoted(first[i]) +
+                         ": holds " + in_quotes(first[i]) +
                          " among numbers; if this line names the columns, say that a header is present, "
                          "else that it is absent");
       }
@@ -281,5 +281,7 @@ Dialect dialect(std::string_view text, const std::string& source, const TableOpt
   out.names.assign(cells.begin(), cells.end());
   return out;
 }
+
+std::string field_name(std::size_t number) { return "#" + std::to_string(number); }
 
 }  // namespace rivid::detail

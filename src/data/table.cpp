@@ -9,7 +9,7 @@
 #include "mapped_file.hpp"
 #include "number.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -40,8 +40,8 @@ std::size_t chosen_field(const std::string& name, const Dialect& dialect, const 
       const auto place = [&](auto i) {
         return detail::field_name(static_cast<std::size_t>(i - names.begin()) + 1);
       };
-      throw InputError(source + ": the column name " + detail::quoted(name) +
-                       " stands more than once; ask for " + place(found) + " or " + place(again));
+      throw InputError(source + ": the column name " + in_quotes(name) + " stands more than once; ask for " +
+                       place(found) + " or " + place(again));
     }
     return static_cast<std::size_t>(found - names.begin());
   }
@@ -54,12 +54,12 @@ std::size_t chosen_field(const std::string& name, const Dialect& dialect, const 
                      std::to_string(names.size()) + " fields");
   }
   if (!dialect.header) {
-    throw InputError(source + ": there is no column " + detail::quoted(name) +
+    throw InputError(source + ": there is no column " + in_quotes(name) +
                      ", as no line names the columns; ask for them by number, #1 to #" +
                      std::to_string(names.size()));
   }
-  throw InputError(source + ": there is no column " + detail::quoted(name) + "; the columns are " +
-                   detail::listed(names) + detail::suggestion(name, names));
+  throw InputError(source + ": there is no column " + in_quotes(name) + "; the columns are " + listed(names) +
+                   did_you_mean(name, names));
 }
 
 enum class Row { read, skipped, comma_found };
@@ -280,8 +280,8 @@ class Reader {
     const std::string& name = dialect_.names[field];
     const bool named = dialect_.header && !name.empty();
     const std::string column = place() + ":" + std::to_string(field + 1) + ": column " +
-                               (named ? detail::quoted(name) : detail::field_name(field + 1));
-    const std::string content = " holds " + detail::quoted(cell);
+                               (named ? in_quotes(name) : detail::field_name(field + 1));
+    const std::string content = " holds " + in_quotes(cell);
     double value = 0.0;
     switch (reading) {
       case Reading::empty:
@@ -338,11 +338,11 @@ std::size_t LineNumbers::operator[](Index row) const {
 Index Table::column(std::string_view name) const {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) {
-    throw InputError(source + ": there is no column " + detail::quoted(name) + "; the columns are " +
-                     detail::listed(names) + detail::suggestion(name, names));
+    throw InputError(source + ": there is no column " + in_quotes(name) + "; the columns are " +
+                     listed(names) + did_you_mean(name, names));
   }
   if (std::find(found + 1, names.end(), name) != names.end()) {
-    throw InputError(source + ": the column name " + detail::quoted(name) + " stands more than once");
+    throw InputError(source + ": the column name " + in_quotes(name) + " stands more than once");
   }
   return found - names.begin();
 }

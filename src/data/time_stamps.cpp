@@ -7,7 +7,7 @@
 #include "log_columns.hpp"
 #include "rivid/data/interpolate.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -21,8 +21,7 @@ constexpr double aliasing_ratio = 0.75;
 
 void check_max_gap(const char* who, double max_gap) {
   if (!(max_gap >= 2.0)) {
-    throw InputError(std::string(who) + ": max_gap is " + detail::text(max_gap) +
-                     " periods, must be at least 2");
+    throw InputError(std::string(who) + ": max_gap is " + number(max_gap) + " periods, must be at least 2");
   }
 }
 
@@ -134,14 +133,14 @@ std::string first_place(const Log& log, const TimeReport& report) {
       row = fault->row;
     }
   }
-  return row < 0 ? log.source : log.place(row) + " (t = " + detail::text(log.t[row]) + " s)";
+  return row < 0 ? log.source : log.place(row) + " (t = " + number(log.t[row]) + " s)";
 }
 
 std::vector<Log> resampled(const Log& log, const TimeReport& report, const ResampleOptions& options) {
   if (report.reversed.count > 0) {
     throw InputError(log.place(report.reversed.row) + ": the time stamps go back, " +
                      std::to_string(report.reversed.count) +
-                     " times, first to t = " + detail::text(report.reversed.time) +
+                     " times, first to t = " + number(report.reversed.time) +
                      " s; such a log can not be resampled: repair or cut it, or state the rate");
   }
   if (report.period <= 0.0) {
@@ -162,16 +161,16 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
         continue;
       }
     }
-    dropped.push_back("t = " + detail::text(piece.t[0]) + " to " + detail::text(piece.t[count - 1]) + " s");
+    dropped.push_back("t = " + number(piece.t[0]) + " to " + number(piece.t[count - 1]) + " s");
   }
   if (pieces.empty()) {
     throw InputError(log.source + ": no stretch of the log without a gap of more than " +
-                     detail::text(options.max_gap) + " periods has " + std::to_string(options.min_samples) +
-                     " samples at " + detail::text(rate_hz) + " Hz; " + report.summary());
+                     number(options.max_gap) + " periods has " + std::to_string(options.min_samples) +
+                     " samples at " + number(rate_hz) + " Hz; " + report.summary());
   }
   std::vector<std::string> notes = {
       "time stamps: " + report.summary(),
-      "resampled to " + detail::text(rate_hz) + " Hz, positions by cubic spline, all else linearly"};
+      "resampled to " + number(rate_hz) + " Hz, positions by cubic spline, all else linearly"};
   if (report.repeated.count > 0) {
     notes.push_back("dropped " + std::to_string(log.samples() - distinct.samples()) +
                     " rows with repeated time stamps");
@@ -186,11 +185,11 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
   }
   if (!dropped.empty()) {
     notes.push_back("dropped stretches of fewer than " + std::to_string(options.min_samples) +
-                    " samples: " + detail::listed(dropped));
+                    " samples: " + listed(dropped));
   }
   if (rate_hz * report.period < aliasing_ratio) {
-    notes.push_back("the log was recorded at " + detail::text(1.0 / report.period) +
-                    " Hz and resampled without a filter: what lies above " + detail::text(0.5 * rate_hz) +
+    notes.push_back("the log was recorded at " + number(1.0 / report.period) +
+                    " Hz and resampled without a filter: what lies above " + number(0.5 * rate_hz) +
                     " Hz is folded");
   }
   for (Log& piece : pieces) {
@@ -202,11 +201,11 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
 }  // namespace
 
 std::string TimeReport::summary() const {
-  std::string out = std::to_string(samples) + " samples at " + detail::text(rate_hz) + " Hz";
+  std::string out = std::to_string(samples) + " samples at " + number(rate_hz) + " Hz";
   const auto tell = [&](const TimeFault& fault, const std::string& what) {
     if (fault.count > 0) {
       out += "; " + std::to_string(fault.count) + " " + what + " (first at row " +
-             std::to_string(fault.row + 1) + ", t = " + detail::text(fault.time) + " s)";
+             std::to_string(fault.row + 1) + ", t = " + number(fault.time) + " s)";
     }
   };
   tell(repeated, "repeated");
@@ -216,7 +215,7 @@ std::string TimeReport::summary() const {
   tell(jumps, jumps.count == 1 ? "jump" : "jumps");
   const auto percent = [](double fraction) {
     const double value = 100.0 * fraction;
-    return detail::text(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
+    return number(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
   };
   return out + "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
 }
@@ -225,7 +224,7 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
   check_max_gap("inspect_time", max_gap);
   for (Index i = 0; i < t.size(); ++i) {
     if (!std::isfinite(t[i])) {
-      throw InputError("inspect_time: t is " + detail::text(t[i]) + " at row " + std::to_string(i + 1) +
+      throw InputError("inspect_time: t is " + number(t[i]) + " at row " + std::to_string(i + 1) +
                        ", must be finite");
     }
   }
@@ -289,10 +288,10 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
 
 std::optional<std::string> ResampleOptions::complaint() const {
   if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
-    return "rate_hz is " + detail::text(*rate_hz) + " Hz, must be positive";
+    return "rate_hz is " + number(*rate_hz) + " Hz, must be positive";
   }
   if (!(max_gap >= 2.0)) {
-    return "max_gap is " + detail::text(max_gap) + " periods, must be at least 2";
+    return "max_gap is " + number(max_gap) + " periods, must be at least 2";
   }
   if (min_samples < 2) {
     return "min_samples is " + std::to_string(min_samples) + ", must be at least 2";
@@ -321,8 +320,8 @@ std::vector<Log> regularised(Log log, Irregular irregular, const ResampleOptions
       throw InputError(log.source + ": the time stamps do not go forward, so they tell no rate; state it");
     }
     log.notes.push_back("time stamps ignored, rows taken as samples at " +
-                        std::string(options.rate_hz ? "the stated " : "the mean rate of ") +
-                        detail::text(rate_hz) + " Hz; found: " + report.summary());
+                        std::string(options.rate_hz ? "the stated " : "the mean rate of ") + number(rate_hz) +
+                        " Hz; found: " + report.summary());
     log.f_m = rate_hz;
     log.t = log.t[0] +
             Vector::LinSpaced(log.samples(), 0.0, static_cast<double>(log.samples() - 1)).array() / rate_hz;

@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "nearest_name.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -71,7 +71,7 @@ void check_tree(const UrdfDocument& document, UrdfTopology& tree) {
   }
   if (roots.size() > 1) {
     document.refuse(document.robot(), "the links make " + std::to_string(roots.size()) +
-                                          " separate trees, with the roots " + listed(roots) +
+                                          " separate trees, with the roots " + quoted_list(roots) +
                                           "; a URDF must have one root");
   }
   std::vector<bool> reached(tree.links.size(), false);
@@ -100,8 +100,8 @@ int named_link(const UrdfDocument& document, const UrdfTopology& tree, const std
   const auto place = std::find(all.begin(), all.end(), name);
   if (place == all.end()) {
     throw InputError(document.source() + ": " + option + " is \"" + name + "\", but no link is called so" +
-                     did_you_mean(name, all) + (all.size() > 1 ? " (links: " : " (link: ") + listed(all) +
-                     ")");
+                     did_you_mean(name, all) + (all.size() > 1 ? " (links: " : " (link: ") +
+                     quoted_list(all) + ")");
   }
   return static_cast<int>(place - all.begin());
 }
@@ -141,7 +141,7 @@ int default_tip(const UrdfDocument& document, const UrdfTopology& tree, int base
       tips.push_back(tree.link(link).name);
     }
     document.refuse(document.robot(),
-                    "the robot branches, its chains end at " + listed(tips) +
+                    "the robot branches, its chains end at " + quoted_list(tips) +
                         "; say which link the chain ends at by the option tip (a link before the "
                         "fork will do: what hangs on it is then lumped into it)");
   }
@@ -208,7 +208,7 @@ UrdfPath urdf_path(const UrdfDocument& document, const UrdfTopology& tree, const
   if (link != path.base) {
     throw InputError(document.source() + ": base \"" + tree.link(path.base).name +
                      "\" does not carry tip \"" + tree.link(tip).name + "\"; the way to the tip is " +
-                     listed(way));
+                     quoted_list(way));
   }
   const bool moves = std::any_of(path.joints.begin(), path.joints.end(),
                                  [&](int joint) { return tree.joint(joint).moves(); });

@@ -122,7 +122,7 @@ std::string written(const std::vector<std::pair<std::string, double>>& terms) {
   for (std::size_t i = 1; i < terms.size(); ++i) {
     const auto& [name, k] = terms[i];
     out += k < 0.0 ? " - " : " + ";
-    out += std::abs(std::abs(k) - 1.0) < coefficient_noise ? name : number(std::abs(k)) + " " + name;
+    out += std::abs(std::abs(k) - 1.0) < coefficient_noise ? name : number(std::abs(k), 6) + " " + name;
   }
   return out;
 }
