@@ -77,12 +77,12 @@ std::vector<Column> by_default(const Quantity& quantity, const std::vector<std::
   std::vector<Column> columns;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::string prefix(quantity.prefix);
+    const auto named = [&](std::size_t number) { return prefix + std::to_string(number); };
     if (numbers[i] != i + 1) {
-      throw InputError(source + ": there is a column \"" + prefix + std::to_string(numbers[i]) +
-                       "\" but no \"" + prefix + std::to_string(i + 1) + "\"; list the columns of " +
-                       std::string(quantity.words));
+      throw InputError(source + ": there is a column " + detail::quoted(named(numbers[i])) + " but no " +
+                       detail::quoted(named(i + 1)) + "; list the columns of " + std::string(quantity.words));
     }
-    columns.push_back({prefix + std::to_string(i + 1)});
+    columns.push_back({named(i + 1)});
   }
   return columns;
 }
@@ -101,10 +101,10 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
   if (columns[required].empty()) {
     const std::string words(quantities[required].words);
     const std::string prefix(quantities[required].prefix);
+    const std::string defaults =
+        detail::quoted(prefix + "1") + ", " + detail::quoted(prefix + "2") + ", … and none are listed";
     throw InputError(source + ": there are no " + words + " columns " +
-                     (options.default_names
-                          ? "\"" + prefix + "1\", \"" + prefix + "2\", … and none are listed"
-                          : "listed") +
+                     (options.default_names ? defaults : "listed") +
                      "; say which columns hold them; the columns are " + detail::listed(names));
   }
   const std::size_t n = columns[required].size();
@@ -250,7 +250,7 @@ std::optional<std::string> LogOptions::complaint() const {
       return "time: the scale is " + detail::text(time->scale) + ", must be positive";
     }
   }
-  if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
+  if (rate_hz && (!std::isfinite(*rate_hz) || *rate_hz <= 0.0)) {
     return "rate_hz is " + detail::text(*rate_hz) + " Hz, must be positive";
   }
   if (!table.columns.empty()) {

@@ -288,7 +288,7 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
 }
 
 std::optional<std::string> ResampleOptions::complaint() const {
-  if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
+  if (rate_hz && (!std::isfinite(*rate_hz) || *rate_hz <= 0.0)) {
     return "rate_hz is " + detail::text(*rate_hz) + " Hz, must be positive";
   }
   if (!(max_gap >= 2.0)) {
