@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
+#include <vector>
 
 #include "rivid/data/interpolate.hpp"
 #include "rivid/error.hpp"
@@ -39,8 +41,9 @@ Log shift_torque(const Log& log, Index lag) {
   Log out = rows(log, std::max<Index>(0, -lag), kept);
   out.tau = log.tau.middleRows(std::max<Index>(0, lag), kept);
   if (lag != 0) {
-    out.notes.push_back("torques moved by " + std::to_string(-lag) + " samples, " + std::to_string(lost) +
-                        (lag > 0 ? " rows dropped at the end" : " rows dropped at the start"));
+    out.notes.push_back("torques moved by " + std::to_string(-lag) + " samples, " +
+                        detail::counted(lost, "row") +
+                        (lag > 0 ? " dropped at the end" : " dropped at the start"));
   }
   return out;
 }
@@ -102,7 +105,7 @@ Log subtract_torque(Log log, Index joint, const TorqueTable& table, Outside outs
   }
   log.tau.col(joint) -= linear_interpolation(table.q, table.tau, log.q.col(joint));
   log.notes.push_back("torque of " + table.source + " subtracted from joint " + std::to_string(joint + 1) +
-                      (held > 0 ? "; its end values held for " + std::to_string(held) + " samples" : ""));
+                      (held > 0 ? "; its end values held for " + detail::counted(held, "sample") : ""));
   return log;
 }
 
@@ -144,7 +147,7 @@ Log with_reference(Log log, const Log& reference, double delay_s, Outside outsid
     }
   }
   log.notes.push_back("reference from " + reference.source + ", " + detail::text(delay_s) + " s later" +
-                      (held.empty() ? "" : "; held for " + std::to_string(held.size()) + " samples"));
+                      (held.empty() ? "" : "; held for " + detail::counted(std::ssize(held), "sample")));
   return log;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 #include <system_error>
 
@@ -87,6 +88,18 @@ std::vector<Column> by_default(const Quantity& quantity, const std::vector<std::
   return columns;
 }
 
+std::string names_of(const std::vector<Column>& columns) {
+  const std::string& first = columns.front().name;
+  return columns.size() == 1 ? first : first + " to " + columns.back().name;
+}
+
+std::string count_complaint(const Quantity& quantity, const std::vector<Column>& columns, bool listed,
+                            const Quantity& required, std::size_t n) {
+  return std::string(quantity.words) + " has " + detail::counted(std::ssize(columns), "column") + " (" +
+         names_of(columns) + (listed ? "" : ", found by name") + "), " + std::string(required.words) +
+         " has " + std::to_string(n) + "; one for each joint is required";
+}
+
 // Columns of every quantity, all of the size of the required one.
 Columns resolved(const LogOptions& options, std::size_t required, const std::vector<std::string>& names,
                  const std::string& source, std::vector<std::string>& notes) {
@@ -119,14 +132,11 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
     const std::string words(quantities[i].words);
     const bool listed = !(options.*quantities[i].listed).empty();
     if (columns[i].size() != n) {
-      throw InputError(source + ": " + words + " has " + std::to_string(columns[i].size()) + " columns (" +
-                       columns[i].front().name + " to " + columns[i].back().name +
-                       (listed ? "" : ", found by name") + "), " + std::string(quantities[required].words) +
-                       " has " + std::to_string(n) + "; one for each joint is required");
+      throw InputError(source + ": " +
+                       count_complaint(quantities[i], columns[i], listed, quantities[required], n));
     }
     if (required_listed && !listed) {
-      notes.push_back(words + " not listed, taken from " + columns[i].front().name +
-                      (n > 1 ? " to " + columns[i].back().name : ""));
+      notes.push_back(words + " not listed, taken from " + names_of(columns[i]));
     }
   }
   return columns;

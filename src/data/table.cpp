@@ -279,9 +279,9 @@ class Reader {
         why = " and, as in the rows before, a separator at its end";
       }
     }
-    const auto fields = [](std::size_t n) { return std::to_string(n) + (n == 1 ? " field" : " fields"); };
-    throw InputError(place() + ": the line has " + fields(got) + ", " + std::to_string(required) +
-                     (required == 1 ? " is" : " are") + " required" + why);
+    throw InputError(place() + ": the line has " +
+                     detail::counted(static_cast<std::ptrdiff_t>(got), "field") + ", " +
+                     std::to_string(required) + (required == 1 ? " is" : " are") + " required" + why);
   }
 
   [[noreturn]] void refuse_cell(std::size_t field, std::string_view cell, Reading reading) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstddef>
 #include <cstdio>
 #include <numeric>
 
@@ -37,6 +38,12 @@ std::string text(double value) {
   std::array<char, 32> buffer{};
   const int length = std::snprintf(buffer.data(), buffer.size(), "%.9g", value);
   return {buffer.data(), static_cast<std::size_t>(length)};
+}
+
+std::string counted(std::ptrdiff_t count, std::string_view noun) {
+  std::string out = std::to_string(count) + ' ';
+  out += noun;
+  return count == 1 ? out : out + 's';
 }
 
 std::string quoted(std::string_view content) {

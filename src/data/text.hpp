@@ -10,6 +10,9 @@ namespace rivid::detail {
 /// A number as messages show it: up to nine significant digits.
 [[nodiscard]] std::string text(double value);
 
+/// "1 row", "2 rows".
+[[nodiscard]] std::string counted(std::ptrdiff_t count, std::string_view noun);
+
 /// `content` in quotes for a message: at most 40 characters, control characters as '?'.
 [[nodiscard]] std::string quoted(std::string_view content);
 

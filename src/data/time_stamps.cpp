@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "log_columns.hpp"
@@ -140,8 +141,8 @@ std::string first_place(const Log& log, const TimeReport& report) {
 std::vector<Log> resampled(const Log& log, const TimeReport& report, const ResampleOptions& options) {
   if (report.reversed.count > 0) {
     throw InputError(log.place(report.reversed.row) + ": the time stamps go back, " +
-                     std::to_string(report.reversed.count) +
-                     " times, first to t = " + detail::text(report.reversed.time) +
+                     detail::counted(report.reversed.count, "time") +
+                     ", first to t = " + detail::text(report.reversed.time) +
                      " s; such a log can not be resampled: repair or cut it, or state the rate");
   }
   if (report.period <= 0.0) {
@@ -173,16 +174,16 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
       "time stamps: " + report.summary(),
       "resampled to " + detail::text(rate_hz) + " Hz, positions by cubic spline, all else linearly"};
   if (report.repeated.count > 0) {
-    notes.push_back("dropped " + std::to_string(log.samples() - distinct.samples()) +
-                    " rows with repeated time stamps");
+    notes.push_back("dropped " + detail::counted(log.samples() - distinct.samples(), "row") +
+                    " with repeated time stamps");
   }
   if (report.missing.count > 0) {
-    notes.push_back("interpolated over " + std::to_string(report.missing.count) + " gaps, " +
-                    std::to_string(report.missing_rows) + " missing rows");
+    notes.push_back("interpolated over " + detail::counted(report.missing.count, "gap") + ", " +
+                    detail::counted(report.missing_rows, "missing row"));
   }
   if (report.jumps.count > 0) {
-    notes.push_back("split at " + std::to_string(report.jumps.count) + " jumps of the time stamps into " +
-                    std::to_string(pieces.size()) + (pieces.size() == 1 ? " log" : " logs"));
+    notes.push_back("split at " + detail::counted(report.jumps.count, "jump") + " of the time stamps into " +
+                    detail::counted(std::ssize(pieces), "log"));
   }
   if (!dropped.empty()) {
     notes.push_back("dropped stretches of fewer than " + std::to_string(options.min_samples) +
@@ -205,20 +206,25 @@ std::string TimeReport::summary() const {
   std::string out = std::to_string(samples) + " samples at " + detail::text(rate_hz) + " Hz";
   const auto tell = [&](const TimeFault& fault, const std::string& what) {
     if (fault.count > 0) {
-      out += "; " + std::to_string(fault.count) + " " + what + " (first at row " +
-             std::to_string(fault.row + 1) + ", t = " + detail::text(fault.time) + " s)";
+      out += "; " + what + " (first at row " + std::to_string(fault.row + 1) +
+             ", t = " + detail::text(fault.time) + " s)";
     }
   };
-  tell(repeated, "repeated");
-  tell(reversed, "reversed");
-  tell(missing, (missing.count == 1 ? "gap of " : "gaps of ") + std::to_string(missing_rows) +
-                    (missing_rows == 1 ? " missing row" : " missing rows"));
-  tell(jumps, jumps.count == 1 ? "jump" : "jumps");
+  tell(repeated, std::to_string(repeated.count) + " repeated");
+  tell(reversed, std::to_string(reversed.count) + " reversed");
+  tell(missing,
+       detail::counted(missing.count, "gap") + " of " + detail::counted(missing_rows, "missing row"));
+  tell(jumps, detail::counted(jumps.count, "jump"));
   const auto percent = [](double fraction) {
     const double value = 100.0 * fraction;
     return detail::text(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
   };
-  return out + "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
+  out += "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
+  if (jitter_rms >= regular_rms || jitter_max >= regular_max) {
+    out +=
+        ", steps of " + detail::text(1e3 * shortest_step) + " to " + detail::text(1e3 * longest_step) + " ms";
+  }
+  return out;
 }
 
 TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
@@ -240,6 +246,11 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
     if (t[i] > t[i - 1]) {
       forward.push_back(t[i] - t[i - 1]);
     }
+  }
+  if (!forward.empty()) {
+    const auto [shortest, longest] = std::minmax_element(forward.begin(), forward.end());
+    report.shortest_step = *shortest;
+    report.longest_step = *longest;
   }
   report.period = median(std::move(forward));
   const double span = t[t.size() - 1] - t[0];

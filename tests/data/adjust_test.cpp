@@ -37,7 +37,7 @@ TEST(ShiftTorque, TakesALeadBack) {
   const Log log = shift_torque(plain_log(), -1);
   EXPECT_TRUE(log.q.isApprox(Matrix{{1}, {2}, {3}, {4}, {5}}));
   EXPECT_TRUE(log.tau.isApprox(Matrix{{100}, {101}, {102}, {103}, {104}}));
-  EXPECT_TRUE(says(log.notes.at(0), "1 rows dropped at the start"));
+  EXPECT_TRUE(says(log.notes.at(0), "1 row dropped at the start"));
 }
 
 TEST(ShiftTorque, LeavesTheLogAloneForNoLag) {
