@@ -63,6 +63,10 @@ std::string in_quotes(std::string_view content) {
   return out + (cut ? "…\"" : "\"");
 }
 
+std::string counted(std::ptrdiff_t count, std::string_view noun) {
+  return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
+}
+
 std::string listed(std::span<const std::string> names) {
   std::string out;
   for (std::size_t i = 0; i < std::min(names.size(), longest_list); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +14,9 @@ namespace rivid {
 
 /// `content` in quotes for a message: at most 40 characters, control characters as '?'.
 [[nodiscard]] std::string in_quotes(std::string_view content);
+
+/// "1 row", "2 rows".
+[[nodiscard]] std::string counted(std::ptrdiff_t count, std::string_view noun);
 
 /// `t, q1, q2`, and how many more where the list is long.
 [[nodiscard]] std::string listed(std::span<const std::string> names);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
+#include <vector>
 
 #include "rivid/data/interpolate.hpp"
 #include "rivid/error.hpp"
@@ -56,8 +58,8 @@ Log shift_torque(const Log& log, double lag) {
   out.tau = shifted(log.tau);
   out.v_tau = shifted(log.v_tau);
   const Index lost = log.samples() - kept;
-  out.notes.push_back("torques moved by " + number(-lag) + " samples, " + std::to_string(lost) +
-                      (lost == 1 ? " row" : " rows") + " dropped at the " + (lag > 0.0 ? "end" : "start"));
+  out.notes.push_back("torques moved by " + number(-lag) + " samples, " + counted(lost, "row") +
+                      " dropped at the " + (lag > 0.0 ? "end" : "start"));
   return out;
 }
 
@@ -118,7 +120,7 @@ Log subtract_torque(Log log, Index joint, const TorqueTable& table, Outside outs
   }
   log.tau.col(joint) -= linear_interpolation(table.q, table.tau, log.q.col(joint));
   log.notes.push_back("torque of " + table.source + " subtracted from joint " + std::to_string(joint + 1) +
-                      (held > 0 ? "; its end values held for " + std::to_string(held) + " samples" : ""));
+                      (held > 0 ? "; its end values held for " + counted(held, "sample") : ""));
   return log;
 }
 
@@ -160,7 +162,7 @@ Log with_reference(Log log, const Log& reference, double delay_s, Outside outsid
     }
   }
   log.notes.push_back("reference from " + reference.source + ", " + number(delay_s) + " s later" +
-                      (held.empty() ? "" : "; held for " + std::to_string(held.size()) + " samples"));
+                      (held.empty() ? "" : "; held for " + counted(std::ssize(held), "sample")));
   return log;
 }
 

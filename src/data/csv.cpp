@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 #include <system_error>
 
@@ -77,14 +78,26 @@ std::vector<Column> by_default(const Quantity& quantity, const std::vector<std::
   std::vector<Column> columns;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::string prefix(quantity.prefix);
+    const auto named = [&](std::size_t number) { return prefix + std::to_string(number); };
     if (numbers[i] != i + 1) {
-      throw InputError(source + ": there is a column \"" + prefix + std::to_string(numbers[i]) +
-                       "\" but no \"" + prefix + std::to_string(i + 1) + "\"; list the columns of " +
-                       std::string(quantity.words));
+      throw InputError(source + ": there is a column " + in_quotes(named(numbers[i])) + " but no " +
+                       in_quotes(named(i + 1)) + "; list the columns of " + std::string(quantity.words));
     }
-    columns.push_back({prefix + std::to_string(i + 1)});
+    columns.push_back({named(i + 1)});
   }
   return columns;
+}
+
+std::string names_of(const std::vector<Column>& columns) {
+  const std::string& first = columns.front().name;
+  return columns.size() == 1 ? first : first + " to " + columns.back().name;
+}
+
+std::string count_complaint(const Quantity& quantity, const std::vector<Column>& columns, bool listed,
+                            const Quantity& required, std::size_t n) {
+  return std::string(quantity.words) + " has " + counted(std::ssize(columns), "column") + " (" +
+         names_of(columns) + (listed ? "" : ", found by name") + "), " + std::string(required.words) +
+         " has " + std::to_string(n) + "; one for each joint is required";
 }
 
 // Columns of every quantity, all of the size of the required one.
@@ -101,10 +114,10 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
   if (columns[required].empty()) {
     const std::string words(quantities[required].words);
     const std::string prefix(quantities[required].prefix);
+    const std::string defaults =
+        in_quotes(prefix + "1") + ", " + in_quotes(prefix + "2") + ", … and none are listed";
     throw InputError(source + ": there are no " + words + " columns " +
-                     (options.default_names
-                          ? "\"" + prefix + "1\", \"" + prefix + "2\", … and none are listed"
-                          : "listed") +
+                     (options.default_names ? defaults : "listed") +
                      "; say which columns hold them; the columns are " + listed(names));
   }
   const std::size_t n = columns[required].size();
@@ -119,14 +132,11 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
     const std::string words(quantities[i].words);
     const bool listed = !(options.*quantities[i].listed).empty();
     if (columns[i].size() != n) {
-      throw InputError(source + ": " + words + " has " + std::to_string(columns[i].size()) + " columns (" +
-                       columns[i].front().name + " to " + columns[i].back().name +
-                       (listed ? "" : ", found by name") + "), " + std::string(quantities[required].words) +
-                       " has " + std::to_string(n) + "; one for each joint is required");
+      throw InputError(source + ": " +
+                       count_complaint(quantities[i], columns[i], listed, quantities[required], n));
     }
     if (required_listed && !listed) {
-      notes.push_back(words + " not listed, taken from " + columns[i].front().name +
-                      (n > 1 ? " to " + columns[i].back().name : ""));
+      notes.push_back(words + " not listed, taken from " + names_of(columns[i]));
     }
   }
   return columns;
@@ -250,7 +260,7 @@ std::optional<std::string> LogOptions::complaint() const {
       return "time: the scale is " + number(time->scale) + ", must be positive";
     }
   }
-  if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
+  if (rate_hz && (!std::isfinite(*rate_hz) || *rate_hz <= 0.0)) {
     return "rate_hz is " + number(*rate_hz) + " Hz, must be positive";
   }
   if (!table.columns.empty()) {

@@ -101,6 +101,9 @@ class Reader {
       return false;
     }
     values.conservativeResize(row_, Eigen::NoChange);
+    if (lines.runs.back().row == row_) {
+      lines.runs.pop_back();  // of comments behind the last row
+    }
     if (options_.progress) {
       options_.progress(1.0);
     }
@@ -171,9 +174,14 @@ class Reader {
     if (done >= next_progress_) {
       next_progress_ = done + progress_step;
       if (options_.progress) {
-        options_.progress(static_cast<double>(done) / static_cast<double>(total_));
+        options_.progress(std::min(1.0, static_cast<double>(done) / static_cast<double>(total_)));
       }
     }
+  }
+
+  template <char Separator>
+  static bool separates(char c) {
+    return c == Separator || (Separator == ' ' && c == '\t');
   }
 
   template <char Separator>
@@ -192,7 +200,7 @@ class Reader {
     double* const* const targets = targets_.data();
     for (std::size_t field = 0; field < fields; ++field) {
       if (field > 0) {
-        if (*p != Separator && !(Separator == ' ' && *p == '\t')) {
+        if (!separates<Separator>(*p)) {
           return nullptr;
         }
         ++p;
@@ -205,7 +213,7 @@ class Reader {
         if (field == 0 && (*p == '#' || *p == '%')) {
           return nullptr;
         }
-        while (*p != Separator && *p != '\n' && *p != '"' && !(Separator == ' ' && *p == '\t')) {
+        while (!separates<Separator>(*p) && *p != '\n' && *p != '"') {
           ++p;
         }
         if (*p == '"') {
@@ -229,7 +237,7 @@ class Reader {
     return *p == '\n' ? p + 1 : nullptr;
   }
 
-  std::string place() const { return source_ + ":" + std::to_string(line_); }
+  [[nodiscard]] std::string place() const { return source_ + ":" + std::to_string(line_); }
 
   Row careful_row(std::string_view line) {
     if (detail::is_skipped(line)) {
@@ -271,9 +279,8 @@ class Reader {
         why = " and, as in the rows before, a separator at its end";
       }
     }
-    const auto fields = [](std::size_t n) { return std::to_string(n) + (n == 1 ? " field" : " fields"); };
-    throw InputError(place() + ": the line has " + fields(got) + ", " + std::to_string(required) +
-                     (required == 1 ? " is" : " are") + " required" + why);
+    throw InputError(place() + ": the line has " + counted(static_cast<std::ptrdiff_t>(got), "field") + ", " +
+                     std::to_string(required) + (required == 1 ? " is" : " are") + " required" + why);
   }
 
   [[noreturn]] void refuse_cell(std::size_t field, std::string_view cell, Reading reading) const {

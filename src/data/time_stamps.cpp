@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "log_columns.hpp"
@@ -139,8 +140,8 @@ std::string first_place(const Log& log, const TimeReport& report) {
 std::vector<Log> resampled(const Log& log, const TimeReport& report, const ResampleOptions& options) {
   if (report.reversed.count > 0) {
     throw InputError(log.place(report.reversed.row) + ": the time stamps go back, " +
-                     std::to_string(report.reversed.count) +
-                     " times, first to t = " + number(report.reversed.time) +
+                     counted(report.reversed.count, "time") +
+                     ", first to t = " + number(report.reversed.time) +
                      " s; such a log can not be resampled: repair or cut it, or state the rate");
   }
   if (report.period <= 0.0) {
@@ -172,16 +173,16 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
       "time stamps: " + report.summary(),
       "resampled to " + number(rate_hz) + " Hz, positions by cubic spline, all else linearly"};
   if (report.repeated.count > 0) {
-    notes.push_back("dropped " + std::to_string(log.samples() - distinct.samples()) +
-                    " rows with repeated time stamps");
+    notes.push_back("dropped " + counted(log.samples() - distinct.samples(), "row") +
+                    " with repeated time stamps");
   }
   if (report.missing.count > 0) {
-    notes.push_back("interpolated over " + std::to_string(report.missing.count) + " gaps, " +
-                    std::to_string(report.missing_rows) + " missing rows");
+    notes.push_back("interpolated over " + counted(report.missing.count, "gap") + ", " +
+                    counted(report.missing_rows, "missing row"));
   }
   if (report.jumps.count > 0) {
-    notes.push_back("split at " + std::to_string(report.jumps.count) + " jumps of the time stamps into " +
-                    std::to_string(pieces.size()) + (pieces.size() == 1 ? " log" : " logs"));
+    notes.push_back("split at " + counted(report.jumps.count, "jump") + " of the time stamps into " +
+                    counted(std::ssize(pieces), "log"));
   }
   if (!dropped.empty()) {
     notes.push_back("dropped stretches of fewer than " + std::to_string(options.min_samples) +
@@ -204,20 +205,23 @@ std::string TimeReport::summary() const {
   std::string out = std::to_string(samples) + " samples at " + number(rate_hz) + " Hz";
   const auto tell = [&](const TimeFault& fault, const std::string& what) {
     if (fault.count > 0) {
-      out += "; " + std::to_string(fault.count) + " " + what + " (first at row " +
-             std::to_string(fault.row + 1) + ", t = " + number(fault.time) + " s)";
+      out += "; " + what + " (first at row " + std::to_string(fault.row + 1) + ", t = " + number(fault.time) +
+             " s)";
     }
   };
-  tell(repeated, "repeated");
-  tell(reversed, "reversed");
-  tell(missing, (missing.count == 1 ? "gap of " : "gaps of ") + std::to_string(missing_rows) +
-                    (missing_rows == 1 ? " missing row" : " missing rows"));
-  tell(jumps, jumps.count == 1 ? "jump" : "jumps");
+  tell(repeated, std::to_string(repeated.count) + " repeated");
+  tell(reversed, std::to_string(reversed.count) + " reversed");
+  tell(missing, counted(missing.count, "gap") + " of " + counted(missing_rows, "missing row"));
+  tell(jumps, counted(jumps.count, "jump"));
   const auto percent = [](double fraction) {
     const double value = 100.0 * fraction;
     return number(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
   };
-  return out + "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
+  out += "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
+  if (jitter_rms >= regular_rms || jitter_max >= regular_max) {
+    out += ", steps of " + number(1e3 * shortest_step) + " to " + number(1e3 * longest_step) + " ms";
+  }
+  return out;
 }
 
 TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
@@ -239,6 +243,11 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
     if (t[i] > t[i - 1]) {
       forward.push_back(t[i] - t[i - 1]);
     }
+  }
+  if (!forward.empty()) {
+    const auto [shortest, longest] = std::minmax_element(forward.begin(), forward.end());
+    report.shortest_step = *shortest;
+    report.longest_step = *longest;
   }
   report.period = median(std::move(forward));
   const double span = t[t.size() - 1] - t[0];
@@ -287,7 +296,7 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
 }
 
 std::optional<std::string> ResampleOptions::complaint() const {
-  if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
+  if (rate_hz && (!std::isfinite(*rate_hz) || *rate_hz <= 0.0)) {
     return "rate_hz is " + number(*rate_hz) + " Hz, must be positive";
   }
   if (!(max_gap >= 2.0)) {

@@ -53,6 +53,7 @@ double unit_scale(std::string_view unit) {
     }
   }
   std::vector<std::string> names;
+  names.reserve(units.size());
   for (const Unit& known : units) {
     names.emplace_back(known.name);
   }
