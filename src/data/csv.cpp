@@ -193,6 +193,9 @@ Log read(std::string_view who, const std::filesystem::path& path, const LogOptio
   }
   Log log;
   log.source = path.string();
+  if (std::error_code ignored; std::filesystem::is_fifo(path, ignored)) {
+    throw InputError(log.source + ": is a pipe, a file is required, which can be read more than once");
+  }
   const std::vector<std::string> names = column_names(path, options.table);
   const Columns columns = resolved(options, required, names, log.source, log.notes);
   const std::optional<Column> time = time_column(options, names, log.notes);

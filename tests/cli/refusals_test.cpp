@@ -115,6 +115,22 @@ TEST_F(Refusal, OfTorquesThatAreAllZero) {
   expect_refused({"scara_s2.csv: the torques are zero in every row; check the columns"});
 }
 
+TEST_F(Refusal, OfATorqueThatIsZeroAndWouldHaveInfiniteWeight) {
+  rewrite_rows("scara_s2.csv", [](const std::string& line) {
+    std::size_t v2 = 0;
+    for (int column = 1; column < 5; ++column) {
+      v2 = line.find(',', v2) + 1;
+    }
+    return line.substr(0, v2) + "0" + line.substr(line.find(',', v2));
+  });
+  expect_refused({"joint \"joint_2\": its torque is zero in every row"}, {"scara.toml", "--method", "wls"});
+}
+
+TEST_F(Refusal, OfAPipeInPlaceOfALog) {
+  ASSERT_EQ(::mkfifo((folder().path() / "pipe").c_str(), 0600), 0);
+  expect_refused({"pipe: is a pipe, a file is required"}, {"scara.toml", "--log", "pipe"});
+}
+
 TEST_F(Refusal, OfPositionsThatOverflow) {
   set_cell("scara_s2.csv", 500, 2, "1e308");
   expect_refused({"scara_s2.csv: joint \"joint_1\": positions or torques are so large that they overflow"});
