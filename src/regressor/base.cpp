@@ -195,6 +195,10 @@ BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& 
       order, {}, [&](Index c) { return scan_place(robot, base.standard[static_cast<std::size_t>(c)]); });
 
   const Scan scan = scan_columns(random_regressor(robot, base.standard, options), order, options.tolerance);
+  if (scan.kept.empty()) {
+    throw InputError("base_parameters: robot \"" + robot.name +
+                     "\" has no parameter that shows in its torques; check its axes and units");
+  }
   base.smallest_kept = scan.smallest_kept;
   base.largest_dropped = scan.largest_dropped;
 

@@ -274,6 +274,31 @@ TEST_F(Refusal, OfADriveGainOfZeroNamesTheJoint) {
   expect_refused({"[robot] joint \"joint_2\": drive_gain", "not zero"});
 }
 
+TEST_F(Refusal, OfLengthsThatOverflowNamesTheJoint) {
+  edit("scara.urdf", R"(<origin xyz="0.5 0 0" rpy="0 0 0"/>)", R"(<origin xyz="1e200 0 0" rpy="0 0 0"/>)");
+  expect_refused(
+      {"joint \"joint_2\": its frame lies 1e+200 m from the one before, must be at most 1000000 m"});
+}
+
+TEST_F(Refusal, OfAGravityThatOverflows) {
+  edit("scara.toml", "gravity = [0, 0, -9.81]", "gravity = [1e200, 0, -9.81]");
+  expect_refused({"gravity is 1e+200 m/s², must be at most 1000000"});
+}
+
+TEST_F(Refusal, OfTwoJointsOfOneNameInATable) {
+  folder().write("twins.csv", "joint,type,alpha,a,d,theta\na,R,0,0,0,0\na,R,0,0.5,0,0\n");
+  folder().write("twins.toml",
+                 "[robot]\nmdh = \"twins.csv\"\n[log]\nfiles = \"scara_s2.csv\"\n[signal]\ncutoff_hz = 20\n");
+  expect_refused({"two joints are called \"a\"; names must differ"}, {"twins.toml"});
+}
+
+TEST_F(Refusal, NamesTheLineOfATableThatIsNoNumber) {
+  folder().write("table.csv", "\xEF\xBB\xBFjoint,type,alpha,a,d,theta\n1,R,0,0,0,0\n2,R,0,1;5,0,0\n");
+  folder().write("table.toml",
+                 "[robot]\nmdh = \"table.csv\"\n[log]\nfiles = \"scara_s2.csv\"\n[signal]\ncutoff_hz = 20\n");
+  expect_refused({"table.csv:3: 7 fields, the header has 6"}, {"table.toml"});
+}
+
 // The experiment file
 
 TEST_F(Refusal, OfAnUnknownKeySuggestsTheRightOne) {
