@@ -112,7 +112,13 @@ Robot read_mdh(const std::filesystem::path& path, const Eigen::Vector3d& gravity
   if (table.empty()) {
     throw InputError(path.string() + ": the table has no joint");
   }
-  Robot robot = robot_from(table, gravity);
+  Robot robot = [&] {
+    try {
+      return robot_from(table, gravity);
+    } catch (const InputError& e) {
+      throw InputError(path.string() + ": " + e.what());
+    }
+  }();
   robot.name = path.stem().string();
   return robot;
 }

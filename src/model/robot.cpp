@@ -75,8 +75,9 @@ std::optional<std::string> Robot::complaint() const {
   if (!chain.gravity.allFinite()) {
     return "gravity must be finite";
   }
-  if (chain.gravity.norm() > largest_gravity) {
-    return "gravity is " + number(chain.gravity.norm()) + " m/s², must be at most " + number(largest_gravity);
+  if (chain.gravity.cwiseAbs().maxCoeff() > largest_gravity) {
+    return "gravity is " + number(chain.gravity.cwiseAbs().maxCoeff()) + " m/s², must be at most " +
+           number(largest_gravity);
   }
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const Joint& joint = joints[j];
@@ -91,8 +92,8 @@ std::optional<std::string> Robot::complaint() const {
     if (!chain.links[j].R.allFinite() || !chain.links[j].p.allFinite()) {
       return who + "its frame is not finite";
     }
-    if (chain.links[j].p.norm() > largest_length) {
-      return who + "its frame lies " + number(chain.links[j].p.norm()) +
+    if (chain.links[j].p.cwiseAbs().maxCoeff() > largest_length) {
+      return who + "its frame lies " + number(chain.links[j].p.cwiseAbs().maxCoeff()) +
              " m from the one before, must be at most " + number(largest_length) + " m";
     }
     if (!std::isfinite(joint.g_tau()) || joint.g_tau() == 0.0) {

@@ -277,7 +277,8 @@ TEST_F(Refusal, OfADriveGainOfZeroNamesTheJoint) {
 TEST_F(Refusal, OfLengthsThatOverflowNamesTheJoint) {
   edit("scara.urdf", R"(<origin xyz="0.5 0 0" rpy="0 0 0"/>)", R"(<origin xyz="1e200 0 0" rpy="0 0 0"/>)");
   expect_refused(
-      {"joint \"joint_2\": its frame lies 1e+200 m from the one before, must be at most 1000000 m"});
+      {"scara.urdf: ",
+       "joint \"joint_2\": its frame lies 1e+200 m from the one before, must be at most 1000000 m"});
 }
 
 TEST_F(Refusal, OfAGravityThatOverflows) {
@@ -289,7 +290,7 @@ TEST_F(Refusal, OfTwoJointsOfOneNameInATable) {
   folder().write("twins.csv", "joint,type,alpha,a,d,theta\na,R,0,0,0,0\na,R,0,0.5,0,0\n");
   folder().write("twins.toml",
                  "[robot]\nmdh = \"twins.csv\"\n[log]\nfiles = \"scara_s2.csv\"\n[signal]\ncutoff_hz = 20\n");
-  expect_refused({"two joints are called \"a\"; names must differ"}, {"twins.toml"});
+  expect_refused({"twins.csv: ", "two joints are called \"a\"; names must differ"}, {"twins.toml"});
 }
 
 TEST_F(Refusal, NamesTheLineOfATableThatIsNoNumber) {
