@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "nearest_name.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -16,6 +16,7 @@ constexpr std::array<std::string_view, 6> joint_types = {"revolute", "continuous
 
 std::vector<std::string> names(const std::vector<UrdfTopology::Link>& links) {
   std::vector<std::string> out;
+  out.reserve(links.size());
   for (const UrdfTopology::Link& link : links) {
     out.push_back(link.name);
   }
@@ -71,7 +72,7 @@ void check_tree(const UrdfDocument& document, UrdfTopology& tree) {
   }
   if (roots.size() > 1) {
     document.refuse(document.robot(), "the links make " + std::to_string(roots.size()) +
-                                          " separate trees, with the roots " + listed(roots) +
+                                          " separate trees, with the roots " + quoted_list(roots) +
                                           "; a URDF must have one root");
   }
   std::vector<bool> reached(tree.links.size(), false);
@@ -100,8 +101,8 @@ int named_link(const UrdfDocument& document, const UrdfTopology& tree, const std
   const auto place = std::find(all.begin(), all.end(), name);
   if (place == all.end()) {
     throw InputError(document.source() + ": " + option + " is \"" + name + "\", but no link is called so" +
-                     did_you_mean(name, all) + (all.size() > 1 ? " (links: " : " (link: ") + listed(all) +
-                     ")");
+                     did_you_mean(name, all) + (all.size() > 1 ? " (links: " : " (link: ") +
+                     quoted_list(all) + ")");
   }
   return static_cast<int>(place - all.begin());
 }
@@ -137,11 +138,12 @@ int default_tip(const UrdfDocument& document, const UrdfTopology& tree, int base
   }
   if (last.size() > 1) {
     std::vector<std::string> tips;
+    tips.reserve(last.size());
     for (const int link : last) {
       tips.push_back(tree.link(link).name);
     }
     document.refuse(document.robot(),
-                    "the robot branches, its chains end at " + listed(tips) +
+                    "the robot branches, its chains end at " + quoted_list(tips) +
                         "; say which link the chain ends at by the option tip (a link before the "
                         "fork will do: what hangs on it is then lumped into it)");
   }
@@ -208,7 +210,7 @@ UrdfPath urdf_path(const UrdfDocument& document, const UrdfTopology& tree, const
   if (link != path.base) {
     throw InputError(document.source() + ": base \"" + tree.link(path.base).name +
                      "\" does not carry tip \"" + tree.link(tip).name + "\"; the way to the tip is " +
-                     listed(way));
+                     quoted_list(way));
   }
   const bool moves = std::any_of(path.joints.begin(), path.joints.end(),
                                  [&](int joint) { return tree.joint(joint).moves(); });
