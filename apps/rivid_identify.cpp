@@ -129,6 +129,9 @@ int identify_from(const Arguments& arguments) {
       std::cout << result;
     }
     std::cout.flush();
+    for (const std::string& note : result.notes) {
+      std::cerr << "note: " << note << '\n';
+    }
     for (const std::string& warning : result.warnings) {
       std::cerr << "warning: " << warning << '\n';
     }

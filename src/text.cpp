@@ -11,21 +11,35 @@ namespace rivid {
 
 namespace {
 
-// Number of insertions, deletions and replacements between two words, upper and lower case being one.
+constexpr std::size_t longest_quote = 40;
+constexpr std::size_t longest_list = 60;
+
+bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+// Levenshtein's distance; upper and lower case count as the same.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
+  const auto same = [](char x, char y) {
+    return std::tolower(static_cast<unsigned char>(x)) == std::tolower(static_cast<unsigned char>(y));
+  };
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  for (std::size_t i = 1; i <= a.size(); ++i) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
     std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t k = 1; k <= b.size(); ++k) {
-      const std::size_t replaced = diagonal + (lower(a[i - 1]) == lower(b[k - 1]) ? 0 : 1);
-      diagonal = row[k];
-      row[k] = std::min({row[k] + 1, row[k - 1] + 1, replaced});
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (same(a[i], b[j]) ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
     }
   }
   return row.back();
+}
+
+std::string cut_short(std::string list, std::size_t length) {
+  if (length > longest_list) {
+    list += " and " + std::to_string(length - longest_list) + " more";
+  }
+  return list;
 }
 
 }  // namespace
@@ -36,31 +50,55 @@ std::string number(double value, int digits) {
   return text.data();
 }
 
-std::string quoted_list(std::span<const std::string> names) {
-  std::string out;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    out += i == 0 ? "" : i + 1 == names.size() ? " and " : ", ";
-    out += '"' + names[i] + '"';
+std::string in_quotes(std::string_view content) {
+  const bool cut = content.size() > longest_quote;
+  std::size_t length = cut ? longest_quote : content.size();
+  while (cut && length > 0 && continues_character(content[length])) {
+    --length;
   }
-  return out;
+  std::string out = "\"";
+  for (const char c : content.substr(0, length)) {
+    out += std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+  }
+  return out + (cut ? "…\"" : "\"");
 }
 
-std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
-  std::size_t nearest = word.size() / 2 + 1;
-  const std::string* best = nullptr;
-  for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(word, candidate);
-    if (distance < nearest) {
-      nearest = distance;
-      best = &candidate;
+std::string counted(std::ptrdiff_t count, std::string_view noun) {
+  return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
+}
+
+std::string listed(std::span<const std::string> names) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(names.size(), longest_list); ++i) {
+    out += (i == 0 ? "" : ", ") + names[i];
+  }
+  return cut_short(std::move(out), names.size());
+}
+
+std::string quoted_list(std::span<const std::string> names) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(names.size(), longest_list); ++i) {
+    out += i == 0 ? "" : i + 1 == names.size() ? " and " : ", ";
+    out += in_quotes(names[i]);
+  }
+  return cut_short(std::move(out), names.size());
+}
+
+std::string did_you_mean(std::string_view word, std::span<const std::string> names) {
+  const std::string* nearest = nullptr;
+  std::size_t least = 1 + std::max<std::size_t>(1, word.size() / 3);
+  for (const std::string& name : names) {
+    const std::size_t d = edit_distance(word, name);
+    if (d < least && d < std::max(word.size(), name.size())) {
+      least = d;
+      nearest = &name;
     }
   }
-  return best == nullptr ? "" : "; did you mean \"" + *best + "\"?";
+  return nearest == nullptr ? "" : "; did you mean " + in_quotes(*nearest) + "?";
 }
 
 std::size_t display_width(std::string_view utf8) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(utf8, [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }));
+  return utf8.size() - static_cast<std::size_t>(std::ranges::count_if(utf8, continues_character));
 }
 
 }  // namespace rivid

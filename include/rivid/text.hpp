@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,13 +10,22 @@ namespace rivid {
 /// A number as messages and tables print it.
 ///
 /// @param digits  significant ones
-[[nodiscard]] std::string number(double value, int digits = 6);
+[[nodiscard]] std::string number(double value, int digits = 9);
 
-/// "a", "b" and "c": names in quotes, for messages.
+/// `content` in quotes for a message: at most 40 characters, control characters as '?'.
+[[nodiscard]] std::string in_quotes(std::string_view content);
+
+/// "1 row", "2 rows".
+[[nodiscard]] std::string counted(std::ptrdiff_t count, std::string_view noun);
+
+/// `t, q1, q2`, and how many more where the list is long.
+[[nodiscard]] std::string listed(std::span<const std::string> names);
+
+/// `"a", "b" and "c"`, and how many more where the list is long.
 [[nodiscard]] std::string quoted_list(std::span<const std::string> names);
 
-/// `; did you mean "torque"?` with the candidate nearest to a mistyped word, or nothing where none is near.
-[[nodiscard]] std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
+/// `; did you mean "torque"?` with the name most like a mistyped word, or nothing where none is like it.
+[[nodiscard]] std::string did_you_mean(std::string_view word, std::span<const std::string> names);
 
 /// Width of a UTF-8 text on a terminal, one column a character.
 [[nodiscard]] std::size_t display_width(std::string_view utf8);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
+#include <vector>
 
 #include "rivid/data/interpolate.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -23,25 +25,41 @@ void require_torques(const char* who, const Log& log) {
 }
 
 std::string range(double lower, double upper, const char* unit) {
-  return detail::text(lower) + " to " + detail::text(upper) + unit;
+  return number(lower) + " to " + number(upper) + unit;
 }
 
 }  // namespace
 
-Log shift_torque(const Log& log, Index lag) {
-  require_torques("shift_torque", log);
-  const Index lost = std::abs(lag);
-  const Index kept = log.samples() - lost;
-  if (kept < 1) {
-    throw InputError("shift_torque: lag is " + std::to_string(lag) + " samples, but " + log.source +
-                     " has only " + std::to_string(log.samples()));
+Log shift_torque(const Log& log, double lag) {
+  if (log.tau.size() == 0 && log.v_tau.size() == 0) {
+    throw InputError("shift_torque: " + log.source + " has neither torques nor control signals");
   }
-  Log out = rows(log, std::max<Index>(0, -lag), kept);
-  out.tau = log.tau.middleRows(std::max<Index>(0, lag), kept);
-  if (lag != 0) {
-    out.notes.push_back("torques moved by " + std::to_string(-lag) + " samples, " + std::to_string(lost) +
-                        (lag > 0 ? " rows dropped at the end" : " rows dropped at the start"));
+  if (!std::isfinite(lag) || std::abs(lag) >= static_cast<double>(log.samples() - 1)) {
+    throw InputError("shift_torque: lag is " + number(lag) + " samples, but " + log.source + " has only " +
+                     std::to_string(log.samples()));
   }
+  if (lag == 0.0) {
+    return log;
+  }
+  // Sample k takes its torque from row k + lag, between the rows k + whole and k + whole + 1.
+  const auto whole = static_cast<Index>(std::floor(lag));
+  const double fraction = lag - std::floor(lag);
+  const Index reach = fraction > 0.0 ? whole + 1 : whole;
+  const Index first = std::max<Index>(0, -whole);
+  const Index kept = log.samples() - first - std::max<Index>(0, reach);
+  Log out = rows(log, first, kept);
+  const auto shifted = [&](const Matrix& x) -> Matrix {
+    if (x.size() == 0) {
+      return x;
+    }
+    return (1.0 - fraction) * x.middleRows(first + whole, kept) +
+           fraction * x.middleRows(first + reach, kept);
+  };
+  out.tau = shifted(log.tau);
+  out.v_tau = shifted(log.v_tau);
+  const Index lost = log.samples() - kept;
+  out.notes.push_back("torques moved by " + number(-lag) + " samples, " + counted(lost, "row") +
+                      " dropped at the " + (lag > 0.0 ? "end" : "start"));
   return out;
 }
 
@@ -57,7 +75,7 @@ std::optional<std::string> TorqueTable::complaint() const {
   for (Index i = 1; i < q.size(); ++i) {
     if (q[i] <= q[i - 1]) {
       return source + ": the positions of the table must increase, but row " + std::to_string(i + 1) +
-             " has " + detail::text(q[i]) + " after " + detail::text(q[i - 1]);
+             " has " + number(q[i]) + " after " + number(q[i - 1]);
     }
   }
   return std::nullopt;
@@ -67,7 +85,7 @@ TorqueTable read_torque_table(const std::filesystem::path& path, const TableOpti
   const Table table = read_table(path, options);
   if (table.columns() != 2) {
     throw InputError(table.source + ": two columns are required, position and torque; got " +
-                     std::to_string(table.columns()) + " (" + detail::listed(table.names) + ")");
+                     std::to_string(table.columns()) + " (" + listed(table.names) + ")");
   }
   TorqueTable out{table.source, table.values.col(0), table.values.col(1)};
   if (const auto fault = out.complaint()) {
@@ -95,14 +113,14 @@ Log subtract_torque(Log log, Index joint, const TorqueTable& table, Outside outs
     }
     if (outside == Outside::refuse) {
       throw InputError("subtract_torque: " + log.place(k) + ": joint " + std::to_string(joint + 1) +
-                       " is at " + detail::text(q) + ", outside of " + table.source + ", which goes from " +
+                       " is at " + number(q) + ", outside of " + table.source + ", which goes from " +
                        range(lower, upper, "") + "; extend the table, cut the log, or hold the end values");
     }
     ++held;
   }
   log.tau.col(joint) -= linear_interpolation(table.q, table.tau, log.q.col(joint));
   log.notes.push_back("torque of " + table.source + " subtracted from joint " + std::to_string(joint + 1) +
-                      (held > 0 ? "; its end values held for " + std::to_string(held) + " samples" : ""));
+                      (held > 0 ? "; its end values held for " + counted(held, "sample") : ""));
   return log;
 }
 
@@ -111,7 +129,7 @@ Log with_reference(Log log, const Log& reference, double delay_s, Outside outsid
     throw InputError("with_reference: " + reference.source + " has no reference positions");
   }
   if (!std::isfinite(delay_s)) {
-    throw InputError("with_reference: delay_s is " + detail::text(delay_s) + " s, must be finite");
+    throw InputError("with_reference: delay_s is " + number(delay_s) + " s, must be finite");
   }
   if (reference.q_r.cols() != log.joints()) {
     throw InputError("with_reference: " + reference.source + " has " + std::to_string(reference.q_r.cols()) +
@@ -130,7 +148,7 @@ Log with_reference(Log log, const Log& reference, double delay_s, Outside outsid
   }
   if (!held.empty() && outside == Outside::refuse) {
     throw InputError("with_reference: " + log.place(held.front()) + ": t − delay is " +
-                     detail::text(at[held.front()]) + " s, but " + reference.source + " covers " +
+                     number(at[held.front()]) + " s, but " + reference.source + " covers " +
                      range(first, last, " s") + " only; cut the log to t = " +
                      range(first + delay_s, last + delay_s, " s") + ", or hold the end values");
   }
@@ -143,8 +161,8 @@ Log with_reference(Log log, const Log& reference, double delay_s, Outside outsid
       log.qd_r.row(k).setZero();
     }
   }
-  log.notes.push_back("reference from " + reference.source + ", " + detail::text(delay_s) + " s later" +
-                      (held.empty() ? "" : "; held for " + std::to_string(held.size()) + " samples"));
+  log.notes.push_back("reference from " + reference.source + ", " + number(delay_s) + " s later" +
+                      (held.empty() ? "" : "; held for " + counted(std::ssize(held), "sample")));
   return log;
 }
 

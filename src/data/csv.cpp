@@ -4,12 +4,13 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 #include <system_error>
 
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -42,12 +43,12 @@ std::optional<std::string> column_complaint(std::string_view who, const Column& 
     return name + " has a column without a name";
   }
   if (!std::isfinite(column.scale) || column.scale == 0.0) {
-    return name + ": the scale of column " + detail::quoted(column.name) + " is " +
-           detail::text(column.scale) + ", must be finite and not zero";
+    return name + ": the scale of column " + in_quotes(column.name) + " is " + number(column.scale) +
+           ", must be finite and not zero";
   }
   if (!std::isfinite(column.offset)) {
-    return name + ": the offset of column " + detail::quoted(column.name) + " is " +
-           detail::text(column.offset) + ", must be finite";
+    return name + ": the offset of column " + in_quotes(column.name) + " is " + number(column.offset) +
+           ", must be finite";
   }
   return std::nullopt;
 }
@@ -77,14 +78,26 @@ std::vector<Column> by_default(const Quantity& quantity, const std::vector<std::
   std::vector<Column> columns;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::string prefix(quantity.prefix);
+    const auto named = [&](std::size_t number) { return prefix + std::to_string(number); };
     if (numbers[i] != i + 1) {
-      throw InputError(source + ": there is a column \"" + prefix + std::to_string(numbers[i]) +
-                       "\" but no \"" + prefix + std::to_string(i + 1) + "\"; list the columns of " +
-                       std::string(quantity.words));
+      throw InputError(source + ": there is a column " + in_quotes(named(numbers[i])) + " but no " +
+                       in_quotes(named(i + 1)) + "; list the columns of " + std::string(quantity.words));
     }
-    columns.push_back({prefix + std::to_string(i + 1)});
+    columns.push_back({named(i + 1)});
   }
   return columns;
+}
+
+std::string names_of(const std::vector<Column>& columns) {
+  const std::string& first = columns.front().name;
+  return columns.size() == 1 ? first : first + " to " + columns.back().name;
+}
+
+std::string count_complaint(const Quantity& quantity, const std::vector<Column>& columns, bool listed,
+                            const Quantity& required, std::size_t n) {
+  return std::string(quantity.words) + " has " + counted(std::ssize(columns), "column") + " (" +
+         names_of(columns) + (listed ? "" : ", found by name") + "), " + std::string(required.words) +
+         " has " + std::to_string(n) + "; one for each joint is required";
 }
 
 // Columns of every quantity, all of the size of the required one.
@@ -101,11 +114,11 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
   if (columns[required].empty()) {
     const std::string words(quantities[required].words);
     const std::string prefix(quantities[required].prefix);
+    const std::string defaults =
+        in_quotes(prefix + "1") + ", " + in_quotes(prefix + "2") + ", … and none are listed";
     throw InputError(source + ": there are no " + words + " columns " +
-                     (options.default_names
-                          ? "\"" + prefix + "1\", \"" + prefix + "2\", … and none are listed"
-                          : "listed") +
-                     "; say which columns hold them; the columns are " + detail::listed(names));
+                     (options.default_names ? defaults : "listed") +
+                     "; say which columns hold them; the columns are " + listed(names));
   }
   const std::size_t n = columns[required].size();
   const bool required_listed = !(options.*quantities[required].listed).empty();
@@ -119,14 +132,11 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
     const std::string words(quantities[i].words);
     const bool listed = !(options.*quantities[i].listed).empty();
     if (columns[i].size() != n) {
-      throw InputError(source + ": " + words + " has " + std::to_string(columns[i].size()) + " columns (" +
-                       columns[i].front().name + " to " + columns[i].back().name +
-                       (listed ? "" : ", found by name") + "), " + std::string(quantities[required].words) +
-                       " has " + std::to_string(n) + "; one for each joint is required");
+      throw InputError(source + ": " +
+                       count_complaint(quantities[i], columns[i], listed, quantities[required], n));
     }
     if (required_listed && !listed) {
-      notes.push_back(words + " not listed, taken from " + columns[i].front().name +
-                      (n > 1 ? " to " + columns[i].back().name : ""));
+      notes.push_back(words + " not listed, taken from " + names_of(columns[i]));
     }
   }
   return columns;
@@ -156,10 +166,10 @@ void set_clock(Log& log, Index samples, const std::optional<Vector>& stamps, std
     const TimeReport report = inspect_time(log.t);
     if (!report.regular) {
       log.notes.push_back("time stamps are irregular: " + report.summary() +
-                          (rate_hz ? "; the stated rate of " + detail::text(*rate_hz) + " Hz is used" : ""));
+                          (rate_hz ? "; the stated rate of " + number(*rate_hz) + " Hz is used" : ""));
     } else if (rate_hz && std::abs(report.rate_hz - *rate_hz) > rate_tolerance * *rate_hz) {
-      log.notes.push_back("the time stamps tell " + detail::text(report.rate_hz) +
-                          " Hz; the stated rate of " + detail::text(*rate_hz) + " Hz is used");
+      log.notes.push_back("the time stamps tell " + number(report.rate_hz) + " Hz; the stated rate of " +
+                          number(*rate_hz) + " Hz is used");
     }
     if (!rate_hz && report.rate_hz <= 0.0) {
       throw InputError(log.source + ": the time stamps do not go forward; state the rate");
@@ -238,7 +248,7 @@ std::optional<std::string> LogOptions::complaint() const {
       }
       const auto same = [&](const Column& other) { return other.name == list[i].name; };
       if (std::any_of(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(i), same)) {
-        return std::string(quantity.words) + " lists column " + detail::quoted(list[i].name) + " twice";
+        return std::string(quantity.words) + " lists column " + in_quotes(list[i].name) + " twice";
       }
     }
   }
@@ -247,11 +257,11 @@ std::optional<std::string> LogOptions::complaint() const {
       return fault;
     }
     if (time->scale < 0.0) {
-      return "time: the scale is " + detail::text(time->scale) + ", must be positive";
+      return "time: the scale is " + number(time->scale) + ", must be positive";
     }
   }
-  if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
-    return "rate_hz is " + detail::text(*rate_hz) + " Hz, must be positive";
+  if (rate_hz && (!std::isfinite(*rate_hz) || *rate_hz <= 0.0)) {
+    return "rate_hz is " + number(*rate_hz) + " Hz, must be positive";
   }
   if (!table.columns.empty()) {
     return "table.columns must be empty; the lists of columns stand beside it";

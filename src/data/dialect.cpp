@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -86,7 +86,7 @@ char found_separator(const std::vector<Line>& lines, Decimal decimal) {
     }
     const double share = static_cast<double>(numbers) / static_cast<double>(std::max<std::size_t>(filled, 1));
     const bool separates = mode(std::move(counts)) > 1;
-    if (separates && share > best_share && !(candidate == ',' && decimal == Decimal::comma)) {
+    if (separates && share > best_share && (candidate != ',' || decimal != Decimal::comma)) {
       best = candidate;
       best_share = share;
     }
@@ -126,7 +126,7 @@ bool has_header(const std::vector<Line>& lines, char separator, const TableOptio
     for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i) {
       if (!first[i].empty() && !number(first[i]) && number(second[i])) {
         throw InputError(source + ":" + std::to_string(lines[0].number) + ":" + std::to_string(i + 1) +
-                         ": holds " + quoted(first[i]) +
+                         ": holds " + in_quotes(first[i]) +
                          " among numbers; if this line names the columns, say that a header is present, "
                          "else that it is absent");
       }
@@ -175,7 +175,7 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
       return;
     }
     std::size_t begin = i;
-    std::size_t end = i;
+    std::size_t end = 0;
     const std::size_t closing =
         i < line.size() && line[i] == '"' ? line.find('"', i + 1) : std::string_view::npos;
     if (closing != std::string_view::npos) {
@@ -222,9 +222,10 @@ Reading read_cell(std::string_view cell, char mark, double& value) {
     std::replace(with_point->begin(), with_point->end(), mark, '.');
     text = *with_point;
   }
-  const char* const last = text.data() + text.size();
+  const char* const first = text.empty() ? cell.data() : &text.front();
+  const char* const last = first + text.size();
   double read = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), last, read);
+  const auto [end, error] = std::from_chars(first, last, read);
   if (end != last || error == std::errc::invalid_argument || (cell.front() == '+' && text.starts_with('-'))) {
     return Reading::words;
   }
@@ -281,5 +282,7 @@ Dialect dialect(std::string_view text, const std::string& source, const TableOpt
   out.names.assign(cells.begin(), cells.end());
   return out;
 }
+
+std::string field_name(std::size_t number) { return "#" + std::to_string(number); }
 
 }  // namespace rivid::detail

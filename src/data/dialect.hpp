@@ -28,6 +28,9 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
 /// Whether a line holds no row: blank or a comment.
 [[nodiscard]] bool is_skipped(std::string_view line);
 
+/// "#3", the name of a field without one.
+[[nodiscard]] std::string field_name(std::size_t number);
+
 /// How a cell reads.
 enum class Reading { number, not_finite, out_of_range, empty, words };
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -22,8 +22,8 @@ void check(const char* who, const Eigen::Ref<const Vector>& t, const Eigen::Ref<
   }
   for (Index i = 1; i < t.size(); ++i) {
     if (!(t[i] > t[i - 1])) {
-      throw InputError(std::string(who) + ": t must increase, but goes from " + detail::text(t[i - 1]) +
-                       " to " + detail::text(t[i]) + " at index " + std::to_string(i));
+      throw InputError(std::string(who) + ": t must increase, but goes from " + number(t[i - 1]) + " to " +
+                       number(t[i]) + " at index " + std::to_string(i));
     }
   }
 }

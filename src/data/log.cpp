@@ -6,7 +6,7 @@
 #include "log_columns.hpp"
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -26,7 +26,7 @@ std::optional<std::string> shape_complaint(const Log& log) {
            ", at least 2 are required";
   }
   if (!std::isfinite(log.f_m) || log.f_m <= 0.0) {
-    return log.source + ": f_m is " + text(log.f_m) + " Hz, must be positive";
+    return log.source + ": f_m is " + number(log.f_m) + " Hz, must be positive";
   }
   if (!log.t.allFinite()) {
     return log.source + ": t must be finite";
@@ -45,7 +45,7 @@ std::optional<std::string> shape_complaint(const Log& log) {
       for (Index k = 0; k < values.rows(); ++k) {
         if (!std::isfinite(values(k, j))) {
           return log.place(k) + ": " + std::string(part.symbol) + " of joint " + std::to_string(j + 1) +
-                 " is " + text(values(k, j)) + "; values must be finite";
+                 " is " + number(values(k, j)) + "; values must be finite";
         }
       }
     }
@@ -68,8 +68,8 @@ std::optional<std::string> Log::complaint() const {
            "; resample them or ignore them by regularised(), or state the rate when reading";
   }
   if (std::abs(report.rate_hz - f_m) > rate_tolerance * f_m) {
-    return source + ": f_m is " + detail::text(f_m) + " Hz, but the time stamps tell " +
-           detail::text(report.rate_hz) + " Hz";
+    return source + ": f_m is " + number(f_m) + " Hz, but the time stamps tell " + number(report.rate_hz) +
+           " Hz";
   }
   return std::nullopt;
 }

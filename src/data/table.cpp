@@ -9,7 +9,7 @@
 #include "mapped_file.hpp"
 #include "number.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -40,8 +40,8 @@ std::size_t chosen_field(const std::string& name, const Dialect& dialect, const 
       const auto place = [&](auto i) {
         return detail::field_name(static_cast<std::size_t>(i - names.begin()) + 1);
       };
-      throw InputError(source + ": the column name " + detail::quoted(name) +
-                       " stands more than once; ask for " + place(found) + " or " + place(again));
+      throw InputError(source + ": the column name " + in_quotes(name) + " stands more than once; ask for " +
+                       place(found) + " or " + place(again));
     }
     return static_cast<std::size_t>(found - names.begin());
   }
@@ -54,12 +54,12 @@ std::size_t chosen_field(const std::string& name, const Dialect& dialect, const 
                      std::to_string(names.size()) + " fields");
   }
   if (!dialect.header) {
-    throw InputError(source + ": there is no column " + detail::quoted(name) +
+    throw InputError(source + ": there is no column " + in_quotes(name) +
                      ", as no line names the columns; ask for them by number, #1 to #" +
                      std::to_string(names.size()));
   }
-  throw InputError(source + ": there is no column " + detail::quoted(name) + "; the columns are " +
-                   detail::listed(names) + detail::suggestion(name, names));
+  throw InputError(source + ": there is no column " + in_quotes(name) + "; the columns are " + listed(names) +
+                   did_you_mean(name, names));
 }
 
 enum class Row { read, skipped, comma_found };
@@ -101,6 +101,9 @@ class Reader {
       return false;
     }
     values.conservativeResize(row_, Eigen::NoChange);
+    if (lines.runs.back().row == row_) {
+      lines.runs.pop_back();  // of comments behind the last row
+    }
     if (options_.progress) {
       options_.progress(1.0);
     }
@@ -171,9 +174,14 @@ class Reader {
     if (done >= next_progress_) {
       next_progress_ = done + progress_step;
       if (options_.progress) {
-        options_.progress(static_cast<double>(done) / static_cast<double>(total_));
+        options_.progress(std::min(1.0, static_cast<double>(done) / static_cast<double>(total_)));
       }
     }
+  }
+
+  template <char Separator>
+  static bool separates(char c) {
+    return c == Separator || (Separator == ' ' && c == '\t');
   }
 
   template <char Separator>
@@ -192,7 +200,7 @@ class Reader {
     double* const* const targets = targets_.data();
     for (std::size_t field = 0; field < fields; ++field) {
       if (field > 0) {
-        if (*p != Separator && !(Separator == ' ' && *p == '\t')) {
+        if (!separates<Separator>(*p)) {
           return nullptr;
         }
         ++p;
@@ -205,7 +213,7 @@ class Reader {
         if (field == 0 && (*p == '#' || *p == '%')) {
           return nullptr;
         }
-        while (*p != Separator && *p != '\n' && *p != '"' && !(Separator == ' ' && *p == '\t')) {
+        while (!separates<Separator>(*p) && *p != '\n' && *p != '"') {
           ++p;
         }
         if (*p == '"') {
@@ -229,7 +237,7 @@ class Reader {
     return *p == '\n' ? p + 1 : nullptr;
   }
 
-  std::string place() const { return source_ + ":" + std::to_string(line_); }
+  [[nodiscard]] std::string place() const { return source_ + ":" + std::to_string(line_); }
 
   Row careful_row(std::string_view line) {
     if (detail::is_skipped(line)) {
@@ -271,17 +279,16 @@ class Reader {
         why = " and, as in the rows before, a separator at its end";
       }
     }
-    const auto fields = [](std::size_t n) { return std::to_string(n) + (n == 1 ? " field" : " fields"); };
-    throw InputError(place() + ": the line has " + fields(got) + ", " + std::to_string(required) +
-                     (required == 1 ? " is" : " are") + " required" + why);
+    throw InputError(place() + ": the line has " + counted(static_cast<std::ptrdiff_t>(got), "field") + ", " +
+                     std::to_string(required) + (required == 1 ? " is" : " are") + " required" + why);
   }
 
   [[noreturn]] void refuse_cell(std::size_t field, std::string_view cell, Reading reading) const {
     const std::string& name = dialect_.names[field];
     const bool named = dialect_.header && !name.empty();
     const std::string column = place() + ":" + std::to_string(field + 1) + ": column " +
-                               (named ? detail::quoted(name) : detail::field_name(field + 1));
-    const std::string content = " holds " + detail::quoted(cell);
+                               (named ? in_quotes(name) : detail::field_name(field + 1));
+    const std::string content = " holds " + in_quotes(cell);
     double value = 0.0;
     switch (reading) {
       case Reading::empty:
@@ -338,11 +345,11 @@ std::size_t LineNumbers::operator[](Index row) const {
 Index Table::column(std::string_view name) const {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) {
-    throw InputError(source + ": there is no column " + detail::quoted(name) + "; the columns are " +
-                     detail::listed(names) + detail::suggestion(name, names));
+    throw InputError(source + ": there is no column " + in_quotes(name) + "; the columns are " +
+                     listed(names) + did_you_mean(name, names));
   }
   if (std::find(found + 1, names.end(), name) != names.end()) {
-    throw InputError(source + ": the column name " + detail::quoted(name) + " stands more than once");
+    throw InputError(source + ": the column name " + in_quotes(name) + " stands more than once");
   }
   return found - names.begin();
 }

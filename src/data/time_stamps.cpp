@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "log_columns.hpp"
 #include "rivid/data/interpolate.hpp"
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -21,8 +22,7 @@ constexpr double aliasing_ratio = 0.75;
 
 void check_max_gap(const char* who, double max_gap) {
   if (!(max_gap >= 2.0)) {
-    throw InputError(std::string(who) + ": max_gap is " + detail::text(max_gap) +
-                     " periods, must be at least 2");
+    throw InputError(std::string(who) + ": max_gap is " + number(max_gap) + " periods, must be at least 2");
   }
 }
 
@@ -134,14 +134,14 @@ std::string first_place(const Log& log, const TimeReport& report) {
       row = fault->row;
     }
   }
-  return row < 0 ? log.source : log.place(row) + " (t = " + detail::text(log.t[row]) + " s)";
+  return row < 0 ? log.source : log.place(row) + " (t = " + number(log.t[row]) + " s)";
 }
 
 std::vector<Log> resampled(const Log& log, const TimeReport& report, const ResampleOptions& options) {
   if (report.reversed.count > 0) {
     throw InputError(log.place(report.reversed.row) + ": the time stamps go back, " +
-                     std::to_string(report.reversed.count) +
-                     " times, first to t = " + detail::text(report.reversed.time) +
+                     counted(report.reversed.count, "time") +
+                     ", first to t = " + number(report.reversed.time) +
                      " s; such a log can not be resampled: repair or cut it, or state the rate");
   }
   if (report.period <= 0.0) {
@@ -162,35 +162,35 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
         continue;
       }
     }
-    dropped.push_back("t = " + detail::text(piece.t[0]) + " to " + detail::text(piece.t[count - 1]) + " s");
+    dropped.push_back("t = " + number(piece.t[0]) + " to " + number(piece.t[count - 1]) + " s");
   }
   if (pieces.empty()) {
     throw InputError(log.source + ": no stretch of the log without a gap of more than " +
-                     detail::text(options.max_gap) + " periods has " + std::to_string(options.min_samples) +
-                     " samples at " + detail::text(rate_hz) + " Hz; " + report.summary());
+                     number(options.max_gap) + " periods has " + std::to_string(options.min_samples) +
+                     " samples at " + number(rate_hz) + " Hz; " + report.summary());
   }
   std::vector<std::string> notes = {
       "time stamps: " + report.summary(),
-      "resampled to " + detail::text(rate_hz) + " Hz, positions by cubic spline, all else linearly"};
+      "resampled to " + number(rate_hz) + " Hz, positions by cubic spline, all else linearly"};
   if (report.repeated.count > 0) {
-    notes.push_back("dropped " + std::to_string(log.samples() - distinct.samples()) +
-                    " rows with repeated time stamps");
+    notes.push_back("dropped " + counted(log.samples() - distinct.samples(), "row") +
+                    " with repeated time stamps");
   }
   if (report.missing.count > 0) {
-    notes.push_back("interpolated over " + std::to_string(report.missing.count) + " gaps, " +
-                    std::to_string(report.missing_rows) + " missing rows");
+    notes.push_back("interpolated over " + counted(report.missing.count, "gap") + ", " +
+                    counted(report.missing_rows, "missing row"));
   }
   if (report.jumps.count > 0) {
-    notes.push_back("split at " + std::to_string(report.jumps.count) + " jumps of the time stamps into " +
-                    std::to_string(pieces.size()) + (pieces.size() == 1 ? " log" : " logs"));
+    notes.push_back("split at " + counted(report.jumps.count, "jump") + " of the time stamps into " +
+                    counted(std::ssize(pieces), "log"));
   }
   if (!dropped.empty()) {
     notes.push_back("dropped stretches of fewer than " + std::to_string(options.min_samples) +
-                    " samples: " + detail::listed(dropped));
+                    " samples: " + listed(dropped));
   }
   if (rate_hz * report.period < aliasing_ratio) {
-    notes.push_back("the log was recorded at " + detail::text(1.0 / report.period) +
-                    " Hz and resampled without a filter: what lies above " + detail::text(0.5 * rate_hz) +
+    notes.push_back("the log was recorded at " + number(1.0 / report.period) +
+                    " Hz and resampled without a filter: what lies above " + number(0.5 * rate_hz) +
                     " Hz is folded");
   }
   for (Log& piece : pieces) {
@@ -202,30 +202,33 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
 }  // namespace
 
 std::string TimeReport::summary() const {
-  std::string out = std::to_string(samples) + " samples at " + detail::text(rate_hz) + " Hz";
+  std::string out = std::to_string(samples) + " samples at " + number(rate_hz) + " Hz";
   const auto tell = [&](const TimeFault& fault, const std::string& what) {
     if (fault.count > 0) {
-      out += "; " + std::to_string(fault.count) + " " + what + " (first at row " +
-             std::to_string(fault.row + 1) + ", t = " + detail::text(fault.time) + " s)";
+      out += "; " + what + " (first at row " + std::to_string(fault.row + 1) + ", t = " + number(fault.time) +
+             " s)";
     }
   };
-  tell(repeated, "repeated");
-  tell(reversed, "reversed");
-  tell(missing, (missing.count == 1 ? "gap of " : "gaps of ") + std::to_string(missing_rows) +
-                    (missing_rows == 1 ? " missing row" : " missing rows"));
-  tell(jumps, jumps.count == 1 ? "jump" : "jumps");
+  tell(repeated, std::to_string(repeated.count) + " repeated");
+  tell(reversed, std::to_string(reversed.count) + " reversed");
+  tell(missing, counted(missing.count, "gap") + " of " + counted(missing_rows, "missing row"));
+  tell(jumps, counted(jumps.count, "jump"));
   const auto percent = [](double fraction) {
     const double value = 100.0 * fraction;
-    return detail::text(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
+    return number(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
   };
-  return out + "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
+  out += "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
+  if (jitter_rms >= regular_rms || jitter_max >= regular_max) {
+    out += ", steps of " + number(1e3 * shortest_step) + " to " + number(1e3 * longest_step) + " ms";
+  }
+  return out;
 }
 
 TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
   check_max_gap("inspect_time", max_gap);
   for (Index i = 0; i < t.size(); ++i) {
     if (!std::isfinite(t[i])) {
-      throw InputError("inspect_time: t is " + detail::text(t[i]) + " at row " + std::to_string(i + 1) +
+      throw InputError("inspect_time: t is " + number(t[i]) + " at row " + std::to_string(i + 1) +
                        ", must be finite");
     }
   }
@@ -240,6 +243,11 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
     if (t[i] > t[i - 1]) {
       forward.push_back(t[i] - t[i - 1]);
     }
+  }
+  if (!forward.empty()) {
+    const auto [shortest, longest] = std::minmax_element(forward.begin(), forward.end());
+    report.shortest_step = *shortest;
+    report.longest_step = *longest;
   }
   report.period = median(std::move(forward));
   const double span = t[t.size() - 1] - t[0];
@@ -288,11 +296,11 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
 }
 
 std::optional<std::string> ResampleOptions::complaint() const {
-  if (rate_hz && !(std::isfinite(*rate_hz) && *rate_hz > 0.0)) {
-    return "rate_hz is " + detail::text(*rate_hz) + " Hz, must be positive";
+  if (rate_hz && (!std::isfinite(*rate_hz) || *rate_hz <= 0.0)) {
+    return "rate_hz is " + number(*rate_hz) + " Hz, must be positive";
   }
   if (!(max_gap >= 2.0)) {
-    return "max_gap is " + detail::text(max_gap) + " periods, must be at least 2";
+    return "max_gap is " + number(max_gap) + " periods, must be at least 2";
   }
   if (min_samples < 2) {
     return "min_samples is " + std::to_string(min_samples) + ", must be at least 2";
@@ -321,8 +329,8 @@ std::vector<Log> regularised(Log log, Irregular irregular, const ResampleOptions
       throw InputError(log.source + ": the time stamps do not go forward, so they tell no rate; state it");
     }
     log.notes.push_back("time stamps ignored, rows taken as samples at " +
-                        std::string(options.rate_hz ? "the stated " : "the mean rate of ") +
-                        detail::text(rate_hz) + " Hz; found: " + report.summary());
+                        std::string(options.rate_hz ? "the stated " : "the mean rate of ") + number(rate_hz) +
+                        " Hz; found: " + report.summary());
     log.f_m = rate_hz;
     log.t = log.t[0] +
             Vector::LinSpaced(log.samples(), 0.0, static_cast<double>(log.samples() - 1)).array() / rate_hz;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rivid/error.hpp"
-#include "text.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -53,11 +53,12 @@ double unit_scale(std::string_view unit) {
     }
   }
   std::vector<std::string> names;
+  names.reserve(units.size());
   for (const Unit& known : units) {
     names.emplace_back(known.name);
   }
-  throw InputError("unit_scale: " + detail::quoted(unit) + " is no known unit; the units are " +
-                   detail::listed(names) + detail::suggestion(unit, names));
+  throw InputError("unit_scale: " + in_quotes(unit) + " is no known unit; the units are " + listed(names) +
+                   did_you_mean(unit, names));
 }
 
 }  // namespace rivid

@@ -99,7 +99,7 @@ Identification run(const Experiment& experiment, const Progress& progress) {
   const auto take_notes = [&](const std::vector<Log>& from) {
     for (const Log& log : from) {
       for (const std::string& note : log.notes) {
-        out.warnings.push_back(log.source + ": " + note);
+        out.notes.push_back(log.source + ": " + note);
       }
     }
   };

@@ -46,7 +46,8 @@ void for_each_joint(TomlReader& keys, std::string_view key, Robot& robot, const 
 
 void read_joint_options(TomlReader& keys, Robot& robot) {
   for_each_joint(
-      keys, "friction", robot, [&](const toml::node& n) { return keys.as_choice(n, "friction", friction_words); }, &Joint::friction);
+      keys, "friction", robot,
+      [&](const toml::node& n) { return keys.as_choice(n, "friction", friction_words); }, &Joint::friction);
   for_each_joint(
       keys, "rotor_inertia", robot, [&](const toml::node& n) { return keys.as_boolean(n, "rotor_inertia"); },
       &Joint::rotor_inertia);

@@ -73,12 +73,15 @@ struct Scan {
 
 // Householder QR that passes over columns which depend on those before them. Plain QR would spend a reflector on
 // the rounding noise of such a column, and column pivoting would choose the parameters by their norms.
-Scan scan_columns(Matrix W, std::span<const Index> order, double tolerance) {
+Scan scan_columns(const Matrix& W, std::span<const Index> order, double tolerance) {
   Scan scan;
   Matrix kept_R = Matrix::Zero(W.cols(), W.cols());
   Matrix dropped_R = Matrix::Zero(W.cols(), W.cols());
   std::vector<Vector> reflectors;
   std::vector<double> taus;
+  // What would cancel to zero on paper leaves a column of rounding noise, which must not count as independent.
+  constexpr double noise_norm = 1e-12;
+  const double least_norm = noise_norm * W.colwise().norm().maxCoeff();
   for (const Index c : order) {
     Vector column = W.col(c);
     const double norm = column.norm();
@@ -89,7 +92,7 @@ Scan scan_columns(Matrix W, std::span<const Index> order, double tolerance) {
     }
     const auto rank = static_cast<Index>(reflectors.size());
     const double independent =
-        norm > 0.0 && rank < column.size() ? column.tail(column.size() - rank).norm() / norm : 0.0;
+        norm > least_norm && rank < column.size() ? column.tail(column.size() - rank).norm() / norm : 0.0;
     if (independent > tolerance) {
       scan.smallest_kept = std::min(scan.smallest_kept, independent);
       double tau = 0.0;
@@ -122,7 +125,7 @@ std::string written(const std::vector<std::pair<std::string, double>>& terms) {
   for (std::size_t i = 1; i < terms.size(); ++i) {
     const auto& [name, k] = terms[i];
     out += k < 0.0 ? " - " : " + ";
-    out += std::abs(std::abs(k) - 1.0) < coefficient_noise ? name : number(std::abs(k)) + " " + name;
+    out += std::abs(std::abs(k) - 1.0) < coefficient_noise ? name : number(std::abs(k), 6) + " " + name;
   }
   return out;
 }

@@ -121,6 +121,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Sign
                     {"status", name(result.status)},
                     {"reasons", result.reasons},
                     {"warnings", result.warnings},
+                    {"notes", result.notes},
                     {"robot", {{"name", robot.name}, {"base", robot.base}, {"joints", joints(robot)}}},
                     {"parameters", parameters(result)},
                     {"fit", std::move(fit_members)},

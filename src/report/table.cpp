@@ -113,7 +113,7 @@ std::string with_decimals_of(double value, double sigma) {
     return "-";
   }
   const bool plain = std::isfinite(sigma) && sigma > 1e-6 && std::abs(value) < 1e9;
-  return plain ? fixed(value, decimals_for(sigma)) : number(value);
+  return plain ? fixed(value, decimals_for(sigma)) : number(value, 6);
 }
 
 void print_parameters(std::ostream& out, const Identification& result) {

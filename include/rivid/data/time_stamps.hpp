@@ -19,7 +19,9 @@ struct TimeFault {
 /// What a column of time stamps looks like.
 struct TimeReport {
   Index samples = 0;
-  double period = 0.0;   ///< median of the steps forward [s]
+  double period = 0.0;         ///< median of the steps forward [s]
+  double shortest_step = 0.0;  ///< of the steps forward [s]
+  double longest_step = 0.0;   ///< [s]
   double rate_hz = 0.0;  ///< mean rate, (samples − 1) / (last − first) [Hz]; 0 where time does not go forward
   TimeFault repeated;    ///< steps below a thousandth of a period: no log has two samples that close
   TimeFault reversed;    ///< steps back

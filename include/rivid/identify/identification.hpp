@@ -60,7 +60,8 @@ struct [[nodiscard]] Identification {
   std::string title;   ///< "IDIM-OLS", "IDIM-WLS"
   Status status = Status::identified;
   std::vector<std::string> reasons;   ///< why the status is not `identified`
-  std::vector<std::string> warnings;  ///< what the user should know all the same
+  std::vector<std::string> warnings;  ///< what may make the result wrong
+  std::vector<std::string> notes;     ///< what was done to the data
 
   BaseParameters base;
   Vector chi;                                 ///< (b), Eq. (15); one of many solutions if rank deficient

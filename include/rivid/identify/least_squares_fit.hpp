@@ -14,15 +14,15 @@ using Progress = std::function<void(std::string_view stage, double fraction)>;
 
 /// IDIM-OLS: ordinary least squares, Eqs. (15–19) of [RIV].
 struct Ols {
-  SignalOptions signal;
-  Progress progress;
+  SignalOptions signal = {};
+  Progress progress = {};
 };
 
 /// IDIM-WLS: each joint's rows divided by the standard deviation of the error of a fit to these rows alone,
 /// Eq. (20) of [RIV].
 struct Wls {
-  SignalOptions signal;
-  Progress progress;
+  SignalOptions signal = {};
+  Progress progress = {};
 };
 
 /// Identifies the base parameters from logs of one robot; their rows are stacked.

@@ -20,14 +20,14 @@ struct SignalOptions {
   double torque_cutoff_hz = 0.0;  ///< of a zero-phase low-pass of the torques [Hz]; 0 is none
   int torque_order = 4;
   /// Factors of the parallel decimation, one a stage, n_d being their product; empty is none.
-  std::vector<int> decimation;
+  std::vector<int> decimation = {};
   /// Samples left out at the beginning and at the end, counted at the measuring rate before decimation; nothing
   /// lets the position filter decide (the samples that its borders spoil, see settling_samples()).
-  std::optional<std::array<Index, 2>> trim;
+  std::optional<std::array<Index, 2>> trim = {};
   /// Rows of joint j are left out where |q̇_j| is below velocity_threshold[j] [rad/s | m/s]; empty keeps all.
-  std::vector<double> velocity_threshold;
+  std::vector<double> velocity_threshold = {};
   /// Only rows with window[0] ≤ t ≤ window[1] [s] are kept; samples outside still serve the filters.
-  std::optional<std::array<double, 2>> window;
+  std::optional<std::array<double, 2>> window = {};
   /// Padding, decimation phase and the formula of the residual's deviation, see Convention.
   Convention convention = Convention::standard;
 

@@ -14,11 +14,11 @@ namespace rivid {
 /// and the joint's position is added to theta (revolute) or to d (prismatic).
 struct MdhRow {
   JointType type = JointType::revolute;
-  double alpha = 0.0;  ///< angle from z_{j−1} to z_j about x_{j−1} [rad]
-  double a = 0.0;      ///< distance from z_{j−1} to z_j along x_{j−1} [m]
-  double d = 0.0;      ///< distance from x_{j−1} to x_j along z_j, at q = 0 if prismatic [m]
-  double theta = 0.0;  ///< angle from x_{j−1} to x_j about z_j, at q = 0 if revolute [rad]
-  std::string name;    ///< of the joint; "joint_1", … if empty
+  double alpha = 0.0;     ///< angle from z_{j−1} to z_j about x_{j−1} [rad]
+  double a = 0.0;         ///< distance from z_{j−1} to z_j along x_{j−1} [m]
+  double d = 0.0;         ///< distance from x_{j−1} to x_j along z_j, at q = 0 if prismatic [m]
+  double theta = 0.0;     ///< angle from x_{j−1} to x_j about z_j, at q = 0 if revolute [rad]
+  std::string name = {};  ///< of the joint; "joint_1", … if empty
 };
 
 /// The robot of a modified Denavit-Hartenberg table. Its links are "link_1", …, their standard parameters are told

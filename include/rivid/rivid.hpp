@@ -1,0 +1,25 @@
+#pragma once
+
+/// The public face of rivid: everything that a program needs to go from a robot and a log to its parameters.
+///
+///   const rivid::Robot robot = rivid::read_urdf("scara.urdf");
+///   const rivid::Log log = rivid::read_csv("scara_s2.csv");
+///   std::cout << rivid::identify(robot, log, rivid::Ols{.signal = {.cutoff_hz = 20.0, .decimation = {20}}});
+///
+/// rivid/model/kdl.hpp is not included here: who starts from a KDL::Chain includes it and links KDL.
+
+#include "rivid/data/adjust.hpp"
+#include "rivid/data/csv.hpp"
+#include "rivid/data/time_stamps.hpp"
+#include "rivid/error.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/model/mdh.hpp"
+#include "rivid/model/urdf.hpp"
+#include "rivid/regressor/observation.hpp"
+#include "rivid/report/json.hpp"
+#include "rivid/report/table.hpp"
+#include "rivid/signal/decimate.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/zero_phase.hpp"
+#include "rivid/version.hpp"
