@@ -115,7 +115,9 @@ Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
     for (const auto& [key, node] : joints->table()) {
       const std::string name(key.str());
       const Index j = joint_index(*joints, node, name, name, robot);
-      read_joint(*joints->section(name), robot.joints[static_cast<std::size_t>(j)]);
+      if (auto joint = joints->section(name)) {
+        read_joint(std::move(*joint), robot.joints[static_cast<std::size_t>(j)]);
+      }
     }
   }
   keys.finish();
