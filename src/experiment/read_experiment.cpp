@@ -71,6 +71,7 @@ void read_joint(TomlReader keys, Joint& joint) {
 
 std::vector<std::string> joint_names(const Robot& robot) {
   std::vector<std::string> out;
+  out.reserve(robot.joints.size());
   for (const Joint& joint : robot.joints) {
     out.push_back(joint.name);
   }
@@ -128,14 +129,16 @@ Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
                 "goes with urdf: a table describes the chain from its base to its tip");
     }
   }
-  robot_file = urdf ? *urdf : *mdh;
+  robot_file = urdf.value_or(mdh.value_or(folder));
   Robot robot = urdf ? read_urdf(robot_file, options) : detail::read_mdh(robot_file, options.gravity);
   read_joint_options(keys, robot);
   if (auto joints = keys.section("joints")) {
     for (const auto& [key, node] : joints->table()) {
       const std::string name(key.str());
       const Index j = joint_index(*joints, node, name, name, robot);
-      read_joint(*joints->section(name), robot.joints[static_cast<std::size_t>(j)]);
+      if (auto joint = joints->section(name)) {
+        read_joint(std::move(*joint), robot.joints[static_cast<std::size_t>(j)]);
+      }
     }
   }
   keys.finish();
@@ -253,8 +256,8 @@ LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
   if (const toml::node* const time = keys.find("time")) {
     out.time = read_column(keys, *time, "time", units("time"));
   }
-  if (const auto rate = keys.number("rate_hz")) {
-    out.rate_hz = *rate;
+  if (const std::optional<double> rate_hz = keys.number("rate_hz")) {
+    out.rate_hz = rate_hz;
   }
   out.table.separator =
       keys.choice("separator",
@@ -295,9 +298,7 @@ LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, 
   if (const toml::node* const time = keys.find("time")) {
     out.columns.time = read_column(keys, *time, "time", units("time"));
   }
-  if (const auto rate = keys.number("rate_hz")) {
-    out.columns.rate_hz = *rate;
-  }
+  out.columns.rate_hz = keys.number("rate_hz");
   out.delay = keys.number("delay").value_or(0.0);
   out.outside = keys.choice("outside", outside_words).value_or(Outside::refuse);
   keys.finish();
@@ -364,11 +365,11 @@ LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, co
                                                                          {"resample", Irregular::resample},
                                                                          {"ignore", Irregular::ignore}}})
           .value_or(out.irregular);
-  if (const auto rate = keys.number("resample_hz")) {
-    if (*rate <= 0.0) {
-      keys.fail(*keys.find("resample_hz"), "resample_hz", "is " + number(*rate) + " Hz, must be positive");
+  if (const std::optional<double> rate_hz = keys.number("resample_hz")) {
+    if (*rate_hz <= 0.0) {
+      keys.fail(*keys.find("resample_hz"), "resample_hz", "is " + number(*rate_hz) + " Hz, must be positive");
     }
-    out.resample.rate_hz = *rate;
+    out.resample.rate_hz = rate_hz;
     out.irregular = Irregular::resample;
   }
   out.resample.max_gap = keys.number("max_gap").value_or(out.resample.max_gap);
@@ -421,7 +422,7 @@ SignalOptions read_signal(TomlReader keys, Index n) {
   out.decimation = keys.counts("decimation").value_or(std::vector<int>{});
   const toml::node* const trim = keys.find("trim");
   if (trim != nullptr && !(trim->is_string() && keys.as_text(*trim, "trim") == "auto")) {
-    const std::vector<std::int64_t> ends = *keys.integers("trim");
+    const auto ends = keys.integers("trim").value_or(std::vector<std::int64_t>{});
     if (ends.empty() || ends.size() > 2) {
       keys.fail(*trim, "trim", "must be one number of samples for both ends, [begin, end], or \"auto\"");
     }
@@ -451,7 +452,7 @@ SignalOptions read_signal(TomlReader keys, Index n) {
 
 toml::table parsed(const Path& path) {
   std::error_code error;
-  std::ifstream in(path, std::ios::binary);
+  const std::ifstream in(path, std::ios::binary);
   if (!in || std::filesystem::is_directory(path, error)) {
     throw InputError(path.string() + ": the experiment file can not be read");
   }

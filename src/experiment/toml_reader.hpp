@@ -87,19 +87,19 @@ class TomlReader {
                       path_.empty() ? std::string(key) : path_ + "." + std::string(key));
   }
 
-  const toml::table& as_table(const toml::node& node, std::string_view key) const {
+  [[nodiscard]] const toml::table& as_table(const toml::node& node, std::string_view key) const {
     if (const toml::table* const value = node.as_table()) {
       return *value;
     }
     fail(node, key, "must be a table");
   }
-  std::string as_text(const toml::node& node, std::string_view key) const {
+  [[nodiscard]] std::string as_text(const toml::node& node, std::string_view key) const {
     if (const auto* const value = node.as_string()) {
       return value->get();
     }
     fail(node, key, "must be a string");
   }
-  double as_number(const toml::node& node, std::string_view key) const {
+  [[nodiscard]] double as_number(const toml::node& node, std::string_view key) const {
     if (const auto* const value = node.as_floating_point()) {
       if (std::isfinite(value->get())) {
         return value->get();
@@ -111,20 +111,20 @@ class TomlReader {
     }
     fail(node, key, "must be a number");
   }
-  std::int64_t as_integer(const toml::node& node, std::string_view key) const {
+  [[nodiscard]] std::int64_t as_integer(const toml::node& node, std::string_view key) const {
     if (const auto* const value = node.as_integer()) {
       return value->get();
     }
     fail(node, key, "must be a whole number");
   }
-  int as_count(const toml::node& node, std::string_view key) const {
+  [[nodiscard]] int as_count(const toml::node& node, std::string_view key) const {
     const std::int64_t value = as_integer(node, key);
     if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
       fail(node, key, "is " + std::to_string(value) + ", that is out of range");
     }
     return static_cast<int>(value);
   }
-  bool as_boolean(const toml::node& node, std::string_view key) const {
+  [[nodiscard]] bool as_boolean(const toml::node& node, std::string_view key) const {
     if (const auto* const value = node.as_boolean()) {
       return value->get();
     }
@@ -136,8 +136,8 @@ class TomlReader {
 
   /// One of a few words.
   template <typename Value, std::size_t N>
-  Value as_choice(const toml::node& node, std::string_view key,
-                  const std::array<std::pair<std::string_view, Value>, N>& choices) const {
+  [[nodiscard]] Value as_choice(const toml::node& node, std::string_view key,
+                                const std::array<std::pair<std::string_view, Value>, N>& choices) const {
     const std::string word = as_text(node, key);
     std::vector<std::string> words;
     for (const auto& [name, value] : choices) {

@@ -182,7 +182,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
   Rows out;
   out.W = observation(robot, base, motion);
   if (options.convention == Convention::matlab && !options.decimation.empty()) {
-    std::vector<Vector> columns(Y.colwise().begin(), Y.colwise().end());
+    const std::vector<Vector> columns(Y.colwise().begin(), Y.colwise().end());
     out.undecimated = factored(out.W, columns);
   }
   for (const int n_d : options.decimation) {

@@ -158,8 +158,8 @@ std::string name_or(const std::string& name, const char* fallback, std::size_t n
 Eigen::Isometry3d checked_tip(const KDL::Segment& segment, const std::string& who) {
   Eigen::Isometry3d tip = eigen(segment.getFrameToTip());
   const Eigen::Matrix3d R = tip.linear();
-  if (!tip.matrix().allFinite() ||
-      !((R.transpose() * R).isIdentity(rotation_tolerance) && R.determinant() > 0.0)) {
+  const bool is_rotation = (R.transpose() * R).isIdentity(rotation_tolerance) && R.determinant() > 0.0;
+  if (!is_rotation || !tip.translation().allFinite()) {
     throw InputError(who + "the frame of its tip is not a finite rotation and translation");
   }
   return tip;
@@ -197,8 +197,7 @@ Robot robot_from(const KDL::Chain& chain, const Eigen::Vector3d& gravity) {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();      // frame j in the link frame of the link before it
 
   for (unsigned int s = 0; s < chain.getNrOfSegments(); ++s) {
-    // A copy: the pose of a KDL joint is cached inside it, and the caller's chain may be shared by threads.
-    const KDL::Segment segment = chain.getSegment(s);
+    const KDL::Segment& segment = chain.getSegment(s);
     const KDL::Joint& kdl_joint = segment.getJoint();
     const std::string segment_who = "robot_from: segment \"" + segment.getName() + "\": ";
     const Inertial inertial = inertial_of(segment.getInertia());

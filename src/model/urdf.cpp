@@ -138,7 +138,7 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
   }
   std::vector<std::string> warnings = checked.warnings;
   for (const std::string& warning : robot.warnings) {
-    warnings.push_back(source + ": " + warning);
+    warnings.push_back(std::string(source).append(": ").append(warning));
   }
   robot.warnings = std::move(warnings);
   return robot;

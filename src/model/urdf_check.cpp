@@ -63,7 +63,7 @@ class Checker {
 
   CheckedUrdf run() {
     warn_of_branches();
-    pugi::xml_node robot = plain_.append_child("robot");
+    const pugi::xml_node robot = plain_.append_child("robot");
     const std::string_view name = document_.robot().attribute("name").value();
     set(robot, "name", name.empty() ? "robot" : std::string(name));
     for (const UrdfTopology::Link& link : tree_.links) {
@@ -94,20 +94,20 @@ class Checker {
                        who + ": <origin> has quat_xyzw, which is not supported; tell the rotation as rpy");
     }
     const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-    pugi::xml_node out = to.append_child("origin");
+    const pugi::xml_node out = to.append_child("origin");
     set(out, "xyz", exact(document_.triple_or(zero, origin, "xyz", who)));
     set(out, "rpy", exact(document_.triple_or(zero, origin, "rpy", who)));
   }
 
   void write_link(pugi::xml_node robot, const UrdfTopology::Link& link) {
-    pugi::xml_node out = robot.append_child("link");
-    set(out, "name", link.name);
+    pugi::xml_node plain_link = robot.append_child("link");
+    set(plain_link, "name", link.name);
     const std::string who = link_who(link.name);
     const pugi::xml_node inertial = document_.only_child(link.node, "inertial", who);
     if (!inertial) {
       return;
     }
-    out = out.append_child("inertial");
+    pugi::xml_node out = plain_link.append_child("inertial");
     write_origin(out, inertial, who);
 
     const pugi::xml_node mass_node = document_.only_child(inertial, "mass", who);
@@ -121,7 +121,7 @@ class Checker {
     }
     set(out.append_child("mass"), "value", exact(mass));
     std::array<double, 6> I{};
-    pugi::xml_node inertia_out = out.append_child("inertia");
+    const pugi::xml_node inertia_out = out.append_child("inertia");
     for (std::size_t i = 0; i < I.size(); ++i) {
       I[i] = document_.number(inertia_node, tensor_names[i], who);
       set(inertia_out, tensor_names[i], exact(I[i]));
@@ -248,7 +248,7 @@ class Checker {
 
   void write_limits(pugi::xml_node out, const UrdfTopology::Joint& joint, const std::string& who, Role role) {
     const Limits values = limits(joint, who, role == Role::chain);
-    pugi::xml_node node = out.append_child("limit");
+    const pugi::xml_node node = out.append_child("limit");
     set(node, "lower", exact(std::max(values.lower, -urdf_unlimited)));
     set(node, "upper", exact(std::min(values.upper, urdf_unlimited)));
     set(node, "velocity", exact(std::min(values.velocity, urdf_unlimited)));
@@ -260,7 +260,7 @@ class Checker {
     if (!node) {
       return;
     }
-    pugi::xml_node dynamics = out.append_child("dynamics");
+    const pugi::xml_node dynamics = out.append_child("dynamics");
     for (const char* attribute : {"damping", "friction"}) {
       const double value = document_.number_or(0.0, node, attribute, who);
       if (value < 0.0) {

@@ -16,6 +16,7 @@ constexpr std::array<std::string_view, 6> joint_types = {"revolute", "continuous
 
 std::vector<std::string> names(const std::vector<UrdfTopology::Link>& links) {
   std::vector<std::string> out;
+  out.reserve(links.size());
   for (const UrdfTopology::Link& link : links) {
     out.push_back(link.name);
   }
@@ -137,6 +138,7 @@ int default_tip(const UrdfDocument& document, const UrdfTopology& tree, int base
   }
   if (last.size() > 1) {
     std::vector<std::string> tips;
+    tips.reserve(last.size());
     for (const int link : last) {
       tips.push_back(tree.link(link).name);
     }

@@ -75,8 +75,8 @@ struct Scan {
 // the rounding noise of such a column, and column pivoting would choose the parameters by their norms.
 Scan scan_columns(const Matrix& W, std::span<const Index> order, double tolerance) {
   Scan scan;
-  Matrix kept_R = Matrix::Zero(W.cols(), W.cols());
-  Matrix dropped_R = Matrix::Zero(W.cols(), W.cols());
+  Matrix R_kept = Matrix::Zero(W.cols(), W.cols());
+  Matrix R_dropped = Matrix::Zero(W.cols(), W.cols());
   std::vector<Vector> reflectors;
   std::vector<double> taus;
   // What would cancel to zero on paper leaves a column of rounding noise, which must not count as independent.
@@ -99,20 +99,20 @@ Scan scan_columns(const Matrix& W, std::span<const Index> order, double toleranc
       double beta = 0.0;
       Vector essential(column.size() - rank - 1);
       column.tail(column.size() - rank).makeHouseholder(essential, tau, beta);
-      kept_R.col(rank).head(rank) = column.head(rank);
-      kept_R(rank, rank) = beta;
+      R_kept.col(rank).head(rank) = column.head(rank);
+      R_kept(rank, rank) = beta;
       reflectors.push_back(std::move(essential));
       taus.push_back(tau);
       scan.kept.push_back(c);
     } else {
       scan.largest_dropped = std::max(scan.largest_dropped, independent);
-      dropped_R.col(static_cast<Index>(scan.dropped.size())).head(rank) = column.head(rank);
+      R_dropped.col(static_cast<Index>(scan.dropped.size())).head(rank) = column.head(rank);
       scan.dropped.push_back(c);
     }
   }
   const auto b = static_cast<Index>(scan.kept.size());
   const auto d = static_cast<Index>(scan.dropped.size());
-  scan.K = kept_R.topLeftCorner(b, b).triangularView<Eigen::Upper>().solve(dropped_R.topLeftCorner(b, d));
+  scan.K = R_kept.topLeftCorner(b, b).triangularView<Eigen::Upper>().solve(R_dropped.topLeftCorner(b, d));
   return scan;
 }
 
@@ -146,6 +146,7 @@ std::vector<std::pair<std::string, double>> BaseParameters::regrouping(Index i) 
 
 std::vector<StandardParameter> BaseParameters::columns() const {
   std::vector<StandardParameter> out;
+  out.reserve(parameters.size());
   for (const BaseParameter& p : parameters) {
     out.push_back(p.leading);
   }
@@ -174,7 +175,7 @@ std::optional<std::string> BaseParametersOptions::complaint() const {
   if (samples < 20) {
     return "samples is " + std::to_string(samples) + ", must be at least 20";
   }
-  if (!(tolerance > 0.0 && tolerance < 1.0)) {
+  if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
     return "tolerance is " + std::to_string(tolerance) + ", must lie between 0 and 1";
   }
   return std::nullopt;

@@ -20,7 +20,8 @@ namespace rivid {
 /// warning; its offset needs no care, since KDL itself takes it out of the segment's pose. Names that KDL leaves
 /// at "NoName" become "joint_1", "link_1", …
 ///
-/// @param chain    any chain of fixed, rotational and translational joints
+/// @param chain    any chain of fixed, rotational and translational joints; KDL keeps poses inside its joints, so no
+///                 other thread may use it meanwhile
 /// @param gravity  acceleration of free fall in the chain's base frame [m/s²]
 /// @throws InputError  no moving joint; an axis that is zero or not a number; a frame or inertia that is not
 ///                     finite; a scale other than 1

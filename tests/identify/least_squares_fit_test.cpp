@@ -1,0 +1,167 @@
+#include "rivid/identify/least_squares_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "rivid/error.hpp"
+#include "rivid/report/table.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+const Vector truth{{3.44, 0.03, 0.82, 0.062, 0.242, 0.014, 0.013, 0.137}};
+
+// A log of the SCARA on a smooth path whose torques are exactly those of the model on the differentiated positions,
+// plus noise, on joint 2 `ratio` times that of joint 1.
+Log scara_log(double torque_noise, std::uint64_t seed, double phase = 0.0, double ratio = 0.1) {
+  const Robot robot = test::scara();
+  Log log;
+  log.source = "made.csv";
+  log.f_m = 200.0;
+  log.t = Vector::LinSpaced(2001, 0.0, 10.0);
+  log.q.resize(2001, 2);
+  log.q.col(0) = (2.0 * log.t.array() + phase).sin() + 0.5 * (5.3 * log.t.array()).sin();
+  log.q.col(1) = (3.1 * log.t.array() + phase).cos() + 0.7 * (7.7 * log.t.array()).sin();
+  const Observation W = observation(robot, base_parameters(robot), differentiate(log.q, log.f_m));
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  log.tau = (W.dense() * truth).reshaped(2001, 2);
+  log.tau += Matrix::NullaryExpr(
+      2001, 2, [&](Index, Index j) { return (j == 0 ? 1.0 : ratio) * torque_noise * normal(random); });
+  return log;
+}
+
+template <typename Method>
+class LeastSquaresFit : public ::testing::Test {
+ public:
+  static Identification identified(const Log& log) {
+    return identify(test::scara(), log, Method{.signal = {.trim = {{2, 2}}}});
+  }
+};
+using Methods = ::testing::Types<Ols, Wls>;
+TYPED_TEST_SUITE(LeastSquaresFit, Methods);
+
+TYPED_TEST(LeastSquaresFit, ReturnsTheTruthFromNoiseFreeData) {
+  const Identification found = this->identified(scara_log(0.0, 1));
+  EXPECT_EQ(found.status, Status::identified);
+  EXPECT_LT((found.chi - truth).norm(), 1e-11);
+  EXPECT_LT(found.fit.relative_error, 1e-12);
+}
+
+TYPED_TEST(LeastSquaresFit, ScalesParametersAndDeviationsWithTheTorque) {
+  Log log = scara_log(0.1, 2);
+  const Identification once = this->identified(log);
+  log.tau *= 3.0;
+  const Identification thrice = this->identified(log);
+  for (std::size_t i = 0; i < once.parameters.size(); ++i) {
+    EXPECT_NEAR(thrice.parameters[i].value, 3.0 * once.parameters[i].value, 1e-9);
+    EXPECT_NEAR(thrice.parameters[i].sigma, 3.0 * once.parameters[i].sigma, 1e-9);
+  }
+  EXPECT_NEAR(thrice.fit.relative_error, once.fit.relative_error, 1e-12);
+}
+
+TYPED_TEST(LeastSquaresFit, OfTwoHalvesOfALogIsThatOfTheWhole) {
+  const Log log = scara_log(0.1, 3);
+  // The differences reach over two samples, which each half brings along and trims.
+  const std::vector<Log> halves = {rows(log, 0, 1002), rows(log, 998, 1003)};
+  const Identification whole = this->identified(log);
+  const Identification split = identify(test::scara(), halves, TypeParam{.signal = {.trim = {{2, 2}}}});
+  EXPECT_EQ(split.fit.rows, whole.fit.rows);
+  EXPECT_LT((split.chi - whole.chi).norm(), 1e-10);
+  EXPECT_NEAR(split.fit.error_norm, whole.fit.error_norm, 1e-10);
+}
+
+// (17)–(19) with white noise of the same deviation on all rows, which is what they assume: 95 % of the intervals hold
+// the truth, and the estimates scatter as their deviations say, within four deviations of 200 runs.
+TYPED_TEST(LeastSquaresFit, HasIntervalsThatHoldTheTruthAsOftenAsTheySay) {
+  constexpr int runs = 200;
+  int inside = 0;
+  Vector squares = Vector::Zero(8);
+  for (int run = 0; run < runs; ++run) {
+    const auto seed = static_cast<std::uint64_t>(1000 + run);
+    const Identification found = this->identified(scara_log(0.05, seed, 0.0, 1.0));
+    for (std::size_t i = 0; i < 8; ++i) {
+      const ParameterEstimate& p = found.parameters[i];
+      const double true_value = truth[static_cast<Index>(i)];
+      inside += static_cast<int>(p.interval_95[0] <= true_value && true_value <= p.interval_95[1]);
+      squares[static_cast<Index>(i)] += std::pow((p.value - true_value) / p.sigma, 2) / runs;
+    }
+  }
+  const double coverage = static_cast<double>(inside) / (8.0 * runs);
+  // The eight intervals of a run are correlated: they count as one.
+  EXPECT_NEAR(coverage, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / runs));
+  for (const double square : squares) {
+    EXPECT_NEAR(square, 1.0, 4.0 * std::sqrt(2.0 / runs));
+  }
+}
+
+TEST(Wls, BeatsOlsWhereJointsHaveUnequalNoise) {
+  const Log log = scara_log(0.3, 7);
+  const Robot robot = test::scara();
+  const Identification ols = identify(robot, log, Ols{.signal = {.trim = {{2, 2}}}});
+  const Identification wls = identify(robot, log, Wls{.signal = {.trim = {{2, 2}}}});
+  EXPECT_LT(wls.parameters[7].sigma, 0.5 * ols.parameters[7].sigma) << "Fc2 is seen by the quiet joint alone";
+  EXPECT_NEAR(wls.fit.sigma_rho, 1.0, 0.05) << "weighted rows have unit deviation";
+  EXPECT_NEAR(1.0 / wls.weights[0], 0.3, 0.03);
+  EXPECT_NEAR(1.0 / wls.weights[1], 0.03, 0.003);
+  EXPECT_GE(wls.fit.error_norm, ols.fit.error_norm) << "OLS has the smallest unweighted error";
+}
+
+TEST(Ols, ReportsTheFitOfEachJoint) {
+  const Identification found = identify(test::scara(), scara_log(0.3, 8), Ols{.signal = {.trim = {{2, 2}}}});
+  ASSERT_EQ(found.fit.joints.size(), 2U);
+  EXPECT_EQ(found.fit.rows, 2 * 1997);
+  EXPECT_EQ(found.fit.joints[0].name, "joint_1");
+  EXPECT_NEAR(found.fit.joints[0].sigma_rho, 0.3, 0.02);
+  EXPECT_NEAR(found.fit.joints[1].sigma_rho, 0.03, 0.002);
+  EXPECT_GE(found.fit.joints[0].centred_relative_error, found.fit.joints[0].relative_error);
+  EXPECT_NEAR(std::hypot(0.3, 0.03) * std::sqrt(1997.0), found.fit.error_norm, 1.0);
+}
+
+TEST(Ols, NamesWhatALogCanNotTell) {
+  Log log = scara_log(0.1, 9);
+  log.q.col(1).setConstant(0.4);  // joint 2 never moves: ZZ2, MX2, MY2 act like ZZ1R, no friction of joint 2
+  const Identification found = identify(test::scara(), log, Ols{.signal = {.trim = {{2, 2}}}});
+  EXPECT_EQ(found.status, Status::rank_deficient);
+  ASSERT_FALSE(found.reasons.empty());
+  std::string all;
+  for (const std::string& reason : found.reasons) {
+    all += reason + "\n";
+  }
+  EXPECT_NE(all.find("Fv2 is not excited by these data"), std::string::npos) << all;
+  EXPECT_NE(all.find("Fc2 is not excited by these data"), std::string::npos) << all;
+  EXPECT_TRUE(std::isnan(found.parameters[7].value));
+  EXPECT_TRUE(std::isfinite(found.parameters[1].value)) << "Fv1 is seen all the same";
+  std::ostringstream table;
+  table << found;
+  EXPECT_NE(table.str().find("rank_deficient"), std::string::npos);
+  EXPECT_NE(table.str().find("not determined"), std::string::npos);
+}
+
+TEST(Ols, RefusesFewerRowsThanParameters) {
+  Log log = rows(scara_log(0.1, 10), 0, 8);
+  try {
+    (void)identify(test::scara(), log, Ols{.signal = {.trim = {{2, 2}}}});
+    FAIL() << "eight rows were enough for eight parameters";
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(),
+                 "identify(IDIM-OLS): 8 rows for 8 base parameters; more rows than parameters are needed");
+  }
+}
+
+TEST(Validate, TellsTheErrorOfTheModelOnAnotherLog) {
+  const Robot robot = test::scara();
+  const SignalOptions signal{.trim = {{2, 2}}};
+  const Identification found = identify(robot, scara_log(0.3, 11), Ols{.signal = signal});
+  const Validation other = validate(robot, found, scara_log(0.3, 12, 1.0), signal);
+  EXPECT_EQ(other.file, "made.csv");
+  EXPECT_NEAR(other.fit.joints[0].sigma_rho, 0.3, 0.02);
+  EXPECT_LT(other.fit.relative_error, 0.1);
+}
+
+}  // namespace
+}  // namespace rivid
