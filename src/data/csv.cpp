@@ -144,7 +144,7 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
 
 std::optional<Column> time_column(const LogOptions& options, const std::vector<std::string>& names,
                                   std::vector<std::string>& notes) {
-  if (options.time || !options.default_names) {
+  if (options.time) {
     return options.time;
   }
   const auto has = [&](std::string_view name) {
