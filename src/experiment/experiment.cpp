@@ -30,13 +30,16 @@ void require_columns(const Log& log, const Robot& robot) {
   }
 }
 
-Log adjusted(Log log, const LogSource& source) {
+Log adjusted(Log log, const LogSource& source, const Robot& robot) {
   for (const LogSource::Subtraction& s : source.subtract) {
     log = subtract_torque(std::move(log), s.joint, read_torque_table(s.table, {.columns = s.columns}),
                           s.outside);
   }
   if (source.reference) {
-    const Log reference = read_reference(source.reference->file, source.reference->columns);
+    Log reference = read_reference(source.reference->file, source.reference->columns);
+    if (source.side == LogSource::Side::motor) {
+      reference = joint_side(robot, std::move(reference));
+    }
     log = with_reference(std::move(log), reference, source.reference->delay, source.reference->outside);
   }
   return log;
@@ -81,11 +84,14 @@ std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Pr
     }
     Log log = read_csv(file, columns);
     require_columns(log, robot);
+    if (source.side == LogSource::Side::motor) {
+      log = joint_side(robot, std::move(log));
+    }
     if (source.torque_lag != 0.0) {
       log = shift_torque(log, source.torque_lag);
     }
     for (Log& piece : regularised(std::move(log), source.irregular, source.resample)) {
-      out.push_back(adjusted(std::move(piece), source));
+      out.push_back(adjusted(std::move(piece), source, robot));
     }
   }
   return out;
