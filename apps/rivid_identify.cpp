@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 
 #include "progress_bar.hpp"
 #include "rivid/error.hpp"
@@ -103,6 +104,16 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::file
   out << "method      " << name(experiment.method) << '\n' << "would write " << result.string() << '\n';
 }
 
+void print(const std::string& text) {
+  if (!(std::cout << text << std::flush)) {
+    throw InputError("standard output can not be written to");
+  }
+}
+
+void complain(std::string_view kind, std::string_view what) {
+  std::cerr << "rivid_identify: " << kind << ": " << on_one_line(what) << '\n';
+}
+
 int identify_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment);
   const auto overrides = apply(arguments, experiment);
@@ -111,7 +122,11 @@ int identify_from(const Arguments& arguments) {
                                : arguments.output;
   const std::filesystem::path file = folder / "result.json";
   if (arguments.dry_run) {
-    print_plan(std::cout, experiment, file);
+    std::ostringstream plan;
+    print_plan(plan, experiment, file);
+    if (!arguments.quiet) {
+      print(plan.str());
+    }
     return identified;
   }
 
@@ -127,12 +142,9 @@ int identify_from(const Arguments& arguments) {
   const std::string json = to_json(experiment.robot, result, experiment.signal, provenance);
   write_file(file, json);
   if (!arguments.quiet) {
-    if (arguments.json) {
-      std::cout << json;
-    } else {
-      std::cout << result;
-    }
-    std::cout.flush();
+    std::ostringstream table;
+    table << result;
+    print(arguments.json ? json : table.str());
     for (const std::string& note : result.notes) {
       std::cerr << "note: " << note << '\n';
     }
@@ -154,14 +166,18 @@ int main(int argc, char** argv) {
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
-      return app.exit(e) == 0 ? identified : bad_input;
+      if (e.get_exit_code() == 0) {  // --help, --version
+        return app.exit(e);
+      }
+      complain("error", std::string(e.what()) + "; --help tells the usage");
+      return bad_input;
     }
     return identify_from(arguments);
   } catch (const InputError& e) {
-    std::cerr << "rivid_identify: error: " << e.what() << '\n';
+    complain("error", e.what());
     return bad_input;
   } catch (const std::exception& e) {
-    std::cerr << "rivid_identify: failure: " << e.what() << '\n';
+    complain("failure", e.what());
     return numerics;
   }
 }

@@ -35,6 +35,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+// Content of somebody's file, fit for a message.
+std::string shown(std::string_view content) {
+  const bool cut = content.size() > longest_quote;
+  std::size_t length = cut ? longest_quote : content.size();
+  while (cut && length > 0 && continues_character(content[length])) {
+    --length;
+  }
+  return on_one_line(content.substr(0, length)) + (cut ? "…" : "");
+}
+
 std::string cut_short(std::string list, std::size_t length) {
   if (length > longest_list) {
     list += " and " + std::to_string(length - longest_list) + " more";
@@ -50,18 +60,13 @@ std::string number(double value, int digits) {
   return text.data();
 }
 
-std::string in_quotes(std::string_view content) {
-  const bool cut = content.size() > longest_quote;
-  std::size_t length = cut ? longest_quote : content.size();
-  while (cut && length > 0 && continues_character(content[length])) {
-    --length;
-  }
-  std::string out = "\"";
-  for (const char c : content.substr(0, length)) {
-    out += std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
-  }
-  return out + (cut ? "…\"" : "\"");
+std::string on_one_line(std::string_view content) {
+  std::string out(content);
+  std::ranges::replace_if(out, [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  return out;
 }
+
+std::string in_quotes(std::string_view content) { return "\"" + shown(content) + "\""; }
 
 std::string counted(std::ptrdiff_t count, std::string_view noun) {
   return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
@@ -70,7 +75,7 @@ std::string counted(std::ptrdiff_t count, std::string_view noun) {
 std::string listed(std::span<const std::string> names) {
   std::string out;
   for (std::size_t i = 0; i < std::min(names.size(), longest_list); ++i) {
-    out += (i == 0 ? "" : ", ") + names[i];
+    out += (i == 0 ? "" : ", ") + shown(names[i]);
   }
   return cut_short(std::move(out), names.size());
 }

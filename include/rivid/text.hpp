@@ -12,13 +12,16 @@ namespace rivid {
 /// @param digits  significant ones
 [[nodiscard]] std::string number(double value, int digits = 9);
 
+/// `content` with control characters, line ends among them, as '?'.
+[[nodiscard]] std::string on_one_line(std::string_view content);
+
 /// `content` in quotes for a message: at most 40 characters, control characters as '?'.
 [[nodiscard]] std::string in_quotes(std::string_view content);
 
 /// "1 row", "2 rows".
 [[nodiscard]] std::string counted(std::ptrdiff_t count, std::string_view noun);
 
-/// `t, q1, q2`, and how many more where the list is long.
+/// `t, q1, q2`, each name like in_quotes() shows it, and how many more where the list is long.
 [[nodiscard]] std::string listed(std::span<const std::string> names);
 
 /// `"a", "b" and "c"`, and how many more where the list is long.

@@ -144,8 +144,11 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
 
 std::optional<Column> time_column(const LogOptions& options, const std::vector<std::string>& names,
                                   std::vector<std::string>& notes) {
-  if (options.time || !options.default_names) {
+  if (options.time) {
     return options.time;
+  }
+  if (!options.default_names && options.rate_hz) {
+    return std::nullopt;
   }
   const auto has = [&](std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
@@ -190,6 +193,9 @@ Log read(std::string_view who, const std::filesystem::path& path, const LogOptio
   }
   Log log;
   log.source = path.string();
+  if (std::error_code ignored; std::filesystem::is_fifo(path, ignored)) {
+    throw InputError(log.source + ": is a pipe, a file is required, which can be read more than once");
+  }
   const std::vector<std::string> names = column_names(path, options.table);
   const Columns columns = resolved(options, required, names, log.source, log.notes);
   const std::optional<Column> time = time_column(options, names, log.notes);
@@ -249,6 +255,16 @@ std::optional<std::string> LogOptions::complaint() const {
       const auto same = [&](const Column& other) { return other.name == list[i].name; };
       if (std::any_of(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(i), same)) {
         return std::string(quantity.words) + " lists column " + in_quotes(list[i].name) + " twice";
+      }
+    }
+  }
+  for (const Quantity& quantity : quantities) {
+    const bool effort = quantity.words == "torque" || quantity.words == "control";
+    for (const Column& column : this->*quantity.listed) {
+      const auto same = [&](const Column& other) { return other.name == column.name; };
+      if (effort && std::ranges::any_of(this->position, same)) {
+        return std::string(quantity.words) + " lists column " + in_quotes(column.name) +
+               ", which is listed as a position";
       }
     }
   }

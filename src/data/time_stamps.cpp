@@ -19,6 +19,8 @@ constexpr double regular_rms = 0.01;
 constexpr double regular_max = 0.1;
 // Sampling this much more slowly than the log was recorded folds what lies above half the new rate.
 constexpr double aliasing_ratio = 0.75;
+// Nobody gains by more samples than that many for each recorded one.
+constexpr double highest_ratio = 100.0;
 
 void check_max_gap(const char* who, double max_gap) {
   if (!(max_gap >= 2.0)) {
@@ -148,6 +150,11 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
     throw InputError(log.source + ": the time stamps do not go forward; state the rate");
   }
   const double rate_hz = options.rate_hz.value_or(1.0 / report.period);
+  if (rate_hz * report.period > highest_ratio) {
+    throw InputError(log.source + ": resampling to " + number(rate_hz) + " Hz, recorded at " +
+                     number(1.0 / report.period) + " Hz; at most " + number(highest_ratio) +
+                     " times the recorded rate is possible");
+  }
   const Log distinct = report.repeated.count > 0 ? without_repeated(log, repeated_step * report.period) : log;
   std::vector<Log> pieces;
   const std::vector<Index> bounds = piece_bounds(distinct.t, options.max_gap * report.period);

@@ -52,13 +52,18 @@ double unit_scale(std::string_view unit) {
       return known.scale;
     }
   }
+  throw InputError("unit_scale: " + *unit_complaint(unit));
+}
+
+std::optional<std::string> unit_complaint(std::string_view unit) {
   std::vector<std::string> names;
-  names.reserve(units.size());
   for (const Unit& known : units) {
+    if (known.name == unit) {
+      return std::nullopt;
+    }
     names.emplace_back(known.name);
   }
-  throw InputError("unit_scale: " + in_quotes(unit) + " is no known unit; the units are " + listed(names) +
-                   did_you_mean(unit, names));
+  return in_quotes(unit) + " is no known unit; the units are " + listed(names) + did_you_mean(unit, names);
 }
 
 }  // namespace rivid

@@ -16,6 +16,7 @@ namespace rivid::detail {
 
 namespace {
 
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 constexpr std::array<std::string_view, 6> fields = {"joint", "type", "alpha", "a", "d", "theta"};
 
 std::vector<std::string> cells(const std::string& line) {
@@ -81,6 +82,9 @@ Robot read_mdh(const std::filesystem::path& path, const Eigen::Vector3d& gravity
   std::string line;
   for (int count = 1; std::getline(in, line); ++count) {
     const std::string where = path.string() + ":" + std::to_string(count);
+    if (count == 1 && line.starts_with(byte_order_mark)) {
+      line.erase(0, byte_order_mark.size());
+    }
     const std::vector<std::string> row = cells(line);
     if ((row.size() == 1 && row[0].empty()) || row[0].starts_with('#')) {
       continue;
@@ -108,7 +112,13 @@ Robot read_mdh(const std::filesystem::path& path, const Eigen::Vector3d& gravity
   if (table.empty()) {
     throw InputError(path.string() + ": the table has no joint");
   }
-  Robot robot = robot_from(table, gravity);
+  Robot robot = [&] {
+    try {
+      return robot_from(table, gravity);
+    } catch (const InputError& e) {
+      throw InputError(path.string() + ": " + e.what());
+    }
+  }();
   robot.name = path.stem().string();
   return robot;
 }

@@ -178,6 +178,20 @@ void read_gear_matrix(TomlReader& keys, Robot& robot) {
   }
 }
 
+// A path relative to the experiment file's folder.
+Path file_at(const TomlReader& keys, const toml::node& node, std::string_view key, const Path& folder) {
+  const std::string name = keys.as_text(node, key);
+  if (name.empty()) {
+    keys.fail(node, key, "must name a file");
+  }
+  return folder / Path(name);
+}
+
+std::optional<Path> file_named(TomlReader& keys, std::string_view key, const Path& folder) {
+  const toml::node* const node = keys.find(key);
+  return node == nullptr ? std::nullopt : std::optional(file_at(keys, *node, key, folder));
+}
+
 Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
   UrdfOptions options;
   options.base = keys.text("base").value_or("");
@@ -190,12 +204,19 @@ Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
     }
     options.gravity = Eigen::Vector3d((*gravity)[0], (*gravity)[1], (*gravity)[2]);
   }
-  const auto urdf = keys.text("urdf");
-  const auto mdh = keys.text("mdh");
+  const auto urdf = file_named(keys, "urdf", folder);
+  const auto mdh = file_named(keys, "mdh", folder);
   if (urdf.has_value() == mdh.has_value()) {
+    keys.look_for_mistyped({"urdf", "mdh"});
     keys.fail(urdf ? "names both urdf and mdh, must name one" : "names no robot, must name urdf or mdh");
   }
-  robot_file = folder / Path(urdf.value_or(mdh.value_or("")));
+  for (const char* const link : {"base", "tip"}) {
+    if (mdh && keys.find(link) != nullptr) {
+      keys.fail(*keys.find(link), link,
+                "goes with urdf: a table describes the chain from its base to its tip");
+    }
+  }
+  robot_file = urdf.value_or(mdh.value_or(folder));
   Robot robot = urdf ? read_urdf(robot_file, options) : detail::read_mdh(robot_file, options.gravity);
   read_joint_options(keys, robot);
   if (auto joints = keys.section("joints")) {
@@ -228,20 +249,30 @@ std::string column_name(const TomlReader& keys, const toml::node& node, std::str
   return keys.as_text(node, key);
 }
 
+std::optional<double> unit_factor(TomlReader& keys, std::string_view key) {
+  const auto word = keys.text(key);
+  if (!word) {
+    return std::nullopt;
+  }
+  if (const auto complaint = unit_complaint(*word)) {
+    keys.fail(*keys.find(key), std::string(key) + ":", *complaint);
+  }
+  return unit_scale(*word);
+}
+
 // "q1", 3, or { column = "q1", unit = "deg", sign = -1, scale = 2.0, offset = 0.1 }; the offset is in SI units.
 Column read_column(const TomlReader& keys, const toml::node& node, std::string_view key, double unit) {
   if (!node.is_table()) {
     return {column_name(keys, node, key), unit, 0.0};
   }
-  TomlReader inner(*node.as_table(), keys.file(), std::string(key));
+  TomlReader inner(*node.as_table(), keys.file(), keys.path() + "." + std::string(key));
   const toml::node* const column = inner.find("column");
   if (column == nullptr) {
+    inner.look_for_mistyped({"column"});
     inner.fail("must say which column: { column = \"q1\", unit = \"deg\", sign = -1 }");
   }
   Column out{column_name(inner, *column, "column"), unit, inner.number("offset").value_or(0.0)};
-  if (const auto word = inner.text("unit")) {
-    out.scale = unit_scale(*word);
-  }
+  out.scale = unit_factor(inner, "unit").value_or(unit);
   out.scale *= inner.number("scale").value_or(1.0);
   if (const auto sign = inner.number("sign")) {
     if (std::abs(*sign) != 1.0) {
@@ -268,13 +299,7 @@ class Units {
       return;
     }
     for (std::size_t i = 0; i < quantities.size(); ++i) {
-      if (const auto word = section->text(quantities[i])) {
-        try {
-          scales_[i] = unit_scale(*word);
-        } catch (const InputError& e) {
-          section->fail(*section->find(quantities[i]), quantities[i], e.what());
-        }
-      }
+      scales_[i] = unit_factor(*section, quantities[i]).value_or(1.0);
     }
     section->finish();
   }
@@ -303,7 +328,7 @@ std::vector<Column> read_columns(TomlReader& keys, std::string_view key, const U
   }
   if (static_cast<Index>(out.size()) != n) {
     keys.fail(*node, key,
-              "names " + std::to_string(out.size()) + " columns, must name one for each of the " +
+              "names " + counted(std::ssize(out), "column") + ", must name one for each of the " +
                   std::to_string(n) + " joints");
   }
   return out;
@@ -345,11 +370,12 @@ LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
 LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, const LogOptions& columns,
                                            Index n) {
   LogSource::Reference out;
-  const auto file = keys.text("file");
+  const auto file = file_named(keys, "file", folder);
   if (!file) {
+    keys.look_for_mistyped({"file"});
     keys.fail("must name its file");
   }
-  out.file = folder / Path(*file);
+  out.file = *file;
   out.columns.reference = columns.reference;
   out.columns.reference_velocity = columns.reference_velocity;
   const toml::node* const position = keys.find("position");
@@ -384,12 +410,13 @@ std::vector<LogSource::Subtraction> read_subtractions(TomlReader& keys, const Pa
     TomlReader inner(keys.as_table(item, "subtract"), keys.file(), "log.subtract");
     LogSource::Subtraction s;
     const auto joint = inner.text("joint");
-    const auto table = inner.text("table");
+    const auto table = file_named(inner, "table", folder);
     if (!joint || !table) {
+      inner.look_for_mistyped({"joint", "table"});
       inner.fail("must name joint and table");
     }
     s.joint = joint_index(inner, *inner.find("joint"), "joint", *joint, robot);
-    s.table = folder / Path(*table);
+    s.table = *table;
     s.columns = inner.texts("columns").value_or(std::vector<std::string>{});
     s.outside = inner.choice("outside", outside_words).value_or(Outside::refuse);
     inner.finish();
@@ -401,12 +428,20 @@ std::vector<LogSource::Subtraction> read_subtractions(TomlReader& keys, const Pa
 // [log], or [validation] with [log] for what it does not say itself.
 LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, const Robot& robot) {
   out.files.clear();
-  const auto files = keys.texts("files");
-  if (!files || files->empty()) {
+  const toml::node* const files = keys.find("files");
+  if (files == nullptr) {
+    keys.look_for_mistyped({"files"});
     keys.fail("must name at least one file in files");
   }
-  for (const std::string& file : *files) {
-    out.files.push_back(folder / Path(file));
+  if (const toml::array* const list = files->as_array()) {
+    for (const toml::node& file : *list) {
+      out.files.push_back(file_at(keys, file, "files", folder));
+    }
+  } else {
+    out.files.push_back(file_at(keys, *files, "files", folder));
+  }
+  if (out.files.empty()) {
+    keys.fail(*files, "files", "must name at least one file");
   }
   out.columns = read_log_columns(keys, std::move(out.columns), robot.size());
   // What the file names is read, not what else happens to be in the log under a default name.
@@ -424,6 +459,9 @@ LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, co
                                                                          {"ignore", Irregular::ignore}}})
           .value_or(out.irregular);
   if (const std::optional<double> rate_hz = keys.number("resample_hz")) {
+    if (*rate_hz <= 0.0) {
+      keys.fail(*keys.find("resample_hz"), "resample_hz", "is " + number(*rate_hz) + " Hz, must be positive");
+    }
     out.resample.rate_hz = rate_hz;
     out.irregular = Irregular::resample;
   }
@@ -464,6 +502,7 @@ SignalOptions read_signal(TomlReader keys, Index n) {
   SignalOptions out;
   const auto cutoff_hz = cutoff(keys, "cutoff_hz");
   if (!cutoff_hz) {
+    keys.look_for_mistyped({"cutoff_hz"});
     keys.fail(
         "must say cutoff_hz, the cut-off of the position filter in Hz: some ten times the highest frequency "
         "of the "
@@ -471,11 +510,9 @@ SignalOptions read_signal(TomlReader keys, Index n) {
   }
   out.cutoff_hz = *cutoff_hz;
   out.torque_cutoff_hz = cutoff(keys, "torque_cutoff_hz").value_or(0.0);
-  out.order = static_cast<int>(keys.integer("order").value_or(out.order));
-  out.torque_order = static_cast<int>(keys.integer("torque_order").value_or(out.order));
-  for (const std::int64_t n_d : keys.integers("decimation").value_or(std::vector<std::int64_t>{})) {
-    out.decimation.push_back(static_cast<int>(n_d));
-  }
+  out.order = keys.count("order").value_or(out.order);
+  out.torque_order = keys.count("torque_order").value_or(out.order);
+  out.decimation = keys.counts("decimation").value_or(std::vector<int>{});
   const toml::node* const trim = keys.find("trim");
   if (trim != nullptr && !(trim->is_string() && keys.as_text(*trim, "trim") == "auto")) {
     const auto ends = keys.integers("trim").value_or(std::vector<std::int64_t>{});
@@ -532,11 +569,11 @@ Experiment read_experiment(const Path& path) {
   const auto required = [&](std::string_view key) {
     auto section = keys.section(key);
     if (!section) {
+      keys.look_for_mistyped({std::string(key)});
       throw InputError(path.string() + ": section [" + std::string(key) + "] is missing");
     }
     return *section;
   };
-  // All sections are looked up before any is read, so that a mistyped one is told first.
   const TomlReader robot = required("robot");
   const TomlReader log = required("log");
   const TomlReader signal = required("signal");

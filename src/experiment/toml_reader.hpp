@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -49,12 +50,21 @@ class TomlReader {
     return node == nullptr ? std::nullopt : std::optional(as_boolean(*node, key));
   }
 
+  /// A whole number that an int holds.
+  std::optional<int> count(std::string_view key) {
+    const toml::node* const node = find(key);
+    return node == nullptr ? std::nullopt : std::optional(as_count(*node, key));
+  }
+
   /// A list of numbers; a single number counts as a list of one.
   std::optional<std::vector<double>> numbers(std::string_view key) {
     return list<double>(key, [&](const toml::node& node) { return as_number(node, key); });
   }
   std::optional<std::vector<std::int64_t>> integers(std::string_view key) {
     return list<std::int64_t>(key, [&](const toml::node& node) { return as_integer(node, key); });
+  }
+  std::optional<std::vector<int>> counts(std::string_view key) {
+    return list<int>(key, [&](const toml::node& node) { return as_count(node, key); });
   }
   std::optional<std::vector<std::string>> texts(std::string_view key) {
     return list<std::string>(key, [&](const toml::node& node) { return as_text(node, key); });
@@ -107,6 +117,13 @@ class TomlReader {
     }
     fail(node, key, "must be a whole number");
   }
+  [[nodiscard]] int as_count(const toml::node& node, std::string_view key) const {
+    const std::int64_t value = as_integer(node, key);
+    if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
+      fail(node, key, "is " + std::to_string(value) + ", that is out of range");
+    }
+    return static_cast<int>(value);
+  }
   [[nodiscard]] bool as_boolean(const toml::node& node, std::string_view key) const {
     if (const auto* const value = node.as_boolean()) {
       return value->get();
@@ -115,6 +132,7 @@ class TomlReader {
   }
 
   [[nodiscard]] const std::string& file() const { return file_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
 
   /// One of a few words.
   template <typename Value, std::size_t N>
@@ -133,11 +151,20 @@ class TomlReader {
 
   /// Refuses keys that nobody asked for.
   void finish() const {
+    const std::vector<std::string> names(known_.begin(), known_.end());
     for (const auto& [key, node] : table_) {
-      if (!known_.contains(std::string(key.str()))) {
-        const std::vector<std::string> names(known_.begin(), known_.end());
-        throw InputError(place(key.source()) + "unknown key \"" + std::string(key.str()) + "\"" + where() +
-                         did_you_mean(key.str(), names));
+      if (!known_.contains(key.str())) {
+        refuse_unknown(key, did_you_mean(key.str(), names));
+      }
+    }
+  }
+
+  /// Where one of these keys, which must be there, seems to be there under a mistyped name, tells that.
+  void look_for_mistyped(const std::vector<std::string>& wanted) const {
+    for (const auto& [key, node] : table_) {
+      const std::string guess = did_you_mean(key.str(), wanted);
+      if (!known_.contains(key.str()) && !guess.empty()) {
+        refuse_unknown(key, guess);
       }
     }
   }
@@ -147,14 +174,20 @@ class TomlReader {
                      " " + what);
   }
 
-  /// The same for a fault of the table as a whole.
+  /// The same for a fault of the table as a whole, or of the key that `what` begins with.
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(place(table_.source()) + "[" + path_ + "] " + what);
+    const toml::node* const culprit = table_.get(what.substr(0, what.find_first_of(" :")));
+    throw InputError(place(culprit != nullptr ? culprit->source() : table_.source()) + "[" + path_ + "] " +
+                     what);
   }
 
  private:
   [[nodiscard]] std::string place(const toml::source_region& at) const {
     return file_ + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column) + ": ";
+  }
+  [[noreturn]] void refuse_unknown(const toml::key& key, const std::string& guess) const {
+    throw InputError(place(key.source()) + "unknown key \"" + std::string(key.str()) + "\"" + where() +
+                     guess);
   }
   [[nodiscard]] std::string where() const { return path_.empty() ? "" : " in [" + path_ + "]"; }
 

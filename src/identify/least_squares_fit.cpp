@@ -148,6 +148,12 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
 
   out.weights.assign(data.groups.size(), 1.0);
   if (weighting == Weights::by_joint) {
+    for (std::size_t j = 0; j < data.groups.size(); ++j) {
+      if (data.groups[j].qr.y_norm() == 0.0) {
+        throw InputError("identify(" + out.title + "): joint \"" + robot.joints[j].name +
+                         "\": its torque is zero in every row, so its rows have no weight; check its column");
+      }
+    }
     std::ranges::transform(group_sigmas(data.groups), out.weights.begin(),
                            [](double sigma) { return 1.0 / sigma; });
   }

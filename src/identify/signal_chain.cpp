@@ -17,6 +17,10 @@ namespace {
 
 // Two central differences in a row reach over two samples at each border.
 constexpr Index difference_border = 2;
+// Higher Butterworth orders ring at their cut-off and are of no use here.
+constexpr int highest_order = 20;
+// Filters run over at least so many samples.
+constexpr Index shortest_series = 25;
 
 void require_joints(const char* what, const Matrix& x, const Robot& robot, const Log& log) {
   if (x.cols() != robot.size() || x.rows() != log.q.rows()) {
@@ -24,6 +28,37 @@ void require_joints(const char* what, const Matrix& x, const Robot& robot, const
                      std::to_string(x.rows()) + " samples, must have one for each of the " +
                      std::to_string(robot.size()) + " joints of robot \"" + robot.name + "\" and " +
                      std::to_string(log.q.rows()) + " samples");
+  }
+}
+
+void require_cutoff(const char* key, double cutoff_hz, const Log& log) {
+  if (cutoff_hz >= 0.5 * log.f_m) {
+    throw InputError(log.source + ": " + key + " is " + number(cutoff_hz) +
+                     " Hz, must lie below f_m / 2 = " + number(0.5 * log.f_m) + " Hz");
+  }
+}
+
+void require_decimation(int n_d, Index samples, const Log& log) {
+  if (n_d > 1 && samples < std::max<Index>(n_d, shortest_series)) {
+    throw InputError(log.source + ": decimation by " + std::to_string(n_d) + " meets " +
+                     counted(samples, "sample") + ", needs at least " +
+                     std::to_string(std::max<Index>(n_d, shortest_series)));
+  }
+}
+
+// Finite cells may overflow once they are multiplied.
+void require_finite(const Rows& rows, const Robot& robot, const Log& log) {
+  double total = 0.0;
+  for (std::size_t j = 0; j < rows.Y.size(); ++j) {
+    const double norm = rows.Y[j].squaredNorm();
+    if (!rows.W.joints[j].W.allFinite() || !std::isfinite(norm)) {
+      throw InputError(log.source + ": joint \"" + robot.joints[j].name +
+                       "\": positions or torques are so large that they overflow; check columns and units");
+    }
+    total += norm;
+  }
+  if (total == 0.0) {
+    throw InputError(log.source + ": the torques are zero in every row; check the columns");
   }
 }
 
@@ -82,8 +117,11 @@ std::optional<std::string> SignalOptions::complaint(Index n) const {
   if (!(torque_cutoff_hz >= 0.0) || !std::isfinite(torque_cutoff_hz)) {
     return "torque_cutoff_hz is " + number(torque_cutoff_hz) + ", must be positive, or 0 for no filter";
   }
-  if (order < 1 || torque_order < 1) {
-    return "order is " + std::to_string(std::min(order, torque_order)) + ", must be at least 1";
+  for (const auto& [key, value] : {std::pair("order", order), std::pair("torque_order", torque_order)}) {
+    if (value < 1 || value > highest_order) {
+      return std::string(key) + " is " + std::to_string(value) + ", must lie between 1 and " +
+             std::to_string(highest_order);
+    }
   }
   for (const int n_d : decimation) {
     if (n_d < 1) {
@@ -152,6 +190,8 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
     throw InputError("rows: " + *complaint);
   }
   require_joints("position", log.q, robot, log);
+  require_cutoff("cutoff_hz", options.cutoff_hz, log);
+  require_cutoff("torque_cutoff_hz", options.torque_cutoff_hz, log);
   const Range range = kept_range(log, options);
 
   const auto filtered = [&](const Matrix& x, double cutoff_hz, int order) {
@@ -169,6 +209,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
     out.undecimated = factored(out.W, columns);
   }
   for (const int n_d : options.decimation) {
+    require_decimation(n_d, Y.rows(), log);
     Y = decimate(Y, n_d, options.convention);
     for (JointRows& joint : out.W.joints) {
       joint.W = decimate(joint.W, n_d, options.convention);
@@ -199,6 +240,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
     }
     out.samples.push_back(std::move(samples));
   }
+  require_finite(out, robot, log);
   return out;
 }
 

@@ -10,6 +10,10 @@ namespace rivid {
 
 namespace {
 
+// No robot comes near; the squares of what lies far beyond overflow.
+constexpr double largest_length = 1e6;
+constexpr double largest_gravity = 1e6;
+
 double coupled_value(const Coupling& coupling, ParameterKind kind) {
   switch (kind) {
     case ParameterKind::Iam:
@@ -276,14 +280,26 @@ std::optional<std::string> Robot::complaint() const {
   if (!chain.gravity.allFinite()) {
     return "gravity must be finite";
   }
+  if (chain.gravity.cwiseAbs().maxCoeff() > largest_gravity) {
+    return "gravity is " + number(chain.gravity.cwiseAbs().maxCoeff()) + " m/s², must be at most " +
+           number(largest_gravity);
+  }
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const Joint& joint = joints[j];
     const std::string who = "joint \"" + joint.name + "\": ";
+    const auto same_name = [&](const Joint& other) { return other.name == joint.name; };
+    if (std::any_of(joints.begin(), joints.begin() + static_cast<std::ptrdiff_t>(j), same_name)) {
+      return "two joints are called \"" + joint.name + "\"; names must differ";
+    }
     if (joint.type != chain.links[j].type) {
       return who + "its type differs from that of the chain";
     }
     if (!chain.links[j].R.allFinite() || !chain.links[j].p.allFinite()) {
       return who + "its frame is not finite";
+    }
+    if (chain.links[j].p.cwiseAbs().maxCoeff() > largest_length) {
+      return who + "its frame lies " + number(chain.links[j].p.cwiseAbs().maxCoeff()) +
+             " m from the one before, must be at most " + number(largest_length) + " m";
     }
     if (!std::isfinite(joint.g_tau()) || joint.g_tau() == 0.0) {
       return who + "drive_gain × gear_ratio is " + std::to_string(joint.g_tau()) +

@@ -124,7 +124,13 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
   if (!model) {
     throw InputError(source + ": urdfdom refuses this URDF");
   }
-  Robot robot = robot_from(lumped_chain(kdl_tree(*model), checked.base, checked.tip), options.gravity);
+  Robot robot = [&] {
+    try {
+      return robot_from(lumped_chain(kdl_tree(*model), checked.base, checked.tip), options.gravity);
+    } catch (const InputError& e) {
+      throw InputError(source + ": " + e.what());
+    }
+  }();
   robot.name = model->getName();
   robot.base = checked.base;
   for (Joint& joint : robot.joints) {

@@ -107,8 +107,8 @@ Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardP
 // parts are told relative to `scales`.
 Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& scales, double tolerance) {
   Scan scan;
-  Matrix kept_R = Matrix::Zero(W.cols(), W.cols());
-  Matrix dropped_R = Matrix::Zero(W.cols(), W.cols());
+  Matrix R_kept = Matrix::Zero(W.cols(), W.cols());
+  Matrix R_dropped = Matrix::Zero(W.cols(), W.cols());
   std::vector<Vector> reflectors;
   std::vector<double> taus;
   for (const Index c : order) {
@@ -130,8 +130,8 @@ Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& s
       double beta = 0.0;
       Vector essential(column.size() - rank - 1);
       column.tail(column.size() - rank).makeHouseholder(essential, tau, beta);
-      kept_R.col(rank).head(rank) = column.head(rank);
-      kept_R(rank, rank) = beta;
+      R_kept.col(rank).head(rank) = column.head(rank);
+      R_kept(rank, rank) = beta;
       reflectors.push_back(std::move(essential));
       taus.push_back(tau);
       scan.kept.push_back(c);
@@ -140,13 +140,13 @@ Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& s
         scan.largest_dropped = independent;
         scan.strongest_dropped = c;
       }
-      dropped_R.col(static_cast<Index>(scan.dropped.size())).head(rank) = column.head(rank);
+      R_dropped.col(static_cast<Index>(scan.dropped.size())).head(rank) = column.head(rank);
       scan.dropped.push_back(c);
     }
   }
   const auto b = static_cast<Index>(scan.kept.size());
   const auto d = static_cast<Index>(scan.dropped.size());
-  scan.K = kept_R.topLeftCorner(b, b).triangularView<Eigen::Upper>().solve(dropped_R.topLeftCorner(b, d));
+  scan.K = R_kept.topLeftCorner(b, b).triangularView<Eigen::Upper>().solve(R_dropped.topLeftCorner(b, d));
   return scan;
 }
 
@@ -249,6 +249,7 @@ std::vector<std::pair<std::string, double>> BaseParameters::regrouping(Index i) 
 
 std::vector<StandardParameter> BaseParameters::columns() const {
   std::vector<StandardParameter> out;
+  out.reserve(parameters.size());
   for (const BaseParameter& p : parameters) {
     out.push_back(p.leading);
   }
@@ -302,7 +303,7 @@ std::optional<std::string> BaseParametersOptions::complaint() const {
   if (samples < 20) {
     return "samples is " + std::to_string(samples) + ", must be at least 20";
   }
-  if (!(tolerance > 0.0 && tolerance < 1.0)) {
+  if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
     return "tolerance is " + std::to_string(tolerance) + ", must lie between 0 and 1";
   }
   return std::nullopt;
@@ -318,6 +319,10 @@ BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& 
   const std::vector<StandardParameter> standard = robot.standard_parameters();
   const Matrix W = random_regressor(robot, standard, options);
   Scan scan = scan_columns(W, scan_order(robot, standard), own_norms(W), options.tolerance);
+  if (scan.kept.empty()) {
+    throw InputError("base_parameters: robot \"" + robot.name +
+                     "\" has no parameter that shows in its torques; check its axes and units");
+  }
   scan.K = (scan.K.array().abs() < coefficient_noise).select(0.0, scan.K);
   return named(robot, standard, scan);
 }
@@ -326,7 +331,7 @@ BaseParameters base_parameters(const Robot& robot, const Motion& motion, double 
   if (const auto complaint = robot.complaint()) {
     throw InputError("base_parameters: " + *complaint);
   }
-  if (!(tolerance > 0.0 && tolerance < 1.0)) {
+  if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
     throw InputError("base_parameters: tolerance is " + number(tolerance) + ", must lie between 0 and 1");
   }
   const auto fits = [&](const Matrix& x) { return x.rows() == motion.samples() && x.cols() == robot.size(); };
@@ -338,6 +343,10 @@ BaseParameters base_parameters(const Robot& robot, const Motion& motion, double 
   const Matrix R = triangle(robot, standard, motion);
   const Vector scales = unit_norms(R, robot, standard);
   Scan scan = scan_columns(R, scan_order(robot, standard), scales, tolerance);
+  if (scan.kept.empty()) {
+    throw InputError("base_parameters: the motion of robot \"" + robot.name +
+                     "\" shows no parameter in its torques; no joint moves and none is loaded");
+  }
   // A coefficient is noise where what it stands for is too small to be seen.
   const Vector norms = R.colwise().norm();
   for (Index d = 0; d < scan.K.cols(); ++d) {

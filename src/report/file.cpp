@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <string>
 #include <system_error>
@@ -61,6 +62,25 @@ class TemporaryFile {
   int descriptor_;
 };
 
+// An interruption waits until the file is whole, so that it leaves no temporary file behind.
+class SignalsHeld {
+ public:
+  SignalsHeld() {
+    sigset_t held;
+    ::sigemptyset(&held);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+      ::sigaddset(&held, signal);
+    }
+    ::pthread_sigmask(SIG_BLOCK, &held, &before_);
+  }
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+  ~SignalsHeld() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+ private:
+  sigset_t before_{};
+};
+
 }  // namespace
 
 void write_file(const std::filesystem::path& path, std::string_view content) {
@@ -68,6 +88,7 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
   if (path.has_parent_path()) {
     std::filesystem::create_directories(path.parent_path(), error);
   }
+  const SignalsHeld signals_held;
   TemporaryFile file(path);
   if (!file.opened() || !file.write(content) || !file.become(path)) {
     throw InputError(path.string() + ": can not be written: " + std::strerror(errno));

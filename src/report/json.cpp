@@ -160,7 +160,8 @@ std::string to_json(const Robot& robot, const Identification& result, const Sign
                     {"fit", std::move(fit_members)},
                     {"validation", std::move(validation)},
                     {"provenance", provenance_of(signal, provenance)}};
-  return out.dump(2) + "\n";
+  // A path may hold any bytes; JSON is UTF-8.
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace rivid

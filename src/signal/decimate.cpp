@@ -5,6 +5,7 @@
 #include "forward_backward.hpp"
 #include "message.hpp"
 #include "rivid/error.hpp"
+#include "rivid/signal/streaming_decimator.hpp"
 
 namespace rivid {
 
@@ -65,6 +66,17 @@ std::vector<Index> kept_samples(Index n_m, const std::vector<int>& stages, Conve
 
 Matrix decimate(const Eigen::Ref<const Matrix>& x, int n_d, Convention convention) {
   check("decimate", n_d);
+  if (n_d == 1) {
+    return x;
+  }
+  if (convention == Convention::standard) {
+    StreamingDecimator decimator(x.cols(), n_d);
+    const Matrix finished = decimator.add(x);
+    const Matrix open = decimator.finish();
+    Matrix out(finished.rows() + open.rows(), x.cols());
+    out << finished, open;
+    return out;
+  }
   return detail::forward_backward("decimate", x, decimation_filter(n_d, convention), convention,
                                   first_kept(x.rows(), n_d, convention), n_d);
 }

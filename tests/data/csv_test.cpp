@@ -128,6 +128,17 @@ TEST(ReadCsv, RefusesAQuantityWithoutAColumnForEachJoint) {
   EXPECT_EQ(one.tau.size(), 0);
 }
 
+TEST(ReadCsv, FindsTheTimeByNameWhereNoRateIsStated) {
+  const TemporaryFile file(two_joints);
+  EXPECT_EQ(read_csv(file.path(), {.position = {{"q1"}}, .default_names = false}).t,
+            read_csv(file.path(), {.position = {{"q1"}}, .time = Column{"t"}, .default_names = false}).t);
+}
+
+TEST(ReadCsv, RefusesAPositionAsTorque) {
+  EXPECT_TRUE(says(refusal(two_joints, {.position = {{"q1"}}, .torque = {{"q1"}}, .default_names = false}),
+                   "torque lists column \"q1\", which is listed as a position"));
+}
+
 TEST(ReadCsv, NotesDefaultNamesBesideListedPositions) {
   const TemporaryFile file("t,m1,m2,tau1,tau2\n0,1,2,3,4\n1,1,2,3,4\n");
   const Log log = read_csv(file.path(), {.position = {{"m1"}, {"m2"}}});

@@ -247,6 +247,14 @@ TEST(Regularised, SplitsAtJumpsAndDropsShortPieces) {
                    "no stretch of the log without a gap of more than 10 periods has 101 samples at 100 Hz"));
 }
 
+TEST(Regularised, RefusesARateThatNoMemoryHolds) {
+  EXPECT_TRUE(says(
+      complaint_of([] {
+        static_cast<void>(regularised(log_at(vector(uniform(50))), Irregular::resample, {.rate_hz = 1e12}));
+      }),
+      "run1.csv: resampling to 1e+12 Hz, recorded at 100 Hz; at most 100 times the recorded rate"));
+}
+
 TEST(Regularised, RefusesReversedStampsEvenToResample) {
   std::vector<double> t = uniform(50);
   t[30] = t[10];

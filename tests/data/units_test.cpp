@@ -34,5 +34,10 @@ TEST(UnitScale, RefusesOtherWordsWithTheList) {
   EXPECT_TRUE(test::says(close, "did you mean \"rad\"?"));
 }
 
+TEST(UnitComplaint, IsSilentOnKnownUnitsAlone) {
+  EXPECT_EQ(unit_complaint("deg"), std::nullopt);
+  EXPECT_TRUE(test::says(unit_complaint("degs").value_or(""), "\"degs\" is no known unit"));
+}
+
 }  // namespace
 }  // namespace rivid

@@ -29,7 +29,8 @@ struct LogOptions {
   std::optional<Column> time = {};              ///< default t, else time; its scale is that of its unit
   /// Measuring rate [Hz]. Where it is stated it is used exactly, and a time column is only inspected.
   std::optional<double> rate_hz = {};
-  /// Whether default names are looked for at all; else what is not listed is not read.
+  /// Whether default names are looked for at all; else what is not listed is not read, save the time where no
+  /// rate is stated.
   bool default_names = true;
   TableOptions table = {};  ///< how the file is written; its `columns` must be empty
 

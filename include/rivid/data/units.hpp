@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <string_view>
 
 namespace rivid {
@@ -11,5 +13,8 @@ namespace rivid {
 ///
 /// @throws InputError  for any other word, with the list
 [[nodiscard]] double unit_scale(std::string_view unit);
+
+/// What is wrong with the name of a unit, with the list; nothing where unit_scale() knows it.
+[[nodiscard]] std::optional<std::string> unit_complaint(std::string_view unit);
 
 }  // namespace rivid

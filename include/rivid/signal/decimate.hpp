@@ -33,14 +33,17 @@ namespace rivid {
 [[nodiscard]] std::vector<Index> kept_samples(Index n_m, const std::vector<int>& stages,
                                               Convention convention = Convention::standard);
 
-/// One stage of the parallel decimation, Eqs. (13, 14) of [RIV]: zero_phase() with decimation_filter(n_d),
-/// then kept_samples(). It is linear and treats columns alike, so Y = Wχ holds after it as before.
+/// One stage of the parallel decimation, Eqs. (13, 14) of [RIV]: the zero-phase filter with the gain of
+/// decimation_filter(n_d) forwards and backwards, then kept_samples(). It is linear and treats columns alike, so Y = Wχ
+/// holds after it as before, at the ends too.
 ///
-/// The sections are accurate at any n_d, and the padding is as zero_phase() has it. MATLAB's decimate, with
-/// polynomials, lowers the order where these lose accuracy, from about n_d = 15 on; Convention::matlab does
-/// not follow it there, and agrees up to n_d = 13, which MATLAB recommends as the most for one stage.
+/// - Convention::standard: the series counts as constant before its first sample and beyond its last. It is the work of
+///   StreamingDecimator, which serves series of any length block by block.
+/// - Convention::matlab: zero_phase() with MATLAB's padding. MATLAB's decimate loses accuracy in its polynomials and
+///   lowers the order from n_d = 15 on; this one does not follow it there, and agrees up to n_d = 13, MATLAB's own
+///   advice for one stage. x must have more than 24 samples.
 ///
-/// @param x  series, (n_m × columns), any unit, with n_m > 24
+/// @param x  series, (n_m × columns), any unit
 /// @return   (ceil(n_m / n_d) × columns), in the unit of x
 /// @throws InputError  where n_d < 1 or x is too short
 [[nodiscard]] Matrix decimate(const Eigen::Ref<const Matrix>& x, int n_d,

@@ -1,0 +1,116 @@
+// Arms of several makers, tests/real/*.toml, against reference fits by an independent program with the same settings.
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "support/real_experiment.hpp"
+
+namespace {
+
+using rivid::test::Json;
+
+// The reference trims, pads and decimates in its own way: other rows of the same motion.
+constexpr double other_rows = 0.03;
+
+void expect_percent(const Json& fit, double percent) {
+  EXPECT_NEAR(100.0 * fit.at("relative_error").get<double>(), percent, other_rows * percent);
+}
+
+template <std::size_t N>
+void expect_percent_of_joints(const Json& fit, const std::array<double, N>& percent) {
+  ASSERT_EQ(fit.at("joints").size(), N);
+  for (std::size_t j = 0; j < N; ++j) {
+    const Json& joint = fit["joints"][j];
+    EXPECT_NEAR(100.0 * joint["relative_error"].get<double>(), percent[j], other_rows * percent[j])
+        << joint["name"];
+  }
+}
+
+void expect_condition(const Json& result, double condition) {
+  EXPECT_NEAR(result["fit"]["condition"].get<double>(), condition, other_rows * condition);
+}
+
+class Panda : public rivid::test::RealExperiment {
+ protected:
+  Panda() : RealExperiment("panda") {}
+};
+
+TEST_F(Panda, FitsAsTheReferenceDoes) {
+  const Json found = result();
+  EXPECT_EQ(found["parameters"].size(), 64U);
+  expect_percent(found["fit"], 1.5713);
+  expect_percent_of_joints(found["fit"], std::array{7.6254, 1.2083, 1.7115, 1.4059, 8.3089, 5.5509, 23.4476});
+  expect_condition(found, 110.469);
+}
+
+TEST_F(Panda, FitsWeightedAsTheReferenceDoes) { expect_percent(result({"--method", "wls"})["fit"], 1.5928); }
+
+class Ur10e : public rivid::test::RealExperiment {
+ protected:
+  Ur10e() : RealExperiment("ur10e") {}
+};
+
+TEST_F(Ur10e, FitsAndCarriesOverAsTheReferenceDoes) {
+  const Json found = result();
+  EXPECT_EQ(found["parameters"].size(), 58U);
+  expect_percent(found["fit"], 3.6794);
+  ASSERT_EQ(found["validation"].size(), 2U);
+  expect_percent(found["validation"][0], 4.0621);
+  expect_percent_of_joints(found["validation"][0],
+                           std::array{6.7306, 3.6693, 4.2485, 6.5807, 9.4188, 7.7838});
+  expect_percent(found["validation"][1], 4.0919);
+}
+
+TEST_F(Ur10e, FitsUnweightedAsTheReferenceDoes) {
+  const Json found = result({"--method", "ols"});
+  expect_percent(found["fit"], 3.5596);
+  expect_percent(found["validation"][0], 4.2618);
+  expect_condition(found, 99.9652);
+}
+
+class KukaKr300 : public rivid::test::RealExperiment {
+ protected:
+  KukaKr300() : RealExperiment("kuka_kr300") {}
+};
+
+TEST_F(KukaKr300, FitsTwoLogsAsTheReferenceDoes) {
+  const Json found = result();
+  EXPECT_EQ(found["parameters"].size(), 58U);
+  ASSERT_EQ(found["validation"].size(), 2U);
+  expect_percent(found["validation"][0], 2.7163);
+  expect_percent(found["validation"][1], 3.1211);
+}
+
+TEST_F(KukaKr300, FitsTwoLogsUnweightedAsTheReferenceDoes) {
+  const Json found = result({"--method", "ols"});
+  expect_percent(found["validation"][0], 2.6978);
+  expect_percent(found["validation"][1], 3.0834);
+  expect_condition(found, 1221.28);
+}
+
+TEST_F(KukaKr300, OneLogAloneExcitesWeakly) {
+  const Json found = result({"--method", "ols", "--log", "kuka_kr300/kr300_A.csv"});
+  expect_percent(found["fit"], 2.5545);
+  expect_condition(found, 7915.02);
+  EXPECT_GT(found["validation"][1]["relative_error"], 0.1);
+}
+
+class Ur10Vrep : public rivid::test::RealExperiment {
+ protected:
+  Ur10Vrep() : RealExperiment("ur10_vrep") {}
+};
+
+TEST_F(Ur10Vrep, FitsAsTheReferenceDoes) {
+  const Json found = result();
+  EXPECT_EQ(found["parameters"].size(), 54U);
+  expect_percent(found["fit"], 1.9279);
+  expect_condition(found, 60.6042);
+}
+
+TEST_F(Ur10Vrep, LosesLittleWithoutFriction) {
+  edit("friction = \"symmetric\"", "friction = \"none\"");
+  expect_percent(result()["fit"], 2.19);
+}
+
+}  // namespace

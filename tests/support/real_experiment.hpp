@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cmath>
+#include <iomanip>
+#include <string>
+#include <utility>
+
+#include "support/identify_tool.hpp"
+#include "support/process.hpp"
+#include "support/real_data.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace rivid::test {
+
+/// Runs rivid_identify on an experiment file of tests/real/, which names its files relative to RIVID_REAL_DATA.
+class RealExperiment : public RealData {
+ protected:
+  explicit RealExperiment(std::string robot) : RealData(robot), robot_(std::move(robot)) {}
+
+  void SetUp() override {
+    RealData::SetUp();
+    if (IsSkipped()) {
+      return;
+    }
+    std::filesystem::create_directory_symlink(std::filesystem::absolute(path("")), folder_.path() / robot_);
+    const std::string file = robot_ + ".toml";
+    folder_.write(file, content_of(std::filesystem::path(RIVID_TEST_DATA) / "real" / file));
+  }
+
+  /// Replaces a text that the experiment file holds once.
+  void edit(std::string_view from, std::string_view to) const {
+    const std::string file = robot_ + ".toml";
+    std::string content = folder_.read(file);
+    const std::size_t at = content.find(from);
+    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    folder_.write(file, content.replace(at, from.size(), to));
+  }
+
+  [[nodiscard]] Json result(std::vector<std::string> arguments = {}) const {
+    arguments.insert(arguments.begin(), robot_ + ".toml");
+    const Outcome run = outcome_of(identify_command(arguments), folder_.path());
+    if (run.exit_code != 0) {
+      ADD_FAILURE() << run.err;
+      return {};
+    }
+    return Json::parse(folder_.read(robot_ + "_result/result.json"));
+  }
+
+ private:
+  std::string robot_;
+  TemporaryFolder folder_;
+};
+
+/// A figure agrees with its printed digits, to half a unit of the last one.
+inline testing::AssertionResult prints_as(double got, std::string_view printed) {
+  const std::size_t point = printed.find('.');
+  const std::size_t decimals = point == std::string_view::npos ? 0 : printed.size() - point - 1;
+  const double half_unit = 0.5 * std::pow(10.0, -static_cast<double>(decimals));
+  const double expected = std::stod(std::string(printed));
+  if (std::abs(got - expected) <= half_unit) {
+    return testing::AssertionSuccess();
+  }
+  return testing::AssertionFailure() << std::setprecision(12) << got << " does not print as " << printed;
+}
+
+}  // namespace rivid::test
