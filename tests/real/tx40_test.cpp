@@ -96,8 +96,8 @@ class Tx40Log : public test::RealData {
 
 TEST_F(Tx40Log, OfTheMotorsBecomesThatOfTheJoints) {
   const test::TemporaryFolder folder;
-  const test::Outcome unpacked =
-      test::outcome_of("gzip -dc '" + path("tx40_motor_side_0_5s.csv.gz") + "'", folder.path());
+  const test::Outcome unpacked = test::outcome_of(
+      {"/bin/sh", "-c", "gzip -dc '" + path("tx40_motor_side_0_5s.csv.gz") + "'"}, folder.path());
   ASSERT_EQ(unpacked.exit_code, 0) << unpacked.err;
   folder.write("motors.csv", unpacked.out);
   const auto columns = [](const std::string& stem) {
