@@ -19,6 +19,16 @@ rivid_script_test(
   headers_are_listed ${PROJECT_SOURCE_DIR}/cmake/check_header_set.cmake unit
   -DINCLUDE_DIR=${PROJECT_SOURCE_DIR}/include -DHEADER_SET=${CMAKE_CURRENT_BINARY_DIR}/header_set.txt)
 
+rivid_script_test(
+  experiment_page ${PROJECT_SOURCE_DIR}/cmake/check_experiment_page.cmake unit
+  -DREADER=${PROJECT_SOURCE_DIR}/src/experiment/read_experiment.cpp -DPAGE=${PROJECT_SOURCE_DIR}/docs/experiment.md)
+rivid_script_test(equations ${PROJECT_SOURCE_DIR}/cmake/check_equations.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
+if(RIVID_BUILD_APPS)
+  rivid_script_test(
+    readme ${PROJECT_SOURCE_DIR}/cmake/check_readme.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
+    -DPROGRAM=$<TARGET_FILE:rivid_identify> -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/readme)
+endif()
+
 rivid_script_test(format ${PROJECT_SOURCE_DIR}/cmake/check_format.cmake format -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 
 add_test(NAME headers_stand_alone COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --config $<CONFIG> --target

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "experiment/mdh_file.hpp"
@@ -299,20 +300,33 @@ class Units {
       return;
     }
     for (std::size_t i = 0; i < quantities.size(); ++i) {
-      scales_[i] = unit_factor(*section, quantities[i]).value_or(1.0);
+      if (const auto factor = unit_factor(*section, quantities[i])) {
+        scales_[i] = *factor;
+        idle_.emplace(quantities[i]);
+      }
     }
     section->finish();
   }
 
-  [[nodiscard]] double operator()(std::string_view quantity) const {
+  [[nodiscard]] double operator()(std::string_view quantity) {
+    idle_.erase(std::string(quantity));
     return scales_[static_cast<std::size_t>(std::ranges::find(quantities, quantity) - quantities.begin())];
   }
 
+  // A unit without the columns that it is of would be passed over in silence.
+  void finish(TomlReader& keys) const {
+    if (!idle_.empty()) {
+      keys.fail(*keys.find("units"), "units",
+                "names " + in_quotes(*idle_.begin()) + ", whose columns are not listed beside it; list them");
+    }
+  }
+
  private:
+  std::set<std::string> idle_;  // quantities whose unit is told and was not asked for
   std::array<double, quantities.size()> scales_ = {1, 1, 1, 1, 1, 1, 1};
 };
 
-std::vector<Column> read_columns(TomlReader& keys, std::string_view key, const Units& units,
+std::vector<Column> read_columns(TomlReader& keys, std::string_view key, Units& units,
                                  const std::vector<Column>& otherwise, Index n) {
   const toml::node* const node = keys.find(key);
   if (node == nullptr) {
@@ -335,7 +349,7 @@ std::vector<Column> read_columns(TomlReader& keys, std::string_view key, const U
 }
 
 LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
-  const Units units(keys);
+  Units units(keys);
   out.position = read_columns(keys, "position", units, out.position, n);
   out.velocity = read_columns(keys, "velocity", units, out.velocity, n);
   out.torque = read_columns(keys, "torque", units, out.torque, n);
@@ -345,6 +359,7 @@ LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
   if (const toml::node* const time = keys.find("time")) {
     out.time = read_column(keys, *time, "time", units("time"));
   }
+  units.finish(keys);
   if (const std::optional<double> rate_hz = keys.number("rate_hz")) {
     out.rate_hz = rate_hz;
   }
@@ -379,7 +394,7 @@ LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, 
   out.columns.reference = columns.reference;
   out.columns.reference_velocity = columns.reference_velocity;
   const toml::node* const position = keys.find("position");
-  const Units units(keys);
+  Units units(keys);
   if (position != nullptr) {
     out.columns.reference = read_columns(keys, "position", units, {}, n);
   }
@@ -387,6 +402,7 @@ LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, 
   if (const toml::node* const time = keys.find("time")) {
     out.columns.time = read_column(keys, *time, "time", units("time"));
   }
+  units.finish(keys);
   out.columns.rate_hz = keys.number("rate_hz");
   out.delay = keys.number("delay").value_or(0.0);
   out.outside = keys.choice("outside", outside_words).value_or(Outside::refuse);
@@ -566,26 +582,25 @@ Experiment read_experiment(const Path& path) {
   const toml::table table = parsed(path);
   const Path folder = path.parent_path();
   TomlReader keys(table, path.string(), "");
-  const auto required = [&](std::string_view key) {
-    auto section = keys.section(key);
-    if (!section) {
-      keys.look_for_mistyped({std::string(key)});
-      throw InputError(path.string() + ": section [" + std::string(key) + "] is missing");
-    }
-    return *section;
-  };
-  const TomlReader robot = required("robot");
-  const TomlReader log = required("log");
-  const TomlReader signal = required("signal");
+  // All sections are looked up before one can be missing, so that a mistyped name is told first.
+  const auto robot = keys.section("robot");
+  const auto log = keys.section("log");
+  const auto signal = keys.section("signal");
   auto method = keys.section("method");
   const auto validation = keys.section("validation");
   keys.finish();
+  const auto required = [&](const std::optional<TomlReader>& section, const char* name) {
+    if (!section) {
+      throw InputError(path.string() + ": section [" + name + "] is missing");
+    }
+    return *section;
+  };
 
   Experiment out;
   out.file = path;
-  out.robot = read_robot(robot, folder, out.robot_file);
-  out.log = read_log_source(log, {}, folder, out.robot);
-  out.signal = read_signal(signal, out.robot.size());
+  out.robot = read_robot(required(robot, "robot"), folder, out.robot_file);
+  out.log = read_log_source(required(log, "log"), {}, folder, out.robot);
+  out.signal = read_signal(required(signal, "signal"), out.robot.size());
   if (method) {
     out.method =
         method

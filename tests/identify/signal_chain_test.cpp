@@ -112,7 +112,7 @@ TEST(Rows, OfSeveralDecimationStagesAreThoseOfTheirProduct) {
 
 TEST(Rows, ThatCanNotBeMadeAreRefusedWithTheCulprit) {
   EXPECT_EQ(complaint_of({.cutoff_hz = 150.0}),
-            "butterworth: cutoff_hz is 150 Hz, must lie between 0 and f_m / 2 = 100 Hz");
+            "swing.csv: cutoff_hz is 150 Hz, must lie below f_m / 2 = 100 Hz");
   EXPECT_EQ(complaint_of({.cutoff_hz = -1.0}), "rows: cutoff_hz is -1, must be positive, or 0 for no filter");
   EXPECT_EQ(complaint_of({.decimation = {0}}), "rows: decimation is 0, must be at least 1");
   EXPECT_EQ(

@@ -36,7 +36,9 @@ template <typename Scalar>
 struct Mat3 {
   Vec3<Scalar> r0, r1, r2;
 
-  [[nodiscard]] Vec3<Scalar> times(const Vec3<Scalar>& v) const { return {dot(r0, v), dot(r1, v), dot(r2, v)}; }
+  [[nodiscard]] Vec3<Scalar> times(const Vec3<Scalar>& v) const {
+    return {dot(r0, v), dot(r1, v), dot(r2, v)};
+  }
   [[nodiscard]] Vec3<Scalar> transposed_times(const Vec3<Scalar>& v) const {
     return {r0.x * v.x + r1.x * v.y + r2.x * v.z, r0.y * v.x + r1.y * v.y + r2.y * v.z,
             r0.z * v.x + r1.z * v.y + r2.z * v.z};

@@ -1,0 +1,43 @@
+# cmake -DSOURCE_DIR=… -P check_equations.cmake
+#
+# docs/equations.md has a row for each of the equations (1) to (52), and every test that it names exists.
+
+cmake_minimum_required(VERSION 3.25)
+
+file(READ ${SOURCE_DIR}/docs/equations.md page)
+set(faults 0)
+foreach(number RANGE 1 52)
+  if(NOT page MATCHES "\n\\| \\(${number}\\)")
+    math(EXPR faults "${faults} + 1")
+    message(NOTICE "docs/equations.md: equation (${number}) has no row")
+  endif()
+endforeach()
+
+set(code "")
+file(GLOB_RECURSE tests ${SOURCE_DIR}/tests/*_test.cpp)
+foreach(file IN LISTS tests)
+  file(READ ${file} text)
+  string(APPEND code "${text}")
+endforeach()
+string(REGEX MATCHALL "`[A-Z][A-Za-z0-9]+\\.[A-Z][A-Za-z0-9]+`" names "${page}")
+list(REMOVE_DUPLICATES names)
+foreach(name IN LISTS names)
+  string(REGEX MATCH "`(.+)\\.(.+)`" name "${name}")
+  if(NOT code MATCHES "TEST(_P|_F)?\\(${CMAKE_MATCH_1}, ${CMAKE_MATCH_2}\\)")
+    math(EXPR faults "${faults} + 1")
+    message(NOTICE "docs/equations.md: there is no test ${name}")
+  endif()
+endforeach()
+string(REGEX MATCHALL "`example_[0-9a-z_]+`" names "${page}")
+foreach(name IN LISTS names)
+  string(REGEX REPLACE "`example_(.+)`" "\\1" name "${name}")
+  if(NOT EXISTS ${SOURCE_DIR}/examples/${name}.cpp)
+    math(EXPR faults "${faults} + 1")
+    message(NOTICE "docs/equations.md: there is no examples/${name}.cpp")
+  endif()
+endforeach()
+
+if(faults)
+  message(FATAL_ERROR "check_equations: ${faults} faults")
+endif()
+message(STATUS "check_equations: 52 equations, all tests exist")

@@ -1,0 +1,74 @@
+# cmake -DREADER=src/experiment/read_experiment.cpp -DPAGE=docs/experiment.md -P check_experiment_page.cmake
+#
+# Every key that the reader of experiment files knows stands in a table of the page, or as a section in a heading, and
+# the page has no other; every word that a key can be set to is on the page.
+
+cmake_minimum_required(VERSION 3.25)
+
+file(READ ${READER} code)
+file(READ ${PAGE} page)
+# These mean something in a CMake list.
+string(REGEX REPLACE "[][;]" " " code "${code}")
+string(REGEX REPLACE "[][;]" " " page "${page}")
+
+# A key is the first thing in quotes of a call, perhaps behind the reader: keys.number("rate_hz"), cutoff(keys,
+# "cutoff_hz"). Messages have blanks and so are no keys. The quantities of `units` stand in one array.
+set(known "")
+string(REGEX MATCHALL "[a-z_]+\\([ \n]*(keys, *)?\"[A-Za-z_]+\"" calls "${code}")
+foreach(call IN LISTS calls)
+  string(REGEX REPLACE ".*\"([A-Za-z_]+)\"" "\\1" key "${call}")
+  list(APPEND known ${key})
+endforeach()
+if(NOT code MATCHES "quantities = {([^}]+)}")
+  message(FATAL_ERROR "check_experiment_page: the array of quantities is not where this script looks for it")
+endif()
+string(REGEX MATCHALL "\"[a-z_]+\"" quantities "${CMAKE_MATCH_1}")
+foreach(quantity IN LISTS quantities)
+  string(REPLACE "\"" "" quantity "${quantity}")
+  list(APPEND known ${quantity})
+endforeach()
+list(REMOVE_DUPLICATES known)
+list(LENGTH known count)
+if(count LESS 50)
+  message(FATAL_ERROR "check_experiment_page: only ${count} keys found in the reader, which has more than 50")
+endif()
+
+# Rows of the page's tables: | `key` | …
+set(told "")
+string(REGEX MATCHALL "\n\\| `[A-Za-z_]+` \\|" rows "${page}")
+foreach(row IN LISTS rows)
+  string(REGEX REPLACE ".*`([A-Za-z_]+)`.*" "\\1" key "${row}")
+  list(APPEND told ${key})
+endforeach()
+list(REMOVE_DUPLICATES told)
+
+set(faults 0)
+foreach(key IN LISTS known)
+  string(FIND "${page}" "\n## ` ${key} `\n" heading)
+  if(NOT key IN_LIST told AND heading EQUAL -1)
+    math(EXPR faults "${faults} + 1")
+    message(NOTICE "${PAGE}: no table and no heading has the key ${key}, which the reader knows")
+  endif()
+endforeach()
+foreach(key IN LISTS told)
+  if(NOT key IN_LIST known)
+    math(EXPR faults "${faults} + 1")
+    message(NOTICE "${PAGE}: a table has the key ${key}, which the reader does not know")
+  endif()
+endforeach()
+
+# Words: {"resample", Irregular::resample}
+string(REGEX MATCHALL "{\"[^\"]+\", [A-Z][a-z]+::" pairs "${code}")
+foreach(pair IN LISTS pairs)
+  string(REGEX REPLACE "{\"([^\"]+)\".*" "\\1" word "${pair}")
+  string(FIND "${page}" "`\"${word}\"`" at)
+  if(at EQUAL -1 AND NOT word MATCHES "^ ")
+    math(EXPR faults "${faults} + 1")
+    message(NOTICE "${PAGE}: `\"${word}\"` is a word of the reader that the page does not explain")
+  endif()
+endforeach()
+
+if(faults)
+  message(FATAL_ERROR "check_experiment_page: ${faults} keys or words differ")
+endif()
+message(STATUS "check_experiment_page: ${count} keys agree")

@@ -1,0 +1,53 @@
+// What an experiment file says is heard or refused, never passed over.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "rivid/error.hpp"
+#include "rivid/experiment/experiment.hpp"
+
+namespace rivid {
+namespace {
+
+// What read_experiment() says about a file for the SCARA of data/scara; empty if it is read.
+std::string refusal(const std::string& text) {
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) /
+      (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + ".toml");
+  std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n" << text;
+  std::string out;
+  try {
+    (void)read_experiment(file);
+  } catch (const InputError& e) {
+    out = e.what();
+  }
+  std::filesystem::remove(file);
+  return out;
+}
+
+TEST(ReadExperiment, TellsAMistypedSectionWithTheOneThatIsMeant) {
+  EXPECT_NE(refusal("[log]\nfiles = \"a.csv\"\n[singal]\ncutoff_hz = 20\n")
+                .find(R"(:4:2: unknown key "singal"; did you mean "signal"?)"),
+            std::string::npos);
+  EXPECT_NE(refusal("[log]\nfiles = \"a.csv\"\n").find("section [signal] is missing"), std::string::npos);
+}
+
+TEST(ReadExperiment, RefusesTheUnitOfAQuantityWhoseColumnsAreNotListed) {
+  const std::string signal = "[signal]\ncutoff_hz = 20\n";
+  const std::string log = "[log]\nfiles = \"a.csv\"\nunits = { position = \"deg\" }\n";
+  EXPECT_NE(refusal(log + signal)
+                .find(R"([log] units names "position", whose columns are not listed beside it; list them)"),
+            std::string::npos);
+  EXPECT_EQ(refusal(log + "position = [\"q1\", \"q2\"]\n" + signal), "");
+  EXPECT_NE(
+      refusal("[log]\nfiles = \"a.csv\"\n[log.reference_file]\nfile = \"r.csv\"\nunits.time = \"ms\"\n" +
+              signal)
+          .find(R"([log.reference_file] units names "time")"),
+      std::string::npos);
+}
+
+}  // namespace
+}  // namespace rivid
