@@ -141,11 +141,13 @@ std::optional<std::string> couplings_complaint(const Robot& robot) {
       for (const ParameterKind kind : coupling.parameters()) {
         if (std::ranges::count(couplings[b].parameters(), kind) > 0 &&
             alike(coupling, couplings[b], kind, n)) {
-          const std::string symbol_of(symbol(kind));
-          return who + symbol_of + std::to_string(coupling.motor + 1) + " moves the robot just as " +
-                 symbol_of + std::to_string(couplings[b].motor + 1) +
-                 " does, their motors being turned by the same joints: leave one out, or say terms = \"all\" "
-                 "for both";
+          const std::string mine = StandardParameter{kind, coupling.motor}.name();
+          const std::string other = StandardParameter{kind, couplings[b].motor}.name();
+          return (who + mine + " moves the robot just as ")
+              .append(other)
+              .append(
+                  " does, their motors being turned by the same joints: leave one out, or say terms = "
+                  "\"all\" for both");
         }
       }
     }
