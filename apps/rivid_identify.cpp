@@ -84,7 +84,11 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::file
   const BaseParameters base = base_parameters(robot);
   out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", " << robot.size()
       << " joints from \"" << robot.base << "\" to \"" << robot.joints.back().link << "\", " << base.size()
-      << " base parameters of " << base.standard.size() << " standard ones\n";
+      << " base parameters of " << base.standard.size() << " standard ones (gap of the rank decision "
+      << number(base.rank_gap(), 2) << ")\n";
+  if (const auto doubt = base.doubt()) {
+    out << "            warning: " << *doubt << '\n';
+  }
   const auto print_logs = [&](const char* what, const LogSource& source) {
     for (const Log& log : read_logs(source, robot)) {
       out << what << log.source << ": " << log.samples() << " samples at " << number(log.f_m) << " Hz, "

@@ -39,7 +39,10 @@ Log adjusted(Log log, const LogSource& source, const Robot& robot) {
                           s.outside);
   }
   if (source.reference) {
-    const Log reference = read_reference(source.reference->file, source.reference->columns);
+    Log reference = read_reference(source.reference->file, source.reference->columns);
+    if (source.side == LogSource::Side::motor) {
+      reference = joint_side(robot, std::move(reference));
+    }
     log = with_reference(std::move(log), reference, source.reference->delay, source.reference->outside);
   }
   return log;
@@ -84,6 +87,9 @@ std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Pr
     }
     Log log = read_csv(file, columns);
     require_columns(log, robot);
+    if (source.side == LogSource::Side::motor) {
+      log = joint_side(robot, std::move(log));
+    }
     if (source.torque_lag != 0.0) {
       log = shift_torque(log, source.torque_lag);
     }

@@ -92,6 +92,93 @@ Index joint_index(const TomlReader& keys, const toml::node& node, std::string_vi
   return at - names.begin();
 }
 
+Coupling read_coupling(TomlReader keys, const Robot& robot) {
+  const auto joint = [&](const toml::node& node, std::string_view key) {
+    return static_cast<int>(joint_index(keys, node, key, keys.as_text(node, key), robot));
+  };
+  Coupling out;
+  const toml::node* const motor = keys.find("motor");
+  const toml::node* const joints = keys.find("joints");
+  if (motor == nullptr || joints == nullptr) {
+    keys.fail("must name motor and joints: { motor = \"joint_6\", joints = [\"joint_5\"] }");
+  }
+  out.motor = joint(*motor, "motor");
+  if (const toml::array* const list = joints->as_array()) {
+    for (const toml::node& item : *list) {
+      out.joints.push_back(joint(item, "joints"));
+    }
+  } else {
+    out.joints.push_back(joint(*joints, "joints"));
+  }
+  out.ratios = keys.numbers("ratios").value_or(std::vector<double>(out.joints.size(), 1.0));
+  out.inertia = keys.choice("inertia",
+                            std::array<std::pair<std::string_view, Coupling::Inertia>, 3>{
+                                {{"none", Coupling::Inertia::none},
+                                 {"free", Coupling::Inertia::free},
+                                 {"tied", Coupling::Inertia::tied}}})
+                    .value_or(out.inertia);
+  out.viscous = keys.boolean("viscous").value_or(out.viscous);
+  out.coulomb = keys.choice("coulomb",
+                            std::array<std::pair<std::string_view, Coupling::Coulomb>, 3>{
+                                {{"none", Coupling::Coulomb::none},
+                                 {"sum", Coupling::Coulomb::sum},
+                                 {"single", Coupling::Coulomb::single}}})
+                    .value_or(out.coulomb);
+  out.terms = keys.choice("terms",
+                          std::array<std::pair<std::string_view, Coupling::Terms>, 2>{
+                              {{"cross", Coupling::Terms::cross}, {"all", Coupling::Terms::all}}})
+                  .value_or(out.terms);
+  out.Iam = keys.number("Iam").value_or(out.Iam);
+  out.Fvm = keys.number("Fvm").value_or(out.Fvm);
+  out.Fcm = keys.number("Fcm").value_or(out.Fcm);
+  keys.finish();
+  return out;
+}
+
+void read_couplings(TomlReader& keys, Robot& robot) {
+  const toml::node* const node = keys.find("coupling");
+  if (node == nullptr) {
+    return;
+  }
+  const toml::array* const list = node->as_array();
+  if (list == nullptr) {
+    keys.fail(*node, "coupling", "must be a list of tables: [[robot.coupling]] before each");
+  }
+  for (const toml::node& item : *list) {
+    robot.couplings.push_back(
+        read_coupling(TomlReader(keys.as_table(item, "coupling"), keys.file(), "robot.coupling"), robot));
+  }
+}
+
+// Rows of numbers, one row a motor.
+void read_gear_matrix(TomlReader& keys, Robot& robot) {
+  const toml::node* const node = keys.find("gear_matrix");
+  if (node == nullptr) {
+    return;
+  }
+  const auto n = static_cast<std::size_t>(robot.size());
+  const auto refuse = [&](const toml::node& at) {
+    keys.fail(at, "gear_matrix",
+              "must be " + std::to_string(n) + " lists of " + std::to_string(n) +
+                  " numbers: one list a motor, one number a joint");
+  };
+  const toml::array* const rows = node->as_array();
+  if (rows == nullptr || rows->size() != n) {
+    refuse(*node);
+  }
+  robot.gear_matrix.resize(robot.size(), robot.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    const toml::array* const row = rows->get(i)->as_array();
+    if (row == nullptr || row->size() != n) {
+      refuse(*rows->get(i));
+    }
+    for (std::size_t j = 0; j < n; ++j) {
+      robot.gear_matrix(static_cast<Index>(i), static_cast<Index>(j)) =
+          keys.as_number(*row->get(j), "gear_matrix");
+    }
+  }
+}
+
 // A path relative to the experiment file's folder.
 Path file_at(const TomlReader& keys, const toml::node& node, std::string_view key, const Path& folder) {
   const std::string name = keys.as_text(node, key);
@@ -142,6 +229,8 @@ Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
       }
     }
   }
+  read_couplings(keys, robot);
+  read_gear_matrix(keys, robot);
   keys.finish();
   if (const auto complaint = robot.complaint()) {
     keys.fail(*complaint);
@@ -376,6 +465,10 @@ LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, co
   if (!out.columns.torque.empty() || !out.columns.control.empty()) {
     out.columns.default_names = false;
   }
+  out.side = keys.choice("side",
+                         std::array<std::pair<std::string_view, LogSource::Side>, 2>{
+                             {{"joint", LogSource::Side::joint}, {"motor", LogSource::Side::motor}}})
+                 .value_or(out.side);
   out.irregular =
       keys.choice("irregular",
                   std::array<std::pair<std::string_view, Irregular>, 3>{{{"refuse", Irregular::refuse},

@@ -142,6 +142,9 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   }
   out.signal = signal;
   out.base = base_parameters(robot);
+  if (auto doubt = out.base.doubt()) {
+    out.warnings.push_back(std::move(*doubt));
+  }
   const Reduced data = reduced(robot, out.base, logs, signal, progress);
 
   out.weights.assign(data.groups.size(), 1.0);

@@ -1,5 +1,6 @@
 #include "rivid/identify/signal_chain.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -146,6 +147,32 @@ std::optional<std::string> SignalOptions::complaint(Index n) const {
   return std::nullopt;
 }
 
+Log joint_side(const Robot& robot, Log log) {
+  if (const auto complaint = robot.complaint()) {
+    throw InputError("joint_side: " + *complaint);
+  }
+  // One row a sample: everything is multiplied from the right.
+  const Matrix R = robot.gears();
+  const Matrix from_motor = R.inverse().transpose();
+  const auto turn = [&](const char* what, Matrix& x, const Matrix& by) {
+    if (x.size() == 0) {
+      return;
+    }
+    if (x.cols() != robot.size()) {
+      throw InputError(log.source + ": " + what + " has " + std::to_string(x.cols()) +
+                       " columns, must have one for each of the " + std::to_string(robot.size()) +
+                       " motors of robot \"" + robot.name + "\"");
+    }
+    x = x * by;
+  };
+  turn("position", log.q, from_motor);
+  turn("velocity", log.qd, from_motor);
+  turn("reference", log.q_r, from_motor);
+  turn("reference velocity", log.qd_r, from_motor);
+  turn("torque", log.tau, R);
+  return log;
+}
+
 Matrix effort(const Robot& robot, const Log& log) {
   if (log.tau.size() > 0) {
     require_joints("torque", log.tau, robot, log);
@@ -155,11 +182,7 @@ Matrix effort(const Robot& robot, const Log& log) {
     throw InputError(log.source + ": neither torque nor control signal; name the columns of one of them");
   }
   require_joints("control signal", log.v_tau, robot, log);
-  Matrix tau = log.v_tau;
-  for (Index j = 0; j < tau.cols(); ++j) {
-    tau.col(j) *= robot.joints[static_cast<std::size_t>(j)].g_tau();
-  }
-  return tau;
+  return log.v_tau * robot.drive_matrix().transpose();
 }
 
 Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const SignalOptions& options) {

@@ -3,9 +3,9 @@
 namespace rivid {
 
 std::string_view symbol(ParameterKind kind) {
-  static constexpr std::array<std::string_view, 18> names = {"XX", "XY",  "XZ",  "YY",  "YZ",  "ZZ",
-                                                             "MX", "MY",  "MZ",  "M",   "Ia",  "Fv",
-                                                             "Fc", "off", "Fv+", "Fc+", "Fv-", "Fc-"};
+  static constexpr std::array<std::string_view, 21> names = {"XX",  "XY",  "XZ",  "YY",  "YZ",  "ZZ",  "MX",
+                                                             "MY",  "MZ",  "M",   "Ia",  "Fv",  "Fc",  "off",
+                                                             "Fv+", "Fc+", "Fv-", "Fc-", "Iam", "Fvm", "Fcm"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -21,14 +21,17 @@ std::string_view unit(ParameterKind kind, JointType type) {
     case ParameterKind::M:
       return "kg";
     case ParameterKind::Ia:
+    case ParameterKind::Iam:
       return revolute ? "kg·m²" : "kg";
     case ParameterKind::Fv:
     case ParameterKind::Fv_plus:
     case ParameterKind::Fv_minus:
+    case ParameterKind::Fvm:
       return revolute ? "N·m·s/rad" : "N·s/m";
     case ParameterKind::Fc:
     case ParameterKind::Fc_plus:
     case ParameterKind::Fc_minus:
+    case ParameterKind::Fcm:
     case ParameterKind::off:
       return revolute ? "N·m" : "N";
     default:

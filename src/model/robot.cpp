@@ -1,5 +1,6 @@
 #include "rivid/model/robot.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -12,6 +13,181 @@ namespace {
 // No robot comes near; the squares of what lies far beyond overflow.
 constexpr double largest_length = 1e6;
 constexpr double largest_gravity = 1e6;
+
+double coupled_value(const Coupling& coupling, ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::Iam:
+      return coupling.Iam;
+    case ParameterKind::Fvm:
+      return coupling.Fvm;
+    default:
+      return coupling.Fcm;
+  }
+}
+
+std::string in_words(const Matrix& x) {
+  return "(" + std::to_string(x.rows()) + " x " + std::to_string(x.cols()) + ")";
+}
+
+std::string quoted(const Joint& joint) { return "joint \"" + joint.name + "\""; }
+
+// Joints and ratios of a coupling by themselves.
+std::optional<std::string> layout_complaint(const Robot& robot, const Coupling& coupling) {
+  const auto is_joint = [&](int j) { return j >= 0 && j < robot.size(); };
+  if (!is_joint(coupling.motor)) {
+    return "motor is joint " + std::to_string(coupling.motor + 1) + " of " + std::to_string(robot.size());
+  }
+  if (coupling.joints.empty()) {
+    return "it names no other joint that turns the motor";
+  }
+  if (coupling.ratios.size() != coupling.joints.size()) {
+    return "it has " + std::to_string(coupling.ratios.size()) + " ratios for " +
+           std::to_string(coupling.joints.size()) + " joints";
+  }
+  for (std::size_t k = 0; k < coupling.joints.size(); ++k) {
+    const int j = coupling.joints[k];
+    if (!is_joint(j)) {
+      return "it is turned by joint " + std::to_string(j + 1) + " of " + std::to_string(robot.size());
+    }
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (j == coupling.motor || std::ranges::count(coupling.joints, j) > 1) {
+      return quoted(joint) + " is named twice; joints are those beside the motor's own, each once";
+    }
+    if (!std::isfinite(coupling.ratios[k]) || coupling.ratios[k] == 0.0) {
+      return "the ratio of " + quoted(joint) + " is " + number(coupling.ratios[k]) +
+             ", must be finite and not zero";
+    }
+  }
+  if (!std::isfinite(coupling.Iam) || !std::isfinite(coupling.Fvm) || !std::isfinite(coupling.Fcm)) {
+    return "Iam, Fvm and Fcm must be finite";
+  }
+  if (coupling.parameters().empty() && coupling.inertia != Coupling::Inertia::tied) {
+    return "it has no parameter: inertia, viscous and coulomb are all off";
+  }
+  return std::nullopt;
+}
+
+// What a coupling leaves to the joints' own parameters must have a place there.
+std::optional<std::string> own_terms_complaint(const Robot& robot, const Coupling& coupling) {
+  const bool cross = coupling.terms == Coupling::Terms::cross;
+  const auto without = [](const Joint& joint, const char* symbol, const char* remedy) {
+    return quoted(joint) + " has no " + symbol +
+           ", which the coupling leaves the joint's own share to: " + remedy + ", or terms = \"all\"";
+  };
+  std::vector<int> members = coupling.joints;
+  members.push_back(coupling.motor);
+  for (const int j : members) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (j == coupling.motor && coupling.inertia == Coupling::Inertia::tied && !joint.rotor_inertia) {
+      return quoted(joint) + " has no Ia that the coupled inertia could be tied to: give it rotor_inertia";
+    }
+    if (!cross) {
+      continue;
+    }
+    if (coupling.inertia != Coupling::Inertia::none && !joint.rotor_inertia) {
+      return without(joint, "Ia", "give it rotor_inertia");
+    }
+    if (coupling.viscous && joint.friction == Friction::none) {
+      return without(joint, "Fv", "give it friction");
+    }
+    if (coupling.coulomb == Coupling::Coulomb::single &&
+        (joint.friction == Friction::none || joint.friction == Friction::viscous)) {
+      return without(joint, "Fc", "give it Coulomb friction");
+    }
+  }
+  return std::nullopt;
+}
+
+// Whether two couplings' parameters of one kind move the robot alike; sign(cᵀ q̇) is told apart by C.
+bool alike(const Coupling& a, const Coupling& b, ParameterKind kind, Index n) {
+  const auto weights = [&](const Coupling& coupling) {
+    Matrix A = Matrix::Zero(n, n);
+    for (const CoupledEntry& entry : coupled_entries(coupling, kind, n)) {
+      for (const CoupledEntry::Term& term : entry.terms) {
+        A(static_cast<Index>(entry.joint), static_cast<Index>(term.joint)) = entry.scale * term.weight;
+      }
+    }
+    return Vector(A.reshaped().normalized());
+  };
+  if (kind == ParameterKind::Fcm && a.coulomb != b.coulomb) {
+    return false;
+  }
+  constexpr double rounding = 1e-12;
+  const Vector u = weights(a);
+  const Vector v = weights(b);
+  return (u - v).norm() < rounding || (u + v).norm() < rounding;
+}
+
+std::optional<std::string> couplings_complaint(const Robot& robot) {
+  const std::vector<Coupling>& couplings = robot.couplings;
+  const Index n = robot.size();
+  for (std::size_t a = 0; a < couplings.size(); ++a) {
+    const Coupling& coupling = couplings[a];
+    const bool known = coupling.motor >= 0 && coupling.motor < n;
+    const std::string who =
+        "coupling" +
+        (known ? " of motor \"" + robot.joints[static_cast<std::size_t>(coupling.motor)].name + "\"" : "") +
+        ": ";
+    if (const auto complaint = layout_complaint(robot, coupling)) {
+      return who + *complaint;
+    }
+    if (const auto complaint = own_terms_complaint(robot, coupling)) {
+      return who + *complaint;
+    }
+    for (std::size_t b = 0; b < a; ++b) {
+      if (couplings[b].motor == coupling.motor) {
+        return who + "the motor is described twice";
+      }
+      for (const ParameterKind kind : coupling.parameters()) {
+        if (std::ranges::count(couplings[b].parameters(), kind) > 0 &&
+            alike(coupling, couplings[b], kind, n)) {
+          const std::string mine = StandardParameter{kind, coupling.motor}.name();
+          const std::string other = StandardParameter{kind, couplings[b].motor}.name();
+          return (who + mine + " moves the robot just as ")
+              .append(other)
+              .append(
+                  " does, their motors being turned by the same joints: leave one out, or say terms = "
+                  "\"all\" for both");
+        }
+      }
+    }
+  }
+  if (!couplings.empty()) {
+    const auto rank = Eigen::FullPivLU<Matrix>(coupling_matrix(couplings, n)).rank();
+    if (rank < n) {
+      return "couplings: the matrix from joint to motor velocities is singular, rank " +
+             std::to_string(rank) + " of " + std::to_string(n) +
+             "; the motors could not move each joint by itself";
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> gear_matrix_complaint(const Robot& robot) {
+  const Matrix& R = robot.gear_matrix;
+  const Index n = robot.size();
+  if (R.size() == 0) {
+    return std::nullopt;
+  }
+  if (R.rows() != n || R.cols() != n) {
+    return "gear_matrix is " + in_words(R) + ", must be (" + std::to_string(n) + " x " + std::to_string(n) +
+           "): one row a motor, one column a joint";
+  }
+  if (!R.allFinite()) {
+    return "gear_matrix must be finite";
+  }
+  const Eigen::FullPivLU<Matrix> lu(R);
+  if (!lu.isInvertible()) {
+    return "gear_matrix is singular, rank " + std::to_string(lu.rank()) + " of " + std::to_string(n);
+  }
+  for (const Joint& joint : robot.joints) {
+    if (joint.gear_ratio != 1.0) {
+      return quoted(joint) + ": gear_ratio is " + number(joint.gear_ratio) +
+             " beside a gear_matrix, which holds the gear ratios already; leave gear_ratio out";
+    }
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -27,6 +203,13 @@ std::vector<StandardParameter> Robot::standard_parameters() const {
     }
     for (const ParameterKind kind : parameters(joint.friction)) {
       out.push_back({kind, j});
+    }
+    for (const Coupling& coupling : couplings) {
+      if (coupling.motor == j) {
+        for (const ParameterKind kind : coupling.parameters()) {
+          out.push_back({kind, j});
+        }
+      }
     }
   }
   return out;
@@ -55,12 +238,36 @@ Vector Robot::chi_st() const {
         break;
       case ParameterKind::off:
         break;
+      case ParameterKind::Iam:
+      case ParameterKind::Fvm:
+      case ParameterKind::Fcm:
+        value = coupled_value(*std::ranges::find(couplings, list[i].joint, &Coupling::motor), list[i].kind);
+        break;
       default:
         value = inertials[j][static_cast<Index>(list[i].kind)];
     }
     chi[static_cast<Index>(i)] = value;
   }
   return chi;
+}
+
+Matrix Robot::gears() const {
+  if (gear_matrix.size() > 0) {
+    return gear_matrix;
+  }
+  Matrix R = Matrix::Zero(size(), size());
+  for (Index j = 0; j < size(); ++j) {
+    R(j, j) = joints[static_cast<std::size_t>(j)].gear_ratio;
+  }
+  return R;
+}
+
+Matrix Robot::drive_matrix() const {
+  Matrix G = gears().transpose();
+  for (Index j = 0; j < size(); ++j) {
+    G.col(j) *= joints[static_cast<std::size_t>(j)].drive_gain;
+  }
+  return G;
 }
 
 std::optional<std::string> Robot::complaint() const {
@@ -104,7 +311,10 @@ std::optional<std::string> Robot::complaint() const {
       return who + "the inertial parameters of link \"" + joint.link + "\" are not finite";
     }
   }
-  return std::nullopt;
+  if (auto fault = couplings_complaint(*this)) {
+    return fault;
+  }
+  return gear_matrix_complaint(*this);
 }
 
 }  // namespace rivid

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
 #include "rivid/error.hpp"
 #include "rivid/regressor/columns.hpp"
+#include "rivid/regressor/observation.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -24,11 +26,10 @@ struct ScanPlace {
 };
 
 ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
-  if (p.kind == ParameterKind::Ia) {
-    return {2, p.joint, 0};
-  }
-  if (p.kind > ParameterKind::Ia) {
-    return {3, p.joint, static_cast<int>(p.kind)};
+  if (p.kind >= ParameterKind::Ia) {
+    const bool coupled = p.kind >= ParameterKind::Iam;
+    const bool inertia = p.kind == ParameterKind::Ia || p.kind == ParameterKind::Iam;
+    return {2 + (inertia ? 0 : 2) + (coupled ? 1 : 0), p.joint, static_cast<int>(p.kind)};
   }
   // By the axes of frame j, whose z is the joint's: the rules speak of those, whatever the link frame calls them.
   const int column = inertial_column(robot.chain.links[static_cast<std::size_t>(p.joint)], p.kind).index;
@@ -69,22 +70,49 @@ struct Scan {
   Matrix K;                    // (kept × dropped)
   double smallest_kept = 1.0;
   double largest_dropped = 0.0;
+  Index weakest_kept = -1;
+  Index strongest_dropped = -1;
 };
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Each column by itself. What would cancel to zero on paper leaves a column of rounding noise, which must not count as
+// independent.
+Vector own_norms(const Matrix& W) {
+  constexpr double noise_norm = 1e-12;
+  const Vector norms = W.colwise().norm();
+  return (norms.array() > noise_norm * norms.maxCoeff()).select(norms, infinity);
+}
+
+// The largest column of the same unit. Along one motion a column's own norm says nothing: a joint that should stand
+// still has a velocity column of noise, all of which is independent.
+Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardParameter> standard) {
+  const auto unit_of = [&](std::size_t c) {
+    return unit(standard[c].kind, robot.joints[static_cast<std::size_t>(standard[c].joint)].type);
+  };
+  const Vector norms = W.colwise().norm();
+  Vector out = norms;
+  for (std::size_t a = 0; a < standard.size(); ++a) {
+    for (std::size_t b = 0; b < standard.size(); ++b) {
+      if (unit_of(a) == unit_of(b)) {
+        out[static_cast<Index>(a)] = std::max(out[static_cast<Index>(a)], norms[static_cast<Index>(b)]);
+      }
+    }
+  }
+  return (out.array() > 0.0).select(out, infinity);
+}
+
 // Householder QR that passes over columns which depend on those before them. Plain QR would spend a reflector on
-// the rounding noise of such a column, and column pivoting would choose the parameters by their norms.
-Scan scan_columns(const Matrix& W, std::span<const Index> order, double tolerance) {
+// the rounding noise of such a column, and column pivoting would choose the parameters by their norms. Independent
+// parts are told relative to `scales`.
+Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& scales, double tolerance) {
   Scan scan;
   Matrix R_kept = Matrix::Zero(W.cols(), W.cols());
   Matrix R_dropped = Matrix::Zero(W.cols(), W.cols());
   std::vector<Vector> reflectors;
   std::vector<double> taus;
-  // What would cancel to zero on paper leaves a column of rounding noise, which must not count as independent.
-  constexpr double noise_norm = 1e-12;
-  const double least_norm = noise_norm * W.colwise().norm().maxCoeff();
   for (const Index c : order) {
     Vector column = W.col(c);
-    const double norm = column.norm();
     double workspace = 0.0;
     for (std::size_t r = 0; r < reflectors.size(); ++r) {
       column.tail(column.size() - static_cast<Index>(r))
@@ -92,9 +120,12 @@ Scan scan_columns(const Matrix& W, std::span<const Index> order, double toleranc
     }
     const auto rank = static_cast<Index>(reflectors.size());
     const double independent =
-        norm > least_norm && rank < column.size() ? column.tail(column.size() - rank).norm() / norm : 0.0;
+        rank < column.size() ? column.tail(column.size() - rank).norm() / scales[c] : 0.0;
     if (independent > tolerance) {
-      scan.smallest_kept = std::min(scan.smallest_kept, independent);
+      if (scan.weakest_kept < 0 || independent < scan.smallest_kept) {
+        scan.smallest_kept = independent;
+        scan.weakest_kept = c;
+      }
       double tau = 0.0;
       double beta = 0.0;
       Vector essential(column.size() - rank - 1);
@@ -105,7 +136,10 @@ Scan scan_columns(const Matrix& W, std::span<const Index> order, double toleranc
       taus.push_back(tau);
       scan.kept.push_back(c);
     } else {
-      scan.largest_dropped = std::max(scan.largest_dropped, independent);
+      if (scan.strongest_dropped < 0 || independent > scan.largest_dropped) {
+        scan.largest_dropped = independent;
+        scan.strongest_dropped = c;
+      }
       R_dropped.col(static_cast<Index>(scan.dropped.size())).head(rank) = column.head(rank);
       scan.dropped.push_back(c);
     }
@@ -128,6 +162,75 @@ std::string written(const std::vector<std::pair<std::string, double>>& terms) {
     out += std::abs(std::abs(k) - 1.0) < coefficient_noise ? name : number(std::abs(k), 6) + " " + name;
   }
   return out;
+}
+
+// Columns in the order of the scan.
+std::vector<Index> scan_order(const Robot& robot, std::span<const StandardParameter> standard) {
+  std::vector<Index> order(standard.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::ranges::stable_sort(order, {},
+                           [&](Index c) { return scan_place(robot, standard[static_cast<std::size_t>(c)]); });
+  return order;
+}
+
+// Base parameters back from the order of the scan to that of the standard parameters, named and written out.
+BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard, const Scan& scan) {
+  BaseParameters base;
+  base.standard = std::move(standard);
+  base.smallest_kept = scan.smallest_kept;
+  base.largest_dropped = scan.largest_dropped;
+  base.weakest_kept = scan.weakest_kept;
+  base.strongest_dropped = scan.strongest_dropped;
+  const auto ascending = [](const std::vector<Index>& columns) {
+    std::vector<Index> places(columns.size());
+    std::iota(places.begin(), places.end(), Index{0});
+    std::ranges::sort(places, {}, [&](Index i) { return columns[static_cast<std::size_t>(i)]; });
+    return places;
+  };
+  const std::vector<Index> kept = ascending(scan.kept);
+  const std::vector<Index> dropped = ascending(scan.dropped);
+  for (const Index i : kept) {
+    base.leading.push_back(scan.kept[static_cast<std::size_t>(i)]);
+  }
+  for (const Index i : dropped) {
+    base.dependent.push_back(scan.dropped[static_cast<std::size_t>(i)]);
+  }
+  base.K = scan.K(kept, dropped);
+  for (Index i = 0; i < base.K.rows(); ++i) {
+    const StandardParameter& leading =
+        base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(i)])];
+    const auto terms = base.regrouping(i);
+    const JointType type = robot.joints[static_cast<std::size_t>(leading.joint)].type;
+    base.parameters.push_back({leading, leading.name() + (terms.size() > 1 ? "R" : ""), written(terms),
+                               std::string(unit(leading.kind, type))});
+  }
+  return base;
+}
+
+// Triangular factor of IDM_st along a motion, (N_s × N_s), a block of samples at a time.
+Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard, const Motion& motion) {
+  // The observation matrix of all standard parameters is that of a base without regrouping.
+  BaseParameters all;
+  for (const StandardParameter& p : standard) {
+    all.parameters.push_back({p, p.name(), p.name(), ""});
+  }
+  const Index columns = all.size();
+  constexpr Index block = 256;
+  Matrix R = Matrix::Zero(columns, columns);
+  Index first = 0;
+  do {
+    const Index count = std::min(block, motion.samples() - first);
+    const auto cut = [&](const Matrix& x) { return Matrix(x.middleRows(first, count)); };
+    const Matrix W = observation(robot, all, Motion{cut(motion.q), cut(motion.qd), cut(motion.qdd)}).dense();
+    Matrix stacked(columns + W.rows(), columns);
+    stacked << R, W;
+    R = Eigen::HouseholderQR<Eigen::Ref<Matrix>>(stacked)
+            .matrixQR()
+            .topRows(columns)
+            .triangularView<Eigen::Upper>();
+    first += count;
+  } while (first < motion.samples());
+  return R;
 }
 
 }  // namespace
@@ -171,6 +274,31 @@ Vector BaseParameters::to_standard(const Eigen::Ref<const Vector>& chi) const {
   return chi_st;
 }
 
+Matrix BaseParameters::null_space() const {
+  Matrix Z = Matrix::Zero(static_cast<Index>(standard.size()), K.cols());
+  Z(leading, Eigen::all) = -K;
+  Z(dependent, Eigen::all) = Matrix::Identity(K.cols(), K.cols());
+  return Z;
+}
+
+double BaseParameters::rank_gap() const {
+  return smallest_kept / std::max(largest_dropped, std::numeric_limits<double>::epsilon());
+}
+
+std::optional<std::string> BaseParameters::doubt() const {
+  constexpr double clear_gap = 1e3;
+  if (rank_gap() >= clear_gap || weakest_kept < 0) {
+    return std::nullopt;
+  }
+  const auto name_of = [&](Index c) { return standard[static_cast<std::size_t>(c)].name(); };
+  std::string out = "the number of base parameters is not clear: of " + name_of(weakest_kept) + ", kept, " +
+                    number(smallest_kept, 3) + " is independent of the other parameters";
+  if (strongest_dropped >= 0) {
+    out += ", of " + name_of(strongest_dropped) + ", regrouped, " + number(largest_dropped, 3);
+  }
+  return out + "; between the two should lie a factor of 1000 at least";
+}
+
 std::optional<std::string> BaseParametersOptions::complaint() const {
   if (samples < 20) {
     return "samples is " + std::to_string(samples) + ", must be at least 20";
@@ -188,47 +316,49 @@ BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& 
   if (const auto complaint = options.complaint()) {
     throw InputError("base_parameters: " + *complaint);
   }
-  BaseParameters base;
-  base.standard = robot.standard_parameters();
-  std::vector<Index> order(base.standard.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::ranges::stable_sort(
-      order, {}, [&](Index c) { return scan_place(robot, base.standard[static_cast<std::size_t>(c)]); });
-
-  const Scan scan = scan_columns(random_regressor(robot, base.standard, options), order, options.tolerance);
+  const std::vector<StandardParameter> standard = robot.standard_parameters();
+  const Matrix W = random_regressor(robot, standard, options);
+  Scan scan = scan_columns(W, scan_order(robot, standard), own_norms(W), options.tolerance);
   if (scan.kept.empty()) {
     throw InputError("base_parameters: robot \"" + robot.name +
                      "\" has no parameter that shows in its torques; check its axes and units");
   }
-  base.smallest_kept = scan.smallest_kept;
-  base.largest_dropped = scan.largest_dropped;
+  scan.K = (scan.K.array().abs() < coefficient_noise).select(0.0, scan.K);
+  return named(robot, standard, scan);
+}
 
-  // Back from the order of the scan to that of the standard parameters.
-  const auto ascending = [](const std::vector<Index>& columns) {
-    std::vector<Index> places(columns.size());
-    std::iota(places.begin(), places.end(), Index{0});
-    std::ranges::sort(places, {}, [&](Index i) { return columns[static_cast<std::size_t>(i)]; });
-    return places;
-  };
-  const std::vector<Index> kept = ascending(scan.kept);
-  const std::vector<Index> dropped = ascending(scan.dropped);
-  for (const Index i : kept) {
-    base.leading.push_back(scan.kept[static_cast<std::size_t>(i)]);
+BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance) {
+  if (const auto complaint = robot.complaint()) {
+    throw InputError("base_parameters: " + *complaint);
   }
-  for (const Index i : dropped) {
-    base.dependent.push_back(scan.dropped[static_cast<std::size_t>(i)]);
+  if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
+    throw InputError("base_parameters: tolerance is " + number(tolerance) + ", must lie between 0 and 1");
   }
-  base.K = scan.K(kept, dropped);
-  base.K = (base.K.array().abs() < coefficient_noise).select(0.0, base.K);
-  for (Index i = 0; i < base.K.rows(); ++i) {
-    const StandardParameter& leading =
-        base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(i)])];
-    const auto terms = base.regrouping(i);
-    const JointType type = robot.joints[static_cast<std::size_t>(leading.joint)].type;
-    base.parameters.push_back({leading, leading.name() + (terms.size() > 1 ? "R" : ""), written(terms),
-                               std::string(unit(leading.kind, type))});
+  const auto fits = [&](const Matrix& x) { return x.rows() == motion.samples() && x.cols() == robot.size(); };
+  if (motion.samples() == 0 || !fits(motion.q) || !fits(motion.qd) || !fits(motion.qdd)) {
+    throw InputError("base_parameters: q, qd and qdd of the motion must have one column for each of the " +
+                     std::to_string(robot.size()) + " joints and the same number of rows, at least one");
   }
-  return base;
+  const std::vector<StandardParameter> standard = robot.standard_parameters();
+  const Matrix R = triangle(robot, standard, motion);
+  const Vector scales = unit_norms(R, robot, standard);
+  Scan scan = scan_columns(R, scan_order(robot, standard), scales, tolerance);
+  if (scan.kept.empty()) {
+    throw InputError("base_parameters: the motion of robot \"" + robot.name +
+                     "\" shows no parameter in its torques; no joint moves and none is loaded");
+  }
+  // A coefficient is noise where what it stands for is too small to be seen.
+  const Vector norms = R.colwise().norm();
+  for (Index d = 0; d < scan.K.cols(); ++d) {
+    const double seen = tolerance * scales[scan.dropped[static_cast<std::size_t>(d)]];
+    for (Index i = 0; i < scan.K.rows(); ++i) {
+      double& k = scan.K(i, d);
+      if (std::abs(k) * norms[scan.kept[static_cast<std::size_t>(i)]] <= seen) {
+        k = 0.0;
+      }
+    }
+  }
+  return named(robot, standard, scan);
 }
 
 }  // namespace rivid

@@ -2,6 +2,22 @@
 
 namespace rivid {
 
+namespace {
+
+// The coupling that a parameter belongs to, if it is felt by more joints than its own.
+const Coupling* coupling_of(const Robot& robot, const StandardParameter& p) {
+  for (const Coupling& coupling : robot.couplings) {
+    const bool coupled = p.kind >= ParameterKind::Iam ||
+                         (p.kind == ParameterKind::Ia && coupling.inertia == Coupling::Inertia::tied);
+    if (coupling.motor == p.joint && coupled) {
+      return &coupling;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 RegressorColumns::RegressorColumns(const Robot& robot, std::span<const StandardParameter> parameters)
     : size_(static_cast<Index>(parameters.size())),
       wanted_(robot.chain.links.size(), 0),
@@ -12,6 +28,14 @@ RegressorColumns::RegressorColumns(const Robot& robot, std::span<const StandardP
   }
   for (std::size_t c = 0; c < parameters.size(); ++c) {
     const auto j = static_cast<std::size_t>(parameters[c].joint);
+    if (const Coupling* const coupling = coupling_of(robot, parameters[c])) {
+      for (CoupledEntry& entry : coupled_entries(*coupling, parameters[c].kind, robot.size())) {
+        JointRow& row = joints_[entry.joint];
+        row.coupled.push_back({std::move(entry), static_cast<Index>(row.columns.size())});
+        row.columns.push_back(static_cast<Index>(c));
+      }
+      continue;
+    }
     if (parameters[c].kind >= ParameterKind::Ia) {
       joints_[j].own.push_back({parameters[c].kind, static_cast<Index>(joints_[j].columns.size())});
       joints_[j].columns.push_back(static_cast<Index>(c));

@@ -83,6 +83,34 @@ Json joints(const Robot& robot) {
   return out;
 }
 
+Json couplings(const Robot& robot) {
+  const auto joint_name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
+  Json out = Json::array();
+  for (const Coupling& c : robot.couplings) {
+    Json names = Json::array();
+    for (const int j : c.joints) {
+      names.push_back(joint_name(j));
+    }
+    out.push_back({{"motor", joint_name(c.motor)},
+                   {"joints", std::move(names)},
+                   {"ratios", c.ratios},
+                   {"inertia", name(c.inertia)},
+                   {"viscous", c.viscous},
+                   {"coulomb", name(c.coulomb)},
+                   {"terms", name(c.terms)}});
+  }
+  return out;
+}
+
+// Its rows; null without one.
+Json gear_matrix(const Robot& robot) {
+  Json out;
+  for (const auto row : robot.gear_matrix.rowwise()) {
+    out.push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return out;
+}
+
 Json provenance_of(const SignalOptions& signal, const Provenance& p) {
   Json inputs = Json::array();
   for (const InputFile& file : p.inputs) {
@@ -121,7 +149,12 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
                     {"reasons", result.reasons},
                     {"warnings", result.warnings},
                     {"notes", result.notes},
-                    {"robot", {{"name", robot.name}, {"base", robot.base}, {"joints", joints(robot)}}},
+                    {"robot",
+                     {{"name", robot.name},
+                      {"base", robot.base},
+                      {"joints", joints(robot)},
+                      {"coupling", couplings(robot)},
+                      {"gear_matrix", gear_matrix(robot)}}},
                     {"parameters", parameters(result)},
                     {"fit", std::move(fit_members)},
                     {"validation", std::move(validation)},

@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numbers>
 
 #include "rivid/error.hpp"
 #include "rivid/model/mdh.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "support/robots.hpp"
+#include "support/tx40.hpp"
 
 namespace rivid {
 namespace {
@@ -32,22 +34,6 @@ std::string regrouped(const BaseParameters& base, const std::string& name) {
   return "none of that name";
 }
 
-// Staubli TX40 by its modified Denavit-Hartenberg table (BIRDy, TX40.m).
-Robot tx40(Friction friction) {
-  constexpr double quarter = std::numbers::pi / 2.0;
-  const std::vector<MdhRow> table = {{.alpha = 0.0, .a = 0.0, .d = 0.32, .theta = 0.0},
-                                     {.alpha = -quarter, .a = 0.0, .d = 0.0, .theta = -quarter},
-                                     {.alpha = 0.0, .a = 0.225, .d = 0.035, .theta = quarter},
-                                     {.alpha = quarter, .a = 0.0, .d = 0.225, .theta = 0.0},
-                                     {.alpha = -quarter, .a = 0.0, .d = 0.0, .theta = 0.0},
-                                     {.alpha = quarter, .a = 0.0, .d = 0.0, .theta = 0.0}};
-  Robot robot = robot_from(table);
-  for (Joint& joint : robot.joints) {
-    joint.friction = friction;
-  }
-  return robot;
-}
-
 TEST(BaseParameters, OfTheScaraAreTheEightOfThePaperWithTheirRegrouping) {
   const BaseParameters base = base_parameters(test::scara());
   EXPECT_EQ(names(base), (std::vector<std::string>{"ZZ1R", "Fv1", "Fc1", "ZZ2", "MX2", "MY2", "Fv2", "Fc2"}));
@@ -65,9 +51,9 @@ TEST(BaseParameters, OfASliderAreMassAndFriction) {
 }
 
 TEST(BaseParameters, OfTheTx40Are52WithTwoFrictionParametersAJointAnd58WithOffsets) {
-  const BaseParameters base = base_parameters(tx40(Friction::coulomb));
+  const BaseParameters base = base_parameters(test::tx40(Friction::coulomb));
   EXPECT_EQ(base.size(), 52) << ::testing::PrintToString(names(base));
-  EXPECT_EQ(base_parameters(tx40(Friction::symmetric)).size(), 58);
+  EXPECT_EQ(base_parameters(test::tx40(Friction::symmetric)).size(), 58);
   EXPECT_GT(base.smallest_kept / std::max(base.largest_dropped, 1e-17), 1e6)
       << "the rank decision is not clear";
 }
@@ -131,6 +117,147 @@ TEST(BaseParameters, NameTheParametersByTheAxesOfTheLinkFrame) {
   }
   EXPECT_EQ(names(base_parameters(robot)),
             (std::vector<std::string>{"YY1R", "Fv1", "Fc1", "YY2", "MX2", "MZ2", "Fv2", "Fc2"}));
+}
+
+// Franka Panda by the modified Denavit-Hartenberg table of its documentation.
+TEST(BaseParameters, OfThePandaAre43InertialOnes) {
+  constexpr double quarter = std::numbers::pi / 2.0;
+  Robot robot = robot_from(std::vector<MdhRow>{{.alpha = 0.0, .a = 0.0, .d = 0.333},
+                                               {.alpha = -quarter, .a = 0.0, .d = 0.0},
+                                               {.alpha = quarter, .a = 0.0, .d = 0.316},
+                                               {.alpha = quarter, .a = 0.0825, .d = 0.0},
+                                               {.alpha = -quarter, .a = -0.0825, .d = 0.384},
+                                               {.alpha = quarter, .a = 0.0, .d = 0.0},
+                                               {.alpha = quarter, .a = 0.088, .d = 0.0}});
+  for (Joint& joint : robot.joints) {
+    joint.friction = Friction::none;
+    joint.rotor_inertia = false;
+  }
+  const BaseParameters base = base_parameters(robot);
+  EXPECT_EQ(base.size(), 43);
+  EXPECT_GT(base.rank_gap(), 1e6);
+}
+
+// Torques of all standard parameters, (n_m n).
+Vector torques(const Robot& robot, const BaseParameters& base, const Motion& motion, const Vector& chi_st) {
+  BaseParameters all = base;
+  all.parameters.clear();
+  for (const StandardParameter& p : base.standard) {
+    all.parameters.push_back({.leading = p, .name = "", .regrouped = "", .unit = ""});
+  }
+  return observation(robot, all, motion).dense() * chi_st;
+}
+
+TEST(BaseParameters, DoNotChangeAlongTheirNullSpaceNorDoTorques) {
+  for (const int n : {1, 3, 6, 7}) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(200 + n));
+    Robot robot = test::random_robot(n, random);
+    if (n > 1) {
+      robot.couplings = {{.motor = n - 1, .joints = {n - 2}, .ratios = {0.5}}};
+    }
+    const BaseParameters base = base_parameters(robot);
+    const Matrix Z = base.null_space();
+    ASSERT_EQ(Z.rows(), static_cast<Index>(base.standard.size()));
+    ASSERT_EQ(Z.cols(), Z.rows() - base.size());
+    const Vector chi_st = robot.chi_st();
+    const Vector elsewhere = chi_st + Z * Vector::LinSpaced(Z.cols(), -1.0, 2.0);
+    const double scale = elsewhere.cwiseAbs().maxCoeff();
+    EXPECT_LT((base.from_standard(elsewhere) - base.from_standard(chi_st)).cwiseAbs().maxCoeff(),
+              rounding * scale);
+    const Motion motion = test::random_motion(20, n, random);
+    const Vector here = torques(robot, base, motion, chi_st);
+    EXPECT_LT((torques(robot, base, motion, elsewhere) - here).norm(), rounding * scale * here.norm())
+        << n << " joints, seed " << 200 + n;
+    // Every standard vector is its base vector's and a point of the null space.
+    Vector dependent(Z.cols());
+    for (Index i = 0; i < Z.cols(); ++i) {
+      dependent[i] = chi_st[base.dependent[static_cast<std::size_t>(i)]];
+    }
+    EXPECT_LT((base.to_standard(base.from_standard(chi_st)) + Z * dependent - chi_st).cwiseAbs().maxCoeff(),
+              rounding * scale);
+  }
+}
+
+TEST(BaseParameters, TellWhereTheirNumberIsNotClear) {
+  const Robot robot = test::tx40(Friction::coulomb);
+  EXPECT_EQ(base_parameters(robot).doubt(), std::nullopt);
+  // A line drawn through the middle of columns that are all a little independent.
+  const auto doubt = base_parameters(robot, {.tolerance = 0.3}).doubt();
+  ASSERT_TRUE(doubt.has_value());
+  EXPECT_NE(doubt->find("the number of base parameters is not clear: of "), std::string::npos) << *doubt;
+  EXPECT_NE(doubt->find(", kept, 0."), std::string::npos) << *doubt;
+  EXPECT_NE(doubt->find(", regrouped, 0."), std::string::npos) << *doubt;
+}
+
+// Joint 2 stands at q2 while joint 1 moves.
+Motion locked_scara(double q2, double encoder_noise = 0.0) {
+  std::mt19937_64 random(31);
+  Motion motion = test::random_motion(2000, 2, random);
+  motion.q.col(1).setConstant(q2);
+  motion.qd.col(1) *= encoder_noise;
+  motion.qdd.col(1) *= encoder_noise;
+  return motion;
+}
+
+TEST(BaseParameters, OfAMotionThatExcitesAllAreThoseOfTheRobot) {
+  std::mt19937_64 random(32);
+  Robot robot = test::random_robot(4, random);
+  const BaseParameters structural = base_parameters(robot);
+  const BaseParameters seen = base_parameters(robot, test::random_motion(700, 4, random), 1e-9);
+  EXPECT_EQ(names(seen), names(structural));
+  EXPECT_LT((seen.K - structural.K).cwiseAbs().maxCoeff(), 1e-7);
+}
+
+TEST(BaseParameters, OfALockedJointAreFewerAndRegroupMore) {
+  const BaseParameters stretched = base_parameters(test::scara(), locked_scara(0.0), 1e-9);
+  EXPECT_EQ(names(stretched), (std::vector<std::string>{"ZZ1R", "Fv1", "Fc1", "ZZ2R", "MY2"}));
+  EXPECT_EQ(regrouped(stretched, "ZZ1R"), "ZZ1 + Ia1 + 0.5 MX2 + 0.25 M2");
+  EXPECT_EQ(regrouped(stretched, "ZZ2R"), "ZZ2 + 0.5 MX2");
+  const BaseParameters bent = base_parameters(test::scara(), locked_scara(1.0), 1e-9);
+  EXPECT_EQ(names(bent), (std::vector<std::string>{"ZZ1R", "Fv1", "Fc1", "ZZ2R", "MX2R"}));
+}
+
+TEST(BaseParameters, OfALockedJointDoNotHoldItsNoise) {
+  Robot robot = test::scara();
+  robot.joints[0].friction = robot.joints[1].friction = Friction::viscous;
+  const BaseParameters found = base_parameters(robot, locked_scara(0.0, 1e-5), 1e-3);
+  EXPECT_EQ(names(found), (std::vector<std::string>{"ZZ1R", "Fv1", "ZZ2R", "MY2"}));
+  EXPECT_EQ(regrouped(found, "ZZ2R"), "ZZ2 + 0.5 MX2");
+  // With a tolerance below the noise, noise is what is seen.
+  EXPECT_GT(base_parameters(robot, locked_scara(0.0, 1e-5), 1e-9).size(), 4);
+}
+
+TEST(BaseParameters, OfAMotionFitItsObservationMatrix) {
+  const Robot robot = test::scara();
+  const Motion motion = locked_scara(0.4);
+  const BaseParameters seen = base_parameters(robot, motion, 1e-9);
+  std::mt19937_64 random(33);
+  Robot heavy = robot;
+  heavy.inertials = {test::random_inertial(random), test::random_inertial(random)};
+  const Vector chi_st = heavy.chi_st();
+  const Vector expected = torques(robot, seen, motion, chi_st);
+  const Vector found = observation(robot, seen, motion).dense() * seen.from_standard(chi_st);
+  EXPECT_LT((found - expected).norm(), rounding * expected.norm());
+}
+
+TEST(BaseParameters, OfAMotionThatCanNotBeUsedAreRefused) {
+  const auto refused = [](const Motion& motion, double tolerance, const std::string& words) {
+    try {
+      (void)base_parameters(test::scara(), motion, tolerance);
+      ADD_FAILURE() << words;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    }
+  };
+  const Motion motion = locked_scara(0.0);
+  refused(motion, 0.0, "tolerance is 0, must lie between 0 and 1");
+  refused(motion, std::numeric_limits<double>::quiet_NaN(), "must lie between 0 and 1");
+  Motion uneven = motion;
+  uneven.qd.conservativeResize(7, 2);
+  refused(uneven, 1e-3, "one column for each of the 2 joints and the same number of rows");
+  refused(Motion{}, 1e-3, "at least one");
+  const Motion rest{Matrix::Zero(3, 2), Matrix::Zero(3, 2), Matrix::Zero(3, 2)};
+  refused(rest, 1e-3, "shows no parameter in its torques");
 }
 
 TEST(BaseParameters, OfARobotThatCanNotBeUsedAreRefused) {

@@ -31,8 +31,12 @@ struct LogSource {
     Outside outside = Outside::refuse;
   };
 
+  /// Which side of the gears angles and torques of the files are told on; see joint_side().
+  enum class Side { joint, motor };
+
   std::vector<std::filesystem::path> files;
   LogOptions columns;
+  Side side = Side::joint;
   Irregular irregular = Irregular::refuse;
   ResampleOptions resample;
   double torque_lag = 0.0;  ///< see shift_torque() [samples]

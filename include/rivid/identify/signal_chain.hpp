@@ -20,8 +20,15 @@ struct Rows {
   std::vector<RowGroup> undecimated;
 };
 
-/// Torques of a log on the joint side, τ = g_τ v_τ (8): the torque columns where the log has them, else the
-/// control signal times the drive gains, (n_m × n) [N·m | N].
+/// A log that was recorded on the motors' side of the gears, on the joint side: q = R⁻¹ q_motor, its velocity and
+/// reference likewise, τ = Rᵀ τ_motor with R = Robot::gears(). Control signals stay as they are, see effort().
+///
+/// @param log  its angles and torques are those of the motors, in the order of the joints
+/// @throws InputError where the log has a number of columns that does not fit the robot
+[[nodiscard]] Log joint_side(const Robot& robot, Log log);
+
+/// Torques of a log on the joint side, τ = G v_τ (8): the torque columns where the log has them, else the
+/// control signal times Robot::drive_matrix(), (n_m × n) [N·m | N].
 ///
 /// @throws InputError where the log has neither, or a number of columns that does not fit the robot
 [[nodiscard]] Matrix effort(const Robot& robot, const Log& log);

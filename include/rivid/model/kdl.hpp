@@ -32,7 +32,8 @@ namespace rivid {
 /// parameters; the inverse of robot_from().
 ///
 /// KDL's solvers know rotor inertia but no friction: Ia and Fv are handed over as inertia and damping of the
-/// joint, Coulomb friction and offset have no place in KDL, and its recursive Newton-Euler ignores the damping.
+/// joint. Coulomb friction, offset and the couplings of motors have no place in KDL, and its recursive
+/// Newton-Euler ignores the damping.
 ///
 /// @param chi_st  values of Robot::standard_parameters(), (N_s) [SI, joint side]; any values, a body without mass
 ///                may have first moments

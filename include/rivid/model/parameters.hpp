@@ -10,7 +10,8 @@ namespace rivid {
 
 enum class JointType { revolute, prismatic };
 
-/// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction.
+/// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction, the
+/// last three belong to a motor that several joints turn, see Coupling.
 enum class ParameterKind {
   XX,
   XY,
@@ -29,7 +30,10 @@ enum class ParameterKind {
   Fv_plus,
   Fc_plus,
   Fv_minus,
-  Fc_minus
+  Fc_minus,
+  Iam,
+  Fvm,
+  Fcm
 };
 
 /// Number of inertial parameters of a link: XX XY XZ YY YZ ZZ MX MY MZ M.
@@ -44,7 +48,7 @@ struct StandardParameter {
   ParameterKind kind = ParameterKind::XX;
   int joint = 0;  ///< counted from 0; the name counts from 1, as the field does
 
-  /// "ZZ1", "Ia2", "Fv+1", …
+  /// "ZZ1", "Ia2", "Fv+1", "Iam6", …
   [[nodiscard]] std::string name() const;
 };
 

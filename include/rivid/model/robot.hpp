@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rivid/model/chain.hpp"
+#include "rivid/model/coupling.hpp"
 #include "rivid/model/friction.hpp"
 
 namespace rivid {
@@ -20,7 +21,7 @@ struct Joint {
   bool rotor_inertia = true;  ///< whether Ia of this joint is a parameter
   /// Force or torque per unit of the control signal on the motor's side of the gear: K_c K_τ of Eq. (9) of [RIV].
   double drive_gain = 1.0;
-  double gear_ratio = 1.0;  ///< K_r of Eq. (9): q̇_m = K_r q̇
+  double gear_ratio = 1.0;  ///< K_r of Eq. (9): q̇_m = K_r q̇; see Robot::gear_matrix for coupled gears
 
   double lower = -std::numeric_limits<double>::infinity();  ///< position limits [rad | m]
   double upper = std::numeric_limits<double>::infinity();
@@ -43,18 +44,30 @@ struct Robot {
   std::string name;
   std::string base;  ///< link that the chain starts at
   Chain chain;
-  std::vector<Joint> joints;          ///< one for each link of the chain
-  std::vector<Inertial> inertials;    ///< a-priori values, in the link frames; zero where none are known
+  std::vector<Joint> joints;        ///< one for each link of the chain
+  std::vector<Inertial> inertials;  ///< a-priori values, in the link frames; zero where none are known
+  std::vector<Coupling> couplings;  ///< motors that several joints turn, and their parameters
+  /// R of q_motor = R q, (n × n), where gears couple the joints; empty: the diagonal of the gear ratios. By the
+  /// balance of power the motors' torques act on the joints through its transpose, τ = Rᵀ τ_motor. It converts
+  /// logs and control signals; which parameters the coupling adds to the model is said by `couplings`.
+  Matrix gear_matrix;
   std::vector<std::string> warnings;  ///< what the reader noticed and the user should know
 
   [[nodiscard]] Index size() const { return chain.joints(); }
 
   /// The standard parameters that this robot has, link by link: XX … M, then Ia where the joint has a rotor
-  /// inertia, then those of its friction law (N_s ≤ 14 n of them).
+  /// inertia, then those of its friction law (at most 14 a link), then those of its motor's coupling.
   [[nodiscard]] std::vector<StandardParameter> standard_parameters() const;
 
   /// A-priori values of standard_parameters(), (N_s) [SI, joint side]: chi_st of Eq. (2) of [RIV].
   [[nodiscard]] Vector chi_st() const;
+
+  /// R of q_motor = R q: gear_matrix, or the diagonal of the gear ratios, (n × n).
+  [[nodiscard]] Matrix gears() const;
+
+  /// G of τ = G v_τ, Eqs. (8, 9) of [RIV] for coupled gears: Rᵀ diag(drive_gain), (n × n). Without a gear_matrix it
+  /// is the diagonal of Joint::g_tau().
+  [[nodiscard]] Matrix drive_matrix() const;
 
   /// The first fault found, in words that name the joint; nothing if the robot can be used.
   [[nodiscard]] std::optional<std::string> complaint() const;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "rivid/model/robot.hpp"
+#include "rivid/motion.hpp"
 
 namespace rivid {
 
@@ -29,8 +31,16 @@ struct BaseParameters {
   /// largest of a dropped one, both relative to the column's norm. A clear decision lies many decades between them.
   double smallest_kept = 1.0;
   double largest_dropped = 0.0;
+  Index weakest_kept = -1;       ///< column of smallest_kept, an index into standard; −1 where none is
+  Index strongest_dropped = -1;  ///< column of largest_dropped
 
   [[nodiscard]] Index size() const { return static_cast<Index>(parameters.size()); }
+
+  /// smallest_kept / largest_dropped, the latter taken as one rounding error at least.
+  [[nodiscard]] double rank_gap() const;
+
+  /// Where rank_gap() lies below 1000, a warning that names the two columns between which the line was drawn.
+  [[nodiscard]] std::optional<std::string> doubt() const;
 
   /// Leading standard parameters in the order of `parameters`: the columns of the base regressor.
   [[nodiscard]] std::vector<StandardParameter> columns() const;
@@ -44,6 +54,11 @@ struct BaseParameters {
   /// One standard vector with these base parameters, (b) → (N_s): the regrouped values in the places of the
   /// leading parameters and zero elsewhere. It gives the right torques, though no link need be a physical body.
   [[nodiscard]] Vector to_standard(const Eigen::Ref<const Vector>& chi) const;
+
+  /// Basis Z of what the torques can not show, (N_s × N_s − b): all standard vectors with base parameters χ are
+  /// to_standard(χ) + Z z. Column i stands for the dependent parameter i: one there, and what it takes off the
+  /// leading parameters that it is regrouped into, so that Z is −K in the rows `leading`, 1 in the rows `dependent`.
+  [[nodiscard]] Matrix null_space() const;
 };
 
 struct BaseParametersOptions {
@@ -57,9 +72,28 @@ struct BaseParametersOptions {
 
 /// Base parameters by the numerical method of Gautier (1991): IDM_st at random states is factored by Householder
 /// QR, the columns scanned in the order that keeps the parameters of the closed-form rules of Gautier & Khalil
-/// (1990): XX XY XZ YZ ZZ MX MY of links 1…n, YY MZ M of links 1…n, then rotor inertias, then friction.
+/// (1990): XX XY XZ YZ ZZ MX MY of links 1…n, YY MZ M of links 1…n, then rotor inertias, then those of coupled motors,
+/// then friction, then that of coupled motors.
 ///
 /// @throws InputError where the robot or an option can not be used
 [[nodiscard]] BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options = {});
+
+/// Base parameters that one motion can show: the same scan on IDM_st along the motion instead of at random states. A
+/// joint that stands still, or an arm that moves in a plane, shows fewer parameters, and regroups more of them, than
+/// the robot has; the names and the regrouping say which. Meant for judging an excitation, and for models of robots
+/// that can move in no other way; a fit with the structural base parameters tells the same as `rank_deficient`.
+///
+/// What counts is the independent part of a column relative to the largest column of the same unit: a parameter is
+/// seen if a value of 1 moves the torques at least `tolerance` times as much as the best-seen parameter of its unit.
+///
+/// The motion is used as it is. Filter it first and leave out its borders, as rows() does: noise is independent
+/// of everything, and a joint's Coulomb column is ±1 for any velocity but zero.
+///
+/// Memory is that of one block of samples and a triangle of (N_s × N_s), however long the motion is.
+///
+/// @param motion     (n_m × n)
+/// @param tolerance  between 0 and 1: about 1e-9 for a motion that is computed, 1e-3 to 1e-2 for a measured one
+/// @throws InputError where the robot, the motion or the tolerance can not be used
+[[nodiscard]] BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance);
 
 }  // namespace rivid

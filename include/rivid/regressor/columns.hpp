@@ -9,8 +9,8 @@
 namespace rivid {
 
 /// A choice of standard parameters whose regressor columns are wanted, laid out so that the rows of each joint
-/// hold only the columns that this joint can feel: the inertial parameters of links j ≥ i, and its own rotor
-/// inertia and friction. This is the block upper triangular structure of IDM, with the zero blocks left out.
+/// hold only the columns that this joint can feel: the inertial parameters of links j ≥ i, its own rotor inertia
+/// and friction, and those of the motors that it is coupled to. This is the block upper triangular structure of IDM, with the zero blocks left out.
 class RegressorColumns {
  public:
   /// Entry of joint i's row from an inertial column of frame j.
@@ -22,6 +22,12 @@ class RegressorColumns {
   /// Entry of joint i's row from its own rotor inertia or friction.
   struct JointEntry {
     ParameterKind kind = ParameterKind::Ia;
+    Index column = 0;
+  };
+
+  /// Entry of joint i's row from a motor that several joints turn.
+  struct MotorEntry {
+    CoupledEntry entry;
     Index column = 0;
   };
 
@@ -52,6 +58,9 @@ class RegressorColumns {
         put(i, e.column,
             e.kind == ParameterKind::Ia ? state.qdd[i] : friction_entry<Scalar>(e.kind, state.qd[i]));
       }
+      for (const MotorEntry& e : joints_[i].coupled) {
+        put(i, e.column, coupled_value(e.entry, state));
+      }
     }
   }
 
@@ -60,7 +69,27 @@ class RegressorColumns {
     std::vector<Index> columns;
     std::vector<std::vector<InertialEntry>> blocks;  // for links i, i + 1, …, n − 1
     std::vector<JointEntry> own;
+    std::vector<MotorEntry> coupled;
   };
+
+  template <typename Scalar>
+  static Scalar coupled_value(const CoupledEntry& entry, const State<Scalar>& state) {
+    using enum CoupledEntry::Quantity;
+    Scalar sum(0);
+    for (const CoupledEntry::Term& term : entry.terms) {
+      const Scalar weight(term.weight);
+      if (entry.quantity == acceleration) {
+        sum = sum + weight * state.qdd[term.joint];
+      } else if (entry.quantity == single_signs) {
+        sum = sum + weight * friction_entry<Scalar>(ParameterKind::Fc, state.qd[term.joint]);
+      } else {
+        sum = sum + weight * state.qd[term.joint];
+      }
+    }
+    return entry.quantity == sign_of_motion
+               ? Scalar(entry.scale) * friction_entry<Scalar>(ParameterKind::Fc, sum)
+               : sum;
+  }
 
   Index size_ = 0;
   std::vector<InertialMask> wanted_;
