@@ -1,5 +1,6 @@
 #include "rivid/regressor/batch.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -216,6 +217,8 @@ RegressorBatch::RegressorBatch(RegressorBatch&&) noexcept = default;
 RegressorBatch& RegressorBatch::operator=(RegressorBatch&&) noexcept = default;
 
 Simd RegressorBatch::simd() const { return plan_->simd; }
+
+detail::BatchPlan RegressorBatch::plan() const { return plan_->view(); }
 
 void RegressorBatch::require(std::string_view who, const Motion& motion, Index first, Index count) const {
   const auto n = static_cast<Index>(joints());

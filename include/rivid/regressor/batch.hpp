@@ -44,6 +44,10 @@ struct RowsTarget {
 class BatchWorkspace;
 class RegressorBlock;
 
+namespace detail {
+struct BatchPlan;
+}
+
 /// Rows of a regressor for many samples at once: several samples in the lanes of a vector register, by the widest
 /// instruction set of the machine, which is chosen when the program runs.
 ///
@@ -88,6 +92,9 @@ class RegressorBatch {
   /// @param targets  (n), each with room for rows row … row + count − 1 of its of_joint(i) columns
   void fill(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets, Index row,
             BatchWorkspace& workspace) const;
+
+  /// What the kernels read, for who counts their arithmetic; complete in src/regressor/batch_kernel.hpp.
+  [[nodiscard]] detail::BatchPlan plan() const;
 
   /// @throws InputError in the name of `who`, where the motion is not one of this robot or lacks those samples
   void require(std::string_view who, const Motion& motion, Index first, Index count) const;
