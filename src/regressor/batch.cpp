@@ -316,6 +316,22 @@ BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
   }
 }
 
+namespace {
+
+Index rows_for_the_cache(const RegressorBatch& batch) {
+  constexpr Index cache = 512 * 1024;
+  Index width = 1;
+  for (std::size_t i = 0; i < batch.joints(); ++i) {
+    width += static_cast<Index>(batch.of_joint(i).size());
+  }
+  return std::clamp<Index>(cache / (8 * width) / 8 * 8, 16, 256);
+}
+
+}  // namespace
+
+RegressorBlock::RegressorBlock(const RegressorBatch& batch)
+    : RegressorBlock(batch, rows_for_the_cache(batch)) {}
+
 RegressorBlock::RegressorBlock(const RegressorBatch& batch, Index capacity)
     : capacity_(capacity), workspace_(batch) {
   if (capacity < 1) {

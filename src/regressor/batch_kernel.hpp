@@ -66,7 +66,7 @@ struct BatchPlan {
 
 // Doubles that a kernel of so many lanes writes its intermediate values to.
 [[gnu::always_inline]] constexpr std::size_t kernel_scratch(std::size_t lanes, std::size_t joints) {
-  return lanes * (18 + 6 * joints) + 16;
+  return lanes * (18 + 8 * joints) + 16;
 }
 
 struct BatchInput {
@@ -99,7 +99,12 @@ inline constexpr unsigned usual_mask = 0xf7U;
 }
 inline constexpr int step_count = 5 * 8 * 2 * 2;
 
-// What a step leaves to the next, followed in memory by the screws of all joints.
+template <typename Scalar>
+struct CosSin {
+  Scalar c, s;
+};
+
+// What a step leaves to the next, followed in memory by the screws of all joints, then their angles.
 template <typename Scalar>
 struct BatchState {
   FrameMotion<Scalar> motion;
@@ -108,6 +113,7 @@ struct BatchState {
   const double* q;
   const double* qd;
   const double* qdd;
+  const CosSin<Scalar>* angle;
 };
 
 // Where the next entry goes. Handed on by value: what is stored through it might else be itself.
@@ -245,16 +251,21 @@ template <bool usual, bool revolute, typename Scalar>
 }
 
 template <typename Scalar>
-[[gnu::always_inline]] inline void joint_angle(const LinkPlan& link, const BatchState<Scalar>& state,
-                                               Scalar& s, Scalar& c) {
-  sin_cos(Scalar::load(state.q), s, c);
+[[gnu::always_inline]] inline CosSin<Scalar> joint_angle(const LinkPlan& link, const Scalar& q,
+                                                         bool far_angles) {
+  CosSin<Scalar> out;
+  sin_cos_near(q, out.s, out.c);
+  if (far_angles) [[unlikely]] {
+    sin_cos_far(q, out.s, out.c);
+  }
   if (link.shifted_angle) {
     const Scalar cos_theta(link.cos_theta);
     const Scalar sin_theta(link.sin_theta);
-    const Scalar c0 = c;
-    c = c0 * cos_theta - s * sin_theta;
-    s = s * cos_theta + c0 * sin_theta;
+    const Scalar c = out.c;
+    out.c = c * cos_theta - out.s * sin_theta;
+    out.s = out.s * cos_theta + c * sin_theta;
   }
+  return out;
 }
 
 template <typename Scalar>
@@ -270,7 +281,8 @@ double* const* step(const LinkPlan& link, BatchState<Scalar>& state, std::size_t
   Scalar s(0.0);
   Scalar slide(0.0);
   if constexpr (revolute) {
-    joint_angle(link, state, s, c);
+    c = state.angle->c;
+    s = state.angle->s;
   } else {
     slide = Scalar::load(state.q);
   }
@@ -337,10 +349,7 @@ template <bool revolute, typename Scalar>
   FrameMotion<Scalar> m = {{zero, zero, zero}, {zero, zero, zero}, constant<Scalar>(link.accel)};
   Mat3<Scalar> U = {{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
   if constexpr (revolute) {
-    Scalar s;
-    Scalar c;
-    joint_angle(link, state, s, c);
-    m.accel = rotated(m.accel, c, s);
+    m.accel = rotated(m.accel, state.angle->c, state.angle->s);
     m.omega.z = qd;
     m.omega_dot.z = qdd;
     U.r0.x = -(qd * qd);
@@ -428,10 +437,30 @@ void fill_packs(const BatchPlan& plan, const BatchInput& input, std::size_t pack
                 double* scratch) {
   static constexpr BatchSteps<Scalar> steps;
   BatchState<Scalar>& state = *reinterpret_cast<BatchState<Scalar>*>(scratch);
+  // One question for all samples: asked of every pack, it would cost as much as a sine.
+  auto far_out = too_far(Scalar(0.0));
+  for (std::size_t j = 0; j < plan.joints; ++j) {
+    const double* const q = input.q + static_cast<std::ptrdiff_t>(j) * input.q_stride;
+    for (std::size_t k = 0; plan.links[j].revolute && k < packs; ++k) {
+      far_out = far_out | too_far(Scalar::load(q + k * static_cast<std::size_t>(Scalar::lanes)));
+    }
+  }
+  const bool far_angles = any(far_out);
+  auto* const angles =
+      reinterpret_cast<CosSin<Scalar>*>(reinterpret_cast<Screw<Scalar>*>(&state + 1) + plan.joints);
   for (std::size_t k = 0; k < packs; ++k) {
     Out out = {columns, static_cast<std::ptrdiff_t>(k) * Scalar::lanes};
+    // All angles first: one sine is a long chain of operations, many beside each other fill the pipelines.
+    for (std::size_t j = 0; j < plan.joints; ++j) {
+      const LinkPlan& link = plan.links[j];
+      if (link.revolute) {
+        const double* const q = input.q + static_cast<std::ptrdiff_t>(j) * input.q_stride + out.row;
+        angles[j] = joint_angle(link, Scalar::load(q), far_angles);
+      }
+    }
     for (std::size_t j = 0; j < plan.joints; ++j) {
       const auto column = static_cast<std::ptrdiff_t>(j);
+      state.angle = angles + j;
       state.q = input.q + column * input.q_stride + out.row;
       state.qd = input.qd + column * input.qd_stride + out.row;
       state.qdd = input.qdd + column * input.qdd_stride + out.row;

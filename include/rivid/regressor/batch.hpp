@@ -55,7 +55,7 @@ struct BatchPlan;
 /// RegressorBlock again and again, which stays in the cache:
 ///
 ///   const RegressorBatch batch(robot, base.columns());
-///   RegressorBlock block(batch, 256);
+///   RegressorBlock block(batch);
 ///   for (Index first = 0; first < motion.samples(); first += block.capacity()) {
 ///     batch.fill(motion, first, std::min(block.capacity(), motion.samples() - first), block);
 ///     // block.W(0), …, block.W(n − 1)
@@ -136,8 +136,10 @@ class RegressorBlock {
  public:
   using Rows = Eigen::Map<const Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
 
-  /// @param capacity  samples that it can hold; some hundred rows of a six-joint robot fit a second-level cache
-  explicit RegressorBlock(const RegressorBatch& batch, Index capacity = 256);
+  /// As many samples as a second-level cache holds beside other things, 256 at most.
+  explicit RegressorBlock(const RegressorBatch& batch);
+  /// @param capacity  samples that it can hold, at least 1
+  RegressorBlock(const RegressorBatch& batch, Index capacity);
 
   [[nodiscard]] Index capacity() const { return capacity_; }
   /// Samples that it holds now.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace rivid {
@@ -73,23 +74,50 @@ class BasicPack {
     return from_bits((condition.bits & a.bits().bits) | (~condition.bits & b.bits().bits));
   }
 
+  /// Whether it holds in any lane.
+  [[gnu::always_inline]] friend bool any(const Mask& condition) {
+    std::int64_t all = 0;
+    for (int lane = 0; lane < Lanes; ++lane) {
+      all |= condition.bits[lane];
+    }
+    return all != 0;
+  }
+  [[gnu::always_inline]] friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
+
+  /// Lanes that are too large for sin_cos_near().
+  [[gnu::always_inline]] friend Mask too_far(const BasicPack& q) {
+    return (q > BasicPack(largest_angle)) | (q < BasicPack(-largest_angle));
+  }
+
   /// sin and cos of every lane: within 1.5 units in the last place up to 100 rad, 2.5 up to 1e5 rad. Lanes beyond
   /// are left to std::sin and std::cos, one after the other.
   [[gnu::always_inline]] friend void sin_cos(const BasicPack& q, BasicPack& s, BasicPack& c) {
-    sin_cos_reduced(q, s, c);
-    const Mask far_out = {((q > BasicPack(largest_angle)).bits | (q < BasicPack(-largest_angle)).bits)};
-    std::int64_t any = 0;
-    for (int lane = 0; lane < Lanes; ++lane) {
-      any |= far_out.bits[lane];
+    sin_cos_near(q, s, c);
+    if (any(too_far(q))) [[unlikely]] {
+      sin_cos_far(q, s, c);
     }
-    if (__builtin_expect(any != 0, 0)) {
-      for (int lane = 0; lane < Lanes; ++lane) {
-        if (far_out.bits[lane] != 0) {
-          s.values_[lane] = std::sin(q.values_[lane]);
-          c.values_[lane] = std::cos(q.values_[lane]);
-        }
+  }
+  /// The same for lanes up to 1e5 rad alone.
+  [[gnu::always_inline]] friend void sin_cos_near(const BasicPack& q, BasicPack& s, BasicPack& c) {
+    sin_cos_reduced(q, s, c);
+  }
+  /// Replaces the lanes beyond 1e5 rad.
+  [[gnu::always_inline]] friend void sin_cos_far(const BasicPack& q, BasicPack& s, BasicPack& c) {
+    // By way of memory of its own, so that s and c may stay in registers.
+    double angles[std::size_t{Lanes}];
+    double sines[std::size_t{Lanes}];
+    double cosines[std::size_t{Lanes}];
+    q.store(angles);
+    s.store(sines);
+    c.store(cosines);
+    for (int lane = 0; lane < Lanes; ++lane) {
+      if (angles[lane] > largest_angle || angles[lane] < -largest_angle) {
+        sines[lane] = std::sin(angles[lane]);
+        cosines[lane] = std::cos(angles[lane]);
       }
     }
+    s = load(sines);
+    c = load(cosines);
   }
   [[gnu::always_inline]] friend BasicPack sin(const BasicPack& q) {
     BasicPack s;
