@@ -38,8 +38,8 @@ class BasicPack {
   };
 
   BasicPack() = default;
-  /// The same value in all lanes.
-  [[gnu::always_inline]] BasicPack(double value) : values_(Values{} + value) {}
+  /// The same value in all lanes. (Minus zero, not plus: that alone the compiler may leave out.)
+  [[gnu::always_inline]] BasicPack(double value) : values_(value - Values{}) {}
   [[gnu::always_inline]] explicit BasicPack(const Values& values) : values_(values) {}
 
   /// From and to consecutive doubles of any alignment.
