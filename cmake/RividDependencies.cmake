@@ -6,6 +6,7 @@
 #   urdfdom     private: reads URDF
 #   pugixml     private: checks a URDF with line numbers before urdfdom sees it, since urdfdom takes many faults for
 #               zeros
+#   Threads     private: batches of samples on several cores
 #   libmd       private: SHA-256 of the input files, for the provenance of a result
 #
 # A user of the static library links the private ones too, so the installed package looks for them.
@@ -18,6 +19,7 @@ find_dependency(Eigen3 3.4)
 find_dependency(urdfdom)
 find_dependency(orocos_kdl)
 find_dependency(pugixml)
+find_dependency(Threads)
 
 # The config file of orocos_kdl 1.5 only names its library and include folder.
 if(NOT TARGET rivid::orocos_kdl)

@@ -1,24 +1,9 @@
 #include "rivid/regressor/observation.hpp"
 
-#include "rivid/error.hpp"
+#include <algorithm>
+#include <thread>
 
 namespace rivid {
-
-namespace {
-
-void require_same_shape(const Robot& robot, const Motion& motion) {
-  const auto fits = [&](const Matrix& x) { return x.rows() == motion.q.rows() && x.cols() == robot.size(); };
-  if (!fits(motion.q) || !fits(motion.qd) || !fits(motion.qdd)) {
-    const auto shape = [](const Matrix& x) {
-      return "(" + std::to_string(x.rows()) + " x " + std::to_string(x.cols()) + ")";
-    };
-    throw InputError("observation: q is " + shape(motion.q) + ", qd " + shape(motion.qd) + ", qdd " +
-                     shape(motion.qdd) + "; each must have one column for each of the robot's " +
-                     std::to_string(robot.size()) + " joints and the same number of rows");
-  }
-}
-
-}  // namespace
 
 Matrix Observation::dense() const {
   Index rows = 0;
@@ -36,30 +21,37 @@ Matrix Observation::dense() const {
   return out;
 }
 
-Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion) {
-  require_same_shape(robot, motion);
-  const RegressorColumns columns(robot, base.columns());
-  const auto n = static_cast<std::size_t>(robot.size());
+Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
+                        const BatchOptions& options) {
+  const RegressorBatch batch(robot, base.columns(), options);
+  batch.require("observation", motion, 0, motion.samples());
   Observation out;
-  out.columns = columns.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::vector<Index>& own = columns.of_joint(i);
+  out.columns = batch.size();
+  std::vector<RowsTarget> targets;
+  for (std::size_t i = 0; i < batch.joints(); ++i) {
+    const std::vector<Index>& own = batch.of_joint(i);
     out.joints.push_back({own, Matrix(motion.samples(), static_cast<Index>(own.size()))});
+    targets.push_back({out.joints.back().W.data(), motion.samples()});
   }
-  RegressorWorkspace<double> workspace(robot.chain);
-  std::vector<double> q(n);
-  std::vector<double> qd(n);
-  std::vector<double> qdd(n);
-  for (Index k = 0; k < motion.samples(); ++k) {
-    for (std::size_t j = 0; j < n; ++j) {
-      const auto column = static_cast<Index>(j);
-      q[j] = motion.q(k, column);
-      qd[j] = motion.qd(k, column);
-      qdd[j] = motion.qdd(k, column);
-    }
-    columns.rows(robot.chain, State<double>{q, qd, qdd}, workspace,
-                 [&](std::size_t i, Index column, double value) { out.joints[i].W(k, column) = value; });
+
+  // Each thread takes one stretch. A row depends on its own sample alone, so nothing changes with their number.
+  constexpr Index granule = 64;
+  const Index granules = (motion.samples() + granule - 1) / granule;
+  const Index threads = std::clamp<Index>(granules, 1, options.threads);
+  std::vector<BatchWorkspace> workspaces;
+  for (Index t = 0; t < threads; ++t) {
+    workspaces.emplace_back(batch);
   }
+  const auto stretch = [&](Index t) {
+    const Index first = granules * t / threads * granule;
+    const Index last = std::min(granules * (t + 1) / threads * granule, motion.samples());
+    batch.fill(motion, first, last - first, targets, first, workspaces[static_cast<std::size_t>(t)]);
+  };
+  std::vector<std::jthread> others;
+  for (Index t = 1; t < threads; ++t) {
+    others.emplace_back(stretch, t);
+  }
+  stretch(0);
   return out;
 }
 

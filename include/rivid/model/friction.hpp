@@ -22,10 +22,17 @@ enum class Friction {
 /// "none", "viscous", "coulomb", "symmetric", "asymmetric".
 [[nodiscard]] std::string_view name(Friction law);
 
+/// One of two values, without a branch where Scalar holds several samples (see Pack).
+template <typename Scalar>
+[[nodiscard]] Scalar select(bool condition, const Scalar& a, const Scalar& b) {
+  return condition ? a : b;
+}
+
 /// sign of a velocity with sign(0) = 0, as the Coulomb columns need it.
 template <typename Scalar>
 [[nodiscard]] Scalar sign(const Scalar& qd) {
-  return Scalar(static_cast<int>(qd > Scalar(0)) - static_cast<int>(qd < Scalar(0)));
+  const Scalar zero(0);
+  return select(qd > zero, Scalar(1), select(qd < zero, Scalar(-1), zero));
 }
 
 /// Regressor entry of one friction parameter: what it is multiplied with in the torque of its joint.
@@ -42,13 +49,13 @@ template <typename Scalar>
     case ParameterKind::off:
       return Scalar(1);
     case ParameterKind::Fv_plus:
-      return qd > zero ? qd : zero;
+      return select(qd > zero, qd, zero);
     case ParameterKind::Fv_minus:
-      return qd < zero ? qd : zero;
+      return select(qd < zero, qd, zero);
     case ParameterKind::Fc_plus:
-      return qd > zero ? Scalar(1) : zero;
+      return select(qd > zero, Scalar(1), zero);
     case ParameterKind::Fc_minus:
-      return qd < zero ? Scalar(-1) : zero;
+      return select(qd < zero, Scalar(-1), zero);
     default:
       return zero;
   }

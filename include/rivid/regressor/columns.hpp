@@ -40,6 +40,13 @@ class RegressorColumns {
   /// Columns that joint i's rows touch: indices into the choice, ascending.
   [[nodiscard]] const std::vector<Index>& of_joint(std::size_t i) const { return joints_[i].columns; }
 
+  /// Entries of joint i's row from link j ≥ i.
+  [[nodiscard]] std::span<const InertialEntry> of_link(std::size_t i, std::size_t j) const {
+    return joints_[i].blocks[j - i];
+  }
+  /// Entries of joint i's row from its own rotor inertia and friction.
+  [[nodiscard]] std::span<const JointEntry> of_own(std::size_t i) const { return joints_[i].own; }
+
   /// Fills the rows of all joints at one instant.
   ///
   /// @param put  called as put(i, column, value) for every entry of joint i's row; column counts in of_joint(i)

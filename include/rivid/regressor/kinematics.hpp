@@ -3,37 +3,26 @@
 #include <cmath>
 
 #include "rivid/model/chain.hpp"
-#include "rivid/regressor/vec3.hpp"
+#include "rivid/regressor/frame_motion.hpp"
 
 namespace rivid::detail {
 
-// Twist of an earlier joint, per unit of its rate, at the origin and in the axes of the present frame.
+// Sine and cosine together; a Scalar with a faster way than two calls has its own overload.
 template <typename Scalar>
-struct Screw {
-  Vec3<Scalar> w;  // angular part
-  Vec3<Scalar> v;  // linear part: velocity of the frame's origin
-};
+[[gnu::always_inline]] inline void sin_cos(const Scalar& q, Scalar& s, Scalar& c) {
+  using std::cos;
+  using std::sin;
+  s = sin(q);
+  c = cos(q);
+}
 
-// Motion of the present link's frame, told in its own axes.
+// Rᵀ v with a constant rotation: from the parent's axes to the joint's at q = 0.
 template <typename Scalar>
-struct FrameMotion {
-  Vec3<Scalar> omega;      // angular velocity
-  Vec3<Scalar> omega_dot;  // angular acceleration
-  Vec3<Scalar> accel;      // acceleration of the origin, less that of free fall
-};
-
-// [ω̇]× + [ω]×²: a point of the link at r accelerates with accel + U r.
-template <typename Scalar>
-Mat3<Scalar> acceleration_field(const FrameMotion<Scalar>& m) {
-  const Scalar xx = m.omega.x * m.omega.x;
-  const Scalar yy = m.omega.y * m.omega.y;
-  const Scalar zz = m.omega.z * m.omega.z;
-  const Scalar xy = m.omega.x * m.omega.y;
-  const Scalar xz = m.omega.x * m.omega.z;
-  const Scalar yz = m.omega.y * m.omega.z;
-  return {{-(yy + zz), xy - m.omega_dot.z, xz + m.omega_dot.y},
-          {xy + m.omega_dot.z, -(xx + zz), yz - m.omega_dot.x},
-          {xz - m.omega_dot.y, yz + m.omega_dot.x, -(xx + yy)}};
+Vec3<Scalar> transposed_times(const Eigen::Matrix3d& R, const Vec3<Scalar>& v) {
+  const auto row = [&](int k) {
+    return Scalar(Scalar(R(0, k)) * v.x + Scalar(R(1, k)) * v.y + Scalar(R(2, k)) * v.z);
+  };
+  return {row(0), row(1), row(2)};
 }
 
 template <typename Scalar>
@@ -49,14 +38,11 @@ class Passage {
  public:
   Passage(const Chain::Link& link, const Scalar& q)
       : link_(link), p_{Scalar(link.p.x()), Scalar(link.p.y()), Scalar(link.p.z())} {
-    using std::cos;
-    using std::sin;
     if (link.type == JointType::revolute) {
-      c_ = cos(q);
-      s_ = sin(q);
+      sin_cos(q, s_, c_);
     } else {
       const Eigen::Matrix3d& R = link.R;
-      p_ = p_ + Vec3<Scalar>{R(0, 2) * q, R(1, 2) * q, R(2, 2) * q};
+      p_ = p_ + Vec3<Scalar>{Scalar(R(0, 2)) * q, Scalar(R(1, 2)) * q, Scalar(R(2, 2)) * q};
     }
   }
 

@@ -4,6 +4,7 @@
 
 #include "rivid/motion.hpp"
 #include "rivid/regressor/base.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/regressor/columns.hpp"
 
 namespace rivid {
@@ -25,8 +26,12 @@ struct Observation {
 
 /// W_fm(q, q̇, q̈) of Eq. (12): the base regressor sampled along a motion.
 ///
+/// It holds all of W at once; RegressorBatch gives it block by block.
+///
 /// @param motion  (n_m × n)
-/// @throws InputError where the motion has another number of joints than the robot, or sizes that differ
-[[nodiscard]] Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion);
+/// @throws InputError where the motion has another number of joints than the robot, or sizes that differ, or an
+///                    option can not be used
+[[nodiscard]] Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
+                                      const BatchOptions& options = {});
 
 }  // namespace rivid

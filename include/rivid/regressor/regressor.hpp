@@ -38,22 +38,6 @@ namespace detail {
 template <typename Scalar>
 using InertialEntries = std::array<Scalar, inertial_count>;
 
-// Moments that unit entries of the inertia tensor exert about the link's origin, I ω̇ + ω × I ω.
-template <typename Scalar>
-std::array<Vec3<Scalar>, 6> tensor_moments(const FrameMotion<Scalar>& m) {
-  const Vec3<Scalar>& w = m.omega;
-  const Vec3<Scalar>& a = m.omega_dot;
-  const Scalar xy = w.x * w.y;
-  const Scalar xz = w.x * w.z;
-  const Scalar yz = w.y * w.z;
-  return {{{a.x, xz, -xy},
-           {a.y - xz, a.x + yz, w.x * w.x - w.y * w.y},
-           {a.z + xy, w.z * w.z - w.x * w.x, a.x - yz},
-           {-yz, a.y, xy},
-           {w.y * w.y - w.z * w.z, a.z - xy, a.y + xz},
-           {yz, -xz, a.z}}};
-}
-
 }  // namespace detail
 
 /// Inertial part of IDM_st of Eq. (2) of [RIV], block by block: the torque of joint i per unit of each inertial
@@ -67,7 +51,8 @@ std::array<Vec3<Scalar>, 6> tensor_moments(const FrameMotion<Scalar>& m) {
 /// @param wanted  columns to fill for each link, (n); the other entries of a block are undefined
 /// @param emit    called as emit(i, j, entries) with ten entries, j from 0 to n − 1, i from 0 to j
 ///
-/// No allocation. Scalar is double, float, or any number type with + − ×, sin and cos.
+/// No allocation. Scalar is double, float, Pack, Eigen::AutoDiffScalar (for derivatives by q, q̇ and
+/// q̈), or any number type with + − ×, sin and cos.
 template <typename Scalar, typename Emit>
 void inertial_regressor(const Chain& chain, const State<Scalar>& state, std::span<const InertialMask> wanted,
                         RegressorWorkspace<Scalar>& workspace, Emit&& emit) {
@@ -87,13 +72,13 @@ void inertial_regressor(const Chain& chain, const State<Scalar>& state, std::spa
     if (mask == 0) {
       continue;
     }
-    const std::array<Vec3<Scalar>, 6> moments = tensor_moments(motion);
     const Mat3<Scalar> U = acceleration_field(motion);
+    const auto moments = TensorMoments<Scalar>::of(motion, U);
     for (std::size_t i = 0; i <= j; ++i) {
       const Screw<Scalar>& s = screws[i];
       for (std::size_t k = 0; k < 6; ++k) {
         if ((mask >> k & 1U) != 0U) {
-          entries[k] = dot(s.w, moments[k]);
+          entries[k] = dot(s.w, moments.k[k]);
         }
       }
       if ((mask >> 6 & 7U) != 0U) {

@@ -1,0 +1,452 @@
+// The base regressor of a sample: packs of samples by each instruction set and one sample at a time, against
+// Pinocchio's computeJointTorqueRegressor (where it was found), KDL's inverse dynamics, and the time that the
+// counted arithmetic would take at the measured peak rate of the machine.
+
+#include <benchmark/benchmark.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <kdl/chainidsolver_recursive_newton_euler.hpp>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "regressor/batch_kernel.hpp"
+#include "rivid/model/kdl.hpp"
+#include "rivid/model/mdh.hpp"
+#include "rivid/regressor/base.hpp"
+#include "rivid/regressor/batch.hpp"
+
+#if defined(RIVID_WITH_PINOCCHIO)
+#include "pinocchio_regressor.hpp"
+#endif
+
+namespace {
+
+using namespace rivid;
+
+constexpr double quarter = std::numbers::pi / 2;
+
+Robot scara() {
+  const std::array<MdhRow, 2> table = {MdhRow{}, MdhRow{.a = 0.5}};
+  return robot_from(table, {0.0, 0.0, 0.0});
+}
+
+// Staeubli TX40, lengths of its data sheet.
+Robot tx40() {
+  const std::array<MdhRow, 6> table = {MdhRow{},
+                                       MdhRow{.alpha = -quarter},
+                                       MdhRow{.a = 0.225, .d = 0.035},
+                                       MdhRow{.alpha = quarter, .d = 0.225},
+                                       MdhRow{.alpha = -quarter},
+                                       MdhRow{.alpha = quarter}};
+  return robot_from(table);
+}
+
+// Franka Emika Panda, the table of its documentation.
+Robot panda() {
+  const std::array<MdhRow, 7> table = {
+      MdhRow{.d = 0.333},
+      MdhRow{.alpha = -quarter},
+      MdhRow{.alpha = quarter, .d = 0.316},
+      MdhRow{.alpha = quarter, .a = 0.0825},
+      MdhRow{.alpha = -quarter, .a = -0.0825, .d = 0.384},
+      MdhRow{.alpha = quarter},
+      MdhRow{.alpha = quarter, .a = 0.088},
+  };
+  return robot_from(table);
+}
+
+// Seven joints whose axes and offsets know no right angles, as a calibrated URDF gives them.
+Robot oblique() {
+  Robot robot = panda();
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  for (Chain::Link& link : robot.chain.links) {
+    link.R = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
+                 .normalized()
+                 .toRotationMatrix();
+    link.p = Eigen::Vector3d(normal(random), normal(random), normal(random)) * 0.2;
+  }
+  return robot;
+}
+
+// Thirty joints with quarter turns between them.
+Robot snake() {
+  std::vector<MdhRow> table;
+  for (int j = 0; j < 30; ++j) {
+    table.push_back({.alpha = j % 2 == 0 ? quarter : -quarter, .a = j % 3 == 0 ? 0.05 : 0.0, .d = 0.1});
+  }
+  return robot_from(table);
+}
+
+constexpr Index samples = 1024;
+
+Motion random_motion(Index joints) {
+  std::mt19937_64 random(20260731);
+  std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
+  const auto matrix = [&](double scale) {
+    return Matrix(Matrix::NullaryExpr(samples, joints, [&] { return scale * symmetric(random); }));
+  };
+  Motion out;
+  out.q = matrix(3.0);
+  out.qd = matrix(2.0);
+  out.qdd = matrix(5.0);
+  return out;
+}
+
+// A Scalar that counts what an FMA unit would have to do: a product is free when a sum takes it up.
+struct Counted {
+  static constexpr int lanes = 1;
+  inline static long fused = 0;
+  inline static long apart = 0;
+  bool product = false;
+
+  Counted() = default;
+  Counted(double) {}
+  static Counted load(const double*) { return {}; }
+  void store(double*) const {}
+  friend Counted operator*(const Counted&, const Counted&) {
+    ++fused;
+    ++apart;
+    Counted out;
+    out.product = true;
+    return out;
+  }
+  static Counted sum(const Counted& a, const Counted& b) {
+    fused += a.product || b.product ? 0 : 1;
+    ++apart;
+    return {};
+  }
+  friend Counted operator+(const Counted& a, const Counted& b) { return sum(a, b); }
+  friend Counted operator-(const Counted& a, const Counted& b) { return sum(a, b); }
+  friend Counted operator-(const Counted& a) { return a; }
+  friend bool operator>(const Counted&, const Counted&) { return false; }
+  friend bool operator<(const Counted&, const Counted&) { return false; }
+  friend Counted select(bool, const Counted&, const Counted&) { return {}; }
+  // Sums and products of BasicPack::sin_cos(); its bit operations run beside them.
+  struct Mask {
+    friend Mask operator|(const Mask& a, const Mask&) { return a; }
+    friend bool any(const Mask&) { return false; }
+  };
+  friend Mask too_far(const Counted&) { return {}; }
+  friend void sin_cos_far(const Counted&, Counted&, Counted&) {}
+  friend void sin_cos_near(const Counted&, Counted&, Counted&) {
+    fused += 20;
+    apart += 37;
+  }
+};
+
+struct Count {
+  long fused = 0;
+  long apart = 0;
+};
+
+// The first link, whose zeros the compiler sees and this count does not, is left out: the bound is a lower one.
+Count counted(const RegressorBatch& batch) {
+  const auto count_of = [&](std::size_t joints) {
+    detail::BatchPlan plan = batch.plan();
+    plan.joints = joints;
+    Counted::fused = 0;
+    Counted::apart = 0;
+    std::vector<double> scratch(1000);
+    std::vector<double*> columns(100000, nullptr);
+    detail::fill_packs<Counted>(plan, {}, 1, columns.data(), scratch.data());
+    return Count{Counted::fused, Counted::apart};
+  };
+  const Count all = count_of(batch.joints());
+  const Count first = count_of(1);
+  return {all.fused - first.fused, all.apart - first.apart};
+}
+
+// Seconds of the fastest of several runs, each after one of the others, so that all meet the same disturbances.
+template <std::size_t N>
+std::array<double, N> fastest(const std::array<std::function<void()>, N>& runs) {
+  std::array<double, N> out;
+  out.fill(std::numeric_limits<double>::infinity());
+  for (int repeat = 0; repeat < 60; ++repeat) {
+    for (std::size_t i = 0; i < N; ++i) {
+      const auto start = std::chrono::steady_clock::now();
+      runs[i]();
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+      out[i] = std::min(out[i], taken.count());
+    }
+  }
+  return out;
+}
+
+// Sums and products of a register's width per second: chains enough to fill two pipelines of four steps.
+template <int Lanes>
+[[gnu::always_inline]] inline double chains(long rounds) {
+  using Values = typename detail::Lane<Lanes>::Values;
+  constexpr int count = 12;
+  Values x[count];
+  Values a = Values{} + 0.999;
+  Values b = Values{} + 1e-3;
+  for (int i = 0; i < count; ++i) {
+    x[i] = Values{} + i;
+  }
+  for (long k = 0; k < rounds; ++k) {
+    for (int i = 0; i < count; ++i) {
+      x[i] = x[i] * a + b;
+      asm volatile("" : "+x"(x[i]));
+    }
+  }
+  double sum = 0.0;
+  for (int i = 0; i < count; ++i) {
+    sum += x[i][0];
+  }
+  return sum;
+}
+#if defined(__x86_64__)
+[[gnu::target("avx512f")]] double chains_avx512(long rounds) {
+  using Values = detail::Lane<8>::Values;
+  Values x0 = Values{} + 1.0, x1 = x0, x2 = x0, x3 = x0, x4 = x0, x5 = x0, x6 = x0, x7 = x0, x8 = x0, x9 = x0;
+  const Values a = Values{} + 0.999;
+  const Values b = Values{} + 1e-3;
+  for (long k = 0; k < rounds; ++k) {
+    x0 = x0 * a + b;
+    x1 = x1 * a + b;
+    x2 = x2 * a + b;
+    x3 = x3 * a + b;
+    x4 = x4 * a + b;
+    x5 = x5 * a + b;
+    x6 = x6 * a + b;
+    x7 = x7 * a + b;
+    x8 = x8 * a + b;
+    x9 = x9 * a + b;
+    asm volatile("" : "+v"(x0), "+v"(x1), "+v"(x2), "+v"(x3), "+v"(x4));
+    asm volatile("" : "+v"(x5), "+v"(x6), "+v"(x7), "+v"(x8), "+v"(x9));
+  }
+  const Values sum = x0 + x1 + x2 + x3 + x4 + x5 + x6 + x7 + x8 + x9;
+  return sum[0];
+}
+[[gnu::target("avx2,fma")]] double chains_avx2(long rounds) {
+  using Values = detail::Lane<4>::Values;
+  Values x0 = Values{} + 1.0, x1 = x0, x2 = x0, x3 = x0, x4 = x0, x5 = x0, x6 = x0, x7 = x0, x8 = x0, x9 = x0;
+  const Values a = Values{} + 0.999;
+  const Values b = Values{} + 1e-3;
+  for (long k = 0; k < rounds; ++k) {
+    x0 = x0 * a + b;
+    x1 = x1 * a + b;
+    x2 = x2 * a + b;
+    x3 = x3 * a + b;
+    x4 = x4 * a + b;
+    x5 = x5 * a + b;
+    x6 = x6 * a + b;
+    x7 = x7 * a + b;
+    x8 = x8 * a + b;
+    x9 = x9 * a + b;
+    asm volatile("" : "+x"(x0), "+x"(x1), "+x"(x2), "+x"(x3), "+x"(x4));
+    asm volatile("" : "+x"(x5), "+x"(x6), "+x"(x7), "+x"(x8), "+x"(x9));
+  }
+  const Values sum = x0 + x1 + x2 + x3 + x4 + x5 + x6 + x7 + x8 + x9;
+  return sum[0];
+}
+#endif
+
+constexpr long rounds = 20000;
+
+double peak_run(Simd simd) {
+#if defined(__x86_64__)
+  if (simd == Simd::avx512) {
+    return chains_avx512(rounds);
+  }
+  if (simd == Simd::avx2) {
+    return chains_avx2(rounds);
+  }
+#endif
+  return chains<2>(rounds);
+}
+
+// Operations of peak_run(), each on a whole register; without FMA a product and a sum are two.
+double peak_operations(Simd simd) { return simd == Simd::baseline ? 2.0 * 12.0 * rounds : 10.0 * rounds; }
+int lanes_of(Simd simd) { return simd == Simd::avx512 ? 8 : simd == Simd::avx2 ? 4 : 2; }
+
+class Kdl {
+ public:
+  Kdl(const Robot& robot, const Motion& motion)
+      : motion_(motion),
+        chain_(kdl_chain(robot)),
+        solver_(chain_, KDL::Vector(0.0, 0.0, -9.81)),
+        q_(static_cast<unsigned>(robot.size())),
+        qd_(q_),
+        qdd_(q_),
+        tau_(q_),
+        no_forces_(chain_.getNrOfSegments()) {}
+
+  void operator()() {
+    for (Index k = 0; k < samples; ++k) {
+      for (unsigned j = 0; j < q_.rows(); ++j) {
+        q_(j) = motion_.q(k, j);
+        qd_(j) = motion_.qd(k, j);
+        qdd_(j) = motion_.qdd(k, j);
+      }
+      solver_.CartToJnt(q_, qd_, qdd_, no_forces_, tau_);
+      benchmark::DoNotOptimize(tau_.data.data());
+    }
+  }
+
+ private:
+  const Motion& motion_;
+  KDL::Chain chain_;
+  KDL::ChainIdSolver_RNE solver_;
+  KDL::JntArray q_, qd_, qdd_, tau_;
+  KDL::Wrenches no_forces_;
+};
+
+#if defined(RIVID_WITH_PINOCCHIO)
+PinocchioRegressor pinocchio_of(const Robot& robot) {
+  std::vector<PinocchioRegressor::Link> links;
+  for (const Chain::Link& link : robot.chain.links) {
+    PinocchioRegressor::Link out{.revolute = link.type == JointType::revolute};
+    Eigen::Matrix3d::Map(out.R.data()) = link.R;
+    Eigen::Vector3d::Map(out.p.data()) = link.p;
+    links.push_back(out);
+  }
+  const Eigen::Vector3d& g = robot.chain.gravity;
+  return PinocchioRegressor(links, {g.x(), g.y(), g.z()});
+}
+
+// Largest difference to Pinocchio's regressor, relative to the largest entry.
+double disagreement(PinocchioRegressor& pinocchio, const RegressorBatch& batch,
+                    const std::vector<StandardParameter>& parameters, const Motion& motion) {
+  constexpr std::array<Index, 10> theirs = {4, 5, 7, 6, 8, 9, 1, 2, 3, 0};
+  const Index n = motion.joints();
+  RegressorBlock block(batch, samples);
+  batch.fill(motion, 0, samples, block);
+  double largest = 0.0;
+  double difference = 0.0;
+  for (Index k = 0; k < samples; ++k) {
+    const Vector q = motion.q.row(k);
+    const Vector qd = motion.qd.row(k);
+    const Vector qdd = motion.qdd.row(k);
+    const Eigen::Map<const Matrix> W(pinocchio(q.data(), qd.data(), qdd.data()), n, 10 * n);
+    largest = std::max(largest, W.cwiseAbs().maxCoeff());
+    for (Index i = 0; i < n; ++i) {
+      const std::vector<Index>& own = batch.of_joint(static_cast<std::size_t>(i));
+      for (std::size_t c = 0; c < own.size(); ++c) {
+        const StandardParameter& p = parameters[static_cast<std::size_t>(own[c])];
+        if (p.kind < ParameterKind::Ia) {
+          const Index column = 10 * p.joint + theirs[static_cast<std::size_t>(p.kind)];
+          difference = std::max(difference, std::abs(W(i, column) - block.W(static_cast<std::size_t>(i))(
+                                                                        k, static_cast<Index>(c))));
+        }
+      }
+    }
+  }
+  return difference / largest;
+}
+#endif
+
+enum class How { one_sample, baseline, avx2, avx512 };
+
+void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_wanted) {
+  const Motion motion = random_motion(robot.size());
+  const BaseParameters base = base_parameters(robot);
+  const std::vector<StandardParameter> parameters = base.columns();
+  const Simd simd = how == How::avx512 ? Simd::avx512 : how == How::avx2 ? Simd::avx2 : Simd::baseline;
+  if (!supported(simd)) {
+    state.SkipWithError("this machine has not that instruction set");
+    return;
+  }
+  const RegressorBatch batch(robot, parameters, {.simd = simd});
+  RegressorBlock block = rows_wanted > 0 ? RegressorBlock(batch, rows_wanted) : RegressorBlock(batch);
+  const Index block_rows = block.capacity();
+  const RegressorColumns columns(robot, parameters);
+  RegressorWorkspace<double> workspace(robot.chain);
+  const auto n = static_cast<std::size_t>(robot.size());
+  // One sample at a time finds its state in a row of memory; so does the reference.
+  const Matrix q = motion.q.transpose();
+  const Matrix qd = motion.qd.transpose();
+  const Matrix qdd = motion.qdd.transpose();
+  std::vector<Vector> rows;
+  for (std::size_t i = 0; i < n; ++i) {
+    rows.emplace_back(static_cast<Index>(columns.of_joint(i).size()));
+  }
+  const auto ours = [&] {
+    if (how != How::one_sample) {
+      for (Index first = 0; first < samples; first += block_rows) {
+        batch.fill(motion, first, std::min(block_rows, samples - first), block);
+        benchmark::ClobberMemory();
+      }
+      return;
+    }
+    for (Index k = 0; k < samples; ++k) {
+      columns.rows(robot.chain,
+                   State<double>{{q.col(k).data(), n}, {qd.col(k).data(), n}, {qdd.col(k).data(), n}},
+                   workspace, [&](std::size_t i, Index column, double value) { rows[i][column] = value; });
+      benchmark::ClobberMemory();
+    }
+  };
+  Kdl kdl(robot, motion);
+#if defined(RIVID_WITH_PINOCCHIO)
+  PinocchioRegressor pinocchio = pinocchio_of(robot);
+#endif
+  const std::function<void()> theirs = [&] {
+#if defined(RIVID_WITH_PINOCCHIO)
+    for (Index k = 0; k < samples; ++k) {
+      benchmark::DoNotOptimize(pinocchio(q.col(k).data(), qd.col(k).data(), qdd.col(k).data()));
+    }
+#endif
+  };
+  const auto times =
+      fastest<4>({ours, theirs, std::ref(kdl), [&] { benchmark::DoNotOptimize(peak_run(simd)); }});
+  const double sample = 1e9 * times[0] / samples;
+  for (auto _ : state) {
+    ours();
+  }
+  state.counters["ns"] = sample;
+  state.counters["kdl_rne_ratio"] = times[2] / times[0];
+#if defined(RIVID_WITH_PINOCCHIO)
+  state.counters["pinocchio_ns"] = 1e9 * times[1] / samples;
+  state.counters["pinocchio_ratio"] = times[1] / times[0];
+  if (how != How::one_sample) {
+    state.counters["disagreement"] = disagreement(pinocchio, batch, parameters, motion);
+  }
+#endif
+  if (how != How::one_sample) {
+    const Count count = counted(batch);
+    const auto operations = static_cast<double>(simd == Simd::baseline ? count.apart : count.fused);
+    const double bound = 1e9 * operations / lanes_of(simd) * times[3] / peak_operations(simd);
+    state.counters["operations"] = operations;
+    state.counters["bound_ns"] = bound;
+    state.counters["of_bound"] = bound / sample;
+  }
+}
+
+const Robot the_scara = scara();
+const Robot the_tx40 = tx40();
+const Robot the_panda = panda();
+const Robot the_oblique = oblique();
+const Robot the_snake = snake();
+
+const int registered = [] {
+  struct Named {
+    const char* name;
+    const Robot* robot;
+  };
+  for (const Named& r :
+       {Named{"scara_2", &the_scara}, Named{"tx40_6", &the_tx40}, Named{"panda_7", &the_panda},
+        Named{"oblique_7", &the_oblique}, Named{"snake_30", &the_snake}}) {
+    const auto add = [&](const std::string& how_name, How how, Index rows) {
+      benchmark::RegisterBenchmark(
+          (std::string(r.name) + "/" + how_name).c_str(),
+          [robot = r.robot, how, rows](benchmark::State& state) { regressor(state, *robot, how, rows); });
+    };
+    add("one_sample", How::one_sample, 0);
+    add("baseline", How::baseline, 0);
+    add("avx2", How::avx2, 0);
+    add("avx512", How::avx512, 0);
+    add("avx512_block_of_16", How::avx512, 16);
+  }
+  return 0;
+}();
+
+}  // namespace

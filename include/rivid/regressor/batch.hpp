@@ -1,0 +1,160 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rivid/motion.hpp"
+#include "rivid/regressor/columns.hpp"
+
+namespace rivid {
+
+/// Instruction sets that batches are compiled for.
+enum class Simd {
+  best,      ///< the widest that this machine has
+  baseline,  ///< what every x86-64 has; other processors know this one alone
+  avx2,      ///< AVX2 and FMA
+  avx512     ///< AVX-512F
+};
+
+/// "best", "baseline", "avx2", "avx512".
+[[nodiscard]] std::string_view name(Simd simd);
+
+/// Whether this machine can run it.
+[[nodiscard]] bool supported(Simd simd);
+
+struct BatchOptions {
+  int threads = 1;  ///< used by observation(); the result is the same, bit by bit, whatever their number
+  /// Results of two sets differ by rounding, since some fuse multiplication and addition.
+  Simd simd = Simd::best;
+
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// Rows of one joint in memory of the caller's: entry (row, column) is data[row + column * ld].
+struct RowsTarget {
+  double* data = nullptr;
+  Index ld = 0;
+};
+
+class BatchWorkspace;
+class RegressorBlock;
+
+namespace detail {
+struct BatchPlan;
+}
+
+/// Rows of a regressor for many samples at once: several samples in the lanes of a vector register, by the widest
+/// instruction set of the machine, which is chosen when the program runs.
+///
+/// A large W costs more to write to memory than to compute. Whoever can use it up piece by piece fills the same
+/// RegressorBlock again and again, which stays in the cache:
+///
+///   const RegressorBatch batch(robot, base.columns());
+///   RegressorBlock block(batch);
+///   for (Index first = 0; first < motion.samples(); first += block.capacity()) {
+///     batch.fill(motion, first, std::min(block.capacity(), motion.samples() - first), block);
+///     // block.W(0), …, block.W(n − 1)
+///   }
+///
+/// It is only read while it works: threads may share one, each with a block or a workspace of its own.
+class RegressorBatch {
+ public:
+  /// @param parameters  columns of the regressor wanted, (b), each at most once; BaseParameters::columns() for W
+  /// @throws InputError where a parameter occurs twice, an option can not be used or the machine has not the
+  ///                    instruction set asked for
+  RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
+                 const BatchOptions& options = {});
+  ~RegressorBatch();
+  RegressorBatch(RegressorBatch&&) noexcept;
+  RegressorBatch& operator=(RegressorBatch&&) noexcept;
+  RegressorBatch(const RegressorBatch&) = delete;
+  RegressorBatch& operator=(const RegressorBatch&) = delete;
+
+  [[nodiscard]] Index size() const { return columns_.size(); }
+  [[nodiscard]] std::size_t joints() const { return columns_.wanted().size(); }
+  /// Columns that joint i's rows touch: indices into the parameters, ascending.
+  [[nodiscard]] const std::vector<Index>& of_joint(std::size_t i) const { return columns_.of_joint(i); }
+  /// The instruction set in use, never `best`.
+  [[nodiscard]] Simd simd() const;
+
+  /// Rows of samples first … first + count − 1, into rows 0 … count − 1 of the block. No allocation.
+  ///
+  /// @throws InputError where motion, first or count do not fit the robot or the block
+  void fill(const Motion& motion, Index first, Index count, RegressorBlock& block) const;
+
+  /// The same into memory of the caller's, from row `row` on. No allocation.
+  ///
+  /// @param targets  (n), each with room for rows row … row + count − 1 of its of_joint(i) columns
+  void fill(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets, Index row,
+            BatchWorkspace& workspace) const;
+
+  /// What the kernels read, for who counts their arithmetic; complete in src/regressor/batch_kernel.hpp.
+  [[nodiscard]] detail::BatchPlan plan() const;
+
+  /// @throws InputError in the name of `who`, where the motion is not one of this robot or lacks those samples
+  void require(std::string_view who, const Motion& motion, Index first, Index count) const;
+
+ private:
+  friend class BatchWorkspace;
+  struct Plan;
+
+  RegressorColumns columns_;
+  std::unique_ptr<Plan> plan_;
+};
+
+namespace detail {
+
+struct AlignedDelete {
+  void operator()(double* p) const;
+};
+// Doubles at a multiple of the longest vector, not initialised.
+using AlignedDoubles = std::unique_ptr<double[], AlignedDelete>;
+[[nodiscard]] AlignedDoubles aligned_doubles(std::size_t count);
+
+}  // namespace detail
+
+/// Scratch of RegressorBatch::fill(), made once and used for any number of samples by one thread.
+class BatchWorkspace {
+ public:
+  explicit BatchWorkspace(const RegressorBatch& batch);
+
+ private:
+  friend class RegressorBatch;
+  detail::AlignedDoubles scratch_;
+  detail::AlignedDoubles tail_;   // input and output of samples that fill no whole pack
+  std::vector<double*> columns_;  // where each entry's column begins
+  std::vector<double*> tail_columns_;
+};
+
+/// Rows of all joints for some samples, in memory that suits the caches.
+class RegressorBlock {
+ public:
+  using Rows = Eigen::Map<const Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
+
+  /// As many samples as a second-level cache holds beside other things, 256 at most.
+  explicit RegressorBlock(const RegressorBatch& batch);
+  /// @param capacity  samples that it can hold, at least 1
+  RegressorBlock(const RegressorBatch& batch, Index capacity);
+
+  [[nodiscard]] Index capacity() const { return capacity_; }
+  /// Samples that it holds now.
+  [[nodiscard]] Index rows() const { return rows_; }
+  /// Rows of joint i, (rows() × of_joint(i).size()).
+  [[nodiscard]] Rows W(std::size_t i) const;
+
+ private:
+  friend class RegressorBatch;
+  Index capacity_;
+  Index rows_ = 0;
+  detail::AlignedDoubles memory_;
+  std::vector<RowsTarget> targets_;
+  std::vector<Index> widths_;
+  BatchWorkspace workspace_;
+};
+
+}  // namespace rivid

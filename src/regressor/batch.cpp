@@ -1,0 +1,361 @@
+#include "rivid/regressor/batch.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <new>
+
+#include "regressor/batch_kernel.hpp"
+#include "rivid/error.hpp"
+
+namespace rivid {
+
+namespace {
+
+constexpr std::size_t alignment = 64;
+
+Simd resolved(Simd simd) {
+  if (simd != Simd::best) {
+    return simd;
+  }
+  return supported(Simd::avx512) ? Simd::avx512 : supported(Simd::avx2) ? Simd::avx2 : Simd::baseline;
+}
+
+const detail::BatchKernel& kernel_of(Simd simd) {
+#if defined(__x86_64__)
+  if (simd == Simd::avx512) {
+    return detail::avx512_kernel();
+  }
+  if (simd == Simd::avx2) {
+    return detail::avx2_kernel();
+  }
+#else
+  static_cast<void>(simd);
+#endif
+  return detail::baseline_kernel();
+}
+
+// An entry of a rotation this small is a rounding error of the sine or cosine of a quarter turn.
+constexpr double no_entry = 4.0 * std::numeric_limits<double>::epsilon();
+
+bool is_nil(double x) { return std::abs(x) <= no_entry; }
+
+// R = turn · Rz(θ).
+struct TurnAndAngle {
+  detail::Turn turn = detail::Turn::any;
+  Eigen::Matrix3d R;
+  double cos_theta = 1.0;
+  double sin_theta = 0.0;
+};
+
+TurnAndAngle turn_and_angle(const Eigen::Matrix3d& R) {
+  TurnAndAngle out;
+  out.R = R;
+  if (!is_nil(R(0, 2))) {
+    return out;
+  }
+  const double c = R(2, 2);
+  const double s = -R(1, 2);
+  out.R << 1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c;
+  out.cos_theta = R(0, 0);
+  out.sin_theta = -R(0, 1);
+  if (is_nil(out.sin_theta) && out.cos_theta > 0.0) {
+    out.cos_theta = 1.0;
+    out.sin_theta = 0.0;
+  }
+  out.turn = detail::Turn::about_x;
+  if (is_nil(s) && c > 0.0) {
+    out.turn = detail::Turn::none;
+  } else if (is_nil(c)) {
+    out.turn = s > 0.0 ? detail::Turn::plus : detail::Turn::minus;
+  }
+  return out;
+}
+
+void copy(const Eigen::Vector3d& from, double* to) { Eigen::Vector3d::Map(to) = from; }
+
+detail::LinkPlan link_plan(const Chain& chain, std::size_t j, InertialMask mask) {
+  const Chain::Link& link = chain.links[j];
+  detail::LinkPlan out{};
+  out.revolute = link.type == JointType::revolute;
+  TurnAndAngle turn = turn_and_angle(link.R);
+  const Eigen::Matrix3d turned = turn.R.transpose();
+  Eigen::Matrix3d::Map(out.R) = turned;  // column-major, so its transpose row by row
+  out.cos_theta = turn.cos_theta;
+  out.sin_theta = turn.sin_theta;
+  out.shifted_angle = turn.sin_theta != 0.0 || turn.cos_theta != 1.0;
+  copy(link.p, out.p);
+  copy(turned * -chain.gravity, out.accel);
+  if (j > 0) {
+    const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+    const bool revolute = chain.links[j - 1].type == JointType::revolute;
+    copy(revolute ? Eigen::Vector3d(turned * z) : Eigen::Vector3d::Zero(), out.parent_w);
+    copy(turned * (revolute ? Eigen::Vector3d(z.cross(link.p)) : z), out.parent_v);
+  }
+  out.mask = mask;
+  std::ranges::fill(out.sign, 1.0);
+  bool plain = mask == detail::usual_mask;
+  for (int k = 0; k < inertial_count; ++k) {
+    const InertialColumn column = inertial_column(link, static_cast<ParameterKind>(k));
+    out.sign[column.index] = column.sign;
+    plain = plain && column.sign > 0;
+  }
+  unsigned offsets = 0;
+  for (int k = 0; k < 3; ++k) {
+    offsets |= link.p[k] != 0.0 ? 1U << k : 0U;
+  }
+  out.step = detail::step_number(turn.turn, offsets, out.revolute, plain);
+  return out;
+}
+
+detail::OwnKind own_kind(ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::Ia:
+      return detail::OwnKind::acceleration;
+    case ParameterKind::Fv:
+      return detail::OwnKind::velocity;
+    case ParameterKind::Fc:
+      return detail::OwnKind::sign;
+    case ParameterKind::Fv_plus:
+      return detail::OwnKind::positive;
+    case ParameterKind::Fv_minus:
+      return detail::OwnKind::negative;
+    case ParameterKind::Fc_plus:
+      return detail::OwnKind::positive_sign;
+    case ParameterKind::Fc_minus:
+      return detail::OwnKind::negative_sign;
+    default:
+      return detail::OwnKind::one;
+  }
+}
+
+}  // namespace
+
+std::string_view name(Simd simd) {
+  constexpr std::array<std::string_view, 4> names = {"best", "baseline", "avx2", "avx512"};
+  return names[static_cast<std::size_t>(simd)];
+}
+
+bool supported(Simd simd) {
+#if defined(__x86_64__)
+  if (simd == Simd::avx512) {
+    return __builtin_cpu_supports("avx512f") != 0 && supported(Simd::avx2);
+  }
+  if (simd == Simd::avx2) {
+    return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+  }
+#endif
+  return simd == Simd::best || simd == Simd::baseline;
+}
+
+std::optional<std::string> BatchOptions::complaint() const {
+  if (threads < 1) {
+    return "threads is " + std::to_string(threads) + ", must be at least 1";
+  }
+  if (!supported(simd)) {
+    return "simd is " + std::string(name(simd)) + ", which this machine has not; take Simd::best";
+  }
+  return std::nullopt;
+}
+
+struct RegressorBatch::Plan {
+  // Column of joint i's rows that an entry goes to, in the order of the kernel.
+  struct Entry {
+    std::size_t joint;
+    Index column;
+  };
+
+  std::vector<detail::LinkPlan> links;
+  std::vector<detail::OwnEntry> own;
+  std::vector<Entry> entries;
+  Simd simd = Simd::baseline;
+  const detail::BatchKernel* kernel = nullptr;
+
+  [[nodiscard]] detail::BatchPlan view() const {
+    return {links.data(), links.size(), own.data(), own.size()};
+  }
+  [[nodiscard]] std::size_t lanes() const { return static_cast<std::size_t>(kernel->lanes); }
+};
+
+RegressorBatch::RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
+                               const BatchOptions& options)
+    : columns_(robot, parameters), plan_(std::make_unique<Plan>()) {
+  if (const auto complaint = options.complaint()) {
+    throw InputError("RegressorBatch: " + *complaint);
+  }
+  Plan& plan = *plan_;
+  plan.simd = resolved(options.simd);
+  plan.kernel = &kernel_of(plan.simd);
+  const std::size_t n = joints();
+  for (std::size_t j = 0; j < n; ++j) {
+    plan.links.push_back(link_plan(robot.chain, j, columns_.wanted()[j]));
+    for (std::size_t i = 0; i <= j; ++i) {
+      const auto block = columns_.of_link(i, j);
+      std::vector<RegressorColumns::InertialEntry> sorted(block.begin(), block.end());
+      std::ranges::sort(sorted, {}, &RegressorColumns::InertialEntry::index);
+      for (std::size_t e = 0; e < sorted.size(); ++e) {
+        if (e > 0 && sorted[e].index == sorted[e - 1].index) {
+          throw InputError("RegressorBatch: a parameter of joint " + std::to_string(j + 1) +
+                           " occurs twice, must occur once");
+        }
+        plan.entries.push_back({i, sorted[e].column});
+      }
+    }
+  }
+  for (std::size_t j = 0; j < n; ++j) {
+    for (const RegressorColumns::JointEntry& e : columns_.of_own(j)) {
+      plan.own.push_back({static_cast<int>(j), own_kind(e.kind)});
+      plan.entries.push_back({j, e.column});
+    }
+  }
+}
+
+RegressorBatch::~RegressorBatch() = default;
+RegressorBatch::RegressorBatch(RegressorBatch&&) noexcept = default;
+RegressorBatch& RegressorBatch::operator=(RegressorBatch&&) noexcept = default;
+
+Simd RegressorBatch::simd() const { return plan_->simd; }
+
+detail::BatchPlan RegressorBatch::plan() const { return plan_->view(); }
+
+void RegressorBatch::require(std::string_view who, const Motion& motion, Index first, Index count) const {
+  const auto n = static_cast<Index>(joints());
+  const auto fits = [&](const Matrix& x) { return x.rows() == motion.q.rows() && x.cols() == n; };
+  if (!fits(motion.q) || !fits(motion.qd) || !fits(motion.qdd)) {
+    const auto shape = [](const Matrix& x) {
+      return "(" + std::to_string(x.rows()) + " x " + std::to_string(x.cols()) + ")";
+    };
+    throw InputError(std::string(who) + ": q is " + shape(motion.q) + ", qd " + shape(motion.qd) + ", qdd " +
+                     shape(motion.qdd) + "; each must have one column for each of the robot's " +
+                     std::to_string(n) + " joints and the same number of rows");
+  }
+  if (first < 0 || count < 0 || count > motion.samples() - first) {
+    throw InputError(std::string(who) + ": samples " + std::to_string(first) + " to " +
+                     std::to_string(first + count) + " are asked for, the motion has " +
+                     std::to_string(motion.samples()));
+  }
+}
+
+void RegressorBatch::fill(const Motion& motion, Index first, Index count, RegressorBlock& block) const {
+  if (count > block.capacity() || block.targets_.size() != joints()) {
+    throw InputError("RegressorBatch::fill: " + std::to_string(count) + " samples of " +
+                     std::to_string(joints()) + " joints do not fit a block for " +
+                     std::to_string(block.capacity()) + " samples of " +
+                     std::to_string(block.targets_.size()) + " joints");
+  }
+  fill(motion, first, count, block.targets_, 0, block.workspace_);
+  block.rows_ = count;
+}
+
+void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets,
+                          Index row, BatchWorkspace& workspace) const {
+  require("RegressorBatch::fill", motion, first, count);
+  if (targets.size() != joints() || workspace.columns_.size() != plan_->entries.size()) {
+    throw InputError("RegressorBatch::fill: targets or workspace are those of another robot");
+  }
+  const Plan& plan = *plan_;
+  const auto lanes = static_cast<Index>(plan.lanes());
+  const detail::BatchPlan view = plan.view();
+  for (std::size_t e = 0; e < plan.entries.size(); ++e) {
+    const RowsTarget& target = targets[plan.entries[e].joint];
+    workspace.columns_[e] = target.data + plan.entries[e].column * target.ld + row;
+  }
+  const Index packs = count / lanes;
+  const auto input = [&](Index sample) {
+    return detail::BatchInput{motion.q.data() + sample, motion.qd.data() + sample, motion.qdd.data() + sample,
+                              motion.q.outerStride(),   motion.qd.outerStride(),   motion.qdd.outerStride()};
+  };
+  plan.kernel->fill(view, input(first), static_cast<std::size_t>(packs), workspace.columns_.data(),
+                    workspace.scratch_.get());
+
+  // The rest goes through a pack of its own, by the same arithmetic: a row never depends on where a batch ends.
+  const Index rest = count - packs * lanes;
+  if (rest == 0) {
+    return;
+  }
+  const auto n = static_cast<Index>(joints());
+  const Index sample = first + packs * lanes;
+  double* const q = workspace.tail_.get();
+  double* const qd = q + n * lanes;
+  double* const qdd = qd + n * lanes;
+  for (Index j = 0; j < n; ++j) {
+    for (Index lane = 0; lane < lanes; ++lane) {
+      const Index k = sample + std::min(lane, rest - 1);
+      q[j * lanes + lane] = motion.q(k, j);
+      qd[j * lanes + lane] = motion.qd(k, j);
+      qdd[j * lanes + lane] = motion.qdd(k, j);
+    }
+  }
+  plan.kernel->fill(view, {q, qd, qdd, lanes, lanes, lanes}, 1, workspace.tail_columns_.data(),
+                    workspace.scratch_.get());
+  for (std::size_t e = 0; e < plan.entries.size(); ++e) {
+    std::copy_n(workspace.tail_columns_[e], rest, workspace.columns_[e] + packs * lanes);
+  }
+}
+
+void detail::AlignedDelete::operator()(double* p) const {
+  ::operator delete[](p, std::align_val_t(alignment));
+}
+
+detail::AlignedDoubles detail::aligned_doubles(std::size_t count) {
+  return AlignedDoubles(
+      static_cast<double*>(::operator new[](count * sizeof(double), std::align_val_t(alignment))));
+}
+
+BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
+    : scratch_(detail::aligned_doubles(detail::kernel_scratch(batch.plan_->lanes(), batch.joints()))),
+      columns_(batch.plan_->entries.size()),
+      tail_columns_(batch.plan_->entries.size()) {
+  const std::size_t lanes = batch.plan_->lanes();
+  const std::size_t input = 3 * batch.joints() * lanes;
+  tail_ = detail::aligned_doubles(input + tail_columns_.size() * lanes);
+  for (std::size_t e = 0; e < tail_columns_.size(); ++e) {
+    tail_columns_[e] = tail_.get() + input + e * lanes;
+  }
+}
+
+namespace {
+
+Index rows_for_the_cache(const RegressorBatch& batch) {
+  constexpr Index cache = 512 * 1024;
+  Index width = 1;
+  for (std::size_t i = 0; i < batch.joints(); ++i) {
+    width += static_cast<Index>(batch.of_joint(i).size());
+  }
+  return std::clamp<Index>(cache / (8 * width) / 8 * 8, 16, 256);
+}
+
+}  // namespace
+
+RegressorBlock::RegressorBlock(const RegressorBatch& batch)
+    : RegressorBlock(batch, rows_for_the_cache(batch)) {}
+
+RegressorBlock::RegressorBlock(const RegressorBatch& batch, Index capacity)
+    : capacity_(capacity), workspace_(batch) {
+  if (capacity < 1) {
+    throw InputError("RegressorBlock: capacity is " + std::to_string(capacity) + ", must be at least 1");
+  }
+  // Columns an odd number of cache lines apart: at a power of two they would all fall into the same few sets.
+  constexpr Index line = 8;
+  const Index ld = (((capacity + line - 1) / line) | 1) * line;
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < batch.joints(); ++i) {
+    widths_.push_back(static_cast<Index>(batch.of_joint(i).size()));
+    size += static_cast<std::size_t>(ld * widths_.back());
+  }
+  memory_ = detail::aligned_doubles(size);
+  double* next = memory_.get();
+  for (const Index width : widths_) {
+    targets_.push_back({next, ld});
+    next += ld * width;
+  }
+}
+
+RegressorBlock::Rows RegressorBlock::W(std::size_t i) const {
+  const RowsTarget& target = targets_[i];
+  return {target.data, rows_, widths_[i], Eigen::OuterStride<>(target.ld)};
+}
+
+}  // namespace rivid

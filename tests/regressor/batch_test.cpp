@@ -1,0 +1,235 @@
+#include "rivid/regressor/batch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <numbers>
+
+#include "rivid/error.hpp"
+#include "rivid/model/mdh.hpp"
+#include "rivid/regressor/observation.hpp"
+#include "support/robots.hpp"
+
+namespace {
+
+std::atomic<long> allocations = 0;
+
+// Not inlined: the compiler would see malloc's kind of memory go to delete, and warn.
+[[gnu::noinline]] void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  void* const p = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (p == nullptr) {
+    throw std::bad_alloc();
+  }
+  return p;
+}
+[[gnu::noinline]] void release(void* p) { std::free(p); }
+
+}  // namespace
+
+// The arrays' forms call these.
+void* operator new(std::size_t size) { return counted(size, 16); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return counted(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* p) noexcept { release(p); }
+void operator delete(void* p, std::size_t) noexcept { release(p); }
+void operator delete(void* p, std::align_val_t) noexcept { release(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { release(p); }
+
+namespace rivid {
+namespace {
+
+// Operations in another order, some of them fused, and other sines; every joint adds its own.
+double rounding(Index joints) {
+  return static_cast<double>(std::max<Index>(4, joints)) * std::numeric_limits<double>::epsilon();
+}
+
+std::vector<Simd> sets() {
+  std::vector<Simd> out;
+  for (const Simd simd : {Simd::baseline, Simd::avx2, Simd::avx512}) {
+    if (supported(simd)) {
+      out.push_back(simd);
+    }
+  }
+  return out;
+}
+
+// One sample after the other, by the generator that is templated on Scalar.
+std::vector<Matrix> one_by_one(const Robot& robot, const std::vector<StandardParameter>& parameters,
+                               const Motion& motion) {
+  const RegressorColumns columns(robot, parameters);
+  RegressorWorkspace<double> workspace(robot.chain);
+  std::vector<Matrix> out;
+  for (Index i = 0; i < robot.size(); ++i) {
+    out.emplace_back(motion.samples(),
+                     static_cast<Index>(columns.of_joint(static_cast<std::size_t>(i)).size()));
+  }
+  for (Index k = 0; k < motion.samples(); ++k) {
+    const auto row = [&](const Matrix& x) {
+      const Vector r = x.row(k);
+      return std::vector<double>(r.data(), r.data() + r.size());
+    };
+    const std::vector<double> q = row(motion.q);
+    const std::vector<double> qd = row(motion.qd);
+    const std::vector<double> qdd = row(motion.qdd);
+    columns.rows(robot.chain, State<double>{q, qd, qdd}, workspace,
+                 [&](std::size_t i, Index c, double value) { out[i](k, c) = value; });
+  }
+  return out;
+}
+
+double largest(const std::vector<Matrix>& W) {
+  double out = 0.0;
+  for (const Matrix& x : W) {
+    out = std::max(out, x.cwiseAbs().maxCoeff());
+  }
+  return out;
+}
+
+void expect_all_sets_agree(const Robot& robot, const std::vector<StandardParameter>& parameters,
+                           const Motion& motion) {
+  const std::vector<Matrix> expected = one_by_one(robot, parameters, motion);
+  const double tolerance = rounding(robot.size()) * largest(expected);
+  for (const Simd simd : sets()) {
+    const RegressorBatch batch(robot, parameters, {.simd = simd});
+    RegressorBlock block(batch, motion.samples());
+    batch.fill(motion, 0, motion.samples(), block);
+    for (std::size_t i = 0; i < batch.joints(); ++i) {
+      EXPECT_LE((block.W(i) - expected[i]).cwiseAbs().maxCoeff(), tolerance)
+          << name(simd) << ", joint " << i + 1;
+    }
+  }
+}
+
+TEST(RegressorBatch, IsTheRegressorOfEachSampleByEveryInstructionSet) {
+  for (const int n : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 30}) {
+    const auto seed = static_cast<std::uint64_t>(1000 + n);
+    SCOPED_TRACE(std::to_string(n) + " joints, seed " + std::to_string(seed));
+    std::mt19937_64 random(seed);
+    Robot robot = test::random_robot(n, random);
+    robot.joints.front().friction = Friction::asymmetric;
+    const Motion motion = test::random_motion(21, n, random);
+    expect_all_sets_agree(robot, robot.standard_parameters(), motion);
+    expect_all_sets_agree(robot, base_parameters(robot).columns(), motion);
+  }
+}
+
+// Every turn between neighbours, every pattern of offsets, with and without an angle about the joint's axis.
+TEST(RegressorBatch, KnowsEveryGeometryThatItTakesAShortWayFor) {
+  constexpr double quarter = std::numbers::pi / 2;
+  std::mt19937_64 random(1100);
+  for (const double alpha : {0.0, quarter, -quarter, 2.0 * quarter, 0.3}) {
+    for (unsigned offsets = 0; offsets < 8; ++offsets) {
+      for (const double theta : {0.0, quarter, -0.7}) {
+        for (const JointType type : {JointType::revolute, JointType::prismatic}) {
+          SCOPED_TRACE("alpha " + std::to_string(alpha) + ", offsets " + std::to_string(offsets) +
+                       ", theta " + std::to_string(theta));
+          const std::array<MdhRow, 4> table = {
+              MdhRow{.alpha = 0.2}, MdhRow{.type = type, .alpha = alpha, .theta = theta},
+              MdhRow{.alpha = -alpha, .theta = theta}, MdhRow{.alpha = alpha}};
+          Robot robot = robot_from(table);
+          for (Chain::Link& link : robot.chain.links) {
+            for (int k = 0; k < 3; ++k) {
+              link.p[k] = (offsets >> k & 1U) != 0U ? 0.1 + 0.2 * k : 0.0;
+            }
+          }
+          const Motion motion = test::random_motion(8, 4, random);
+          expect_all_sets_agree(robot, robot.standard_parameters(), motion);
+          expect_all_sets_agree(robot, base_parameters(robot).columns(), motion);
+        }
+      }
+    }
+  }
+}
+
+TEST(RegressorBatch, DoesNotDependOnWhereABatchEnds) {
+  std::mt19937_64 random(1200);
+  const Robot robot = test::random_robot(4, random);
+  const Motion motion = test::random_motion(40, 4, random);
+  const BaseParameters base = base_parameters(robot);
+  for (const Simd simd : sets()) {
+    const RegressorBatch batch(robot, base.columns(), {.simd = simd});
+    RegressorBlock whole(batch, 40);
+    batch.fill(motion, 0, 40, whole);
+    RegressorBlock part(batch, 17);
+    for (Index count = 0; count <= 17; ++count) {
+      for (const Index first : {Index{0}, Index{3}, 40 - count}) {
+        batch.fill(motion, first, count, part);
+        ASSERT_EQ(part.rows(), count);
+        for (std::size_t i = 0; i < batch.joints(); ++i) {
+          EXPECT_TRUE(part.W(i) == whole.W(i).middleRows(first, count))
+              << name(simd) << ", " << count << " samples from " << first;
+        }
+      }
+    }
+  }
+}
+
+TEST(Observation, IsTheSameBitByBitWhateverTheNumberOfThreads) {
+  std::mt19937_64 random(1300);
+  const Robot robot = test::random_robot(3, random);
+  const BaseParameters base = base_parameters(robot);
+  for (const Index count : {0, 1, 63, 64, 65, 1000}) {
+    const Motion motion = test::random_motion(count, 3, random);
+    const Matrix one = observation(robot, base, motion).dense();
+    for (const int threads : {2, 3, 7}) {
+      EXPECT_TRUE(observation(robot, base, motion, {.threads = threads}).dense() == one)
+          << count << " samples, " << threads << " threads";
+    }
+  }
+}
+
+TEST(RegressorBatch, AllocatesNothingForASample) {
+  std::mt19937_64 random(1400);
+  const Robot robot = test::random_robot(6, random);
+  const BaseParameters base = base_parameters(robot);
+  const Motion motion = test::random_motion(21, 6, random);
+  const RegressorBatch batch(robot, base.columns());
+  RegressorBlock block(batch, 21);
+  const RegressorColumns columns(robot, base.columns());
+  RegressorWorkspace<double> workspace(robot.chain);
+  const std::vector<double> q(6, 0.3);
+  double sum = 0.0;
+
+  const long before = allocations;
+  batch.fill(motion, 0, 21, block);
+  columns.rows(robot.chain, State<double>{q, q, q}, workspace,
+               [&](std::size_t, Index, double value) { sum += value; });
+  EXPECT_EQ(allocations, before);
+  EXPECT_TRUE(std::isfinite(sum));
+}
+
+TEST(RegressorBatch, SaysWhatItCanNotUse) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  const auto message = [](auto&& call) {
+    try {
+      call();
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing");
+  };
+  EXPECT_EQ(message([&] { const RegressorBatch batch(robot, base.columns(), {.threads = 0}); }),
+            "RegressorBatch: threads is 0, must be at least 1");
+  std::vector<StandardParameter> twice = base.columns();
+  twice.push_back(twice.front());
+  EXPECT_EQ(message([&] { const RegressorBatch batch(robot, twice); }),
+            "RegressorBatch: a parameter of joint 1 occurs twice, must occur once");
+  const RegressorBatch batch(robot, base.columns());
+  RegressorBlock block(batch, 4);
+  std::mt19937_64 random(1500);
+  const Motion motion = test::random_motion(10, 2, random);
+  EXPECT_EQ(message([&] { batch.fill(motion, 0, 5, block); }),
+            "RegressorBatch::fill: 5 samples of 2 joints do not fit a block for 4 samples of 2 joints");
+  EXPECT_EQ(message([&] { batch.fill(motion, 8, 4, block); }),
+            "RegressorBatch::fill: samples 8 to 12 are asked for, the motion has 10");
+}
+
+}  // namespace
+}  // namespace rivid
