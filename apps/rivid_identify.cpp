@@ -139,7 +139,7 @@ int identify_from(const Arguments& arguments) {
   for (const std::filesystem::path& input : experiment.inputs()) {
     provenance.inputs.push_back(input_file(input));
   }
-  const std::string json = to_json(experiment.robot, result, experiment.signal, provenance);
+  const std::string json = to_json(experiment.robot, result, provenance);
   write_file(file, json);
   if (!arguments.quiet) {
     std::ostringstream table;

@@ -11,10 +11,10 @@ file(READ ${PAGE} page)
 string(REGEX REPLACE "[][;]" " " code "${code}")
 string(REGEX REPLACE "[][;]" " " page "${page}")
 
-# A key is the first thing in quotes of a call, perhaps behind the reader: keys.number("rate_hz"), cutoff(keys,
-# "cutoff_hz"). Messages have blanks and so are no keys. The quantities of `units` stand in one array.
+# A key is the first thing in quotes of a call, perhaps behind names: keys.number("rate_hz"), cutoff(keys,
+# "cutoff_hz"), file_at(inner, *table, "table", folder). Messages have blanks and so are no keys. The quantities of `units` stand in one array.
 set(known "")
-string(REGEX MATCHALL "[a-z_]+\\([ \n]*(keys, *)?\"[A-Za-z_]+\"" calls "${code}")
+string(REGEX MATCHALL "[a-z_]+\\([ \n]*(\\*?[a-z_]+, *)*\"[A-Za-z_]+\"" calls "${code}")
 foreach(call IN LISTS calls)
   string(REGEX REPLACE ".*\"([A-Za-z_]+)\"" "\\1" key "${call}")
   list(APPEND known ${key})

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
   bool carried_over = true;
   for (const rivid::Identification* fitted : {&ols, &wls}) {
     const rivid::Fit& on_training = fitted->fit;
-    const rivid::Fit on_unseen = rivid::validate(robot, *fitted, unseen, signal).fit;
+    const rivid::Fit on_unseen = rivid::validate(robot, *fitted, unseen).fit;
     std::cout << fitted->title << ": relative error " << on_training.relative_error << " on its own log, "
               << on_unseen.relative_error << " on the other\n";
     for (std::size_t j = 0; j < on_unseen.joints.size(); ++j) {

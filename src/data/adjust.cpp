@@ -47,7 +47,7 @@ Log shift_torque(const Log& log, double lag) {
   const Index reach = fraction > 0.0 ? whole + 1 : whole;
   const Index first = std::max<Index>(0, -whole);
   const Index kept = log.samples() - first - std::max<Index>(0, reach);
-  Log out = rows(log, first, kept);
+  Log out = excerpt(log, first, kept);
   const auto shifted = [&](const Matrix& x) -> Matrix {
     if (x.size() == 0) {
       return x;

@@ -79,9 +79,9 @@ std::string Log::place(Index row) const {
                        : source + ":" + std::to_string(lines[row]);
 }
 
-Log rows(const Log& log, Index first, Index count) {
+Log excerpt(const Log& log, Index first, Index count) {
   if (first < 0 || count < 0 || first + count > log.samples()) {
-    throw InputError("rows: " + log.source + " has " + std::to_string(log.samples()) + " samples; " +
+    throw InputError("excerpt: " + log.source + " has " + std::to_string(log.samples()) + " samples; " +
                      std::to_string(count) + " from index " + std::to_string(first) + " can not be taken");
   }
   Log out;

@@ -161,7 +161,7 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
   std::vector<std::string> dropped;
   for (std::size_t p = 0; p + 1 < bounds.size(); ++p) {
     const Index count = bounds[p + 1] - bounds[p];
-    Log piece = rows(distinct, bounds[p], count);
+    Log piece = excerpt(distinct, bounds[p], count);
     if (count >= 2) {
       Log regular = on_grid(piece, rate_hz);
       if (regular.samples() >= options.min_samples) {

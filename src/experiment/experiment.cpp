@@ -31,6 +31,9 @@ void require_columns(const Log& log, const Robot& robot) {
 }
 
 Log adjusted(Log log, const LogSource& source, const Robot& robot) {
+  if (!source.subtract.empty()) {
+    log.tau = effort(robot, log);
+  }
   for (const LogSource::Subtraction& s : source.subtract) {
     log = subtract_torque(std::move(log), s.joint, read_torque_table(s.table, {.columns = s.columns}),
                           s.outside);
@@ -107,13 +110,16 @@ Identification run(const Experiment& experiment, const Progress& progress) {
       for (const std::string& note : log.notes) {
         out.notes.push_back(log.source + ": " + note);
       }
+      for (const std::string& warning : log.warnings) {
+        out.warnings.push_back(log.source + ": " + warning);
+      }
     }
   };
   out.warnings.insert(out.warnings.end(), experiment.robot.warnings.begin(), experiment.robot.warnings.end());
   take_notes(logs);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
   for (const Log& log : others) {
-    out.validation.push_back(validate(experiment.robot, out, log, experiment.signal));
+    out.validation.push_back(validate(experiment.robot, out, log));
   }
   take_notes(others);
   return out;

@@ -393,6 +393,7 @@ LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, 
   out.file = *file;
   out.columns.reference = columns.reference;
   out.columns.reference_velocity = columns.reference_velocity;
+  out.columns.table = columns.table;
   const toml::node* const position = keys.find("position");
   Units units(keys);
   if (position != nullptr) {
@@ -611,6 +612,7 @@ Experiment read_experiment(const Path& path) {
   }
   out.validation = out.log;
   out.validation.files.clear();
+  out.validation.reference.reset();  // it is the motion of the first log
   if (validation) {
     out.validation = read_log_source(*validation, out.log, folder, out.robot);
   }

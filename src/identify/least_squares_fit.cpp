@@ -140,6 +140,7 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   if (logs.empty()) {
     throw InputError("identify(" + out.title + "): no log is given");
   }
+  out.signal = signal;
   out.base = base_parameters(robot);
   if (auto doubt = out.base.doubt()) {
     out.warnings.push_back(std::move(*doubt));
@@ -195,8 +196,8 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Wls
   return least_squares_fit(robot, logs, method.signal, method.progress, Weights::by_joint);
 }
 
-Validation validate(const Robot& robot, const Identification& identification, const Log& log,
-                    const SignalOptions& signal) {
+Validation validate(const Robot& robot, const Identification& identification, const Log& log) {
+  const SignalOptions& signal = identification.signal;
   const Reduced data = reduced(robot, identification.base, std::span(&log, 1), signal, {});
   return {log.source, judged(robot, data, identification.chi, 0, signal.convention)};
 }

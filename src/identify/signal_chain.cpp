@@ -190,6 +190,9 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
     throw InputError("rows: " + *complaint);
   }
   require_joints("position", log.q, robot, log);
+  if (const auto complaint = log.complaint()) {
+    throw InputError("rows: " + *complaint);
+  }
   require_cutoff("cutoff_hz", options.cutoff_hz, log);
   require_cutoff("torque_cutoff_hz", options.torque_cutoff_hz, log);
   const Range range = kept_range(log, options);

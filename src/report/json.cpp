@@ -131,8 +131,7 @@ Json provenance_of(const SignalOptions& signal, const Provenance& p) {
 
 }  // namespace
 
-std::string to_json(const Robot& robot, const Identification& result, const SignalOptions& signal,
-                    const Provenance& provenance) {
+std::string to_json(const Robot& robot, const Identification& result, const Provenance& provenance) {
   Json fit_members = fit(result.fit);
   fit_members["columns"] = result.columns;
   fit_members["condition"] = result.condition;
@@ -159,7 +158,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Sign
                     {"parameters", parameters(result)},
                     {"fit", std::move(fit_members)},
                     {"validation", std::move(validation)},
-                    {"provenance", provenance_of(signal, provenance)}};
+                    {"provenance", provenance_of(result.signal, provenance)}};
   // A path may hold any bytes; JSON is UTF-8.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

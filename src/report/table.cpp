@@ -98,7 +98,8 @@ std::string fixed(double value, int decimals) {
 }
 
 std::string percent(double fraction) {
-  return std::isfinite(fraction) ? number(100.0 * fraction, 4) + " %" : "-";
+  constexpr int decimals = 3;
+  return std::isfinite(fraction) ? fixed(100.0 * fraction, decimals) + " %" : "-";
 }
 
 // A value shows as many decimals as its deviation has four significant digits; more would be noise.
@@ -128,7 +129,7 @@ void print_parameters(std::ostream& out, const Identification& result) {
     const bool known = std::isfinite(p.sigma);
     table.add({p.name, with_decimals_of(p.value, p.sigma), p.unit,
                known ? with_decimals_of(p.sigma, p.sigma) : "-",
-               known ? number(p.relative_sigma_percent, 4) : "-",
+               known ? fixed(p.relative_sigma_percent, 3) : "-",
                known ? "[" + with_decimals_of(p.interval_95[0], p.sigma) + ", " +
                            with_decimals_of(p.interval_95[1], p.sigma) + "]"
                      : "not determined",

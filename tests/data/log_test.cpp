@@ -54,7 +54,7 @@ TEST(Log, NamesTheRowWhereTheLineIsNotKnown) {
 }
 
 TEST(Rows, KeepTheirLines) {
-  const Log part = rows(plain_log(), 1, 3);
+  const Log part = excerpt(plain_log(), 1, 3);
   EXPECT_EQ(part.samples(), 3);
   EXPECT_EQ(part.tau, (Matrix{{2, 3}, {4, 5}, {6, 7}}));
   EXPECT_EQ(part.qd.size(), 0);
@@ -65,8 +65,8 @@ TEST(Rows, KeepTheirLines) {
 }
 
 TEST(Rows, AreRefusedOutsideOfTheLog) {
-  EXPECT_TRUE(says(complaint_of([] { static_cast<void>(rows(plain_log(), 3, 3)); }),
-                   "rows: run1.csv has 5 samples; 3 from index 3 can not be taken"));
+  EXPECT_TRUE(says(complaint_of([] { static_cast<void>(excerpt(plain_log(), 3, 3)); }),
+                   "excerpt: run1.csv has 5 samples; 3 from index 3 can not be taken"));
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ TYPED_TEST(LeastSquaresFit, ScalesParametersAndDeviationsWithTheTorque) {
 TYPED_TEST(LeastSquaresFit, OfTwoHalvesOfALogIsThatOfTheWhole) {
   const Log log = scara_log(0.1, 3);
   // The differences reach over two samples, which each half brings along and trims.
-  const std::vector<Log> halves = {rows(log, 0, 1002), rows(log, 998, 1003)};
+  const std::vector<Log> halves = {excerpt(log, 0, 1002), excerpt(log, 998, 1003)};
   const Identification whole = this->identified(log);
   const Identification split = identify(test::scara(), halves, TypeParam{.signal = {.trim = {{2, 2}}}});
   EXPECT_EQ(split.fit.rows, whole.fit.rows);
@@ -143,7 +143,7 @@ TEST(Ols, NamesWhatALogCanNotTell) {
 }
 
 TEST(Ols, RefusesFewerRowsThanParameters) {
-  Log log = rows(scara_log(0.1, 10), 0, 8);
+  Log log = excerpt(scara_log(0.1, 10), 0, 8);
   try {
     (void)identify(test::scara(), log, Ols{.signal = {.trim = {{2, 2}}}});
     FAIL() << "eight rows were enough for eight parameters";
@@ -157,7 +157,7 @@ TEST(Validate, TellsTheErrorOfTheModelOnAnotherLog) {
   const Robot robot = test::scara();
   const SignalOptions signal{.trim = {{2, 2}}};
   const Identification found = identify(robot, scara_log(0.3, 11), Ols{.signal = signal});
-  const Validation other = validate(robot, found, scara_log(0.3, 12, 1.0), signal);
+  const Validation other = validate(robot, found, scara_log(0.3, 12, 1.0));
   EXPECT_EQ(other.file, "made.csv");
   EXPECT_NEAR(other.fit.joints[0].sigma_rho, 0.3, 0.02);
   EXPECT_LT(other.fit.relative_error, 0.1);

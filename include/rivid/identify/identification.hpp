@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/identify/signal_options.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/types.hpp"
 
@@ -63,6 +64,7 @@ struct [[nodiscard]] Identification {
   std::vector<std::string> warnings;  ///< what may make the result wrong
   std::vector<std::string> notes;     ///< what was done to the data
 
+  SignalOptions signal;  ///< that made the rows; a validation uses the same
   BaseParameters base;
   Vector chi;                                 ///< (b), Eq. (15); one of many solutions if rank deficient
   Matrix C_chi;                               ///< (b × b) covariance, Eq. (18)

@@ -37,10 +37,8 @@ Identification identify(const Robot& robot, const Log& log, const Method& method
   return identify(robot, std::span<const Log>(&log, 1), method);
 }
 
-/// Cross-validation: the torques of a log that took no part in the fit, against the identified model on it.
-///
-/// @param signal  of the identification, so that the errors can be compared
-[[nodiscard]] Validation validate(const Robot& robot, const Identification& identification, const Log& log,
-                                  const SignalOptions& signal);
+/// Cross-validation: the torques of a log that took no part in the fit, against the identified model on it, by the
+/// same signal chain.
+[[nodiscard]] Validation validate(const Robot& robot, const Identification& identification, const Log& log);
 
 }  // namespace rivid
