@@ -9,11 +9,9 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <limits>
 #include <random>
-#include <vector>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -47,7 +45,7 @@ constexpr int chains = 12;  // enough to hide the latency of the multiply-adds, 
 constexpr int steps = 100'000;
 
 [[gnu::target("avx512f")]] void multiply_add_avx512() {
-  std::array<__m512d, chains> x{};
+  __m512d x[chains] = {};
   for (int k = 0; k < steps; ++k) {
     for (__m512d& each : x) {
       each = _mm512_fmadd_pd(each, _mm512_set1_pd(0.5), _mm512_set1_pd(1.0));
@@ -57,7 +55,7 @@ constexpr int steps = 100'000;
 }
 
 [[gnu::target("avx2,fma")]] void multiply_add_avx2() {
-  std::array<__m256d, chains> x{};
+  __m256d x[chains] = {};
   for (int k = 0; k < steps; ++k) {
     for (__m256d& each : x) {
       each = _mm256_fmadd_pd(each, _mm256_set1_pd(0.5), _mm256_set1_pd(1.0));
@@ -67,7 +65,7 @@ constexpr int steps = 100'000;
 }
 
 void multiply_add_baseline() {
-  std::array<__m128d, chains> x{};
+  __m128d x[chains] = {};
   for (int k = 0; k < steps; ++k) {
     for (__m128d& each : x) {
       each = _mm_add_pd(_mm_mul_pd(each, _mm_set1_pd(0.5)), _mm_set1_pd(1.0));

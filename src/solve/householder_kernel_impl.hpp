@@ -322,9 +322,12 @@ class Householder {
     }
   }
 
-  static bool copy_within(const double* from, std::ptrdiff_t count, double limit, double* to) {
-    return within(from, count, limit,
-                  [to](std::ptrdiff_t r, auto value) { __builtin_memcpy(to + r, &value, sizeof value); });
+  static bool copy_within(const double* from, std::ptrdiff_t count, double limit, double* to,
+                          const double* next) {
+    return within(from, count, limit, [to, next](std::ptrdiff_t r, auto value) {
+      __builtin_prefetch(next + r);
+      __builtin_memcpy(to + r, &value, sizeof value);
+    });
   }
 
   static bool all_within(const double* values, std::ptrdiff_t count, double limit) {

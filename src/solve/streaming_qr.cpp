@@ -40,8 +40,9 @@ bool all_within(const Eigen::Ref<const Matrix>& matrix) {
 bool gather(const Eigen::Ref<const Matrix>& matrix, Index first, Index count, double* to) {
   bool within = true;
   for (Index c = 0; c < matrix.cols(); ++c) {
-    within = kernel().copy_within(matrix.col(c).data() + first, count, StreamingQr::largest,
-                                  to + c * block_stride) &&
+    const Index next = std::min(c + 1, matrix.cols() - 1);
+    within = kernel().copy_within(matrix.col(c).data() + first, count, StreamingQr::largest, to + c * block_stride,
+                                  matrix.col(next).data() + first) &&
              within;
   }
   return within;

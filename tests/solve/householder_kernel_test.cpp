@@ -150,13 +150,13 @@ TEST_P(EveryKernel, FindsWhatIsNotWithinTheLimitWhereverItStands) {
   for (const Index count : {0, 1, 3, 8, 21}) {
     Vector values = random_matrix(count, 1, 9);
     Vector copy = Vector::Zero(count);
-    EXPECT_TRUE(GetParam()->copy_within(values.data(), count, limit, copy.data()));
+    EXPECT_TRUE(GetParam()->copy_within(values.data(), count, limit, copy.data(), values.data()));
     EXPECT_EQ(copy, values);
     for (Index i = 0; i < count; ++i) {
       for (const double bad : {infinity, -infinity, std::nan(""), -std::nan(""), 1.1e150, -1.1e150}) {
         Vector spoilt = values;
         spoilt[i] = bad;
-        EXPECT_FALSE(GetParam()->copy_within(spoilt.data(), count, limit, copy.data()));
+        EXPECT_FALSE(GetParam()->copy_within(spoilt.data(), count, limit, copy.data(), values.data()));
         EXPECT_FALSE(GetParam()->all_within(spoilt.data(), count, limit));
       }
       for (const double good : {0.0, -0.0, limit, -limit, 5e-324}) {
