@@ -38,6 +38,14 @@ class Householder {
   static void store(double* p, Vec v) { __builtin_memcpy(p, &v, sizeof v); }
   static Vec broadcast(double x) { return x - Vec{}; }
 
+  static double total(Vec v) {
+    double out = 0.0;
+    for (int i = 0; i < Lanes; ++i) {
+      out += v[i];
+    }
+    return out;
+  }
+
   // out[i] = sum of the lanes of a[i].
   template <int Count>
   static void lane_sums(const Vec* a, double* out) {
@@ -123,13 +131,23 @@ class Householder {
     }
   }
 
-  static void factor(Panel& p, std::ptrdiff_t rows) {
+  // The first pass of the first panel sums the columns, too.
+  template <bool First>
+  static void factor(Panel& p, std::ptrdiff_t rows, double* sums) {
     Vec sum[width] = {};
+    Vec plain[width] = {};
     for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
       const Vec first = load(p.V + r);
       for (int c = 0; c < width; ++c) {
-        sum[c] += first * load(p.V + r + c * ld);
+        const Vec value = load(p.V + r + c * ld);
+        sum[c] += first * value;
+        if constexpr (First) {
+          plain[c] += value;
+        }
       }
+    }
+    if constexpr (First) {
+      lane_sums<width>(plain, sums);
     }
     double products[width];
     lane_sums<width>(sum, products);
@@ -147,8 +165,10 @@ class Householder {
   }
 
   // All reflectors of the panel on `Count` columns; R points to the panel's rows of the first of them.
-  template <int Count>
-  static void update(const Panel& p, double* R, std::ptrdiff_t R_stride, double* B, std::ptrdiff_t rows) {
+  template <int Count, bool First>
+  static void update(const Panel& p, double* R, std::ptrdiff_t R_stride, double* B, std::ptrdiff_t rows,
+                     double* sums) {
+    Vec plain[std::size_t{Count}] = {};
     double y[std::size_t{Count}][width];
     for (int tile = 0; tile < width; tile += Tile) {
       const double* const V = p.V + tile * ld;
@@ -157,6 +177,9 @@ class Householder {
         Vec b[std::size_t{Count}];
         for (int c = 0; c < Count; ++c) {
           b[c] = load(B + c * ld + r);
+          if constexpr (First) {
+            plain[c] += tile == 0 ? b[c] : Vec{};
+          }
         }
         for (int i = 0; i < Tile; ++i) {
           Vec v = load(V + i * ld + r);
@@ -168,6 +191,11 @@ class Householder {
       }
       for (int c = 0; c < Count; ++c) {
         lane_sums<Tile>(sum[c], y[c] + tile);
+      }
+    }
+    if constexpr (First) {
+      for (int c = 0; c < Count; ++c) {
+        sums[c] += total(plain[c]);
       }
     }
     for (int c = 0; c < Count; ++c) {
@@ -211,34 +239,75 @@ class Householder {
     }
   }
 
-  static double total(Vec v) {
-    double out = 0.0;
-    for (int i = 0; i < Lanes; ++i) {
-      out += v[i];
-    }
-    return out;
-  }
-
-  static double sum(const double* x, std::ptrdiff_t count) {
-    Vec parts[std::size_t{8 / Lanes}] = {};
-    for (std::ptrdiff_t r = 0; r < count; r += 8) {
-      for (int i = 0; i < 8 / Lanes; ++i) {
-        parts[i] += load(x + r + i * Lanes);
-      }
-    }
-    double out = 0.0;
-    for (int i = 0; i < 8 / Lanes; ++i) {
-      out += total(parts[i]);
-    }
-    return out;
-  }
-
   static double squares(const double* x, std::ptrdiff_t count) {
     Vec parts = {};
     for (std::ptrdiff_t r = 0; r < count; r += Lanes) {
       parts += load(x + r) * load(x + r);
     }
     return total(parts);
+  }
+
+  static void sum_carried(const HouseholderBlock& block) {
+    for (std::ptrdiff_t c = 0; c < block.carried; ++c) {
+      Vec plain = {};
+      for (std::ptrdiff_t r = 0; r < block.row_count; r += Lanes) {
+        plain += load(block.rows + c * ld + r);
+      }
+      block.sums[c] += total(plain);
+    }
+  }
+
+  template <bool First>
+  static void eliminate_panel(const HouseholderBlock& block, std::ptrdiff_t first) {
+    const std::ptrdiff_t all = block.columns + block.carried;
+    const std::ptrdiff_t rows = block.row_count;
+    const std::ptrdiff_t left = block.columns - first;
+    const std::ptrdiff_t own = left < width ? left : width;
+    Panel p;
+    p.V = block.rows + first * ld;
+    if (own < width) {
+      // The last panel is narrower: zero columns, whose reflectors do nothing, fill it up.
+      double* const scratch = block.rows + all * ld;
+      for (std::ptrdiff_t c = 0; c < width; ++c) {
+        for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
+          store(scratch + c * ld + r, c < own ? load(p.V + c * ld + r) : Vec{});
+        }
+      }
+      p.V = scratch;
+    }
+    double* const corner = block.R + first * block.R_stride + first;
+    for (std::ptrdiff_t c = 0; c < width; ++c) {
+      for (std::ptrdiff_t i = 0; i < width; ++i) {
+        p.R[c][i] = c < own ? corner[c * block.R_stride + i] : 0.0;
+      }
+    }
+    double sums[width];
+    factor<First>(p, rows, sums);
+    for (std::ptrdiff_t c = 0; c < own; ++c) {
+      for (std::ptrdiff_t i = 0; i <= c; ++i) {
+        corner[c * block.R_stride + i] = p.R[c][i];
+      }
+      if constexpr (First) {
+        block.sums[c] += sums[c];
+      }
+    }
+    std::ptrdiff_t c = first + own;
+    while (c < all) {
+      double* const R = block.R + c * block.R_stride + first;
+      double* const B = block.rows + c * ld;
+      // Two and two rather than three and one.
+      const std::ptrdiff_t open = all - c;
+      if (open == 3 || open > 4) {
+        update<3, First>(p, R, block.R_stride, B, rows, block.sums + c);
+        c += 3;
+      } else if (open >= 2) {
+        update<2, First>(p, R, block.R_stride, B, rows, block.sums + c);
+        c += 2;
+      } else {
+        update<1, First>(p, R, block.R_stride, B, rows, block.sums + c);
+        c += 1;
+      }
+    }
   }
 
   // Magnitudes compare as the integers that their bits make, and those of a nan lie above infinity's: so the sign
@@ -267,58 +336,16 @@ class Householder {
 
  public:
   static void eliminate(const HouseholderBlock& block) {
-    const std::ptrdiff_t all = block.columns + block.carried;
-    const std::ptrdiff_t rows = block.row_count;
-    for (std::ptrdiff_t c = 0; c < all; ++c) {
-      block.sums[c] += sum(block.rows + c * ld, rows);
+    if (block.columns > 0) {
+      eliminate_panel<true>(block, 0);
+    } else {
+      sum_carried(block);
     }
-    for (std::ptrdiff_t first = 0; first < block.columns; first += width) {
-      const std::ptrdiff_t left = block.columns - first;
-      const std::ptrdiff_t own = left < width ? left : width;
-      Panel p;
-      p.V = block.rows + first * ld;
-      if (own < width) {
-        // The last panel is narrower: zero columns, whose reflectors do nothing, fill it up.
-        double* const scratch = block.rows + all * ld;
-        for (std::ptrdiff_t c = 0; c < width; ++c) {
-          for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
-            store(scratch + c * ld + r, c < own ? load(p.V + c * ld + r) : Vec{});
-          }
-        }
-        p.V = scratch;
-      }
-      double* const corner = block.R + first * block.R_stride + first;
-      for (std::ptrdiff_t c = 0; c < width; ++c) {
-        for (std::ptrdiff_t i = 0; i < width; ++i) {
-          p.R[c][i] = c < own ? corner[c * block.R_stride + i] : 0.0;
-        }
-      }
-      factor(p, rows);
-      for (std::ptrdiff_t c = 0; c < own; ++c) {
-        for (std::ptrdiff_t i = 0; i <= c; ++i) {
-          corner[c * block.R_stride + i] = p.R[c][i];
-        }
-      }
-      std::ptrdiff_t c = first + own;
-      while (c < all) {
-        double* const R = block.R + c * block.R_stride + first;
-        double* const B = block.rows + c * ld;
-        // Two and two rather than three and one.
-        const std::ptrdiff_t open = all - c;
-        if (open == 3 || open > 4) {
-          update<3>(p, R, block.R_stride, B, rows);
-          c += 3;
-        } else if (open >= 2) {
-          update<2>(p, R, block.R_stride, B, rows);
-          c += 2;
-        } else {
-          update<1>(p, R, block.R_stride, B, rows);
-          c += 1;
-        }
-      }
+    for (std::ptrdiff_t first = width; first < block.columns; first += width) {
+      eliminate_panel<false>(block, first);
     }
     for (std::ptrdiff_t c = 0; c < block.carried; ++c) {
-      block.rest_squares[c] = squares(block.rows + (block.columns + c) * ld, rows);
+      block.rest_squares[c] = squares(block.rows + (block.columns + c) * ld, block.row_count);
     }
   }
 

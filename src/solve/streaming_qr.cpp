@@ -41,8 +41,8 @@ bool gather(const Eigen::Ref<const Matrix>& matrix, Index first, Index count, do
   bool within = true;
   for (Index c = 0; c < matrix.cols(); ++c) {
     const Index next = std::min(c + 1, matrix.cols() - 1);
-    within = kernel().copy_within(matrix.col(c).data() + first, count, StreamingQr::largest, to + c * block_stride,
-                                  matrix.col(next).data() + first) &&
+    within = kernel().copy_within(matrix.col(c).data() + first, count, StreamingQr::largest,
+                                  to + c * block_stride, matrix.col(next).data() + first) &&
              within;
   }
   return within;
