@@ -9,7 +9,7 @@ struct Baseline {
   using Vec [[gnu::vector_size(16)]] = double;
   using Bits [[gnu::vector_size(16)]] = long long;
 
-  static void keep(const Vec& /*v*/) {}
+  static void keep(Vec& /*v*/) {}
   static Vec sums(const Vec* a) {
     return __builtin_shufflevector(a[0], a[1], 0, 2) + __builtin_shufflevector(a[0], a[1], 1, 3);
   }

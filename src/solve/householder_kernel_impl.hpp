@@ -28,7 +28,7 @@ template <typename Simd, int Tile>
 class Householder {
   using Vec = typename Simd::Vec;
   using Bits = typename Simd::Bits;
-  static constexpr int Lanes = Simd::lanes;
+  static constexpr int lanes = Simd::lanes;
 
   static Vec load(const double* p) {
     Vec v;
@@ -40,7 +40,7 @@ class Householder {
 
   static double total(Vec v) {
     double out = 0.0;
-    for (int i = 0; i < Lanes; ++i) {
+    for (int i = 0; i < lanes; ++i) {
       out += v[i];
     }
     return out;
@@ -49,7 +49,7 @@ class Householder {
   // out[i] = sum of the lanes of a[i].
   template <int Count>
   static void lane_sums(const Vec* a, double* out) {
-    for (int i = 0; i < Count; i += Lanes) {
+    for (int i = 0; i < Count; i += lanes) {
       store(out + i, Simd::sums(a + i));
     }
   }
@@ -100,7 +100,7 @@ class Householder {
       w[c] = broadcast(h.w[c]);
     }
     const Vec scale = broadcast(h.scale);
-    for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
+    for (std::ptrdiff_t r = 0; r < rows; r += lanes) {
       double* const at = V + r;
       const Vec v = load(at + J * ld) * scale;
       store(at + J * ld, v);
@@ -135,8 +135,8 @@ class Householder {
   template <bool First>
   static void factor(Panel& p, std::ptrdiff_t rows, double* sums) {
     Vec sum[width] = {};
-    Vec plain[width] = {};
-    for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
+    Vec plain[width] = {};  // NOLINT(misc-const-correctness): the first panel adds to it
+    for (std::ptrdiff_t r = 0; r < rows; r += lanes) {
       const Vec first = load(p.V + r);
       for (int c = 0; c < width; ++c) {
         const Vec value = load(p.V + r + c * ld);
@@ -168,12 +168,12 @@ class Householder {
   template <int Count, bool First>
   static void update(const Panel& p, double* R, std::ptrdiff_t R_stride, double* B, std::ptrdiff_t rows,
                      double* sums) {
-    Vec plain[std::size_t{Count}] = {};
+    Vec plain[std::size_t{Count}] = {};  // NOLINT(misc-const-correctness): the first panel adds to it
     double y[std::size_t{Count}][width];
     for (int tile = 0; tile < width; tile += Tile) {
       const double* const V = p.V + tile * ld;
       Vec sum[std::size_t{Count}][std::size_t{Tile}] = {};
-      for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
+      for (std::ptrdiff_t r = 0; r < rows; r += lanes) {
         Vec b[std::size_t{Count}];
         for (int c = 0; c < Count; ++c) {
           b[c] = load(B + c * ld + r);
@@ -200,16 +200,16 @@ class Householder {
     }
     for (int c = 0; c < Count; ++c) {
       double* const top = R + c * R_stride;
-      Vec out[std::size_t{width / Lanes}] = {};
+      Vec out[std::size_t{width / lanes}] = {};
       for (int i = 0; i < width; ++i) {
         const Vec z = broadcast(y[c][i] + top[i]);
-        for (int part = 0; part < width / Lanes; ++part) {
-          out[part] += z * load(p.T[i] + part * Lanes);
+        for (std::ptrdiff_t part = 0; part < width / lanes; ++part) {
+          out[part] += z * load(p.T[i] + part * lanes);
         }
       }
-      for (int part = 0; part < width / Lanes; ++part) {
-        store(y[c] + part * Lanes, out[part]);
-        store(top + part * Lanes, load(top + part * Lanes) - out[part]);
+      for (std::ptrdiff_t part = 0; part < width / lanes; ++part) {
+        store(y[c] + part * lanes, out[part]);
+        store(top + part * lanes, load(top + part * lanes) - out[part]);
       }
     }
     for (int tile = 0; tile < width; tile += Tile) {
@@ -220,7 +220,7 @@ class Householder {
           factor[c][i] = broadcast(y[c][tile + i]);
         }
       }
-      for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
+      for (std::ptrdiff_t r = 0; r < rows; r += lanes) {
         Vec b[std::size_t{Count}];
         for (int c = 0; c < Count; ++c) {
           b[c] = load(B + c * ld + r);
@@ -241,7 +241,7 @@ class Householder {
 
   static double squares(const double* x, std::ptrdiff_t count) {
     Vec parts = {};
-    for (std::ptrdiff_t r = 0; r < count; r += Lanes) {
+    for (std::ptrdiff_t r = 0; r < count; r += lanes) {
       parts += load(x + r) * load(x + r);
     }
     return total(parts);
@@ -250,7 +250,7 @@ class Householder {
   static void sum_carried(const HouseholderBlock& block) {
     for (std::ptrdiff_t c = 0; c < block.carried; ++c) {
       Vec plain = {};
-      for (std::ptrdiff_t r = 0; r < block.row_count; r += Lanes) {
+      for (std::ptrdiff_t r = 0; r < block.row_count; r += lanes) {
         plain += load(block.rows + c * ld + r);
       }
       block.sums[c] += total(plain);
@@ -269,7 +269,7 @@ class Householder {
       // The last panel is narrower: zero columns, whose reflectors do nothing, fill it up.
       double* const scratch = block.rows + all * ld;
       for (std::ptrdiff_t c = 0; c < width; ++c) {
-        for (std::ptrdiff_t r = 0; r < rows; r += Lanes) {
+        for (std::ptrdiff_t r = 0; r < rows; r += lanes) {
           store(scratch + c * ld + r, c < own ? load(p.V + c * ld + r) : Vec{});
         }
       }
@@ -318,13 +318,13 @@ class Householder {
     const auto most = __builtin_bit_cast(long long, limit);
     Bits outside = {};
     std::ptrdiff_t r = 0;
-    for (; r + Lanes <= count; r += Lanes) {
+    for (; r + lanes <= count; r += lanes) {
       const Vec v = load(values + r);
       see(r, v);
       outside |= most - (__builtin_bit_cast(Bits, v) & magnitude);
     }
     long long any = 0;
-    for (int i = 0; i < Lanes; ++i) {
+    for (int i = 0; i < lanes; ++i) {
       any |= outside[i];
     }
     for (; r < count; ++r) {
@@ -362,7 +362,7 @@ class Householder {
   }
 
   static constexpr HouseholderKernel kernel(const char* name) {
-    return {name, Lanes, eliminate, copy_within, all_within};
+    return {name, lanes, eliminate, copy_within, all_within};
   }
 };
 

@@ -81,10 +81,10 @@ struct StreamingQrFile {
         see(state.triangle(r, c));
       }
     }
-    for (double& norm : state.unreachable) {
+    for (auto& norm : state.unreachable) {
       see(norm);
     }
-    for (double& sum : state.sums) {
+    for (auto& sum : state.sums) {
       see(sum);
     }
   }
