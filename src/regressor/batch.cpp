@@ -270,13 +270,20 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::s
   plan.kernel->fill(view, input(first), static_cast<std::size_t>(packs), workspace.columns_.data(),
                     workspace.scratch_.get());
 
-  // The rest goes through a pack of its own, by the same arithmetic: a row never depends on where a batch ends.
   const Index rest = count - packs * lanes;
-  if (rest == 0) {
-    return;
+  if (rest > 0) {
+    fill_rest(motion, first + packs * lanes, rest, packs * lanes, workspace);
   }
+  fill_coupled(motion, first, count, targets, row, workspace);
+}
+
+// Samples that fill no pack go through one of their own, by the same arithmetic: a row never depends on where a batch
+// ends.
+void RegressorBatch::fill_rest(const Motion& motion, Index sample, Index rest, Index row,
+                               BatchWorkspace& workspace) const {
+  const Plan& plan = *plan_;
+  const auto lanes = static_cast<Index>(plan.lanes());
   const auto n = static_cast<Index>(joints());
-  const Index sample = first + packs * lanes;
   double* const q = workspace.tail_.get();
   double* const qd = q + n * lanes;
   double* const qdd = qd + n * lanes;
@@ -288,10 +295,33 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::s
       qdd[j * lanes + lane] = motion.qdd(k, j);
     }
   }
-  plan.kernel->fill(view, {q, qd, qdd, lanes, lanes, lanes}, 1, workspace.tail_columns_.data(),
+  plan.kernel->fill(plan.view(), {q, qd, qdd, lanes, lanes, lanes}, 1, workspace.tail_columns_.data(),
                     workspace.scratch_.get());
   for (std::size_t e = 0; e < plan.entries.size(); ++e) {
-    std::copy_n(workspace.tail_columns_[e], rest, workspace.columns_[e] + packs * lanes);
+    std::copy_n(workspace.tail_columns_[e], rest, workspace.columns_[e] + row);
+  }
+}
+
+// Few robots have coupled motors, and those have few columns of them: no work for the kernels.
+void RegressorBatch::fill_coupled(const Motion& motion, Index first, Index count,
+                                  std::span<const RowsTarget> targets, Index row,
+                                  BatchWorkspace& workspace) const {
+  const std::size_t n = joints();
+  double* const q = workspace.tail_.get();
+  const std::span<double> qd(q + n, n);
+  const std::span<double> qdd(q + 2 * n, n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (const RegressorColumns::MotorEntry& e : columns_.of_motors(i)) {
+      for (Index k = 0; k < count; ++k) {
+        for (const CoupledEntry::Term& term : e.entry.terms) {
+          const auto joint = static_cast<Index>(term.joint);
+          qd[term.joint] = motion.qd(first + k, joint);
+          qdd[term.joint] = motion.qdd(first + k, joint);
+        }
+        targets[i].data[row + k + e.column * targets[i].ld] =
+            RegressorColumns::coupled_value(e.entry, State<double>{{}, qd, qdd});
+      }
+    }
   }
 }
 

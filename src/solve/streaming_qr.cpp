@@ -4,72 +4,205 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "rivid/error.hpp"
+#include "rivid/text.hpp"
+#include "solve/householder_kernel.hpp"
 
 namespace rivid {
 
 namespace {
 
-// Blocks of this many rows stay in the second-level cache beside the triangle and keep the cost of passing over
-// the triangle small.
-constexpr Index block_rows = 512;
+using detail::block_rows;
+using detail::block_stride;
+
+const detail::HouseholderKernel& kernel() { return *detail::householder_kernels().front(); }
+
+Index padded(Index columns) {
+  return (columns + detail::panel_columns - 1) / detail::panel_columns * detail::panel_columns;
+}
+
+std::string size_text(const Eigen::Ref<const Matrix>& matrix) {
+  return "(" + std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols()) + ")";
+}
+
+bool all_within(const Eigen::Ref<const Matrix>& matrix) {
+  for (Index c = 0; c < matrix.cols(); ++c) {
+    if (!kernel().all_within(matrix.col(c).data(), matrix.rows(), StreamingQr::largest)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+// Copies rows of a matrix below those that wait; whether all entries are fit to be added.
+bool gather(const Eigen::Ref<const Matrix>& matrix, Index first, Index count, double* to) {
+  bool within = true;
+  for (Index c = 0; c < matrix.cols(); ++c) {
+    const Index next = std::min(c + 1, matrix.cols() - 1);
+    within = kernel().copy_within(matrix.col(c).data() + first, count, StreamingQr::largest,
+                                  to + c * block_stride, matrix.col(next).data() + first) &&
+             within;
+  }
+  return within;
+}
 
 }  // namespace
 
-StreamingQr::StreamingQr(Index columns)
-    : triangle_(Matrix::Zero(columns + 1, columns + 1)), column_sums_(Vector::Zero(columns)) {}
-
-void StreamingQr::reduce(Matrix& stacked) {
-  const Eigen::HouseholderQR<Eigen::Ref<Matrix>> qr(stacked);
-  triangle_ = stacked.topRows(triangle_.rows()).triangularView<Eigen::Upper>();
+StreamingQr::StreamingQr(Index columns, Index carried) : columns_(columns), carried_(carried) {
+  if (columns < 0 || carried < 1) {
+    throw InputError("StreamingQr: " + std::to_string(columns) + " columns and " + std::to_string(carried) +
+                     " carried ones; at least 0 columns and 1 carried one, which is Y, are needed");
+  }
+  state_.triangle = Matrix::Zero(padded(columns), columns + carried);
+  state_.unreachable = Vector::Zero(carried);
+  state_.sums = Vector::Zero(columns + carried);
 }
 
-void StreamingQr::add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Vector>& Y) {
-  if (W.cols() != columns() || Y.size() != W.rows()) {
-    throw InputError("StreamingQr::add: W is (" + std::to_string(W.rows()) + " x " +
-                     std::to_string(W.cols()) + "), Y has " + std::to_string(Y.size()) +
-                     " entries; W must have " + std::to_string(columns()) +
-                     " columns and Y as many entries as W rows");
+StreamingQr::StreamingQr(const StreamingQr& other)
+    : columns_(other.columns_), carried_(other.carried_), rows_(other.rows_), state_(other.copied()) {}
+
+StreamingQr::StreamingQr(StreamingQr&& other) noexcept
+    : columns_(other.columns_),
+      carried_(other.carried_),
+      rows_(other.rows_),
+      state_(std::move(other.state_)) {}
+
+StreamingQr& StreamingQr::operator=(const StreamingQr& other) {
+  if (this != &other) {
+    *this = StreamingQr(other);
   }
-  const Index b = columns();
-  Matrix stacked;
-  for (Index first = 0; first < W.rows(); first += block_rows) {
-    const Index count = std::min(block_rows, W.rows() - first);
-    stacked.resize(b + 1 + count, b + 1);
-    stacked.topRows(b + 1) = triangle_;
-    stacked.bottomLeftCorner(count, b) = W.middleRows(first, count);
-    stacked.col(b).tail(count) = Y.segment(first, count);
-    reduce(stacked);
+  return *this;
+}
+
+StreamingQr& StreamingQr::operator=(StreamingQr&& other) noexcept {
+  columns_ = other.columns_;
+  carried_ = other.carried_;
+  rows_ = other.rows_;
+  state_ = std::move(other.state_);
+  return *this;
+}
+
+StreamingQr::State StreamingQr::copied() const {
+  const State& state = settled();
+  return {state.triangle, state.unreachable, state.sums, nullptr, 0};
+}
+
+const StreamingQr::State& StreamingQr::settled() const {
+  const std::scoped_lock lock(mutex_);
+  eliminate();
+  state_.waiting.reset();
+  return state_;
+}
+
+void StreamingQr::eliminate() const {
+  if (state_.waiting_rows == 0) {
+    return;
   }
-  column_sums_ += W.colwise().sum().transpose();
-  y_sum_ += Y.sum();
+  // Vectors end at multiples of eight rows.
+  const Index count = (state_.waiting_rows + 7) / 8 * 8;
+  for (Index c = 0; c < columns_ + carried_; ++c) {
+    double* const column = state_.waiting.get() + c * block_stride;
+    std::fill(column + state_.waiting_rows, column + count, 0.0);
+  }
+  Vector rest_squares(carried_);
+  kernel().eliminate({.columns = columns_,
+                      .carried = carried_,
+                      .R = state_.triangle.data(),
+                      .R_stride = state_.triangle.rows(),
+                      .rows = state_.waiting.get(),
+                      .row_count = count,
+                      .sums = state_.sums.data(),
+                      .rest_squares = rest_squares.data()});
+  state_.unreachable = (state_.unreachable.array().square() + rest_squares.array()).sqrt();
+  state_.waiting_rows = 0;
+}
+
+void StreamingQr::add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y) {
+  if (W.cols() != columns_ || Y.cols() != carried_ || Y.rows() != W.rows()) {
+    throw InputError("StreamingQr::add: W is " + size_text(W) + ", Y is " + size_text(Y) + "; W must have " +
+                     counted(columns_, "column") + ", Y " + counted(carried_, "column") +
+                     " and as many rows as W");
+  }
+  // Rows that fit in are looked at while they are copied, and do not count before. Others are looked at first.
+  const bool fits = W.rows() <= block_rows - state_.waiting_rows;
+  if (!fits && !(all_within(W) && all_within(Y))) {
+    refuse(W, Y);
+  }
+  if (!state_.waiting) {
+    const auto size =
+        static_cast<std::size_t>(block_stride * (columns_ + carried_ + detail::scratch_columns));
+    state_.waiting.reset(static_cast<double*>(::operator new(size * sizeof(double), std::align_val_t{64})));
+  }
+  for (Index first = 0; first < W.rows();) {
+    const Index count = std::min(block_rows - state_.waiting_rows, W.rows() - first);
+    double* const to = state_.waiting.get() + state_.waiting_rows;
+    const bool within = gather(W, first, count, to) && gather(Y, first, count, to + columns_ * block_stride);
+    if (!within) {
+      refuse(W, Y);
+    }
+    state_.waiting_rows += count;
+    if (state_.waiting_rows == block_rows) {
+      eliminate();
+    }
+    first += count;
+  }
   rows_ += W.rows();
 }
 
-void StreamingQr::merge(const StreamingQr& other) {
-  if (other.columns() != columns()) {
-    throw InputError("StreamingQr::merge: the other factor has " + std::to_string(other.columns()) +
-                     " columns, must have " + std::to_string(columns()));
+void StreamingQr::refuse(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y) const {
+  for (Index r = 0; r < W.rows(); ++r) {
+    for (Index c = 0; c < columns_ + carried_; ++c) {
+      const double value = c < columns_ ? W(r, c) : Y(r, c - columns_);
+      if (!(std::abs(value) <= largest)) {
+        const std::string where = c < columns_    ? "column " + std::to_string(c) + " of W"
+                                  : carried_ == 1 ? "Y"
+                                                  : "column " + std::to_string(c - columns_) + " of Y";
+        throw InputError("StreamingQr::add: row " + std::to_string(r) + " of these rows, " + where + ", is " +
+                         number(value) + "; entries must be finite and at most " + number(largest));
+      }
+    }
   }
-  Matrix stacked(2 * triangle_.rows(), triangle_.cols());
-  stacked << triangle_, other.triangle_;
-  reduce(stacked);
-  column_sums_ += other.column_sums_;
-  y_sum_ += other.y_sum_;
+}
+
+void StreamingQr::merge(const StreamingQr& other) {
+  if (other.columns_ != columns_ || other.carried_ != carried_) {
+    throw InputError("StreamingQr::merge: the other factor has " + counted(other.columns_, "column") +
+                     " and " + std::to_string(other.carried_) + " carried, must have " +
+                     counted(columns_, "column") + " and " + std::to_string(carried_) + " carried");
+  }
+  // A copy, since the other one may be this one.
+  const State theirs = other.copied();
+  const State& ours = settled();
+  Matrix stacked(2 * columns_, columns_ + carried_);
+  stacked.topRows(columns_) = ours.triangle.topRows(columns_);
+  stacked.bottomRows(columns_) = theirs.triangle.topRows(columns_);
+  if (columns_ > 0) {
+    // It goes on to the carried columns, whose reflectors leave the norms below the triangle as they are.
+    const Eigen::HouseholderQR<Eigen::Ref<Matrix>> qr(stacked);
+  }
+  state_.triangle.topRows(columns_) = stacked.topRows(columns_).triangularView<Eigen::Upper>();
+  for (Index c = 0; c < carried_; ++c) {
+    const Index below = std::min(c + 1, columns_);
+    state_.unreachable[c] = Eigen::Vector3d(ours.unreachable[c], theirs.unreachable[c],
+                                            stacked.col(columns_ + c).segment(columns_, below).stableNorm())
+                                .stableNorm();
+  }
+  state_.sums += theirs.sums;
   rows_ += other.rows_;
 }
 
-double StreamingQr::unreachable_norm() const { return std::abs(triangle_(columns(), columns())); }
-
-double StreamingQr::y_norm() const { return triangle_.col(columns()).norm(); }
+double StreamingQr::y_norm() const {
+  return std::hypot(qt_carried().col(carried_ - 1).norm(), unreachable_norm());
+}
 
 double StreamingQr::residual_norm(const Eigen::Ref<const Vector>& chi) const {
   return std::hypot((qty() - R().triangularView<Eigen::Upper>() * chi).norm(), unreachable_norm());
 }
 
 double StreamingQr::residual_sum(const Eigen::Ref<const Vector>& chi) const {
-  return y_sum_ - column_sums_.dot(chi);
+  return y_sum() - column_sums().dot(chi);
 }
 
 }  // namespace rivid

@@ -103,6 +103,10 @@ class RegressorBatch {
   friend class BatchWorkspace;
   struct Plan;
 
+  void fill_rest(const Motion& motion, Index sample, Index rest, Index row, BatchWorkspace& workspace) const;
+  void fill_coupled(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets,
+                    Index row, BatchWorkspace& workspace) const;
+
   RegressorColumns columns_;
   std::unique_ptr<Plan> plan_;
 };

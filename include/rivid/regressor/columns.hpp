@@ -10,7 +10,8 @@ namespace rivid {
 
 /// A choice of standard parameters whose regressor columns are wanted, laid out so that the rows of each joint
 /// hold only the columns that this joint can feel: the inertial parameters of links j ≥ i, its own rotor inertia
-/// and friction, and those of the motors that it is coupled to. This is the block upper triangular structure of IDM, with the zero blocks left out.
+/// and friction, and those of the motors that it is coupled to. This is the block
+/// upper triangular structure of IDM, with the zero blocks left out.
 class RegressorColumns {
  public:
   /// Entry of joint i's row from an inertial column of frame j.
@@ -47,6 +48,29 @@ class RegressorColumns {
   /// Entries of joint i's row from its own rotor inertia and friction.
   [[nodiscard]] std::span<const JointEntry> of_own(std::size_t i) const { return joints_[i].own; }
 
+  /// Entries of joint i's row from the motors that it is coupled to.
+  [[nodiscard]] std::span<const MotorEntry> of_motors(std::size_t i) const { return joints_[i].coupled; }
+
+  /// Value of one such entry.
+  template <typename Scalar>
+  static Scalar coupled_value(const CoupledEntry& entry, const State<Scalar>& state) {
+    using enum CoupledEntry::Quantity;
+    Scalar sum(0);
+    for (const CoupledEntry::Term& term : entry.terms) {
+      const auto weight = static_cast<Scalar>(term.weight);
+      if (entry.quantity == acceleration) {
+        sum = sum + weight * state.qdd[term.joint];
+      } else if (entry.quantity == single_signs) {
+        sum = sum + weight * friction_entry<Scalar>(ParameterKind::Fc, state.qd[term.joint]);
+      } else {
+        sum = sum + weight * state.qd[term.joint];
+      }
+    }
+    return entry.quantity == sign_of_motion
+               ? static_cast<Scalar>(entry.scale) * friction_entry<Scalar>(ParameterKind::Fc, sum)
+               : sum;
+  }
+
   /// Fills the rows of all joints at one instant.
   ///
   /// @param put  called as put(i, column, value) for every entry of joint i's row; column counts in of_joint(i)
@@ -78,25 +102,6 @@ class RegressorColumns {
     std::vector<JointEntry> own;
     std::vector<MotorEntry> coupled;
   };
-
-  template <typename Scalar>
-  static Scalar coupled_value(const CoupledEntry& entry, const State<Scalar>& state) {
-    using enum CoupledEntry::Quantity;
-    Scalar sum(0);
-    for (const CoupledEntry::Term& term : entry.terms) {
-      const Scalar weight(term.weight);
-      if (entry.quantity == acceleration) {
-        sum = sum + weight * state.qdd[term.joint];
-      } else if (entry.quantity == single_signs) {
-        sum = sum + weight * friction_entry<Scalar>(ParameterKind::Fc, state.qd[term.joint]);
-      } else {
-        sum = sum + weight * state.qd[term.joint];
-      }
-    }
-    return entry.quantity == sign_of_motion
-               ? Scalar(entry.scale) * friction_entry<Scalar>(ParameterKind::Fc, sum)
-               : sum;
-  }
 
   Index size_ = 0;
   std::vector<InertialMask> wanted_;

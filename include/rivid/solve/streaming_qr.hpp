@@ -1,41 +1,84 @@
 #pragma once
 
+#include <memory>
+#include <mutex>
+#include <new>
+
 #include "rivid/types.hpp"
 
 namespace rivid {
 
+namespace detail {
+struct StreamingQrFile;
+}
+
 /// Orthogonal factorisation of [W Y] whose rows come block by block: only the triangle R, Qᵀ Y, the residual norm
-/// and column sums are kept, so memory does not grow with the number of rows. Rows may come in any blocks, and
-/// accumulators of parts of the rows may be merged in any order: the result is that of one factorisation of all
-/// rows, to rounding.
+/// and column sums are kept, so memory does not grow with the number of rows. Rows may come in any blocks, down to
+/// single ones, and accumulators of parts of the rows may be merged in any order: the result is that of one
+/// factorisation of all rows, to rounding.
+///
+/// More columns than Y may be carried along. With W eliminated from [V | W Y], Eq. (34) of [RIV] in one pass,
+///
+///   [V | W Y] = Q [R_VV | R_VW r_VY; 0 | …],   R_VW χ = r_VY,
+///
+/// `StreamingQr(b, b + 1)` gets V as the first and [W Y] as the second argument of add(); then R() is R_VV,
+/// qt_carried() is [R_VW r_VY] and qty() is r_VY.
+///
+/// Rows are gathered and eliminated 512 at a time, so how they are split into blocks changes nothing, bit for bit;
+/// a reader finds all rows eliminated. While rows wait they take 4 kB a column; reading gives that memory back.
+/// Reading from several threads at once is safe.
 class StreamingQr {
  public:
-  /// @param columns  of W, at least 0
-  explicit StreamingQr(Index columns);
+  /// Largest magnitude that is accepted, so that squares and their sums stay finite. At the other end, what is left
+  /// of a column in a block counts as zero where its norm is below 1e-154.
+  static constexpr double largest = 1e150;
+
+  /// @param columns  to eliminate, those of W, at least 0
+  /// @param carried  columns that go along, at least 1; the last one is Y
+  explicit StreamingQr(Index columns, Index carried = 1);
+
+  StreamingQr(const StreamingQr& other);
+  StreamingQr(StreamingQr&& other) noexcept;
+  StreamingQr& operator=(const StreamingQr& other);
+  StreamingQr& operator=(StreamingQr&& other) noexcept;
+  ~StreamingQr() = default;
 
   /// Adds rows.
   ///
   /// @param W  (rows × columns)
-  /// @param Y  (rows)
-  /// @throws InputError where the sizes do not fit
-  void add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Vector>& Y);
+  /// @param Y  (rows × carried)
+  /// @throws InputError where the sizes do not fit, or where an entry is not finite or above `largest`: the message
+  ///         names its row and column. Nothing has been added then.
+  void add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y);
 
   /// Adds all rows that another accumulator of the same columns has seen.
+  ///
+  /// @throws InputError where the numbers of columns differ
   void merge(const StreamingQr& other);
 
-  [[nodiscard]] Index columns() const { return triangle_.cols() - 1; }
+  [[nodiscard]] Index columns() const { return columns_; }
+  [[nodiscard]] Index carried() const { return carried_; }
   [[nodiscard]] Index rows() const { return rows_; }
 
-  /// R of W = Q R, upper triangular, (columns × columns).
-  [[nodiscard]] Eigen::Block<const Matrix> R() const { return triangle_.topLeftCorner(columns(), columns()); }
+  /// R of W = Q R, upper triangular, (columns × columns). The signs of its rows are arbitrary.
+  [[nodiscard]] Eigen::Block<const Matrix> R() const {
+    return settled().triangle.topLeftCorner(columns_, columns_);
+  }
+  /// Qᵀ times the carried columns, (columns × carried).
+  [[nodiscard]] Eigen::Block<const Matrix> qt_carried() const {
+    return settled().triangle.block(0, columns_, columns_, carried_);
+  }
   /// Qᵀ Y, (columns).
-  [[nodiscard]] Vector qty() const { return triangle_.col(columns()).head(columns()); }
+  [[nodiscard]] Vector qty() const { return qt_carried().col(carried_ - 1); }
   /// Norm of the part of Y that no combination of the columns of W reaches.
-  [[nodiscard]] double unreachable_norm() const;
+  [[nodiscard]] double unreachable_norm() const { return unreachable_norms()[carried_ - 1]; }
+  /// The same for every carried column, (carried).
+  [[nodiscard]] const Vector& unreachable_norms() const { return settled().unreachable; }
 
-  [[nodiscard]] const Vector& column_sums() const { return column_sums_; }  ///< 1ᵀ W, (columns)
-  [[nodiscard]] double y_sum() const { return y_sum_; }                     ///< 1ᵀ Y
-  [[nodiscard]] double y_norm() const;                                      ///< ‖Y‖
+  /// 1ᵀ W, (columns).
+  [[nodiscard]] Eigen::VectorBlock<const Vector> column_sums() const { return settled().sums.head(columns_); }
+  [[nodiscard]] double y_sum() const { return settled().sums[columns_ + carried_ - 1]; }  ///< 1ᵀ Y
+  [[nodiscard]] double y_norm() const;                                                    ///< ‖Y‖
 
   /// ‖Y − W chi‖, without another look at the rows.
   [[nodiscard]] double residual_norm(const Eigen::Ref<const Vector>& chi) const;
@@ -43,12 +86,32 @@ class StreamingQr {
   [[nodiscard]] double residual_sum(const Eigen::Ref<const Vector>& chi) const;
 
  private:
-  void reduce(Matrix& stacked);
+  friend struct detail::StreamingQrFile;
 
-  Matrix triangle_;     // factor of [W Y], (columns + 1)², upper triangular
-  Vector column_sums_;  // 1ᵀ W
-  double y_sum_ = 0.0;
+  struct Free {
+    void operator()(double* p) const { ::operator delete(p, std::align_val_t{64}); }
+  };
+  // What is known of the rows, and the rows that wait for their elimination.
+  struct State {
+    Matrix triangle;     // [R | Qᵀ carried] and zero rows up to the height that the kernel wants
+    Vector unreachable;  // (carried)
+    Vector sums;         // (columns + carried)
+    std::unique_ptr<double[], Free> waiting;
+    Index waiting_rows = 0;
+  };
+
+  [[nodiscard]] const State& settled() const;
+  [[nodiscard]] State copied() const;
+  void eliminate() const;
+  void refuse(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y) const;
+
+  Index columns_;
+  Index carried_;
   Index rows_ = 0;
+  // A reader eliminates the rows that wait. That is no change anyone could see, and the lock keeps it safe for
+  // readers in several threads, as const promises.
+  mutable std::mutex mutex_;
+  mutable State state_;
 };
 
 }  // namespace rivid
