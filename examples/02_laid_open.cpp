@@ -26,11 +26,7 @@ int main(int argc, char** argv) {
   const Motion motion = {whole.q.middleRows(border, kept), whole.qd.middleRows(border, kept),
                          whole.qdd.middleRows(border, kept)};
   const Matrix tau = decimate(effort(robot, log).middleRows(border, kept), n_d);  // (8), then (13)
-  Observation rows = observation(robot, base, motion);                            // (10–12)
-  for (JointRows& joint : rows.joints) {
-    joint.W = decimate(joint.W, n_d);  // (13, 14)
-  }
-  const Matrix W = rows.dense();
+  const Matrix W = decimate(observation(robot, base, motion), n_d).dense();       // (10–14)
   const Vector Y = tau.reshaped();
 
   const Eigen::HouseholderQR<Matrix> qr(W);

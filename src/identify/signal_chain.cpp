@@ -185,6 +185,13 @@ Matrix effort(const Robot& robot, const Log& log) {
   return log.v_tau * robot.drive_matrix().transpose();
 }
 
+Observation decimate(Observation W, int n_d, Convention convention) {
+  for (JointRows& joint : W.joints) {
+    joint.W = decimate(joint.W, n_d, convention);
+  }
+  return W;
+}
+
 Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const SignalOptions& options) {
   if (const auto complaint = options.complaint(robot.size())) {
     throw InputError("rows: " + *complaint);
@@ -214,9 +221,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
   for (const int n_d : options.decimation) {
     require_decimation(n_d, Y.rows(), log);
     Y = decimate(Y, n_d, options.convention);
-    for (JointRows& joint : out.W.joints) {
-      joint.W = decimate(joint.W, n_d, options.convention);
-    }
+    out.W = decimate(std::move(out.W), n_d, options.convention);
   }
   const std::vector<Index> survivors = kept_samples(range.count, options.decimation, options.convention);
 

@@ -33,6 +33,9 @@ struct Rows {
 /// @throws InputError where the log has neither, or a number of columns that does not fit the robot
 [[nodiscard]] Matrix effort(const Robot& robot, const Log& log);
 
+/// Parallel decimation of every column, Eqs. (13, 14); see the decimate() of a series.
+[[nodiscard]] Observation decimate(Observation W, int n_d, Convention convention = Convention::standard);
+
 /// Rows of a log, Eqs. (10–14): filtered positions, central differences, observation matrix, parallel decimation
 /// of Y and of every column of W, borders and slow samples left out.
 ///
