@@ -52,7 +52,7 @@ double unit_scale(std::string_view unit) {
       return known.scale;
     }
   }
-  throw InputError("unit_scale: " + *unit_complaint(unit));
+  throw InputError("unit_scale: " + unit_complaint(unit).value_or(""));
 }
 
 std::optional<std::string> unit_complaint(std::string_view unit) {

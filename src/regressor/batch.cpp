@@ -349,7 +349,7 @@ BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
 namespace {
 
 Index rows_for_the_cache(const RegressorBatch& batch) {
-  constexpr Index cache = 512 * 1024;
+  constexpr Index cache = Index{512} * 1024;
   Index width = 1;
   for (std::size_t i = 0; i < batch.joints(); ++i) {
     width += static_cast<Index>(batch.of_joint(i).size());

@@ -39,6 +39,7 @@ Observation observation(const Robot& robot, const BaseParameters& base, const Mo
   const Index granules = (motion.samples() + granule - 1) / granule;
   const Index threads = std::clamp<Index>(granules, 1, options.threads);
   std::vector<BatchWorkspace> workspaces;
+  workspaces.reserve(static_cast<std::size_t>(threads));
   for (Index t = 0; t < threads; ++t) {
     workspaces.emplace_back(batch);
   }
