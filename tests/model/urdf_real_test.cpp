@@ -9,6 +9,7 @@
 #include "rivid/model/mdh.hpp"
 #include "rivid/model/urdf.hpp"
 #include "support/chain_dynamics.hpp"
+#include "support/real_data.hpp"
 
 namespace rivid {
 namespace {
@@ -62,13 +63,8 @@ void expect_same_axes(const Chain& a, const Chain& b, const Vector& q) {
   }
 }
 
-class RealModels : public testing::Test {
- protected:
-  void SetUp() override {
-    if (std::string(RIVID_REAL_DATA).empty()) {
-      GTEST_SKIP() << "RIVID_REAL_DATA is empty: set it to the folder of the real logs";
-    }
-  }
+struct RealModels : test::RealData {
+  RealModels() : RealData("models") {}
 };
 
 TEST_F(RealModels, AreReadWithoutComplaint) {

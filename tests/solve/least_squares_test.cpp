@@ -8,17 +8,14 @@
 #include <random>
 
 #include "rivid/solve/student.hpp"
+#include "support/random_matrix.hpp"
 
 namespace rivid {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, columns, [&] { return normal(random); });
-}
+using test::random_matrix;
 
 // Two groups of rows, the second blind for columns 0 and 1.
 struct TwoGroups {

@@ -12,17 +12,14 @@
 #include <utility>
 
 #include "rivid/error.hpp"
+#include "support/random_matrix.hpp"
 
 namespace rivid {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, columns, [&] { return normal(random); });
-}
+using test::random_matrix;
 
 // R is unique but for the signs of its rows.
 Matrix without_signs(const Matrix& R) { return R.diagonal().cwiseSign().asDiagonal() * R; }

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+#include <random>
+
+#include "rivid/types.hpp"
+
+namespace rivid::test {
+
+/// Independent normal deviates.
+inline Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  return Matrix::NullaryExpr(rows, columns, [&] { return normal(random); });
+}
+
+}  // namespace rivid::test
