@@ -1,0 +1,55 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "rivid/simulate/dynamic_model.hpp"
+
+namespace rivid {
+
+/// What a control law sees at one instant: the measured motion and the reference, (n) each.
+struct ControlInput {
+  double t = 0.0;                  ///< [s]
+  Eigen::Ref<const Vector> q;      ///< measured positions [rad | m]
+  Eigen::Ref<const Vector> qd;     ///< measured velocities, or what the controller takes for them
+  Eigen::Ref<const Vector> q_r;    ///< reference
+  Eigen::Ref<const Vector> qd_r;   ///< [rad/s | m/s]
+  Eigen::Ref<const Vector> qdd_r;  ///< [rad/s² | m/s²]
+};
+
+/// A control law with its gains, the one interface to implement for a law of one's own. It must not change while it
+/// works: what it remembers, an integral say, are states x, which the simulation keeps and integrates.
+class ControlLaw {
+ public:
+  ControlLaw() = default;
+  ControlLaw(const ControlLaw&) = delete;
+  ControlLaw& operator=(const ControlLaw&) = delete;
+  virtual ~ControlLaw() = default;
+
+  /// Number of states x; they start at zero.
+  [[nodiscard]] virtual Index states() const { return 0; }
+
+  /// Control signals and rates of the states. No allocation.
+  ///
+  /// @param input  what is measured and asked for
+  /// @param x      states
+  /// @param v_tau  (n) control signals, saturated as the drives do [as logged]
+  /// @param xd     rates of the states [1/s]
+  virtual void control(const ControlInput& input, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> v_tau,
+                       Eigen::Ref<Vector> xd) const = 0;
+};
+
+/// The loop that gains are matched to.
+struct Plant {
+  const Robot& robot;         ///< its drives
+  const DynamicModel& model;  ///< what it is simulated with
+  Vector J;                   ///< design inertias (38) of [RIV], (n) [kg·m² | kg]; see design_inertia()
+};
+
+/// A kind of control law whose gains follow the plant: PdControl, PidControl, …, or any function of a plant. That is
+/// how gains are adapted, Eq. (46) of [RIV]: with the inertias of another plant the same poles.
+///
+/// @throws InputError  from the call, where gains and robot do not fit together
+using Control = std::function<std::unique_ptr<ControlLaw>(const Plant&)>;
+
+}  // namespace rivid

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rivid/model/robot.hpp"
+#include "rivid/regressor/base.hpp"
+
+namespace rivid {
+
+/// Coulomb friction along one direction of the joint velocities: of a joint, or of a motor that several joints turn.
+///
+/// While the speed s = directionᵀ q̇ is positive it brakes with λ = Fc_plus + Fv_plus s, while negative with
+/// λ = −Fc_minus + Fv_minus s, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it there; the torques on the
+/// joints are −torque λ. The two vectors are the same but for Coupling::Coulomb::single.
+struct DryFriction {
+  std::string name;       ///< of the joint or motor
+  Vector direction;       ///< c, (n)
+  Vector torque;          ///< b, (n)
+  double Fc_plus = 0.0;   ///< [N·m | N], ≥ 0
+  double Fc_minus = 0.0;  ///< [N·m | N], ≥ 0
+  double Fv_plus =
+      0.0;  ///< of the asymmetric law alone, see DynamicModel::viscous() [N·m·s/rad | N·s/m], ≥ 0
+  double Fv_minus = 0.0;  ///< [N·m·s/rad | N·s/m], ≥ 0
+};
+
+/// A robot with numbers for its parameters, as the direct dynamics (21) of [RIV] reads it:
+///
+///   M(q) q̈ + N(q, q̇) + viscous q̇ + offset + Σ torque_e λ_e = τ,   M(q) = M_links(q) + rotor.
+///
+/// Friction that would drive instead of brake can not be simulated: negative Coulomb coefficients count as zero, and
+/// the viscous matrix loses its negative eigenvalues; clamped() names what was changed. Inertias are taken as they are,
+/// even where they belong to no physical body: the regrouped base parameters are such a set, and give the same M(q).
+class DynamicModel {
+ public:
+  /// @param chi_st  values of robot.standard_parameters(), (N_s) [SI, joint side]
+  /// @throws InputError  where the size differs or a value is not finite
+  DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& chi_st);
+
+  /// From base parameters alone, by BaseParameters::to_standard().
+  ///
+  /// @param chi  (b)
+  DynamicModel(const Robot& robot, const BaseParameters& base, const Eigen::Ref<const Vector>& chi);
+
+  [[nodiscard]] Index size() const { return chain_.joints(); }
+  [[nodiscard]] const Chain& chain() const { return chain_; }
+  [[nodiscard]] const std::vector<Joint>& joints() const { return joints_; }
+
+  /// Inertial parameters of the links in the frames j of the chain, (n).
+  [[nodiscard]] const std::vector<Inertial>& inertials() const { return inertials_; }
+  /// What rotors add to M(q): Ia on the diagonal and Iam of coupled motors, (n × n), symmetric [kg·m² | kg].
+  [[nodiscard]] const Matrix& rotor() const { return rotor_; }
+  /// Viscous friction: Fv on the diagonal and Fvm of coupled motors, (n × n), symmetric, positive semidefinite.
+  [[nodiscard]] const Matrix& viscous() const { return viscous_; }
+  /// Friction offsets, (n) [N·m | N].
+  [[nodiscard]] const Vector& offset() const { return offset_; }
+  /// Only elements that brake at all.
+  [[nodiscard]] const std::vector<DryFriction>& dry_friction() const { return dry_friction_; }
+  /// Names of the friction parameters that were taken as zero for their sign.
+  [[nodiscard]] const std::vector<std::string>& clamped() const { return clamped_; }
+
+ private:
+  Chain chain_;
+  std::vector<Joint> joints_;
+  std::vector<Inertial> inertials_;
+  Matrix rotor_;
+  Matrix viscous_;
+  Vector offset_;
+  std::vector<DryFriction> dry_friction_;
+  std::vector<std::string> clamped_;
+};
+
+}  // namespace rivid
