@@ -318,6 +318,7 @@ double* const* step(const LinkPlan& link, BatchState<Scalar>& state, std::size_t
 
   for (std::size_t i = 0; i + 1 < j; ++i) {
     const Screw<Scalar>& before = screws[i];
+    // NOLINTNEXTLINE(misc-const-correctness): prismatic joints change it
     Screw<Scalar> screw = {into(before.w), into(shifted<offsets>(before.v, before.w, link.p))};
     if constexpr (!revolute) {
       screw.v.x = screw.v.x + screw.w.y * slide;
@@ -327,6 +328,7 @@ double* const* step(const LinkPlan& link, BatchState<Scalar>& state, std::size_t
     put_entries<usual>(out, link, screw, moments, U, m.accel);
   }
   // The joint before this one: its screw was constant in its own frame.
+  // NOLINTNEXTLINE(misc-const-correctness): prismatic joints change it
   Screw<Scalar> parent = {rotated(constant<Scalar>(link.parent_w), c, s),
                           rotated(constant<Scalar>(link.parent_v), c, s)};
   if constexpr (!revolute) {
@@ -347,6 +349,7 @@ template <bool revolute, typename Scalar>
   const Scalar qd = Scalar::load(state.qd);
   const Scalar qdd = Scalar::load(state.qdd);
   FrameMotion<Scalar> m = {{zero, zero, zero}, {zero, zero, zero}, constant<Scalar>(link.accel)};
+  // NOLINTNEXTLINE(misc-const-correctness): revolute joints change it
   Mat3<Scalar> U = {{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
   if constexpr (revolute) {
     m.accel = rotated(m.accel, state.angle->c, state.angle->s);

@@ -49,7 +49,7 @@ class BasicPack {
   [[gnu::always_inline]] void store(double* to) const { *reinterpret_cast<InMemory*>(to) = values_; }
 
   [[gnu::always_inline]] double operator[](int lane) const { return values_[lane]; }
-  [[gnu::always_inline]] const Values& values() const { return values_; }
+  [[nodiscard, gnu::always_inline]] const Values& values() const { return values_; }
 
   [[gnu::always_inline]] friend BasicPack operator+(const BasicPack& a, const BasicPack& b) {
     return BasicPack(a.values_ + b.values_);
@@ -137,7 +137,7 @@ class BasicPack {
   static constexpr double largest_angle = 1e5;
 
   // Returned inside a struct: a bare vector as a result is a matter of ABI, of which the compiler warns.
-  [[gnu::always_inline]] Mask bits() const { return {reinterpret_cast<Bits>(values_)}; }
+  [[nodiscard, gnu::always_inline]] Mask bits() const { return {reinterpret_cast<Bits>(values_)}; }
   [[gnu::always_inline]] static BasicPack from_bits(const Bits& bits) {
     return BasicPack(reinterpret_cast<Values>(bits));
   }
