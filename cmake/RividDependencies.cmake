@@ -6,6 +6,7 @@
 #   urdfdom     private: reads URDF
 #   pugixml     private: checks a URDF with line numbers before urdfdom sees it, since urdfdom takes many faults for
 #               zeros
+#   SUNDIALS    private: CVODE integrates the closed loop
 #   Threads     private: batches of samples on several cores
 #   libmd       private: SHA-256 of the input files, for the provenance of a result
 #
@@ -20,6 +21,7 @@ find_dependency(urdfdom)
 find_dependency(orocos_kdl)
 find_dependency(pugixml)
 find_dependency(Threads)
+find_dependency(SUNDIALS COMPONENTS cvode nvecserial sunmatrixdense sunlinsoldense)
 
 # The config file of orocos_kdl 1.5 only names its library and include folder.
 if(NOT TARGET rivid::orocos_kdl)
@@ -36,4 +38,18 @@ if(NOT TARGET rivid::libmd)
   add_library(rivid::libmd INTERFACE IMPORTED)
   target_link_libraries(rivid::libmd INTERFACE ${RIVID_LIBMD})
   target_include_directories(rivid::libmd SYSTEM INTERFACE ${RIVID_LIBMD_INCLUDE_DIR})
+endif()
+
+# The static archives where there are any: the shared sunlinsoldense of Debian drags PETSc and a hundred packages into
+# whatever links it. SUNDIALS 7 has its common parts in `core`.
+if(NOT TARGET rivid::cvode)
+  add_library(rivid::cvode INTERFACE IMPORTED)
+  foreach(part IN ITEMS cvode nvecserial sunmatrixdense sunlinsoldense core)
+    foreach(kind IN ITEMS static shared)
+      if(TARGET SUNDIALS::${part}_${kind})
+        target_link_libraries(rivid::cvode INTERFACE SUNDIALS::${part}_${kind})
+        break()
+      endif()
+    endforeach()
+  endforeach()
 endif()

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rivid/motion.hpp"
+#include "rivid/simulate/control.hpp"
+#include "rivid/simulate/reference.hpp"
+
+namespace rivid {
+
+/// How the motion is integrated.
+enum class Integrator {
+  automatic,       ///< adams where the control is continuous, dormand_prince where it is sampled
+  adams,           ///< CVODE, variable-order Adams method with functional iteration: smooth loops that are not stiff
+  bdf,             ///< CVODE, variable-order BDF with Newton iteration: stiff loops
+  dormand_prince,  ///< explicit Runge-Kutta 5(4) with dense output: control in periods, after which a multistep method
+                   ///< would have to start again
+  rk4              ///< the classical method with one fixed step a control period and no error control
+};
+
+/// What happens where a joint reverses.
+enum class DryFrictionScheme {
+  exact,   ///< sign(q̇) and stiction, reversal by reversal, see StickSlip
+  smooth,  ///< tanh(q̇ / smooth_velocity) instead of the sign; nothing ever sticks
+  held     ///< as `smooth`, but all friction is evaluated once a step and held (rk4 alone): the scheme of BIRDy
+};
+
+/// "automatic", "adams", "bdf", "dormand_prince", "rk4".
+[[nodiscard]] std::string_view name(Integrator integrator);
+/// "exact", "smooth", "held".
+[[nodiscard]] std::string_view name(DryFrictionScheme scheme);
+
+/// A control law that runs on a computer: measures at t_k, and holds what it computes until t_{k+1}.
+struct Sampling {
+  double period = 0.0;  ///< [s]; 0: the law is continuous, and sees the true motion
+  int delay = 0;        ///< periods between a measurement and the control signal that follows from it
+  /// q̇[k] = Σ_i velocity_filter[i] q[k − i] / period, for what the law takes as velocity: {1, −1} is the backward
+  /// difference; empty: the true velocity. Before the first sample the position counts as constant.
+  std::vector<double> velocity_filter = {1.0, -1.0};
+  Vector quantum;  ///< resolution of the position measurement, (n) or empty [rad | m]; 0 is none
+  /// Error of the measured position at each instant, (periods × n) or empty [rad | m]; rows beyond the last are zero.
+  /// It goes through the controller.
+  Matrix position_noise;
+  /// Which reference the law sees at t_k: that of t_k + reference_lead periods (BIRDy's has that of the end of the step).
+  int reference_lead = 0;
+
+  /// @param n  joints
+  [[nodiscard]] std::optional<std::string> complaint(Index n) const;
+};
+
+struct SimulationOptions {
+  double f_m = 1000.0;  ///< rate of the samples of the result [Hz]
+  Index samples = 0;    ///< of the result; 0: the whole reference, first and last instant included
+  /// Where the motion starts, (n); empty: on the reference.
+  Vector q_0 = {};
+  Vector qd_0 = {};
+
+  Sampling sampling = {};
+  /// Added to the control signal, after its saturation, and not seen by the law, (periods × n) or empty. Held for a
+  /// control period, or for a sample where the law is continuous.
+  Matrix added_control = {};
+  Matrix disturbance = {};  ///< torques that act beside the drives, held alike, (periods × n) or empty [N·m | N]
+
+  DryFrictionScheme friction = DryFrictionScheme::exact;
+  double smooth_velocity = 1e-3;  ///< [rad/s | m/s]
+
+  Integrator integrator = Integrator::automatic;
+  double rtol = 1e-6;      ///< relative tolerance of a step
+  double atol = 1e-8;      ///< absolute tolerance of a step [rad | m, and per second]
+  double max_step = 0.0;   ///< [s]; 0 is none
+
+  /// Budgets, so that a loop that can not be integrated ends: steps, and wall-clock time [s].
+  Index max_steps = 10'000'000;
+  double max_seconds = 600.0;
+  /// Velocities beyond this end the simulation as `diverged` [rad/s | m/s].
+  double max_velocity = 1e6;
+
+  /// @param n  joints
+  [[nodiscard]] std::optional<std::string> complaint(Index n) const;
+};
+
+/// How a simulation ended.
+enum class Outcome {
+  completed,
+  not_positive_definite,  ///< M(q) lost definiteness: these parameters are no robot there
+  diverged,               ///< the loop is unstable
+  too_slow,               ///< a budget was used up
+  integrator_failed       ///< the tolerances could not be met
+};
+
+/// "completed", "not positive definite", "diverged", "too slow", "integrator failed".
+[[nodiscard]] std::string_view name(Outcome outcome);
+
+/// What it took.
+struct SimulationEffort {
+  Index steps = 0;            ///< of the integrator
+  Index right_hand_sides = 0; ///< evaluations of the dynamics by the integrator
+  Index restarts = 0;         ///< of the integrator, at events and control periods
+  Index mode_changes = 0;     ///< slip to stick, stick to slip, reversals, over all elements
+  double seconds = 0.0;       ///< wall-clock time
+};
+
+/// A motion of the robot in its closed loop, the answer of simulate().
+struct [[nodiscard]] Simulation {
+  Outcome outcome = Outcome::completed;
+  std::string reason;  ///< why it ended early, in words that name time and joint
+
+  Vector t;       ///< instants, (n_m) [s]; those before the end, where it came early
+  Motion motion;  ///< true motion at these instants, (n_m × n); q̈ with the torques of the same row
+  Matrix v_tau;   ///< control signals that act from t_k on, saturated, without added_control, (n_m × n)
+  Matrix tau;     ///< torques of the drives, G (v_tau + added_control), (n_m × n) [N·m | N]
+  Matrix q_r;     ///< reference, (n_m × n)
+  Matrix qd_r;
+  /// Positions as the controller measured them, where it is sampled and t_k is one of its instants; else the true ones.
+  Matrix q_measured;
+
+  std::vector<std::string> element_names;  ///< dry friction elements
+  std::vector<Index> element_changes;      ///< mode changes of each
+  Vector max_tracking_error;               ///< largest |q_r − q| over the samples, (n) [rad | m]
+  std::vector<std::string> warnings;       ///< reference outside of the joint limits, clamped friction
+  SimulationEffort effort;
+};
+
+/// The motion that a robot makes in its closed loop, by the direct dynamic model, Eq. (21) of [RIV].
+///
+/// @param robot      its drives and limits
+/// @param model      its dynamics with numbers
+/// @param law        control law with its gains
+/// @param reference  what the law follows
+/// @return           the motion; where it could not be carried through, up to there, with the reason in `outcome`
+/// @throws InputError  where the sizes or an option can not be used
+Simulation simulate(const Robot& robot, const DynamicModel& model, const ControlLaw& law, const Reference& reference,
+                    const SimulationOptions& options = {});
+
+/// The same from base parameters, with gains adapted to them, Eq. (46) of [RIV].
+///
+/// @param chi      (b)
+/// @param control  kind of law
+/// @param J        design inertias that the gains are matched to, see design_inertia(), (n)
+Simulation simulate(const Robot& robot, const BaseParameters& base, const Eigen::Ref<const Vector>& chi,
+                    const Control& control, const Eigen::Ref<const Vector>& J, const Reference& reference,
+                    const SimulationOptions& options = {});
+
+}  // namespace rivid

@@ -1,0 +1,249 @@
+#include <algorithm>
+#include <cmath>
+
+#include "simulate/integrator.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Dormand & Prince (1980), RK5(4)7FM: nodes, stages, the error estimate, and the weights of Shampine's continuous
+// extension of fourth order as Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, II.6, give it.
+constexpr int stages = 7;
+constexpr double node[stages] = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0};
+constexpr double stage[stages][stages - 1] = {
+    {},
+    {1.0 / 5},
+    {3.0 / 40, 9.0 / 40},
+    {44.0 / 45, -56.0 / 15, 32.0 / 9},
+    {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+    {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+    {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
+constexpr double error_weight[stages] = {71.0 / 57600,       0.0,           -71.0 / 16695, 71.0 / 1920,
+                                         -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
+constexpr double dense_weight[stages] = {-12715105075.0 / 11282082432,  0.0,
+                                         87487479700.0 / 32700410799,   -10690763975.0 / 1880347072,
+                                         701980252875.0 / 199316789632, -1453857185.0 / 822651844,
+                                         69997945.0 / 29380423};
+
+// A step that fails for its error shrinks by this at most, and the next one grows by that at most.
+constexpr double most_shrinking = 0.2;
+constexpr double most_growing = 5.0;
+constexpr double safety = 0.9;
+// Part of the step to which the instant of an event is located.
+constexpr double event_tolerance = 1e-12;
+// Relative to the distance to go: a step that leaves less than this takes it along.
+constexpr double leftover = 1.0 + 1e-6;
+
+class DormandPrince final : public LoopIntegrator {
+ public:
+  DormandPrince(LoopOde& ode, const IntegratorOptions& options)
+      : ode_(ode),
+        options_(options),
+        k_(ode.size(), stages),
+        y_(ode.size()),
+        next_(ode.size()),
+        error_(ode.size()),
+        at_(ode.size()),
+        rate_(ode.size()),
+        margins_(ode.events()),
+        middle_(ode.events()) {}
+
+  void restart(double t, const double* y) override {
+    t_ = t;
+    y_ = Eigen::Map<const Vector>(y, y_.size());
+    fresh_ = true;
+  }
+
+  Step step(double t_stop) override {
+    if (fresh_) {
+      if (!ode_.rate(t_, y_.data(), k_.col(0).data())) {
+        return {t_, Halt::not_positive_definite};
+      }
+      fresh_ = false;
+    } else {
+      t_ = t_ + h_;
+      y_.swap(next_);
+      k_.col(0).swap(k_.col(stages - 1));
+    }
+    const double left = t_stop - t_;
+    double h = suggested_ > 0 ? suggested_ : first_step(left);
+    if (options_.max_step > 0) {
+      h = std::min(h, options_.max_step);
+    }
+    for (;;) {
+      const bool last = h * leftover >= left;
+      h_ = last ? left : std::min(h, 0.5 * left < h ? 0.5 * left : h);
+      // Where y no longer changes with t nothing can be gained by a shorter step.
+      if (h_ <= 1e-14 * std::max(std::abs(t_), h_floor)) {
+        return {t_, definite_ ? Halt::failed : Halt::not_positive_definite};
+      }
+      definite_ = try_step();
+      if (!definite_) {
+        h = 0.25 * h_;
+        continue;
+      }
+      const double error = error_norm();
+      const double factor = std::clamp(safety * std::pow(error, -0.2), most_shrinking, most_growing);
+      if (error > 1.0 || !std::isfinite(error)) {
+        h = std::isfinite(error) ? h_ * factor : 0.1 * h_;
+        continue;
+      }
+      // A step that was cut short at t_stop says less about the next than what had been suggested before.
+      suggested_ = last ? std::max(h, h_ * factor) : h_ * factor;
+      break;
+    }
+    prepare_dense();
+    return find_event();
+  }
+
+  void state(double t, double* y) override {
+    Eigen::Map<Vector>(y, y_.size()) = dense(h_ > 0 ? (t - t_) / h_ : 0.0);
+  }
+
+ private:
+  static constexpr double h_floor = 1e-3;
+
+  // Small against the time in which the state changes, after Hairer, Nørsett & Wanner II.4.
+  double first_step(double left) const {
+    const double scale = options_.atol + options_.rtol * y_.cwiseAbs().maxCoeff();
+    const double speed = k_.col(0).cwiseAbs().maxCoeff();
+    const double h = speed > 0 ? 0.01 * std::max(y_.cwiseAbs().maxCoeff(), std::pow(scale, 0.8)) / speed : left;
+    return std::min(left, std::max(h, 1e-9));
+  }
+
+  bool try_step() {
+    for (int s = 1; s < stages; ++s) {
+      next_ = y_;
+      for (int r = 0; r < s; ++r) {
+        if (stage[s][r] != 0.0) {
+          next_ += (h_ * stage[s][r]) * k_.col(r);
+        }
+      }
+      if (!ode_.rate(t_ + node[s] * h_, next_.data(), k_.col(s).data())) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  double error_norm() {
+    error_.setZero();
+    for (int s = 0; s < stages; ++s) {
+      error_ += (h_ * error_weight[s]) * k_.col(s);
+    }
+    double worst = 1e-10;
+    for (Index i = 0; i < y_.size(); ++i) {
+      const double scale = options_.atol + options_.rtol * std::max(std::abs(y_[i]), std::abs(next_[i]));
+      worst = std::max(worst, std::abs(error_[i]) / scale);
+      if (std::isnan(error_[i])) {
+        return error_[i];
+      }
+    }
+    return worst;
+  }
+
+  void prepare_dense() {
+    error_.setZero();
+    for (int s = 0; s < stages; ++s) {
+      error_ += (h_ * dense_weight[s]) * k_.col(s);
+    }
+  }
+
+  // y at t + theta h: the quintic correction is in error_ by now.
+  const Vector& dense(double theta) {
+    const double rest = 1.0 - theta;
+    for (Index i = 0; i < y_.size(); ++i) {
+      const double change = next_[i] - y_[i];
+      const double bend = h_ * k_(i, 0) - change;
+      const double twist = change - h_ * k_(i, stages - 1) - bend;
+      at_[i] = y_[i] + theta * (change + rest * (bend + theta * (twist + rest * error_[i])));
+    }
+    return at_;
+  }
+
+  double margin_at(double theta, Index element) {
+    dense(theta);
+    if (ode_.stick_slip().mode(element) == FrictionMode::stick) {
+      // A state without accelerations can not be met here: the stages around it had them.
+      [[maybe_unused]] const bool definite = ode_.rate(t_ + theta * h_, at_.data(), rate_.data());
+    }
+    return ode_.stick_slip().margin(element, {at_.data() + ode_.joints(), static_cast<std::size_t>(ode_.joints())});
+  }
+
+  // Whether an element's mode ended within the step, and which one first. A look at the middle finds speeds that dip
+  // below zero and come back.
+  Step find_event() {
+    double end = 1.0;
+    Index ended = -1;
+    if (ode_.events() > 0) {
+      ode_.margins(next_.data(), margins_.data());  // λ is that of the last stage, which is the end of the step
+      for (Index e = 0; e < margins_.size(); ++e) {
+        const bool slips = ode_.stick_slip().mode(e) != FrictionMode::stick;
+        double below = margins_[e] < 0 ? 1.0 : 0.0;
+        if (below == 0.0 && slips && margin_at(0.5, e) < 0) {
+          below = 0.5;
+        }
+        if (below > 0) {
+          const double theta = locate(e, below);
+          if (theta < end || ended < 0) {
+            end = theta;
+            ended = e;
+          }
+        }
+      }
+    }
+    if (ended < 0) {
+      return {t_ + h_, Halt::none};
+    }
+    return {t_ + end * h_, Halt::event, ended};
+  }
+
+  // First zero of a margin in (0, above], where it is negative at `above`: Illinois' form of the false position.
+  double locate(Index element, double above) {
+    double a = 0.0;
+    double b = above;
+    double at_a = margin_at(a, element);
+    double at_b = margin_at(b, element);
+    if (!(at_a > 0)) {
+      return 0.0;
+    }
+    for (int i = 0; i < 60 && b - a > event_tolerance; ++i) {
+      double theta = (a * at_b - b * at_a) / (at_b - at_a);
+      if (!(theta > a && theta < b)) {
+        theta = 0.5 * (a + b);
+      }
+      const double value = margin_at(theta, element);
+      if (value > 0) {
+        a = theta;
+        at_a = value;
+        at_b *= 0.5;
+      } else if (value < 0) {
+        b = theta;
+        at_b = value;
+        at_a *= 0.5;
+      } else {
+        return theta;
+      }
+    }
+    return b;
+  }
+
+  LoopOde& ode_;
+  IntegratorOptions options_;
+  Matrix k_;  // rates of the stages
+  Vector y_, next_, error_, at_, rate_, margins_, middle_;
+  double t_ = 0.0;
+  double h_ = 0.0;
+  double suggested_ = 0.0;
+  bool fresh_ = true;
+  bool definite_ = true;
+};
+
+}  // namespace
+
+std::unique_ptr<LoopIntegrator> dormand_prince_integrator(LoopOde& ode, const IntegratorOptions& options) {
+  return std::make_unique<DormandPrince>(ode, options);
+}
+
+}  // namespace rivid::detail

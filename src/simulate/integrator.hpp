@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "simulate/loop_ode.hpp"
+
+namespace rivid::detail {
+
+// Carries a LoopOde forward, step by step, each of which ends at an event at the latest.
+class LoopIntegrator {
+ public:
+  enum class Halt { none, event, not_positive_definite, failed };
+  struct Step {
+    double t = 0.0;  // reached
+    Halt halt = Halt::none;
+    Index event = -1;  // element whose mode ended at t
+  };
+
+  LoopIntegrator() = default;
+  LoopIntegrator(const LoopIntegrator&) = delete;
+  LoopIntegrator& operator=(const LoopIntegrator&) = delete;
+  virtual ~LoopIntegrator() = default;
+
+  // Begins anew at (t, y): y' may have jumped there.
+  virtual void restart(double t, const double* y) = 0;
+  // One step, not beyond t_stop.
+  virtual Step step(double t_stop) = 0;
+  // State at an instant within the last step.
+  virtual void state(double t, double* y) = 0;
+};
+
+struct IntegratorOptions {
+  double rtol = 1e-6;
+  double atol = 1e-8;
+  double max_step = 0.0;
+};
+
+// CVODE; bdf: for stiff loops, else Adams.
+[[nodiscard]] std::unique_ptr<LoopIntegrator> cvode_integrator(LoopOde& ode, const IntegratorOptions& options, bool bdf);
+[[nodiscard]] std::unique_ptr<LoopIntegrator> dormand_prince_integrator(LoopOde& ode, const IntegratorOptions& options);
+// One step from restart() to t_stop; knows no events.
+[[nodiscard]] std::unique_ptr<LoopIntegrator> rk4_integrator(LoopOde& ode);
+
+}  // namespace rivid::detail

@@ -1,0 +1,120 @@
+#include "simulate/loop_ode.hpp"
+
+#include <cmath>
+
+namespace rivid::detail {
+
+LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw& law, const Reference& reference,
+                 const SimulationOptions& options)
+    : model_(model),
+      law_(law),
+      reference_(reference),
+      n_(model.size()),
+      states_(options.sampling.period > 0 ? 0 : law.states()),
+      sampled_(options.sampling.period > 0),
+      exact_(options.friction == DryFrictionScheme::exact),
+      held_(options.friction == DryFrictionScheme::held),
+      smooth_velocity_(options.smooth_velocity),
+      drive_(robot.drive_matrix()),
+      diagonal_drive_(drive_.isDiagonal(0.0)),
+      dynamics_(model),
+      stick_slip_(model),
+      x_(Vector::Zero(states_)),
+      xd_(Vector::Zero(states_)) {
+  for (Vector* v : {&q_, &qd_, &q_r_, &qd_r_, &qdd_r_, &v_tau_, &added_, &disturbance_, &tau_, &torque_, &friction_}) {
+    *v = Vector::Zero(n_);
+  }
+}
+
+bool LoopOde::torques(double t, const double* y, double* xd) {
+  ++evaluations_;
+  q_ = Eigen::Map<const Vector>(y, n_);
+  qd_ = Eigen::Map<const Vector>(y + n_, n_);
+  const auto n = static_cast<std::size_t>(n_);
+  if (!dynamics_.set_state({q_.data(), n}, {qd_.data(), n})) {
+    return false;
+  }
+  if (!sampled_) {
+    x_ = Eigen::Map<const Vector>(y + 2 * n_, states_);
+    reference_.at(t, q_r_, qd_r_, qdd_r_);
+    law_.control({t, q_, qd_, q_r_, qd_r_, qdd_r_}, x_, v_tau_, xd_);
+    Eigen::Map<Vector>(xd, states_) = xd_;
+  }
+  if (diagonal_drive_) {
+    tau_ = drive_.diagonal().cwiseProduct(v_tau_ + added_);
+  } else {
+    tau_.noalias() = drive_ * v_tau_;
+    tau_.noalias() += drive_ * added_;
+  }
+  torque_ = tau_ + disturbance_ - Eigen::Map<const Vector>(dynamics_.N().data(), n_);
+  if (held_) {
+    torque_ -= friction_;
+    return true;
+  }
+  torque_ -= model_.offset();
+  torque_.noalias() -= model_.viscous() * qd_;
+  return true;
+}
+
+void LoopOde::smooth_friction(std::span<const double> qd, Vector& torque) const {
+  Index e = 0;
+  for (const DryFriction& law : model_.dry_friction()) {
+    const double speed = stick_slip_.speed(e++, qd);
+    const double Fc = speed > 0 ? law.Fc_plus : law.Fc_minus;
+    const double Fv = speed > 0 ? law.Fv_plus : law.Fv_minus;
+    torque += (Fc * std::tanh(speed / smooth_velocity_) + Fv * speed) * law.torque;
+  }
+}
+
+void LoopOde::hold_friction(const double* y) {
+  const Eigen::Map<const Vector> qd(y + n_, n_);
+  friction_ = model_.offset() + model_.viscous() * qd;
+  smooth_friction({qd.data(), static_cast<std::size_t>(n_)}, friction_);
+}
+
+bool LoopOde::rate(double t, const double* y, double* yd) {
+  const auto n = static_cast<std::size_t>(n_);
+  if (!torques(t, y, yd + 2 * n_)) {
+    return false;
+  }
+  Eigen::Map<Vector>(yd, n_) = qd_;
+  const std::span<double> qdd(yd + n_, n);
+  const std::span<const double> qd(qd_.data(), n);
+  if (exact_) {
+    stick_slip_.accelerate(dynamics_, qd, {torque_.data(), n}, qdd);
+    return true;
+  }
+  if (!held_) {
+    friction_.setZero();
+    smooth_friction(qd, friction_);
+    torque_ -= friction_;
+  }
+  Eigen::Map<Vector>(yd + n_, n_) = torque_;
+  dynamics_.solve(qdd);
+  return true;
+}
+
+void LoopOde::margins(const double* y, double* g) const {
+  const std::span<const double> qd(y + n_, static_cast<std::size_t>(n_));
+  for (Index e = 0; e < stick_slip_.size(); ++e) {
+    g[e] = stick_slip_.margin(e, qd);
+  }
+}
+
+bool LoopOde::settle(double t, double* y, Index ended) {
+  if (!exact_ || (ended < 0 && stick_slip_.sticking() == 0)) {
+    return true;
+  }
+  if (!torques(t, y, xd_.data())) {
+    return false;
+  }
+  const auto n = static_cast<std::size_t>(n_);
+  stick_slip_.settle(dynamics_, ended, {y + n_, n}, {torque_.data(), n});
+  return true;
+}
+
+void LoopOde::reset_modes(const double* y) {
+  stick_slip_.reset({y + n_, static_cast<std::size_t>(n_)});
+}
+
+}  // namespace rivid::detail

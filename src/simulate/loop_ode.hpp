@@ -1,0 +1,73 @@
+#pragma once
+
+#include <span>
+
+#include "rivid/simulate/closed_loop.hpp"
+#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/stick_slip.hpp"
+
+namespace rivid::detail {
+
+// The closed loop as an ordinary differential equation, y = [q; q̇; x] with the states x of the control law. It is
+// smooth between events: instants at which the mode of a dry friction element ends.
+class LoopOde {
+ public:
+  LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw& law, const Reference& reference,
+          const SimulationOptions& options);
+
+  [[nodiscard]] Index size() const { return 2 * n_ + states_; }
+  [[nodiscard]] Index joints() const { return n_; }
+  [[nodiscard]] Index events() const { return exact_ ? stick_slip_.size() : 0; }
+
+  // y' at (t, y) in the present modes; false where M is not positive definite.
+  [[nodiscard]] bool rate(double t, const double* y, double* yd);
+  // margin() of every element at the last rate().
+  void margins(const double* y, double* g) const;
+  // Whether margins() depend on more than y, so that rate() has to be called before.
+  [[nodiscard]] bool sticking() const { return exact_ && stick_slip_.sticking() > 0; }
+
+  // Decides the modes anew, see StickSlip::settle(); false where M is not positive definite.
+  [[nodiscard]] bool settle(double t, double* y, Index ended);
+  void reset_modes(const double* y);
+
+  // Control held from now on (sampled laws), and what is added to control and torques.
+  void hold_control(const Eigen::Ref<const Vector>& v_tau) { v_tau_ = v_tau; }
+  void hold_added(const Eigen::Ref<const Vector>& v) { added_ = v; }
+  void hold_disturbance(const Eigen::Ref<const Vector>& tau) { disturbance_ = tau; }
+  // Friction torques held from now on (DryFrictionScheme::held), from the velocities of y.
+  void hold_friction(const double* y);
+
+  // Control signals and torques of the last rate(), (n).
+  [[nodiscard]] const Vector& v_tau() const { return v_tau_; }
+  [[nodiscard]] const Vector& tau() const { return tau_; }
+
+  [[nodiscard]] const StickSlip& stick_slip() const { return stick_slip_; }
+  [[nodiscard]] const Dynamics<double>& dynamics() const { return dynamics_; }
+  [[nodiscard]] Index evaluations() const { return evaluations_; }
+
+ private:
+  // Fills torque_ with what accelerates beside dry friction, and the rates of x.
+  [[nodiscard]] bool torques(double t, const double* y, double* xd);
+  void smooth_friction(std::span<const double> qd, Vector& torque) const;
+
+  const DynamicModel& model_;
+  const ControlLaw& law_;
+  const Reference& reference_;
+  Index n_;
+  Index states_;
+  bool sampled_;
+  bool exact_;
+  bool held_;
+  double smooth_velocity_;
+  Matrix drive_;
+  bool diagonal_drive_;
+  Dynamics<double> dynamics_;
+  StickSlip stick_slip_;
+  Index evaluations_ = 0;
+
+  Vector q_, qd_, x_, xd_;
+  Vector q_r_, qd_r_, qdd_r_;
+  Vector v_tau_, added_, disturbance_, tau_, torque_, friction_;
+};
+
+}  // namespace rivid::detail

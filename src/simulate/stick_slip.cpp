@@ -1,0 +1,295 @@
+#include "rivid/simulate/stick_slip.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rivid {
+
+namespace {
+
+// Added to the diagonal of G, relative to it: makes λ unique where elements at rest depend on one another, and moves
+// the instant of a release by as much of itself.
+constexpr double regularisation = 1e-11;
+// By how much a limit or a sign may be missed in settle(): the rounding of a small linear system.
+constexpr double slack = 1e-12;
+constexpr double release_slack = 1e-6;
+
+Index only_joint(const Vector& direction) {
+  Index joint = -1;
+  for (Index j = 0; j < direction.size(); ++j) {
+    if (direction[j] != 0.0) {
+      if (joint >= 0) {
+        return -1;
+      }
+      joint = j;
+    }
+  }
+  return joint;
+}
+
+Eigen::Map<const Vector> as_vector(std::span<const double> values) {
+  return {values.data(), static_cast<Index>(values.size())};
+}
+Eigen::Map<Vector> as_vector(std::span<double> values) {
+  return {values.data(), static_cast<Index>(values.size())};
+}
+
+}  // namespace
+
+StickSlip::StickSlip(const DynamicModel& model) : n_(model.size()) {
+  for (const DryFriction& law : model.dry_friction()) {
+    elements_.push_back({law, only_joint(law.direction)});
+  }
+  const Index count = size();
+  stuck_.reserve(elements_.size());
+  resting_.reserve(elements_.size());
+  before_.resize(elements_.size());
+  lambda_ = Vector::Zero(count);
+  response_ = Matrix::Zero(n_, count);
+  G_ = Matrix::Zero(count, count);
+  system_ = Matrix::Zero(count, count);
+  rhs_ = Vector::Zero(count);
+  solution_ = Vector::Zero(count);
+  qdd_ = Vector::Zero(n_);
+  list_stuck();
+}
+
+double StickSlip::speed(Index e, std::span<const double> qd) const {
+  const Element& element = elements_[static_cast<std::size_t>(e)];
+  if (element.joint >= 0) {
+    return element.law.direction[element.joint] * qd[static_cast<std::size_t>(element.joint)];
+  }
+  return element.law.direction.dot(as_vector(qd));
+}
+
+void StickSlip::list_stuck() {
+  stuck_.clear();
+  for (Index e = 0; e < size(); ++e) {
+    if (mode(e) == FrictionMode::stick) {
+      stuck_.push_back(e);
+    }
+  }
+}
+
+void StickSlip::reset(std::span<const double> qd) {
+  for (Index e = 0; e < size(); ++e) {
+    const double s = speed(e, qd);
+    Element& element = elements_[static_cast<std::size_t>(e)];
+    element.mode = s > 0 ? FrictionMode::slip_plus : s < 0 ? FrictionMode::slip_minus : FrictionMode::stick;
+    element.changes = 0;
+  }
+  list_stuck();
+}
+
+double StickSlip::slipping_lambda(const Element& element, double speed) const {
+  return element.mode == FrictionMode::slip_plus ? element.law.Fc_plus + element.law.Fv_plus * speed
+                                                 : -element.law.Fc_minus + element.law.Fv_minus * speed;
+}
+
+// M⁻¹ b_e of the given elements, and c_eᵀ M⁻¹ b_l among them.
+void StickSlip::responses(const Dynamics<double>& dynamics, std::span<const Index> elements) {
+  for (const Index e : elements) {
+    response_.col(e) = elements_[static_cast<std::size_t>(e)].law.torque;
+    dynamics.solve({response_.col(e).data(), static_cast<std::size_t>(n_)});
+  }
+  for (const Index e : elements) {
+    const Vector& c = elements_[static_cast<std::size_t>(e)].law.direction;
+    for (const Index l : elements) {
+      G_(e, l) = c.dot(response_.col(l));
+    }
+    G_(e, e) *= 1.0 + regularisation;
+  }
+}
+
+// λ that keeps the speeds of the given elements, from rhs_[e] = c_eᵀ q̈ without these λ: G λ = rhs by elimination with
+// row pivoting, in place and without allocation.
+void StickSlip::hold(std::span<const Index> elements) {
+  const auto m = static_cast<Index>(elements.size());
+  for (Index r = 0; r < m; ++r) {
+    const Index e = elements[static_cast<std::size_t>(r)];
+    for (Index c = 0; c < m; ++c) {
+      system_(r, c) = G_(e, elements[static_cast<std::size_t>(c)]);
+    }
+    solution_[r] = rhs_[e];
+  }
+  auto A = system_.topLeftCorner(m, m);
+  for (Index k = 0; k < m; ++k) {
+    Index pivot = 0;
+    A.col(k).tail(m - k).cwiseAbs().maxCoeff(&pivot);
+    if (pivot != 0) {
+      A.row(k).swap(A.row(k + pivot));
+      std::swap(solution_[k], solution_[k + pivot]);
+    }
+    for (Index r = k + 1; r < m; ++r) {
+      const double factor = A(r, k) / A(k, k);
+      A.row(r).tail(m - k - 1) -= factor * A.row(k).tail(m - k - 1);
+      solution_[r] -= factor * solution_[k];
+    }
+  }
+  for (Index k = m - 1; k >= 0; --k) {
+    for (Index c = k + 1; c < m; ++c) {
+      solution_[k] -= A(k, c) * solution_[c];
+    }
+    solution_[k] /= A(k, k);
+  }
+  for (Index r = 0; r < m; ++r) {
+    lambda_[elements[static_cast<std::size_t>(r)]] = solution_[r];
+  }
+}
+
+// Takes the torques of all slipping elements but those of a list off f.
+void StickSlip::brake(std::span<const double> qd, std::span<double> f, std::span<const Index> but) {
+  for (Index e = 0; e < size(); ++e) {
+    const Element& element = elements_[static_cast<std::size_t>(e)];
+    if (element.mode == FrictionMode::stick || std::find(but.begin(), but.end(), e) != but.end()) {
+      continue;
+    }
+    lambda_[e] = slipping_lambda(element, speed(e, qd));
+    as_vector(f) -= lambda_[e] * element.law.torque;
+  }
+}
+
+void StickSlip::accelerate(const Dynamics<double>& dynamics, std::span<const double> qd, std::span<double> f,
+                           std::span<double> qdd) {
+  brake(qd, f, {});
+  auto out = as_vector(qdd);
+  out = as_vector(f);
+  dynamics.solve(qdd);
+  if (stuck_.empty()) {
+    return;
+  }
+  responses(dynamics, stuck_);
+  for (const Index e : stuck_) {
+    rhs_[e] = elements_[static_cast<std::size_t>(e)].law.direction.dot(out);
+  }
+  hold(stuck_);
+  for (const Index e : stuck_) {
+    out -= lambda_[e] * response_.col(e);
+  }
+  for (const Index e : stuck_) {
+    const Index joint = elements_[static_cast<std::size_t>(e)].joint;
+    if (joint >= 0) {
+      out[joint] = 0.0;
+    }
+  }
+}
+
+double StickSlip::margin(Index e, std::span<const double> qd) const {
+  const Element& element = elements_[static_cast<std::size_t>(e)];
+  switch (element.mode) {
+    case FrictionMode::slip_plus:
+      return speed(e, qd);
+    case FrictionMode::slip_minus:
+      return -speed(e, qd);
+    case FrictionMode::stick:
+      break;
+  }
+  const double width = element.law.Fc_plus + element.law.Fc_minus;
+  return std::min(element.law.Fc_plus - lambda_[e], lambda_[e] + element.law.Fc_minus) / width;
+}
+
+Index StickSlip::settle(const Dynamics<double>& dynamics, Index ended, std::span<double> qd,
+                        std::span<double> f) {
+  resting_.clear();
+  for (Index e = 0; e < size(); ++e) {
+    Element& element = elements_[static_cast<std::size_t>(e)];
+    before_[static_cast<std::size_t>(e)] = element.mode;
+    if (e == ended && element.mode == FrictionMode::stick) {
+      element.mode = lambda_[e] > 0 ? FrictionMode::slip_plus : FrictionMode::slip_minus;
+      resting_.push_back(e);
+    } else if (e == ended || element.mode == FrictionMode::stick) {
+      element.mode = FrictionMode::stick;
+      resting_.push_back(e);
+    }
+  }
+  if (resting_.empty()) {
+    return 0;
+  }
+  responses(dynamics, resting_);
+  for (const Index e : resting_) {
+    const Element& element = elements_[static_cast<std::size_t>(e)];
+    if (element.joint >= 0) {
+      qd[static_cast<std::size_t>(element.joint)] = 0.0;
+    } else {
+      // The integrator leaves a rest of the motor's speed, which its own response takes away.
+      as_vector(qd) -= response_.col(e) * (speed(e, qd) / G_(e, e));
+    }
+  }
+  brake(qd, f, resting_);
+  qdd_ = as_vector(f);
+  dynamics.solve({qdd_.data(), static_cast<std::size_t>(n_)});
+
+  const int most = 100 * (1 + static_cast<int>(resting_.size()));
+  for (int pivots = 0; pivots < most && pivot(); ++pivots) {
+  }
+
+  Index changed = 0;
+  for (const Index e : resting_) {
+    Element& element = elements_[static_cast<std::size_t>(e)];
+    if (element.mode != before_[static_cast<std::size_t>(e)]) {
+      ++element.changes;
+      ++changed;
+    }
+  }
+  list_stuck();
+  return changed;
+}
+
+// One step of the least-index principal pivoting: λ for the present guess of modes of the elements at rest, and the
+// first element that it is wrong for gets another mode.
+//
+// @return  whether there was one
+bool StickSlip::pivot() {
+  stuck_.clear();
+  for (const Index e : resting_) {
+    const Element& element = elements_[static_cast<std::size_t>(e)];
+    if (element.mode == FrictionMode::stick) {
+      stuck_.push_back(e);
+    } else {
+      lambda_[e] = slipping_lambda(element, 0.0);
+    }
+  }
+  for (const Index e : stuck_) {
+    rhs_[e] = elements_[static_cast<std::size_t>(e)].law.direction.dot(qdd_);
+    for (const Index l : resting_) {
+      if (elements_[static_cast<std::size_t>(l)].mode != FrictionMode::stick) {
+        rhs_[e] -= G_(e, l) * lambda_[l];
+      }
+    }
+  }
+  hold(stuck_);
+  for (const Index e : resting_) {
+    Element& element = elements_[static_cast<std::size_t>(e)];
+    const DryFriction& law = element.law;
+    if (element.mode == FrictionMode::stick) {
+      const double allowance = slack * (law.Fc_plus + law.Fc_minus);
+      if (lambda_[e] > law.Fc_plus + allowance) {
+        element.mode = FrictionMode::slip_plus;
+        return true;
+      }
+      if (lambda_[e] < -law.Fc_minus - allowance) {
+        element.mode = FrictionMode::slip_minus;
+        return true;
+      }
+      continue;
+    }
+    const double driven = law.direction.dot(qdd_);
+    double acceleration = driven;
+    double scale = std::abs(driven);
+    for (const Index l : resting_) {
+      acceleration -= G_(e, l) * lambda_[l];
+      scale += std::abs(G_(e, l) * lambda_[l]);
+    }
+    const double along = element.mode == FrictionMode::slip_plus ? acceleration : -acceleration;
+    // A release is found where λ meets its limit, to the tolerance of the root: it is not taken back for that.
+    const double allowance =
+        before_[static_cast<std::size_t>(e)] == FrictionMode::stick ? release_slack : slack;
+    if (along < -allowance * scale) {
+      element.mode = FrictionMode::stick;
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace rivid
