@@ -1,11 +1,10 @@
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
 #include <sundials/sundials_version.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
-
-#include <sundials/sundials_context.h>
 
 #include <algorithm>
 #include <vector>
@@ -121,7 +120,7 @@ class Cvode final : public LoopIntegrator {
   void make() {
 #if SUNDIALS_VERSION_MAJOR < 7
     // Its messages go nowhere: every outcome is judged by its flag.
-    CVodeSetErrHandlerFn(memory_, [](int, const char*, const char*, char*, void*) {}, nullptr);
+    CVodeSetErrHandlerFn(memory_, [](int, const char*, const char*, char*, void*){}, nullptr);
 #else
     SUNContext_ClearErrHandlers(context_);
 #endif

@@ -19,7 +19,7 @@ constexpr double stage[stages][stages - 1] = {
     {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
     {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
     {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
-constexpr double error_weight[stages] = {71.0 / 57600,       0.0,           -71.0 / 16695, 71.0 / 1920,
+constexpr double error_weight[stages] = {71.0 / 57600,      0.0,        -71.0 / 16695, 71.0 / 1920,
                                          -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 constexpr double dense_weight[stages] = {-12715105075.0 / 11282082432,  0.0,
                                          87487479700.0 / 32700410799,   -10690763975.0 / 1880347072,
@@ -108,7 +108,8 @@ class DormandPrince final : public LoopIntegrator {
   double first_step(double left) const {
     const double scale = options_.atol + options_.rtol * y_.cwiseAbs().maxCoeff();
     const double speed = k_.col(0).cwiseAbs().maxCoeff();
-    const double h = speed > 0 ? 0.01 * std::max(y_.cwiseAbs().maxCoeff(), std::pow(scale, 0.8)) / speed : left;
+    const double h =
+        speed > 0 ? 0.01 * std::max(y_.cwiseAbs().maxCoeff(), std::pow(scale, 0.8)) / speed : left;
     return std::min(left, std::max(h, 1e-9));
   }
 
@@ -168,7 +169,8 @@ class DormandPrince final : public LoopIntegrator {
       // A state without accelerations can not be met here: the stages around it had them.
       [[maybe_unused]] const bool definite = ode_.rate(t_ + theta * h_, at_.data(), rate_.data());
     }
-    return ode_.stick_slip().margin(element, {at_.data() + ode_.joints(), static_cast<std::size_t>(ode_.joints())});
+    return ode_.stick_slip().margin(element,
+                                    {at_.data() + ode_.joints(), static_cast<std::size_t>(ode_.joints())});
   }
 
   // Whether an element's mode ended within the step, and which one first. A look at the middle finds speeds that dip
@@ -177,7 +179,8 @@ class DormandPrince final : public LoopIntegrator {
     double end = 1.0;
     Index ended = -1;
     if (ode_.events() > 0) {
-      ode_.margins(next_.data(), margins_.data());  // λ is that of the last stage, which is the end of the step
+      ode_.margins(next_.data(),
+                   margins_.data());  // λ is that of the last stage, which is the end of the step
       for (Index e = 0; e < margins_.size(); ++e) {
         const bool slips = ode_.stick_slip().mode(e) != FrictionMode::stick;
         double below = margins_[e] < 0 ? 1.0 : 0.0;

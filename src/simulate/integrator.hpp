@@ -37,8 +37,10 @@ struct IntegratorOptions {
 };
 
 // CVODE; bdf: for stiff loops, else Adams.
-[[nodiscard]] std::unique_ptr<LoopIntegrator> cvode_integrator(LoopOde& ode, const IntegratorOptions& options, bool bdf);
-[[nodiscard]] std::unique_ptr<LoopIntegrator> dormand_prince_integrator(LoopOde& ode, const IntegratorOptions& options);
+[[nodiscard]] std::unique_ptr<LoopIntegrator> cvode_integrator(LoopOde& ode, const IntegratorOptions& options,
+                                                               bool bdf);
+[[nodiscard]] std::unique_ptr<LoopIntegrator> dormand_prince_integrator(LoopOde& ode,
+                                                                        const IntegratorOptions& options);
 // One step from restart() to t_stop; knows no events.
 [[nodiscard]] std::unique_ptr<LoopIntegrator> rk4_integrator(LoopOde& ode);
 

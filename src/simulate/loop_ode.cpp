@@ -4,8 +4,8 @@
 
 namespace rivid::detail {
 
-LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw& law, const Reference& reference,
-                 const SimulationOptions& options)
+LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw& law,
+                 const Reference& reference, const SimulationOptions& options)
     : model_(model),
       law_(law),
       reference_(reference),
@@ -21,7 +21,8 @@ LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw
       stick_slip_(model),
       x_(Vector::Zero(states_)),
       xd_(Vector::Zero(states_)) {
-  for (Vector* v : {&q_, &qd_, &q_r_, &qd_r_, &qdd_r_, &v_tau_, &added_, &disturbance_, &tau_, &torque_, &friction_}) {
+  for (Vector* v :
+       {&q_, &qd_, &q_r_, &qd_r_, &qdd_r_, &v_tau_, &added_, &disturbance_, &tau_, &torque_, &friction_}) {
     *v = Vector::Zero(n_);
   }
 }
@@ -113,8 +114,6 @@ bool LoopOde::settle(double t, double* y, Index ended) {
   return true;
 }
 
-void LoopOde::reset_modes(const double* y) {
-  stick_slip_.reset({y + n_, static_cast<std::size_t>(n_)});
-}
+void LoopOde::reset_modes(const double* y) { stick_slip_.reset({y + n_, static_cast<std::size_t>(n_)}); }
 
 }  // namespace rivid::detail

@@ -7,7 +7,13 @@ namespace {
 class RungeKutta4 final : public LoopIntegrator {
  public:
   explicit RungeKutta4(LoopOde& ode)
-      : ode_(ode), y_(ode.size()), next_(ode.size()), at_(ode.size()), first_(ode.size()), k_(ode.size()), sum_(ode.size()) {}
+      : ode_(ode),
+        y_(ode.size()),
+        next_(ode.size()),
+        at_(ode.size()),
+        first_(ode.size()),
+        k_(ode.size()),
+        sum_(ode.size()) {}
 
   void restart(double t, const double* y) override {
     t_ = t;
@@ -41,8 +47,7 @@ class RungeKutta4 final : public LoopIntegrator {
   // so a parabola serves.
   void state(double t, double* y) override {
     const double theta = (t - (t_ - h_)) / h_;
-    Eigen::Map<Vector>(y, y_.size()) =
-        y_ + theta * h_ * first_ + theta * theta * (next_ - y_ - h_ * first_);
+    Eigen::Map<Vector>(y, y_.size()) = y_ + theta * h_ * first_ + theta * theta * (next_ - y_ - h_ * first_);
   }
 
  private:
@@ -54,8 +59,6 @@ class RungeKutta4 final : public LoopIntegrator {
 
 }  // namespace
 
-std::unique_ptr<LoopIntegrator> rk4_integrator(LoopOde& ode) {
-  return std::make_unique<RungeKutta4>(ode);
-}
+std::unique_ptr<LoopIntegrator> rk4_integrator(LoopOde& ode) { return std::make_unique<RungeKutta4>(ode); }
 
 }  // namespace rivid::detail

@@ -14,9 +14,9 @@ namespace rivid {
 
 /// How the motion is integrated.
 enum class Integrator {
-  automatic,       ///< adams where the control is continuous, dormand_prince where it is sampled
-  adams,           ///< CVODE, variable-order Adams method with functional iteration: smooth loops that are not stiff
-  bdf,             ///< CVODE, variable-order BDF with Newton iteration: stiff loops
+  automatic,  ///< adams where the control is continuous, dormand_prince where it is sampled
+  adams,  ///< CVODE, variable-order Adams method with functional iteration: smooth loops that are not stiff
+  bdf,    ///< CVODE, variable-order BDF with Newton iteration: stiff loops
   dormand_prince,  ///< explicit Runge-Kutta 5(4) with dense output: control in periods, after which a multistep method
                    ///< would have to start again
   rk4              ///< the classical method with one fixed step a control period and no error control
@@ -26,7 +26,7 @@ enum class Integrator {
 enum class DryFrictionScheme {
   exact,   ///< sign(q̇) and stiction, reversal by reversal, see StickSlip
   smooth,  ///< tanh(q̇ / smooth_velocity) instead of the sign; nothing ever sticks
-  held     ///< as `smooth`, but all friction is evaluated once a step and held (rk4 alone): the scheme of BIRDy
+  held  ///< as `smooth`, but all friction is evaluated once a step and held (rk4 alone): the scheme of BIRDy
 };
 
 /// "automatic", "adams", "bdf", "dormand_prince", "rk4".
@@ -63,15 +63,16 @@ struct SimulationOptions {
   /// Added to the control signal, after its saturation, and not seen by the law, (periods × n) or empty. Held for a
   /// control period, or for a sample where the law is continuous.
   Matrix added_control = {};
-  Matrix disturbance = {};  ///< torques that act beside the drives, held alike, (periods × n) or empty [N·m | N]
+  Matrix disturbance =
+      {};  ///< torques that act beside the drives, held alike, (periods × n) or empty [N·m | N]
 
   DryFrictionScheme friction = DryFrictionScheme::exact;
   double smooth_velocity = 1e-3;  ///< [rad/s | m/s]
 
   Integrator integrator = Integrator::automatic;
-  double rtol = 1e-6;      ///< relative tolerance of a step
-  double atol = 1e-8;      ///< absolute tolerance of a step [rad | m, and per second]
-  double max_step = 0.0;   ///< [s]; 0 is none
+  double rtol = 1e-6;     ///< relative tolerance of a step
+  double atol = 1e-8;     ///< absolute tolerance of a step [rad | m, and per second]
+  double max_step = 0.0;  ///< [s]; 0 is none
 
   /// Budgets, so that a loop that can not be integrated ends: steps, and wall-clock time [s].
   Index max_steps = 10'000'000;
@@ -97,11 +98,11 @@ enum class Outcome {
 
 /// What it took.
 struct SimulationEffort {
-  Index steps = 0;            ///< of the integrator
-  Index right_hand_sides = 0; ///< evaluations of the dynamics by the integrator
-  Index restarts = 0;         ///< of the integrator, at events and control periods
-  Index mode_changes = 0;     ///< slip to stick, stick to slip, reversals, over all elements
-  double seconds = 0.0;       ///< wall-clock time
+  Index steps = 0;             ///< of the integrator
+  Index right_hand_sides = 0;  ///< evaluations of the dynamics by the integrator
+  Index restarts = 0;          ///< of the integrator, at events and control periods
+  Index mode_changes = 0;      ///< slip to stick, stick to slip, reversals, over all elements
+  double seconds = 0.0;        ///< wall-clock time
 };
 
 /// A motion of the robot in its closed loop, the answer of simulate().
@@ -133,8 +134,8 @@ struct [[nodiscard]] Simulation {
 /// @param reference  what the law follows
 /// @return           the motion; where it could not be carried through, up to there, with the reason in `outcome`
 /// @throws InputError  where the sizes or an option can not be used
-Simulation simulate(const Robot& robot, const DynamicModel& model, const ControlLaw& law, const Reference& reference,
-                    const SimulationOptions& options = {});
+Simulation simulate(const Robot& robot, const DynamicModel& model, const ControlLaw& law,
+                    const Reference& reference, const SimulationOptions& options = {});
 
 /// The same from base parameters, with gains adapted to them, Eq. (46) of [RIV].
 ///
