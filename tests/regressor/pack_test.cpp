@@ -78,11 +78,14 @@ TEST(Pack, CalculatesLaneByLane) {
     EXPECT_EQ(stored[k], a[k] + b[k]);
     EXPECT_EQ((x - y)[i], a[k] - b[k]);
     EXPECT_EQ((x * y)[i], a[k] * b[k]);
+    EXPECT_EQ((x / y)[i], a[k] / b[k]);
     EXPECT_EQ((-x)[i], -a[k]);
     EXPECT_EQ(select(x > y, x, y)[i], std::max(a[k], b[k]));
     EXPECT_EQ(select(x < y, x, y)[i], std::min(a[k], b[k]));
     EXPECT_EQ(Pack(2.5)[i], 2.5);
   }
+  EXPECT_TRUE(any(x > Pack(6.0)) && !all(x > Pack(6.0)));
+  EXPECT_TRUE(all(x > Pack(-9.0)) && !any(x < Pack(-9.0)));
 }
 
 TEST(Pack, KnowsEveryFrictionLaw) {

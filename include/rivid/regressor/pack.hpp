@@ -60,6 +60,9 @@ class BasicPack {
   [[gnu::always_inline]] friend BasicPack operator*(const BasicPack& a, const BasicPack& b) {
     return BasicPack(a.values_ * b.values_);
   }
+  [[gnu::always_inline]] friend BasicPack operator/(const BasicPack& a, const BasicPack& b) {
+    return BasicPack(a.values_ / b.values_);
+  }
   [[gnu::always_inline]] friend BasicPack operator-(const BasicPack& a) { return BasicPack(-a.values_); }
 
   [[gnu::always_inline]] friend Mask operator>(const BasicPack& a, const BasicPack& b) {
@@ -82,6 +85,8 @@ class BasicPack {
     }
     return all != 0;
   }
+  /// Whether it holds in all lanes.
+  [[gnu::always_inline]] friend bool all(const Mask& condition) { return !any(Mask{~condition.bits}); }
   [[gnu::always_inline]] friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
 
   /// Lanes that are too large for sin_cos_near().

@@ -14,14 +14,15 @@ namespace rivid {
 /// λ = −Fc_minus + Fv_minus s, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it there; the torques on the
 /// joints are −torque λ. The two vectors are the same but for Coupling::Coulomb::single.
 struct DryFriction {
-  std::string name;       ///< of the joint or motor
+  std::string name;       ///< of the joint; of a motor that several joints turn, "motor of <joint>"
   Vector direction;       ///< c, (n)
   Vector torque;          ///< b, (n)
   double Fc_plus = 0.0;   ///< [N·m | N], ≥ 0
   double Fc_minus = 0.0;  ///< [N·m | N], ≥ 0
-  double Fv_plus =
-      0.0;  ///< of the asymmetric law alone, see DynamicModel::viscous() [N·m·s/rad | N·s/m], ≥ 0
-  double Fv_minus = 0.0;  ///< [N·m·s/rad | N·s/m], ≥ 0
+  /// What a direction of the asymmetric law has beyond the other one, which is in DynamicModel::viscous(); one of the
+  /// two at least is zero [N·m·s/rad | N·s/m], ≥ 0.
+  double Fv_plus = 0.0;
+  double Fv_minus = 0.0;
 };
 
 /// A robot with numbers for its parameters, as the direct dynamics (21) of [RIV] reads it:
@@ -29,17 +30,24 @@ struct DryFriction {
 ///   M(q) q̈ + N(q, q̇) + viscous q̇ + offset + Σ torque_e λ_e = τ,   M(q) = M_links(q) + rotor.
 ///
 /// Friction that would drive instead of brake can not be simulated: negative Coulomb coefficients count as zero, and
-/// the viscous matrix loses its negative eigenvalues; clamped() names what was changed. Inertias are taken as they are,
-/// even where they belong to no physical body: the regrouped base parameters are such a set, and give the same M(q).
+/// the viscous matrix loses its negative eigenvalues; clamped() names what was changed. An asymmetric law is negative
+/// where the mean of its directions is: Fc+ = 3 and Fc− = −1 are a friction of 1 with an offset of 2. The coupled
+/// friction of Coupling::Coulomb::single is taken with either sign; where joint k itself does not brake, what follows
+/// the sign of its velocity is left out, since at rest it would have no value.
+///
+/// Inertias are taken as they are, even where they belong to no physical body: the regrouped base parameters are such
+/// a set, and give the same M(q).
 class DynamicModel {
  public:
   /// @param chi_st  values of robot.standard_parameters(), (N_s) [SI, joint side]
-  /// @throws InputError  where the size differs or a value is not finite
+  /// @throws InputError  the robot's complaint(); where the size differs or a value is not finite; asymmetric friction
+  ///                     of a joint whose velocity's sign is that of a coupled motor, too
   DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& chi_st);
 
   /// From base parameters alone, by BaseParameters::to_standard().
   ///
   /// @param chi  (b)
+  /// @throws InputError  as above, and where `base` are the parameters of another robot
   DynamicModel(const Robot& robot, const BaseParameters& base, const Eigen::Ref<const Vector>& chi);
 
   [[nodiscard]] Index size() const { return chain_.joints(); }
@@ -54,7 +62,8 @@ class DynamicModel {
   [[nodiscard]] const Matrix& viscous() const { return viscous_; }
   /// Friction offsets, (n) [N·m | N].
   [[nodiscard]] const Vector& offset() const { return offset_; }
-  /// Only elements that brake at all.
+  /// Friction that depends on the sign of a velocity; only elements with Fc_plus + Fc_minus > 0, which can stick, or
+  /// with viscous friction that differs by direction.
   [[nodiscard]] const std::vector<DryFriction>& dry_friction() const { return dry_friction_; }
   /// Names of the friction parameters that were taken as zero for their sign.
   [[nodiscard]] const std::vector<std::string>& clamped() const { return clamped_; }
