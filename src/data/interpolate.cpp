@@ -93,7 +93,37 @@ Matrix slopes(const Vector& t, const Matrix& values) {
   return s;
 }
 
+// The cubic of one interval, as powers of the time since its beginning.
+struct Cubic {
+  double value, slope, half_curvature, sixth_jerk;
+
+  Cubic(double h, double left, double right, double slope_left, double slope_right)
+      : value(left), slope(slope_left) {
+    const double secant = (right - left) / h;
+    const double bend = (slope_left + slope_right - 2.0 * secant) / h;
+    half_curvature = (secant - slope_left) / h - bend;
+    sixth_jerk = bend / h;
+  }
+
+  [[nodiscard]] double at(double x) const {
+    return value + x * (slope + x * (half_curvature + x * sixth_jerk));
+  }
+  [[nodiscard]] double slope_at(double x) const {
+    return slope + x * (2.0 * half_curvature + x * 3.0 * sixth_jerk);
+  }
+  [[nodiscard]] double curvature_at(double x) const { return 2.0 * half_curvature + x * 6.0 * sixth_jerk; }
+};
+
 }  // namespace
+
+Index detail::interval(const Vector& t, double at) {
+  const Index last = t.size() - 2;
+  // Half an interval early: the interval before or after the one that a uniform clock would give is looked at as well.
+  const double guess =
+      (at - t[0]) / (t[last + 1] - t[0]) * static_cast<double>(last + 1) - 0.5;
+  const double within = std::clamp(guess, 0.0, static_cast<double>(last));
+  return rivid::interval(t, at, static_cast<Index>(within));
+}
 
 CubicSpline::CubicSpline(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Matrix>& values)
     : t_(t), values_(values) {
@@ -106,16 +136,24 @@ Matrix CubicSpline::operator()(const Eigen::Ref<const Vector>& at) const {
   Index i = 0;
   for (Index k = 0; k < at.size(); ++k) {
     i = interval(t_, at[k], i);
-    const double h = t_[i + 1] - t_[i];
-    const double x = at[k] - t_[i];
     for (Index c = 0; c < values_.cols(); ++c) {
-      const double secant = (values_(i + 1, c) - values_(i, c)) / h;
-      const double bend = (slopes_(i, c) + slopes_(i + 1, c) - 2.0 * secant) / h;
-      const double half_curvature = (secant - slopes_(i, c)) / h - bend;
-      out(k, c) = values_(i, c) + x * (slopes_(i, c) + x * (half_curvature + x * (bend / h)));
+      const Cubic cubic(t_[i + 1] - t_[i], values_(i, c), values_(i + 1, c), slopes_(i, c), slopes_(i + 1, c));
+      out(k, c) = cubic.at(at[k] - t_[i]);
     }
   }
   return out;
+}
+
+void CubicSpline::at(double t, Eigen::Ref<Vector> value, Eigen::Ref<Vector> slope,
+                     Eigen::Ref<Vector> curvature) const {
+  const Index i = detail::interval(t_, t);
+  const double x = t - t_[i];
+  for (Index c = 0; c < values_.cols(); ++c) {
+    const Cubic cubic(t_[i + 1] - t_[i], values_(i, c), values_(i + 1, c), slopes_(i, c), slopes_(i + 1, c));
+    value[c] = cubic.at(x);
+    slope[c] = cubic.slope_at(x);
+    curvature[c] = cubic.curvature_at(x);
+  }
 }
 
 Matrix linear_interpolation(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Matrix>& values,

@@ -19,11 +19,29 @@ class CubicSpline {
   /// @param at  instants, (k), in any order, fastest when ascending [s]
   [[nodiscard]] Matrix operator()(const Eigen::Ref<const Vector>& at) const;
 
+  /// Value and derivatives at one instant, (n) each. No allocation, and no search where the clock is nearly uniform.
+  ///
+  /// @param t  instant [s]
+  void at(double t, Eigen::Ref<Vector> value, Eigen::Ref<Vector> slope, Eigen::Ref<Vector> curvature) const;
+
+  [[nodiscard]] Index size() const { return values_.cols(); }
+  /// First and last instant of the samples [s].
+  [[nodiscard]] double begin() const { return t_[0]; }
+  [[nodiscard]] double end() const { return t_[t_.size() - 1]; }
+
  private:
   Vector t_;
   Matrix values_;
   Matrix slopes_;
 };
+
+namespace detail {
+
+/// Interval i of the instants t that `at` lies in, t_i ≤ at < t_{i+1} and 0 ≤ i ≤ m − 2; the first or the last one
+/// outside. It needs no search where the clock is nearly uniform.
+[[nodiscard]] Index interval(const Vector& t, double at);
+
+}  // namespace detail
 
 /// Values of the polygon through samples at other instants, (k × n); outside of the samples the end value is
 /// held.

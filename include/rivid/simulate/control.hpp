@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "rivid/simulate/dynamic_model.hpp"
 
@@ -15,6 +17,18 @@ struct ControlInput {
   Eigen::Ref<const Vector> q_r;    ///< reference
   Eigen::Ref<const Vector> qd_r;   ///< [rad/s | m/s]
   Eigen::Ref<const Vector> qdd_r;  ///< [rad/s² | m/s²]
+};
+
+/// One kind of gain of a control law.
+struct Gain {
+  std::string name;  ///< "k_p", "K_d", "T_i", …
+  Vector values;     ///< (n), one a joint, as they are in force: adapted to the plant
+};
+
+/// What reports tell of a control law.
+struct ControlDescription {
+  std::string law;  ///< "PD", "PID", …; empty for a law that does not tell
+  std::vector<Gain> gains;
 };
 
 /// A control law with its gains, the one interface to implement for a law of one's own. It must not change while it
@@ -37,6 +51,9 @@ class ControlLaw {
   /// @param xd     rates of the states [1/s]
   virtual void control(const ControlInput& input, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> v_tau,
                        Eigen::Ref<Vector> xd) const = 0;
+
+  /// Name and gains for reports; a law of one's own may leave it empty.
+  [[nodiscard]] virtual ControlDescription description() const { return {}; }
 };
 
 /// The loop that gains are matched to.
