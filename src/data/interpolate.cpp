@@ -119,8 +119,7 @@ struct Cubic {
 Index detail::interval(const Vector& t, double at) {
   const Index last = t.size() - 2;
   // Half an interval early: the interval before or after the one that a uniform clock would give is looked at as well.
-  const double guess =
-      (at - t[0]) / (t[last + 1] - t[0]) * static_cast<double>(last + 1) - 0.5;
+  const double guess = (at - t[0]) / (t[last + 1] - t[0]) * static_cast<double>(last + 1) - 0.5;
   const double within = std::clamp(guess, 0.0, static_cast<double>(last));
   return rivid::interval(t, at, static_cast<Index>(within));
 }
@@ -137,7 +136,8 @@ Matrix CubicSpline::operator()(const Eigen::Ref<const Vector>& at) const {
   for (Index k = 0; k < at.size(); ++k) {
     i = interval(t_, at[k], i);
     for (Index c = 0; c < values_.cols(); ++c) {
-      const Cubic cubic(t_[i + 1] - t_[i], values_(i, c), values_(i + 1, c), slopes_(i, c), slopes_(i + 1, c));
+      const Cubic cubic(t_[i + 1] - t_[i], values_(i, c), values_(i + 1, c), slopes_(i, c),
+                        slopes_(i + 1, c));
       out(k, c) = cubic.at(at[k] - t_[i]);
     }
   }

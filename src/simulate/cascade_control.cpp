@@ -67,11 +67,11 @@ std::optional<std::string> CascadeControl::complaint(const Robot& robot) const {
           one_form(poles, gains, "omega_n and zeta (with omega_i)", "k_p and k_v (with T_i, J_apriori)")) {
     return complaint;
   }
-  Complaint values =
-      poles > 0 ? first({positive(robot, "omega_n", omega_n), positive(robot, "zeta", zeta),
-                         optional_not_negative(robot, "omega_i", omega_i)})
-                : first({known_gains(robot, J_apriori), positive(robot, "k_p", k_p),
-                         feedback(robot, "k_v", k_v, Zero::refused), integral_time(robot, T_i)});
+  Complaint values = poles > 0
+                         ? first({positive(robot, "omega_n", omega_n), positive(robot, "zeta", zeta),
+                                  optional_not_negative(robot, "omega_i", omega_i)})
+                         : first({known_gains(robot, J_apriori), positive(robot, "k_p", k_p),
+                                  feedback(robot, "k_v", k_v, Zero::refused), integral_time(robot, T_i)});
   if (!values) {
     values = poles_complaint(robot, omega_n, zeta, omega_i);
   }
@@ -86,8 +86,8 @@ std::unique_ptr<ControlLaw> CascadeControl::operator()(const Plant& plant) const
   detail::require(who, complaint(plant.robot));
   const Index n = plant.robot.size();
   const bool by_poles = omega_n.size() > 0;
-  const detail::GainScale scale = by_poles ? detail::scale_of_poles(who, plant)
-                                           : detail::scale_of_known_gains(who, plant, J_apriori);
+  const detail::GainScale scale =
+      by_poles ? detail::scale_of_poles(who, plant) : detail::scale_of_known_gains(who, plant, J_apriori);
   Vector position = k_p;
   Vector velocity = k_v;
   Vector integral_times = detail::or_constant(T_i, n, never);
@@ -118,10 +118,9 @@ std::unique_ptr<ControlLaw> CascadeControl::operator()(const Plant& plant) const
     gains.integral = feedback_of(velocity.cwiseQuotient(integral_times));
   }
   return std::make_unique<detail::LinearLaw>(
-      gains,
-      ControlDescription{
-          .law = "cascade",
-          .gains = {{"k_p", position}, {"k_v", velocity}, {"T_i", integral_times}, {"k_f", ahead}}});
+      gains, ControlDescription{
+                 .law = "cascade",
+                 .gains = {{"k_p", position}, {"k_v", velocity}, {"T_i", integral_times}, {"k_f", ahead}}});
 }
 
 }  // namespace rivid

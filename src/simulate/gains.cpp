@@ -82,7 +82,8 @@ Complaint feedback(const Robot& robot, const char* name, const Vector& values, Z
 
 Complaint known_gains(const Robot& robot, const Vector& J_apriori) {
   if (!is_diagonal(robot.drive_matrix())) {
-    return "the robot's gear_matrix couples its joints, so that no control signal belongs to one joint alone; "
+    return "the robot's gear_matrix couples its joints, so that no control signal belongs to one joint "
+           "alone; "
            "give the poles, omega_n and zeta, instead of gains";
   }
   return optional_positive(robot, "J_apriori", J_apriori);
@@ -106,8 +107,11 @@ GainScale scale_of_poles(const char* who, const Plant& plant) {
 
 GainScale scale_of_known_gains(const char* who, const Plant& plant, const Vector& J_apriori) {
   const Index n = plant.robot.size();
-  return {.factor = J_apriori.size() == 0 ? Vector::Ones(n) : checked_J(who, plant).cwiseQuotient(J_apriori),
-          .mixing = Matrix::Identity(n, n)};
+  GainScale out{.factor = Vector::Ones(n), .mixing = Matrix::Identity(n, n)};
+  if (J_apriori.size() > 0) {
+    out.factor = checked_J(who, plant).cwiseQuotient(J_apriori);
+  }
+  return out;
 }
 
 bool is_diagonal(const Matrix& G) { return G.isDiagonal(0.0); }

@@ -30,8 +30,8 @@ std::unique_ptr<ControlLaw> PidControl::operator()(const Plant& plant) const {
   detail::require(who, complaint(plant.robot));
   const Index n = plant.robot.size();
   const bool by_poles = omega_n.size() > 0;
-  const detail::GainScale scale = by_poles ? detail::scale_of_poles(who, plant)
-                                           : detail::scale_of_known_gains(who, plant, J_apriori);
+  const detail::GainScale scale =
+      by_poles ? detail::scale_of_poles(who, plant) : detail::scale_of_known_gains(who, plant, J_apriori);
   // Gains of a unit inertia with a unit drive, or those given.
   Vector proportional = K_p;
   Vector integral = detail::or_constant(K_i, n, 0.0);
@@ -55,9 +55,8 @@ std::unique_ptr<ControlLaw> PidControl::operator()(const Plant& plant) const {
       .mixing = scale.mixing,
       .v_tau_max = v_tau_max};
   if (!integral.isZero(0.0)) {
-    gains.integral = {.position = integral,
-                      .reference_velocity = Vector::Zero(n),
-                      .velocity = Vector::Zero(n)};
+    gains.integral = {
+        .position = integral, .reference_velocity = Vector::Zero(n), .velocity = Vector::Zero(n)};
     if (tracking_time.size() == 0) {
       gains.tracking_time = Vector::NullaryExpr(n, [&](Index j) {
         return derivative[j] != 0.0 ? std::sqrt(derivative[j] / integral[j]) : proportional[j] / integral[j];

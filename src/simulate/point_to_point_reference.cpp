@@ -171,9 +171,9 @@ std::optional<std::string> PointToPoint::complaint() const {
              " s, must be positive and finite";
     }
   }
-  for (const auto& [name, limit] : {std::pair{"max_velocity", &max_velocity},
-                                    std::pair{"max_acceleration", &max_acceleration},
-                                    std::pair{"max_jerk", &max_jerk}}) {
+  for (const auto& [name, limit] :
+       {std::pair{"max_velocity", &max_velocity}, std::pair{"max_acceleration", &max_acceleration},
+        std::pair{"max_jerk", &max_jerk}}) {
     if (auto complaint = limit_complaint(name, *limit, n)) {
       return complaint;
     }
@@ -199,7 +199,9 @@ PointToPointReference::PointToPointReference(const PointToPoint& moves)
   if (const auto complaint = moves.complaint()) {
     throw InputError("PointToPointReference: " + *complaint);
   }
-  const auto rest = [&](Index point) { return moves.dwell.size() == 0 ? 0.0 : one_or_all(moves.dwell, point); };
+  const auto rest = [&](Index point) {
+    return moves.dwell.size() == 0 ? 0.0 : one_or_all(moves.dwell, point);
+  };
   duration_ = rest(0);
   for (Index i = 0; i + 1 < via_.cols(); ++i) {
     const Vector distance = via_.col(i + 1) - via_.col(i);
@@ -240,7 +242,8 @@ void PointToPointReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vect
   const Phases phases{.jerk = move.jerk_time,
                       .acceleration = move.acceleration_time,
                       .velocity = move.duration - 4.0 * move.jerk_time - 2.0 * move.acceleration_time};
-  const Progress progress = profile_ == MoveProfile::quintic ? quintic(since, move.duration) : trapezoidal(since, phases);
+  const Progress progress =
+      profile_ == MoveProfile::quintic ? quintic(since, move.duration) : trapezoidal(since, phases);
   q_r = (1.0 - progress.s) * via_.col(i) + progress.s * via_.col(i + 1);
   qd_r = progress.sd * (via_.col(i + 1) - via_.col(i));
   qdd_r = progress.sdd * (via_.col(i + 1) - via_.col(i));

@@ -13,10 +13,10 @@ namespace rivid {
 ///
 /// so that A and B are the amplitudes of the velocities.
 struct FourierSeries {
-  double omega_f = 0.0;  ///< fundamental frequency [rad/s]
-  Matrix A;              ///< (n × L) [rad/s | m/s]
-  Matrix B;              ///< (n × L) [rad/s | m/s]
-  Vector q0;             ///< (n), empty: zero [rad | m]
+  double omega_f = 0.0;   ///< fundamental frequency [rad/s]
+  Matrix A;               ///< (n × L) [rad/s | m/s]
+  Matrix B;               ///< (n × L) [rad/s | m/s]
+  Vector q0;              ///< (n), empty: zero [rad | m]
   double duration = 0.0;  ///< 0: one period, 2π / ω_f [s]
 
   [[nodiscard]] std::optional<std::string> complaint() const;
@@ -30,8 +30,7 @@ class FourierReference final : public Reference {
 
   [[nodiscard]] Index joints() const override { return series_.A.rows(); }
   [[nodiscard]] double duration() const override { return series_.duration; }
-  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
-          Eigen::Ref<Vector> qdd_r) const override;
+  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r, Eigen::Ref<Vector> qdd_r) const override;
 
  private:
   FourierSeries series_;

@@ -22,8 +22,7 @@ class LoggedReference final : public Reference {
   [[nodiscard]] Index joints() const override { return spline_.size(); }
   [[nodiscard]] double begin() const override { return spline_.begin(); }
   [[nodiscard]] double duration() const override { return spline_.end() - spline_.begin(); }
-  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
-          Eigen::Ref<Vector> qdd_r) const override;
+  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r, Eigen::Ref<Vector> qdd_r) const override;
 
  private:
   CubicSpline spline_;
@@ -44,8 +43,7 @@ class LinearReference final : public Reference {
   [[nodiscard]] Index joints() const override { return q_r_.cols(); }
   [[nodiscard]] double begin() const override { return t_[0]; }
   [[nodiscard]] double duration() const override { return t_[t_.size() - 1] - t_[0]; }
-  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
-          Eigen::Ref<Vector> qdd_r) const override;
+  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r, Eigen::Ref<Vector> qdd_r) const override;
 
  private:
   Vector t_;

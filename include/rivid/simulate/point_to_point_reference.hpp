@@ -41,8 +41,7 @@ class PointToPointReference final : public Reference {
 
   [[nodiscard]] Index joints() const override { return via_.rows(); }
   [[nodiscard]] double duration() const override { return duration_; }
-  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
-          Eigen::Ref<Vector> qdd_r) const override;
+  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r, Eigen::Ref<Vector> qdd_r) const override;
 
  private:
   struct Move {

@@ -1,0 +1,260 @@
+#include "rivid/simulate/inertia.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/regressor/pack.hpp"
+#include "rivid/simulate/body.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+// Calls visit(j, M_jj) for the joints n … first. The links from j on are one body to joint j, whose axis is z.
+template <typename Scalar, typename Position, typename Visit>
+void axis_inertias(const DynamicModel& model, Index first, const Position& position, const Visit& visit) {
+  const auto link = [&](Index j) {
+    return detail::Body<Scalar>::of(model.inertials()[static_cast<std::size_t>(j)]);
+  };
+  detail::Body<Scalar> outer = link(model.size() - 1);
+  for (Index j = model.size() - 1;; --j) {
+    const Chain::Link& joint = model.chain().links[static_cast<std::size_t>(j)];
+    visit(j, (joint.type == JointType::revolute ? outer.I.r2.z : outer.m) + Scalar(model.rotor()(j, j)));
+    if (j == first) {
+      return;
+    }
+    outer = link(j - 1) + outer.before(detail::Passage<Scalar>(joint, position(j)));
+  }
+}
+
+[[noreturn]] void refuse(const DynamicModel& model, Index j, double value, const std::string& where) {
+  const Joint& joint = model.joints()[static_cast<std::size_t>(j)];
+  const std::string index = std::to_string(j + 1);
+  throw NumericsError("design_inertia: M(" + index + "," + index + ") of joint \"" + joint.name + "\" is " +
+                      number(value, 4) + (joint.type == JointType::revolute ? " kg·m²" : " kg") + " " +
+                      where + ", must be positive; these parameters move no robot");
+}
+
+// The largest of many values, none of which may be negative or zero.
+class Largest {
+ public:
+  explicit Largest(Index n) : J_(Vector::Zero(n)) {}
+
+  template <typename Where>
+  void add(const DynamicModel& model, Index j, double value, const Where& where) {
+    if (!(value > 0.0)) {
+      refuse(model, j, value, where());
+    }
+    J_[j] = std::max(J_[j], value);
+  }
+  [[nodiscard]] const Vector& J() const { return J_; }
+
+ private:
+  Vector J_;
+};
+
+struct Range {
+  double low = 0.0, high = 0.0;
+};
+
+// Positions of a joint that its M_ii can depend on.
+Range range_of(const DynamicModel& model, Index j) {
+  const Joint& joint = model.joints()[static_cast<std::size_t>(j)];
+  const Range limits{joint.lower, joint.upper};
+  if (joint.type == JointType::revolute && !(limits.high - limits.low < 2.0 * std::numbers::pi)) {
+    return {-std::numbers::pi, std::numbers::pi};
+  }
+  if (!std::isfinite(limits.low) || !std::isfinite(limits.high) || limits.low > limits.high) {
+    throw InputError("design_inertia: the limits of joint \"" + joint.name + "\" are " + number(limits.low) +
+                     " and " + number(limits.high) +
+                     ", must be finite and in order: the inertia grows without bound with the position of a "
+                     "prismatic joint");
+  }
+  return limits;
+}
+
+// Root of x^(d+1) = x + 1: its powers give the steps of a sequence that fills the unit cube of d dimensions evenly.
+double generalised_golden_ratio(Index d) {
+  double x = 2.0;
+  for (int i = 0; i < 60; ++i) {
+    x = std::pow(1.0 + x, 1.0 / static_cast<double>(d + 1));
+  }
+  return x;
+}
+
+// Climbs from q to a place where no single coordinate gives more; returns M_jj there.
+class Ascent {
+ public:
+  Ascent(const DynamicModel& model, const std::vector<Range>& ranges, Index joint)
+      : model_(model), ranges_(ranges), joint_(joint) {}
+
+  [[nodiscard]] double from(Vector q) const {
+    constexpr int most_rounds = 50;
+    constexpr double negligible = 1e-12;
+    double best = inertia(q);
+    for (int round = 0; round < most_rounds; ++round) {
+      const double before = best;
+      for (Index k = joint_ + 1; k < q.size(); ++k) {
+        best = std::max(best, along(k, q, best));
+      }
+      if (best <= before * (1.0 + negligible)) {
+        break;
+      }
+    }
+    return best;
+  }
+
+ private:
+  [[nodiscard]] double inertia(const Vector& q) const {
+    double out = 0.0;
+    axis_inertias<double>(
+        model_, joint_, [&](Index k) { return q[k]; },
+        [&](Index, double value) { out = value; });  // that of `joint_` comes last
+    return out;
+  }
+
+  // Moves coordinate k of q to where the inertia is largest, if that is more than `best`.
+  double along(Index k, Vector& q, double best) const {
+    // Along a revolute joint M_jj has the second harmonic at most: no more than two maxima, on a grid of 15 degrees.
+    constexpr int grid = 24;
+    const auto [low, high] = ranges_[static_cast<std::size_t>(k)];
+    const double start = q[k];
+    const double step = (high - low) / grid;
+    const auto value = [&](double at) {
+      q[k] = at;
+      return inertia(q);
+    };
+    double top = start;
+    double most = best;
+    for (int i = 0; i <= grid; ++i) {
+      const double at = low + step * i;
+      if (const double here = value(at); here > most) {
+        most = here;
+        top = at;
+      }
+    }
+    // Golden section around the best place.
+    constexpr int sections = 45;
+    constexpr double golden = std::numbers::phi - 1.0;
+    double a = std::max(low, top - step);
+    double b = std::min(high, top + step);
+    for (int i = 0; i < sections; ++i) {
+      const double left = b - golden * (b - a);
+      const double right = a + golden * (b - a);
+      if (value(left) > value(right)) {
+        b = right;
+      } else {
+        a = left;
+      }
+    }
+    const double middle = 0.5 * (a + b);
+    if (const double here = value(middle); here > most) {
+      most = here;
+      top = middle;
+    }
+    q[k] = top;
+    return most;
+  }
+
+  const DynamicModel& model_;
+  const std::vector<Range>& ranges_;
+  Index joint_;
+};
+
+}  // namespace
+
+Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>& q) {
+  if (q.cols() != model.size() || q.rows() < 1) {
+    throw InputError("design_inertia: q is (" + std::to_string(q.rows()) + " x " + std::to_string(q.cols()) +
+                     "), must have one row a sample and one column for each of " +
+                     counted(model.size(), "joint"));
+  }
+  if (!q.allFinite()) {
+    throw InputError("design_inertia: q must be finite");
+  }
+  Largest largest(model.size());
+  const auto add = [&](Index j, double value, Index sample) {
+    largest.add(model, j, value, [&] { return "at sample " + std::to_string(sample); });
+  };
+  constexpr int lanes = Pack::lanes;
+  Index sample = 0;
+  for (; sample + lanes <= q.rows(); sample += lanes) {
+    axis_inertias<Pack>(
+        model, 0, [&](Index j) { return Pack::load(q.col(j).data() + sample); },
+        [&](Index j, const Pack& value) {
+          for (int lane = 0; lane < lanes; ++lane) {
+            add(j, value[lane], sample + lane);
+          }
+        });
+  }
+  for (; sample < q.rows(); ++sample) {
+    axis_inertias<double>(
+        model, 0, [&](Index j) { return q(sample, j); },
+        [&](Index j, double value) { add(j, value, sample); });
+  }
+  return largest.J();
+}
+
+std::optional<std::string> InertiaSearch::complaint() const {
+  if (samples < 1) {
+    return "samples is " + std::to_string(samples) + ", must be at least 1";
+  }
+  if (starts < 1 || starts > samples) {
+    return "starts is " + std::to_string(starts) +
+           ", must be between 1 and samples = " + std::to_string(samples);
+  }
+  return std::nullopt;
+}
+
+Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
+  if (const auto complaint = search.complaint()) {
+    throw InputError("design_inertia: " + *complaint);
+  }
+  const Index n = model.size();
+  std::vector<Range> ranges(static_cast<std::size_t>(n));  // the first joint moves nothing relative to itself
+  for (Index j = 1; j < n; ++j) {
+    ranges[static_cast<std::size_t>(j)] = range_of(model, j);
+  }
+  Matrix q = Matrix::Zero(search.samples, n);
+  const double ratio = generalised_golden_ratio(std::max<Index>(1, n - 1));
+  for (Index j = 1; j < n; ++j) {
+    const auto [low, high] = ranges[static_cast<std::size_t>(j)];
+    const double step = std::pow(ratio, -static_cast<double>(j));
+    for (Index i = 0; i < search.samples; ++i) {
+      const double place = 0.5 + step * static_cast<double>(i);
+      q(i, j) = low + (high - low) * (place - std::floor(place));
+    }
+  }
+  Matrix sampled(search.samples, n);
+  Largest largest(n);
+  for (Index i = 0; i < search.samples; ++i) {
+    axis_inertias<double>(
+        model, 0, [&](Index j) { return q(i, j); },
+        [&](Index j, double value) {
+          largest.add(model, j, value, [] { return std::string("at a position within the limits"); });
+          sampled(i, j) = value;
+        });
+  }
+  Vector J(n);
+  std::vector<Index> order(static_cast<std::size_t>(search.samples));
+  for (Index j = 0; j < n; ++j) {
+    std::iota(order.begin(), order.end(), Index{0});
+    std::partial_sort(order.begin(), order.begin() + search.starts, order.end(),
+                      [&](Index a, Index b) { return sampled(a, j) > sampled(b, j); });
+    const Ascent ascent(model, ranges, j);
+    J[j] = largest.J()[j];
+    for (Index i = 0; i < search.starts; ++i) {
+      J[j] = std::max(J[j], ascent.from(q.row(order[static_cast<std::size_t>(i)])));
+    }
+  }
+  return J;
+}
+
+}  // namespace rivid
