@@ -25,8 +25,10 @@ constexpr std::array<std::string_view, 5> outcome_names = {"completed", "not pos
 
 // Instants that agree to this part of a sample are one.
 constexpr double same_instant = 1e-6;
+// While a joint sticks, the torques that hold it are looked at after so many samples at the latest.
+constexpr double samples_between_looks = 10.0;
 // The clock is looked at once in so many steps.
-constexpr Index steps_between_looks = 256;
+constexpr Index steps_between_clocks = 256;
 
 std::optional<std::string> wrong_size(std::string_view what, Index got, Index n) {
   if (got == 0 || got == n) {
@@ -121,7 +123,8 @@ class Run {
   }
 
   void make_integrator() {
-    const detail::IntegratorOptions options{options_.rtol, options_.atol, options_.max_step};
+    const detail::IntegratorOptions options{options_.rtol, options_.atol, options_.max_step,
+                                            samples_between_looks / options_.f_m};
     Integrator kind = options_.integrator;
     if (kind == Integrator::automatic) {
       kind = sampled_ || held_inputs_ ? Integrator::dormand_prince : Integrator::adams;
@@ -242,7 +245,7 @@ class Run {
       return end_early(Outcome::too_slow,
                        "the budget of " + counted(options_.max_steps, "step") + " is used up");
     }
-    if (out_.effort.steps % steps_between_looks == 0) {
+    if (out_.effort.steps % steps_between_clocks == 0) {
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - began_;
       if (taken.count() > options_.max_seconds) {
         end_early(Outcome::too_slow, "the budget of " + number(options_.max_seconds) + " s is used up");

@@ -44,6 +44,7 @@ class Cvode final : public LoopIntegrator {
       : ode_(ode),
         options_(options),
         y_(N_VNew_Serial(static_cast<sunindextype>(ode.size()), context_)),
+        at_(N_VMake_Serial(static_cast<sunindextype>(ode.size()), nullptr, context_)),
         memory_(CVodeCreate(bdf ? CV_BDF : CV_ADAMS, context_)),
         rate_(ode.size()),
         margins_(ode.events()),
@@ -59,6 +60,7 @@ class Cvode final : public LoopIntegrator {
     } else {
       check(CVodeReInit(memory_, t, y_), "CVodeReInit");
     }
+    check(CVodeSetMaxStep(memory_, options_.longest_step(ode_.sticking())), "CVodeSetMaxStep");
     definite_ = true;
   }
 
@@ -89,9 +91,8 @@ class Cvode final : public LoopIntegrator {
       std::copy_n(N_VGetArrayPointer(y_), ode_.size(), y);
       return;
     }
-    N_Vector at = N_VMake_Serial(static_cast<sunindextype>(ode_.size()), y, context_);
-    check(CVodeGetDky(memory_, std::clamp(t, now - last, now), 0, at), "CVodeGetDky");
-    N_VDestroy(at);
+    N_VSetArrayPointer(y, at_);
+    check(CVodeGetDky(memory_, std::clamp(t, now - last, now), 0, at_), "CVodeGetDky");
   }
 
  private:
@@ -127,7 +128,6 @@ class Cvode final : public LoopIntegrator {
     check(CVodeInit(memory_, &Cvode::rate, t_, y_), "CVodeInit");
     check(CVodeSStolerances(memory_, options_.rtol, options_.atol), "CVodeSStolerances");
     check(CVodeSetUserData(memory_, this), "CVodeSetUserData");
-    check(CVodeSetMaxStep(memory_, options_.max_step), "CVodeSetMaxStep");
     if (bdf_) {
       const auto n = static_cast<sunindextype>(ode_.size());
       matrix_.held = SUNDenseMatrix(n, n, context_);
@@ -167,6 +167,7 @@ class Cvode final : public LoopIntegrator {
   IntegratorOptions options_;
   sundials::Context context_;
   Owned<_generic_N_Vector, N_VDestroy> y_;
+  Owned<_generic_N_Vector, N_VDestroy> at_;  // on memory of the caller's
   Owned<_generic_SUNMatrix, SUNMatDestroy> matrix_;
   Owned<_generic_SUNLinearSolver, SUNLinSolFree> linear_;
   Owned<_generic_SUNNonlinearSolver, SUNNonlinSolFree> iteration_;

@@ -68,8 +68,8 @@ class DormandPrince final : public LoopIntegrator {
     }
     const double left = t_stop - t_;
     double h = suggested_ > 0 ? suggested_ : first_step(left);
-    if (options_.max_step > 0) {
-      h = std::min(h, options_.max_step);
+    if (const double longest = options_.longest_step(ode_.sticking()); longest > 0) {
+      h = std::min(h, longest);
     }
     for (;;) {
       const bool last = h * leftover >= left;

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
-#include <optional>
 
 #include "simulate/loop_ode.hpp"
 
@@ -33,7 +33,17 @@ class LoopIntegrator {
 struct IntegratorOptions {
   double rtol = 1e-6;
   double atol = 1e-8;
-  double max_step = 0.0;
+  double max_step = 0.0;  // 0: none
+  // The same while an element sticks: nothing moves then, so the error of a step says nothing about how soon the
+  // torques will drive it off.
+  double max_step_sticking = 0.0;
+
+  [[nodiscard]] double longest_step(bool sticking) const {
+    if (!sticking || max_step_sticking == 0.0) {
+      return max_step;
+    }
+    return max_step > 0 ? std::min(max_step, max_step_sticking) : max_step_sticking;
+  }
 };
 
 // CVODE; bdf: for stiff loops, else Adams.
