@@ -488,7 +488,8 @@ TEST(ComputedTorqueControl, MakesEachJointADoubleIntegrator) {
     const DynamicModel model(robot, robot.chi_st());
     const Vector omega_n = Vector::LinSpaced(n, 3.0, 20.0);
     const Vector zeta = Vector::LinSpaced(n, 0.5, 1.0);
-    const auto law = ComputedTorqueControl{.omega_n = omega_n, .zeta = zeta}({robot, model, {}});
+    const auto law =
+        ComputedTorqueControl{.omega_n = omega_n, .zeta = zeta, .coulomb_velocity = 1e-6}({robot, model, {}});
     const Motion motion = test::random_motion(3, n, random);
     State at(n);
     at.q = motion.q.row(0);
