@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "rivid/text.hpp"
 #include "simulate/gains.hpp"
@@ -60,7 +61,7 @@ detail::Complaint integral_time(const Robot& robot, const Vector& T_i) {
 }  // namespace
 
 std::optional<std::string> CascadeControl::complaint(const Robot& robot) const {
-  using namespace detail;  // NOLINT(google-build-using-namespace)
+  using namespace detail;
   const Index poles = omega_n.size() + zeta.size() + omega_i.size();
   const Index gains = k_p.size() + k_v.size() + T_i.size() + J_apriori.size();
   if (auto complaint =
@@ -118,9 +119,10 @@ std::unique_ptr<ControlLaw> CascadeControl::operator()(const Plant& plant) const
     gains.integral = feedback_of(velocity.cwiseQuotient(integral_times));
   }
   return std::make_unique<detail::LinearLaw>(
-      gains, ControlDescription{
-                 .law = "cascade",
-                 .gains = {{"k_p", position}, {"k_v", velocity}, {"T_i", integral_times}, {"k_f", ahead}}});
+      std::move(gains),
+      ControlDescription{
+          .law = "cascade",
+          .gains = {{"k_p", position}, {"k_v", velocity}, {"T_i", integral_times}, {"k_f", ahead}}});
 }
 
 }  // namespace rivid

@@ -72,7 +72,6 @@ class ComputedTorqueLaw final : public ControlLaw {
 
   // Recursive Newton-Euler: what the links from j on need of the link before them, in its frame, while the signals of
   // their joints are added. Its intermediate results stand in the calls, so that the law itself has no scratch.
-  // NOLINTNEXTLINE(misc-no-recursion)
   Wrench<double> wrench(Index j, const FrameMotion<double>& before, const ControlInput& input,
                         Eigen::Ref<Vector>& v_tau) const {
     const auto i = static_cast<std::size_t>(j);
@@ -102,7 +101,7 @@ class ComputedTorqueLaw final : public ControlLaw {
 }  // namespace
 
 std::optional<std::string> ComputedTorqueControl::complaint(const Robot& robot) const {
-  using namespace detail;  // NOLINT(google-build-using-namespace)
+  using namespace detail;
   const Index poles = omega_n.size() + zeta.size();
   if (auto complaint = one_form(poles, k_p.size() + k_d.size(), "omega_n and zeta", "k_p and k_d")) {
     return complaint;

@@ -100,14 +100,14 @@ GainScale scale_of_poles(const char* who, const Plant& plant) {
   const Vector& J = checked_J(who, plant);
   const Matrix G = plant.robot.drive_matrix();
   if (is_diagonal(G)) {
-    return {.factor = J.cwiseQuotient(G.diagonal()), .mixing = Matrix::Identity(G.rows(), G.cols())};
+    return {.factor = J.cwiseQuotient(G.diagonal()), .mixing = {}};
   }
   return {.factor = J, .mixing = G.inverse()};
 }
 
 GainScale scale_of_known_gains(const char* who, const Plant& plant, const Vector& J_apriori) {
   const Index n = plant.robot.size();
-  GainScale out{.factor = Vector::Ones(n), .mixing = Matrix::Identity(n, n)};
+  GainScale out{.factor = Vector::Ones(n), .mixing = {}};
   if (J_apriori.size() > 0) {
     out.factor = checked_J(who, plant).cwiseQuotient(J_apriori);
   }

@@ -35,7 +35,7 @@ enum class Zero { refused, allowed };
 // Factor of the velocity gains, and how the joints' signals become those of the drives.
 struct GainScale {
   Vector factor;  // (n)
-  Matrix mixing;  // (n × n)
+  Matrix mixing;  // (n × n), empty where each drive moves its own joint
 };
 
 // From gains of a unit inertia with a unit drive: J / g_τ as in (45), or G⁻¹ J where gears couple the joints.

@@ -8,47 +8,47 @@
 
 namespace rivid::detail {
 
-LinearLaw::Mixed::Mixed(const Matrix& mixing, const LinearFeedback& feedback) {
-  if (feedback.position.size() > 0) {
-    position = mixing * feedback.position.asDiagonal();
-    reference_velocity = mixing * feedback.reference_velocity.asDiagonal();
-    velocity = mixing * feedback.velocity.asDiagonal();
-  }
-}
-
-void LinearLaw::Mixed::add_to(Eigen::Ref<Vector> sum, const ControlInput& input) const {
-  for (Index j = 0; j < position.cols(); ++j) {
-    sum += (input.q_r[j] - input.q[j]) * position.col(j) + input.qd_r[j] * reference_velocity.col(j) -
-           input.qd[j] * velocity.col(j);
-  }
-}
-
-LinearLaw::LinearLaw(const LinearGains& gains, ControlDescription description)
-    : direct_(gains.mixing, gains.direct),
-      integral_(gains.mixing, gains.integral),
-      tracking_rate_(Vector::Zero(integral_.position.cols())),
-      v_tau_max_(or_constant(gains.v_tau_max, gains.mixing.rows(), std::numeric_limits<double>::infinity())),
-      description_(std::move(description)) {
+LinearLaw::LinearLaw(LinearGains gains, ControlDescription description)
+    : gains_(std::move(gains)), tracking_rate_(Vector::Zero(states())), description_(std::move(description)) {
+  gains_.v_tau_max =
+      or_constant(gains_.v_tau_max, gains_.direct.position.size(), std::numeric_limits<double>::infinity());
+  const Vector& integral = gains_.integral.position;
   for (Index i = 0; i < states(); ++i) {
+    const bool integrates = gains_.mixing.size() == 0
+                                ? integral[i] != 0.0
+                                : (gains_.mixing.row(i).transpose().array() * integral.array() != 0.0).any();
     // Without an integral there is nothing that could wind up, and nothing that could unwind the correction.
-    if (!integral_.position.row(i).isZero(0.0)) {
-      tracking_rate_[i] = 1.0 / gains.tracking_time[i];
+    if (integrates) {
+      tracking_rate_[i] = 1.0 / gains_.tracking_time[i];
     }
+  }
+}
+
+void LinearLaw::mixed(const LinearFeedback& feedback, const ControlInput& input,
+                      Eigen::Ref<Vector>& out) const {
+  if (gains_.mixing.size() == 0) {
+    for (Index j = 0; j < out.size(); ++j) {
+      out[j] = feedback.of(input, j);
+    }
+    return;
+  }
+  out.setZero();
+  for (Index j = 0; j < out.size(); ++j) {
+    out += feedback.of(input, j) * gains_.mixing.col(j);
   }
 }
 
 void LinearLaw::control(const ControlInput& input, const Eigen::Ref<const Vector>& x,
                         Eigen::Ref<Vector> v_tau, Eigen::Ref<Vector> xd) const {
-  v_tau.setZero();
-  direct_.add_to(v_tau, input);
-  if (states() > 0) {
+  mixed(gains_.direct, input, v_tau);
+  const bool integrates = states() > 0;
+  if (integrates) {
     v_tau += x;
-    xd.setZero();
-    integral_.add_to(xd, input);
+    mixed(gains_.integral, input, xd);
   }
   for (Index i = 0; i < v_tau.size(); ++i) {
-    const double saturated = std::clamp(v_tau[i], -v_tau_max_[i], v_tau_max_[i]);
-    if (states() > 0) {
+    const double saturated = std::clamp(v_tau[i], -gains_.v_tau_max[i], gains_.v_tau_max[i]);
+    if (integrates) {
       xd[i] += tracking_rate_[i] * (saturated - v_tau[i]);
     }
     v_tau[i] = saturated;

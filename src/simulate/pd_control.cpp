@@ -1,12 +1,14 @@
 #include "rivid/simulate/pd_control.hpp"
 
+#include <utility>
+
 #include "simulate/gains.hpp"
 #include "simulate/linear_law.hpp"
 
 namespace rivid {
 
 std::optional<std::string> PdControl::complaint(const Robot& robot) const {
-  using namespace detail;  // NOLINT(google-build-using-namespace)
+  using namespace detail;
   const Index poles = omega_n.size() + zeta.size();
   const Index gains = k_p.size() + k_v.size() + J_apriori.size();
   if (auto complaint = one_form(poles, gains, "omega_n and zeta", "k_p and k_v (with J_apriori)")) {
@@ -28,16 +30,15 @@ std::unique_ptr<ControlLaw> PdControl::operator()(const Plant& plant) const {
   const Vector position = by_poles ? Vector(0.5 * omega_n.cwiseQuotient(zeta)) : k_p;
   const Vector velocity =
       scale.factor.cwiseProduct(by_poles ? Vector(2.0 * zeta.cwiseProduct(omega_n)) : k_v);
-  const detail::LinearGains gains{
-      .direct = {.position = position.cwiseProduct(velocity),
-                 .reference_velocity = (reference_velocity ? 1.0 : 0.0) * velocity,
-                 .velocity = velocity},
-      .integral = {},
-      .tracking_time = {},
-      .mixing = scale.mixing,
-      .v_tau_max = v_tau_max};
+  detail::LinearGains gains{.direct = {.position = position.cwiseProduct(velocity),
+                                       .reference_velocity = (reference_velocity ? 1.0 : 0.0) * velocity,
+                                       .velocity = velocity},
+                            .integral = {},
+                            .tracking_time = {},
+                            .mixing = scale.mixing,
+                            .v_tau_max = v_tau_max};
   return std::make_unique<detail::LinearLaw>(
-      gains, ControlDescription{.law = "PD", .gains = {{"k_p", position}, {"k_v", velocity}}});
+      std::move(gains), ControlDescription{.law = "PD", .gains = {{"k_p", position}, {"k_v", velocity}}});
 }
 
 }  // namespace rivid

@@ -1,6 +1,7 @@
 #include "rivid/simulate/pid_control.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "simulate/gains.hpp"
 #include "simulate/linear_law.hpp"
@@ -8,7 +9,7 @@
 namespace rivid {
 
 std::optional<std::string> PidControl::complaint(const Robot& robot) const {
-  using namespace detail;  // NOLINT(google-build-using-namespace)
+  using namespace detail;
   const Index poles = omega_n.size() + zeta.size() + omega_i.size();
   const Index gains = K_p.size() + K_i.size() + K_d.size() + J_apriori.size();
   if (auto complaint =
@@ -64,8 +65,9 @@ std::unique_ptr<ControlLaw> PidControl::operator()(const Plant& plant) const {
     }
   }
   return std::make_unique<detail::LinearLaw>(
-      gains, ControlDescription{.law = "PID",
-                                .gains = {{"K_p", proportional}, {"K_i", integral}, {"K_d", derivative}}});
+      std::move(gains),
+      ControlDescription{.law = "PID",
+                         .gains = {{"K_p", proportional}, {"K_i", integral}, {"K_d", derivative}}});
 }
 
 }  // namespace rivid

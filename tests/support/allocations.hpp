@@ -31,8 +31,8 @@ long allocations_of(const Action& action) {
 
 }  // namespace rivid::test
 
-extern "C" void* __real_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier)
-extern "C" void* __wrap_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier)
+extern "C" void* __real_malloc(std::size_t size);
+extern "C" void* __wrap_malloc(std::size_t size);
 extern "C" void* __wrap_malloc(std::size_t size) {
   ++rivid::test::allocations;
   return __real_malloc(size);

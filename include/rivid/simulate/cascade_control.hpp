@@ -22,18 +22,19 @@ namespace rivid {
 ///
 /// Coupled gears: see PdControl.
 struct CascadeControl {
-  Vector omega_n;  ///< natural frequencies of the closed loop, (n) [rad/s]
-  Vector zeta;     ///< damping, (n)
-  Vector omega_i;  ///< pole of the integral action, (n); empty or zero: none [rad/s]
+  Vector omega_n = {};  ///< natural frequencies of the closed loop, (n) [rad/s]
+  Vector zeta = {};     ///< damping, (n)
+  Vector omega_i = {};  ///< pole of the integral action, (n); empty or zero: none [rad/s]
 
-  Vector k_p;        ///< known gains: position loop, (n) [1/s]
-  Vector k_v;        ///< velocity loop, (n) [v_τ s/rad | v_τ s/m]
-  Vector T_i;        ///< integral time of the velocity loop, (n); empty or infinite: no integral action [s]
-  Vector J_apriori;  ///< design inertias that they were tuned for, (n); empty: no adaptation [kg·m² | kg]
+  Vector k_p = {};  ///< known gains: position loop, (n) [1/s]
+  Vector k_v = {};  ///< velocity loop, (n) [v_τ s/rad | v_τ s/m]
+  Vector T_i = {};  ///< integral time of the velocity loop, (n); empty or infinite: no integral action [s]
+  Vector J_apriori =
+      {};  ///< design inertias that they were tuned for, (n); empty: no adaptation [kg·m² | kg]
 
-  Vector feed_forward;   ///< k_f, (n), 0 to 1; empty: 1
-  Vector v_tau_max;      ///< largest |v_τ|, (n); empty: no saturation [as v_τ]
-  Vector tracking_time;  ///< T_t, (n); empty: T_i [s]
+  Vector feed_forward = {};   ///< k_f, (n); empty: 1, the whole of it
+  Vector v_tau_max = {};      ///< largest |v_τ|, (n); empty: no saturation [as v_τ]
+  Vector tracking_time = {};  ///< T_t, (n); empty: T_i [s]
 
   /// The first fault found, in words that name the joint.
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;

@@ -14,9 +14,9 @@ namespace rivid {
 /// so that A and B are the amplitudes of the velocities.
 struct FourierSeries {
   double omega_f = 0.0;   ///< fundamental frequency [rad/s]
-  Matrix A;               ///< (n × L) [rad/s | m/s]
-  Matrix B;               ///< (n × L) [rad/s | m/s]
-  Vector q0;              ///< (n), empty: zero [rad | m]
+  Matrix A = {};          ///< (n × L) [rad/s | m/s]
+  Matrix B = {};          ///< (n × L) [rad/s | m/s]
+  Vector q0 = {};         ///< (n), empty: zero [rad | m]
   double duration = 0.0;  ///< 0: one period, 2π / ω_f [s]
 
   [[nodiscard]] std::optional<std::string> complaint() const;

@@ -20,18 +20,19 @@ namespace rivid {
 ///
 /// Coupled gears: see PdControl.
 struct PidControl {
-  Vector omega_n;  ///< natural frequencies of the closed loop, (n) [rad/s]
-  Vector zeta;     ///< damping, (n)
-  Vector omega_i;  ///< pole of the integral action, (n); empty or zero: none [rad/s]
+  Vector omega_n = {};  ///< natural frequencies of the closed loop, (n) [rad/s]
+  Vector zeta = {};     ///< damping, (n)
+  Vector omega_i = {};  ///< pole of the integral action, (n); empty or zero: none [rad/s]
 
-  Vector K_p;        ///< known gains, (n) [v_τ/rad | v_τ/m]
-  Vector K_i;        ///< (n); empty or zero: no integral action [v_τ/(rad s) | v_τ/(m s)]
-  Vector K_d;        ///< (n) [v_τ s/rad | v_τ s/m]
-  Vector J_apriori;  ///< design inertias that they were tuned for, (n); empty: no adaptation [kg·m² | kg]
+  Vector K_p = {};  ///< known gains, (n) [v_τ/rad | v_τ/m]
+  Vector K_i = {};  ///< (n); empty or zero: no integral action [v_τ/(rad s) | v_τ/(m s)]
+  Vector K_d = {};  ///< (n) [v_τ s/rad | v_τ s/m]
+  Vector J_apriori =
+      {};  ///< design inertias that they were tuned for, (n); empty: no adaptation [kg·m² | kg]
 
-  Vector v_tau_max;  ///< largest |v_τ|, (n); empty: no saturation [as v_τ]
+  Vector v_tau_max = {};  ///< largest |v_τ|, (n); empty: no saturation [as v_τ]
   /// T_t: how fast the integral follows a saturated signal, (n); empty: √(K_d / K_i), or K_p / K_i without K_d [s]
-  Vector tracking_time;
+  Vector tracking_time = {};
 
   /// The first fault found, in words that name the joint.
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;

@@ -21,13 +21,13 @@ enum class MoveProfile {
 /// Moves from rest to rest through via points. All joints move together, along a straight line in joint space, either
 /// in given times or as fast as the slowest joint's limits allow.
 struct PointToPoint {
-  Matrix via;  ///< points, (k × n), k ≥ 2, one row a point [rad | m]
+  Matrix via = {};  ///< points, (k × n), k ≥ 2, one row a point [rad | m]
   MoveProfile profile = MoveProfile::quintic;
-  Vector durations;         ///< of the moves, (k − 1), or one for all; empty where limits are given [s]
-  Vector max_velocity;      ///< limits, (n); empty: none [rad/s | m/s]
-  Vector max_acceleration;  ///< (n); empty: none [rad/s² | m/s²]
-  Vector max_jerk;          ///< (n); empty: none, but a trapezoidal acceleration needs it [rad/s³ | m/s³]
-  Vector dwell;             ///< rest at each point, (k), or one for all; empty: none [s]
+  Vector durations = {};         ///< of the moves, (k − 1), or one for all; empty where limits are given [s]
+  Vector max_velocity = {};      ///< limits, (n); empty: none [rad/s | m/s]
+  Vector max_acceleration = {};  ///< (n); empty: none [rad/s² | m/s²]
+  Vector max_jerk = {};  ///< (n); empty: none, but a trapezoidal acceleration needs it [rad/s³ | m/s³]
+  Vector dwell = {};     ///< rest at each point, (k), or one for all; empty: none [s]
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 };
