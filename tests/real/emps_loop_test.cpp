@@ -46,12 +46,7 @@ class EmpsLoop : public rivid::test::RealData {
     const rivid::BaseParameters base = rivid::base_parameters(robot);
     const Eigen::Vector4d chi(95.1089, 203.5034, 20.3935, -3.1648);  // as published: M Fv Fc off
 
-    rivid::LogOptions columns;
-    columns.position = {"q1"};
-    columns.control = {"v1"};
-    columns.reference = {"qref1"};
-    columns.rate_hz = 1000.0;
-    const rivid::Log log = rivid::read_csv(path(file), columns);
+    const rivid::Log log = rivid::read_csv(path(file), {.rate_hz = 1000.0});
 
     const rivid::PdControl control{.k_p = Vector::Constant(1, 160.18),
                                    .k_v = Vector::Constant(1, 243.45),

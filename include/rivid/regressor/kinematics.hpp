@@ -1,20 +1,10 @@
 #pragma once
 
-#include <cmath>
-
 #include "rivid/model/chain.hpp"
 #include "rivid/regressor/frame_motion.hpp"
+#include "rivid/regressor/turn.hpp"
 
 namespace rivid::detail {
-
-// Sine and cosine together; a Scalar with a faster way than two calls has its own overload.
-template <typename Scalar>
-[[gnu::always_inline]] inline void sin_cos(const Scalar& q, Scalar& s, Scalar& c) {
-  using std::cos;
-  using std::sin;
-  s = sin(q);
-  c = cos(q);
-}
 
 // Rᵀ v with a constant rotation: from the parent's axes to the joint's at q = 0.
 template <typename Scalar>
