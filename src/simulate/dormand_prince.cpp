@@ -32,6 +32,8 @@ constexpr double most_growing = 5.0;
 constexpr double safety = 0.9;
 // Part of the step to which the instant of an event is located.
 constexpr double event_tolerance = 1e-12;
+// Time by which a step proceeds at least [s].
+constexpr double least_progress = 1e-9;
 // Relative to the distance to go: a step that leaves less than this takes it along.
 constexpr double leftover = 1.0 + 1e-6;
 
@@ -209,7 +211,9 @@ class DormandPrince final : public LoopIntegrator {
     double at_a = margin_at(a, element);
     double at_b = margin_at(b, element);
     if (!(at_a > 0)) {
-      return 0.0;
+      // The mode ended where it began: a joint that was let go turned back at once. A little time must pass before its
+      // torques can tell otherwise.
+      return std::min(above, least_progress / h_);
     }
     for (int i = 0; i < 60 && b - a > event_tolerance; ++i) {
       double theta = (a * at_b - b * at_a) / (at_b - at_a);
@@ -226,10 +230,10 @@ class DormandPrince final : public LoopIntegrator {
         at_b = value;
         at_a *= 0.5;
       } else {
-        return theta;
+        return std::max(theta, std::min(above, least_progress / h_));
       }
     }
-    return b;
+    return std::max(b, std::min(above, least_progress / h_));
   }
 
   LoopOde& ode_;
