@@ -4,7 +4,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -12,16 +11,15 @@
 #include <functional>
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 #include <limits>
-#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "regressor/batch_kernel.hpp"
 #include "rivid/model/kdl.hpp"
-#include "rivid/model/mdh.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
+#include "robots.hpp"
 
 #if defined(RIVID_WITH_PINOCCHIO)
 #include "pinocchio_regressor.hpp"
@@ -30,61 +28,7 @@
 namespace {
 
 using namespace rivid;
-
-constexpr double quarter = std::numbers::pi / 2;
-
-Robot scara() {
-  const std::array<MdhRow, 2> table = {MdhRow{}, MdhRow{.a = 0.5}};
-  return robot_from(table, {0.0, 0.0, 0.0});
-}
-
-// Staeubli TX40, lengths of its data sheet.
-Robot tx40() {
-  const std::array<MdhRow, 6> table = {MdhRow{},
-                                       MdhRow{.alpha = -quarter},
-                                       MdhRow{.a = 0.225, .d = 0.035},
-                                       MdhRow{.alpha = quarter, .d = 0.225},
-                                       MdhRow{.alpha = -quarter},
-                                       MdhRow{.alpha = quarter}};
-  return robot_from(table);
-}
-
-// Franka Emika Panda, the table of its documentation.
-Robot panda() {
-  const std::array<MdhRow, 7> table = {
-      MdhRow{.d = 0.333},
-      MdhRow{.alpha = -quarter},
-      MdhRow{.alpha = quarter, .d = 0.316},
-      MdhRow{.alpha = quarter, .a = 0.0825},
-      MdhRow{.alpha = -quarter, .a = -0.0825, .d = 0.384},
-      MdhRow{.alpha = quarter},
-      MdhRow{.alpha = quarter, .a = 0.088},
-  };
-  return robot_from(table);
-}
-
-// Seven joints whose axes and offsets know no right angles, as a calibrated URDF gives them.
-Robot oblique() {
-  Robot robot = panda();
-  std::mt19937_64 random(7);
-  std::normal_distribution<double> normal;
-  for (Chain::Link& link : robot.chain.links) {
-    link.R = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
-                 .normalized()
-                 .toRotationMatrix();
-    link.p = Eigen::Vector3d(normal(random), normal(random), normal(random)) * 0.2;
-  }
-  return robot;
-}
-
-// Thirty joints with quarter turns between them.
-Robot snake() {
-  std::vector<MdhRow> table;
-  for (int j = 0; j < 30; ++j) {
-    table.push_back({.alpha = j % 2 == 0 ? quarter : -quarter, .a = j % 3 == 0 ? 0.05 : 0.0, .d = 0.1});
-  }
-  return robot_from(table);
-}
+using namespace rivid::benchmarks;
 
 constexpr Index samples = 1024;
 

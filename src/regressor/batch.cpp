@@ -8,6 +8,7 @@
 #include <new>
 
 #include "regressor/batch_kernel.hpp"
+#include "regressor/turn_and_angle.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {
@@ -16,12 +17,16 @@ namespace {
 
 constexpr std::size_t alignment = 64;
 
-Simd resolved(Simd simd) {
+}  // namespace
+
+Simd detail::resolved(Simd simd) {
   if (simd != Simd::best) {
     return simd;
   }
   return supported(Simd::avx512) ? Simd::avx512 : supported(Simd::avx2) ? Simd::avx2 : Simd::baseline;
 }
+
+namespace {
 
 const detail::BatchKernel& kernel_of(Simd simd) {
 #if defined(__x86_64__)
@@ -37,50 +42,13 @@ const detail::BatchKernel& kernel_of(Simd simd) {
   return detail::baseline_kernel();
 }
 
-// An entry of a rotation this small is a rounding error of the sine or cosine of a quarter turn.
-constexpr double no_entry = 4.0 * std::numeric_limits<double>::epsilon();
-
-bool is_nil(double x) { return std::abs(x) <= no_entry; }
-
-// R = turn · Rz(θ).
-struct TurnAndAngle {
-  detail::Turn turn = detail::Turn::any;
-  Eigen::Matrix3d R;
-  double cos_theta = 1.0;
-  double sin_theta = 0.0;
-};
-
-TurnAndAngle turn_and_angle(const Eigen::Matrix3d& R) {
-  TurnAndAngle out;
-  out.R = R;
-  if (!is_nil(R(0, 2))) {
-    return out;
-  }
-  const double c = R(2, 2);
-  const double s = -R(1, 2);
-  out.R << 1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c;
-  out.cos_theta = R(0, 0);
-  out.sin_theta = -R(0, 1);
-  if (is_nil(out.sin_theta) && out.cos_theta > 0.0) {
-    out.cos_theta = 1.0;
-    out.sin_theta = 0.0;
-  }
-  out.turn = detail::Turn::about_x;
-  if (is_nil(s) && c > 0.0) {
-    out.turn = detail::Turn::none;
-  } else if (is_nil(c)) {
-    out.turn = s > 0.0 ? detail::Turn::plus : detail::Turn::minus;
-  }
-  return out;
-}
-
 void copy(const Eigen::Vector3d& from, double* to) { Eigen::Vector3d::Map(to) = from; }
 
 detail::LinkPlan link_plan(const Chain& chain, std::size_t j, InertialMask mask) {
   const Chain::Link& link = chain.links[j];
   detail::LinkPlan out{};
   out.revolute = link.type == JointType::revolute;
-  TurnAndAngle turn = turn_and_angle(link.R);
+  const detail::TurnAndAngle turn = detail::turn_and_angle(link.R);
   const Eigen::Matrix3d turned = turn.R.transpose();
   Eigen::Matrix3d::Map(out.R) = turned;  // column-major, so its transpose row by row
   out.cos_theta = turn.cos_theta;
@@ -186,7 +154,7 @@ RegressorBatch::RegressorBatch(const Robot& robot, std::span<const StandardParam
     throw InputError("RegressorBatch: " + *complaint);
   }
   Plan& plan = *plan_;
-  plan.simd = resolved(options.simd);
+  plan.simd = detail::resolved(options.simd);
   plan.kernel = &kernel_of(plan.simd);
   const std::size_t n = joints();
   for (std::size_t j = 0; j < n; ++j) {

@@ -4,6 +4,7 @@
 
 #include "rivid/regressor/frame_motion.hpp"
 #include "rivid/regressor/pack.hpp"
+#include "rivid/regressor/turn.hpp"
 
 // The generator of rivid/regressor/regressor.hpp once more, for packs of samples and with all that is known of a
 // chain beforehand put to use: which rotations between neighbours are quarter turns, which offsets are zero, which
@@ -18,15 +19,6 @@
 // - rivid/types.hpp stays out: Eigen's alignment under these flags is not the library's.
 // Files with flags were preferred to functions with attributes: clang does not inline across the latter.
 namespace rivid::detail {
-
-// Rotation from frame j−1 to frame j at q_j = 0, apart from a constant angle about z_j.
-enum class Turn : int {
-  none,     // axes as before
-  plus,     // a quarter about x
-  minus,    // a quarter about −x
-  about_x,  // any angle about x: tables of modified Denavit-Hartenberg parameters
-  any
-};
 
 struct LinkPlan {
   double R[9];                      // rows of the rotation that `turn` speaks of
@@ -99,11 +91,6 @@ inline constexpr unsigned usual_mask = 0xf7U;
 }
 inline constexpr int step_count = 5 * 8 * 2 * 2;
 
-template <typename Scalar>
-struct CosSin {
-  Scalar c, s;
-};
-
 // What a step leaves to the next, followed in memory by the screws of all joints, then their angles.
 template <typename Scalar>
 struct BatchState {
@@ -125,69 +112,6 @@ struct Out {
 template <typename Scalar>
 [[gnu::always_inline]] inline void put(Out& out, const Scalar& value) {
   value.store(*out.columns++ + out.row);
-}
-
-// Joint j's own rotation, after the constant one.
-template <typename Scalar>
-[[gnu::always_inline]] inline Vec3<Scalar> rotated(const Vec3<Scalar>& a, const Scalar& c, const Scalar& s) {
-  return {c * a.x + s * a.y, c * a.y - s * a.x, a.z};
-}
-
-template <Turn turn, typename Scalar>
-[[gnu::always_inline]] inline Vec3<Scalar> turned(const double* R, const Vec3<Scalar>& v) {
-  if constexpr (turn == Turn::none) {
-    return v;
-  } else if constexpr (turn == Turn::plus) {
-    return {v.x, v.z, -v.y};
-  } else if constexpr (turn == Turn::minus) {
-    return {v.x, -v.z, v.y};
-  } else if constexpr (turn == Turn::about_x) {
-    return {v.x, Scalar(R[4]) * v.y + Scalar(R[7]) * v.z, Scalar(R[5]) * v.y + Scalar(R[8]) * v.z};
-  } else {
-    return {Scalar(R[0]) * v.x + Scalar(R[3]) * v.y + Scalar(R[6]) * v.z,
-            Scalar(R[1]) * v.x + Scalar(R[4]) * v.y + Scalar(R[7]) * v.z,
-            Scalar(R[2]) * v.x + Scalar(R[5]) * v.y + Scalar(R[8]) * v.z};
-  }
-}
-
-// v + w × p, where bits 0, 1, 2 of `offsets` tell which of the components of p are not zero.
-template <unsigned offsets, typename Scalar>
-[[gnu::always_inline]] inline Vec3<Scalar> shifted(const Vec3<Scalar>& v, const Vec3<Scalar>& w,
-                                                   const double* p) {
-  Vec3<Scalar> out = v;
-  if constexpr ((offsets & 1U) != 0U) {
-    out.y = out.y + w.z * Scalar(p[0]);
-    out.z = out.z - w.y * Scalar(p[0]);
-  }
-  if constexpr ((offsets & 2U) != 0U) {
-    out.x = out.x - w.z * Scalar(p[1]);
-    out.z = out.z + w.x * Scalar(p[1]);
-  }
-  if constexpr ((offsets & 4U) != 0U) {
-    out.x = out.x + w.y * Scalar(p[2]);
-    out.y = out.y - w.x * Scalar(p[2]);
-  }
-  return out;
-}
-
-// a + U p.
-template <unsigned offsets, typename Scalar>
-[[gnu::always_inline]] inline Vec3<Scalar> accelerated(const Vec3<Scalar>& a, const Mat3<Scalar>& U,
-                                                       const double* p) {
-  Vec3<Scalar> out = a;
-  if constexpr ((offsets & 1U) != 0U) {
-    const Scalar x(p[0]);
-    out = {out.x + U.r0.x * x, out.y + U.r1.x * x, out.z + U.r2.x * x};
-  }
-  if constexpr ((offsets & 2U) != 0U) {
-    const Scalar y(p[1]);
-    out = {out.x + U.r0.y * y, out.y + U.r1.y * y, out.z + U.r2.y * y};
-  }
-  if constexpr ((offsets & 4U) != 0U) {
-    const Scalar z(p[2]);
-    out = {out.x + U.r0.z * z, out.y + U.r1.z * z, out.z + U.r2.z * z};
-  }
-  return out;
 }
 
 // The entries of one joint i and one link j: power of the link's wrenches on the joint's screw.
@@ -266,11 +190,6 @@ template <typename Scalar>
     out.s = out.s * cos_theta + c * sin_theta;
   }
   return out;
-}
-
-template <typename Scalar>
-[[gnu::always_inline]] inline Vec3<Scalar> constant(const double* v) {
-  return {Scalar(v[0]), Scalar(v[1]), Scalar(v[2])};
 }
 
 // Link j ≥ 1: carries the screws of the joints before it and the motion into frame j, and puts the entries.

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "regressor/turn_and_angle.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -12,6 +13,20 @@ namespace rivid {
 template class Dynamics<double>;
 
 namespace {
+
+// Parameters in frame j that joint j turns or slides without showing it, by the rules of Gautier & Khalil (1990).
+Inertial unseen(const Inertial& inertial, JointType type) {
+  constexpr Index XX = 0, YY = 3, MZ = 8, M = 9;
+  Inertial out = Inertial::Zero();
+  if (type == JointType::prismatic) {
+    out.head<6>() = inertial.head<6>();
+  } else {
+    out[XX] = out[YY] = inertial[YY];
+    out[MZ] = inertial[MZ];
+    out[M] = inertial[M];
+  }
+  return out;
+}
 
 using Values = Eigen::Ref<const Vector>;
 
@@ -32,6 +47,49 @@ Matrix dense(const Dynamics<double>& dynamics) {
 Vector N_of(const Dynamics<double>& dynamics) { return Vector::Map(dynamics.N().data(), dynamics.size()); }
 
 }  // namespace
+
+detail::DynamicsTables::DynamicsTables(const DynamicModel& model) {
+  const Chain& chain = model.chain();
+  const std::size_t n = chain.links.size();
+  std::vector<Inertial> inertials = model.inertials();
+  links.resize(n);
+  bool with_mass = false;
+  for (std::size_t j = n; j-- > 0;) {
+    const Chain::Link& from = chain.links[j];
+    DynamicsLink& to = links[j];
+    const Inertial moved = unseen(inertials[j], from.type);
+    inertials[j] -= moved;
+    if (j > 0) {
+      inertials[j - 1] += transformed(moved, from.R, from.p);
+    }
+    Inertial::Map(to.inertial) = inertials[j];
+
+    const TurnAndAngle turn = turn_and_angle(from.R);
+    const Eigen::Matrix3d turned = turn.R.transpose();
+    Eigen::Matrix3d::Map(to.R) = turned;
+    Eigen::Vector3d::Map(to.p) = from.p;
+    to.cos_theta = turn.cos_theta;
+    to.sin_theta = turn.sin_theta;
+    to.shifted_angle = turn.sin_theta != 0.0 || turn.cos_theta != 1.0;
+    to.revolute = from.type == JointType::revolute;
+    with_mass = with_mass || !to.revolute;
+    unsigned offsets = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      offsets |= to.p[k] != 0.0 ? 1U << k : 0U;
+    }
+    to.step = !to.revolute ? prismatic_step : with_mass ? revolute_step : dynamics_step(turn.turn, offsets);
+    if (j == 0) {
+      Eigen::Vector3d::Map(accel.data()) = turned * -chain.gravity;
+    }
+  }
+  const std::size_t stride = dynamics_stride(n);
+  rotor.assign(n * stride, 0.0);
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t k = 0; k <= r; ++k) {
+      rotor[r * stride + k] = model.rotor()(static_cast<Index>(n - 1 - r), static_cast<Index>(n - 1 - k));
+    }
+  }
+}
 
 Matrix mass_matrix(const DynamicModel& model, const Values& q) {
   require("mass_matrix", "q", q, model);

@@ -113,6 +113,9 @@ class RegressorBatch {
 
 namespace detail {
 
+// The set that `best` stands for on this machine.
+[[nodiscard]] Simd resolved(Simd simd);
+
 struct AlignedDelete {
   void operator()(double* p) const;
 };

@@ -1,21 +1,30 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <vector>
 
-#include "rivid/regressor/kinematics.hpp"
-#include "rivid/regressor/pack.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/dynamics_kernel.hpp"
 
 namespace rivid {
 
 namespace detail {
 
-// All lanes of a comparison; see BasicPack::Mask for packs.
-inline bool all(bool condition) { return condition; }
+// What the kernels read of a model.
+struct DynamicsTables {
+  explicit DynamicsTables(const DynamicModel& model);
+
+  std::vector<DynamicsLink> links;
+  std::array<double, 3> accel{};
+  std::vector<double> rotor;
+
+  [[nodiscard]] DynamicsPlan plan() const {
+    return {links.data(), links.size(), {accel[0], accel[1], accel[2]}, rotor.data()};
+  }
+};
 
 }  // namespace detail
 
@@ -51,7 +60,8 @@ class Dynamics {
 
   /// Entry of M, symmetric, rotors included [kg·m² | kg·m | kg].
   [[nodiscard]] const Scalar& M(Index i, Index j) const {
-    return M_[static_cast<std::size_t>(std::max(i, j)) * n_ + static_cast<std::size_t>(std::min(i, j))];
+    const auto r = static_cast<std::size_t>(size() - 1 - std::min(i, j));
+    return M_[r * stride_ + static_cast<std::size_t>(size() - 1 - std::max(i, j))];
   }
 
   /// b ← M⁻¹ b, (n).
@@ -61,15 +71,14 @@ class Dynamics {
   [[nodiscard]] Index failed_joint() const { return failed_joint_; }
 
  private:
-  bool factor();
-
   std::size_t n_;
-  Chain chain_;
-  std::vector<Inertial> inertials_;
-  Matrix rotor_;
-  std::vector<detail::Screw<Scalar>> screws_;
-  std::vector<Scalar> M_;  // lower triangle, row by row
-  std::vector<Scalar> L_;  // M = Lᵀ D L, L unit lower triangular
+  std::size_t stride_;
+  detail::DynamicsTables tables_;
+  std::vector<Scalar> angles_;
+  std::vector<detail::Wrench<Scalar>> own_;
+  std::vector<Scalar> wrenches_;
+  std::vector<Scalar> M_;  // see dynamics_stride()
+  std::vector<Scalar> L_;
   std::vector<Scalar> inverse_D_;
   std::vector<Scalar> N_;
   Index failed_joint_ = -1;
@@ -78,97 +87,29 @@ class Dynamics {
 template <typename Scalar>
 Dynamics<Scalar>::Dynamics(const DynamicModel& model)
     : n_(static_cast<std::size_t>(model.size())),
-      chain_(model.chain()),
-      inertials_(model.inertials()),
-      rotor_(model.rotor()),
-      screws_(n_),
-      M_(n_ * n_),
-      L_(n_ * n_),
-      inverse_D_(n_),
-      N_(n_) {}
+      stride_(detail::dynamics_stride(n_)),
+      tables_(model),
+      angles_(2 * (n_ + 1), Scalar(0)),
+      own_(n_),
+      wrenches_(6 * stride_, Scalar(0)),
+      M_(n_ * stride_, Scalar(0)),
+      L_(n_ * stride_, Scalar(0)),
+      inverse_D_(n_, Scalar(0)),
+      N_(n_, Scalar(0)) {}
 
 template <typename Scalar>
 bool Dynamics<Scalar>::set_state(std::span<const Scalar> q, std::span<const Scalar> qd) {
-  using namespace detail;
-  const Scalar zero(0);
-  for (std::size_t i = 0; i < n_; ++i) {
-    N_[i] = zero;
-    for (std::size_t k = 0; k <= i; ++k) {
-      M_[i * n_ + k] = Scalar(rotor_(static_cast<Index>(i), static_cast<Index>(k)));
-    }
-  }
-  FrameMotion<Scalar> motion = base_motion<Scalar>(chain_);
-  for (std::size_t j = 0; j < n_; ++j) {
-    const Passage<Scalar> passage(chain_.links[j], q[j]);
-    for (std::size_t i = 0; i < j; ++i) {
-      screws_[i] = passage.carried(screws_[i]);
-    }
-    screws_[j] = passage.own_screw();
-    motion = passage.carried(motion, qd[j], zero);
-
-    const auto parameter = [&](int k) { return Scalar(inertials_[j][k]); };
-    const Mat3<Scalar> I = {{parameter(0), parameter(1), parameter(2)},
-                            {parameter(1), parameter(3), parameter(4)},
-                            {parameter(2), parameter(4), parameter(5)}};
-    const Vec3<Scalar> h = {parameter(6), parameter(7), parameter(8)};
-    const Scalar m = parameter(9);
-    const auto scaled = [&](const Vec3<Scalar>& v) { return Vec3<Scalar>{m * v.x, m * v.y, m * v.z}; };
-    const Vec3<Scalar> force = scaled(motion.accel) + acceleration_field(motion).times(h);
-    const Vec3<Scalar> moment =
-        I.times(motion.omega_dot) + cross(motion.omega, I.times(motion.omega)) + cross(h, motion.accel);
-    for (std::size_t i = 0; i <= j; ++i) {
-      const Screw<Scalar>& s = screws_[i];
-      N_[i] = N_[i] + dot(s.v, force) + dot(s.w, moment);
-      const Vec3<Scalar> linear = scaled(s.v) + cross(s.w, h);
-      const Vec3<Scalar> angular = I.times(s.w) + cross(h, s.v);
-      for (std::size_t k = 0; k <= i; ++k) {
-        M_[i * n_ + k] = M_[i * n_ + k] + dot(screws_[k].v, linear) + dot(screws_[k].w, angular);
-      }
-    }
-  }
-  return factor();
-}
-
-template <typename Scalar>
-bool Dynamics<Scalar>::factor() {
-  using detail::all;
-  const Scalar zero(0);
-  const Scalar rounding(static_cast<double>(n_) * std::numeric_limits<double>::epsilon());
-  failed_joint_ = -1;
-  L_ = M_;
-  for (std::size_t k = n_; k-- > 0;) {
-    Scalar* const row = &L_[k * n_];
-    if (!all(row[k] - rounding * M_[k * n_ + k] > zero)) {
-      failed_joint_ = static_cast<Index>(k);
-      return false;
-    }
-    inverse_D_[k] = Scalar(1) / row[k];
-    for (std::size_t i = 0; i < k; ++i) {
-      const Scalar l = row[i] * inverse_D_[k];
-      for (std::size_t j = 0; j <= i; ++j) {
-        L_[i * n_ + j] = L_[i * n_ + j] - l * row[j];
-      }
-    }
-    for (std::size_t i = 0; i < k; ++i) {
-      row[i] = row[i] * inverse_D_[k];
-    }
-  }
-  return true;
+  const detail::DynamicsScratch<Scalar> scratch = {angles_.data(), angles_.data() + n_ + 1, own_.data(),
+                                                   wrenches_.data(), stride_};
+  detail::mass_and_bias(tables_.plan(), q.data(), qd.data(), scratch, M_.data(), N_.data());
+  const std::size_t failed = detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data());
+  failed_joint_ = failed < n_ ? static_cast<Index>(n_ - 1 - failed) : -1;
+  return failed == n_;
 }
 
 template <typename Scalar>
 void Dynamics<Scalar>::solve(std::span<Scalar> b) const {
-  for (std::size_t k = n_; k-- > 0;) {
-    for (std::size_t i = 0; i < k; ++i) {
-      b[i] = b[i] - L_[k * n_ + i] * b[k];
-    }
-  }
-  for (std::size_t k = 0; k < n_; ++k) {
-    b[k] = b[k] * inverse_D_[k];
-    for (std::size_t i = 0; i < k; ++i) {
-      b[k] = b[k] - L_[k * n_ + i] * b[i];
-    }
-  }
+  detail::solve_factored(n_, stride_, L_.data(), inverse_D_.data(), b.data());
 }
 
 extern template class Dynamics<double>;

@@ -1,0 +1,635 @@
+#pragma once
+
+#include <cstddef>
+
+#include "rivid/regressor/frame_motion.hpp"
+#include "rivid/regressor/pack.hpp"
+#include "rivid/regressor/turn.hpp"
+
+// M(q) and N(q, q̇) of a serial chain: Newton-Euler with q̈ = 0 for N, composite bodies for M, both in the frames of the
+// links with z along the axes, and both in one pass from base to tip and one back.
+//
+// Three things make it short:
+// - What turns with a joint without showing it belongs to the link before: of a revolute joint's link YY (taken off XX),
+//   MZ and M, of a prismatic one's the inertia tensor. dynamics_links() moves these, by the rules of Gautier & Khalil
+//   (1990), and a chain of revolute joints is left without any mass: forces are U MS alone.
+// - The wrenches that the passes carry towards the base, that of N and one for each column of M, go through the same
+//   turns: they are columns of one table, and where a Scalar is one number two of them go through a register.
+// - Rotations and offsets as in the vector kernels of the regressor: every link gets the step compiled for its case.
+//
+// The file is compiled for several instruction sets; src/regressor/batch_kernel.hpp says what that forbids.
+namespace rivid::detail {
+
+struct DynamicsLink {
+  double R[9];                  // rows of the rotation that `turn` speaks of, see turned()
+  double p[3];                  // origin of frame j in frame j−1
+  double cos_theta, sin_theta;  // constant angle about z_j beside it
+  double inertial[10];          // XX XY XZ YY YZ ZZ MX MY MZ M of what is left to the link
+  int step;                     // see dynamics_step()
+  bool revolute, shifted_angle;
+};
+
+struct DynamicsPlan {
+  const DynamicsLink* links;
+  std::size_t joints;
+  double accel[3];      // of the base, less that of free fall, turned like the first link's constant rotation
+  const double* rotor;  // in the layout of M below
+};
+
+// Steps: five turns times eight offsets of revolute joints whose composite body has no mass, then any revolute joint,
+// then any prismatic one.
+[[gnu::always_inline]] constexpr int dynamics_step(Turn turn, unsigned offsets) {
+  return static_cast<int>(turn) * 8 + static_cast<int>(offsets);
+}
+inline constexpr int revolute_step = 40;
+inline constexpr int prismatic_step = 41;
+inline constexpr int dynamics_steps = 42;
+
+// Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column 0 is that of N, column 1 + r that
+// of M's column of joint n − 1 − r.
+// M is stored from the tip on: row r belongs to joint n − 1 − r and holds the columns 0 … r. Both have rows of this
+// length, so that registers of two may read and write over their ends.
+[[gnu::always_inline]] constexpr std::size_t dynamics_stride(std::size_t joints) {
+  return (joints + 3) / 2 * 2;
+}
+
+template <typename Scalar>
+struct Wrench {
+  Vec3<Scalar> f, n;
+};
+
+// Inertia of all bodies behind a joint, about the origin of the frame at hand.
+template <typename Scalar>
+struct Composite {
+  Scalar XX, XY, XZ, YY, YZ, ZZ;
+  Vec3<Scalar> h;
+  Scalar m;
+};
+
+// Scratch of one evaluation.
+template <typename Scalar>
+struct DynamicsScratch {
+  Scalar* cosines;      // (joints + 1)
+  Scalar* sines;        // (joints + 1)
+  Wrench<Scalar>* own;  // (joints), of each link's motion
+  Scalar* wrenches;     // (6 × stride)
+  std::size_t stride;
+};
+
+// What runs through a register while wrenches are carried: columns of the table, as many as fit.
+template <typename Scalar>
+struct WrenchColumns {
+  using Values = Scalar;
+  static constexpr std::size_t lanes = 1;
+  [[gnu::always_inline]] static Values load(const Scalar* from) { return *from; }
+  [[gnu::always_inline]] static void store(const Values& x, Scalar* to) { *to = x; }
+};
+template <>
+struct WrenchColumns<double> {
+  using Values = BasicPack<2>;
+  static constexpr std::size_t lanes = 2;
+  [[gnu::always_inline]] static Values load(const double* from) { return Values::load(from); }
+  [[gnu::always_inline]] static void store(const Values& x, double* to) { x.store(to); }
+};
+
+// From the axes of frame j to those of frame j−1 at q_j = 0, θ = 0: the inverse of turned().
+template <Turn turn, typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> turned_back(const double* R, const Vec3<Scalar>& v) {
+  if constexpr (turn == Turn::none) {
+    return v;
+  } else if constexpr (turn == Turn::plus) {
+    return {v.x, -v.z, v.y};
+  } else if constexpr (turn == Turn::minus) {
+    return {v.x, v.z, -v.y};
+  } else if constexpr (turn == Turn::about_x) {
+    return {v.x, Scalar(R[4]) * v.y + Scalar(R[5]) * v.z, Scalar(R[7]) * v.y + Scalar(R[8]) * v.z};
+  } else {
+    return {Scalar(R[0]) * v.x + Scalar(R[1]) * v.y + Scalar(R[2]) * v.z,
+            Scalar(R[3]) * v.x + Scalar(R[4]) * v.y + Scalar(R[5]) * v.z,
+            Scalar(R[6]) * v.x + Scalar(R[7]) * v.y + Scalar(R[8]) * v.z};
+  }
+}
+
+template <typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> rotated_back(const Vec3<Scalar>& a, const Scalar& c,
+                                                        const Scalar& s) {
+  return {c * a.x - s * a.y, s * a.x + c * a.y, a.z};
+}
+
+// The symmetric tensor (aa ab; ab bb) turned by an angle, with ca, cb its row towards a third axis:
+// c² + s² = 1 leaves four products to the first three.
+template <typename Scalar>
+[[gnu::always_inline]] inline void turn_tensor(Scalar& aa, Scalar& ab, Scalar& bb, Scalar& ca, Scalar& cb,
+                                               const Scalar& c, const Scalar& s) {
+  const Scalar g = s * (aa - bb) + c * (ab + ab);
+  const Scalar sg = s * g;
+  aa = aa - sg;
+  bb = bb + sg;
+  ab = c * g - ab;
+  const Scalar first = ca;
+  ca = c * first - s * cb;
+  cb = s * first + c * cb;
+}
+
+template <Turn turn, typename Scalar>
+[[gnu::always_inline]] inline void turn_back(Composite<Scalar>& b, const double* R) {
+  b.h = turned_back<turn>(R, b.h);
+  if constexpr (turn == Turn::plus) {
+    const Composite<Scalar> a = b;
+    b.XY = -a.XZ;
+    b.XZ = a.XY;
+    b.YY = a.ZZ;
+    b.YZ = -a.YZ;
+    b.ZZ = a.YY;
+  } else if constexpr (turn == Turn::minus) {
+    const Composite<Scalar> a = b;
+    b.XY = a.XZ;
+    b.XZ = -a.XY;
+    b.YY = a.ZZ;
+    b.YZ = -a.YZ;
+    b.ZZ = a.YY;
+  } else if constexpr (turn == Turn::about_x) {
+    turn_tensor(b.YY, b.YZ, b.ZZ, b.XY, b.XZ, Scalar(R[4]), Scalar(R[7]));
+  } else if constexpr (turn == Turn::any) {
+    const Mat3<Scalar> I = {{b.XX, b.XY, b.XZ}, {b.XY, b.YY, b.YZ}, {b.XZ, b.YZ, b.ZZ}};
+    const Vec3<Scalar> x = constant<Scalar>(R);
+    const Vec3<Scalar> y = constant<Scalar>(R + 3);
+    const Vec3<Scalar> z = constant<Scalar>(R + 6);
+    const Vec3<Scalar> Ix = I.times(x);
+    const Vec3<Scalar> Iy = I.times(y);
+    const Vec3<Scalar> Iz = I.times(z);
+    b.XX = dot(x, Ix);
+    b.XY = dot(y, Ix);
+    b.XZ = dot(z, Ix);
+    b.YY = dot(y, Iy);
+    b.YZ = dot(z, Iy);
+    b.ZZ = dot(z, Iz);
+  }
+}
+
+// Moves the tensor's point of reference by p; h is the first moment before, or that half-way for a body with mass.
+template <unsigned offsets, typename Scalar>
+[[gnu::always_inline]] inline void shift(Composite<Scalar>& b, const Vec3<Scalar>& h, const Vec3<Scalar>& p) {
+  if constexpr ((offsets & 1U) != 0U) {
+    const Scalar twice = (p.x + p.x) * h.x;
+    b.YY = b.YY + twice;
+    b.ZZ = b.ZZ + twice;
+    b.XY = b.XY - p.x * h.y;
+    b.XZ = b.XZ - p.x * h.z;
+  }
+  if constexpr ((offsets & 2U) != 0U) {
+    const Scalar twice = (p.y + p.y) * h.y;
+    b.XX = b.XX + twice;
+    b.ZZ = b.ZZ + twice;
+    b.XY = b.XY - p.y * h.x;
+    b.YZ = b.YZ - p.y * h.z;
+  }
+  if constexpr ((offsets & 4U) != 0U) {
+    const Scalar twice = (p.z + p.z) * h.z;
+    b.XX = b.XX + twice;
+    b.YY = b.YY + twice;
+    b.XZ = b.XZ - p.z * h.x;
+    b.YZ = b.YZ - p.z * h.y;
+  }
+}
+
+// n + p × f.
+template <unsigned offsets, typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> levered(const Vec3<Scalar>& n, const Vec3<Scalar>& p,
+                                                   const Vec3<Scalar>& f) {
+  Vec3<Scalar> out = n;
+  if constexpr ((offsets & 1U) != 0U) {
+    out.y = out.y - p.x * f.z;
+    out.z = out.z + p.x * f.y;
+  }
+  if constexpr ((offsets & 2U) != 0U) {
+    out.x = out.x + p.y * f.z;
+    out.z = out.z - p.y * f.x;
+  }
+  if constexpr ((offsets & 4U) != 0U) {
+    out.x = out.x - p.z * f.y;
+    out.y = out.y + p.z * f.x;
+  }
+  return out;
+}
+
+// What is handed from step to step.
+template <typename Scalar>
+struct DynamicsState {
+  FrameMotion<Scalar> motion;  // towards the tip
+  Mat3<Scalar> U;
+  Composite<Scalar> composite;  // towards the base, in frame j without link j's own
+};
+
+// Motion of link j ≥ 1 while q̈ = 0, and the wrench that it takes.
+template <Turn turn, unsigned offsets, typename Scalar>
+void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& c,
+                      const Scalar& s, const Scalar& qd, Wrench<Scalar>& own) {
+  const auto into = [&](const Vec3<Scalar>& v) { return rotated(turned<turn>(link.R, v), c, s); };
+  FrameMotion<Scalar> m = {into(state.motion.omega), into(state.motion.omega_dot),
+                           into(accelerated<offsets>(state.motion.accel, state.U, link.p))};
+  m.omega_dot.x = m.omega_dot.x + m.omega.y * qd;
+  m.omega_dot.y = m.omega_dot.y - m.omega.x * qd;
+  m.omega.z = m.omega.z + qd;
+  const Mat3<Scalar> U = acceleration_field(m);
+  state.motion = m;
+  state.U = U;
+  const Scalar hx(link.inertial[6]);
+  const Scalar hy(link.inertial[7]);
+  own.f = {U.r0.x * hx + U.r0.y * hy, U.r1.x * hx + U.r1.y * hy, U.r2.x * hx + U.r2.y * hy};
+  // YY and MZ are the link's before.
+  const auto moments = TensorMoments<Scalar>::of(m, U);
+  const auto sum = [&](auto component) {
+    return Scalar(link.inertial[0]) * component(moments.k[0]) +
+           Scalar(link.inertial[1]) * component(moments.k[1]) +
+           Scalar(link.inertial[2]) * component(moments.k[2]) +
+           Scalar(link.inertial[4]) * component(moments.k[4]) +
+           Scalar(link.inertial[5]) * component(moments.k[5]);
+  };
+  own.n.x = sum([](const Vec3<Scalar>& k) { return k.x; }) + hy * m.accel.z;
+  own.n.y = sum([](const Vec3<Scalar>& k) { return k.y; }) - hx * m.accel.z;
+  own.n.z = sum([](const Vec3<Scalar>& k) { return k.z; }) + hx * m.accel.y - hy * m.accel.x;
+}
+
+template <typename Scalar>
+void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& q,
+                       const Scalar& qd, Wrench<Scalar>& own) {
+  const Scalar c(link.cos_theta);
+  const Scalar s(link.sin_theta);
+  const auto into = [&](const Vec3<Scalar>& v) { return rotated(turned<Turn::any>(link.R, v), c, s); };
+  FrameMotion<Scalar> m = {into(state.motion.omega), into(state.motion.omega_dot),
+                           into(accelerated<7>(state.motion.accel, state.U, link.p))};
+  const Mat3<Scalar> U = acceleration_field(m);
+  const Scalar twice = qd + qd;
+  m.accel.x = m.accel.x + U.r0.z * q + m.omega.y * twice;
+  m.accel.y = m.accel.y + U.r1.z * q - m.omega.x * twice;
+  m.accel.z = m.accel.z + U.r2.z * q;
+  state.motion = m;
+  state.U = U;
+  const Vec3<Scalar> h = constant<Scalar>(link.inertial + 6);
+  const Scalar mass(link.inertial[9]);
+  own.f = Vec3<Scalar>{mass * m.accel.x, mass * m.accel.y, mass * m.accel.z} + U.times(h);
+  own.n = cross(h, m.accel);
+}
+
+// The first link: the base does not move, and a joint feels one component alone.
+template <typename Scalar>
+[[gnu::always_inline]] inline void first_forward(const DynamicsPlan& plan, DynamicsState<Scalar>& state,
+                                                 const Scalar& c, const Scalar& s, const Scalar& qd,
+                                                 Wrench<Scalar>& own) {
+  const DynamicsLink& link = plan.links[0];
+  const Scalar zero(0.0);
+  const Vec3<Scalar> none = {zero, zero, zero};
+  state.motion = {none, none, constant<Scalar>(plan.accel)};
+  state.U = {none, none, none};
+  own = {none, none};
+  Vec3<Scalar>& accel = state.motion.accel;
+  if (link.revolute) {
+    accel = rotated(accel, c, s);
+    state.motion.omega.z = qd;
+    state.U.r0.x = -(qd * qd);
+    state.U.r1.y = state.U.r0.x;
+    own.n.z = Scalar(link.inertial[6]) * accel.y - Scalar(link.inertial[7]) * accel.x;
+  } else {
+    accel = rotated(accel, Scalar(link.cos_theta), Scalar(link.sin_theta));
+    own.f.z = Scalar(link.inertial[9]) * accel.z;
+  }
+}
+
+// Takes link j into its composite body, begins the column of joint j, and puts the row of M and the entry of N, which
+// need no more than one component of all columns.
+template <bool revolute, bool with_mass, typename Scalar>
+[[gnu::always_inline]] inline void put_row(const DynamicsLink& link, Composite<Scalar>& b,
+                                           const DynamicsScratch<Scalar>& scratch, const Wrench<Scalar>& own,
+                                           std::size_t r, const double* rotor, Scalar* M, Scalar& N) {
+  using Columns = WrenchColumns<Scalar>;
+  const std::size_t stride = scratch.stride;
+  Scalar* const w = scratch.wrenches;
+  const auto take = [](Scalar& sum, double value) { sum = sum + Scalar(value); };
+  take(b.h.x, link.inertial[6]);
+  take(b.h.y, link.inertial[7]);
+  if constexpr (revolute) {
+    take(b.XX, link.inertial[0]);
+    take(b.XY, link.inertial[1]);
+    take(b.XZ, link.inertial[2]);
+    take(b.YZ, link.inertial[4]);
+    take(b.ZZ, link.inertial[5]);
+  } else {
+    take(b.h.z, link.inertial[8]);
+    take(b.m, link.inertial[9]);
+  }
+  w[0] = w[0] + own.f.x;
+  w[stride] = w[stride] + own.f.y;
+  w[2 * stride] = w[2 * stride] + own.f.z;
+  w[3 * stride] = w[3 * stride] + own.n.x;
+  w[4 * stride] = w[4 * stride] + own.n.y;
+  w[5 * stride] = w[5 * stride] + own.n.z;
+  const Scalar zero(0.0);
+  Scalar* const begin = w + 1 + r;
+  if constexpr (revolute) {
+    begin[0] = -b.h.y;
+    begin[stride] = b.h.x;
+    begin[2 * stride] = zero;
+    begin[3 * stride] = b.XZ;
+    begin[4 * stride] = b.YZ;
+    begin[5 * stride] = b.ZZ;
+  } else {
+    begin[0] = zero;
+    begin[stride] = zero;
+    begin[2 * stride] = b.m;
+    begin[3 * stride] = b.h.y;
+    begin[4 * stride] = -b.h.x;
+    begin[5 * stride] = zero;
+  }
+  const Scalar* const felt = w + (revolute ? 5 : 2) * stride;
+  N = felt[0];
+  for (std::size_t k = 0; k <= r; k += Columns::lanes) {
+    if constexpr (Columns::lanes > 1) {
+      Columns::store(Columns::load(felt + 1 + k) + Columns::load(rotor + k), M + k);
+    } else {
+      M[k] = felt[1 + k] + Scalar(rotor[k]);
+    }
+  }
+}
+
+// Carries the first `count` wrenches from frame j to frame j−1.
+template <Turn turn, unsigned offsets, typename Scalar>
+[[gnu::always_inline]] inline void carry_wrenches(const DynamicsLink& link,
+                                                  const DynamicsScratch<Scalar>& scratch, std::size_t count,
+                                                  const Scalar& c, const Scalar& s, const Vec3<Scalar>& p) {
+  using Columns = WrenchColumns<Scalar>;
+  using Values = typename Columns::Values;
+  const std::size_t stride = scratch.stride;
+  const Values cosine(c);
+  const Values sine(s);
+  const Vec3<Values> lever = {Values(p.x), Values(p.y), Values(p.z)};
+  for (std::size_t k = 0; k < count; k += Columns::lanes) {
+    Scalar* const w = scratch.wrenches + k;
+    const auto at = [&](std::size_t component) { return Columns::load(w + component * stride); };
+    const auto put = [&](std::size_t component, const Vec3<Values>& v) {
+      Columns::store(v.x, w + component * stride);
+      Columns::store(v.y, w + (component + 1) * stride);
+      Columns::store(v.z, w + (component + 2) * stride);
+    };
+    const auto back = [&](const Vec3<Values>& v) {
+      return turned_back<turn>(link.R, rotated_back(v, cosine, sine));
+    };
+    const Vec3<Values> f = back({at(0), at(1), at(2)});
+    const Vec3<Values> n = back({at(3), at(4), at(5)});
+    put(0, f);
+    put(3, levered<offsets>(n, lever, f));
+  }
+}
+
+// Link j ≥ 1 towards the base: its row of M and N, then everything into frame j−1.
+template <Turn turn, unsigned offsets, bool with_mass, typename Scalar>
+void revolute_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
+                       const DynamicsScratch<Scalar>& scratch, const Scalar& c, const Scalar& s,
+                       const Wrench<Scalar>& own, std::size_t r, const double* rotor, Scalar* M, Scalar& N) {
+  Composite<Scalar> b = state.composite;
+  put_row<true, with_mass>(link, b, scratch, own, r, rotor, M, N);
+  const Vec3<Scalar> p = constant<Scalar>(link.p);
+  carry_wrenches<turn, offsets>(link, scratch, r + 2, c, s, p);
+  turn_tensor(b.XX, b.XY, b.YY, b.XZ, b.YZ, c, s);
+  b.h = rotated_back(b.h, c, s);
+  turn_back<turn>(b, link.R);
+  if constexpr (with_mass) {
+    const Scalar half = Scalar(0.5) * b.m;
+    const Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
+    b.h = b.h + way;
+    shift<offsets>(b, b.h, p);
+    b.h = b.h + way;
+  } else {
+    shift<offsets>(b, b.h, p);
+  }
+  state.composite = b;
+}
+
+template <typename Scalar>
+void prismatic_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
+                        const DynamicsScratch<Scalar>& scratch, const Scalar& q, const Wrench<Scalar>& own,
+                        std::size_t r, const double* rotor, Scalar* M, Scalar& N) {
+  const Scalar c(link.cos_theta);
+  const Scalar s(link.sin_theta);
+  Composite<Scalar> b = state.composite;
+  put_row<false, true>(link, b, scratch, own, r, rotor, M, N);
+  // Row z of the constant rotation is the joint's axis in frame j−1, whatever θ.
+  const Scalar zero(0.0);
+  const Vec3<Scalar> p =
+      constant<Scalar>(link.p) + turned_back<Turn::any>(link.R, Vec3<Scalar>{zero, zero, q});
+  carry_wrenches<Turn::any, 7>(link, scratch, r + 2, c, s, p);
+  turn_tensor(b.XX, b.XY, b.YY, b.XZ, b.YZ, c, s);
+  b.h = rotated_back(b.h, c, s);
+  turn_back<Turn::any>(b, link.R);
+  const Scalar half = Scalar(0.5) * b.m;
+  const Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
+  b.h = b.h + way;
+  shift<7>(b, b.h, p);
+  b.h = b.h + way;
+  state.composite = b;
+}
+
+// Number types that are worth a step for each case of rotation and offset.
+template <typename Scalar>
+inline constexpr bool has_quick_steps = false;
+template <>
+inline constexpr bool has_quick_steps<double> = true;
+template <int Lanes, typename Tag>
+inline constexpr bool has_quick_steps<BasicPack<Lanes, Tag>> = true;
+
+template <typename Scalar>
+struct RevoluteStep {
+  void (*forward)(const DynamicsLink&, DynamicsState<Scalar>&, const Scalar&, const Scalar&, const Scalar&,
+                  Wrench<Scalar>&) = nullptr;
+  void (*backward)(const DynamicsLink&, DynamicsState<Scalar>&, const DynamicsScratch<Scalar>&, const Scalar&,
+                   const Scalar&, const Wrench<Scalar>&, std::size_t, const double*, Scalar*,
+                   Scalar&) = nullptr;
+};
+
+template <typename Scalar>
+struct RevoluteSteps {
+  RevoluteStep<Scalar> table[revolute_step + 1] = {};
+
+  constexpr RevoluteSteps() {
+    table[revolute_step] = {&revolute_forward<Turn::any, 7, Scalar>,
+                            &revolute_backward<Turn::any, 7, true, Scalar>};
+    add_turn<Turn::none>();
+    add_turn<Turn::plus>();
+    add_turn<Turn::minus>();
+    add_turn<Turn::about_x>();
+    add_turn<Turn::any>();
+  }
+
+ private:
+  template <Turn turn>
+  constexpr void add_turn() {
+    if constexpr (!has_quick_steps<Scalar>) {
+      for (unsigned offsets = 0; offsets < 8; ++offsets) {
+        table[dynamics_step(turn, offsets)] = table[revolute_step];
+      }
+    } else if constexpr (turn == Turn::any || turn == Turn::about_x) {
+      // Rotations cost more than what offsets that are zero would save.
+      for (unsigned offsets = 0; offsets < 8; ++offsets) {
+        add_as<turn, 7>(offsets);
+      }
+    } else {
+      add_as<turn, 0>(0);
+      add_as<turn, 1>(1);
+      add_as<turn, 2>(2);
+      add_as<turn, 3>(3);
+      add_as<turn, 4>(4);
+      add_as<turn, 5>(5);
+      add_as<turn, 7>(6);
+      add_as<turn, 7>(7);
+    }
+  }
+  template <Turn turn, unsigned offsets>
+  constexpr void add_as(unsigned wanted) {
+    table[dynamics_step(turn, wanted)] = {&revolute_forward<turn, offsets, Scalar>,
+                                          &revolute_backward<turn, offsets, false, Scalar>};
+  }
+};
+
+// Sines and cosines of all joint angles, before anything else: one is a long chain of operations, many beside each
+// other fill the pipelines.
+template <typename Scalar>
+[[gnu::always_inline]] inline void joint_sines(const DynamicsPlan& plan, const Scalar* q, Scalar* cosines,
+                                               Scalar* sines) {
+  for (std::size_t j = 0; j < plan.joints; ++j) {
+    if (plan.links[j].revolute) {
+      sin_cos(q[j], sines[j], cosines[j]);
+    }
+  }
+}
+template <>
+[[gnu::always_inline]] inline void joint_sines(const DynamicsPlan& plan, const double* q, double* cosines,
+                                               double* sines) {
+  using Two = BasicPack<2>;
+  for (std::size_t j = 0; j < plan.joints; j += 2) {
+    const double pair[2] = {q[j], q[j + 1 < plan.joints ? j + 1 : j]};
+    Two s;
+    Two c;
+    sin_cos(Two::load(pair), s, c);
+    s.store(sines + j);
+    c.store(cosines + j);
+  }
+}
+
+// M and N of one state.
+//
+// M: (joints × stride), N: (joints).
+template <typename Scalar>
+[[gnu::always_inline]] inline void mass_and_bias(const DynamicsPlan& plan, const Scalar* q, const Scalar* qd,
+                                                 const DynamicsScratch<Scalar>& scratch, Scalar* M,
+                                                 Scalar* N) {
+  static constexpr RevoluteSteps<Scalar> steps;
+  const std::size_t n = plan.joints;
+  const Scalar zero(0.0);
+  Scalar* const cosines = scratch.cosines;
+  Scalar* const sines = scratch.sines;
+  joint_sines(plan, q, cosines, sines);
+  for (std::size_t j = 0; j < n; ++j) {
+    const DynamicsLink& link = plan.links[j];
+    if (link.shifted_angle && link.revolute) {
+      const Scalar cos_theta(link.cos_theta);
+      const Scalar sin_theta(link.sin_theta);
+      const Scalar c = cosines[j];
+      cosines[j] = c * cos_theta - sines[j] * sin_theta;
+      sines[j] = sines[j] * cos_theta + c * sin_theta;
+    }
+  }
+  DynamicsState<Scalar> state;
+  first_forward(plan, state, cosines[0], sines[0], qd[0], scratch.own[0]);
+  for (std::size_t j = 1; j < n; ++j) {
+    const DynamicsLink& link = plan.links[j];
+    if (link.step == prismatic_step) {
+      prismatic_forward(link, state, q[j], qd[j], scratch.own[j]);
+    } else {
+      steps.table[link.step].forward(link, state, cosines[j], sines[j], qd[j], scratch.own[j]);
+    }
+  }
+  state.composite = {zero, zero, zero, zero, zero, zero, {zero, zero, zero}, zero};
+  for (std::size_t k = 0; k < 6; ++k) {
+    scratch.wrenches[k * scratch.stride] = zero;
+  }
+  for (std::size_t r = 0; r + 1 < n; ++r) {
+    const std::size_t j = n - 1 - r;
+    const DynamicsLink& link = plan.links[j];
+    const double* const rotor = plan.rotor + r * scratch.stride;
+    Scalar* const row = M + r * scratch.stride;
+    if (link.step == prismatic_step) {
+      prismatic_backward(link, state, scratch, q[j], scratch.own[j], r, rotor, row, N[j]);
+    } else {
+      steps.table[link.step].backward(link, state, scratch, cosines[j], sines[j], scratch.own[j], r, rotor,
+                                      row, N[j]);
+    }
+  }
+  const std::size_t r = n - 1;
+  const double* const rotor = plan.rotor + r * scratch.stride;
+  if (plan.links[0].revolute) {
+    put_row<true, true>(plan.links[0], state.composite, scratch, scratch.own[0], r, rotor,
+                        M + r * scratch.stride, N[0]);
+  } else {
+    put_row<false, true>(plan.links[0], state.composite, scratch, scratch.own[0], r, rotor,
+                         M + r * scratch.stride, N[0]);
+  }
+}
+
+[[gnu::always_inline]] inline bool all(bool condition) { return condition; }
+
+// M = L D Lᵀ in the order of its storage, from the tip on: a pivot is the inertia that a joint feels while all joints
+// behind it are free. L: rows like those of M. Returns the first row whose pivot is not positive, or less than rounding
+// leaves of the entry of M that it began as; n where there is none.
+template <typename Scalar>
+[[gnu::always_inline]] inline std::size_t factor(std::size_t n, std::size_t stride, const Scalar* M,
+                                                 Scalar* L, Scalar* inverse_D) {
+  const Scalar zero(0.0);
+  const Scalar rounding(static_cast<double>(n) * 0x1p-52);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k <= i; ++k) {
+      L[i * stride + k] = M[i * stride + k];
+    }
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    const Scalar pivot = L[k * stride + k];
+    if (!all(pivot - rounding * M[k * stride + k] > zero)) {
+      return k;
+    }
+    const Scalar inverse = Scalar(1.0) / pivot;
+    inverse_D[k] = inverse;
+    for (std::size_t i = k + 1; i < n; ++i) {
+      const Scalar a = L[i * stride + k];
+      const Scalar l = a * inverse;
+      // Column k still holds what it had before the division in the rows below i.
+      for (std::size_t m = i; m < n; ++m) {
+        L[m * stride + i] = L[m * stride + i] - l * L[m * stride + k];
+      }
+      L[i * stride + k] = l;
+    }
+  }
+  return n;
+}
+
+// b ← M⁻¹ b, with b in the order of the joints.
+template <typename Scalar>
+[[gnu::always_inline]] inline void solve_factored(std::size_t n, std::size_t stride, const Scalar* L,
+                                                  const Scalar* inverse_D, Scalar* b) {
+  Scalar* const tip = b + (n - 1);
+  const auto at = [&](std::size_t r) -> Scalar& { return *(tip - r); };
+  for (std::size_t i = 1; i < n; ++i) {
+    Scalar sum = at(i);
+    for (std::size_t k = 0; k < i; ++k) {
+      sum = sum - L[i * stride + k] * at(k);
+    }
+    at(i) = sum;
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    Scalar sum = at(i) * inverse_D[i];
+    for (std::size_t k = i + 1; k < n; ++k) {
+      sum = sum - L[k * stride + i] * at(k);
+    }
+    at(i) = sum;
+  }
+}
+
+}  // namespace rivid::detail
