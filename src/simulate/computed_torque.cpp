@@ -91,11 +91,9 @@ std::optional<std::string> ComputedTorqueControl::complaint(const Robot& robot) 
   if (auto complaint = one_form(poles, k_p.size() + k_d.size(), "omega_n and zeta", "k_p and k_d")) {
     return complaint;
   }
-  const Complaint gains = poles > 0
-                              ? first({positive(robot, "omega_n", omega_n), positive(robot, "zeta", zeta)})
-                              : first({positive(robot, "k_p", k_p), positive(robot, "k_d", k_d)});
-  if (gains) {
-    return gains;
+  if (auto complaint = poles > 0 ? first({positive(robot, "omega_n", omega_n), positive(robot, "zeta", zeta)})
+                                 : first({positive(robot, "k_p", k_p), positive(robot, "k_d", k_d)})) {
+    return complaint;
   }
   if (model && model->size() != robot.size()) {
     return "the model has " + counted(model->size(), "joint") + ", the robot has " +
