@@ -16,7 +16,7 @@
 #include "rivid/simulate/inertia.hpp"
 #include "rivid/simulate/pd_control.hpp"
 #include "rivid/simulate/pid_control.hpp"
-#include "support/allocations.hpp"
+#include "support/mallocs.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

@@ -38,6 +38,14 @@ class BasicPack {
   };
 
   BasicPack() = default;
+  // Written out, so that structs of packs are copied pack by pack: as a block of memory, g++ moves them through integer
+  // registers, half a vector at a time.
+  [[gnu::always_inline]] BasicPack(const BasicPack& other) : values_(other.values_) {}
+  [[gnu::always_inline]] BasicPack& operator=(const BasicPack& other) {
+    values_ = other.values_;
+    return *this;
+  }
+  ~BasicPack() = default;
   /// The same value in all lanes. (Minus zero, not plus: that alone the compiler may leave out.)
   [[gnu::always_inline]] BasicPack(double value) : values_(value - Values{}) {}
   [[gnu::always_inline]] explicit BasicPack(const Values& values) : values_(values) {}
@@ -87,6 +95,7 @@ class BasicPack {
   }
   /// Whether it holds in all lanes.
   [[gnu::always_inline]] friend bool all(const Mask& condition) { return !any(Mask{~condition.bits}); }
+  [[gnu::always_inline]] friend Mask operator&(const Mask& a, const Mask& b) { return {a.bits & b.bits}; }
   [[gnu::always_inline]] friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
 
   /// Lanes that are too large for sin_cos_near().

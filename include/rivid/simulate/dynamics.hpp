@@ -102,9 +102,13 @@ bool Dynamics<Scalar>::set_state(std::span<const Scalar> q, std::span<const Scal
   const detail::DynamicsScratch<Scalar> scratch = {angles_.data(), angles_.data() + n_ + 1, own_.data(),
                                                    wrenches_.data(), stride_};
   detail::mass_and_bias(tables_.plan(), q.data(), qd.data(), scratch, M_.data(), N_.data());
-  const std::size_t failed = detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data());
-  failed_joint_ = failed < n_ ? static_cast<Index>(n_ - 1 - failed) : -1;
-  return failed == n_;
+  if (detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data())) {
+    failed_joint_ = -1;
+    return true;
+  }
+  const std::size_t row = detail::failed_row(n_, stride_, M_.data(), inverse_D_.data());
+  failed_joint_ = static_cast<Index>(n_ - 1 - row);
+  return false;
 }
 
 template <typename Scalar>

@@ -45,13 +45,19 @@ inline constexpr int revolute_step = 40;
 inline constexpr int prismatic_step = 41;
 inline constexpr int dynamics_steps = 42;
 
-// Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column 0 is that of N, column 1 + r that
-// of M's column of joint n − 1 − r.
-// M is stored from the tip on: row r belongs to joint n − 1 − r and holds the columns 0 … r. Both have rows of this
-// length, so that registers of two may read and write over their ends.
+// Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column r is that of joint n − 1 − r: what
+// its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r belongs to joint n − 1 − r
+// and holds the columns 0 … r. Both have rows of this length, so that registers of two may read and write over their
+// ends.
 [[gnu::always_inline]] constexpr std::size_t dynamics_stride(std::size_t joints) {
   return (joints + 3) / 2 * 2;
 }
+
+// Distance from 1 to the next number.
+template <typename Scalar>
+inline constexpr double rounding_unit = 0x1p-52;
+template <>
+inline constexpr double rounding_unit<float> = 0x1p-23;
 
 template <typename Scalar>
 struct Wrench {
@@ -83,6 +89,7 @@ struct WrenchColumns {
   static constexpr std::size_t lanes = 1;
   [[gnu::always_inline]] static Values load(const Scalar* from) { return *from; }
   [[gnu::always_inline]] static void store(const Values& x, Scalar* to) { *to = x; }
+  [[gnu::always_inline]] static const Scalar& sum(const Values& x) { return x; }
 };
 template <>
 struct WrenchColumns<double> {
@@ -90,6 +97,11 @@ struct WrenchColumns<double> {
   static constexpr std::size_t lanes = 2;
   [[gnu::always_inline]] static Values load(const double* from) { return Values::load(from); }
   [[gnu::always_inline]] static void store(const Values& x, double* to) { x.store(to); }
+  [[gnu::always_inline]] static double sum(const Values& x) { return x[0] + x[1]; }
+  [[gnu::always_inline]] static Values pair(double a, double b) {
+    const double both[2] = {a, b};
+    return Values::load(both);
+  }
 };
 
 // From the axes of frame j to those of frame j−1 at q_j = 0, θ = 0: the inverse of turned().
@@ -218,6 +230,7 @@ template <typename Scalar>
 struct DynamicsState {
   FrameMotion<Scalar> motion;  // towards the tip
   Mat3<Scalar> U;
+  Wrench<Scalar> bias;          // towards the base, in frame j without link j's own: N
   Composite<Scalar> composite;  // towards the base, in frame j without link j's own
 };
 
@@ -234,12 +247,12 @@ void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, co
   const Mat3<Scalar> U = acceleration_field(m);
   state.motion = m;
   state.U = U;
-  const Scalar hx(link.inertial[6]);
-  const Scalar hy(link.inertial[7]);
+  const auto hx = Scalar(link.inertial[6]);
+  const auto hy = Scalar(link.inertial[7]);
   own.f = {U.r0.x * hx + U.r0.y * hy, U.r1.x * hx + U.r1.y * hy, U.r2.x * hx + U.r2.y * hy};
   // YY and MZ are the link's before.
   const auto moments = TensorMoments<Scalar>::of(m, U);
-  const auto sum = [&](auto component) {
+  const auto sum = [&](auto component) -> Scalar {
     return Scalar(link.inertial[0]) * component(moments.k[0]) +
            Scalar(link.inertial[1]) * component(moments.k[1]) +
            Scalar(link.inertial[2]) * component(moments.k[2]) +
@@ -254,8 +267,8 @@ void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, co
 template <typename Scalar>
 void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& q,
                        const Scalar& qd, Wrench<Scalar>& own) {
-  const Scalar c(link.cos_theta);
-  const Scalar s(link.sin_theta);
+  const auto c = Scalar(link.cos_theta);
+  const auto s = Scalar(link.sin_theta);
   const auto into = [&](const Vec3<Scalar>& v) { return rotated(turned<Turn::any>(link.R, v), c, s); };
   FrameMotion<Scalar> m = {into(state.motion.omega), into(state.motion.omega_dot),
                            into(accelerated<7>(state.motion.accel, state.U, link.p))};
@@ -267,7 +280,7 @@ void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, c
   state.motion = m;
   state.U = U;
   const Vec3<Scalar> h = constant<Scalar>(link.inertial + 6);
-  const Scalar mass(link.inertial[9]);
+  const auto mass = Scalar(link.inertial[9]);
   own.f = Vec3<Scalar>{mass * m.accel.x, mass * m.accel.y, mass * m.accel.z} + U.times(h);
   own.n = cross(h, m.accel);
 }
@@ -278,7 +291,7 @@ template <typename Scalar>
                                                  const Scalar& c, const Scalar& s, const Scalar& qd,
                                                  Wrench<Scalar>& own) {
   const DynamicsLink& link = plan.links[0];
-  const Scalar zero(0.0);
+  const auto zero = Scalar(0.0);
   const Vec3<Scalar> none = {zero, zero, zero};
   state.motion = {none, none, constant<Scalar>(plan.accel)};
   state.U = {none, none, none};
@@ -296,100 +309,133 @@ template <typename Scalar>
   }
 }
 
-// Takes link j into its composite body, begins the column of joint j, and puts the row of M and the entry of N, which
-// need no more than one component of all columns.
-template <bool revolute, bool with_mass, typename Scalar>
-[[gnu::always_inline]] inline void put_row(const DynamicsLink& link, Composite<Scalar>& b,
-                                           const DynamicsScratch<Scalar>& scratch, const Wrench<Scalar>& own,
-                                           std::size_t r, const double* rotor, Scalar* M, Scalar& N) {
-  using Columns = WrenchColumns<Scalar>;
-  const std::size_t stride = scratch.stride;
-  Scalar* const w = scratch.wrenches;
-  const auto take = [](Scalar& sum, double value) { sum = sum + Scalar(value); };
-  take(b.h.x, link.inertial[6]);
-  take(b.h.y, link.inertial[7]);
+// Takes link j into its composite body.
+template <bool revolute, typename Scalar>
+[[gnu::always_inline]] inline void take(const DynamicsLink& link, Composite<Scalar>& b) {
+  const auto add = [&](Scalar& sum, int k) { sum = sum + Scalar(link.inertial[k]); };
+  add(b.h.x, 6);
+  add(b.h.y, 7);
   if constexpr (revolute) {
-    take(b.XX, link.inertial[0]);
-    take(b.XY, link.inertial[1]);
-    take(b.XZ, link.inertial[2]);
-    take(b.YZ, link.inertial[4]);
-    take(b.ZZ, link.inertial[5]);
+    add(b.XX, 0);
+    add(b.XY, 1);
+    add(b.XZ, 2);
+    add(b.YZ, 4);
+    add(b.ZZ, 5);
   } else {
-    take(b.h.z, link.inertial[8]);
-    take(b.m, link.inertial[9]);
-  }
-  w[0] = w[0] + own.f.x;
-  w[stride] = w[stride] + own.f.y;
-  w[2 * stride] = w[2 * stride] + own.f.z;
-  w[3 * stride] = w[3 * stride] + own.n.x;
-  w[4 * stride] = w[4 * stride] + own.n.y;
-  w[5 * stride] = w[5 * stride] + own.n.z;
-  const Scalar zero(0.0);
-  Scalar* const begin = w + 1 + r;
-  if constexpr (revolute) {
-    begin[0] = -b.h.y;
-    begin[stride] = b.h.x;
-    begin[2 * stride] = zero;
-    begin[3 * stride] = b.XZ;
-    begin[4 * stride] = b.YZ;
-    begin[5 * stride] = b.ZZ;
-  } else {
-    begin[0] = zero;
-    begin[stride] = zero;
-    begin[2 * stride] = b.m;
-    begin[3 * stride] = b.h.y;
-    begin[4 * stride] = -b.h.x;
-    begin[5 * stride] = zero;
-  }
-  const Scalar* const felt = w + (revolute ? 5 : 2) * stride;
-  N = felt[0];
-  for (std::size_t k = 0; k <= r; k += Columns::lanes) {
-    if constexpr (Columns::lanes > 1) {
-      Columns::store(Columns::load(felt + 1 + k) + Columns::load(rotor + k), M + k);
-    } else {
-      M[k] = felt[1 + k] + Scalar(rotor[k]);
-    }
+    add(b.h.z, 8);
+    add(b.m, 9);
   }
 }
 
-// Carries the first `count` wrenches from frame j to frame j−1.
+// What a unit acceleration of joint j asks of its composite body.
+template <bool revolute, typename Scalar>
+[[gnu::always_inline]] inline Wrench<Scalar> own_column(const Composite<Scalar>& b) {
+  const auto zero = Scalar(0.0);
+  if constexpr (revolute) {
+    return {{-b.h.y, b.h.x, zero}, {b.XZ, b.YZ, b.ZZ}};
+  } else {
+    return {{zero, zero, b.m}, {b.h.y, -b.h.x, zero}};
+  }
+}
+
+// The component of a wrench that a joint feels.
+template <bool revolute, typename Scalar>
+[[gnu::always_inline]] inline const Scalar& felt(const Wrench<Scalar>& w) {
+  if constexpr (revolute) {
+    return w.n.z;
+  } else {
+    return w.f.z;
+  }
+}
+
+// What stands by for a row of M and an entry of N.
+template <typename Scalar>
+struct DynamicsRow {
+  std::size_t r;
+  const double* rotor;
+  Scalar* M;
+  Scalar* N;
+};
+
+// Row r of M where the columns before it have been carried to frame j, and the entry of N.
+template <bool revolute, typename Scalar>
+[[gnu::always_inline]] inline void put_row(const DynamicsRow<Scalar>& row,
+                                           const DynamicsScratch<Scalar>& scratch, const Wrench<Scalar>& bias,
+                                           const Wrench<Scalar>& column) {
+  using Columns = WrenchColumns<Scalar>;
+  const Scalar* const feels = scratch.wrenches + (revolute ? 5 : 2) * scratch.stride;
+  for (std::size_t k = 0; k < row.r; k += Columns::lanes) {
+    if constexpr (Columns::lanes > 1) {
+      Columns::store(Columns::load(feels + k) + Columns::load(row.rotor + k), row.M + k);
+    } else {
+      row.M[k] = feels[k] + Scalar(row.rotor[k]);
+    }
+  }
+  row.M[row.r] = felt<revolute>(column) + Scalar(row.rotor[row.r]);
+  *row.N = felt<revolute>(bias);
+}
+
+// A wrench from frame j to frame j−1.
+template <Turn turn, unsigned offsets, typename Scalar>
+[[gnu::always_inline]] inline Wrench<Scalar> carried(const DynamicsLink& link, const Wrench<Scalar>& w,
+                                                     const Scalar& c, const Scalar& s,
+                                                     const Vec3<Scalar>& p) {
+  const Vec3<Scalar> f = turned_back<turn>(link.R, rotated_back(w.f, c, s));
+  const Vec3<Scalar> n = turned_back<turn>(link.R, rotated_back(w.n, c, s));
+  return {f, levered<offsets>(n, p, f)};
+}
+
+// The columns 0 … r − 1 of the table, the wrench of N and the new column r from frame j to frame j−1.
 template <Turn turn, unsigned offsets, typename Scalar>
 [[gnu::always_inline]] inline void carry_wrenches(const DynamicsLink& link,
-                                                  const DynamicsScratch<Scalar>& scratch, std::size_t count,
-                                                  const Scalar& c, const Scalar& s, const Vec3<Scalar>& p) {
+                                                  const DynamicsScratch<Scalar>& scratch, std::size_t r,
+                                                  const Scalar& c, const Scalar& s, const Vec3<Scalar>& p,
+                                                  Wrench<Scalar>& bias, const Wrench<Scalar>& column) {
   using Columns = WrenchColumns<Scalar>;
   using Values = typename Columns::Values;
   const std::size_t stride = scratch.stride;
   const Values cosine(c);
   const Values sine(s);
   const Vec3<Values> lever = {Values(p.x), Values(p.y), Values(p.z)};
-  for (std::size_t k = 0; k < count; k += Columns::lanes) {
+  for (std::size_t k = 0; k < r; k += Columns::lanes) {
     Scalar* const w = scratch.wrenches + k;
     const auto at = [&](std::size_t component) { return Columns::load(w + component * stride); };
-    const auto put = [&](std::size_t component, const Vec3<Values>& v) {
-      Columns::store(v.x, w + component * stride);
-      Columns::store(v.y, w + (component + 1) * stride);
-      Columns::store(v.z, w + (component + 2) * stride);
+    const Wrench<Values> out = carried<turn, offsets>(
+        link, Wrench<Values>{{at(0), at(1), at(2)}, {at(3), at(4), at(5)}}, cosine, sine, lever);
+    Columns::store(out.f.x, w);
+    Columns::store(out.f.y, w + stride);
+    Columns::store(out.f.z, w + 2 * stride);
+    Columns::store(out.n.x, w + 3 * stride);
+    Columns::store(out.n.y, w + 4 * stride);
+    Columns::store(out.n.z, w + 5 * stride);
+  }
+  Scalar* const w = scratch.wrenches + r;
+  const auto put = [&](const auto& of, auto part) {
+    w[0] = part(of.f.x);
+    w[stride] = part(of.f.y);
+    w[2 * stride] = part(of.f.z);
+    w[3 * stride] = part(of.n.x);
+    w[4 * stride] = part(of.n.y);
+    w[5 * stride] = part(of.n.z);
+  };
+  if constexpr (Columns::lanes > 1) {
+    const auto both = [](const Vec3<Scalar>& a, const Vec3<Scalar>& b) {
+      return Vec3<Values>{Columns::pair(a.x, b.x), Columns::pair(a.y, b.y), Columns::pair(a.z, b.z)};
     };
-    const auto back = [&](const Vec3<Values>& v) {
-      return turned_back<turn>(link.R, rotated_back(v, cosine, sine));
-    };
-    const Vec3<Values> f = back({at(0), at(1), at(2)});
-    const Vec3<Values> n = back({at(3), at(4), at(5)});
-    put(0, f);
-    put(3, levered<offsets>(n, lever, f));
+    const Wrench<Values> out = carried<turn, offsets>(
+        link, Wrench<Values>{both(bias.f, column.f), both(bias.n, column.n)}, cosine, sine, lever);
+    bias = {{out.f.x[0], out.f.y[0], out.f.z[0]}, {out.n.x[0], out.n.y[0], out.n.z[0]}};
+    put(out, [](const Values& x) { return x[1]; });
+  } else {
+    bias = carried<turn, offsets>(link, bias, c, s, p);
+    put(carried<turn, offsets>(link, column, c, s, p), [](const Scalar& x) { return x; });
   }
 }
 
-// Link j ≥ 1 towards the base: its row of M and N, then everything into frame j−1.
+// The composite body from frame j to frame j−1.
 template <Turn turn, unsigned offsets, bool with_mass, typename Scalar>
-void revolute_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
-                       const DynamicsScratch<Scalar>& scratch, const Scalar& c, const Scalar& s,
-                       const Wrench<Scalar>& own, std::size_t r, const double* rotor, Scalar* M, Scalar& N) {
-  Composite<Scalar> b = state.composite;
-  put_row<true, with_mass>(link, b, scratch, own, r, rotor, M, N);
-  const Vec3<Scalar> p = constant<Scalar>(link.p);
-  carry_wrenches<turn, offsets>(link, scratch, r + 2, c, s, p);
+[[gnu::always_inline]] inline void carry_composite(const DynamicsLink& link, Composite<Scalar>& b,
+                                                   const Scalar& c, const Scalar& s, const Vec3<Scalar>& p) {
   turn_tensor(b.XX, b.XY, b.YY, b.XZ, b.YZ, c, s);
   b.h = rotated_back(b.h, c, s);
   turn_back<turn>(b, link.R);
@@ -402,48 +448,67 @@ void revolute_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
   } else {
     shift<offsets>(b, b.h, p);
   }
+}
+
+template <typename Scalar>
+[[gnu::always_inline]] inline Wrench<Scalar> operator+(const Wrench<Scalar>& a, const Wrench<Scalar>& b) {
+  return {a.f + b.f, a.n + b.n};
+}
+
+// Link j ≥ 1 towards the base: its row of M and N, then everything into frame j−1.
+template <Turn turn, unsigned offsets, bool with_mass, typename Scalar>
+void revolute_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
+                       const DynamicsScratch<Scalar>& scratch, const Scalar& c, const Scalar& s,
+                       const Wrench<Scalar>& own, const DynamicsRow<Scalar>& row) {
+  Composite<Scalar> b = state.composite;
+  take<true>(link, b);
+  const Wrench<Scalar> column = own_column<true>(b);
+  Wrench<Scalar> bias = state.bias + own;
+  put_row<true>(row, scratch, bias, column);
+  const Vec3<Scalar> p = constant<Scalar>(link.p);
+  carry_wrenches<turn, offsets>(link, scratch, row.r, c, s, p, bias, column);
+  state.bias = bias;
+  carry_composite<turn, offsets, with_mass>(link, b, c, s, p);
   state.composite = b;
 }
 
 template <typename Scalar>
 void prismatic_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
                         const DynamicsScratch<Scalar>& scratch, const Scalar& q, const Wrench<Scalar>& own,
-                        std::size_t r, const double* rotor, Scalar* M, Scalar& N) {
-  const Scalar c(link.cos_theta);
-  const Scalar s(link.sin_theta);
+                        const DynamicsRow<Scalar>& row) {
+  const auto c = Scalar(link.cos_theta);
+  const auto s = Scalar(link.sin_theta);
   Composite<Scalar> b = state.composite;
-  put_row<false, true>(link, b, scratch, own, r, rotor, M, N);
-  // Row z of the constant rotation is the joint's axis in frame j−1, whatever θ.
-  const Scalar zero(0.0);
+  take<false>(link, b);
+  const Wrench<Scalar> column = own_column<false>(b);
+  Wrench<Scalar> bias = state.bias + own;
+  put_row<false>(row, scratch, bias, column);
+  const auto zero = Scalar(0.0);
   const Vec3<Scalar> p =
       constant<Scalar>(link.p) + turned_back<Turn::any>(link.R, Vec3<Scalar>{zero, zero, q});
-  carry_wrenches<Turn::any, 7>(link, scratch, r + 2, c, s, p);
-  turn_tensor(b.XX, b.XY, b.YY, b.XZ, b.YZ, c, s);
-  b.h = rotated_back(b.h, c, s);
-  turn_back<Turn::any>(b, link.R);
-  const Scalar half = Scalar(0.5) * b.m;
-  const Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
-  b.h = b.h + way;
-  shift<7>(b, b.h, p);
-  b.h = b.h + way;
+  carry_wrenches<Turn::any, 7>(link, scratch, row.r, c, s, p, bias, column);
+  state.bias = bias;
+  carry_composite<Turn::any, 7, true>(link, b, c, s, p);
   state.composite = b;
 }
 
-// Number types that are worth a step for each case of rotation and offset.
+// Number types that are worth a step for each case of rotation and offset: they cost their time to compile. Packs
+// without a tag are for any use; the library's own batches have tags.
 template <typename Scalar>
 inline constexpr bool has_quick_steps = false;
 template <>
 inline constexpr bool has_quick_steps<double> = true;
 template <int Lanes, typename Tag>
 inline constexpr bool has_quick_steps<BasicPack<Lanes, Tag>> = true;
+template <int Lanes>
+inline constexpr bool has_quick_steps<BasicPack<Lanes>> = false;
 
 template <typename Scalar>
 struct RevoluteStep {
   void (*forward)(const DynamicsLink&, DynamicsState<Scalar>&, const Scalar&, const Scalar&, const Scalar&,
                   Wrench<Scalar>&) = nullptr;
   void (*backward)(const DynamicsLink&, DynamicsState<Scalar>&, const DynamicsScratch<Scalar>&, const Scalar&,
-                   const Scalar&, const Wrench<Scalar>&, std::size_t, const double*, Scalar*,
-                   Scalar&) = nullptr;
+                   const Scalar&, const Wrench<Scalar>&, const DynamicsRow<Scalar>&) = nullptr;
 };
 
 template <typename Scalar>
@@ -495,9 +560,25 @@ struct RevoluteSteps {
 template <typename Scalar>
 [[gnu::always_inline]] inline void joint_sines(const DynamicsPlan& plan, const Scalar* q, Scalar* cosines,
                                                Scalar* sines) {
-  for (std::size_t j = 0; j < plan.joints; ++j) {
-    if (plan.links[j].revolute) {
-      sin_cos(q[j], sines[j], cosines[j]);
+  if constexpr (requires { too_far(*q); }) {
+    // One question for all joints: asked of every angle, it would cost as much as a sine.
+    auto far_out = too_far(Scalar(0.0));
+    for (std::size_t j = 0; j < plan.joints; ++j) {
+      if (plan.links[j].revolute) {
+        sin_cos_near(q[j], sines[j], cosines[j]);
+        far_out = far_out | too_far(q[j]);
+      }
+    }
+    if (any(far_out)) [[unlikely]] {
+      for (std::size_t j = 0; j < plan.joints; ++j) {
+        sin_cos_far(q[j], sines[j], cosines[j]);
+      }
+    }
+  } else {
+    for (std::size_t j = 0; j < plan.joints; ++j) {
+      if (plan.links[j].revolute) {
+        sin_cos(q[j], sines[j], cosines[j]);
+      }
     }
   }
 }
@@ -524,15 +605,15 @@ template <typename Scalar>
                                                  Scalar* N) {
   static constexpr RevoluteSteps<Scalar> steps;
   const std::size_t n = plan.joints;
-  const Scalar zero(0.0);
+  const auto zero = Scalar(0.0);
   Scalar* const cosines = scratch.cosines;
   Scalar* const sines = scratch.sines;
   joint_sines(plan, q, cosines, sines);
   for (std::size_t j = 0; j < n; ++j) {
     const DynamicsLink& link = plan.links[j];
     if (link.shifted_angle && link.revolute) {
-      const Scalar cos_theta(link.cos_theta);
-      const Scalar sin_theta(link.sin_theta);
+      const auto cos_theta = Scalar(link.cos_theta);
+      const auto sin_theta = Scalar(link.sin_theta);
       const Scalar c = cosines[j];
       cosines[j] = c * cos_theta - sines[j] * sin_theta;
       sines[j] = sines[j] * cos_theta + c * sin_theta;
@@ -548,66 +629,152 @@ template <typename Scalar>
       steps.table[link.step].forward(link, state, cosines[j], sines[j], qd[j], scratch.own[j]);
     }
   }
-  state.composite = {zero, zero, zero, zero, zero, zero, {zero, zero, zero}, zero};
-  for (std::size_t k = 0; k < 6; ++k) {
-    scratch.wrenches[k * scratch.stride] = zero;
-  }
+  const Vec3<Scalar> none = {zero, zero, zero};
+  state.bias = {none, none};
+  state.composite = {zero, zero, zero, zero, zero, zero, none, zero};
+  const auto row = [&](std::size_t r) {
+    return DynamicsRow<Scalar>{r, plan.rotor + r * scratch.stride, M + r * scratch.stride, N + (n - 1 - r)};
+  };
   for (std::size_t r = 0; r + 1 < n; ++r) {
     const std::size_t j = n - 1 - r;
     const DynamicsLink& link = plan.links[j];
-    const double* const rotor = plan.rotor + r * scratch.stride;
-    Scalar* const row = M + r * scratch.stride;
     if (link.step == prismatic_step) {
-      prismatic_backward(link, state, scratch, q[j], scratch.own[j], r, rotor, row, N[j]);
+      prismatic_backward(link, state, scratch, q[j], scratch.own[j], row(r));
     } else {
-      steps.table[link.step].backward(link, state, scratch, cosines[j], sines[j], scratch.own[j], r, rotor,
-                                      row, N[j]);
+      steps.table[link.step].backward(link, state, scratch, cosines[j], sines[j], scratch.own[j], row(r));
     }
   }
-  const std::size_t r = n - 1;
-  const double* const rotor = plan.rotor + r * scratch.stride;
+  const auto put_first = [&]<bool revolute>() {
+    take<revolute>(plan.links[0], state.composite);
+    put_row<revolute>(row(n - 1), scratch, state.bias + scratch.own[0],
+                      own_column<revolute>(state.composite));
+  };
   if (plan.links[0].revolute) {
-    put_row<true, true>(plan.links[0], state.composite, scratch, scratch.own[0], r, rotor,
-                        M + r * scratch.stride, N[0]);
+    put_first.template operator()<true>();
   } else {
-    put_row<false, true>(plan.links[0], state.composite, scratch, scratch.own[0], r, rotor,
-                         M + r * scratch.stride, N[0]);
+    put_first.template operator()<false>();
   }
 }
 
+// For one sample what BasicPack::Mask has for several.
 [[gnu::always_inline]] inline bool all(bool condition) { return condition; }
 
 // M = L D Lᵀ in the order of its storage, from the tip on: a pivot is the inertia that a joint feels while all joints
-// behind it are free. L: rows like those of M. Returns the first row whose pivot is not positive, or less than rounding
-// leaves of the entry of M that it began as; n where there is none.
-template <typename Scalar>
-[[gnu::always_inline]] inline std::size_t factor(std::size_t n, std::size_t stride, const Scalar* M,
-                                                 Scalar* L, Scalar* inverse_D) {
-  const Scalar zero(0.0);
-  const Scalar rounding(static_cast<double>(n) * 0x1p-52);
+// behind it are free. L: rows like those of M. Returns whether all pivots are positive, and by more than rounding leaves
+// of the entries of M that they began as.
+template <std::size_t n, typename Scalar>
+[[gnu::always_inline]] inline bool factor_small(std::size_t stride, const Scalar* M, Scalar* L,
+                                                Scalar* inverse_D) {
+  const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
+  // In registers, once the loops are unrolled.
+  Scalar A[n][n];
+#pragma GCC unroll 8
   for (std::size_t i = 0; i < n; ++i) {
+#pragma GCC unroll 8
     for (std::size_t k = 0; k <= i; ++k) {
-      L[i * stride + k] = M[i * stride + k];
+      A[i][k] = M[i * stride + k];
     }
   }
+  auto positive = Scalar(1.0) > Scalar(0.0);
+#pragma GCC unroll 8
   for (std::size_t k = 0; k < n; ++k) {
-    const Scalar pivot = L[k * stride + k];
-    if (!all(pivot - rounding * M[k * stride + k] > zero)) {
-      return k;
-    }
-    const Scalar inverse = Scalar(1.0) / pivot;
+    positive = positive & (A[k][k] > rounding * M[k * stride + k]) & (A[k][k] > Scalar(0.0));
+    const Scalar inverse = Scalar(1.0) / A[k][k];
     inverse_D[k] = inverse;
+#pragma GCC unroll 8
     for (std::size_t i = k + 1; i < n; ++i) {
-      const Scalar a = L[i * stride + k];
-      const Scalar l = a * inverse;
-      // Column k still holds what it had before the division in the rows below i.
+      const Scalar l = A[i][k] * inverse;
+      // The rows below i still hold of column k what it was before the division.
+#pragma GCC unroll 8
       for (std::size_t m = i; m < n; ++m) {
-        L[m * stride + i] = L[m * stride + i] - l * L[m * stride + k];
+        A[m][i] = A[m][i] - l * A[m][k];
       }
       L[i * stride + k] = l;
     }
   }
-  return n;
+  return all(positive);
+}
+
+// Row by row, by inner products of rows, four beside each other.
+template <typename Scalar>
+[[gnu::always_inline]] inline bool factor_any(std::size_t n, std::size_t stride, const Scalar* M, Scalar* L,
+                                              Scalar* inverse_D) {
+  using Columns = WrenchColumns<Scalar>;
+  using Values = typename Columns::Values;
+  constexpr std::size_t lanes = Columns::lanes;
+  const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
+  auto positive = Scalar(1.0) > Scalar(0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    Scalar* const row = L + i * stride;
+    const Scalar* const from = M + i * stride;
+    // row[k] is L(i, k) D(k) until the row is done.
+    for (std::size_t j0 = 0; j0 < i; j0 += 4) {
+      const std::size_t some = i - j0 < 4 ? i - j0 : 4;
+      Values sums[4] = {Values(Scalar(0.0)), Values(Scalar(0.0)), Values(Scalar(0.0)), Values(Scalar(0.0))};
+      // Rows past i − 1 repeat the last: their sums are not used.
+      const Scalar* const rows[4] = {L + j0 * stride, L + (j0 + (some > 1 ? 1 : 0)) * stride,
+                                     L + (j0 + (some > 2 ? 2 : some - 1)) * stride,
+                                     L + (j0 + some - 1) * stride};
+      for (std::size_t k = 0; k < j0; k += lanes) {
+        const Values a = Columns::load(row + k);
+        for (std::size_t t = 0; t < 4; ++t) {
+          sums[t] = sums[t] + a * Columns::load(rows[t] + k);
+        }
+      }
+      for (std::size_t t = 0; t < some; ++t) {
+        Scalar entry = from[j0 + t] - Columns::sum(sums[t]);
+        for (std::size_t k = j0; k < j0 + t; ++k) {
+          entry = entry - row[k] * L[(j0 + t) * stride + k];
+        }
+        row[j0 + t] = entry;
+      }
+    }
+    Scalar pivot = from[i];
+    for (std::size_t k = 0; k < i; ++k) {
+      const Scalar l = row[k] * inverse_D[k];
+      pivot = pivot - l * row[k];
+      row[k] = l;
+    }
+    positive = positive & (pivot > rounding * from[i]) & (pivot > Scalar(0.0));
+    inverse_D[i] = Scalar(1.0) / pivot;
+  }
+  return all(positive);
+}
+
+template <typename Scalar>
+[[gnu::always_inline]] inline bool factor(std::size_t n, std::size_t stride, const Scalar* M, Scalar* L,
+                                          Scalar* inverse_D) {
+  if constexpr (has_quick_steps<Scalar>) {
+    switch (n) {
+      case 2:
+        return factor_small<2>(stride, M, L, inverse_D);
+      case 3:
+        return factor_small<3>(stride, M, L, inverse_D);
+      case 4:
+        return factor_small<4>(stride, M, L, inverse_D);
+      case 5:
+        return factor_small<5>(stride, M, L, inverse_D);
+      case 6:
+        return factor_small<6>(stride, M, L, inverse_D);
+      case 7:
+        return factor_small<7>(stride, M, L, inverse_D);
+      default:
+        break;
+    }
+  }
+  return factor_any(n, stride, M, L, inverse_D);
+}
+
+// After factor() found one: the first row whose pivot is not positive in some lane.
+template <typename Scalar>
+std::size_t failed_row(std::size_t n, std::size_t stride, const Scalar* M, const Scalar* inverse_D) {
+  const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    if (!all((inverse_D[k] > Scalar(0.0)) & (Scalar(1.0) > rounding * M[k * stride + k] * inverse_D[k]))) {
+      return k;
+    }
+  }
+  return n - 1;
 }
 
 // b ← M⁻¹ b, with b in the order of the joints.
