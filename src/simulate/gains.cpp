@@ -31,7 +31,7 @@ Complaint each(const Robot& robot, const char* name, const Vector& values, const
   return std::nullopt;
 }
 
-const Vector& checked_J(const char* who, const Plant& plant) {
+const Vector& checked_inertias(const char* who, const Plant& plant) {
   require(who, positive(plant.robot, "the design inertia J", plant.J));
   return plant.J;
 }
@@ -97,7 +97,7 @@ Complaint one_form(Index poles, Index gains, const char* pole_names, const char*
 }
 
 GainScale scale_of_poles(const char* who, const Plant& plant) {
-  const Vector& J = checked_J(who, plant);
+  const Vector& J = checked_inertias(who, plant);
   const Matrix G = plant.robot.drive_matrix();
   if (is_diagonal(G)) {
     return {.factor = J.cwiseQuotient(G.diagonal()), .mixing = {}};
@@ -109,7 +109,7 @@ GainScale scale_of_known_gains(const char* who, const Plant& plant, const Vector
   const Index n = plant.robot.size();
   GainScale out{.factor = Vector::Ones(n), .mixing = {}};
   if (J_apriori.size() > 0) {
-    out.factor = checked_J(who, plant).cwiseQuotient(J_apriori);
+    out.factor = checked_inertias(who, plant).cwiseQuotient(J_apriori);
   }
   return out;
 }

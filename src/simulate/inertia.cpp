@@ -1,8 +1,8 @@
 #include "rivid/simulate/inertia.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -10,29 +10,78 @@
 
 #include "rivid/error.hpp"
 #include "rivid/regressor/pack.hpp"
-#include "rivid/simulate/body.hpp"
+#include "rivid/simulate/dynamics.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
 
 namespace {
 
-// Calls visit(j, M_jj) for the joints n … first. The links from j on are one body to joint j, whose axis is z.
-template <typename Scalar, typename Position, typename Visit>
-void axis_inertias(const DynamicModel& model, Index first, const Position& position, const Visit& visit) {
-  const auto link = [&](Index j) {
-    return detail::Body<Scalar>::of(model.inertials()[static_cast<std::size_t>(j)]);
-  };
-  detail::Body<Scalar> outer = link(model.size() - 1);
-  for (Index j = model.size() - 1;; --j) {
-    const Chain::Link& joint = model.chain().links[static_cast<std::size_t>(j)];
-    visit(j, (joint.type == JointType::revolute ? outer.I.r2.z : outer.m) + Scalar(model.rotor()(j, j)));
-    if (j == first) {
-      return;
-    }
-    outer = link(j - 1) + outer.before(detail::Passage<Scalar>(joint, position(j)));
+using detail::Composite;
+using detail::DynamicsLink;
+using detail::Turn;
+
+template <typename Scalar>
+void add(Composite<Scalar>& body, const DynamicsLink& link) {
+  Scalar* const entries[] = {&body.XX, &body.XY,  &body.XZ,  &body.YY,  &body.YZ,
+                             &body.ZZ, &body.h.x, &body.h.y, &body.h.z, &body.m};
+  for (std::size_t k = 0; k < std::size(entries); ++k) {
+    *entries[k] = *entries[k] + Scalar(link.inertial[k]);
   }
 }
+
+// The same body, told in the frame before joint j.
+template <typename Scalar>
+void carry(Composite<Scalar>& body, const DynamicsLink& link, const Scalar& q) {
+  using detail::sin_cos;
+  Scalar c(link.cos_theta);
+  Scalar s(link.sin_theta);
+  detail::Vec3<Scalar> p = detail::constant<Scalar>(link.p);
+  if (link.revolute) {
+    Scalar sin_q;
+    Scalar cos_q;
+    sin_cos(q, sin_q, cos_q);
+    c = cos_q * Scalar(link.cos_theta) - sin_q * Scalar(link.sin_theta);
+    s = sin_q * Scalar(link.cos_theta) + cos_q * Scalar(link.sin_theta);
+  } else {
+    p = p + detail::turned_back<Turn::any>(link.R, detail::Vec3<Scalar>{Scalar(0.0), Scalar(0.0), q});
+  }
+  detail::turn_tensor(body.XX, body.XY, body.YY, body.XZ, body.YZ, c, s);
+  body.h = detail::rotated_back(body.h, c, s);
+  detail::turn_back<Turn::any>(body, link.R);
+  // By the first moments half-way: a mass adds 2 p·(h + m p / 2) and its like.
+  const Scalar half = Scalar(0.5) * body.m;
+  const detail::Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
+  body.h = body.h + way;
+  detail::shift<7>(body, body.h, p);
+  body.h = body.h + way;
+}
+
+// The diagonal of M alone, which needs no more than composite bodies: a third of what Dynamics takes.
+class AxisInertias {
+ public:
+  explicit AxisInertias(const DynamicModel& model) : tables_(model), rotor_(model.rotor().diagonal()) {}
+
+  // Calls visit(j, M_jj) for the joints n … first.
+  template <typename Scalar, typename Position, typename Visit>
+  void at(Index first, const Position& position, const Visit& visit) const {
+    const Scalar zero(0.0);
+    Composite<Scalar> body = {zero, zero, zero, zero, zero, zero, {zero, zero, zero}, zero};
+    for (Index j = rotor_.size() - 1;; --j) {
+      const DynamicsLink& link = tables_.links[static_cast<std::size_t>(j)];
+      add(body, link);
+      visit(j, Scalar(rotor_[j]) + (link.revolute ? body.ZZ : body.m));
+      if (j == first) {
+        return;
+      }
+      carry(body, link, Scalar(position(j)));
+    }
+  }
+
+ private:
+  detail::DynamicsTables tables_;
+  Vector rotor_;
+};
 
 [[noreturn]] void refuse(const DynamicModel& model, Index j, double value, const std::string& where) {
   const Joint& joint = model.joints()[static_cast<std::size_t>(j)];
@@ -92,8 +141,8 @@ double generalised_golden_ratio(Index d) {
 // Climbs from q to a place where no single coordinate gives more; returns M_jj there.
 class Ascent {
  public:
-  Ascent(const DynamicModel& model, const std::vector<Range>& ranges, Index joint)
-      : model_(model), ranges_(ranges), joint_(joint) {}
+  Ascent(const AxisInertias& inertias, const std::vector<Range>& ranges, Index joint)
+      : inertias_(inertias), ranges_(ranges), joint_(joint) {}
 
   [[nodiscard]] double from(Vector q) const {
     constexpr int most_rounds = 50;
@@ -114,8 +163,8 @@ class Ascent {
  private:
   [[nodiscard]] double inertia(const Vector& q) const {
     double out = 0.0;
-    axis_inertias<double>(
-        model_, joint_, [&](Index k) { return q[k]; },
+    inertias_.at<double>(
+        joint_, [&](Index k) { return q[k]; },
         [&](Index, double value) { out = value; });  // that of `joint_` comes last
     return out;
   }
@@ -163,7 +212,7 @@ class Ascent {
     return most;
   }
 
-  const DynamicModel& model_;
+  const AxisInertias& inertias_;
   const std::vector<Range>& ranges_;
   Index joint_;
 };
@@ -179,6 +228,7 @@ Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>&
   if (!q.allFinite()) {
     throw InputError("design_inertia: q must be finite");
   }
+  const AxisInertias inertias(model);
   Largest largest(model.size());
   const auto add = [&](Index j, double value, Index sample) {
     largest.add(model, j, value, [&] { return "at sample " + std::to_string(sample); });
@@ -186,8 +236,8 @@ Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>&
   constexpr int lanes = Pack::lanes;
   Index sample = 0;
   for (; sample + lanes <= q.rows(); sample += lanes) {
-    axis_inertias<Pack>(
-        model, 0, [&](Index j) { return Pack::load(q.col(j).data() + sample); },
+    inertias.at<Pack>(
+        0, [&](Index j) { return Pack::load(q.col(j).data() + sample); },
         [&](Index j, const Pack& value) {
           for (int lane = 0; lane < lanes; ++lane) {
             add(j, value[lane], sample + lane);
@@ -195,9 +245,8 @@ Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>&
         });
   }
   for (; sample < q.rows(); ++sample) {
-    axis_inertias<double>(
-        model, 0, [&](Index j) { return q(sample, j); },
-        [&](Index j, double value) { add(j, value, sample); });
+    inertias.at<double>(
+        0, [&](Index j) { return q(sample, j); }, [&](Index j, double value) { add(j, value, sample); });
   }
   return largest.J();
 }
@@ -232,11 +281,12 @@ Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
       q(i, j) = low + (high - low) * (place - std::floor(place));
     }
   }
+  const AxisInertias inertias(model);
   Matrix sampled(search.samples, n);
   Largest largest(n);
   for (Index i = 0; i < search.samples; ++i) {
-    axis_inertias<double>(
-        model, 0, [&](Index j) { return q(i, j); },
+    inertias.at<double>(
+        0, [&](Index j) { return q(i, j); },
         [&](Index j, double value) {
           largest.add(model, j, value, [] { return std::string("at a position within the limits"); });
           sampled(i, j) = value;
@@ -248,7 +298,7 @@ Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
     std::iota(order.begin(), order.end(), Index{0});
     std::partial_sort(order.begin(), order.begin() + search.starts, order.end(),
                       [&](Index a, Index b) { return sampled(a, j) > sampled(b, j); });
-    const Ascent ascent(model, ranges, j);
+    const Ascent ascent(inertias, ranges, j);
     J[j] = largest.J()[j];
     for (Index i = 0; i < search.starts; ++i) {
       J[j] = std::max(J[j], ascent.from(q.row(order[static_cast<std::size_t>(i)])));

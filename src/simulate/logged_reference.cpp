@@ -14,7 +14,7 @@ namespace {
 using Samples = Eigen::Ref<const Matrix>;
 
 // The samples, once it is known that a motion leads through them.
-const Samples& checked(const std::string& who, const Eigen::Ref<const Vector>& t, const Samples& q_r) {
+Samples checked(const std::string& who, const Eigen::Ref<const Vector>& t, const Samples& q_r) {
   if (t.size() != q_r.rows()) {
     throw InputError(who + ": t has " + std::to_string(t.size()) + " instants, q_r has " +
                      std::to_string(q_r.rows()) + " rows; they must be as many");

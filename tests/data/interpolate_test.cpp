@@ -42,6 +42,26 @@ TEST(CubicSpline, IsThatOfSciPy) {
   }
 }
 
+TEST(CubicSpline, HasItsValueAndItsDerivativesAtOneInstant) {
+  Vector t(7);
+  t << 0.0, 0.1, 0.2, 0.31, 2.0, 2.5, 4.0;
+  const auto cubic = [](double x) { return 1.0 + x * (2.0 + x * (3.0 - x)); };
+  const CubicSpline curve(t, t.unaryExpr(cubic));
+  EXPECT_EQ(curve.size(), 1);
+  EXPECT_EQ(curve.begin(), 0.0);
+  EXPECT_EQ(curve.end(), 4.0);
+  Vector value(1);
+  Vector slope(1);
+  Vector curvature(1);
+  for (double at = -0.5; at < 5.0; at += 0.03125) {
+    curve.at(at, value, slope, curvature);
+    EXPECT_EQ(value[0], curve(Vector::Constant(1, at))(0, 0));
+    EXPECT_NEAR(value[0], cubic(at), 1e3 * other_algorithm);
+    EXPECT_NEAR(slope[0], 2.0 + at * (6.0 - 3.0 * at), 1e3 * other_algorithm);
+    EXPECT_NEAR(curvature[0], 6.0 - 6.0 * at, 1e3 * other_algorithm);
+  }
+}
+
 TEST(LinearInterpolation, IsThatOfNumPy) {
   const Table table = read_table(std::filesystem::path(RIVID_TEST_DATA) / "data/interpolate_oracle.csv");
   for (int number = 0; number < 6; ++number) {

@@ -2,45 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
-#include <new>
 #include <numbers>
 
 #include "rivid/error.hpp"
 #include "rivid/model/mdh.hpp"
 #include "rivid/regressor/observation.hpp"
+#include "support/allocations.hpp"
 #include "support/robots.hpp"
-
-namespace {
-
-std::atomic<long> allocations = 0;
-
-// Not inlined: the compiler would see malloc's kind of memory go to delete, and warn.
-[[gnu::noinline]] void* counted(std::size_t size, std::size_t alignment) {
-  ++allocations;
-  void* const p = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (p == nullptr) {
-    throw std::bad_alloc();
-  }
-  return p;
-}
-[[gnu::noinline]] void release(void* p) { std::free(p); }
-
-}  // namespace
-
-// The arrays' forms call these.
-void* operator new(std::size_t size) { return counted(size, 16); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return counted(size, 16); }
-void operator delete(void* p) noexcept { release(p); }
-void operator delete(void* p, std::size_t) noexcept { release(p); }
-void operator delete(void* p, std::align_val_t) noexcept { release(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { release(p); }
 
 namespace rivid {
 namespace {
@@ -197,11 +167,11 @@ TEST(RegressorBatch, AllocatesNothingForASample) {
   const std::vector<double> q(6, 0.3);
   double sum = 0.0;
 
-  const long before = allocations;
+  const long before = test::allocations;
   batch.fill(motion, 0, 21, block);
   columns.rows(robot.chain, State<double>{q, q, q}, workspace,
                [&](std::size_t, Index, double value) { sum += value; });
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(test::allocations, before);
   EXPECT_TRUE(std::isfinite(sum));
 }
 

@@ -6,6 +6,7 @@
 #include <complex>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "data/files.hpp"
@@ -15,7 +16,7 @@
 #include "rivid/simulate/inertia.hpp"
 #include "rivid/simulate/pd_control.hpp"
 #include "rivid/simulate/pid_control.hpp"
-#include "support/allocations.hpp"
+#include "support/mallocs.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -395,7 +396,6 @@ TEST(PidControl, WithoutIntegralActionOnAJointLetsNothingWindUpThere) {
 struct Step {
   double overshoot = 0.0;
   double last = 0.0;
-  double largest_state = 0.0;
 };
 
 Step step_response(const Control& control, double distance, double duration) {
@@ -414,27 +414,48 @@ Step step_response(const Control& control, double distance, double duration) {
     const Vector k4 = f(z + h * k3);
     z += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
     out.overshoot = std::max(out.overshoot, z[0]);
-    out.largest_state = std::max(out.largest_state, std::abs(z[2]));
   }
   out.last = z[0];
   return out;
 }
 
+// The same with a sampled controller: its output is held for a period, its states go on by xd times the period.
+Step sampled_step_response(const Control& control, double distance, double duration) {
+  const Robot robot = gantry(1);
+  const DynamicModel model = model_of(robot);
+  const Plant plant = plant_of(robot, model);
+  const auto law = control(plant);
+  State at(1, law->states());
+  at.q[0] = -distance;
+  Step out;
+  const double h = 1e-3;
+  for (double t = 0.0; t < duration; t += h) {
+    const Output held = output_of(*law, at);
+    const double qdd = robot.joints[0].g_tau() * held.v_tau[0] / plant.J[0];
+    at.q[0] += h * (at.qd[0] + 0.5 * h * qdd);
+    at.qd[0] += h * qdd;
+    at.x += h * held.xd;
+    out.overshoot = std::max(out.overshoot, at.q[0]);
+  }
+  out.last = at.q[0];
+  return out;
+}
+
 TEST(AntiWindup, RecoversFromALongSaturation) {
   const Vector one = Vector::Ones(1);
-  const Vector never = Vector::Constant(1, 1e9);
   const PidControl pid{.omega_n = 5.0 * one, .zeta = one, .omega_i = one, .v_tau_max = one};
   const CascadeControl cascade{.omega_n = 5.0 * one, .zeta = one, .omega_i = one, .v_tau_max = one};
   PidControl wound_pid = pid;
-  wound_pid.tracking_time = never;
   CascadeControl wound_cascade = cascade;
-  wound_cascade.tracking_time = never;
+  wound_pid.tracking_time = wound_cascade.tracking_time = Vector::Constant(1, 1e9);
   const std::vector<std::pair<Control, Control>> pairs = {{pid, wound_pid}, {cascade, wound_cascade}};
   for (const auto& [control, wound] : pairs) {
-    const Step with = step_response(control, 2.0, 20.0);
-    const Step without = step_response(wound, 2.0, 20.0);
-    EXPECT_LT(std::abs(with.last), 1e-3);
-    EXPECT_LT(with.overshoot, 0.5 * without.overshoot);
+    for (const auto& response : {step_response, sampled_step_response}) {
+      const Step with = response(control, 2.0, 20.0);
+      const Step without = response(wound, 2.0, 20.0);
+      EXPECT_LT(std::abs(with.last), 1e-3);
+      EXPECT_LT(with.overshoot, 0.5 * without.overshoot);
+    }
   }
 }
 
@@ -614,6 +635,43 @@ TEST(ControlLaws, RefuseKnownGainsWhereGearsCoupleTheJoints) {
         "give the poles"));
   }
   EXPECT_NO_THROW(static_cast<void>(ComputedTorqueControl{.k_p = ones, .k_d = ones}(plant_of(robot, model))));
+}
+
+// docs/control.md shows this law.
+class FilteredPd : public ControlLaw {
+ public:
+  explicit FilteredPd(Vector k_v) : k_v_(std::move(k_v)) {}
+
+  [[nodiscard]] Index states() const override { return k_v_.size(); }
+
+  void control(const ControlInput& input, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> v_tau,
+               Eigen::Ref<Vector> xd) const override {
+    v_tau = k_v_.cwiseProduct(k_p * (input.q_r - input.q) - x);
+    xd = (input.qd - x) / T_f;
+  }
+
+ private:
+  static constexpr double k_p = 5.0;
+  static constexpr double T_f = 0.01;
+  Vector k_v_;
+};
+
+TEST(ControlLaws, MayBeOfOnesOwn) {
+  const Robot robot = gantry(2);
+  const DynamicModel model = model_of(robot);
+  const Control control = [](const Plant& plant) {
+    Vector k_v(plant.J.size());
+    for (Index j = 0; j < k_v.size(); ++j) {
+      k_v[j] = 20.0 * plant.J[j] / plant.robot.joints[static_cast<std::size_t>(j)].g_tau();
+    }
+    return std::make_unique<FilteredPd>(k_v);
+  };
+  const auto law = control(plant_of(robot, model));
+  EXPECT_TRUE(law->description().gains.empty());
+  // (s² + 100) (1 + 0.01 s) + 20 s = 0
+  for (const auto& pole : poles_of(*law, robot, model)) {
+    EXPECT_LT(std::abs((pole * pole + 100.0) * (1.0 + 0.01 * pole) + 20.0 * pole), 1e-6);
+  }
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "rivid/simulate/fourier_reference.hpp"
 #include "rivid/simulate/logged_reference.hpp"
 #include "rivid/simulate/point_to_point_reference.hpp"
-#include "support/allocations.hpp"
+#include "support/mallocs.hpp"
 #include "support/random_matrix.hpp"
 
 namespace rivid {

@@ -1,15 +1,15 @@
 #pragma once
 
 #include <atomic>
-#include <cstddef>
 #include <cstdlib>
 #include <new>
 
-// Counts what a program allocates, the library and Eigen within it included. For the one source file of a test that is
-// linked with -Wl,--wrap=malloc, see rivid_count_allocations() in tests/CMakeLists.txt.
+// Counts heap allocations. It replaces operator new, so that one file of a program alone may include it. Those of Eigen
+// go past operator new: see mallocs.hpp.
 
 namespace rivid::test {
 
+/// Heap allocations of this program so far.
 inline std::atomic<long> allocations = 0;
 
 /// How often `action` allocates.
@@ -21,23 +21,27 @@ long allocations_of(const Action& action) {
 }
 
 // Not inlined: the compiler would see malloc's kind of memory go to delete, and warn.
-[[gnu::noinline]] inline void* allocated(std::size_t size) {
-  if (void* const p = std::malloc(size)) {
-    return p;
+[[gnu::noinline]] inline void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  void* const p = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (p == nullptr) {
+    throw std::bad_alloc();
   }
-  throw std::bad_alloc();
+  return p;
 }
-[[gnu::noinline]] inline void released(void* p) { std::free(p); }
+[[gnu::noinline]] inline void release(void* p) { std::free(p); }
 
 }  // namespace rivid::test
 
-extern "C" void* __real_malloc(std::size_t size);
-extern "C" void* __wrap_malloc(std::size_t size);
-extern "C" void* __wrap_malloc(std::size_t size) {
-  ++rivid::test::allocations;
-  return __real_malloc(size);
+// The arrays' forms call these.
+void* operator new(std::size_t size) { return rivid::test::counted(size, 16); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return rivid::test::counted(size, static_cast<std::size_t>(alignment));
 }
-
-void* operator new(std::size_t size) { return rivid::test::allocated(size); }
-void operator delete(void* p) noexcept { rivid::test::released(p); }
-void operator delete(void* p, std::size_t) noexcept { rivid::test::released(p); }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return rivid::test::counted(size, 16);
+}
+void operator delete(void* p) noexcept { rivid::test::release(p); }
+void operator delete(void* p, std::size_t) noexcept { rivid::test::release(p); }
+void operator delete(void* p, std::align_val_t) noexcept { rivid::test::release(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { rivid::test::release(p); }

@@ -45,20 +45,6 @@ class Passage {
     return {c_ * a.x + s_ * a.y, c_ * a.y - s_ * a.x, a.z};
   }
 
-  // A vector of frame j in the axes of frame j−1.
-  [[nodiscard]] Vec3<Scalar> turned_back(const Vec3<Scalar>& v) const {
-    const Vec3<Scalar> a =
-        link_.type == JointType::revolute ? Vec3<Scalar>{c_ * v.x - s_ * v.y, s_ * v.x + c_ * v.y, v.z} : v;
-    const Eigen::Matrix3d& R = link_.R;
-    const auto row = [&](int k) {
-      return Scalar(Scalar(R(k, 0)) * a.x + Scalar(R(k, 1)) * a.y + Scalar(R(k, 2)) * a.z);
-    };
-    return {row(0), row(1), row(2)};
-  }
-
-  // Origin of frame j in frame j−1.
-  [[nodiscard]] const Vec3<Scalar>& origin() const { return p_; }
-
   [[nodiscard]] Screw<Scalar> carried(const Screw<Scalar>& s) const {
     return {turned(s.w), turned(s.v + cross(s.w, p_))};
   }
@@ -90,7 +76,7 @@ class Passage {
 
  private:
   const Chain::Link& link_;
-  Vec3<Scalar> p_;
+  Vec3<Scalar> p_;  // origin of frame j in frame j−1
   Scalar c_{1};
   Scalar s_{0};
 };

@@ -85,15 +85,15 @@ template <unsigned offsets, typename Scalar>
                                                        const double* p) {
   Vec3<Scalar> out = a;
   if constexpr ((offsets & 1U) != 0U) {
-    const Scalar x(p[0]);
+    const auto x = Scalar(p[0]);
     out = {out.x + U.r0.x * x, out.y + U.r1.x * x, out.z + U.r2.x * x};
   }
   if constexpr ((offsets & 2U) != 0U) {
-    const Scalar y(p[1]);
+    const auto y = Scalar(p[1]);
     out = {out.x + U.r0.y * y, out.y + U.r1.y * y, out.z + U.r2.y * y};
   }
   if constexpr ((offsets & 4U) != 0U) {
-    const Scalar z(p[2]);
+    const auto z = Scalar(p[2]);
     out = {out.x + U.r0.z * z, out.y + U.r1.z * z, out.z + U.r2.z * z};
   }
   return out;

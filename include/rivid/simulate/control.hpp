@@ -31,8 +31,9 @@ struct ControlDescription {
   std::vector<Gain> gains;
 };
 
-/// A control law with its gains, the one interface to implement for a law of one's own. It must not change while it
-/// works: what it remembers, an integral say, are states x, which the simulation keeps and integrates.
+/// A control law with its gains, the one interface to implement for a law of one's own. It must not remember
+/// anything while it works: what it has to remember, an integral say, are states x, which the simulation keeps and
+/// integrates. Scratch it may have: a law belongs to one simulation, a Control makes another one for the next.
 class ControlLaw {
  public:
   ControlLaw() = default;

@@ -53,6 +53,12 @@ inline constexpr int dynamics_steps = 42;
   return (joints + 3) / 2 * 2;
 }
 
+// Distance from 1 to the next number.
+template <typename Scalar>
+inline constexpr double rounding_unit = 0x1p-52;
+template <>
+inline constexpr double rounding_unit<float> = 0x1p-23;
+
 template <typename Scalar>
 struct Wrench {
   Vec3<Scalar> f, n;
@@ -241,12 +247,12 @@ void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, co
   const Mat3<Scalar> U = acceleration_field(m);
   state.motion = m;
   state.U = U;
-  const Scalar hx(link.inertial[6]);
-  const Scalar hy(link.inertial[7]);
+  const auto hx = Scalar(link.inertial[6]);
+  const auto hy = Scalar(link.inertial[7]);
   own.f = {U.r0.x * hx + U.r0.y * hy, U.r1.x * hx + U.r1.y * hy, U.r2.x * hx + U.r2.y * hy};
   // YY and MZ are the link's before.
   const auto moments = TensorMoments<Scalar>::of(m, U);
-  const auto sum = [&](auto component) {
+  const auto sum = [&](auto component) -> Scalar {
     return Scalar(link.inertial[0]) * component(moments.k[0]) +
            Scalar(link.inertial[1]) * component(moments.k[1]) +
            Scalar(link.inertial[2]) * component(moments.k[2]) +
@@ -261,8 +267,8 @@ void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, co
 template <typename Scalar>
 void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& q,
                        const Scalar& qd, Wrench<Scalar>& own) {
-  const Scalar c(link.cos_theta);
-  const Scalar s(link.sin_theta);
+  const auto c = Scalar(link.cos_theta);
+  const auto s = Scalar(link.sin_theta);
   const auto into = [&](const Vec3<Scalar>& v) { return rotated(turned<Turn::any>(link.R, v), c, s); };
   FrameMotion<Scalar> m = {into(state.motion.omega), into(state.motion.omega_dot),
                            into(accelerated<7>(state.motion.accel, state.U, link.p))};
@@ -274,7 +280,7 @@ void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, c
   state.motion = m;
   state.U = U;
   const Vec3<Scalar> h = constant<Scalar>(link.inertial + 6);
-  const Scalar mass(link.inertial[9]);
+  const auto mass = Scalar(link.inertial[9]);
   own.f = Vec3<Scalar>{mass * m.accel.x, mass * m.accel.y, mass * m.accel.z} + U.times(h);
   own.n = cross(h, m.accel);
 }
@@ -285,7 +291,7 @@ template <typename Scalar>
                                                  const Scalar& c, const Scalar& s, const Scalar& qd,
                                                  Wrench<Scalar>& own) {
   const DynamicsLink& link = plan.links[0];
-  const Scalar zero(0.0);
+  const auto zero = Scalar(0.0);
   const Vec3<Scalar> none = {zero, zero, zero};
   state.motion = {none, none, constant<Scalar>(plan.accel)};
   state.U = {none, none, none};
@@ -324,7 +330,7 @@ template <bool revolute, typename Scalar>
 // What a unit acceleration of joint j asks of its composite body.
 template <bool revolute, typename Scalar>
 [[gnu::always_inline]] inline Wrench<Scalar> own_column(const Composite<Scalar>& b) {
-  const Scalar zero(0.0);
+  const auto zero = Scalar(0.0);
   if constexpr (revolute) {
     return {{-b.h.y, b.h.x, zero}, {b.XZ, b.YZ, b.ZZ}};
   } else {
@@ -470,14 +476,14 @@ template <typename Scalar>
 void prismatic_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
                         const DynamicsScratch<Scalar>& scratch, const Scalar& q, const Wrench<Scalar>& own,
                         const DynamicsRow<Scalar>& row) {
-  const Scalar c(link.cos_theta);
-  const Scalar s(link.sin_theta);
+  const auto c = Scalar(link.cos_theta);
+  const auto s = Scalar(link.sin_theta);
   Composite<Scalar> b = state.composite;
   take<false>(link, b);
   const Wrench<Scalar> column = own_column<false>(b);
   Wrench<Scalar> bias = state.bias + own;
   put_row<false>(row, scratch, bias, column);
-  const Scalar zero(0.0);
+  const auto zero = Scalar(0.0);
   const Vec3<Scalar> p =
       constant<Scalar>(link.p) + turned_back<Turn::any>(link.R, Vec3<Scalar>{zero, zero, q});
   carry_wrenches<Turn::any, 7>(link, scratch, row.r, c, s, p, bias, column);
@@ -486,13 +492,16 @@ void prismatic_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
   state.composite = b;
 }
 
-// Number types that are worth a step for each case of rotation and offset.
+// Number types that are worth a step for each case of rotation and offset: they cost their time to compile. Packs
+// without a tag are for any use; the library's own batches have tags.
 template <typename Scalar>
 inline constexpr bool has_quick_steps = false;
 template <>
 inline constexpr bool has_quick_steps<double> = true;
 template <int Lanes, typename Tag>
 inline constexpr bool has_quick_steps<BasicPack<Lanes, Tag>> = true;
+template <int Lanes>
+inline constexpr bool has_quick_steps<BasicPack<Lanes>> = false;
 
 template <typename Scalar>
 struct RevoluteStep {
@@ -551,7 +560,7 @@ struct RevoluteSteps {
 template <typename Scalar>
 [[gnu::always_inline]] inline void joint_sines(const DynamicsPlan& plan, const Scalar* q, Scalar* cosines,
                                                Scalar* sines) {
-  if constexpr (has_quick_steps<Scalar>) {
+  if constexpr (requires { too_far(*q); }) {
     // One question for all joints: asked of every angle, it would cost as much as a sine.
     auto far_out = too_far(Scalar(0.0));
     for (std::size_t j = 0; j < plan.joints; ++j) {
@@ -596,15 +605,15 @@ template <typename Scalar>
                                                  Scalar* N) {
   static constexpr RevoluteSteps<Scalar> steps;
   const std::size_t n = plan.joints;
-  const Scalar zero(0.0);
+  const auto zero = Scalar(0.0);
   Scalar* const cosines = scratch.cosines;
   Scalar* const sines = scratch.sines;
   joint_sines(plan, q, cosines, sines);
   for (std::size_t j = 0; j < n; ++j) {
     const DynamicsLink& link = plan.links[j];
     if (link.shifted_angle && link.revolute) {
-      const Scalar cos_theta(link.cos_theta);
-      const Scalar sin_theta(link.sin_theta);
+      const auto cos_theta = Scalar(link.cos_theta);
+      const auto sin_theta = Scalar(link.sin_theta);
       const Scalar c = cosines[j];
       cosines[j] = c * cos_theta - sines[j] * sin_theta;
       sines[j] = sines[j] * cos_theta + c * sin_theta;
@@ -656,7 +665,7 @@ template <typename Scalar>
 template <std::size_t n, typename Scalar>
 [[gnu::always_inline]] inline bool factor_small(std::size_t stride, const Scalar* M, Scalar* L,
                                                 Scalar* inverse_D) {
-  const Scalar rounding(static_cast<double>(n) * 0x1p-52);
+  const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
   // In registers, once the loops are unrolled.
   Scalar A[n][n];
 #pragma GCC unroll 8
@@ -693,7 +702,7 @@ template <typename Scalar>
   using Columns = WrenchColumns<Scalar>;
   using Values = typename Columns::Values;
   constexpr std::size_t lanes = Columns::lanes;
-  const Scalar rounding(static_cast<double>(n) * 0x1p-52);
+  const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
   auto positive = Scalar(1.0) > Scalar(0.0);
   for (std::size_t i = 0; i < n; ++i) {
     Scalar* const row = L + i * stride;
@@ -759,7 +768,7 @@ template <typename Scalar>
 // After factor() found one: the first row whose pivot is not positive in some lane.
 template <typename Scalar>
 std::size_t failed_row(std::size_t n, std::size_t stride, const Scalar* M, const Scalar* inverse_D) {
-  const Scalar rounding(static_cast<double>(n) * 0x1p-52);
+  const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
   for (std::size_t k = 0; k + 1 < n; ++k) {
     if (!all((inverse_D[k] > Scalar(0.0)) & (Scalar(1.0) > rounding * M[k * stride + k] * inverse_D[k]))) {
       return k;
