@@ -44,7 +44,7 @@ Matrix dense(const Dynamics<double>& dynamics) {
   return Matrix::NullaryExpr(n, n, [&](Index i, Index j) { return dynamics.M(i, j); });
 }
 
-Vector N_of(const Dynamics<double>& dynamics) { return Vector::Map(dynamics.N().data(), dynamics.size()); }
+Vector bias_of(const Dynamics<double>& dynamics) { return Vector::Map(dynamics.N().data(), dynamics.size()); }
 
 }  // namespace
 
@@ -103,7 +103,7 @@ Vector bias(const DynamicModel& model, const Values& q, const Values& qd) {
   require("bias", "qd", qd, model);
   Dynamics<double> dynamics(model);
   static_cast<void>(dynamics.set_state(span_of(q), span_of(qd)));
-  return N_of(dynamics);
+  return bias_of(dynamics);
 }
 
 Vector friction_torque(const DynamicModel& model, const Values& qd) {
@@ -126,7 +126,7 @@ Vector inverse_dynamics(const DynamicModel& model, const Values& q, const Values
   require("inverse_dynamics", "qdd", qdd, model);
   Dynamics<double> dynamics(model);
   static_cast<void>(dynamics.set_state(span_of(q), span_of(qd)));
-  return dense(dynamics) * qdd + N_of(dynamics) + friction_torque(model, qd);
+  return dense(dynamics) * qdd + bias_of(dynamics) + friction_torque(model, qd);
 }
 
 Vector direct_dynamics(const DynamicModel& model, const Values& q, const Values& qd, const Values& tau) {
@@ -140,7 +140,7 @@ Vector direct_dynamics(const DynamicModel& model, const Values& q, const Values&
                         number(smallest_eigenvalue(model, q), 3) + "; joint \"" + model.joints()[joint].name +
                         "\" would have no positive inertia while those behind it are free");
   }
-  Vector qdd = tau - N_of(dynamics) - friction_torque(model, qd);
+  Vector qdd = tau - bias_of(dynamics) - friction_torque(model, qd);
   dynamics.solve({qdd.data(), static_cast<std::size_t>(qdd.size())});
   return qdd;
 }
