@@ -11,11 +11,13 @@
 //
 // Three things make it short:
 // - What turns with a joint without showing it belongs to the link before: of a revolute joint's link YY (taken off XX),
-//   MZ and M, of a prismatic one's the inertia tensor. dynamics_links() moves these, by the rules of Gautier & Khalil
+//   MZ and M, of a prismatic one's the inertia tensor. DynamicsTables moves these, by the rules of Gautier & Khalil
 //   (1990), and a chain of revolute joints is left without any mass: forces are U MS alone.
 // - The wrenches that the passes carry towards the base, that of N and one for each column of M, go through the same
 //   turns: they are columns of one table, and where a Scalar is one number two of them go through a register.
-// - Rotations and offsets as in the vector kernels of the regressor: every link gets the step compiled for its case.
+// - Every frame may be turned about its own z for good: DynamicsTables leaves one angle about x between neighbours and
+//   one about z, which joins the joint's. Quarter turns and offsets of zero are put to use as in the vector kernels of
+//   the regressor: every link gets the step compiled for its case.
 //
 // The file is compiled for several instruction sets; src/regressor/batch_kernel.hpp says what that forbids.
 namespace rivid::detail {
@@ -49,8 +51,10 @@ inline constexpr int dynamics_steps = 42;
 // its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r belongs to joint n − 1 − r
 // and holds the columns 0 … r. Both have rows of this length, so that registers of two may read and write over their
 // ends.
+// No multiple of four packs either: columns of a power of two fall into few sets of the cache.
 [[gnu::always_inline]] constexpr std::size_t dynamics_stride(std::size_t joints) {
-  return (joints + 3) / 2 * 2;
+  const std::size_t even = (joints + 3) / 2 * 2;
+  return even % 4 == 0 ? even + 2 : even;
 }
 
 // Distance from 1 to the next number.
