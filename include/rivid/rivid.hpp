@@ -22,4 +22,5 @@
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/zero_phase.hpp"
+#include "rivid/simulate/dynamics_batch.hpp"
 #include "rivid/version.hpp"

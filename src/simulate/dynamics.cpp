@@ -28,6 +28,40 @@ Inertial unseen(const Inertial& inertial, JointType type) {
   return out;
 }
 
+struct Bodies {
+  Chain chain;
+  std::vector<Inertial> inertials;
+};
+
+// The same robot in frames that are turned about their own z axes, so that the z axis of each lies in the y-z plane of the
+// one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ).
+Bodies turned_about_z(const DynamicModel& model) {
+  Bodies out{model.chain(), model.inertials()};
+  for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
+    Chain::Link& link = out.chain.links[j];
+    if (detail::turn_and_angle(link.R).turn != detail::Turn::any) {
+      continue;
+    }
+    // Frame j−1 turns until the axis of joint j has no x component.
+    const Eigen::Vector3d z = link.R.col(2);
+    const double length = z.head<2>().norm();
+    const double c = z.y() / length;
+    const double s = -z.x() / length;
+    const Eigen::Matrix3d turn = (Eigen::Matrix3d() << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0).finished();
+    link.R = turn.transpose() * link.R;
+    link.R(0, 2) = 0.0;
+    link.p = turn.transpose() * link.p;
+    if (j == 0) {
+      out.chain.gravity = turn.transpose() * out.chain.gravity;
+    } else {
+      out.chain.links[j - 1].R *= turn;
+      Inertial& inertial = out.inertials[j - 1];
+      inertial = transformed(inertial, turn.transpose(), Eigen::Vector3d::Zero());
+    }
+  }
+  return out;
+}
+
 using Values = Eigen::Ref<const Vector>;
 
 void require(std::string_view who, std::string_view what, const Values& x, const DynamicModel& model) {
@@ -44,14 +78,13 @@ Matrix dense(const Dynamics<double>& dynamics) {
   return Matrix::NullaryExpr(n, n, [&](Index i, Index j) { return dynamics.M(i, j); });
 }
 
-Vector N_of(const Dynamics<double>& dynamics) { return Vector::Map(dynamics.N().data(), dynamics.size()); }
+Vector bias_of(const Dynamics<double>& dynamics) { return Vector::Map(dynamics.N().data(), dynamics.size()); }
 
 }  // namespace
 
 detail::DynamicsTables::DynamicsTables(const DynamicModel& model) {
-  const Chain& chain = model.chain();
+  auto [chain, inertials] = turned_about_z(model);
   const std::size_t n = chain.links.size();
-  std::vector<Inertial> inertials = model.inertials();
   links.resize(n);
   bool with_mass = false;
   for (std::size_t j = n; j-- > 0;) {
@@ -103,7 +136,7 @@ Vector bias(const DynamicModel& model, const Values& q, const Values& qd) {
   require("bias", "qd", qd, model);
   Dynamics<double> dynamics(model);
   static_cast<void>(dynamics.set_state(span_of(q), span_of(qd)));
-  return N_of(dynamics);
+  return bias_of(dynamics);
 }
 
 Vector friction_torque(const DynamicModel& model, const Values& qd) {
@@ -126,7 +159,7 @@ Vector inverse_dynamics(const DynamicModel& model, const Values& q, const Values
   require("inverse_dynamics", "qdd", qdd, model);
   Dynamics<double> dynamics(model);
   static_cast<void>(dynamics.set_state(span_of(q), span_of(qd)));
-  return dense(dynamics) * qdd + N_of(dynamics) + friction_torque(model, qd);
+  return dense(dynamics) * qdd + bias_of(dynamics) + friction_torque(model, qd);
 }
 
 Vector direct_dynamics(const DynamicModel& model, const Values& q, const Values& qd, const Values& tau) {
@@ -140,7 +173,7 @@ Vector direct_dynamics(const DynamicModel& model, const Values& q, const Values&
                         number(smallest_eigenvalue(model, q), 3) + "; joint \"" + model.joints()[joint].name +
                         "\" would have no positive inertia while those behind it are free");
   }
-  Vector qdd = tau - N_of(dynamics) - friction_torque(model, qd);
+  Vector qdd = tau - bias_of(dynamics) - friction_torque(model, qd);
   dynamics.solve({qdd.data(), static_cast<std::size_t>(qdd.size())});
   return qdd;
 }

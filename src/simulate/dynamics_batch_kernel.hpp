@@ -63,7 +63,7 @@ std::size_t accelerate_packs(const DynamicsPlan& plan, const DynamicsBatchInput&
       qd[j] = Scalar::load(in.qd + column * in.qd_stride + first);
     }
     mass_and_bias(plan, q, qd, scratch, M, N);
-    if (!factor(n, stride, M, L, inverse_D)) {
+    if (!factor(n, stride, M, L, inverse_D, scratch.wrenches)) {
       return k;
     }
     for (std::size_t j = 0; j < n; ++j) {

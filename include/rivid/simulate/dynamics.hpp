@@ -102,7 +102,7 @@ bool Dynamics<Scalar>::set_state(std::span<const Scalar> q, std::span<const Scal
   const detail::DynamicsScratch<Scalar> scratch = {angles_.data(), angles_.data() + n_ + 1, own_.data(),
                                                    wrenches_.data(), stride_};
   detail::mass_and_bias(tables_.plan(), q.data(), qd.data(), scratch, M_.data(), N_.data());
-  if (detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data())) {
+  if (detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data(), wrenches_.data())) {
     failed_joint_ = -1;
     return true;
   }

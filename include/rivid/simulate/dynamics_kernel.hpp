@@ -11,11 +11,13 @@
 //
 // Three things make it short:
 // - What turns with a joint without showing it belongs to the link before: of a revolute joint's link YY (taken off XX),
-//   MZ and M, of a prismatic one's the inertia tensor. dynamics_links() moves these, by the rules of Gautier & Khalil
+//   MZ and M, of a prismatic one's the inertia tensor. DynamicsTables moves these, by the rules of Gautier & Khalil
 //   (1990), and a chain of revolute joints is left without any mass: forces are U MS alone.
 // - The wrenches that the passes carry towards the base, that of N and one for each column of M, go through the same
 //   turns: they are columns of one table, and where a Scalar is one number two of them go through a register.
-// - Rotations and offsets as in the vector kernels of the regressor: every link gets the step compiled for its case.
+// - Every frame may be turned about its own z for good: DynamicsTables leaves one angle about x between neighbours and
+//   one about z, which joins the joint's. Quarter turns and offsets of zero are put to use as in the vector kernels of
+//   the regressor: every link gets the step compiled for its case.
 //
 // The file is compiled for several instruction sets; src/regressor/batch_kernel.hpp says what that forbids.
 namespace rivid::detail {
@@ -49,8 +51,10 @@ inline constexpr int dynamics_steps = 42;
 // its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r belongs to joint n − 1 − r
 // and holds the columns 0 … r. Both have rows of this length, so that registers of two may read and write over their
 // ends.
+// No multiple of four packs either: columns of a power of two fall into few sets of the cache.
 [[gnu::always_inline]] constexpr std::size_t dynamics_stride(std::size_t joints) {
-  return (joints + 3) / 2 * 2;
+  const std::size_t even = (joints + 3) / 2 * 2;
+  return even % 4 == 0 ? even + 2 : even;
 }
 
 // Distance from 1 to the next number.
@@ -89,7 +93,6 @@ struct WrenchColumns {
   static constexpr std::size_t lanes = 1;
   [[gnu::always_inline]] static Values load(const Scalar* from) { return *from; }
   [[gnu::always_inline]] static void store(const Values& x, Scalar* to) { *to = x; }
-  [[gnu::always_inline]] static const Scalar& sum(const Values& x) { return x; }
 };
 template <>
 struct WrenchColumns<double> {
@@ -97,7 +100,6 @@ struct WrenchColumns<double> {
   static constexpr std::size_t lanes = 2;
   [[gnu::always_inline]] static Values load(const double* from) { return Values::load(from); }
   [[gnu::always_inline]] static void store(const Values& x, double* to) { x.store(to); }
-  [[gnu::always_inline]] static double sum(const Values& x) { return x[0] + x[1]; }
   [[gnu::always_inline]] static Values pair(double a, double b) {
     const double both[2] = {a, b};
     return Values::load(both);
@@ -695,55 +697,61 @@ template <std::size_t n, typename Scalar>
   return all(positive);
 }
 
-// Row by row, by inner products of rows, four beside each other.
+// Four columns at a time, then what they take off all others, in one sweep.
+//
+// columns: scratch of 4 × stride.
 template <typename Scalar>
 [[gnu::always_inline]] inline bool factor_any(std::size_t n, std::size_t stride, const Scalar* M, Scalar* L,
-                                              Scalar* inverse_D) {
+                                              Scalar* inverse_D, Scalar* columns) {
   using Columns = WrenchColumns<Scalar>;
   using Values = typename Columns::Values;
-  constexpr std::size_t lanes = Columns::lanes;
+  constexpr std::size_t width = 4;
   const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
   auto positive = Scalar(1.0) > Scalar(0.0);
   for (std::size_t i = 0; i < n; ++i) {
-    Scalar* const row = L + i * stride;
-    const Scalar* const from = M + i * stride;
-    // row[k] is L(i, k) D(k) until the row is done.
-    for (std::size_t j0 = 0; j0 < i; j0 += 4) {
-      const std::size_t some = i - j0 < 4 ? i - j0 : 4;
-      Values sums[4] = {Values(Scalar(0.0)), Values(Scalar(0.0)), Values(Scalar(0.0)), Values(Scalar(0.0))};
-      // Rows past i − 1 repeat the last: their sums are not used.
-      const Scalar* const rows[4] = {L + j0 * stride, L + (j0 + (some > 1 ? 1 : 0)) * stride,
-                                     L + (j0 + (some > 2 ? 2 : some - 1)) * stride,
-                                     L + (j0 + some - 1) * stride};
-      for (std::size_t k = 0; k < j0; k += lanes) {
-        const Values a = Columns::load(row + k);
-        for (std::size_t t = 0; t < 4; ++t) {
-          sums[t] = sums[t] + a * Columns::load(rows[t] + k);
+    for (std::size_t k = 0; k <= i; ++k) {
+      L[i * stride + k] = M[i * stride + k];
+    }
+  }
+  for (std::size_t first = 0; first < n; first += width) {
+    const std::size_t end = first + width < n ? first + width : n;
+    for (std::size_t k = first; k < end; ++k) {
+      // Column k before its division: L(i, k) D(k).
+      Scalar* const column = columns + (k - first) * stride;
+      const Scalar pivot = L[k * stride + k];
+      positive = positive & (pivot > rounding * M[k * stride + k]) & (pivot > Scalar(0.0));
+      const Scalar inverse = Scalar(1.0) / pivot;
+      inverse_D[k] = inverse;
+      for (std::size_t i = k + 1; i < n; ++i) {
+        Scalar* const row = L + i * stride;
+        column[i] = row[k];
+        const Scalar l = row[k] * inverse;
+        row[k] = l;
+        for (std::size_t m = k + 1; m < end && m <= i; ++m) {
+          row[m] = row[m] - l * column[m];
         }
       }
-      for (std::size_t t = 0; t < some; ++t) {
-        Scalar entry = from[j0 + t] - Columns::sum(sums[t]);
-        for (std::size_t k = j0; k < j0 + t; ++k) {
-          entry = entry - row[k] * L[(j0 + t) * stride + k];
-        }
-        row[j0 + t] = entry;
+    }
+    for (std::size_t i = end; i < n; ++i) {
+      Scalar* const row = L + i * stride;
+      const Values l0(row[first]);
+      const Values l1(row[first + 1]);
+      const Values l2(row[first + 2]);
+      const Values l3(row[first + 3]);
+      for (std::size_t m = end; m <= i; m += Columns::lanes) {
+        const Scalar* const a = columns + m;
+        const Values less = (l0 * Columns::load(a) + l1 * Columns::load(a + stride)) +
+                            (l2 * Columns::load(a + 2 * stride) + l3 * Columns::load(a + 3 * stride));
+        Columns::store(Columns::load(row + m) - less, row + m);
       }
     }
-    Scalar pivot = from[i];
-    for (std::size_t k = 0; k < i; ++k) {
-      const Scalar l = row[k] * inverse_D[k];
-      pivot = pivot - l * row[k];
-      row[k] = l;
-    }
-    positive = positive & (pivot > rounding * from[i]) & (pivot > Scalar(0.0));
-    inverse_D[i] = Scalar(1.0) / pivot;
   }
   return all(positive);
 }
 
 template <typename Scalar>
 [[gnu::always_inline]] inline bool factor(std::size_t n, std::size_t stride, const Scalar* M, Scalar* L,
-                                          Scalar* inverse_D) {
+                                          Scalar* inverse_D, Scalar* columns) {
   if constexpr (has_quick_steps<Scalar>) {
     switch (n) {
       case 2:
@@ -762,7 +770,7 @@ template <typename Scalar>
         break;
     }
   }
-  return factor_any(n, stride, M, L, inverse_D);
+  return factor_any(n, stride, M, L, inverse_D, columns);
 }
 
 // After factor() found one: the first row whose pivot is not positive in some lane.
@@ -777,26 +785,85 @@ std::size_t failed_row(std::size_t n, std::size_t stride, const Scalar* M, const
   return n - 1;
 }
 
+template <std::size_t n, typename Scalar>
+[[gnu::always_inline]] inline void solve_small(std::size_t stride, const Scalar* L, const Scalar* inverse_D,
+                                               Scalar* b) {
+  Scalar x[n];
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] = b[n - 1 - i];
+  }
+#pragma GCC unroll 8
+  for (std::size_t k = 0; k < n; ++k) {
+#pragma GCC unroll 8
+    for (std::size_t i = k + 1; i < n; ++i) {
+      x[i] = x[i] - L[i * stride + k] * x[k];
+    }
+  }
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] = x[i] * inverse_D[i];
+  }
+#pragma GCC unroll 8
+  for (std::size_t r = 0; r < n; ++r) {
+    const std::size_t i = n - 1 - r;
+#pragma GCC unroll 8
+    for (std::size_t k = 0; k < i; ++k) {
+      x[k] = x[k] - L[i * stride + k] * x[i];
+    }
+  }
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < n; ++i) {
+    b[n - 1 - i] = x[i];
+  }
+}
+
+// As soon as an entry is known it is taken off all others: these do not wait for each other, terms of one sum would.
+template <typename Scalar>
+[[gnu::always_inline]] inline void solve_any(std::size_t n, std::size_t stride, const Scalar* L,
+                                             const Scalar* inverse_D, Scalar* b) {
+  Scalar* const tip = b + (n - 1);
+  const auto at = [&](std::size_t r) -> Scalar& { return *(tip - r); };
+  for (std::size_t k = 0; k < n; ++k) {
+    const Scalar x = at(k);
+    for (std::size_t i = k + 1; i < n; ++i) {
+      at(i) = at(i) - L[i * stride + k] * x;
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    at(i) = at(i) * inverse_D[i];
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    const Scalar x = at(i);
+    for (std::size_t k = 0; k < i; ++k) {
+      at(k) = at(k) - L[i * stride + k] * x;
+    }
+  }
+}
+
 // b ← M⁻¹ b, with b in the order of the joints.
 template <typename Scalar>
 [[gnu::always_inline]] inline void solve_factored(std::size_t n, std::size_t stride, const Scalar* L,
                                                   const Scalar* inverse_D, Scalar* b) {
-  Scalar* const tip = b + (n - 1);
-  const auto at = [&](std::size_t r) -> Scalar& { return *(tip - r); };
-  for (std::size_t i = 1; i < n; ++i) {
-    Scalar sum = at(i);
-    for (std::size_t k = 0; k < i; ++k) {
-      sum = sum - L[i * stride + k] * at(k);
+  if constexpr (has_quick_steps<Scalar>) {
+    switch (n) {
+      case 2:
+        return solve_small<2>(stride, L, inverse_D, b);
+      case 3:
+        return solve_small<3>(stride, L, inverse_D, b);
+      case 4:
+        return solve_small<4>(stride, L, inverse_D, b);
+      case 5:
+        return solve_small<5>(stride, L, inverse_D, b);
+      case 6:
+        return solve_small<6>(stride, L, inverse_D, b);
+      case 7:
+        return solve_small<7>(stride, L, inverse_D, b);
+      default:
+        break;
     }
-    at(i) = sum;
   }
-  for (std::size_t i = n; i-- > 0;) {
-    Scalar sum = at(i) * inverse_D[i];
-    for (std::size_t k = i + 1; k < n; ++k) {
-      sum = sum - L[k * stride + i] * at(k);
-    }
-    at(i) = sum;
-  }
+  solve_any(n, stride, L, inverse_D, b);
 }
 
 }  // namespace rivid::detail
