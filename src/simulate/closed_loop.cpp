@@ -125,16 +125,24 @@ class Run {
   void make_integrator() {
     const detail::IntegratorOptions options{options_.rtol, options_.atol, options_.max_step,
                                             samples_between_looks / options_.f_m};
-    Integrator kind = options_.integrator;
-    if (kind == Integrator::automatic) {
-      kind = sampled_ || held_inputs_ ? Integrator::dormand_prince : Integrator::adams;
-    }
-    if (kind == Integrator::rk4) {
-      integrator_ = detail::rk4_integrator(ode_);
-    } else if (kind == Integrator::dormand_prince) {
-      integrator_ = detail::dormand_prince_integrator(ode_, options);
-    } else {
-      integrator_ = detail::cvode_integrator(ode_, options, kind == Integrator::bdf);
+    switch (options_.integrator) {
+      case Integrator::automatic:
+        integrator_ = sampled_ || held_inputs_ ? detail::bogacki_shampine_integrator(ode_, options)
+                                               : detail::cvode_integrator(ode_, options, false);
+        break;
+      case Integrator::adams:
+      case Integrator::bdf:
+        integrator_ = detail::cvode_integrator(ode_, options, options_.integrator == Integrator::bdf);
+        break;
+      case Integrator::bogacki_shampine:
+        integrator_ = detail::bogacki_shampine_integrator(ode_, options);
+        break;
+      case Integrator::dormand_prince:
+        integrator_ = detail::dormand_prince_integrator(ode_, options);
+        break;
+      case Integrator::rk4:
+        integrator_ = detail::rk4_integrator(ode_);
+        break;
     }
   }
 
@@ -267,11 +275,12 @@ class Run {
 
   // The row of sample next_.
   bool record(double t, const Vector& y) {
-    ++recording_;
+    const Index before = ode_.evaluations();
     if (!ode_.rate(t, y.data(), yd_.data())) {
       end_indefinite();
       return false;
     }
+    recording_ += ode_.evaluations() - before;
     const Index k = next_++;
     out_.t[k] = instant(k);
     out_.motion.q.row(k) = y.head(n_);

@@ -49,6 +49,9 @@ struct IntegratorOptions {
 // CVODE; bdf: for stiff loops, else Adams.
 [[nodiscard]] std::unique_ptr<LoopIntegrator> cvode_integrator(LoopOde& ode, const IntegratorOptions& options,
                                                                bool bdf);
+// Explicit pairs with error control, of third and of fifth order.
+[[nodiscard]] std::unique_ptr<LoopIntegrator> bogacki_shampine_integrator(LoopOde& ode,
+                                                                          const IntegratorOptions& options);
 [[nodiscard]] std::unique_ptr<LoopIntegrator> dormand_prince_integrator(LoopOde& ode,
                                                                         const IntegratorOptions& options);
 // One step from restart() to t_stop; knows no events.

@@ -1,5 +1,6 @@
 #include "simulate/loop_ode.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace rivid::detail {
@@ -17,6 +18,7 @@ LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw
       smooth_velocity_(options.smooth_velocity),
       drive_(robot.drive_matrix()),
       diagonal_drive_(drive_.isDiagonal(0.0)),
+      diagonal_viscous_(model.viscous().isDiagonal(0.0)),
       dynamics_(model),
       stick_slip_(model),
       x_(Vector::Zero(states_)),
@@ -27,12 +29,21 @@ LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw
   }
 }
 
-bool LoopOde::torques(double t, const double* y, double* xd) {
+// M and N at y. Where only the torques have changed since the last call, at control instants, they are known.
+bool LoopOde::move_to(const double* y) {
+  if (definite_ && std::equal(y, y + n_, q_.data()) && std::equal(y + n_, y + 2 * n_, qd_.data())) {
+    return true;
+  }
   ++evaluations_;
   q_ = Eigen::Map<const Vector>(y, n_);
   qd_ = Eigen::Map<const Vector>(y + n_, n_);
   const auto n = static_cast<std::size_t>(n_);
-  if (!dynamics_.set_state({q_.data(), n}, {qd_.data(), n})) {
+  definite_ = dynamics_.set_state({q_.data(), n}, {qd_.data(), n});
+  return definite_;
+}
+
+bool LoopOde::torques(double t, const double* y, double* xd) {
+  if (!move_to(y)) {
     return false;
   }
   if (!sampled_) {
@@ -53,7 +64,11 @@ bool LoopOde::torques(double t, const double* y, double* xd) {
     return true;
   }
   torque_ -= model_.offset();
-  torque_.noalias() -= model_.viscous() * qd_;
+  if (diagonal_viscous_) {
+    torque_ -= model_.viscous().diagonal().cwiseProduct(qd_);
+  } else {
+    torque_.noalias() -= model_.viscous() * qd_;
+  }
   return true;
 }
 

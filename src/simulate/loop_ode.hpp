@@ -43,9 +43,11 @@ class LoopOde {
 
   [[nodiscard]] const StickSlip& stick_slip() const { return stick_slip_; }
   [[nodiscard]] const Dynamics<double>& dynamics() const { return dynamics_; }
+  // States at which M and N were made.
   [[nodiscard]] Index evaluations() const { return evaluations_; }
 
  private:
+  [[nodiscard]] bool move_to(const double* y);
   // Fills torque_ with what accelerates beside dry friction, and the rates of x.
   [[nodiscard]] bool torques(double t, const double* y, double* xd);
   void smooth_friction(std::span<const double> qd, Vector& torque) const;
@@ -61,9 +63,11 @@ class LoopOde {
   double smooth_velocity_;
   Matrix drive_;
   bool diagonal_drive_;
+  bool diagonal_viscous_;
   Dynamics<double> dynamics_;
   StickSlip stick_slip_;
   Index evaluations_ = 0;
+  bool definite_ = false;
 
   Vector q_, qd_, x_, xd_;
   Vector q_r_, qd_r_, qdd_r_;

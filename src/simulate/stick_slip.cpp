@@ -38,7 +38,8 @@ Eigen::Map<Vector> as_vector(std::span<double> values) {
 
 StickSlip::StickSlip(const DynamicModel& model) : n_(model.size()) {
   for (const DryFriction& law : model.dry_friction()) {
-    elements_.push_back({law, only_joint(law.direction)});
+    const Index joint = only_joint(law.direction);
+    elements_.push_back({law, joint, joint >= 0 && only_joint(law.torque) == joint});
   }
   const Index count = size();
   stuck_.reserve(elements_.size());
@@ -145,7 +146,11 @@ void StickSlip::brake(std::span<const double> qd, std::span<double> f, std::span
       continue;
     }
     lambda_[e] = slipping_lambda(element, speed(e, qd));
-    as_vector(f) -= lambda_[e] * element.law.torque;
+    if (element.alone) {
+      f[static_cast<std::size_t>(element.joint)] -= lambda_[e] * element.law.torque[element.joint];
+    } else {
+      as_vector(f) -= lambda_[e] * element.law.torque;
+    }
   }
 }
 

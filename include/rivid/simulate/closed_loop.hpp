@@ -14,11 +14,12 @@ namespace rivid {
 
 /// How the motion is integrated.
 enum class Integrator {
-  automatic,  ///< adams where the control is continuous, dormand_prince where it is sampled
+  automatic,  ///< adams where the control is continuous, bogacki_shampine where it is sampled
   adams,  ///< CVODE, variable-order Adams method with functional iteration: smooth loops that are not stiff
   bdf,    ///< CVODE, variable-order BDF with Newton iteration: stiff loops
-  dormand_prince,  ///< explicit Runge-Kutta 5(4) with dense output: control in periods, after which a multistep method
-                   ///< would have to start again
+  bogacki_shampine,  ///< explicit Runge-Kutta 3(2): control in periods that are short against the motion, after each
+                     ///< of which a multistep method would have to start again
+  dormand_prince,  ///< explicit Runge-Kutta 5(4): the same with tight tolerances or long periods
   rk4              ///< the classical method with one fixed step a control period and no error control
 };
 
@@ -29,7 +30,7 @@ enum class DryFrictionScheme {
   held  ///< as `smooth`, but all friction is evaluated once a step and held (rk4 alone): the scheme of BIRDy
 };
 
-/// "automatic", "adams", "bdf", "dormand_prince", "rk4".
+/// "automatic", "adams", "bdf", "bogacki_shampine", "dormand_prince", "rk4".
 [[nodiscard]] std::string_view name(Integrator integrator);
 /// "exact", "smooth", "held".
 [[nodiscard]] std::string_view name(DryFrictionScheme scheme);

@@ -73,7 +73,8 @@ class StickSlip {
  private:
   struct Element {
     DryFriction law;
-    Index joint = -1;  // the one joint that it belongs to, −1 for a motor of several
+    Index joint = -1;    // the one joint that it belongs to, −1 for a motor of several
+    bool alone = false;  // whether it brakes that joint alone
     FrictionMode mode = FrictionMode::stick;
     Index changes = 0;
   };

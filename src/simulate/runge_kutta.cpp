@@ -7,24 +7,43 @@ namespace rivid::detail {
 
 namespace {
 
-// Dormand & Prince (1980), RK5(4)7FM: nodes, stages, the error estimate, and the weights of Shampine's continuous
-// extension of fourth order as Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, II.6, give it.
-constexpr int stages = 7;
-constexpr double node[stages] = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0};
-constexpr double stage[stages][stages - 1] = {
-    {},
-    {1.0 / 5},
-    {3.0 / 40, 9.0 / 40},
-    {44.0 / 45, -56.0 / 15, 32.0 / 9},
-    {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
-    {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
-    {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
-constexpr double error_weight[stages] = {71.0 / 57600,      0.0,        -71.0 / 16695, 71.0 / 1920,
-                                         -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
-constexpr double dense_weight[stages] = {-12715105075.0 / 11282082432,  0.0,
-                                         87487479700.0 / 32700410799,   -10690763975.0 / 1880347072,
-                                         701980252875.0 / 199316789632, -1453857185.0 / 822651844,
-                                         69997945.0 / 29380423};
+// An embedded pair: the higher order is carried on, the last stage is the first of the next step. Between the ends of a
+// step the state is a cubic by Hermite, and where `dense_weight` is not zero a term of fourth order more.
+
+// Bogacki & Shampine (1989), 3(2).
+struct BogackiShampine {
+  static constexpr int stages = 4;
+  static constexpr double order = 3.0;
+  static constexpr double node[stages] = {0.0, 1.0 / 2, 3.0 / 4, 1.0};
+  static constexpr double stage[stages][stages - 1] = {
+      {}, {1.0 / 2}, {0.0, 3.0 / 4}, {2.0 / 9, 1.0 / 3, 4.0 / 9}};
+  static constexpr double error_weight[stages] = {-5.0 / 72, 1.0 / 12, 1.0 / 9, -1.0 / 8};
+  static constexpr double dense_weight[stages] = {};
+  static constexpr bool more_dense = false;
+};
+
+// Dormand & Prince (1980), RK5(4)7FM, with Shampine's continuous extension as Hairer, Nørsett & Wanner, Solving Ordinary
+// Differential Equations I, II.6, give it.
+struct DormandPrince {
+  static constexpr int stages = 7;
+  static constexpr double order = 5.0;
+  static constexpr double node[stages] = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0};
+  static constexpr double stage[stages][stages - 1] = {
+      {},
+      {1.0 / 5},
+      {3.0 / 40, 9.0 / 40},
+      {44.0 / 45, -56.0 / 15, 32.0 / 9},
+      {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+      {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+      {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
+  static constexpr double error_weight[stages] = {71.0 / 57600,      0.0,        -71.0 / 16695, 71.0 / 1920,
+                                                  -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
+  static constexpr double dense_weight[stages] = {-12715105075.0 / 11282082432,  0.0,
+                                                  87487479700.0 / 32700410799,   -10690763975.0 / 1880347072,
+                                                  701980252875.0 / 199316789632, -1453857185.0 / 822651844,
+                                                  69997945.0 / 29380423};
+  static constexpr bool more_dense = true;
+};
 
 // A step that fails for its error shrinks by this at most, and the next one grows by that at most.
 constexpr double most_shrinking = 0.2;
@@ -32,17 +51,18 @@ constexpr double most_growing = 5.0;
 constexpr double safety = 0.9;
 // Part of the step to which the instant of an event is located.
 constexpr double event_tolerance = 1e-12;
-// Time by which a step proceeds at least [s].
+// Time by which an event lies behind the last one at least [s].
 constexpr double least_progress = 1e-9;
 // Relative to the distance to go: a step that leaves less than this takes it along.
 constexpr double leftover = 1.0 + 1e-6;
 
-class DormandPrince final : public LoopIntegrator {
+template <typename Pair>
+class RungeKutta final : public LoopIntegrator {
  public:
-  DormandPrince(LoopOde& ode, const IntegratorOptions& options)
+  RungeKutta(LoopOde& ode, const IntegratorOptions& options)
       : ode_(ode),
         options_(options),
-        k_(ode.size(), stages),
+        k_(ode.size(), Pair::stages),
         y_(ode.size()),
         next_(ode.size()),
         error_(ode.size()),
@@ -66,7 +86,7 @@ class DormandPrince final : public LoopIntegrator {
     } else {
       t_ = t_ + h_;
       y_.swap(next_);
-      k_.col(0).swap(k_.col(stages - 1));
+      k_.col(0).swap(k_.col(Pair::stages - 1));
     }
     const double left = t_stop - t_;
     double h = suggested_ > 0 ? suggested_ : first_step(left);
@@ -86,7 +106,8 @@ class DormandPrince final : public LoopIntegrator {
         continue;
       }
       const double error = error_norm();
-      const double factor = std::clamp(safety * std::pow(error, -0.2), most_shrinking, most_growing);
+      const double factor =
+          std::clamp(safety * std::pow(error, -1.0 / Pair::order), most_shrinking, most_growing);
       if (error > 1.0 || !std::isfinite(error)) {
         h = std::isfinite(error) ? h_ * factor : 0.1 * h_;
         continue;
@@ -100,7 +121,8 @@ class DormandPrince final : public LoopIntegrator {
   }
 
   void state(double t, double* y) override {
-    Eigen::Map<Vector>(y, y_.size()) = dense(h_ > 0 ? (t - t_) / h_ : 0.0);
+    // The end itself to the last bit, at which the dynamics are known already.
+    Eigen::Map<Vector>(y, y_.size()) = t == t_ + h_ ? next_ : dense((t - t_) / h_);
   }
 
  private:
@@ -116,14 +138,14 @@ class DormandPrince final : public LoopIntegrator {
   }
 
   bool try_step() {
-    for (int s = 1; s < stages; ++s) {
+    for (int s = 1; s < Pair::stages; ++s) {
       next_ = y_;
       for (int r = 0; r < s; ++r) {
-        if (stage[s][r] != 0.0) {
-          next_ += (h_ * stage[s][r]) * k_.col(r);
+        if (Pair::stage[s][r] != 0.0) {
+          next_ += (h_ * Pair::stage[s][r]) * k_.col(r);
         }
       }
-      if (!ode_.rate(t_ + node[s] * h_, next_.data(), k_.col(s).data())) {
+      if (!ode_.rate(t_ + Pair::node[s] * h_, next_.data(), k_.col(s).data())) {
         return false;
       }
     }
@@ -132,8 +154,8 @@ class DormandPrince final : public LoopIntegrator {
 
   double error_norm() {
     error_.setZero();
-    for (int s = 0; s < stages; ++s) {
-      error_ += (h_ * error_weight[s]) * k_.col(s);
+    for (int s = 0; s < Pair::stages; ++s) {
+      error_ += (h_ * Pair::error_weight[s]) * k_.col(s);
     }
     double worst = 1e-10;
     for (Index i = 0; i < y_.size(); ++i) {
@@ -148,18 +170,21 @@ class DormandPrince final : public LoopIntegrator {
 
   void prepare_dense() {
     error_.setZero();
-    for (int s = 0; s < stages; ++s) {
-      error_ += (h_ * dense_weight[s]) * k_.col(s);
+    if constexpr (!Pair::more_dense) {
+      return;
+    }
+    for (int s = 0; s < Pair::stages; ++s) {
+      error_ += (h_ * Pair::dense_weight[s]) * k_.col(s);
     }
   }
 
-  // y at t + theta h: the quintic correction is in error_ by now.
+  // y at t + theta h: the term of fourth order is in error_ by now.
   const Vector& dense(double theta) {
     const double rest = 1.0 - theta;
     for (Index i = 0; i < y_.size(); ++i) {
       const double change = next_[i] - y_[i];
       const double bend = h_ * k_(i, 0) - change;
-      const double twist = change - h_ * k_(i, stages - 1) - bend;
+      const double twist = change - h_ * k_(i, Pair::stages - 1) - bend;
       at_[i] = y_[i] + theta * (change + rest * (bend + theta * (twist + rest * error_[i])));
     }
     return at_;
@@ -168,7 +193,7 @@ class DormandPrince final : public LoopIntegrator {
   double margin_at(double theta, Index element) {
     dense(theta);
     if (ode_.stick_slip().mode(element) == FrictionMode::stick) {
-      // A state without accelerations can not be met here: the stages around it had them.
+      // A state without accelerations can not be met here: the Pair::stages around it had them.
       [[maybe_unused]] const bool definite = ode_.rate(t_ + theta * h_, at_.data(), rate_.data());
     }
     return ode_.stick_slip().margin(element,
@@ -204,18 +229,18 @@ class DormandPrince final : public LoopIntegrator {
     return {t_ + end * h_, Halt::event, ended};
   }
 
-  // First zero of a margin in (0, above], where it is negative at `above`: Illinois' form of the false position.
+  // First zero of a margin up to `above`, where it is negative: Illinois' form of the false position. The margin of an
+  // element that has just been let go begins at zero, so the search begins a little later; if it turned back at once,
+  // that little time passes all the same, for else its torques could never tell otherwise.
   double locate(Index element, double above) {
-    double a = 0.0;
+    double a = std::min(above, least_progress / h_);
     double b = above;
     double at_a = margin_at(a, element);
-    double at_b = margin_at(b, element);
-    if (!(at_a > 0)) {
-      // The mode ended where it began: a joint that was let go turned back at once. A little time must pass before its
-      // torques can tell otherwise.
-      return std::min(above, least_progress / h_);
+    if (at_a <= 0) {
+      return a;
     }
-    for (int i = 0; i < 60 && b - a > event_tolerance; ++i) {
+    double at_b = margin_at(b, element);
+    while (b - a > event_tolerance) {
       double theta = (a * at_b - b * at_a) / (at_b - at_a);
       if (!(theta > a && theta < b)) {
         theta = 0.5 * (a + b);
@@ -230,15 +255,15 @@ class DormandPrince final : public LoopIntegrator {
         at_b = value;
         at_a *= 0.5;
       } else {
-        return std::max(theta, std::min(above, least_progress / h_));
+        return theta;
       }
     }
-    return std::max(b, std::min(above, least_progress / h_));
+    return b;
   }
 
   LoopOde& ode_;
   IntegratorOptions options_;
-  Matrix k_;  // rates of the stages
+  Matrix k_;  // rates of the Pair::stages
   Vector y_, next_, error_, at_, rate_, margins_, middle_;
   double t_ = 0.0;
   double h_ = 0.0;
@@ -249,8 +274,12 @@ class DormandPrince final : public LoopIntegrator {
 
 }  // namespace
 
+std::unique_ptr<LoopIntegrator> bogacki_shampine_integrator(LoopOde& ode, const IntegratorOptions& options) {
+  return std::make_unique<RungeKutta<BogackiShampine>>(ode, options);
+}
+
 std::unique_ptr<LoopIntegrator> dormand_prince_integrator(LoopOde& ode, const IntegratorOptions& options) {
-  return std::make_unique<DormandPrince>(ode, options);
+  return std::make_unique<RungeKutta<DormandPrince>>(ode, options);
 }
 
 }  // namespace rivid::detail
