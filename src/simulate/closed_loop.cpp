@@ -34,7 +34,7 @@ std::optional<std::string> wrong_size(std::string_view what, Index got, Index n)
   if (got == 0 || got == n) {
     return std::nullopt;
   }
-  return std::string(what) + " has " + counted(got, "entry") + ", must have one for each of " +
+  return std::string(what) + " has " + counted(got, "value") + ", must have one for each of " +
          counted(n, "joint");
 }
 

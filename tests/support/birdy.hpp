@@ -16,18 +16,19 @@ namespace rivid::test {
 /// BIRDy's simulated TX40 without the coupling of its wrist: robot, parameters, controller and noise as its code has
 /// them (Leboutet et al., Applied Sciences 2021; TUM's BIRDy, MIT licence).
 struct BirdyTx40 {
-  static constexpr double duration = 10.0;                  // s
-  static constexpr Index control_periods = 50001;           // its linspace has as many points as intervals
-  static constexpr double low_noise = 1e-4;                 // deg, of the positions
+  static constexpr double duration = 10.0;         // s
+  static constexpr Index control_periods = 50001;  // its linspace has as many points as intervals
+  static constexpr double low_noise = 1e-4;        // deg, of the positions
   static constexpr double standard_noise = 1e-3;
-  static constexpr double torque_noise = 0.05;              // N·m
+  static constexpr double torque_noise = 0.05;  // N·m
 
   Robot robot = tx40(Friction::coulomb);
   PdControl control;
 
   BirdyTx40() {
     robot.chain.gravity = {0.0, 0.0, -9.81};
-    robot.chain.links[5].R = robot.chain.links[5].R * Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ());
+    robot.chain.links[5].R =
+        robot.chain.links[5].R * Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ());
     // XX XY XZ YY YZ ZZ MX MY MZ M
     const double bodies[6][10] = {
         {0.424, 0, 0, 0.424, 0, 0.352, 0, 0, -0.4305, 8.61},
