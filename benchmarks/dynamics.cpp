@@ -66,7 +66,7 @@ Inputs random_inputs(Index joints) {
 // Seconds of several runs, each taken after one of the others, so that all meet the same disturbances: their medians.
 template <std::size_t N>
 std::array<double, N> medians(const std::array<std::function<void()>, N>& runs) {
-  constexpr int repeats = 61;
+  constexpr int repeats = 101;
   std::array<std::vector<double>, N> seconds;
   for (int repeat = 0; repeat < repeats; ++repeat) {
     for (std::size_t i = 0; i < N; ++i) {
