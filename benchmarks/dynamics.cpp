@@ -187,7 +187,7 @@ void dynamics(benchmark::State& state, const Robot& robot, How how) {
     benchmark::ClobberMemory();
   };
   Kdl kdl(robot, in);
-  double disagreement = 0.0;
+  [[maybe_unused]] double disagreement = 0.0;
 #if defined(RIVID_WITH_PINOCCHIO)
   PinocchioAba pinocchio = pinocchio_of(robot, model);
   const std::function<void()> theirs = [&] {
