@@ -45,7 +45,7 @@ Reduced reduced(const HouseholderKernel& kernel, const Matrix& rows, Index carri
   const Index columns = all - carried;
   Reduced out{Matrix::Zero((columns + panel_columns - 1) / panel_columns * panel_columns, all),
               Vector::Zero(all), Vector::Zero(carried)};
-  const auto size = static_cast<std::size_t>(block_stride * (all + scratch_columns));
+  const auto size = static_cast<std::size_t>(block_stride * all);
   const std::unique_ptr<double[], Free> block(
       static_cast<double*>(::operator new(size * sizeof(double), std::align_val_t{64})));
   Index first = 0;
