@@ -4,7 +4,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -12,79 +11,23 @@
 #include <functional>
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 #include <limits>
-#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "regressor/batch_kernel.hpp"
 #include "rivid/model/kdl.hpp"
-#include "rivid/model/mdh.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
+#include "robots.hpp"
 
 #if defined(RIVID_WITH_PINOCCHIO)
-#include "pinocchio_regressor.hpp"
+#include "pinocchio_robot.hpp"
 #endif
 
 namespace {
 
 using namespace rivid;
-
-constexpr double quarter = std::numbers::pi / 2;
-
-Robot scara() {
-  const std::array<MdhRow, 2> table = {MdhRow{}, MdhRow{.a = 0.5}};
-  return robot_from(table, {0.0, 0.0, 0.0});
-}
-
-// Staeubli TX40, lengths of its data sheet.
-Robot tx40() {
-  const std::array<MdhRow, 6> table = {MdhRow{},
-                                       MdhRow{.alpha = -quarter},
-                                       MdhRow{.a = 0.225, .d = 0.035},
-                                       MdhRow{.alpha = quarter, .d = 0.225},
-                                       MdhRow{.alpha = -quarter},
-                                       MdhRow{.alpha = quarter}};
-  return robot_from(table);
-}
-
-// Franka Emika Panda, the table of its documentation.
-Robot panda() {
-  const std::array<MdhRow, 7> table = {
-      MdhRow{.d = 0.333},
-      MdhRow{.alpha = -quarter},
-      MdhRow{.alpha = quarter, .d = 0.316},
-      MdhRow{.alpha = quarter, .a = 0.0825},
-      MdhRow{.alpha = -quarter, .a = -0.0825, .d = 0.384},
-      MdhRow{.alpha = quarter},
-      MdhRow{.alpha = quarter, .a = 0.088},
-  };
-  return robot_from(table);
-}
-
-// Seven joints whose axes and offsets know no right angles, as a calibrated URDF gives them.
-Robot oblique() {
-  Robot robot = panda();
-  std::mt19937_64 random(7);
-  std::normal_distribution<double> normal;
-  for (Chain::Link& link : robot.chain.links) {
-    link.R = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
-                 .normalized()
-                 .toRotationMatrix();
-    link.p = Eigen::Vector3d(normal(random), normal(random), normal(random)) * 0.2;
-  }
-  return robot;
-}
-
-// Thirty joints with quarter turns between them.
-Robot snake() {
-  std::vector<MdhRow> table;
-  for (int j = 0; j < 30; ++j) {
-    table.push_back({.alpha = j % 2 == 0 ? quarter : -quarter, .a = j % 3 == 0 ? 0.05 : 0.0, .d = 0.1});
-  }
-  return robot_from(table);
-}
 
 constexpr Index samples = 1024;
 
@@ -302,22 +245,9 @@ class Kdl {
 };
 
 #if defined(RIVID_WITH_PINOCCHIO)
-PinocchioRegressor pinocchio_of(const Robot& robot) {
-  std::vector<PinocchioRegressor::Link> links;
-  for (const Chain::Link& link : robot.chain.links) {
-    PinocchioRegressor::Link out{.revolute = link.type == JointType::revolute};
-    Eigen::Matrix3d::Map(out.R.data()) = link.R;
-    Eigen::Vector3d::Map(out.p.data()) = link.p;
-    links.push_back(out);
-  }
-  const Eigen::Vector3d& g = robot.chain.gravity;
-  return PinocchioRegressor(links, {g.x(), g.y(), g.z()});
-}
-
 // Largest difference to Pinocchio's regressor, relative to the largest entry.
 double disagreement(PinocchioRegressor& pinocchio, const RegressorBatch& batch,
                     const std::vector<StandardParameter>& parameters, const Motion& motion) {
-  constexpr std::array<Index, 10> theirs = {4, 5, 7, 6, 8, 9, 1, 2, 3, 0};
   const Index n = motion.joints();
   RegressorBlock block(batch, samples);
   batch.fill(motion, 0, samples, block);
@@ -334,7 +264,7 @@ double disagreement(PinocchioRegressor& pinocchio, const RegressorBatch& batch,
       for (std::size_t c = 0; c < own.size(); ++c) {
         const StandardParameter& p = parameters[static_cast<std::size_t>(own[c])];
         if (p.kind < ParameterKind::Ia) {
-          const Index column = 10 * p.joint + theirs[static_cast<std::size_t>(p.kind)];
+          const Index column = benchmarks::pinocchio_column(p);
           difference = std::max(difference, std::abs(W(i, column) - block.W(static_cast<std::size_t>(i))(
                                                                         k, static_cast<Index>(c))));
         }
@@ -387,7 +317,7 @@ void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_
   };
   Kdl kdl(robot, motion);
 #if defined(RIVID_WITH_PINOCCHIO)
-  PinocchioRegressor pinocchio = pinocchio_of(robot);
+  PinocchioRegressor pinocchio = benchmarks::pinocchio_of(robot);
 #endif
   const std::function<void()> theirs = [&] {
 #if defined(RIVID_WITH_PINOCCHIO)
@@ -421,11 +351,11 @@ void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_
   }
 }
 
-const Robot the_scara = scara();
-const Robot the_tx40 = tx40();
-const Robot the_panda = panda();
-const Robot the_oblique = oblique();
-const Robot the_snake = snake();
+const Robot the_scara = benchmarks::scara();
+const Robot the_tx40 = benchmarks::tx40();
+const Robot the_panda = benchmarks::panda();
+const Robot the_oblique = benchmarks::oblique();
+const Robot the_snake = benchmarks::snake();
 
 const int registered = [] {
   struct Named {
