@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "rivid/error.hpp"
 #include "rivid/identify/signal_chain.hpp"
@@ -64,19 +65,20 @@ void require_joints(const char* what, const Matrix& x, const Robot& robot, const
   }
 }
 
-// What send() knows of the rows on their way.
+// The rows of a joint on their way.
+struct RowSource::StreamedJoint {
+  RowSink* sink = nullptr;
+  Index columns = 0;  // of [V … W Y]
+  std::vector<StreamingDecimator> stages;
+  RowsRoom room;               // of the piece that is being made
+  Index delivered = 0;         // rows that came out of the last stage
+  double threshold = 0.0;      // of the velocity
+  std::vector<Index> samples;  // of the rows that are being delivered
+  std::vector<Index> kept;     // of these rows
+};
+
 struct RowSource::Stream {
-  struct Joint {
-    RowSink* sink = nullptr;
-    Index columns = 0;  // of [V … W Y]
-    std::vector<StreamingDecimator> stages;
-    RowsRoom room;           // of the piece that is being made
-    Index delivered = 0;     // rows that came out of the last stage
-    double threshold = 0.0;  // of the velocity
-    std::vector<Index> samples;
-    std::vector<Index> kept;
-  };
-  std::vector<Joint> joints;
+  std::vector<StreamedJoint> joints;
   std::vector<BatchWorkspace> workspaces;  // one a thread
   Index first = 0;                         // sample of row 0 …
   Index stride = 1;                        // … and from one row to the next
@@ -147,12 +149,16 @@ Matrix RowSource::filtered(const Matrix& x, double cutoff_hz, int order) {
     return x;
   }
   const Filter filter = butterworth(order, cutoff_hz, log_.f_m);
+  if (team_.size() == 1) {
+    return zero_phase(x, filter, options_.convention);
+  }
   Matrix out(x.rows(), x.cols());
   team_.run([&](int member) {
     const Index first = x.cols() * member / team_.size();
-    const Index count = x.cols() * (member + 1) / team_.size() - first;
-    if (count > 0) {
-      out.middleCols(first, count) = zero_phase(x.middleCols(first, count), filter, options_.convention);
+    const Index last = x.cols() * (member + 1) / team_.size();
+    if (last > first) {
+      out.middleCols(first, last - first) =
+          zero_phase(x.middleCols(first, last - first), filter, options_.convention);
     }
   });
   return out;
@@ -190,7 +196,7 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
     holders.push_back(&series.emplace_back(range_.count, row_width(j, others.size())));
   }
   Stream all = planned(holders, others.size());
-  for (Stream::Joint& joint : all.joints) {
+  for (StreamedJoint& joint : all.joints) {
     joint.threshold = 0.0;
   }
   run(all, others, progress);
@@ -220,7 +226,7 @@ RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_
   Stream out;
   out.first = range_.first;
   for (std::size_t j = 0; j < joints(); ++j) {
-    Stream::Joint& joint = out.joints.emplace_back();
+    StreamedJoint& joint = out.joints.emplace_back();
     joint.sink = sinks[j];
     joint.columns = row_width(j, others);
     if (!options_.velocity_threshold.empty()) {
@@ -238,7 +244,7 @@ void RowSource::decimate(Stream& stream, int n_d) const {
     return;
   }
   stream.stride *= n_d;
-  for (Stream::Joint& joint : stream.joints) {
+  for (StreamedJoint& joint : stream.joints) {
     const bool first_stage = joint.stages.empty();
     joint.stages.emplace_back(joint.columns, n_d,
                               first_stage && team_.size() > 1 ? decimated_share * team_.size() : 0);
@@ -263,7 +269,7 @@ void RowSource::run(Stream& stream, std::span<const Motion> others,
   };
   for (; first < range_.count; first += count) {
     count = range_.count - first;
-    for (Stream::Joint& joint : stream.joints) {
+    for (StreamedJoint& joint : stream.joints) {
       const bool decimated = !joint.stages.empty();
       joint.room = decimated ? joint.stages.front().room() : joint.sink->room(std::min(count, most_wanted));
       count = std::min(count, decimated ? joint.room.rows : most_wanted);
@@ -307,7 +313,7 @@ void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first
   batch_.fill(differentiate(q_.middleRows(from, to - from), log_.f_m), sample - from, end - begin, targets,
               begin, workspace);
   for (std::size_t j = 0; j < joints(); ++j) {
-    const Stream::Joint& joint = stream.joints[j];
+    const StreamedJoint& joint = stream.joints[j];
     std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, end - begin,
                 joint.room.target.data + (joint.columns - 1) * joint.room.target.ld + begin);
   }
@@ -315,7 +321,7 @@ void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first
 
 // Rows of joint j that were made go on.
 void RowSource::advance(Stream& stream, std::size_t j, Index count) const {
-  Stream::Joint& joint = stream.joints[j];
+  StreamedJoint& joint = stream.joints[j];
   if (joint.stages.empty()) {
     deliver(stream, j, joint.room, count);
     return;
@@ -326,7 +332,7 @@ void RowSource::advance(Stream& stream, std::size_t j, Index count) const {
 
 // What a stage has finished goes into the next one, or out.
 void RowSource::pump(Stream& stream, std::size_t j, std::size_t stage) const {
-  Stream::Joint& joint = stream.joints[j];
+  StreamedJoint& joint = stream.joints[j];
   StreamingDecimator& decimator = joint.stages[stage];
   const bool last = stage + 1 == joint.stages.size();
   for (Index finished = decimator.finished(); finished > 0; finished = decimator.finished()) {
@@ -344,27 +350,39 @@ void RowSource::pump(Stream& stream, std::size_t j, std::size_t stage) const {
 }
 
 void RowSource::finish(Stream& stream, std::size_t j) const {
-  Stream::Joint& joint = stream.joints[j];
+  StreamedJoint& joint = stream.joints[j];
   for (std::size_t stage = 0; stage < joint.stages.size(); ++stage) {
     joint.stages[stage].end();
     pump(stream, j, stage);
   }
 }
 
-// Rows in the room of a sink are its own now, but for those of slow samples.
-void RowSource::deliver(Stream& stream, std::size_t j, const RowsRoom& room, Index count) const {
-  Stream::Joint& joint = stream.joints[j];
-  joint.samples.clear();
+// Closes the gaps of slow samples.
+void RowSource::keep_fast(StreamedJoint& joint, Index j, const RowsRoom& room) const {
   joint.kept.clear();
-  for (Index k = 0; k < count; ++k, ++joint.delivered) {
-    const Index sample = stream.first + joint.delivered * stream.stride;
-    if (joint.threshold == 0.0 || std::abs(velocity(sample, static_cast<Index>(j))) >= joint.threshold) {
-      joint.samples.push_back(sample);
-      joint.kept.push_back(k);
+  for (std::size_t k = 0; k < joint.samples.size(); ++k) {
+    if (std::abs(velocity(joint.samples[k], j)) >= joint.threshold) {
+      joint.samples[joint.kept.size()] = joint.samples[k];
+      joint.kept.push_back(static_cast<Index>(k));
     }
   }
-  if (static_cast<Index>(joint.kept.size()) < count) {
+  if (joint.kept.size() < joint.samples.size()) {
+    joint.samples.resize(joint.kept.size());
     keep(room, joint.columns, joint.kept);
+  }
+}
+
+// Rows in the room of a sink are its own now, but for those of slow samples.
+void RowSource::deliver(Stream& stream, std::size_t j, const RowsRoom& room, Index count) const {
+  StreamedJoint& joint = stream.joints[j];
+  joint.samples.resize(static_cast<std::size_t>(count));
+  Index sample = stream.first + joint.delivered * stream.stride;
+  for (Index& each : joint.samples) {
+    each = std::exchange(sample, sample + stream.stride);
+  }
+  joint.delivered += count;
+  if (joint.threshold > 0.0) {
+    keep_fast(joint, static_cast<Index>(j), room);
   }
   joint.sink->commit(joint.samples);
 }

@@ -88,6 +88,7 @@ class RowSource {
     Index first = 0;
     Index count = 0;
   };
+  struct StreamedJoint;
   struct Stream;
 
   [[nodiscard]] static Range kept_range(const Log& log, const SignalOptions& options);
@@ -102,6 +103,7 @@ class RowSource {
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;
   void finish(Stream& stream, std::size_t j) const;
   void deliver(Stream& stream, std::size_t j, const RowsRoom& room, Index count) const;
+  void keep_fast(StreamedJoint& joint, Index j, const RowsRoom& room) const;
 
   const Log& log_;
   const SignalOptions& options_;

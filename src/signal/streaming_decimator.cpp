@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "decimation_kernel.hpp"
 #include "message.hpp"
 #include "rivid/error.hpp"
 #include "rivid/signal/decimate.hpp"
+#include "signal_kernels.hpp"
 
 namespace rivid {
 
@@ -22,19 +22,6 @@ constexpr Index lead = 8;
 std::complex<double> upper_pole(const SecondOrderSection& section) {
   const double half = -0.5 * section.a1;
   return {half, std::sqrt(std::max(section.a2 - half * half, 0.0))};
-}
-
-detail::DecimationKernel fastest_kernel() {
-#if defined(__x86_64__)
-  const bool avx2 = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-  if (avx2 && __builtin_cpu_supports("avx512f") != 0) {
-    return detail::decimation_avx512;
-  }
-  if (avx2) {
-    return detail::decimation_avx2;
-  }
-#endif
-  return detail::decimation_baseline;
 }
 
 // Columns an odd number of cache lines apart: at a power of two they would all fall into the same few sets.
@@ -157,7 +144,7 @@ void StreamingDecimator::process(Index first, Index segments, const Matrix& late
                                         .fading = fading_.data(),
                                         .length = static_cast<long>(fading_.rows()),
                                         .reach = reach_.data()};
-  static const detail::DecimationKernel kernel = fastest_kernel();
+  const auto kernel = detail::signal_kernels().decimate;
   for (Index c = 0; c < buffer_.cols(); ++c) {
     kernel(tables, buffer_.col(c).data() + lead + first, segments, later.col(c).data(),
            forward_.col(c).data(), open_.col(c).data(), open_first_, open_count_, folded_.data());

@@ -64,7 +64,7 @@ class StreamingDecimator {
   double direct_ = 0.0;  // coefficient of x[k] beside the modes
   Modes pole_{};         // p_i, the slowest mode first
   Modes residue_{};      // 2 r_i, the conjugate pole's share included
-  // What the kernel reads, see src/signal/decimation_kernel.hpp.
+  // What the kernel reads, see src/signal/signal_kernels.hpp.
   Matrix weights_;
   std::array<double, 2 * modes> step_{};
   std::array<double, 2 * modes> shown_{};

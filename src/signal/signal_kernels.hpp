@@ -1,7 +1,7 @@
 #pragma once
 
-// The hot path of StreamingDecimator. As with StreamingQr, one source, decimation_kernel_impl.hpp, is compiled once an
-// instruction set; what solve/householder_kernel.hpp says about such files holds here, too.
+// The hot paths of filters and decimation. As with StreamingQr, one source is compiled once an instruction set; what
+// solve/householder_kernel.hpp says about such files holds here, too.
 
 namespace rivid::detail {
 
@@ -32,20 +32,30 @@ inline constexpr long most_segments = 80;
 // Folded samples of a segment: pairs m, n_d − 2 − m; the middle one where n_d is even; the last one.
 inline long folded_terms(long n_d) { return (n_d - 1) / 2 + (n_d % 2 == 0 ? 1 : 0) + 1; }
 
-// One column of a decimation. Takes `segments` of n_d samples at x; moves its open rows first … first + count − 1, the
-// youngest last, to the place of row 0, with what the segments add to them; and appends one row for each segment.
-//
-// later  (8): backward state that the samples behind these segments leave at the last of them
-// state  (8): forward state at the youngest row, brought forward
-// folded (2 folded_terms × segments): scratch
-using DecimationKernel = void (*)(const DecimationTables& tables, const double* x, long segments,
-                                  const double* later, double* state, double* open, long first, long count,
-                                  double* folded);
+struct SignalKernels {
+  /// One column of a decimation. Takes `segments` of n_d samples at x; moves its open rows first … first + count − 1, the
+  /// youngest last, to the place of row 0, with what the segments add to them; and appends one row for each segment.
+  ///
+  /// later  (8): backward state that the samples behind these segments leave at the last of them
+  /// state  (8): forward state at the youngest row, brought forward
+  /// folded (2 folded_terms × segments): scratch
+  void (*decimate)(const DecimationTables& tables, const double* x, long segments, const double* later,
+                   double* state, double* open, long first, long count, double* folded);
+  /// A cascade of second-order sections in place over n instants of eight columns.
+  ///
+  /// coefficients (5 × sections): b0 b1 b2 a1 a2
+  /// states       (16 × sections): the two of each section for eight columns, brought forward
+  /// x            (8 × n)
+  void (*cascade)(const double* coefficients, long sections, double* states, double* x, long n);
+};
 
-extern const DecimationKernel decimation_baseline;
+/// The fastest that this machine can run.
+[[nodiscard]] const SignalKernels& signal_kernels();
+
+extern const SignalKernels signal_baseline;
 #if defined(__x86_64__)
-extern const DecimationKernel decimation_avx2;
-extern const DecimationKernel decimation_avx512;
+extern const SignalKernels signal_avx2;
+extern const SignalKernels signal_avx512;
 #endif
 
 }  // namespace rivid::detail

@@ -1,8 +1,8 @@
 #pragma once
 
-// Included by one file an instruction set, see decimation_kernel.hpp.
+// Included by one file an instruction set, see signal_kernels.hpp.
 
-#include "signal/decimation_kernel.hpp"
+#include "signal/signal_kernels.hpp"
 
 namespace rivid::detail {
 

@@ -1,7 +1,0 @@
-#include "signal/decimation_kernel_impl.hpp"
-
-namespace rivid::detail {
-
-const DecimationKernel decimation_avx2 = decimate_segments;
-
-}  // namespace rivid::detail
