@@ -85,9 +85,10 @@ StreamingDecimator::StreamingDecimator(Index columns, int n_d, Index wanted) : n
     }
   }
 
+  // Whole vectors of eight rows: then what one mode has stored is what the next one loads.
   const auto reach = [&](const Complex& q) {
-    return static_cast<long>(
-        std::ceil(std::log(std::numeric_limits<double>::epsilon()) / std::log(std::abs(q))));
+    const double rows = std::log(std::numeric_limits<double>::epsilon()) / std::log(std::abs(q));
+    return static_cast<long>(std::ceil(rows / 8.0)) * 8;
   };
   std::ranges::transform(step, reach_.begin(), reach);
   const Index length = reach_[0];

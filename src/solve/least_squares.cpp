@@ -64,27 +64,27 @@ Index total_rows(std::span<const RowGroup> groups) {
 
 }  // namespace
 
-LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
-  Matrix stacked = Matrix::Zero(
-      std::max(columns, std::accumulate(groups.begin(), groups.end(), Index{0},
-                                        [](Index sum, const RowGroup& g) { return sum + g.qr.columns(); })),
-      columns + 1);
-  Index first = 0;
+StreamingQr combined(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
+  StreamingQr out(columns);
+  Matrix rows;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    const Index count = groups[g].qr.columns();
-    const Matrix R = weights[g] * groups[g].qr.R();
-    for (Index c = 0; c < count; ++c) {
-      stacked.col(groups[g].columns[static_cast<std::size_t>(c)]).segment(first, c + 1) =
-          R.col(c).head(c + 1);
+    const StreamingQr& qr = groups[g].qr;
+    rows.setZero(qr.columns(), columns + 1);
+    for (Index c = 0; c < qr.columns(); ++c) {
+      rows.col(groups[g].columns[static_cast<std::size_t>(c)]).head(c + 1) =
+          weights[g] * qr.R().col(c).head(c + 1);
     }
-    stacked.col(columns).segment(first, count) = weights[g] * groups[g].qr.qty();
-    first += count;
+    rows.col(columns) = weights[g] * qr.qty();
+    out.add(rows.leftCols(columns), rows.rightCols(1));
   }
-  const Eigen::HouseholderQR<Eigen::Ref<Matrix>> qr(stacked);
+  return out;
+}
 
+LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
+  const StreamingQr all = combined(groups, columns, weights);
   LeastSquares out;
-  out.R = stacked.topLeftCorner(columns, columns).triangularView<Eigen::Upper>();
-  const Vector qty = stacked.col(columns).head(columns);
+  out.R = all.R();
+  const Vector qty = all.qty();
   out.condition = [&] {
     const Vector s = Eigen::BDCSVD<Matrix>(out.R).singularValues();
     return s[columns - 1] > 0.0 ? s[0] / s[columns - 1] : std::numeric_limits<double>::infinity();
