@@ -156,11 +156,13 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   out.chi = solution.chi;
   out.columns = out.base.size();
   out.condition = solution.condition;
-  const auto R_diagonal = [&](const std::vector<RowGroup>& groups) -> Vector {
+  if (weighting == Weights::none && data.undecimated.empty()) {
+    out.R_diagonal = solution.R.diagonal().cwiseAbs();
+  } else {
+    const std::vector<RowGroup>& groups = data.undecimated.empty() ? data.groups : data.undecimated;
     const std::vector<double> ones(groups.size(), 1.0);
-    return least_squares(groups, out.base.size(), ones).R.diagonal().cwiseAbs();
-  };
-  out.R_diagonal = R_diagonal(data.undecimated.empty() ? data.groups : data.undecimated);
+    out.R_diagonal = combined(groups, out.base.size(), ones).R().diagonal().cwiseAbs();
+  }
   if (!solution.full_rank()) {
     explain_rank(solution, out);
   }

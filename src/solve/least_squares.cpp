@@ -1,5 +1,6 @@
 #include "rivid/solve/least_squares.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -57,6 +58,11 @@ std::vector<std::vector<Index>> tied_columns(const Matrix& null_space) {
   return sets;
 }
 
+double largest_eigenvalue(const Matrix& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(symmetric, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues()[symmetric.rows() - 1];
+}
+
 Index total_rows(std::span<const RowGroup> groups) {
   return std::accumulate(groups.begin(), groups.end(), Index{0},
                          [](Index sum, const RowGroup& g) { return sum + g.qr.rows(); });
@@ -85,11 +91,6 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   LeastSquares out;
   out.R = all.R();
   const Vector qty = all.qty();
-  out.condition = [&] {
-    const Vector s = Eigen::BDCSVD<Matrix>(out.R).singularValues();
-    return s[columns - 1] > 0.0 ? s[0] / s[columns - 1] : std::numeric_limits<double>::infinity();
-  }();
-
   const Scaled scaled = column_scaled(out.R);
   Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
   pivoted.setThreshold(rank_tolerance(total_rows(groups), columns));
@@ -100,8 +101,14 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
     out.chi = R.solve(qty);
     const Matrix inverse = R.solve(Matrix::Identity(columns, columns));
     out.unit_covariance = inverse * inverse.transpose();
+    // Both extremes as largest values, which keep their digits when squared; a third of the time of an SVD.
+    out.condition =
+        std::sqrt(largest_eigenvalue(out.R.transpose() * out.R) * largest_eigenvalue(out.unit_covariance));
     return out;
   }
+  const Vector singular = Eigen::BDCSVD<Matrix>(out.R).singularValues();
+  out.condition = singular[columns - 1] > 0.0 ? singular[0] / singular[columns - 1]
+                                              : std::numeric_limits<double>::infinity();
   // What lies in the null space can not be told; the other entries are unique all the same.
   const Eigen::BDCSVD<Matrix> svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
   const Matrix V = svd.matrixV().leftCols(out.rank);
@@ -123,15 +130,16 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
     const Scaled scaled = column_scaled(group.qr.R());
-    // ColPivHouseholderQR::solve() would divide by the pivots that its threshold calls zero.
-    Eigen::CompleteOrthogonalDecomposition<Matrix> orthogonal;
-    orthogonal.setThreshold(rank_tolerance(rows, group.qr.columns()));
-    orthogonal.compute(scaled.R);
-    const Vector chi = orthogonal.solve(group.qr.qty()).cwiseQuotient(scaled.norms);
-    const auto freedom = static_cast<double>(std::max<Index>(rows - orthogonal.rank(), 1));
+    Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
+    pivoted.setThreshold(rank_tolerance(rows, group.qr.columns()));
+    // What the dependent columns' pivots, mere rounding errors, would take of Y belongs to the residual.
+    Vector qty = group.qr.qty();
+    qty.applyOnTheLeft(pivoted.householderQ().adjoint());
+    const double norm = std::hypot(qty.tail(qty.size() - pivoted.rank()).norm(), group.qr.unreachable_norm());
+    const auto freedom = static_cast<double>(std::max<Index>(rows - pivoted.rank(), 1));
     const double rounding =
         std::numeric_limits<double>::epsilon() * group.qr.y_norm() + std::numeric_limits<double>::min();
-    out.push_back(std::max(group.qr.residual_norm(chi), rounding) / std::sqrt(freedom));
+    out.push_back(std::max(norm, rounding) / std::sqrt(freedom));
   }
   return out;
 }

@@ -34,7 +34,8 @@ struct LeastSquares {
 ///
 /// @param columns  b
 /// @param weights  (number of groups), each positive
-[[nodiscard]] StreamingQr combined(std::span<const RowGroup> groups, Index columns, std::span<const double> weights);
+[[nodiscard]] StreamingQr combined(std::span<const RowGroup> groups, Index columns,
+                                   std::span<const double> weights);
 
 /// χ̂ = argmin Σ_g ‖weights_g (Y_g − W_g χ)‖², Eq. (15) of [RIV]: from the combined() factor;
 /// no row is looked at again, no normal equations are formed.
