@@ -3,9 +3,9 @@
 
     python3 compare_python.py RIVID_IDENTIFY [--samples N] [--decimation N] [--repeat N] [--python PYTHON]
 
-Both get the same robot of seven joints and the same log of N samples at 1 kHz (default 2000: a cold start), in turns. Prints medians and ratios of
-the whole commands and of the most memory that the processes held, and the median of the part of the Python program
-between arrays and parameters. PYTHON needs numpy, scipy and pin.
+Both get the same robot of seven joints and the same log of N samples at 1 kHz (default 2000: a cold start), in turns.
+Prints medians and ratios of the whole commands and of the most memory that the processes held, and the median of the
+part of the Python program between arrays and parameters. PYTHON needs numpy, scipy and pin.
 """
 
 import argparse
@@ -38,8 +38,8 @@ def write_robot(file):
         parent = "base" if j == 1 else f"link{j - 1}"
         lines.append(
             f'<link name="link{j}"><inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
-            f'</inertial></link><joint name="j{j}" type="continuous"><parent link="{parent}"/><child link="link{j}"/>'
-            f'<origin xyz="{xyz}" rpy="{roll} 0 0"/><axis xyz="0 0 1"/></joint>'
+            f'</inertial></link><joint name="j{j}" type="revolute"><parent link="{parent}"/><child link="link{j}"/>'
+            f'<origin xyz="{xyz}" rpy="{roll} 0 0"/><axis xyz="0 0 1"/><limit lower="-9" upper="9" velocity="99" effort="999"/></joint>'
         )
     file.write_text("\n".join(lines) + "\n</robot>\n")
 
@@ -66,15 +66,16 @@ def write_experiment(file, decimation):
 
 
 def run(command, folder):
-    """Seconds, MiB at the worst moment and output of a command."""
+    """Seconds on the wall and of the processor, MiB at the worst moment and output of a command, on one thread."""
     start = time.perf_counter()
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE)
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, env=environment)
     output = process.stdout.read().decode()
     _, status, usage = os.wait4(process.pid, 0)
     seconds = time.perf_counter() - start
     if status != 0:
         sys.exit(f"{command} failed")
-    return seconds, usage.ru_maxrss / 1024.0, output
+    return seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0, output
 
 
 def main():
@@ -102,12 +103,13 @@ def main():
                 )
             )
     middle = lambda runs, column: statistics.median(run[column] for run in runs)
-    inner = statistics.median(float(run[2].split()[0]) for run in theirs)
-    print(f"samples            {arguments.samples}, decimation {arguments.decimation}")
-    print(f"rivid_identify     {1e3 * middle(ours, 0):10.1f} ms  {middle(ours, 1):8.1f} MiB")
-    print(f"Python             {1e3 * middle(theirs, 0):10.1f} ms  {middle(theirs, 1):8.1f} MiB")
-    print(f"  without start and reading {1e3 * inner:.1f} ms, {theirs[0][2].split()[1]} columns")
-    print(f"ratio              {middle(theirs, 0) / middle(ours, 0):10.1f}     {middle(theirs, 1) / middle(ours, 1):8.1f}")
+    inner = statistics.median(float(run[3].split()[0]) for run in theirs)
+    print(f"{arguments.samples} samples, decimation {arguments.decimation}, {theirs[0][3].split()[1]} columns: medians")
+    print("                  wall [ms]  processor [ms]  memory [MiB]")
+    for name, runs in (("rivid_identify", ours), ("Python", theirs)):
+        print(f"{name:15s} {1e3 * middle(runs, 0):11.1f} {1e3 * middle(runs, 1):15.1f} {middle(runs, 2):13.1f}")
+    print(f"from arrays to parameters, Python {1e3 * inner:9.1f}")
+    print("ratio           " + " ".join(f"{middle(theirs, k) / middle(ours, k):{11 + 2 * k}.1f}" for k in range(3)))
 
 
 if __name__ == "__main__":

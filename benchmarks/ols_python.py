@@ -2,8 +2,8 @@
 
     python3 ols_python.py LOG.csv ROBOT.urdf CUTOFF_HZ [DECIMATION]
 
-LOG.csv has columns t, q1 ... qn, tau1 ... taun at a constant rate. Prints the seconds from the arrays in memory to the
-parameters, the number of columns, the relative error in percent and the most memory that the process held.
+LOG.csv has columns t, q1 ... qn, tau1 ... taun at a constant rate. Prints the seconds of the processor from the arrays in memory to
+the parameters, the number of columns, the relative error in percent and the most memory that the process held.
 """
 
 import resource
@@ -73,9 +73,9 @@ def main():
     n = (log.shape[1] - 1) // 2
     t, q, tau = log[:, 0], np.ascontiguousarray(log[:, 1 : n + 1]), np.ascontiguousarray(log[:, n + 1 :])
     model = pin.buildModelFromUrdf(urdf)
-    start = time.perf_counter()
+    start = time.process_time()
     chi, _, error = identified(model, t, q, tau, float(cutoff_hz), decimation)
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     print(f"{seconds:.4f} {len(chi)} {100.0 * error:.4f} {peak:.1f}")
 
