@@ -1,7 +1,8 @@
 // Whole ordinary least squares from a log to parameters with their deviations: seven joints, 1e5 samples, 69 base
 // parameters; filtered positions, differences, regressor, decimation where asked for, factorisation, statistics. Against
 // what is usually done, where Pinocchio was found: its regressor for each sample, W as one dense matrix, Eigen's
-// HouseholderQR. The filters of the reference are rivid's own for whole series, and it computes no statistics.
+// HouseholderQR, which copies it. The filters of the reference are rivid's own for whole series, and it computes no
+// statistics.
 // Times are medians of runs that take turns, in seconds of the processor for one thread, so that a busy machine can be
 // used, and by the clock on the wall for two; memory is the most that was held beside the log.
 
@@ -146,8 +147,7 @@ Vector usual_fit(const Robot& robot, const BaseParameters& base, const Log& log,
     Y = decimated(Y);
     W = decimated(W);
   }
-  const Eigen::HouseholderQR<Eigen::Ref<Matrix>> qr(W);
-  return qr.solve(Y);
+  return W.householderQr().solve(Y);
 }
 #endif
 

@@ -192,6 +192,7 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
   std::vector<HeldRows> series;
   std::vector<RowSink*> holders;
   series.reserve(joints());
+  holders.reserve(joints());
   for (std::size_t j = 0; j < joints(); ++j) {
     holders.push_back(&series.emplace_back(range_.count, row_width(j, others.size())));
   }

@@ -24,7 +24,8 @@ void wait_while(const std::atomic<T>& value, T old) {
 
 }  // namespace
 
-ThreadTeam::ThreadTeam(int size) : failures_(static_cast<std::size_t>(size)) {
+ThreadTeam::ThreadTeam(int size) {
+  failures_.resize(static_cast<std::size_t>(size));
   for (int member = 1; member < size; ++member) {
     others_.emplace_back([this, member] { serve(member); });
   }
