@@ -145,6 +145,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
   std::vector<detail::HeldRows> held;
   held.reserve(source.joints());
   std::vector<detail::RowSink*> sinks;
+  sinks.reserve(source.joints());
   for (std::size_t j = 0; j < source.joints(); ++j) {
     sinks.push_back(&held.emplace_back(source.rows(), static_cast<Index>(source.columns(j).size()) + 1));
   }
@@ -180,6 +181,7 @@ RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& lo
     out.groups.reserve(source.joints());
     factor_sinks.reserve(source.joints());
     std::vector<detail::RowSink*> sinks;
+    sinks.reserve(source.joints());
     for (std::size_t j = 0; j < source.joints(); ++j) {
       const std::vector<Index>& own = source.columns(j);
       out.groups.push_back({own, StreamingQr(static_cast<Index>(own.size()))});

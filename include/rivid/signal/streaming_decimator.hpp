@@ -52,7 +52,7 @@ class StreamingDecimator {
   void take(Index count, const RowsTarget& to);
 
  private:
-  static constexpr int modes = 4;  // pairs of conjugate poles of the order-8 filter
+  static constexpr Index modes = 4;  // pairs of conjugate poles of the order-8 filter
   using Complex = std::complex<double>;
   using Modes = std::array<Complex, modes>;
 
