@@ -179,9 +179,9 @@ void StreamingQr::commit(Index rows) {
 }
 
 bool StreamingQr::finite() const {
-  // Sums would hide nothing but an overflow of squares, which the triangle and the norms show.
   const State& state = settled();
-  return state.sums.allFinite() && state.triangle.allFinite() && state.unreachable.allFinite();
+  // A nan or an infinity goes into the sums, and what is too large into the triangle or what it does not reach.
+  return all_within(state.sums) && all_within(state.triangle) && all_within(state.unreachable);
 }
 
 void StreamingQr::refuse(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y) const {

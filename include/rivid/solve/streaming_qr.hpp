@@ -67,7 +67,7 @@ class StreamingQr {
   /// @throws InputError  for more rows than fit
   void commit(Index rows);
 
-  /// Whether all entries so far were finite and small enough that nothing overflowed.
+  /// Whether all entries so far were finite, and norms and sums of columns are at most `largest`.
   [[nodiscard]] bool finite() const;
 
   /// Adds all rows that another accumulator of the same columns has seen.
