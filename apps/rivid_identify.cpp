@@ -25,6 +25,7 @@ struct Arguments {
   std::vector<std::filesystem::path> logs;
   std::vector<std::filesystem::path> validate;
   std::filesystem::path output;
+  int threads = 1;
   bool json = false;
   bool quiet = false;
   bool dry_run = false;
@@ -43,6 +44,9 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->type_name("FILE");
   app.add_option("--output", arguments.output, "Folder for result.json; default: EXPERIMENT_result")
       ->type_name("DIR");
+  app.add_option("--threads", arguments.threads, "Threads that share the work; no result depends on them")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
   app.add_flag("--json", arguments.json, "Print the result as JSON instead of the table");
   app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
   app.add_flag("--dry-run", arguments.dry_run,
@@ -64,8 +68,8 @@ std::vector<std::pair<std::string, std::string>> apply(const Arguments& argument
     }
     return out;
   };
-  if (!arguments.method.empty()) {
-    experiment.method = *method_named(arguments.method);
+  if (const std::optional<Method> method = method_named(arguments.method)) {
+    experiment.method = *method;
     overrides.emplace_back("method", arguments.method);
   }
   if (!arguments.logs.empty()) {
@@ -117,6 +121,7 @@ void complain(std::string_view kind, std::string_view what) {
 int identify_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment);
   const auto overrides = apply(arguments, experiment);
+  experiment.threads = arguments.threads;
   const std::filesystem::path folder =
       arguments.output.empty() ? std::filesystem::path(arguments.experiment.stem().string() + "_result")
                                : arguments.output;

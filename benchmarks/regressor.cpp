@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
@@ -15,14 +14,16 @@
 #include <string>
 #include <vector>
 
+#include "peak.hpp"
 #include "regressor/batch_kernel.hpp"
 #include "rivid/model/kdl.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "robots.hpp"
+#include "turns.hpp"
 
 #if defined(RIVID_WITH_PINOCCHIO)
-#include "pinocchio_regressor.hpp"
+#include "pinocchio_robot.hpp"
 #endif
 
 namespace {
@@ -109,110 +110,6 @@ Count counted(const RegressorBatch& batch) {
   return {all.fused - first.fused, all.apart - first.apart};
 }
 
-// Seconds of the fastest of several runs, each after one of the others, so that all meet the same disturbances.
-template <std::size_t N>
-std::array<double, N> fastest(const std::array<std::function<void()>, N>& runs) {
-  std::array<double, N> out;
-  out.fill(std::numeric_limits<double>::infinity());
-  for (int repeat = 0; repeat < 60; ++repeat) {
-    for (std::size_t i = 0; i < N; ++i) {
-      const auto start = std::chrono::steady_clock::now();
-      runs[i]();
-      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-      out[i] = std::min(out[i], taken.count());
-    }
-  }
-  return out;
-}
-
-// Sums and products of a register's width per second: chains enough to fill two pipelines of four steps.
-template <int Lanes>
-[[gnu::always_inline]] inline double chains(long rounds) {
-  using Values = typename detail::Lane<Lanes>::Values;
-  constexpr int count = 12;
-  Values x[count];
-  Values a = Values{} + 0.999;
-  Values b = Values{} + 1e-3;
-  for (int i = 0; i < count; ++i) {
-    x[i] = Values{} + i;
-  }
-  for (long k = 0; k < rounds; ++k) {
-    for (int i = 0; i < count; ++i) {
-      x[i] = x[i] * a + b;
-      asm volatile("" : "+x"(x[i]));
-    }
-  }
-  double sum = 0.0;
-  for (int i = 0; i < count; ++i) {
-    sum += x[i][0];
-  }
-  return sum;
-}
-#if defined(__x86_64__)
-[[gnu::target("avx512f")]] double chains_avx512(long rounds) {
-  using Values = detail::Lane<8>::Values;
-  Values x0 = Values{} + 1.0, x1 = x0, x2 = x0, x3 = x0, x4 = x0, x5 = x0, x6 = x0, x7 = x0, x8 = x0, x9 = x0;
-  const Values a = Values{} + 0.999;
-  const Values b = Values{} + 1e-3;
-  for (long k = 0; k < rounds; ++k) {
-    x0 = x0 * a + b;
-    x1 = x1 * a + b;
-    x2 = x2 * a + b;
-    x3 = x3 * a + b;
-    x4 = x4 * a + b;
-    x5 = x5 * a + b;
-    x6 = x6 * a + b;
-    x7 = x7 * a + b;
-    x8 = x8 * a + b;
-    x9 = x9 * a + b;
-    asm volatile("" : "+v"(x0), "+v"(x1), "+v"(x2), "+v"(x3), "+v"(x4));
-    asm volatile("" : "+v"(x5), "+v"(x6), "+v"(x7), "+v"(x8), "+v"(x9));
-  }
-  const Values sum = x0 + x1 + x2 + x3 + x4 + x5 + x6 + x7 + x8 + x9;
-  return sum[0];
-}
-[[gnu::target("avx2,fma")]] double chains_avx2(long rounds) {
-  using Values = detail::Lane<4>::Values;
-  Values x0 = Values{} + 1.0, x1 = x0, x2 = x0, x3 = x0, x4 = x0, x5 = x0, x6 = x0, x7 = x0, x8 = x0, x9 = x0;
-  const Values a = Values{} + 0.999;
-  const Values b = Values{} + 1e-3;
-  for (long k = 0; k < rounds; ++k) {
-    x0 = x0 * a + b;
-    x1 = x1 * a + b;
-    x2 = x2 * a + b;
-    x3 = x3 * a + b;
-    x4 = x4 * a + b;
-    x5 = x5 * a + b;
-    x6 = x6 * a + b;
-    x7 = x7 * a + b;
-    x8 = x8 * a + b;
-    x9 = x9 * a + b;
-    asm volatile("" : "+x"(x0), "+x"(x1), "+x"(x2), "+x"(x3), "+x"(x4));
-    asm volatile("" : "+x"(x5), "+x"(x6), "+x"(x7), "+x"(x8), "+x"(x9));
-  }
-  const Values sum = x0 + x1 + x2 + x3 + x4 + x5 + x6 + x7 + x8 + x9;
-  return sum[0];
-}
-#endif
-
-constexpr long rounds = 20000;
-
-double peak_run(Simd simd) {
-#if defined(__x86_64__)
-  if (simd == Simd::avx512) {
-    return chains_avx512(rounds);
-  }
-  if (simd == Simd::avx2) {
-    return chains_avx2(rounds);
-  }
-#endif
-  return chains<2>(rounds);
-}
-
-// Operations of peak_run(), each on a whole register; without FMA a product and a sum are two.
-double peak_operations(Simd simd) { return simd == Simd::baseline ? 2.0 * 12.0 * rounds : 10.0 * rounds; }
-int lanes_of(Simd simd) { return simd == Simd::avx512 ? 8 : simd == Simd::avx2 ? 4 : 2; }
-
 class Kdl {
  public:
   Kdl(const Robot& robot, const Motion& motion)
@@ -246,22 +143,9 @@ class Kdl {
 };
 
 #if defined(RIVID_WITH_PINOCCHIO)
-PinocchioRegressor pinocchio_of(const Robot& robot) {
-  std::vector<PinocchioRegressor::Link> links;
-  for (const Chain::Link& link : robot.chain.links) {
-    PinocchioRegressor::Link out{.revolute = link.type == JointType::revolute};
-    Eigen::Matrix3d::Map(out.R.data()) = link.R;
-    Eigen::Vector3d::Map(out.p.data()) = link.p;
-    links.push_back(out);
-  }
-  const Eigen::Vector3d& g = robot.chain.gravity;
-  return PinocchioRegressor(links, {g.x(), g.y(), g.z()});
-}
-
 // Largest difference to Pinocchio's regressor, relative to the largest entry.
 double disagreement(PinocchioRegressor& pinocchio, const RegressorBatch& batch,
                     const std::vector<StandardParameter>& parameters, const Motion& motion) {
-  constexpr std::array<Index, 10> theirs = {4, 5, 7, 6, 8, 9, 1, 2, 3, 0};
   const Index n = motion.joints();
   RegressorBlock block(batch, samples);
   batch.fill(motion, 0, samples, block);
@@ -278,7 +162,7 @@ double disagreement(PinocchioRegressor& pinocchio, const RegressorBatch& batch,
       for (std::size_t c = 0; c < own.size(); ++c) {
         const StandardParameter& p = parameters[static_cast<std::size_t>(own[c])];
         if (p.kind < ParameterKind::Ia) {
-          const Index column = 10 * p.joint + theirs[static_cast<std::size_t>(p.kind)];
+          const Index column = benchmarks::pinocchio_column(p);
           difference = std::max(difference, std::abs(W(i, column) - block.W(static_cast<std::size_t>(i))(
                                                                         k, static_cast<Index>(c))));
         }
@@ -331,7 +215,7 @@ void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_
   };
   Kdl kdl(robot, motion);
 #if defined(RIVID_WITH_PINOCCHIO)
-  PinocchioRegressor pinocchio = pinocchio_of(robot);
+  PinocchioRegressor pinocchio = benchmarks::pinocchio_of(robot);
 #endif
   const std::function<void()> theirs = [&] {
 #if defined(RIVID_WITH_PINOCCHIO)
@@ -340,8 +224,10 @@ void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_
     }
 #endif
   };
-  const auto times =
-      fastest<4>({ours, theirs, std::ref(kdl), [&] { benchmark::DoNotOptimize(peak_run(simd)); }});
+  const benchmarks::Peak peak = benchmarks::peak(simd);
+  std::array<double, 4> times{};
+  std::ranges::transform(benchmarks::turns<4>(60, {ours, theirs, std::ref(kdl), peak.run}), times.begin(),
+                         [](const std::vector<double>& sorted) { return sorted.front(); });
   const double sample = 1e9 * times[0] / samples;
   for (auto _ : state) {
     ours();
@@ -358,18 +244,18 @@ void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_
   if (how != How::one_sample) {
     const Count count = counted(batch);
     const auto operations = static_cast<double>(simd == Simd::baseline ? count.apart : count.fused);
-    const double bound = 1e9 * operations / lanes_of(simd) * times[3] / peak_operations(simd);
+    const double bound = 1e9 * operations / peak.lanes * times[3] / peak.operations;
     state.counters["operations"] = operations;
     state.counters["bound_ns"] = bound;
     state.counters["of_bound"] = bound / sample;
   }
 }
 
-const Robot the_scara = scara();
-const Robot the_tx40 = tx40();
-const Robot the_panda = panda();
-const Robot the_oblique = oblique();
-const Robot the_snake = snake();
+const Robot the_scara = benchmarks::scara();
+const Robot the_tx40 = benchmarks::tx40();
+const Robot the_panda = benchmarks::panda();
+const Robot the_oblique = benchmarks::oblique();
+const Robot the_snake = benchmarks::snake();
 
 const int registered = [] {
   struct Named {

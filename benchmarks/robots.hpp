@@ -17,7 +17,7 @@ inline Robot scara() {
   return robot_from(table, {0.0, 0.0, 0.0});
 }
 
-// Staeubli TX40, lengths of its data sheet.
+/// Staeubli TX40, lengths of its data sheet.
 inline Robot tx40() {
   const std::array<MdhRow, 6> table = {MdhRow{},
                                        MdhRow{.alpha = -quarter},
@@ -28,7 +28,7 @@ inline Robot tx40() {
   return robot_from(table);
 }
 
-// Franka Emika Panda, the table of its documentation.
+/// Franka Emika Panda, the table of its documentation; 69 base parameters.
 inline Robot panda() {
   const std::array<MdhRow, 7> table = {
       MdhRow{.d = 0.333},
@@ -42,7 +42,7 @@ inline Robot panda() {
   return robot_from(table);
 }
 
-// Seven joints whose axes and offsets know no right angles, as a calibrated URDF gives them.
+/// Seven joints whose axes and offsets know no right angles, as a calibrated URDF gives them.
 inline Robot oblique() {
   Robot robot = panda();
   std::mt19937_64 random(7);
@@ -56,7 +56,7 @@ inline Robot oblique() {
   return robot;
 }
 
-// Thirty joints with quarter turns between them.
+/// Thirty joints with quarter turns between them.
 inline Robot snake() {
   std::vector<MdhRow> table;
   for (int j = 0; j < 30; ++j) {

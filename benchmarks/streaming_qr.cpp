@@ -14,9 +14,7 @@
 #include <limits>
 #include <random>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
+#include "peak.hpp"
 
 #ifdef RIVID_LAPACK
 extern "C" void dgeqrf_(const int* rows, const int* columns, double* A, const int* stride, double* tau,
@@ -41,55 +39,23 @@ void best_of(double& best, const Run& run) {
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
-#if defined(__x86_64__)
-constexpr int chains = 12;  // enough to hide the latency of the multiply-adds, few enough for 16 registers
-constexpr int steps = 100'000;
-
-[[gnu::target("avx512f")]] void multiply_add_avx512() {
-  __m512d x[chains] = {};
-  for (int k = 0; k < steps; ++k) {
-    for (__m512d& each : x) {
-      each = _mm512_fmadd_pd(each, _mm512_set1_pd(0.5), _mm512_set1_pd(1.0));
-      asm volatile("" : "+v"(each));
-    }
-  }
+// Normal deviates.
+Matrix deviates(Index count, Index columns, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  return Matrix::NullaryExpr(count, columns, [&] { return normal(random); });
 }
 
-[[gnu::target("avx2,fma")]] void multiply_add_avx2() {
-  __m256d x[chains] = {};
-  for (int k = 0; k < steps; ++k) {
-    for (__m256d& each : x) {
-      each = _mm256_fmadd_pd(each, _mm256_set1_pd(0.5), _mm256_set1_pd(1.0));
-      asm volatile("" : "+x"(each));
-    }
+// Rows that stay in the cache, the last `carried` columns carried along, in steps of so many rows.
+void add_from_cache(const Matrix& rows_in_cache, Index carried, Index step = block) {
+  const Index b = rows_in_cache.cols() - carried;
+  rivid::StreamingQr qr(b, carried);
+  for (Index first = 0; first < rows; first += step) {
+    qr.add(rows_in_cache.block(first % block, 0, step, b),
+           rows_in_cache.block(first % block, b, step, carried));
   }
+  benchmark::DoNotOptimize(qr.R().data());
 }
-
-void multiply_add_baseline() {
-  __m128d x[chains] = {};
-  for (int k = 0; k < steps; ++k) {
-    for (__m128d& each : x) {
-      each = _mm_add_pd(_mm_mul_pd(each, _mm_set1_pd(0.5)), _mm_set1_pd(1.0));
-      asm volatile("" : "+x"(each));
-    }
-  }
-}
-
-struct MultiplyAdd {
-  void (*run)() = multiply_add_baseline;
-  int lanes = 2;
-};
-
-MultiplyAdd widest_multiply_add() {
-  if (__builtin_cpu_supports("avx512f")) {
-    return {multiply_add_avx512, 8};
-  }
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    return {multiply_add_avx2, 4};
-  }
-  return {};
-}
-#endif
 
 // Eigen alone, the way a user would stream with it.
 void eigen_on_blocks(const Matrix& WY, Matrix& triangle) {
@@ -107,9 +73,7 @@ void eigen_on_blocks(const Matrix& WY, Matrix& triangle) {
 
 void streaming_qr(benchmark::State& state) {
   const Index b = state.range(0);
-  std::mt19937_64 random(20260801);
-  std::normal_distribution<double> normal;
-  const Matrix WY = Matrix::NullaryExpr(rows, b + 1, [&] { return normal(random); });
+  const Matrix WY = deviates(rows, b + 1, 20260801);
   const Matrix one_block = WY.topRows(block);
   Matrix scratch = WY;
   Matrix triangle;
@@ -130,13 +94,7 @@ void streaming_qr(benchmark::State& state) {
     state.SetIterationTime(now);
     streaming = std::min(streaming, now);
     // The way rivid works: a block is made, used and forgotten.
-    best_of(in_cache, [&] {
-      rivid::StreamingQr qr(b);
-      for (Index first = 0; first < rows; first += block) {
-        qr.add(one_block.leftCols(b), one_block.rightCols(1));
-      }
-      benchmark::DoNotOptimize(qr.R().data());
-    });
+    best_of(in_cache, [&] { add_from_cache(one_block, 1); });
     scratch = WY;
     best_of(one_shot, [&] { const Eigen::HouseholderQR<Eigen::Ref<Matrix>> qr(scratch); });
     best_of(on_blocks, [&] { eigen_on_blocks(WY, triangle); });
@@ -146,17 +104,16 @@ void streaming_qr(benchmark::State& state) {
   state.counters["x_one_shot"] = one_shot / streaming;
   state.counters["x_blocks"] = on_blocks / streaming;
 
-#if defined(__x86_64__)
-  const MultiplyAdd multiply_add = widest_multiply_add();
+  const rivid::benchmarks::Peak machine = rivid::benchmarks::peak(rivid::Simd::best);
   double peak_time = never;
-  for (int k = 0; k < 20; ++k) {
-    best_of(peak_time, multiply_add.run);
+  for (int k = 0; k < 100; ++k) {
+    best_of(peak_time, machine.run);
   }
-  const double peak = 2.0 * multiply_add.lanes * chains * steps / peak_time;
+  const double per_operation = machine.lanes > 2 ? 2.0 : 1.0;  // fused or not
+  const double peak = per_operation * machine.lanes * machine.operations / peak_time;
   state.counters["peak_GFLOP/s"] = 1e-9 * peak;
   state.counters["of_peak"] = operations / streaming / peak;
   state.counters["of_peak_in_cache"] = operations / in_cache / peak;
-#endif
 
 #ifdef RIVID_LAPACK
   double lapack = never;
@@ -177,27 +134,14 @@ void streaming_qr(benchmark::State& state) {
 // One pass over [V | W Y] in units of one over [W Y].
 void joint_factorisation(benchmark::State& state) {
   const Index b = state.range(0);
-  std::mt19937_64 random(20260802);
-  std::normal_distribution<double> normal;
-  const Matrix VWY = Matrix::NullaryExpr(block, 2 * b + 1, [&] { return normal(random); });
+  const Matrix VWY = deviates(block, 2 * b + 1, 20260802);
+  const Matrix WY = VWY.rightCols(b + 1);
   double ols = never;
   double joint = never;
   for (auto _ : state) {
-    best_of(ols, [&] {
-      rivid::StreamingQr qr(b);
-      for (Index first = 0; first < rows; first += block) {
-        qr.add(VWY.leftCols(b), VWY.rightCols(1));
-      }
-      benchmark::DoNotOptimize(qr.R().data());
-    });
+    best_of(ols, [&] { add_from_cache(WY, 1); });
     double now = never;
-    best_of(now, [&] {
-      rivid::StreamingQr qr(b, b + 1);
-      for (Index first = 0; first < rows; first += block) {
-        qr.add(VWY.leftCols(b), VWY.rightCols(b + 1));
-      }
-      benchmark::DoNotOptimize(qr.R().data());
-    });
+    best_of(now, [&] { add_from_cache(VWY, b + 1); });
     state.SetIterationTime(now);
     joint = std::min(joint, now);
   }
@@ -207,22 +151,13 @@ void joint_factorisation(benchmark::State& state) {
 // Rows that come one by one, in units of the same in blocks.
 void single_rows(benchmark::State& state) {
   const Index b = state.range(0);
-  std::mt19937_64 random(20260803);
-  std::normal_distribution<double> normal;
-  const Matrix WY = Matrix::NullaryExpr(block, b + 1, [&] { return normal(random); });
+  const Matrix WY = deviates(block, b + 1, 20260803);
   double blocks = never;
   double single = never;
   for (auto _ : state) {
-    const auto pass = [&](Index step) {
-      rivid::StreamingQr qr(b);
-      for (Index first = 0; first < rows; first += step) {
-        qr.add(WY.block(first % block, 0, step, b), WY.block(first % block, b, step, 1));
-      }
-      benchmark::DoNotOptimize(qr.R().data());
-    };
-    best_of(blocks, [&] { pass(block); });
+    best_of(blocks, [&] { add_from_cache(WY, 1); });
     double now = never;
-    best_of(now, [&] { pass(1); });
+    best_of(now, [&] { add_from_cache(WY, 1, 1); });
     state.SetIterationTime(now);
     single = std::min(single, now);
   }
@@ -232,9 +167,7 @@ void single_rows(benchmark::State& state) {
 // What merging the parts of two threads or files costs.
 void merge(benchmark::State& state) {
   const Index b = state.range(0);
-  std::mt19937_64 random(20260804);
-  std::normal_distribution<double> normal;
-  const Matrix WY = Matrix::NullaryExpr(block, b + 1, [&] { return normal(random); });
+  const Matrix WY = deviates(block, b + 1, 20260804);
   rivid::StreamingQr one(b);
   one.add(WY.leftCols(b), WY.rightCols(1));
   rivid::StreamingQr other = one;

@@ -102,9 +102,10 @@ std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Pr
 
 Identification run(const Experiment& experiment, const Progress& progress) {
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot, progress);
-  Identification out = experiment.method == Method::wls
-                           ? identify(experiment.robot, logs, Wls{experiment.signal, progress})
-                           : identify(experiment.robot, logs, Ols{experiment.signal, progress});
+  Identification out =
+      experiment.method == Method::wls
+          ? identify(experiment.robot, logs, Wls{experiment.signal, experiment.threads, progress})
+          : identify(experiment.robot, logs, Ols{experiment.signal, experiment.threads, progress});
   const auto take_notes = [&](const std::vector<Log>& from) {
     for (const Log& log : from) {
       for (const std::string& note : log.notes) {
@@ -119,7 +120,7 @@ Identification run(const Experiment& experiment, const Progress& progress) {
   take_notes(logs);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
   for (const Log& log : others) {
-    out.validation.push_back(validate(experiment.robot, out, log));
+    out.validation.push_back(validate(experiment.robot, out, log, experiment.threads));
   }
   take_notes(others);
   return out;

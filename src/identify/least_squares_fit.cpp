@@ -11,13 +11,6 @@ namespace rivid {
 
 namespace {
 
-// The triangles of all logs, one group a joint, and what was left out on the way.
-struct Reduced {
-  std::vector<RowGroup> groups;
-  std::vector<RowGroup> undecimated;
-  std::vector<Index> left_out;
-};
-
 void merge(std::vector<RowGroup>& into, std::vector<RowGroup> groups) {
   if (into.empty()) {
     into = std::move(groups);
@@ -28,23 +21,22 @@ void merge(std::vector<RowGroup>& into, std::vector<RowGroup> groups) {
   }
 }
 
-Reduced reduced(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-                const SignalOptions& signal, const Progress& progress) {
-  Reduced out;
+// The factors of all logs.
+RowFactors reduced(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
+                   const SignalOptions& signal, int threads, const Progress& progress) {
+  RowFactors out;
   out.left_out.assign(static_cast<std::size_t>(robot.size()), 0);
   for (std::size_t k = 0; k < logs.size(); ++k) {
-    if (progress) {
-      progress(logs[k].source, static_cast<double>(k) / static_cast<double>(logs.size()));
-    }
-    Rows part = rows(robot, base, logs[k], signal);
-    merge(out.groups, factors(part));
+    const auto tell = [&](double fraction) {
+      progress(logs[k].source, (static_cast<double>(k) + fraction) / static_cast<double>(logs.size()));
+    };
+    RowFactors part = factors(robot, base, logs[k], signal, threads,
+                              progress ? std::function<void(double)>(tell) : std::function<void(double)>());
+    merge(out.groups, std::move(part.groups));
     merge(out.undecimated, std::move(part.undecimated));
     for (std::size_t j = 0; j < out.left_out.size(); ++j) {
       out.left_out[j] += part.left_out[j];
     }
-  }
-  if (progress) {
-    progress("rows", 1.0);
   }
   return out;
 }
@@ -64,7 +56,7 @@ double deviation(const Residual& r, double freedom, Convention convention) {
 
 // The model against the rows, unweighted. Each joint is charged its share of the b estimated parameters; a
 // validation charges none.
-Fit judged(const Robot& robot, const Reduced& data, const Vector& chi, Index estimated,
+Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index estimated,
            Convention convention) {
   Fit fit;
   const std::vector<double> ones(data.groups.size(), 1.0);
@@ -132,8 +124,10 @@ void explain_rank(const LeastSquares& solution, Identification& out) {
 
 enum class Weights { none, by_joint };
 
-Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, const SignalOptions& signal,
-                                 const Progress& progress, Weights weighting) {
+template <typename Method>
+Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, const Method& method,
+                                 Weights weighting) {
+  const SignalOptions& signal = method.signal;
   Identification out;
   out.method = weighting == Weights::none ? "ols" : "wls";
   out.title = weighting == Weights::none ? "IDIM-OLS" : "IDIM-WLS";
@@ -145,7 +139,7 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   if (auto doubt = out.base.doubt()) {
     out.warnings.push_back(std::move(*doubt));
   }
-  const Reduced data = reduced(robot, out.base, logs, signal, progress);
+  const RowFactors data = reduced(robot, out.base, logs, signal, method.threads, method.progress);
 
   out.weights.assign(data.groups.size(), 1.0);
   if (weighting == Weights::by_joint) {
@@ -162,11 +156,13 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   out.chi = solution.chi;
   out.columns = out.base.size();
   out.condition = solution.condition;
-  const auto R_diagonal = [&](const std::vector<RowGroup>& groups) -> Vector {
+  if (weighting == Weights::none && data.undecimated.empty()) {
+    out.R_diagonal = solution.R.diagonal().cwiseAbs();
+  } else {
+    const std::vector<RowGroup>& groups = data.undecimated.empty() ? data.groups : data.undecimated;
     const std::vector<double> ones(groups.size(), 1.0);
-    return least_squares(groups, out.base.size(), ones).R.diagonal().cwiseAbs();
-  };
-  out.R_diagonal = R_diagonal(data.undecimated.empty() ? data.groups : data.undecimated);
+    out.R_diagonal = combined(groups, out.base.size(), ones).R().diagonal().cwiseAbs();
+  }
   if (!solution.full_rank()) {
     explain_rank(solution, out);
   }
@@ -189,16 +185,16 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
 }  // namespace
 
 Identification identify(const Robot& robot, std::span<const Log> logs, const Ols& method) {
-  return least_squares_fit(robot, logs, method.signal, method.progress, Weights::none);
+  return least_squares_fit(robot, logs, method, Weights::none);
 }
 
 Identification identify(const Robot& robot, std::span<const Log> logs, const Wls& method) {
-  return least_squares_fit(robot, logs, method.signal, method.progress, Weights::by_joint);
+  return least_squares_fit(robot, logs, method, Weights::by_joint);
 }
 
-Validation validate(const Robot& robot, const Identification& identification, const Log& log) {
+Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
   const SignalOptions& signal = identification.signal;
-  const Reduced data = reduced(robot, identification.base, std::span(&log, 1), signal, {});
+  const RowFactors data = reduced(robot, identification.base, std::span(&log, 1), signal, threads, {});
   return {log.source, judged(robot, data, identification.chi, 0, signal.convention)};
 }
 

@@ -41,6 +41,7 @@ class TextTable {
       }
     }
     std::vector<std::string> titles;
+    titles.reserve(columns_.size());
     for (const Column& column : columns_) {
       titles.push_back(column.title);
     }

@@ -5,6 +5,7 @@
 
 #include "message.hpp"
 #include "rivid/error.hpp"
+#include "signal_kernels.hpp"
 
 namespace rivid::detail {
 
@@ -15,58 +16,42 @@ constexpr double forgotten = 1e-6;
 // A state that dies out in a standstill would end in subnormal numbers, which cost thirty times as much.
 constexpr double dead = 1e-250;
 
-// Samples of one instant, of several columns: the recursion of one column waits for its own last result, so
-// eight columns side by side cost little more than two.
-template <int Columns>
-using Lanes = Eigen::Array<double, Columns, 1>;
+// Columns side by side, and instants that are filtered at a time: they stay in the first-level cache.
+constexpr Index lanes = 8;
+constexpr Index block = 256;
+using Block = Eigen::Array<double, lanes, block>;
+using Instant = Eigen::Array<double, lanes, 1>;
 
-template <int Columns>
-Lanes<Columns> flushed(const Lanes<Columns>& state) {
-  return (state.abs() < dead).select(0.0, state);
-}
-
-template <int Columns>
-struct State {
-  Lanes<Columns> z1;
-  Lanes<Columns> z2;
-};
-
-// Steady state of each section for a constant input of the cascade.
-template <int Columns>
-std::vector<State<Columns>> steady_state(const Filter& filter, const Lanes<Columns>& input) {
-  std::vector<State<Columns>> states;
-  Lanes<Columns> x = input;
-  for (const SecondOrderSection& s : filter.sections) {
-    const Lanes<Columns> y = x * (((s.b0 + s.b1) + s.b2) / ((1.0 + s.a1) + s.a2));
-    states.push_back({y - s.b0 * x, s.b2 * x - s.a2 * y});
-    x = y;
+// A cascade for eight columns and the states of its sections.
+class Cascade {
+ public:
+  explicit Cascade(const Filter& filter) {
+    for (const SecondOrderSection& s : filter.sections) {
+      coefficients_.insert(coefficients_.end(), {s.b0, s.b1, s.b2, s.a1, s.a2});
+    }
+    states_.resize(2 * lanes, static_cast<Index>(filter.sections.size()));
   }
-  return states;
-}
 
-// Transposed direct form II in place over n samples from x on, `step` apart. Sections take turns on blocks
-// that stay in the first-level cache.
-template <int Columns>
-void run(const Filter& filter, Lanes<Columns>* x, Index n, Index step) {
-  constexpr Index block = 256;
-  std::vector<State<Columns>> states = steady_state<Columns>(filter, *x);
-  for (Index begin = 0; begin < n; begin += block) {
-    const Index end = std::min(begin + block, n);
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      const SecondOrderSection s = filter.sections[i];
-      Lanes<Columns> z1 = states[i].z1;
-      Lanes<Columns> z2 = states[i].z2;
-      for (Index k = begin; k < end; ++k) {
-        Lanes<Columns>& sample = x[k * step];
-        const Lanes<Columns> y = s.b0 * sample + z1;
-        z1 = s.b1 * sample - s.a1 * y + z2;
-        z2 = s.b2 * sample - s.a2 * y;
-        sample = y;
-      }
-      states[i] = {flushed<Columns>(z1), flushed<Columns>(z2)};
+  // The steady state for a constant input.
+  void settle(const Instant& input) {
+    Instant x = input;
+    for (Index i = 0; i < states_.cols(); ++i) {
+      const double* const s = coefficients_.data() + 5 * i;
+      const Instant y = x * (((s[0] + s[1]) + s[2]) / ((1.0 + s[3]) + s[4]));
+      states_.col(i) << y - s[0] * x, s[2] * x - s[4] * y;
+      x = y;
     }
   }
-}
+
+  void run(Block& x, Index count) {
+    signal_kernels().cascade(coefficients_.data(), states_.cols(), states_.data(), x.data(), count);
+    states_ = (states_.abs() < dead).select(0.0, states_);
+  }
+
+ private:
+  std::vector<double> coefficients_;
+  Eigen::ArrayXXd states_;
+};
 
 struct Task {
   const Eigen::Ref<const Matrix>& x;
@@ -77,29 +62,69 @@ struct Task {
   Matrix& out;
 };
 
-// Columns from `column` on, at most as many as there are lanes; idle lanes carry zeros.
-template <int Columns>
-void filter_columns(const Task& task, Index column, Index count, std::vector<Lanes<Columns>>& series) {
+// At most eight columns from `column` on; idle lanes carry zeros. What the way forwards leaves is kept in `forward`, which
+// may be the columns of the result itself.
+void filter_columns(const Task& task, Index column, Index count, Eigen::Ref<Matrix> forward) {
   const Index n_m = task.x.rows();
   const Index pad = task.padding;
-  series.assign(static_cast<std::size_t>(n_m + 2 * pad), Lanes<Columns>::Zero());
-  Lanes<Columns>* const data = series.data() + pad;
-  for (Index c = 0; c < count; ++c) {
-    const double* const x = task.x.col(column + c).data();
-    for (Index k = 0; k < n_m; ++k) {
-      data[k][c] = x[k];
+  const auto x = task.x.middleCols(column, count);
+  Eigen::ArrayXXd behind = Eigen::ArrayXXd::Zero(lanes, pad);  // the way forwards beyond the last sample
+  Block data = Block::Zero();
+  Cascade cascade(task.filter);
+  const auto reflected = [&](Index k) -> Eigen::ArrayXd {
+    const Index end = k < 0 ? 0 : n_m - 1;
+    return 2.0 * x.row(end).array() - x.row(2 * end - k).array();
+  };
+
+  for (Index begin = -pad; begin < n_m + pad; begin += block) {
+    const Index end = std::min(begin + block, n_m + pad);
+    const Index inner_begin = std::clamp<Index>(0, begin, end);
+    const Index inner_end = std::clamp<Index>(n_m, begin, end);
+    for (Index k = begin; k < inner_begin; ++k) {
+      data.col(k - begin).head(count) = reflected(k);
+    }
+    for (Index c = 0; c < count; ++c) {
+      for (Index k = inner_begin; k < inner_end; ++k) {
+        data(c, k - begin) = x(k, c);
+      }
+    }
+    for (Index k = inner_end; k < end; ++k) {
+      data.col(k - begin).head(count) = reflected(k);
+    }
+    if (begin == -pad) {
+      cascade.settle(data.col(0));
+    }
+    cascade.run(data, end - begin);
+    for (Index c = 0; c < count; ++c) {
+      for (Index k = inner_begin; k < inner_end; ++k) {
+        forward(k, c) = data(c, k - begin);
+      }
+    }
+    for (Index k = inner_end; k < end; ++k) {
+      behind.col(k - n_m) = data.col(k - begin);
     }
   }
-  for (Index k = 1; k <= pad; ++k) {
-    data[-k] = 2.0 * data[0] - data[k];
-    data[n_m - 1 + k] = 2.0 * data[n_m - 1] - data[n_m - 1 - k];
-  }
-  run<Columns>(task.filter, series.data(), n_m + 2 * pad, 1);
-  run<Columns>(task.filter, data + n_m - 1 + pad, n_m + pad, -1);
-  for (Index c = 0; c < count; ++c) {
-    double* const y = task.out.col(column + c).data();
-    for (Index i = 0, k = task.first; k < n_m; ++i, k += task.step) {
-      y[i] = data[k][c];
+
+  for (Index end = n_m + pad; end > 0; end -= block) {
+    const Index begin = std::max<Index>(end - block, 0);
+    const Index inner_end = std::min(end, n_m);
+    for (Index k = end - 1; k >= n_m && k >= begin; --k) {
+      data.col(end - 1 - k) = behind.col(k - n_m);
+    }
+    for (Index c = 0; c < count; ++c) {
+      for (Index k = begin; k < inner_end; ++k) {
+        data(c, end - 1 - k) = forward(k, c);
+      }
+    }
+    if (end == n_m + pad) {
+      cascade.settle(data.col(0));
+    }
+    cascade.run(data, end - begin);
+    const Index first_row = (std::max(begin - task.first, Index{0}) + task.step - 1) / task.step;
+    for (Index c = 0; c < count; ++c) {
+      for (Index row = first_row; task.first + row * task.step < inner_end; ++row) {
+        task.out(row, column + c) = data(c, end - 1 - task.first - row * task.step);
+      }
     }
   }
 }
@@ -118,18 +143,11 @@ Matrix forward_backward(const char* function, const Eigen::Ref<const Matrix>& x,
       convention == Convention::matlab ? shortest : std::min(settling_samples(filter, forgotten), n_m - 1);
   Matrix out((n_m - first + step - 1) / step, x.cols());
   const Task task{x, filter, padding, first, step, out};
-  std::vector<Lanes<8>> eight;
-  std::vector<Lanes<4>> four;
-  std::vector<Lanes<1>> one;
-  for (Index column = 0; column < x.cols(); column += 8) {
-    const Index count = std::min<Index>(8, x.cols() - column);
-    if (count > 4) {
-      filter_columns<8>(task, column, count, eight);
-    } else if (count > 1) {
-      filter_columns<4>(task, column, count, four);
-    } else {
-      filter_columns<1>(task, column, count, one);
-    }
+  const bool in_place = first == 0 && step == 1;
+  Matrix apart(in_place ? 0 : n_m, in_place ? 0 : std::min(lanes, x.cols()));
+  for (Index column = 0; column < x.cols(); column += lanes) {
+    const Index count = std::min(lanes, x.cols() - column);
+    filter_columns(task, column, count, in_place ? out.middleCols(column, count) : apart.leftCols(count));
   }
   return out;
 }

@@ -5,31 +5,31 @@
 #include <limits>
 
 #include "message.hpp"
-#include "projection.hpp"
 #include "rivid/error.hpp"
 #include "rivid/signal/decimate.hpp"
+#include "signal_kernels.hpp"
 
 namespace rivid {
 
 namespace {
 
-// Segments that are processed at a time: enough to share the cost of fading into the open rows, few enough to stay in
-// the cache.
-constexpr Index batch = 32;
-
-// The product without the care for infinities that the operator of std::complex takes, which costs more than itself.
-std::complex<double> times(const std::complex<double>& a, const std::complex<double>& b) {
-  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
-}
+// Samples that are processed at a time: enough to share the cost of fading into the open rows, few enough that the
+// columns of a whole observation matrix stay in the cache.
+constexpr Index batch_samples = 160;
+// Rows of the buffer before its first segment: the first sample of a series is a row of its own.
+constexpr Index lead = 8;
 
 std::complex<double> upper_pole(const SecondOrderSection& section) {
   const double half = -0.5 * section.a1;
   return {half, std::sqrt(std::max(section.a2 - half * half, 0.0))};
 }
 
+// Columns an odd number of cache lines apart: at a power of two they would all fall into the same few sets.
+Index odd_lines(Index rows) { return ((rows + 7) / 8 | 1) * 8; }
+
 }  // namespace
 
-StreamingDecimator::StreamingDecimator(Index columns, int n_d) : n_d_(n_d) {
+StreamingDecimator::StreamingDecimator(Index columns, int n_d, Index wanted) : n_d_(n_d) {
   if (columns < 0 || n_d < 2) {
     throw InputError(detail::message("StreamingDecimator: columns is ", columns, " and n_d is ", n_d,
                                      ", must be at least 0 and 2"));
@@ -40,6 +40,9 @@ StreamingDecimator::StreamingDecimator(Index columns, int n_d) : n_d_(n_d) {
   for (std::size_t i = 0; i < modes; ++i) {
     gain *= filter.sections[i].b0;
     pole_[i] = upper_pole(filter.sections[i]);
+  }
+  std::ranges::sort(pole_, std::greater{}, [](const Complex& p) { return std::abs(p); });
+  for (std::size_t i = 0; i < modes; ++i) {
     poles[i] = pole_[i];
     poles[modes + i] = std::conj(pole_[i]);
   }
@@ -49,6 +52,7 @@ StreamingDecimator::StreamingDecimator(Index columns, int n_d) : n_d_(n_d) {
   }
   direct_ = gain * gain / product.real();
   constexpr double order = 2.0 * modes;
+  Modes step;
   for (std::size_t i = 0; i < modes; ++i) {
     const Complex p = pole_[i];
     Complex residue = gain * gain * std::pow(1.0 + 1.0 / p, order) * std::pow(1.0 + p, order);
@@ -56,121 +60,172 @@ StreamingDecimator::StreamingDecimator(Index columns, int n_d) : n_d_(n_d) {
       residue /= (1.0 - poles[k] * p) * (k == i ? Complex(1.0) : 1.0 - poles[k] / p);
     }
     residue_[i] = 2.0 * residue;
-    step_[i] = std::pow(p, n_d);
+    step[i] = std::pow(p, n_d);
+    shown_[i] = residue_[i].real();
+    shown_[modes + i] = residue_[i].imag();
+    step_[i] = step[i].real();
+    step_[modes + i] = step[i].imag();
   }
 
-  weights_.resize(detail::projections, n_d);
-  for (Index m = 0; m < n_d; ++m) {
+  const Index terms = detail::folded_terms(n_d);
+  weights_.resize(4 * modes, terms);
+  for (Index k = 0; k < terms; ++k) {
+    // The folded samples are those of the first half, the middle, and the last one.
+    const auto m = static_cast<double>(k + 1 < terms ? k : n_d - 1);
     for (Index i = 0; i < modes; ++i) {
-      const Complex forwards = std::pow(pole_[static_cast<std::size_t>(i)], static_cast<double>(n_d - 1 - m));
-      const Complex backwards = std::pow(pole_[static_cast<std::size_t>(i)], static_cast<double>(m + 1));
-      weights_(i, m) = forwards.real();
-      weights_(modes + i, m) = forwards.imag();
-      weights_(2 * modes + i, m) = backwards.real();
-      weights_(3 * modes + i, m) = backwards.imag();
+      const Complex p = pole_[static_cast<std::size_t>(i)];
+      const Complex forwards = std::pow(p, n_d - 1.0 - m);
+      const Complex backwards = std::pow(p, m + 1.0);
+      const Complex half_sum = 0.5 * (forwards + backwards);
+      const Complex half_difference = 0.5 * (forwards - backwards);
+      weights_.col(k)[i] = half_sum.real();
+      weights_.col(k)[modes + i] = half_sum.imag();
+      weights_.col(k)[2 * modes + i] = half_difference.real();
+      weights_.col(k)[3 * modes + i] = half_difference.imag();
     }
   }
-  double modulus = 0.0;
-  for (const Complex& q : step_) {
-    modulus = std::max(modulus, std::abs(q));
-  }
-  const auto length =
-      static_cast<Index>(std::ceil(std::log(std::numeric_limits<double>::epsilon()) / std::log(modulus)));
-  fading_.resize(2 * modes, length);
-  for (Index d = 1; d <= length; ++d) {
-    for (Index i = 0; i < modes; ++i) {
-      const auto mode = static_cast<std::size_t>(i);
-      const Complex factor = residue_[mode] * std::pow(step_[mode], static_cast<double>(d));
-      fading_(i, length - d) = factor.real();
-      fading_(modes + i, length - d) = -factor.imag();
+
+  // Whole vectors of eight rows: then what one mode has stored is what the next one loads.
+  const auto reach = [&](const Complex& q) {
+    const double rows = std::log(std::numeric_limits<double>::epsilon()) / std::log(std::abs(q));
+    return static_cast<long>(std::ceil(rows / 8.0)) * 8;
+  };
+  std::ranges::transform(step, reach_.begin(), reach);
+  const Index length = reach_[0];
+  fading_ = Matrix::Zero(length, 2 * modes);
+  for (Index i = 0; i < modes; ++i) {
+    const auto mode = static_cast<std::size_t>(i);
+    for (Index d = 1; d <= length; ++d) {
+      const Complex factor = residue_[mode] * std::pow(step[mode], static_cast<double>(d));
+      fading_(length - d, i) = factor.real();
+      fading_(length - d, modes + i) = -factor.imag();
     }
   }
-  buffer_.resize(batch * n_d_, columns);
+  const Index batches = std::max<Index>(1, (wanted + batch() * n_d_ - 1) / (batch() * n_d_));
+  capacity_ = batches * batch() * n_d_;
+  buffer_.resize(odd_lines(lead + capacity_), columns);
   forward_.resize(2 * modes, columns);
-  open_.resize(length + batch + 1, columns);
+  open_.resize(odd_lines(length + batches * batch() + 1), columns);
+  folded_.resize(2 * terms * batch());
+  unknown_ = Matrix::Zero(2 * modes, columns);
 }
 
-// What a state adds to the output at its own place.
-double StreamingDecimator::shown(const Modes& state) const {
-  double out = 0.0;
-  for (std::size_t i = 0; i < modes; ++i) {
-    out += residue_[i].real() * state[i].real() - residue_[i].imag() * state[i].imag();
-  }
-  return out;
-}
+// Segments that are processed at a time.
+Index StreamingDecimator::batch() const { return std::max<Index>(1, batch_samples / n_d_); }
 
-void StreamingDecimator::begin(const Eigen::Ref<const Eigen::RowVectorXd>& first) {
-  for (Index c = 0; c < first.size(); ++c) {
-    Modes state;
+// The first sample is the first row: the series was constant before.
+void StreamingDecimator::begin() {
+  for (Index c = 0; c < buffer_.cols(); ++c) {
+    const double first = buffer_(lead - 1, c);
+    double row = direct_ * first;
     for (std::size_t i = 0; i < modes; ++i) {
-      state[i] = first[c] / (1.0 - pole_[i]);
-      forward_(static_cast<Index>(i), c) = state[i].real();
-      forward_(modes + static_cast<Index>(i), c) = state[i].imag();
+      const Complex state = first / (1.0 - pole_[i]);
+      forward_(static_cast<Index>(i), c) = state.real();
+      forward_(modes + static_cast<Index>(i), c) = state.imag();
+      row += (residue_[i] * state).real();
     }
-    open_(0, c) = direct_ * first[c] + shown(state);
+    open_(0, c) = row;
   }
+  open_first_ = 0;
   open_count_ = 1;
   begun_ = true;
 }
 
-// A backward state at the last row enters the rows before it.
-void StreamingDecimator::fade(Index column, const Modes& state) {
-  Eigen::Matrix<double, 2 * modes, 1> parts;
-  for (Index i = 0; i < modes; ++i) {
-    parts[i] = state[static_cast<std::size_t>(i)].real();
-    parts[modes + i] = state[static_cast<std::size_t>(i)].imag();
+void StreamingDecimator::process(Index first, Index segments, const Matrix& later) {
+  static_assert(detail::most_segments * 2 >= batch_samples);
+  // Rows that nobody took stay, and take memory.
+  if (open_count_ + segments > open_.rows()) {
+    open_.conservativeResize(odd_lines(2 * (open_count_ + segments)), Eigen::NoChange);
   }
-  const Index reached = std::min(fading_.cols(), open_count_ - 1);
-  open_.col(column).segment(open_count_ - 1 - reached, reached) +=
-      fading_.rightCols(reached).transpose() * parts;
-}
-
-void StreamingDecimator::process(Index segments) {
-  std::array<double, batch * detail::projections> projected;
-  const auto mode_of = [&](Index segment, Index direction, std::size_t mode) -> Complex {
-    const double* const p = projected.data() + detail::projections * segment + 2 * modes * direction + mode;
-    return {p[0], p[modes]};
-  };
+  const detail::DecimationTables tables{.n_d = static_cast<long>(n_d_),
+                                        .weights = weights_.data(),
+                                        .step = step_.data(),
+                                        .residue = shown_.data(),
+                                        .direct = direct_,
+                                        .fading = fading_.data(),
+                                        .length = static_cast<long>(fading_.rows()),
+                                        .reach = reach_.data()};
+  const auto kernel = detail::signal_kernels().decimate;
   for (Index c = 0; c < buffer_.cols(); ++c) {
-    detail::project_segments(weights_.data(), n_d_, buffer_.col(c).data(), segments, projected.data());
-    Modes state;
-    for (std::size_t i = 0; i < modes; ++i) {
-      state[i] = {forward_(static_cast<Index>(i), c), forward_(modes + static_cast<Index>(i), c)};
-    }
-    for (Index s = 0; s < segments; ++s) {
-      for (std::size_t i = 0; i < modes; ++i) {
-        state[i] = times(step_[i], state[i]) + mode_of(s, 0, i);
-      }
-      open_(open_count_ + s, c) = direct_ * buffer_((s + 1) * n_d_ - 1, c) + shown(state);
-    }
-    for (std::size_t i = 0; i < modes; ++i) {
-      forward_(static_cast<Index>(i), c) = state[i].real();
-      forward_(modes + static_cast<Index>(i), c) = state[i].imag();
-    }
-    state = {};
-    for (Index s = segments - 1; s >= 0; --s) {
-      for (std::size_t i = 0; i < modes; ++i) {
-        state[i] = times(step_[i], state[i]) + mode_of(s, 1, i);
-      }
-      open_(open_count_ - 1 + s, c) += shown(state);
-    }
-    fade(c, state);
+    kernel(tables, buffer_.col(c).data() + lead + first, segments, later.col(c).data(),
+           forward_.col(c).data(), open_.col(c).data(), open_first_, open_count_, folded_.data());
   }
+  open_first_ = 0;
   open_count_ += segments;
 }
 
-// Moves the oldest rows to `out` from row `first` on; tells how many.
-Index StreamingDecimator::take(Index count, Matrix& out, Index first) {
-  if (count <= 0) {
-    return 0;
+RowsRoom StreamingDecimator::room() {
+  const Index first = begun_ ? lead + filled_ : lead - 1;
+  return {{buffer_.data() + first, buffer_.outerStride()}, lead + capacity_ - first};
+}
+
+void StreamingDecimator::commit(Index samples) {
+  const RowsRoom offered = room();
+  if (samples < 0 || samples > offered.rows || (!begun_ && open_count_ > 0)) {
+    throw InputError(detail::message("StreamingDecimator::commit: ", samples, " samples do not fit, ",
+                                     offered.rows, " do, once the rows of the series before are taken"));
   }
-  out.middleRows(first, count) = open_.topRows(count);
+  if (samples == 0) {
+    return;
+  }
+  if (!begun_) {
+    begin();
+    --samples;
+  }
+  filled_ += samples;
+  Index done = 0;
+  for (; filled_ - done >= batch() * n_d_; done += batch() * n_d_) {
+    process(done, batch(), unknown_);
+  }
+  if (done > 0) {
+    filled_ -= done;
+    // The sample before goes along, since the series may end here.
+    for (Index c = 0; c < buffer_.cols(); ++c) {
+      double* const column = buffer_.col(c).data() + lead - 1;
+      std::copy(column + done, column + done + filled_ + 1, column);
+    }
+  }
+}
+
+Index StreamingDecimator::finished() const {
+  return begun_ ? std::max<Index>(0, open_count_ - 1 - fading_.rows()) : open_count_;
+}
+
+void StreamingDecimator::take(Index count, const RowsTarget& to) {
+  if (count < 0 || count > finished()) {
+    throw InputError(detail::message("StreamingDecimator::take: ", count, " rows are asked for, ", finished(),
+                                     " are finished"));
+  }
   for (Index c = 0; c < open_.cols(); ++c) {
-    double* const column = open_.col(c).data();
-    std::copy(column + count, column + open_count_, column);
+    const double* const column = open_.col(c).data() + open_first_;
+    std::copy(column, column + count, to.data + c * to.ld);
   }
+  open_first_ += count;
   open_count_ -= count;
-  return count;
+}
+
+void StreamingDecimator::end() {
+  if (!begun_) {
+    return;
+  }
+  const Index segments = filled_ / n_d_;
+  const Index tail = filled_ - segments * n_d_;
+  // The last sample goes on for ever: Σ_{m ≥ 1} p^m = p / (1 − p), then the samples behind the last row before it.
+  Matrix later(2 * modes, buffer_.cols());
+  for (Index c = 0; c < buffer_.cols(); ++c) {
+    const double* const x = buffer_.col(c).data() + lead + segments * n_d_;
+    for (std::size_t i = 0; i < modes; ++i) {
+      Complex state = x[tail - 1] * pole_[i] / (1.0 - pole_[i]);
+      for (Index m = tail - 1; m >= 0; --m) {
+        state = pole_[i] * (state + x[m]);
+      }
+      later(static_cast<Index>(i), c) = state.real();
+      later(static_cast<Index>(modes + i), c) = state.imag();
+    }
+  }
+  process(0, segments, later);
+  begun_ = false;
+  filled_ = 0;
 }
 
 Matrix StreamingDecimator::add(const Eigen::Ref<const Matrix>& x) {
@@ -178,55 +233,27 @@ Matrix StreamingDecimator::add(const Eigen::Ref<const Matrix>& x) {
     throw InputError(
         detail::message("StreamingDecimator::add: x has ", x.cols(), " columns, must have ", buffer_.cols()));
   }
-  Index next = 0;
-  if (x.rows() > 0) {
-    if (!begun_) {
-      begin(x.row(0));
-      next = 1;
-    }
-    last_ = x.row(x.rows() - 1);
-  }
-  Matrix out((filled_ + x.rows()) / n_d_ + 1, x.cols());
-  Index finished = 0;
-  while (next < x.rows()) {
-    const Index count = std::min(buffer_.rows() - filled_, x.rows() - next);
-    buffer_.middleRows(filled_, count) = x.middleRows(next, count);
-    filled_ += count;
+  Matrix out((open_count_ * n_d_ + filled_ + x.rows()) / n_d_ + 1, x.cols());
+  Index rows = 0;
+  for (Index next = 0; next < x.rows();) {
+    const RowsRoom free = room();
+    const Index count = std::min(free.rows, x.rows() - next);
+    Eigen::Map<Matrix, 0, Eigen::OuterStride<>>(
+        free.target.data, count, x.cols(), Eigen::OuterStride<>(free.target.ld)) = x.middleRows(next, count);
+    commit(count);
     next += count;
-    if (filled_ == buffer_.rows()) {
-      process(batch);
-      filled_ = 0;
-      finished += take(open_count_ - 1 - fading_.cols(), out, finished);
-    }
+    const Index ready = finished();
+    take(ready, {out.data() + rows, out.rows()});
+    rows += ready;
   }
-  out.conservativeResize(finished, Eigen::NoChange);
+  out.conservativeResize(rows, Eigen::NoChange);
   return out;
 }
 
 Matrix StreamingDecimator::finish() {
-  if (!begun_) {
-    return Matrix(0, buffer_.cols());
-  }
-  const Index segments = filled_ / n_d_;
-  process(segments);
-  const Index tail = filled_ - segments * n_d_;
-  for (Index c = 0; c < buffer_.cols(); ++c) {
-    // The last sample goes on for ever: Σ_{m ≥ 1} p^m = p / (1 − p), then the samples behind the last row before it.
-    const double last = last_[c];
-    Modes state;
-    for (std::size_t i = 0; i < modes; ++i) {
-      state[i] = last * pole_[i] / (1.0 - pole_[i]);
-      for (Index m = tail - 1; m >= 0; --m) {
-        state[i] = pole_[i] * (state[i] + buffer_(segments * n_d_ + m, c));
-      }
-    }
-    open_(open_count_ - 1, c) += shown(state);
-    fade(c, state);
-  }
-  begun_ = false;
-  filled_ = 0;
-  Matrix out(open_count_, open_.cols());
-  take(open_count_, out, 0);
+  end();
+  Matrix out(finished(), open_.cols());
+  take(out.rows(), {out.data(), out.rows()});
   return out;
 }
 

@@ -23,8 +23,6 @@ inline constexpr std::ptrdiff_t block_rows = 512;
 inline constexpr std::ptrdiff_t block_stride = block_rows + 8;
 /// Reflectors applied together. The rows of the triangle are padded to a multiple of it.
 inline constexpr std::ptrdiff_t panel_columns = 8;
-/// Columns of scratch memory that a block has behind its own.
-inline constexpr std::ptrdiff_t scratch_columns = panel_columns;
 
 /// A triangle and a block of rows under it, column-major: [R; block] is brought to [R'; 0] on the eliminated
 /// columns, and the carried columns on their right are taken along.
@@ -33,7 +31,7 @@ struct HouseholderBlock {
   std::ptrdiff_t carried = 0;
   double* R = nullptr;             ///< (R_stride × (columns + carried)), zero below the diagonal
   std::ptrdiff_t R_stride = 0;     ///< `columns` rounded up to a multiple of panel_columns
-  double* rows = nullptr;          ///< (block_stride × (columns + carried + scratch_columns)), destroyed
+  double* rows = nullptr;          ///< (block_stride × (columns + carried)), destroyed
   std::ptrdiff_t row_count = 0;    ///< at most block_rows; a multiple of 8, to which zero rows are appended
   double* sums = nullptr;          ///< (columns + carried): the sums of the columns of the block are added
   double* rest_squares = nullptr;  ///< (carried): set to the squared norms of what is left of the block

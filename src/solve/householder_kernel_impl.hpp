@@ -264,10 +264,10 @@ class Householder {
     const std::ptrdiff_t left = block.columns - first;
     const std::ptrdiff_t own = left < width ? left : width;
     Panel p;
+    alignas(64) double scratch[width * ld];
     p.V = block.rows + first * ld;
     if (own < width) {
       // The last panel is narrower: zero columns, whose reflectors do nothing, fill it up.
-      double* const scratch = block.rows + all * ld;
       for (std::ptrdiff_t c = 0; c < width; ++c) {
         for (std::ptrdiff_t r = 0; r < rows; r += lanes) {
           store(scratch + c * ld + r, c < own ? load(p.V + c * ld + r) : Vec{});

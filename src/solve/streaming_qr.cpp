@@ -16,6 +16,7 @@ namespace {
 
 using detail::block_rows;
 using detail::block_stride;
+static_assert(StreamingQr::most_rows == block_rows);
 
 const detail::HouseholderKernel& kernel() { return *detail::householder_kernels().front(); }
 
@@ -130,11 +131,7 @@ void StreamingQr::add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const 
   if (!fits && !(all_within(W) && all_within(Y))) {
     refuse(W, Y);
   }
-  if (!state_.waiting) {
-    const auto size =
-        static_cast<std::size_t>(block_stride * (columns_ + carried_ + detail::scratch_columns));
-    state_.waiting.reset(static_cast<double*>(::operator new(size * sizeof(double), std::align_val_t{64})));
-  }
+  provide();
   for (Index first = 0; first < W.rows();) {
     const Index count = std::min(block_rows - state_.waiting_rows, W.rows() - first);
     double* const to = state_.waiting.get() + state_.waiting_rows;
@@ -149,6 +146,42 @@ void StreamingQr::add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const 
     first += count;
   }
   rows_ += W.rows();
+}
+
+void StreamingQr::provide() {
+  if (!state_.waiting) {
+    const auto size = static_cast<std::size_t>(block_stride * (columns_ + carried_));
+    state_.waiting.reset(static_cast<double*>(::operator new(size * sizeof(double), std::align_val_t{64})));
+  }
+}
+
+RowsRoom StreamingQr::room(Index wanted) {
+  if (wanted > most_rows) {
+    throw InputError("StreamingQr::room: room for " + std::to_string(wanted) +
+                     " rows is wanted, there is at most room for " + std::to_string(most_rows));
+  }
+  provide();
+  if (wanted > block_rows - state_.waiting_rows) {
+    eliminate();
+  }
+  return {{state_.waiting.get() + state_.waiting_rows, block_stride}, block_rows - state_.waiting_rows};
+}
+
+void StreamingQr::commit(Index rows) {
+  if (rows < 0 || !state_.waiting || rows > block_rows - state_.waiting_rows) {
+    throw InputError("StreamingQr::commit: " + std::to_string(rows) + " rows are more than room() gave");
+  }
+  state_.waiting_rows += rows;
+  rows_ += rows;
+  if (state_.waiting_rows == block_rows) {
+    eliminate();
+  }
+}
+
+bool StreamingQr::finite() const {
+  const State& state = settled();
+  // A nan or an infinity goes into the sums, and what is too large into the triangle or what it does not reach.
+  return all_within(state.sums) && all_within(state.triangle) && all_within(state.unreachable);
 }
 
 void StreamingQr::refuse(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y) const {

@@ -74,6 +74,14 @@ TEST_F(Identify, QuietPrintsNothing) {
   EXPECT_TRUE(wrote_a_result());
 }
 
+TEST_F(Identify, GivesTheSameWithSeveralThreads) {
+  const Outcome alone = identify({"scara.toml"});
+  const Outcome several = identify({"scara.toml", "--threads", "3"});
+  EXPECT_EQ(several.exit_code, 0);
+  EXPECT_EQ(several.out, alone.out);
+  EXPECT_EQ(identify({"scara.toml", "--threads", "0"}).exit_code, 2);
+}
+
 TEST_F(Identify, QuietPrintsNothingInADryRunEither) {
   const Outcome run = identify({"scara.toml", "--quiet", "--dry-run"});
   EXPECT_EQ(run.exit_code, 0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "rivid/error.hpp"
@@ -76,6 +77,31 @@ TEST(StreamingDecimator, GivesTheSameWhateverTheBlocks) {
     take(decimator.finish());
     EXPECT_EQ(rows, whole.rows());
     EXPECT_EQ(y, whole) << "blocks of " << block;
+  }
+}
+
+TEST(StreamingDecimator, TakesSamplesInPlaceAndKeepsRowsThatNobodyTakes) {
+  const Matrix x = random_walk(9001, 2, 5);
+  const Matrix whole = decimate(x, 10);
+  for (const Index wanted : {0, 1000}) {
+    StreamingDecimator decimator(2, 10, wanted);
+    EXPECT_GE(decimator.room().rows, wanted);
+    for (Index next = 0; next < x.rows();) {
+      const RowsRoom room = decimator.room();
+      const Index count = std::min(room.rows, x.rows() - next);
+      for (Index c = 0; c < 2; ++c) {
+        std::copy_n(x.col(c).data() + next, count, room.target.data + c * room.target.ld);
+      }
+      decimator.commit(count);
+      next += count;
+    }
+    decimator.end();
+    ASSERT_EQ(decimator.finished(), whole.rows());
+    EXPECT_THROW(decimator.commit(1), InputError) << "the rows of the series before are not taken";
+    Matrix y(whole.rows(), 2);
+    decimator.take(whole.rows(), {y.data(), y.rows()});
+    EXPECT_EQ(y, whole);
+    EXPECT_THROW(decimator.take(1, {y.data(), y.rows()}), InputError);
   }
 }
 

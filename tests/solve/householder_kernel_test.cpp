@@ -7,21 +7,15 @@
 #include <limits>
 #include <memory>
 #include <new>
-#include <random>
 
 #include "rivid/types.hpp"
+#include "support/random_matrix.hpp"
 
 namespace rivid::detail {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 using LongMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
-
-Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, columns, [&] { return normal(random); });
-}
 
 Matrix without_signs(const Matrix& R) {
   const Vector signs = R.diagonal().unaryExpr([](double r) { return r < 0.0 ? -1.0 : 1.0; });
@@ -45,7 +39,7 @@ Reduced reduced(const HouseholderKernel& kernel, const Matrix& rows, Index carri
   const Index columns = all - carried;
   Reduced out{Matrix::Zero((columns + panel_columns - 1) / panel_columns * panel_columns, all),
               Vector::Zero(all), Vector::Zero(carried)};
-  const auto size = static_cast<std::size_t>(block_stride * (all + scratch_columns));
+  const auto size = static_cast<std::size_t>(block_stride * all);
   const std::unique_ptr<double[], Free> block(
       static_cast<double*>(::operator new(size * sizeof(double), std::align_val_t{64})));
   Index first = 0;
@@ -76,7 +70,7 @@ TEST_P(EveryKernel, FactorsAsHouseholderQrDoes) {
     for (const Index carried : {1, 2, 3, 4, 5, 8}) {
       const Index all = columns + carried;
       const auto seed = static_cast<std::uint64_t>(100 * columns + carried);
-      const Matrix rows = random_matrix(1136, all, seed);
+      const Matrix rows = test::random_matrix(1136, all, seed);
       const Reduced found = reduced(*GetParam(), rows, carried, {512, 8, 104, 512});
 
       LongMatrix eliminated = rows.cast<long double>();
@@ -111,7 +105,7 @@ TEST_P(EveryKernel, FactorsAsHouseholderQrDoes) {
 
 TEST_P(EveryKernel, AgreesWithTheBaselineToRounding) {
   for (const Index columns : {40, 61, 69, 100}) {
-    const Matrix rows = random_matrix(1024, columns + 1, static_cast<std::uint64_t>(columns));
+    const Matrix rows = test::random_matrix(1024, columns + 1, static_cast<std::uint64_t>(columns));
     const Reduced found = reduced(*GetParam(), rows, 1, {512, 512});
     const Reduced expected = reduced(*householder_kernels().back(), rows, 1, {512, 512});
     EXPECT_LT((found.triangle - expected.triangle).norm(), 1e3 * epsilon * rows.norm());
@@ -120,7 +114,7 @@ TEST_P(EveryKernel, AgreesWithTheBaselineToRounding) {
 }
 
 TEST_P(EveryKernel, TakesZeroAndDependentColumnsAndNoReflectorIsNotANumber) {
-  Matrix rows = random_matrix(512, 12, 7);
+  Matrix rows = test::random_matrix(512, 12, 7);
   rows.col(0).setZero();
   rows.col(5) = 3.0 * rows.col(4);
   rows.col(10).setZero();
@@ -135,7 +129,7 @@ TEST_P(EveryKernel, TakesZeroAndDependentColumnsAndNoReflectorIsNotANumber) {
 }
 
 TEST_P(EveryKernel, IsIndifferentToScalesFrom1e150To1eMinus150) {
-  const Matrix rows = random_matrix(512, 10, 8);
+  const Matrix rows = test::random_matrix(512, 10, 8);
   Vector scales(10);
   scales << 1e-150, 1e150, 1.0, 1e-150, 1e150, 1e-8, 1e100, 1e-100, 1e150, 1.0;
   const Reduced plain = reduced(*GetParam(), rows, 1, {512});
@@ -148,7 +142,7 @@ TEST_P(EveryKernel, FindsWhatIsNotWithinTheLimitWhereverItStands) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   constexpr double limit = 1e150;
   for (const Index count : {0, 1, 3, 8, 21}) {
-    Vector values = random_matrix(count, 1, 9);
+    Vector values = test::random_matrix(count, 1, 9);
     Vector copy = Vector::Zero(count);
     EXPECT_TRUE(GetParam()->copy_within(values.data(), count, limit, copy.data(), values.data()));
     EXPECT_EQ(copy, values);

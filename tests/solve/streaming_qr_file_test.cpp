@@ -3,23 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <random>
 
 #include "rivid/error.hpp"
 #include "rivid/report/file.hpp"
+#include "support/random_matrix.hpp"
 
 namespace rivid {
 namespace {
 
-Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, columns, [&] { return normal(random); });
-}
-
 StreamingQr accumulator(Index columns, Index carried, std::uint64_t seed = 81) {
   StreamingQr qr(columns, carried);
-  qr.add(random_matrix(700, columns, seed), random_matrix(700, carried, seed + 1));
+  qr.add(test::random_matrix(700, columns, seed), test::random_matrix(700, carried, seed + 1));
   return qr;
 }
 
@@ -58,7 +52,7 @@ TEST(StreamingQrFile, CanBeMergedAndAddedToAsIfItHadNeverBeenAFile) {
   std::filesystem::remove(path);
   for (StreamingQr* const each : {&qr, &read}) {
     each->merge(accumulator(9, 1, 83));
-    each->add(random_matrix(3, 9, 85), random_matrix(3, 1, 86));
+    each->add(test::random_matrix(3, 9, 85), test::random_matrix(3, 1, 86));
   }
   expect_same(read, qr);
 }

@@ -274,5 +274,42 @@ TEST(StreamingQr, RefusesRowsOfAnotherWidth) {
             "rows as W");
 }
 
+TEST(StreamingQr, TakesRowsThatWereWrittenInPlace) {
+  const Matrix WY = test::random_matrix(1500, 9, 20);
+  StreamingQr added(8);
+  added.add(WY.leftCols(8), WY.rightCols(1));
+  StreamingQr written(8);
+  for (Index first = 0; first < WY.rows();) {
+    const RowsRoom room = written.room();
+    const Index count = std::min<Index>({room.rows, 100, WY.rows() - first});
+    for (Index c = 0; c < 9; ++c) {
+      std::copy_n(WY.col(c).data() + first, count, room.target.data + c * room.target.ld);
+    }
+    written.commit(count);
+    first += count;
+  }
+  EXPECT_EQ(written.rows(), 1500);
+  EXPECT_EQ(written.R(), added.R());
+  EXPECT_EQ(written.qty(), added.qty());
+  EXPECT_TRUE(written.finite());
+  EXPECT_EQ(written.room(StreamingQr::most_rows).rows, StreamingQr::most_rows);
+  EXPECT_THROW((void)written.room(StreamingQr::most_rows + 1), InputError);
+  EXPECT_THROW(written.commit(StreamingQr::most_rows + 1), InputError);
+}
+
+TEST(StreamingQr, TellsWhereRowsInPlaceWereNotFinite) {
+  for (const double bad : {std::numeric_limits<double>::infinity(), std::nan(""), 1e200}) {
+    for (const Index column : {0, 1, 2}) {
+      StreamingQr qr(2);
+      const RowsRoom room = qr.room();
+      for (Index c = 0; c < 3; ++c) {
+        room.target.data[c * room.target.ld] = c == column ? bad : 1.0;
+      }
+      qr.commit(1);
+      EXPECT_FALSE(qr.finite()) << bad << " in column " << column;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace rivid

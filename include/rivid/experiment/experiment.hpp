@@ -59,6 +59,7 @@ struct Experiment {
   SignalOptions signal;
   Method method = Method::ols;
   LogSource validation;  ///< files may be empty
+  int threads = 1;       ///< that run() takes; not a key of the file, since no result depends on it
 
   /// All files that the experiment reads, itself first.
   [[nodiscard]] std::vector<std::filesystem::path> inputs() const;

@@ -9,12 +9,13 @@
 
 namespace rivid {
 
-/// Called between the stages of a long computation with a name and the fraction done, 0 to 1.
+/// Called on the way through a long computation with a name and the fraction done, 0 to 1.
 using Progress = std::function<void(std::string_view stage, double fraction)>;
 
 /// IDIM-OLS: ordinary least squares, Eqs. (15–19) of [RIV].
 struct Ols {
   SignalOptions signal = {};
+  int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
 };
 
@@ -22,6 +23,7 @@ struct Ols {
 /// Eq. (20) of [RIV].
 struct Wls {
   SignalOptions signal = {};
+  int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
 };
 
@@ -39,6 +41,7 @@ Identification identify(const Robot& robot, const Log& log, const Method& method
 
 /// Cross-validation: the torques of a log that took no part in the fit, against the identified model on it, by the
 /// same signal chain.
-[[nodiscard]] Validation validate(const Robot& robot, const Identification& identification, const Log& log);
+[[nodiscard]] Validation validate(const Robot& robot, const Identification& identification, const Log& log,
+                                  int threads = 1);
 
 }  // namespace rivid

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "rivid/data/log.hpp"
@@ -16,8 +17,15 @@ struct Rows {
   Observation W;                            ///< (rows_j × own columns) for each joint
   std::vector<Vector> Y;                    ///< (rows_j) for each joint [N·m | N]
   std::vector<Index> left_out;              ///< rows of each joint below its velocity threshold, (n)
-  /// Convention `matlab` with decimation: triangles of the rows (10) before decimation, whose |diag R| it prints.
+};
+
+/// What least squares needs of the rows of one log, see rows(): their orthogonal factors.
+struct RowFactors {
+  std::vector<RowGroup> groups;  ///< triangle of [W_j Y_j] of each joint, (n)
+  /// The same of the rows (10) before decimation, whose |diag R| convention `matlab` prints; empty without decimation
+  /// and in other conventions.
   std::vector<RowGroup> undecimated;
+  std::vector<Index> left_out;  ///< rows of each joint below its velocity threshold, (n)
 };
 
 /// A log that was recorded on the motors' side of the gears, on the joint side: q = R⁻¹ q_motor, its velocity and
@@ -39,12 +47,23 @@ struct Rows {
 /// Rows of a log, Eqs. (10–14): filtered positions, central differences, observation matrix, parallel decimation
 /// of Y and of every column of W, borders and slow samples left out.
 ///
+/// All of W is held in memory; factors() needs no more than the log for logs of any length.
+///
 /// @throws InputError where log, robot and options do not fit together, where the log itself can not be used (see
 ///                    Log::complaint(): its clock must be uniform), or no row is left
 [[nodiscard]] Rows rows(const Robot& robot, const BaseParameters& base, const Log& log,
                         const SignalOptions& options);
 
-/// Triangles of [W_j Y_j], one group a joint.
-[[nodiscard]] std::vector<RowGroup> factors(const Rows& rows);
+/// The rows of a log, factored while they are made: a piece of W and Y is filled, decimated and eliminated before the
+/// next one is made. Beside the log and its filtered positions (and torques, where they are filtered or made from control
+/// signals) that takes some 7 kB of memory for each column of each joint, without growing with the log. Convention
+/// `matlab` with decimation holds all rows instead.
+///
+/// @param threads   that share the work; the result is the same, bit by bit, whatever their number
+/// @param progress  called now and then with the fraction done, 0 to 1, by the calling thread
+/// @throws InputError where rows() throws it, or threads is not positive
+[[nodiscard]] RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& log,
+                                 const SignalOptions& options, int threads = 1,
+                                 const std::function<void(double)>& progress = {});
 
 }  // namespace rivid

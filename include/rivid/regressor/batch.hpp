@@ -10,6 +10,7 @@
 
 #include "rivid/motion.hpp"
 #include "rivid/regressor/columns.hpp"
+#include "rivid/rows_target.hpp"
 
 namespace rivid {
 
@@ -33,12 +34,6 @@ struct BatchOptions {
   Simd simd = Simd::best;
 
   [[nodiscard]] std::optional<std::string> complaint() const;
-};
-
-/// Rows of one joint in memory of the caller's: entry (row, column) is data[row + column * ld].
-struct RowsTarget {
-  double* data = nullptr;
-  Index ld = 0;
 };
 
 class BatchWorkspace;

@@ -3,6 +3,7 @@
 #include <array>
 #include <complex>
 
+#include "rivid/rows_target.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -18,8 +19,9 @@ class StreamingDecimator {
  public:
   /// @param columns  of the series
   /// @param n_d      at least 2
+  /// @param wanted   samples that room() must offer at times; where fewer are wanted than it takes anyway, fewer come
   /// @throws InputError  where an argument lies outside
-  StreamingDecimator(Index columns, int n_d);
+  StreamingDecimator(Index columns, int n_d, Index wanted = 0);
 
   /// Adds samples.
   ///
@@ -32,32 +34,54 @@ class StreamingDecimator {
   /// and beyond its last. Afterwards a new series may begin.
   [[nodiscard]] Matrix finish();
 
+  /// Room for the next samples, at least one: who makes samples writes them here instead of handing them to add(). It
+  /// holds until anything else is called.
+  [[nodiscard]] RowsRoom room();
+  /// Adds the first samples of the room.
+  ///
+  /// @throws InputError  for more than fit
+  void commit(Index samples);
+  /// Ends the series: all its rows are finished then. A new one may begin once they are taken.
+  void end();
+
+  /// Rows that are finished and not taken.
+  [[nodiscard]] Index finished() const;
+  /// Takes the oldest finished rows.
+  ///
+  /// @throws InputError  for more than finished()
+  void take(Index count, const RowsTarget& to);
+
  private:
-  static constexpr int modes = 4;  // pairs of conjugate poles of the order-8 filter
+  static constexpr Index modes = 4;  // pairs of conjugate poles of the order-8 filter
   using Complex = std::complex<double>;
   using Modes = std::array<Complex, modes>;
 
-  void begin(const Eigen::Ref<const Eigen::RowVectorXd>& first);
-  void process(Index segments);
-  void fade(Index column, const Modes& state);
-  [[nodiscard]] double shown(const Modes& state) const;
-  Index take(Index count, Matrix& out, Index first);
+  void begin();
+  void process(Index first, Index segments, const Matrix& later);
+  [[nodiscard]] Index batch() const;
 
   Index n_d_;
   double direct_ = 0.0;  // coefficient of x[k] beside the modes
-  Modes pole_{};         // p_i
-  Modes step_{};         // p_i^n_d: from one kept sample to the next
+  Modes pole_{};         // p_i, the slowest mode first
   Modes residue_{};      // 2 r_i, the conjugate pole's share included
-  Matrix weights_;  // (4 modes × n_d): the way of a segment's samples into the states, forwards and backwards
-  Matrix fading_;   // (2 modes × rows): what a backward state adds to the rows before it, the farthest first
+  // What the kernel reads, see src/signal/signal_kernels.hpp.
+  Matrix weights_;
+  std::array<double, 2 * modes> step_{};
+  std::array<double, 2 * modes> shown_{};
+  Matrix fading_;
+  std::array<long, modes> reach_{};
 
   bool begun_ = false;
-  Eigen::RowVectorXd last_;  // last sample, (columns)
-  Matrix buffer_;            // (samples × columns) that wait for complete segments
+  Matrix
+      buffer_;  // samples that wait for complete segments, from row `lead` on; the first of a series lies before it
+  Index capacity_ = 0;
   Index filled_ = 0;
   Matrix forward_;  // (2 modes × columns) forward states at the last row, real parts above imaginary ones
-  Matrix open_;     // (rows × columns) that later samples still change
+  Matrix open_;     // rows that are not taken, those that later samples still change the last
+  Index open_first_ = 0;
   Index open_count_ = 0;
+  Matrix unknown_;  // (2 modes × columns) of zeros: backward states while later samples are to come
+  Vector folded_;   // scratch of the kernel
 };
 
 }  // namespace rivid

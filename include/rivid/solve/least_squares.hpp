@@ -29,8 +29,16 @@ struct LeastSquares {
   [[nodiscard]] bool full_rank() const { return rank == chi.size(); }
 };
 
-/// χ̂ = argmin Σ_g ‖weights_g (Y_g − W_g χ)‖², Eq. (15) of [RIV]: the triangles of the groups are stacked and
-/// factored once more by Eigen's HouseholderQR; no row is looked at again, no normal equations are formed.
+/// The factor of the rows of all groups, each group's scaled by its weight: from the groups' triangles, no row is looked
+/// at again. It counts the rows of the triangles.
+///
+/// @param columns  b
+/// @param weights  (number of groups), each positive
+[[nodiscard]] StreamingQr combined(std::span<const RowGroup> groups, Index columns,
+                                   std::span<const double> weights);
+
+/// χ̂ = argmin Σ_g ‖weights_g (Y_g − W_g χ)‖², Eq. (15) of [RIV]: from the combined() factor;
+/// no row is looked at again, no normal equations are formed.
 ///
 /// @param groups   at least one
 /// @param columns  b

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <new>
 
+#include "rivid/rows_target.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -32,6 +33,8 @@ class StreamingQr {
   /// Largest magnitude that is accepted, so that squares and their sums stay finite. At the other end, what is left
   /// of a column in a block counts as zero where its norm is below 1e-154.
   static constexpr double largest = 1e150;
+  /// Rows that are eliminated at a time.
+  static constexpr Index most_rows = 512;
 
   /// @param columns  to eliminate, those of W, at least 0
   /// @param carried  columns that go along, at least 1; the last one is Y
@@ -50,6 +53,22 @@ class StreamingQr {
   /// @throws InputError where the sizes do not fit, or where an entry is not finite or above `largest`: the message
   ///         names its row and column. Nothing has been added then.
   void add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y);
+
+  /// Room for the next rows, column after column those of W, then the carried ones: who makes rows writes them here
+  /// instead of handing them to add(). It holds until anything else is called. Where fewer rows than wanted are free,
+  /// those that wait are eliminated first.
+  ///
+  /// @param wanted  rows that must fit, at most `most_rows`
+  /// @throws InputError  for more
+  [[nodiscard]] RowsRoom room(Index wanted = 1);
+
+  /// Adds the first rows of the room. Their entries are not looked at: finite() tells whether they could be used.
+  ///
+  /// @throws InputError  for more rows than fit
+  void commit(Index rows);
+
+  /// Whether all entries so far were finite, and norms and sums of columns are at most `largest`.
+  [[nodiscard]] bool finite() const;
 
   /// Adds all rows that another accumulator of the same columns has seen.
   ///
@@ -103,6 +122,7 @@ class StreamingQr {
   [[nodiscard]] const State& settled() const;
   [[nodiscard]] State copied() const;
   void eliminate() const;
+  void provide();
   void refuse(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y) const;
 
   Index columns_;

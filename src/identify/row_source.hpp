@@ -1,0 +1,122 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "identify/thread_team.hpp"
+#include "rivid/data/log.hpp"
+#include "rivid/identify/signal_options.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/motion.hpp"
+#include "rivid/regressor/base.hpp"
+#include "rivid/regressor/batch.hpp"
+#include "rivid/rows_target.hpp"
+
+namespace rivid::detail {
+
+/// Takes the rows of one joint.
+class RowSink {
+ public:
+  virtual ~RowSink() = default;
+
+  /// Room for the next rows, column after column, at least `wanted` rows.
+  virtual RowsRoom room(Index wanted) = 0;
+  /// Takes the first samples.size() rows of the room; `samples` tells what samples of the log they stand for.
+  virtual void commit(std::span<const Index> samples) = 0;
+};
+
+/// Holds the rows of a joint.
+class HeldRows final : public RowSink {
+ public:
+  /// @param rows  that may come at most
+  HeldRows(Index rows, Index columns) : rows_(rows, columns) {}
+
+  RowsRoom room(Index /*wanted*/) override {
+    return {{rows_.data() + size(), rows_.rows()}, rows_.rows() - size()};
+  }
+  void commit(std::span<const Index> samples) override {
+    samples_.insert(samples_.end(), samples.begin(), samples.end());
+  }
+
+  [[nodiscard]] Index size() const { return static_cast<Index>(samples_.size()); }
+  [[nodiscard]] auto rows() const { return rows_.topRows(size()); }
+  [[nodiscard]] std::vector<Index>& samples() { return samples_; }
+
+ private:
+  Matrix rows_;
+  std::vector<Index> samples_;
+};
+
+/// The rows of a log, Eqs. (10–14): the one way from samples to rows, for whoever holds them and for whoever factors
+/// them. They come joint by joint in pieces that stay in the cache, and memory does not grow with the log: positions are
+/// filtered as a whole, derivatives and regressor are made for a piece at a time, decimated in a stream, and rows of slow
+/// samples left out.
+///
+/// W comes from the motion of the log. Other motions of the same samples may go along, such as the simulated one of the
+/// instruments: their columns are decimated alike, and the log decides which rows are left out. So the rows of a joint
+/// are [V_1 … V_k W Y].
+///
+/// Convention `matlab` decimates whole series, as MATLAB's function does, and holds all rows meanwhile.
+class RowSource {
+ public:
+  /// Rows that room() of a sink is asked for at most.
+  static constexpr Index most_wanted = 512;
+
+  /// Log and options are referred to, not copied.
+  ///
+  /// @throws InputError  where log, robot and options do not fit together or no sample is left
+  RowSource(const Robot& robot, const BaseParameters& base, const Log& log, const SignalOptions& options,
+            ThreadTeam& team);
+
+  [[nodiscard]] std::size_t joints() const { return batch_.joints(); }
+  /// Columns of W that the rows of joint j touch.
+  [[nodiscard]] const std::vector<Index>& columns(std::size_t j) const { return batch_.of_joint(j); }
+  /// Rows of each joint before any are left out for low velocity.
+  [[nodiscard]] Index rows() const { return rows_; }
+
+  /// Sends all rows to the sinks, (n). A sink is only called by one thread at a time. The rows are the same, bit by bit,
+  /// whatever the size of the team.
+  ///
+  /// @param others    motions V_1 … V_k, each (n_m × n) at the samples of the log
+  /// @param progress  called with the fraction done, by the calling thread
+  void send(std::span<RowSink* const> sinks, std::span<const Motion> others = {},
+            const std::function<void(double)>& progress = {});
+
+ private:
+  struct Range {
+    Index first = 0;
+    Index count = 0;
+  };
+  struct StreamedJoint;
+  struct Stream;
+
+  [[nodiscard]] static Range kept_range(const Log& log, const SignalOptions& options);
+  [[nodiscard]] Matrix filtered(const Matrix& x, double cutoff_hz, int order);
+  [[nodiscard]] double velocity(Index sample, Index joint) const;
+  [[nodiscard]] Index row_width(std::size_t j, std::size_t others) const;
+  [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, std::size_t others) const;
+  void decimate(Stream& stream, int n_d) const;
+  void run(Stream& stream, std::span<const Motion> others, const std::function<void(double)>& progress);
+  void fill(Stream& stream, std::span<const Motion> others, Index first, Index count, int member) const;
+  void advance(Stream& stream, std::size_t j, Index count) const;
+  void pump(Stream& stream, std::size_t j, std::size_t stage) const;
+  void finish(Stream& stream, std::size_t j) const;
+  void deliver(Stream& stream, std::size_t j, const RowsRoom& room, Index count) const;
+  void keep_fast(StreamedJoint& joint, Index j, const RowsRoom& room) const;
+
+  const Log& log_;
+  const SignalOptions& options_;
+  ThreadTeam& team_;
+  RegressorBatch batch_;
+  Range range_;
+  Index rows_ = 0;
+  Matrix q_;
+  Matrix made_tau_;  // empty where the log's torques are used as they are
+  const Matrix* tau_ = nullptr;
+};
+
+/// @throws InputError  where a series of the log has other sizes than robot and log ask for
+void require_joints(const char* what, const Matrix& x, const Robot& robot, const Log& log);
+
+}  // namespace rivid::detail

@@ -1,0 +1,189 @@
+#include "identify/row_source.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cmath>
+
+#include "rivid/error.hpp"
+#include "rivid/identify/signal_chain.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "support/random_matrix.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+// Two joints that swing, at 200 Hz, with torques of no meaning.
+Log swinging_log(Index samples) {
+  Log log;
+  log.source = "swing.csv";
+  log.f_m = 200.0;
+  log.t = Vector::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) / log.f_m);
+  log.q.resize(samples, 2);
+  log.q.col(0) = (2.0 * log.t.array()).sin() + 0.3 * (7.1 * log.t.array()).cos();
+  log.q.col(1) = (3.0 * log.t.array()).cos() + 0.2 * (9.3 * log.t.array()).sin();
+  log.tau = 10.0 * log.q + test::random_matrix(samples, 2, 11);
+  return log;
+}
+
+std::vector<SignalOptions> ways() {
+  return {{.trim = {{0, 0}}},
+          {.cutoff_hz = 20.0, .torque_cutoff_hz = 30.0},
+          {.cutoff_hz = 20.0, .velocity_threshold = {0.8, 0.1}},
+          {.cutoff_hz = 20.0, .decimation = {20}},
+          {.cutoff_hz = 20.0, .decimation = {5, 1, 4}, .velocity_threshold = {0.0, 0.5}},
+          {.cutoff_hz = 20.0, .decimation = {100}, .trim = {{3, 0}}},
+          {.cutoff_hz = 20.0, .convention = Convention::matlab},
+          {.cutoff_hz = 20.0,
+           .decimation = {10},
+           .velocity_threshold = {0.3, 0.0},
+           .convention = Convention::matlab}};
+}
+
+TEST(Factors, AreThoseOfTheRows) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  // Lengths that end within a piece, within a segment and at their borders.
+  for (const Index samples : {1100, 4001, 5120, 5133}) {
+    const Log log = swinging_log(samples);
+    for (const SignalOptions& options : ways()) {
+      const Rows held = rows(robot, base, log, options);
+      const RowFactors found = factors(robot, base, log, options);
+      EXPECT_EQ(found.left_out, held.left_out);
+      for (std::size_t j = 0; j < 2; ++j) {
+        const StreamingQr& qr = found.groups[j].qr;
+        EXPECT_EQ(found.groups[j].columns, held.W.joints[j].columns);
+        ASSERT_EQ(qr.rows(), held.Y[j].size());
+        const Matrix& W = held.W.joints[j].W;
+        const Matrix gram = W.transpose() * W;
+        // Sums of products in another order.
+        EXPECT_LT((qr.R().transpose() * qr.R() - gram).norm(), 1e-12 * gram.norm());
+        EXPECT_LT((qr.R().transpose() * qr.qty() - W.transpose() * held.Y[j]).norm(), 1e-12 * gram.norm());
+        EXPECT_NEAR(qr.y_norm(), held.Y[j].norm(), 1e-12 * held.Y[j].norm());
+      }
+    }
+  }
+}
+
+TEST(Factors, AreTheSameWhateverTheThreads) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  const Log log = swinging_log(7013);
+  for (const SignalOptions& options : ways()) {
+    const RowFactors one = factors(robot, base, log, options);
+    for (const int threads : {2, 3, 7}) {
+      const RowFactors several = factors(robot, base, log, options, threads);
+      EXPECT_EQ(several.left_out, one.left_out);
+      for (std::size_t j = 0; j < 2; ++j) {
+        EXPECT_EQ(several.groups[j].qr.R(), one.groups[j].qr.R());
+        EXPECT_EQ(several.groups[j].qr.qty(), one.groups[j].qr.qty());
+        EXPECT_EQ(several.groups[j].qr.unreachable_norm(), one.groups[j].qr.unreachable_norm());
+      }
+    }
+  }
+  EXPECT_THROW((void)factors(robot, base, log, {}, 0), InputError);
+}
+
+TEST(Factors, TellHowFarTheyAre) {
+  const Robot robot = test::scara();
+  std::vector<double> fractions;
+  (void)factors(robot, base_parameters(robot), swinging_log(5000), {}, 1,
+                [&](double fraction) { fractions.push_back(fraction); });
+  EXPECT_GT(fractions.size(), 5U);
+  EXPECT_TRUE(std::ranges::is_sorted(fractions));
+  EXPECT_EQ(fractions.back(), 1.0);
+}
+
+// Kilobytes at the worst moment of this process so far.
+long peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+TEST(Factors, TakeMemoryThatDoesNotGrowWithTheLog) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  constexpr Index samples = 2'000'000;
+  Log log = swinging_log(1000);
+  log.q.conservativeResize(samples, 2);
+  log.tau.conservativeResize(samples, 2);
+  log.t = Vector::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) / log.f_m);
+  for (Index k = 1000; k < samples; k += 1000) {
+    log.q.middleRows(k, 1000) = log.q.topRows(1000);
+    log.tau.middleRows(k, 1000) = log.tau.topRows(1000);
+  }
+  for (const std::vector<int>& decimation : {std::vector<int>{}, {20}}) {
+    const SignalOptions options{.decimation = decimation};
+    const long before = peak_memory();
+    (void)factors(robot, base, log, options);
+    const auto positions = static_cast<long>(samples * 2 * sizeof(double) / 1024);
+    // W of the two joints would take 200 MB.
+    constexpr long noise = 4096;  // pages that the C library or a sanitizer take on their own account
+    EXPECT_LE(peak_memory() - before, positions + 2048 + noise);
+  }
+}
+
+// Instruments in front of W: here the measured motion again, so V must be W, row by row.
+TEST(RowSource, SendsOtherMotionsInTheSameRows) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  const Log log = swinging_log(5133);
+  for (SignalOptions options : ways()) {
+    options.cutoff_hz = 0.0;
+    for (const int threads : {1, 2}) {
+      detail::ThreadTeam team(threads);
+      detail::RowSource source(robot, base, log, options, team);
+      std::vector<detail::HeldRows> held;
+      held.reserve(2);
+      std::vector<detail::RowSink*> sinks;
+      for (std::size_t j = 0; j < 2; ++j) {
+        sinks.push_back(
+            &held.emplace_back(source.rows(), 2 * static_cast<Index>(source.columns(j).size()) + 1));
+      }
+      const std::vector<Motion> others = {differentiate(log.q, log.f_m)};
+      source.send(sinks, others);
+      const Rows expected = rows(robot, base, log, options);
+      for (std::size_t j = 0; j < 2; ++j) {
+        const auto b = static_cast<Index>(source.columns(j).size());
+        EXPECT_EQ(held[j].rows().leftCols(b), expected.W.joints[j].W);
+        EXPECT_EQ(held[j].rows().middleCols(b, b), expected.W.joints[j].W);
+        EXPECT_EQ(held[j].rows().col(2 * b), expected.Y[j]);
+        EXPECT_EQ(held[j].samples(), expected.samples[j]);
+      }
+    }
+  }
+}
+
+TEST(RowSource, RefusesAMotionOfOtherSamples) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  const Log log = swinging_log(2000);
+  detail::ThreadTeam alone(1);
+  const SignalOptions options;
+  detail::RowSource source(robot, base, log, options, alone);
+  const std::vector<Motion> others = {differentiate(log.q.topRows(1999), log.f_m)};
+  EXPECT_THROW(source.send({}, others), InputError);
+}
+
+TEST(ThreadTeam, DoesAllPiecesAndThrowsWhatTheyThrow) {
+  for (const int size : {1, 2, 5}) {
+    detail::ThreadTeam team(size);
+    std::vector<int> counts(static_cast<std::size_t>(size), 0);
+    for (int round = 0; round < 1000; ++round) {
+      team.run([&](int member) { ++counts[static_cast<std::size_t>(member)]; });
+    }
+    EXPECT_EQ(counts, std::vector<int>(static_cast<std::size_t>(size), 1000));
+    const auto fail = [&](int member) {
+      if (member == size - 1) {
+        throw InputError("no");
+      }
+    };
+    EXPECT_THROW(team.run(fail), InputError);
+    EXPECT_NO_THROW(team.run([](int) {}));
+  }
+}
+
+}  // namespace
+}  // namespace rivid
