@@ -96,13 +96,13 @@ struct Count {
 // The first link, whose zeros the compiler sees and this count does not, is left out: the bound is a lower one.
 Count counted(const RegressorBatch& batch) {
   const auto count_of = [&](std::size_t joints) {
-    detail::BatchPlan plan = batch.plan();
+    rivid::detail::BatchPlan plan = batch.plan();
     plan.joints = joints;
     Counted::fused = 0;
     Counted::apart = 0;
     std::vector<double> scratch(1000);
     std::vector<double*> columns(100000, nullptr);
-    detail::fill_packs<Counted>(plan, {}, 1, columns.data(), scratch.data());
+    rivid::detail::fill_packs<Counted>(plan, {}, 1, columns.data(), scratch.data());
     return Count{Counted::fused, Counted::apart};
   };
   const Count all = count_of(batch.joints());
