@@ -1,9 +1,13 @@
 #include "rivid/identify/identification.hpp"
 
+#include <array>
+
 namespace rivid {
 
 std::string_view name(Status status) {
-  return status == Status::identified ? "identified" : "rank_deficient";
+  constexpr std::array<std::string_view, 5> names = {"identified", "rank_deficient", "not_converged",
+                                                     "cycling", "not_simulable"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 }  // namespace rivid

@@ -8,55 +8,16 @@
 #include <limits>
 #include <numeric>
 
+#include "solve/rank.hpp"
+
 namespace rivid {
 
 namespace {
 
-// The columns of a factor brought to norm 1, so that units do not decide about rank.
-struct Scaled {
-  Matrix R;
-  Vector norms;  // 1 where a column is zero
-};
-
-Scaled column_scaled(const Eigen::Ref<const Matrix>& R) {
-  Vector norms = R.colwise().norm();
-  norms = (norms.array() > 0.0).select(norms, 1.0);
-  return {R * norms.cwiseInverse().asDiagonal(), norms};
-}
-
-// A pivot is noise when it lies below the rounding errors that the factorisation of all rows leaves.
-double rank_tolerance(Index rows, Index columns) {
-  return 16.0 * std::numeric_limits<double>::epsilon() *
-         std::sqrt(static_cast<double>(std::max<Index>(rows, 1) * std::max<Index>(columns, 1)));
-}
-
-// Sets of columns that a null space ties together, as a null vector with several entries says.
-std::vector<std::vector<Index>> tied_columns(const Matrix& null_space) {
-  constexpr double noise = 1e-6;
-  const Index b = null_space.rows();
-  // Projector onto the null space: its entry (i, k) is not zero when columns i and k take part in one dependency.
-  const Matrix P = null_space * null_space.transpose();
-  std::vector<std::vector<Index>> sets;
-  std::vector<bool> seen(static_cast<std::size_t>(b), false);
-  for (Index start = 0; start < b; ++start) {
-    if (seen[static_cast<std::size_t>(start)] || P(start, start) < noise) {
-      continue;
-    }
-    std::vector<Index> set = {start};
-    seen[static_cast<std::size_t>(start)] = true;
-    for (std::size_t head = 0; head < set.size(); ++head) {
-      for (Index k = 0; k < b; ++k) {
-        if (!seen[static_cast<std::size_t>(k)] && std::abs(P(set[head], k)) > noise) {
-          seen[static_cast<std::size_t>(k)] = true;
-          set.push_back(k);
-        }
-      }
-    }
-    std::ranges::sort(set);
-    sets.push_back(std::move(set));
-  }
-  return sets;
-}
+using detail::column_scaled;
+using detail::ColumnScaled;
+using detail::rank_tolerance;
+using detail::tied_columns;
 
 double largest_eigenvalue(const Matrix& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(symmetric, Eigen::EigenvaluesOnly);
@@ -91,7 +52,7 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   LeastSquares out;
   out.R = all.R();
   const Vector qty = all.qty();
-  const Scaled scaled = column_scaled(out.R);
+  const ColumnScaled scaled = column_scaled(out.R);
   Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
   pivoted.setThreshold(rank_tolerance(total_rows(groups), columns));
   out.rank = pivoted.rank();
@@ -106,9 +67,7 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
         std::sqrt(largest_eigenvalue(out.R.transpose() * out.R) * largest_eigenvalue(out.unit_covariance));
     return out;
   }
-  const Vector singular = Eigen::BDCSVD<Matrix>(out.R).singularValues();
-  out.condition = singular[columns - 1] > 0.0 ? singular[0] / singular[columns - 1]
-                                              : std::numeric_limits<double>::infinity();
+  out.condition = detail::condition_number(out.R);
   // What lies in the null space can not be told; the other entries are unique all the same.
   const Eigen::BDCSVD<Matrix> svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
   const Matrix V = svd.matrixV().leftCols(out.rank);
@@ -129,7 +88,7 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
   std::vector<double> out;
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
-    const Scaled scaled = column_scaled(group.qr.R());
+    const ColumnScaled scaled = column_scaled(group.qr.R());
     Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
     pivoted.setThreshold(rank_tolerance(rows, group.qr.columns()));
     // What the dependent columns' pivots, mere rounding errors, would take of Y belongs to the residual.

@@ -1,18 +1,27 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "rivid/identify/signal_options.hpp"
 #include "rivid/regressor/base.hpp"
+#include "rivid/simulate/closed_loop.hpp"
+#include "rivid/simulate/control.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
 
-enum class Status { identified, rank_deficient };
+enum class Status {
+  identified,
+  rank_deficient,  ///< the data, or the instruments, do not determine all parameters
+  not_converged,   ///< the iteration limit came first
+  cycling,         ///< the iteration goes round among a few estimates
+  not_simulable    ///< no closed loop could be simulated with an iterate or with one near it
+};
 
-/// "identified", "rank_deficient".
+/// "identified", "rank_deficient", "not_converged", "cycling", "not_simulable".
 [[nodiscard]] std::string_view name(Status status);
 
 /// One identified base parameter with its statistics, Eqs. (17–19) of [RIV].
@@ -55,6 +64,44 @@ struct Validation {
   Fit fit;
 };
 
+/// Distance of one motion from another, joint by joint: ‖a − b‖ / ‖b‖ of positions, velocities, accelerations, (n) each.
+struct MotionError {
+  Vector q;
+  Vector qd;
+  Vector qdd;
+};
+
+/// One iterate of IDIM-IV: the parameters, and the closed loop that was simulated with them.
+struct IvIteration {
+  Vector chi;                   ///< χ̂_k, (b); k = 0 is the start
+  double error_norm = 0.0;      ///< ‖ε_k‖ = ‖Y − V_k χ̂_k‖
+  Vector joint_error_norm;      ///< the same for the rows of each joint, (n)
+  double relative_error = 0.0;  ///< ‖ε_k‖ / ‖Y‖
+  MotionError to_measured;      ///< of the simulated motion from the filtered measured one
+  MotionError to_reference;     ///< of the simulated motion from the reference
+  Vector J;                     ///< design inertias that the gains were adapted to, (n) [kg·m² | kg]
+  std::vector<Gain> gains;      ///< of the control law
+  double condition_V = 0.0;     ///< of V
+  double condition_VW = 0.0;    ///< of Q_Vᵀ W
+  double largest_step =
+      0.0;  ///< largest change of a parameter from the last iterate, in its standard deviations
+  SimulationEffort effort;  ///< of the simulations
+  std::string safeguard;    ///< what was simulated instead where χ̂_k itself could not be
+};
+
+/// How well the assumed controller explains the log.
+struct LoopDiagnosis {
+  /// Relative error of the control signal that the law gives for the measured motion, (n); empty where the log has none.
+  Vector control_error;
+  Vector tracking_ratio;  ///< ‖q_simulated − q‖ / ‖q_r − q‖, (n): small where the loop is the actual one
+};
+
+/// What IDIM-IV did on its way.
+struct IvHistory {
+  std::vector<IvIteration> iterations;
+  LoopDiagnosis loop;
+};
+
 /// What an identification found, the answer of identify().
 struct [[nodiscard]] Identification {
   std::string method;  ///< "ols", "wls"
@@ -77,6 +124,7 @@ struct [[nodiscard]] Identification {
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
   std::vector<Validation> validation;
+  std::optional<IvHistory> iv;  ///< of the methods that iterate
 };
 
 }  // namespace rivid

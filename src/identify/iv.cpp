@@ -1,0 +1,554 @@
+#include "rivid/identify/iv.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "identify/feasible.hpp"
+#include "identify/fit.hpp"
+#include "identify/loop.hpp"
+#include "identify/row_source.hpp"
+#include "identify/thread_team.hpp"
+#include "rivid/error.hpp"
+#include "rivid/simulate/inertia.hpp"
+#include "rivid/solve/instrumental.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::AuxiliaryLoop;
+
+// Halvings of a step whose end can not be simulated.
+constexpr int most_halvings = 5;
+// A step counts as one of a cycle where it leads back to within this part of itself.
+constexpr double cycle_return = 0.1;
+constexpr int most_dampings = 3;
+// Instruments beyond this conditioning are warned of.
+constexpr double weak_condition = 1e6;
+// The assumed loop is in doubt where the law rebuilds the control signal worse than this, or the simulated motion lies
+// farther from the measured one than this part of the tracking error.
+constexpr double doubtful_control = 0.2;
+constexpr double doubtful_tracking = 0.5;
+
+bool is_sign(ParameterKind kind) {
+  using enum ParameterKind;
+  return kind == Fc || kind == Fc_plus || kind == Fc_minus || kind == Fcm;
+}
+
+// Takes rows [V W Y] of a joint into the factor of the instruments.
+class InstrumentSink final : public detail::RowSink {
+ public:
+  // signs: columns of W, within the joint's own, that are taken from V instead.
+  InstrumentSink(StreamingQr& qr, std::vector<Index> signs) : qr_(qr), signs_(std::move(signs)) {}
+
+  RowsRoom room(Index wanted) override { return room_ = qr_.room(wanted); }
+  void commit(std::span<const Index> samples) override {
+    const auto count = static_cast<Index>(samples.size());
+    const RowsTarget& target = room_.target;
+    for (const Index c : signs_) {
+      std::copy_n(target.data + c * target.ld, count, target.data + (qr_.columns() + c) * target.ld);
+    }
+    qr_.commit(count);
+  }
+
+ private:
+  StreamingQr& qr_;
+  std::vector<Index> signs_;
+  RowsRoom room_{};
+};
+
+// Distances of a motion from another over several logs, sums of squares first.
+class MotionDistance {
+ public:
+  explicit MotionDistance(Index n) : difference_(Matrix::Zero(n, 3)), whole_(Matrix::Zero(n, 3)) {}
+  void add(const Motion& a, const Motion& b) {
+    const std::array<std::pair<const Matrix*, const Matrix*>, 3> parts = {
+        {{&a.q, &b.q}, {&a.qd, &b.qd}, {&a.qdd, &b.qdd}}};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const auto c = static_cast<Index>(i);
+      difference_.col(c) += (*parts[i].first - *parts[i].second).colwise().squaredNorm().transpose();
+      whole_.col(c) += parts[i].second->colwise().squaredNorm().transpose();
+    }
+  }
+  [[nodiscard]] MotionError error() const {
+    const Matrix ratio = (difference_.array() / whole_.array().max(1e-300)).sqrt();
+    return {ratio.col(0), ratio.col(1), ratio.col(2)};
+  }
+
+ private:
+  Matrix difference_;
+  Matrix whole_;
+};
+
+// One identification: what stays the same over its iterations, and the iterations.
+class Run {
+ public:
+  Run(const Robot& robot, std::span<const Log> logs, const Iv& method)
+      : robot_(robot), method_(method), logs_(logs), n_(robot.size()), team_(std::max(method.threads, 1)) {
+    out_.method = "iv";
+    out_.title = "IDIM-IV";
+    if (logs.empty()) {
+      throw InputError("identify(IDIM-IV): no log is given");
+    }
+    if (const auto fault = method.complaint(robot)) {
+      throw InputError("identify(IDIM-IV): " + *fault);
+    }
+    out_.signal = method.signal;
+    out_.base = base_parameters(robot);
+    out_.columns = base().size();
+    if (method.chi_0.size() > 0 && (method.chi_0.size() != base().size() || !method.chi_0.allFinite())) {
+      throw InputError("identify(IDIM-IV): chi_0 has " + counted(method.chi_0.size(), "value") +
+                       ", must have one, finite, for each of " + counted(base().size(), "base parameter"));
+    }
+    out_.iv.emplace();
+    if (auto doubt = base().doubt()) {
+      out_.warnings.push_back(std::move(*doubt));
+    }
+    signals_.reserve(logs.size());
+    for (const Log& log : logs) {
+      signals_.push_back(without_transient(log));
+      detail::add_factors(data_, factors(robot, base(), log, signals_.back(), method.threads));
+      loops_.push_back(std::make_unique<AuxiliaryLoop>(robot, log, method));
+    }
+    for (const RowGroup& group : data_.groups) {
+      rows_ += group.qr.rows();
+      y_norm_ = std::hypot(y_norm_, group.qr.y_norm());
+    }
+    if (rows_ <= base().size()) {
+      throw InputError("identify(IDIM-IV): " + std::to_string(rows_) + " rows for " +
+                       std::to_string(base().size()) +
+                       " base parameters; more rows than parameters are needed");
+    }
+    weights_.assign(data_.groups.size(), 1.0);
+    if (method.weights == Iv::Weights::by_joint) {
+      weights_ = detail::joint_weights("identify(IDIM-IV)", robot, data_);
+    }
+  }
+
+  Identification result() && {
+    iterate();
+    conclude();
+    return std::move(out_);
+  }
+
+ private:
+  // The loops of all logs, simulated with some parameters.
+  struct Loop {
+    std::string failure;  // empty where all were simulated
+    std::vector<Motion> motions;
+    std::unique_ptr<DynamicModel> model;  // that the law may look into
+    std::unique_ptr<ControlLaw> law;
+    Vector J;
+    SimulationEffort effort;
+  };
+
+  [[nodiscard]] const BaseParameters& base() const { return out_.base; }
+  [[nodiscard]] std::vector<IvIteration>& history() { return out_.iv->iterations; }
+
+  [[nodiscard]] SignalOptions without_transient(const Log& log) const {
+    SignalOptions signal = method_.signal;
+    if (method_.transient > 0.0) {
+      auto window = signal.window.value_or(std::array{log.t[0], log.t[log.samples() - 1]});
+      window[0] = std::max(window[0], log.t[0] + method_.transient);
+      signal.window = window;
+    }
+    return signal;
+  }
+
+  [[nodiscard]] Vector start() const {
+    if (method_.chi_0.size() > 0) {
+      return method_.chi_0;
+    }
+    switch (method_.start) {
+      case Iv::Start::a_priori:
+        return base().from_standard(robot_.chi_st());
+      case Iv::Start::least_squares:
+        return least_squares(data_.groups, base().size(), weights_).chi;
+      case Iv::Start::regular:
+        break;
+    }
+    return regular_start(robot_, base());
+  }
+
+  void tell(double fraction) const {
+    if (method_.progress) {
+      method_.progress("iteration " + std::to_string(out_.iv->iterations.size()), fraction);
+    }
+  }
+
+  [[nodiscard]] Loop simulated(const Vector& chi) const {
+    Loop loop;
+    try {
+      loop.model = std::make_unique<DynamicModel>(robot_, base(), chi);
+      for (const auto& auxiliary : loops_) {
+        const Vector J = design_inertia(*loop.model, auxiliary->measured().q);
+        loop.J = loop.J.size() == 0 ? J : loop.J.cwiseMax(J);
+      }
+      for (std::size_t k = 0; k < loops_.size(); ++k) {
+        // A law is made anew for each simulation: it may keep scratch.
+        loop.law = method_.control({robot_, *loop.model, loop.J});
+        Simulation simulation = loops_[k]->simulate(*loop.model, *loop.law);
+        loop.effort.steps += simulation.effort.steps;
+        loop.effort.right_hand_sides += simulation.effort.right_hand_sides;
+        loop.effort.restarts += simulation.effort.restarts;
+        loop.effort.mode_changes += simulation.effort.mode_changes;
+        loop.effort.seconds += simulation.effort.seconds;
+        if (simulation.outcome != Outcome::completed) {
+          loop.failure = logs_[k].source + ": " + simulation.reason;
+          return loop;
+        }
+        loop.motions.push_back(std::move(simulation.motion));
+        tell(static_cast<double>(k + 1) / static_cast<double>(loops_.size()));
+      }
+    } catch (const NumericsError& error) {
+      loop.failure = error.what();
+    }
+    return loop;
+  }
+
+  // A loop with these parameters; or with the nearest physical ones, or on the way back to the last ones, where they are
+  // no robot.
+  [[nodiscard]] Loop safeguarded(Vector& chi, std::string& safeguard) {
+    Loop loop = simulated(chi);
+    if (loop.failure.empty()) {
+      return loop;
+    }
+    const std::string first_failure = loop.failure;
+    loop = simulated(detail::feasible_near(robot_, base(), chi));
+    if (loop.failure.empty()) {
+      safeguard = first_failure + "; simulated with the nearest physical parameters";
+      return loop;
+    }
+    if (!history().empty()) {
+      Vector step = chi - history().back().chi;
+      for (int halving = 1; halving <= most_halvings; ++halving) {
+        step *= 0.5;
+        chi = history().back().chi + step;
+        loop = simulated(chi);
+        if (loop.failure.empty()) {
+          safeguard = first_failure + "; the step was halved " + counted(halving, "time");
+          return loop;
+        }
+      }
+    }
+    loop.failure = first_failure;
+    return loop;
+  }
+
+  // Factors of [V | W Y] of all logs.
+  [[nodiscard]] std::vector<InstrumentalGroup> instruments(const Loop& loop) {
+    std::vector<InstrumentalGroup> groups;
+    const std::vector<StandardParameter> columns = base().columns();
+    std::vector<std::vector<Index>> signs;
+    for (const RowGroup& group : data_.groups) {
+      const auto own = static_cast<Index>(group.columns.size());
+      groups.push_back({group.columns, StreamingQr(own, own + 1)});
+      signs.emplace_back();
+      for (Index c = 0; c < own; ++c) {
+        const auto column = static_cast<std::size_t>(group.columns[static_cast<std::size_t>(c)]);
+        if (method_.signs == Iv::Signs::simulated && is_sign(columns[column].kind)) {
+          signs.back().push_back(c);
+        }
+      }
+    }
+    for (std::size_t k = 0; k < logs_.size(); ++k) {
+      detail::RowSource source(robot_, base(), logs_[k], signals_[k], team_);
+      std::vector<InstrumentSink> own_sinks;
+      own_sinks.reserve(groups.size());
+      std::vector<detail::RowSink*> sinks;
+      for (std::size_t j = 0; j < groups.size(); ++j) {
+        sinks.push_back(&own_sinks.emplace_back(groups[j].qr, signs[j]));
+      }
+      source.send(sinks, std::span(&loop.motions[k], 1));
+    }
+    return groups;
+  }
+
+  [[nodiscard]] IvIteration told(const Vector& chi, const Loop& loop,
+                                 const std::vector<InstrumentalGroup>& groups,
+                                 const InstrumentalVariables& solution) const {
+    IvIteration out;
+    out.chi = chi;
+    out.joint_error_norm = Vector(n_);
+    for (Index j = 0; j < n_; ++j) {
+      const InstrumentalGroup& group = groups[static_cast<std::size_t>(j)];
+      out.joint_error_norm[j] = group.qr.residual_norm(chi(group.columns));
+    }
+    out.error_norm = out.joint_error_norm.norm();
+    out.relative_error = out.error_norm / y_norm_;
+    MotionDistance to_measured(n_);
+    MotionDistance to_reference(n_);
+    for (std::size_t k = 0; k < loops_.size(); ++k) {
+      to_measured.add(loop.motions[k], loops_[k]->measured());
+      to_reference.add(loop.motions[k], loops_[k]->reference());
+    }
+    out.to_measured = to_measured.error();
+    out.to_reference = to_reference.error();
+    out.J = loop.J;
+    out.gains = loop.law->description().gains;
+    out.condition_V = solution.condition_V;
+    out.condition_VW = solution.condition_VW;
+    out.effort = loop.effort;
+    return out;
+  }
+
+  // Largest change of a parameter in its standard deviations.
+  [[nodiscard]] double step_in_sigmas(const Vector& step, const InstrumentalVariables& solution) const {
+    const Residual weighted = residual(data_.groups, solution.chi, weights_);
+    const double sigma = detail::deviation(weighted, freedom(), Convention::standard);
+    return (step.array() / (sigma * solution.unit_covariance.diagonal().array().sqrt())).abs().maxCoeff();
+  }
+
+  [[nodiscard]] double freedom() const { return static_cast<double>(rows_ - base().size()); }
+
+  // The weights of the next iteration: from what this estimate leaves of each joint's rows.
+  void reweight(const Vector& chi) {
+    if (method_.weights == Iv::Weights::none) {
+      return;
+    }
+    for (std::size_t j = 0; j < weights_.size(); ++j) {
+      const RowGroup& group = data_.groups[j];
+      const double norm = group.qr.residual_norm(chi(group.columns));
+      if (norm > 0.0) {
+        weights_[j] = std::sqrt(static_cast<double>(group.qr.rows())) / norm;
+      }
+    }
+  }
+
+  void iterate() {
+    Vector chi = start();
+    int dampings = 0;
+    for (int k = 0;; ++k) {
+      std::string safeguard;
+      Loop loop = safeguarded(chi, safeguard);
+      if (!loop.failure.empty()) {
+        out_.status = Status::not_simulable;
+        out_.reasons.push_back((k == 0 ? "the start" : "iterate " + std::to_string(k)) +
+                               " can not be simulated: " + loop.failure);
+        return;
+      }
+      const std::vector<InstrumentalGroup> groups = instruments(loop);
+      // The weights that made this estimate stay with it if it is the last.
+      solution_ = instrumental_variables(groups, base().size(), weights_);
+      IvIteration iteration = told(chi, loop, groups, solution_);
+      iteration.safeguard = std::move(safeguard);
+      if (!solution_.full_rank()) {
+        history().push_back(std::move(iteration));
+        detail::explain_rank(solution_.rank, solution_.undetermined,
+                             "the instruments of iteration " + std::to_string(k + 1), out_);
+        explain_locked(loop);
+        return;
+      }
+      last_ = std::move(loop);
+      if (!history().empty()) {
+        iteration.largest_step = step_in_sigmas(chi - history().back().chi, solution_);
+        const double before = history().back().error_norm;
+        const bool settled = std::abs(iteration.error_norm - before) <= method_.tolerance * before &&
+                             iteration.largest_step <= method_.parameter_tolerance;
+        history().push_back(std::move(iteration));
+        if (settled) {
+          chi_ = chi;
+          return;
+        }
+      } else {
+        history().push_back(std::move(iteration));
+      }
+      chi_ = chi;
+      if (k == method_.max_iterations) {
+        out_.status = Status::not_converged;
+        out_.reasons.push_back("not converged after " + counted(method_.max_iterations, "iteration") +
+                               ": parameters still move by " + number(history().back().largest_step, 3) +
+                               " standard deviations");
+        return;
+      }
+      Vector next = solution_.chi;
+      if (cycles(next)) {
+        if (++dampings > most_dampings) {
+          out_.status = Status::cycling;
+          out_.reasons.push_back("the iteration goes back and forth between two estimates, " +
+                                 number(history().back().largest_step, 3) +
+                                 " standard deviations apart, and damping does not help");
+          return;
+        }
+        next = 0.5 * (next + chi);
+        history().back().safeguard += history().back().safeguard.empty() ? "" : "; ";
+        history().back().safeguard += "the next step was halved, for the iteration went back and forth";
+      }
+      reweight(next);
+      chi = std::move(next);
+    }
+  }
+
+  // Whether the step from χ̂_k to `next` takes back the step before.
+  [[nodiscard]] bool cycles(const Vector& next) {
+    if (history().size() < 3) {
+      return false;
+    }
+    const Vector& now = history().back().chi;
+    const Vector& before = history()[history().size() - 2].chi;
+    const double step = step_in_sigmas(next - now, solution_);
+    return step > method_.parameter_tolerance &&
+           step_in_sigmas(next - before, solution_) < cycle_return * step;
+  }
+
+  // A joint that its friction holds throughout gives no instruments.
+  void explain_locked(const Loop& loop) {
+    for (Index j = 0; j < n_; ++j) {
+      double moving = 0.0;
+      double all = 0.0;
+      for (std::size_t k = 0; k < loops_.size(); ++k) {
+        moving += static_cast<double>((loop.motions[k].qd.col(j).array() != 0.0).count());
+        all += static_cast<double>(loop.motions[k].samples());
+      }
+      if (moving < 0.05 * all) {
+        out_.reasons.push_back(
+            "joint \"" + robot_.joints[static_cast<std::size_t>(j)].name + "\" stands still in " +
+            number(100.0 * (1.0 - moving / all), 3) +
+            " % of the simulation: the assumed controller does not overcome its friction; a wider "
+            "bandwidth or a larger motion is needed");
+      }
+    }
+  }
+
+  void conclude() {
+    const bool estimated = solution_.full_rank() && chi_.size() > 0;
+    out_.weights = weights_;
+    out_.condition = solution_.condition_VW;
+    if (!estimated) {
+      out_.chi = Vector::Constant(base().size(), std::numeric_limits<double>::quiet_NaN());
+      out_.C_chi = Matrix::Constant(base().size(), base().size(), std::numeric_limits<double>::infinity());
+      detail::describe_parameters(robot_, freedom(), out_);
+      return;
+    }
+    out_.chi = chi_;
+    const Residual weighted = residual(data_.groups, chi_, weights_);
+    const double sigma = detail::deviation(weighted, freedom(), out_.signal.convention);
+    out_.C_chi = sigma * sigma * solution_.unit_covariance;
+    out_.fit = detail::judged(robot_, data_, chi_, base().size(), out_.signal.convention);
+    out_.fit.sigma_rho = sigma;
+    detail::describe_parameters(robot_, freedom(), out_);
+    if (solution_.condition_VW > weak_condition) {
+      out_.warnings.push_back("the instruments are weak: the condition number of Q_Vᵀ W is " +
+                              number(solution_.condition_VW, 3));
+    }
+    diagnose_loop();
+  }
+
+  // How well the assumed controller explains the logs.
+  void diagnose_loop() {
+    Vector missed = Vector::Zero(n_);
+    Vector control = Vector::Zero(n_);
+    Vector apart = Vector::Zero(n_);
+    Vector tracking = Vector::Zero(n_);
+    const auto add = [](Vector& to, const Matrix& x) { to += x.colwise().squaredNorm().transpose(); };
+    for (std::size_t k = 0; k < loops_.size(); ++k) {
+      const Log& log = logs_[k];
+      if (log.v_tau.size() > 0) {
+        add(missed, loops_[k]->rebuilt_control(*last_.law) - log.v_tau);
+        add(control, log.v_tau);
+      }
+      add(apart, last_.motions[k].q - loops_[k]->measured().q);
+      add(tracking, loops_[k]->reference().q - loops_[k]->measured().q);
+    }
+    LoopDiagnosis& loop = out_.iv->loop;
+    if (control.maxCoeff() > 0.0) {
+      loop.control_error = (missed.array() / control.array()).sqrt();
+    }
+    if (method_.follows == Iv::Follows::reference) {
+      loop.tracking_ratio = (apart.array() / tracking.array()).sqrt();
+    }
+    const auto warn = [&](const Vector& error, double limit, std::string_view what) {
+      for (Index j = 0; j < error.size(); ++j) {
+        if (error[j] > limit) {
+          out_.warnings.push_back(
+              "joint \"" + robot_.joints[static_cast<std::size_t>(j)].name + "\": " + std::string(what) +
+              " by " + number(100.0 * error[j], 3) +
+              " %; the assumed controller may not be the actual one, which makes the instruments "
+              "weaker");
+        }
+      }
+    };
+    warn(loop.control_error, doubtful_control, "the control law misses the recorded control signal");
+    warn(loop.tracking_ratio, doubtful_tracking,
+         "the simulated motion misses the measured one, in units of the tracking error,");
+  }
+
+  const Robot& robot_;
+  const Iv& method_;
+  std::span<const Log> logs_;
+  Index n_;
+  detail::ThreadTeam team_;
+  std::vector<SignalOptions> signals_;  // one a log
+  std::vector<std::unique_ptr<AuxiliaryLoop>> loops_;
+  RowFactors data_;  // of [W Y]
+  Index rows_ = 0;
+  double y_norm_ = 0.0;
+  std::vector<double> weights_;
+  InstrumentalVariables solution_;  // of the instruments that were simulated last
+  Loop last_;
+  Vector chi_;
+  Identification out_;
+};
+
+}  // namespace
+
+std::optional<std::string> Iv::complaint(const Robot& robot) const {
+  if (!control) {
+    return "control is not set; the loop that makes the instruments needs a control law, PdControl say";
+  }
+  if (auto fault = signal.complaint(robot.size())) {
+    return fault;
+  }
+  if (auto fault = sampling.complaint(robot.size())) {
+    return fault;
+  }
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
+  for (const auto& [key, value] :
+       {std::pair("tolerance", tolerance), std::pair("parameter_tolerance", parameter_tolerance)}) {
+    if (!positive(value)) {
+      return std::string(key) + " is " + number(value) + ", must be positive";
+    }
+  }
+  for (const auto& [key, value] :
+       {std::pair("transient", transient), std::pair("reference_cutoff_hz", reference_cutoff_hz)}) {
+    if (!(std::isfinite(value) && value >= 0.0)) {
+      return std::string(key) + " is " + number(value) + ", must not be negative";
+    }
+  }
+  for (const auto& [key, value] :
+       {std::pair("max_iterations", max_iterations), std::pair("threads", threads)}) {
+    if (value < 1) {
+      return std::string(key) + " is " + std::to_string(value) + ", must be at least 1";
+    }
+  }
+  return std::nullopt;
+}
+
+std::string_view name(Iv::Start start) {
+  constexpr std::array<std::string_view, 3> names = {"regular", "a_priori", "least_squares"};
+  return names[static_cast<std::size_t>(start)];
+}
+
+Vector regular_start(const Robot& robot, const BaseParameters& base) {
+  Vector chi_st = Vector::Zero(static_cast<Index>(base.standard.size()));
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const Joint& joint = robot.joints[j];
+    const ParameterKind kind = joint.rotor_inertia                 ? ParameterKind::Ia
+                               : joint.type == JointType::revolute ? ParameterKind::ZZ
+                                                                   : ParameterKind::M;
+    for (std::size_t i = 0; i < base.standard.size(); ++i) {
+      if (base.standard[i].joint == static_cast<int>(j) && base.standard[i].kind == kind) {
+        chi_st[static_cast<Index>(i)] = 1.0;
+      }
+    }
+  }
+  return base.from_standard(chi_st);
+}
+
+Identification identify(const Robot& robot, std::span<const Log> logs, const Iv& method) {
+  return Run(robot, logs, method).result();
+}
+
+}  // namespace rivid

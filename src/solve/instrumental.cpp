@@ -1,0 +1,58 @@
+#include "rivid/solve/instrumental.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <limits>
+
+#include "solve/rank.hpp"
+
+namespace rivid {
+
+InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> groups, Index columns,
+                                             std::span<const double> weights) {
+  // Below its triangle V is zero, so what W and Y have there takes no part in Vᵀ W and Vᵀ Y.
+  StreamingQr all(columns, columns + 1);
+  Matrix V;
+  Matrix WY;
+  Index rows = 0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const StreamingQr& qr = groups[g].qr;
+    const Index m = qr.columns();
+    V.setZero(m, columns);
+    WY.setZero(m, columns + 1);
+    for (Index c = 0; c < m; ++c) {
+      const Index to = groups[g].columns[static_cast<std::size_t>(c)];
+      V.col(to).head(c + 1) = weights[g] * qr.R().col(c).head(c + 1);
+      WY.col(to) = weights[g] * qr.qt_carried().col(c);
+    }
+    WY.col(columns) = weights[g] * qr.qty();
+    all.add(V, WY);
+    rows += qr.rows();
+  }
+
+  InstrumentalVariables out;
+  out.R_VV = all.R();
+  out.R_VW = all.qt_carried().leftCols(columns);
+  out.condition_V = detail::condition_number(out.R_VV);
+  out.condition_VW = detail::condition_number(out.R_VW);
+  const detail::ColumnScaled scaled = detail::column_scaled(out.R_VW);
+  Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
+  pivoted.setThreshold(detail::rank_tolerance(rows, columns));
+  out.rank = pivoted.rank();
+  out.smallest_pivot = std::abs(pivoted.matrixR()(columns - 1, columns - 1));
+  if (out.rank == columns) {
+    out.chi = scaled.norms.cwiseInverse().asDiagonal() * pivoted.solve(all.qty());
+    const Matrix inverse =
+        scaled.norms.cwiseInverse().asDiagonal() * pivoted.solve(Matrix::Identity(columns, columns));
+    out.unit_covariance = inverse * inverse.transpose();
+    return out;
+  }
+  out.chi = Vector::Constant(columns, std::numeric_limits<double>::quiet_NaN());
+  out.unit_covariance = Matrix::Constant(columns, columns, std::numeric_limits<double>::infinity());
+  // The instruments that are missing show in V itself: a joint that never moves, a direction that never turns.
+  const Eigen::BDCSVD<Matrix> svd(scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  out.undetermined = detail::tied_columns(svd.matrixV().rightCols(columns - out.rank));
+  return out;
+}
+
+}  // namespace rivid
