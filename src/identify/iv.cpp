@@ -27,6 +27,8 @@ constexpr double cycle_return = 0.1;
 constexpr int most_dampings = 3;
 // Instruments beyond this conditioning are warned of.
 constexpr double weak_condition = 1e6;
+// Position error [rad | m] that a law's stiffness is told from: too small to saturate it.
+constexpr double dead_band_probe = 1e-6;
 // The assumed loop is in doubt where the law rebuilds the control signal worse than this, or the simulated motion lies
 // farther from the measured one than this part of the tracking error.
 constexpr double doubtful_control = 0.2;
@@ -248,7 +250,7 @@ class Run {
       signs.emplace_back();
       for (Index c = 0; c < own; ++c) {
         const auto column = static_cast<std::size_t>(group.columns[static_cast<std::size_t>(c)]);
-        if (method_.signs == Iv::Signs::simulated && is_sign(columns[column].kind)) {
+        if (simulated_signs() && is_sign(columns[column].kind)) {
           signs.back().push_back(c);
         }
       }
@@ -299,6 +301,15 @@ class Run {
     const Residual weighted = residual(data_.groups, solution.chi, weights_);
     const double sigma = detail::deviation(weighted, freedom(), Convention::standard);
     return (step.array() / (sigma * solution.unit_covariance.diagonal().array().sqrt())).abs().maxCoeff();
+  }
+
+  // The loop of the start knows nothing of friction yet, and its signs are little use.
+  [[nodiscard]] bool simulated_signs() const {
+    if (out_.iv->iterations.empty()) {
+      return false;
+    }
+    return method_.signs == Iv::Signs::simulated ||
+           (method_.signs == Iv::Signs::automatic && method_.signal.cutoff_hz == 0.0);
   }
 
   [[nodiscard]] double freedom() const { return static_cast<double>(rows_ - base().size()); }
@@ -410,6 +421,24 @@ class Run {
             "bandwidth or a larger motion is needed");
       }
     }
+  }
+
+  // How far a joint's position must be off before a proportional law overcomes its friction: Fc / (ω_n² J) for PD (40).
+  [[nodiscard]] std::string dead_band(const Loop& loop, Index j) const {
+    const Vector none = Vector::Zero(n_);
+    Vector x = Vector::Zero(loop.law->states());
+    Vector xd = x;
+    Vector v(n_);
+    loop.law->control({0.0, none, none, Vector::Unit(n_, j) * dead_band_probe, none, none}, x, v, xd);
+    const double stiffness = (robot_.drive_matrix() * v)[j] / dead_band_probe;
+    double Fc = 0.0;
+    for (const DryFriction& law : loop.model->dry_friction()) {
+      Fc += law.direction[j] != 0.0 ? 0.5 * (law.Fc_plus + law.Fc_minus) : 0.0;
+    }
+    if (!(stiffness > 0.0) || Fc == 0.0) {
+      return "";
+    }
+    return ", which holds it within " + number(Fc / stiffness, 3) + " of its reference";
   }
 
   void conclude() {

@@ -25,6 +25,8 @@ constexpr std::array<std::string_view, 5> outcome_names = {"completed", "not pos
 
 // Instants that agree to this part of a sample are one.
 constexpr double same_instant = 1e-6;
+// Part of a sample that nothing happens in.
+constexpr double no_time = 1e-9;
 // While a joint sticks, the torques that hold it are looked at after so many samples at the latest.
 constexpr double samples_between_looks = 10.0;
 // The clock is looked at once in so many steps.
@@ -169,8 +171,12 @@ class Run {
         return;
       }
       const double stop = in_periods ? begin_ + static_cast<double>(period + 1) * period_ : end;
-      while (t_ < stop && !over_) {
+      // An event may lie so close to the end of a period that no step fits between.
+      while (stop - t_ > no_time / options_.f_m && !over_) {
         advance(stop);
+      }
+      if (!over_) {
+        t_ = stop;
       }
       if (next_ >= samples_) {
         return;

@@ -49,9 +49,18 @@ InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> 
   }
   out.chi = Vector::Constant(columns, std::numeric_limits<double>::quiet_NaN());
   out.unit_covariance = Matrix::Constant(columns, columns, std::numeric_limits<double>::infinity());
-  // The instruments that are missing show in V itself: a joint that never moves, a direction that never turns.
-  const Eigen::BDCSVD<Matrix> svd(scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  out.undetermined = detail::tied_columns(svd.matrixV().rightCols(columns - out.rank));
+  // A joint that never moves, a direction that never turns shows in V itself.
+  const detail::ColumnScaled V_scaled = detail::column_scaled(out.R_VV);
+  const Eigen::BDCSVD<Matrix> of_V(V_scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vector& singular = of_V.singularValues();
+  const double noise = detail::rank_tolerance(rows, columns) * singular[0];
+  const Index missing = (singular.array() <= noise).count();
+  if (missing > 0) {
+    out.undetermined = detail::tied_columns(of_V.matrixV().rightCols(missing));
+    return out;
+  }
+  const Eigen::BDCSVD<Matrix> of_VW(scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  out.undetermined = detail::tied_columns(of_VW.matrixV().rightCols(columns - out.rank));
   return out;
 }
 

@@ -26,8 +26,12 @@ struct Iv {
     measured    ///< the zero-phase filtered measured positions, where no reference was logged
   };
   /// Velocity whose sign the Coulomb columns of W have. The sign of a noisy velocity is no linear function of the noise,
-  /// so that instruments do not help against it.
-  enum class Signs { measured, simulated };
+  /// so that instruments do not help against it; that of the simulated one is wrong where the assumed loop is.
+  enum class Signs {
+    automatic,  ///< measured where the positions are filtered, simulated where they are not
+    measured,
+    simulated
+  };
   enum class Weights {
     none,
     by_joint  ///< each joint's rows of V, W and Y divided by the standard deviation of its error, (20)
@@ -42,7 +46,7 @@ struct Iv {
   Start start = Start::regular;
   Vector chi_0 = {};  ///< (b) values to begin with instead, or empty
 
-  Signs signs = Signs::simulated;
+  Signs signs = Signs::automatic;
   Weights weights = Weights::by_joint;
 
   /// Where the simulation begins: on the reference, or in the state that was measured.
