@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 5> outcome_names = {"completed", "not pos
 constexpr double same_instant = 1e-6;
 // While a joint sticks, the torques that hold it are looked at after so many samples at the latest.
 constexpr double samples_between_looks = 10.0;
-// The clock is looked at once in so many steps.
+// The clock is looked at, and progress told, once in so many steps.
 constexpr Index steps_between_clocks = 256;
 
 std::optional<std::string> wrong_size(std::string_view what, Index got, Index n) {
@@ -246,6 +246,9 @@ class Run {
                        "the budget of " + counted(options_.max_steps, "step") + " is used up");
     }
     if (out_.effort.steps % steps_between_clocks == 0) {
+      if (options_.progress) {
+        options_.progress(static_cast<double>(next_) / static_cast<double>(samples_));
+      }
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - began_;
       if (taken.count() > options_.max_seconds) {
         end_early(Outcome::too_slow, "the budget of " + number(options_.max_seconds) + " s is used up");
