@@ -174,7 +174,7 @@ SimulationOptions read_options(TomlReader& keys, Index n, const std::optional<Co
                                     {"dormand_prince", Integrator::dormand_prince},
                                     {"rk4", Integrator::rk4}}})
                        .value_or(out.integrator);
-  out.friction = keys.choice("friction",
+  out.friction = keys.choice("dry_friction",
                              std::array<std::pair<std::string_view, DryFrictionScheme>, 3>{
                                  {{"exact", DryFrictionScheme::exact},
                                   {"smooth", DryFrictionScheme::smooth},
