@@ -1,6 +1,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "experiment/column_reader.hpp"
 #include "experiment/simulation_sections.hpp"
@@ -37,15 +38,21 @@ void read_poles(TomlReader& keys, Specification& out, Index n) {
   out.v_tau_max = read_per_joint(keys, "v_tau_max", n);
 }
 
+// A law as its keys tell it. What is wrong with it is told when all keys are known: a mistyped one comes first.
+struct LawSection {
+  std::optional<std::string> complaint;
+  Vector omega_n;
+  Control control;
+};
+
 template <typename Specification>
-Control checked(const TomlReader& keys, const Robot& robot, Specification specification) {
-  if (const auto complaint = specification.complaint(robot)) {
-    keys.fail(*complaint);
-  }
-  return specification;
+LawSection section_of(const Robot& robot, Specification specification) {
+  return {.complaint = specification.complaint(robot),
+          .omega_n = specification.omega_n,
+          .control = std::move(specification)};
 }
 
-Control read_pd(TomlReader& keys, const Robot& robot, Vector& omega_n) {
+LawSection read_pd(TomlReader& keys, const Robot& robot) {
   const Index n = robot.size();
   PdControl out;
   read_poles(keys, out, n);
@@ -53,11 +60,10 @@ Control read_pd(TomlReader& keys, const Robot& robot, Vector& omega_n) {
   out.k_v = read_per_joint(keys, "k_v", n);
   out.J_apriori = read_per_joint(keys, "J_apriori", n);
   out.reference_velocity = keys.boolean("reference_velocity").value_or(out.reference_velocity);
-  omega_n = out.omega_n;
-  return checked(keys, robot, std::move(out));
+  return section_of(robot, std::move(out));
 }
 
-Control read_pid(TomlReader& keys, const Robot& robot, Vector& omega_n) {
+LawSection read_pid(TomlReader& keys, const Robot& robot) {
   const Index n = robot.size();
   PidControl out;
   read_poles(keys, out, n);
@@ -67,11 +73,10 @@ Control read_pid(TomlReader& keys, const Robot& robot, Vector& omega_n) {
   out.K_d = read_per_joint(keys, "K_d", n);
   out.J_apriori = read_per_joint(keys, "J_apriori", n);
   out.tracking_time = read_per_joint(keys, "tracking_time", n);
-  omega_n = out.omega_n;
-  return checked(keys, robot, std::move(out));
+  return section_of(robot, std::move(out));
 }
 
-Control read_cascade(TomlReader& keys, const Robot& robot, Vector& omega_n) {
+LawSection read_cascade(TomlReader& keys, const Robot& robot) {
   const Index n = robot.size();
   CascadeControl out;
   read_poles(keys, out, n);
@@ -82,11 +87,10 @@ Control read_cascade(TomlReader& keys, const Robot& robot, Vector& omega_n) {
   out.J_apriori = read_per_joint(keys, "J_apriori", n);
   out.feed_forward = read_per_joint(keys, "feed_forward", n);
   out.tracking_time = read_per_joint(keys, "tracking_time", n);
-  omega_n = out.omega_n;
-  return checked(keys, robot, std::move(out));
+  return section_of(robot, std::move(out));
 }
 
-Control read_computed_torque(TomlReader& keys, const Robot& robot, Vector& omega_n) {
+LawSection read_computed_torque(TomlReader& keys, const Robot& robot) {
   const Index n = robot.size();
   ComputedTorqueControl out;
   read_poles(keys, out, n);
@@ -100,8 +104,7 @@ Control read_computed_torque(TomlReader& keys, const Robot& robot, Vector& omega
   if (model == ControllerModel::a_priori) {
     out.model = std::make_shared<const DynamicModel>(robot, robot.chi_st());
   }
-  omega_n = out.omega_n;
-  return checked(keys, robot, std::move(out));
+  return section_of(robot, std::move(out));
 }
 
 std::vector<double> read_velocity_filter(TomlReader& keys, std::vector<double> otherwise) {
@@ -157,26 +160,26 @@ Sampling read_sampling(TomlReader& keys, Index n) {
 }  // namespace
 
 ControlLoop read_control(TomlReader keys, const Robot& robot) {
-  ControlLoop out;
   const auto law = keys.choice("law", law_words);
   if (!law) {
     keys.look_for_mistyped({"law"});
     keys.fail("must name its law: \"pd\", \"pid\", \"cascade\" or \"computed_torque\"");
   }
-  switch (*law) {
-    case Law::pd:
-      out.control = read_pd(keys, robot, out.omega_n);
-      break;
-    case Law::pid:
-      out.control = read_pid(keys, robot, out.omega_n);
-      break;
-    case Law::cascade:
-      out.control = read_cascade(keys, robot, out.omega_n);
-      break;
-    case Law::computed_torque:
-      out.control = read_computed_torque(keys, robot, out.omega_n);
-      break;
-  }
+  const auto read = [&]() -> LawSection {
+    switch (*law) {
+      case Law::pid:
+        return read_pid(keys, robot);
+      case Law::cascade:
+        return read_cascade(keys, robot);
+      case Law::computed_torque:
+        return read_computed_torque(keys, robot);
+      case Law::pd:
+        break;
+    }
+    return read_pd(keys, robot);
+  };
+  LawSection section = read();
+  ControlLoop out;
   out.sampling = read_sampling(keys, robot.size());
   out.design_inertia = keys.choice("design_inertia",
                                    std::array<std::pair<std::string_view, ControlLoop::InertiaOver>, 2>{
@@ -185,6 +188,11 @@ ControlLoop read_control(TomlReader keys, const Robot& robot) {
                            .value_or(out.design_inertia);
   out.assumed = keys.boolean("assumed").value_or(out.assumed);
   keys.finish();
+  if (section.complaint) {
+    keys.fail(*section.complaint);
+  }
+  out.control = std::move(section.control);
+  out.omega_n = std::move(section.omega_n);
   return out;
 }
 

@@ -1,5 +1,6 @@
 #include <array>
 #include <string>
+#include <variant>
 
 #include "experiment/column_reader.hpp"
 #include "experiment/simulation_sections.hpp"
@@ -64,9 +65,6 @@ FourierSeries read_fourier(TomlReader& keys, const Path& file, Index n) {
   }
   out.q0 = read_per_joint(keys, "q0", n);
   out.duration = keys.number("duration").value_or(out.duration);
-  if (const auto complaint = out.complaint()) {
-    keys.fail(*complaint);
-  }
   return out;
 }
 
@@ -93,9 +91,6 @@ PointToPoint read_point_to_point(TomlReader& keys, Index n) {
   out.max_acceleration = read_per_joint(keys, "max_acceleration", n);
   out.max_jerk = read_per_joint(keys, "max_jerk", n);
   out.dwell = as_vector(keys.numbers("dwell"));
-  if (const auto complaint = out.complaint()) {
-    keys.fail(*complaint);
-  }
   return out;
 }
 
@@ -187,19 +182,17 @@ SimulationOptions read_options(TomlReader& keys, Index n, const std::optional<Co
   out.max_steps = keys.integer("max_steps").value_or(out.max_steps);
   out.max_seconds = keys.number("max_seconds").value_or(out.max_seconds);
   out.max_velocity = keys.number("max_velocity").value_or(out.max_velocity);
-  if (const auto complaint = out.complaint(n)) {
-    keys.fail(*complaint);
-  }
   return out;
 }
 
-NoiseOptions read_noise(TomlReader& keys, Index n, bool sampled) {
+NoiseOptions read_noise(TomlReader& keys, Index n, const std::optional<ControlLoop>& control) {
+  const bool sampled = control && control->sampling.period > 0.0;
   NoiseOptions out;
   out.position = read_per_joint(keys, "position_noise", n);
   out.torque = read_per_joint(keys, "torque_noise", n);
   out.disturbance = read_per_joint(keys, "disturbance", n);
   out.feedback = keys.boolean("noise_feedback").value_or(sampled);
-  if (out.feedback && !sampled) {
+  if (out.feedback && control && !sampled) {
     keys.fail(*keys.find("noise_feedback"), "noise_feedback",
               "is true, but the law of [control] is continuous: errors of the measurement go through a law "
               "that is sampled, with a rate_hz");
@@ -209,9 +202,6 @@ NoiseOptions read_noise(TomlReader& keys, Index n, bool sampled) {
       keys.fail(*keys.find("seed"), "seed", "is " + std::to_string(*seed) + ", must not be negative");
     }
     out.seed = static_cast<std::uint64_t>(*seed);
-  }
-  if (const auto complaint = out.complaint(n)) {
-    keys.fail(*complaint);
   }
   return out;
 }
@@ -242,7 +232,16 @@ ReferenceSource read_reference_source(TomlReader keys, const Path& folder, Index
       out.motion = read_point_to_point(keys, n);
       break;
   }
+  // A mistyped key is told before what is missing for it.
   keys.finish();
+  const auto* const series = std::get_if<FourierSeries>(&out.motion);
+  const auto* const moves = std::get_if<PointToPoint>(&out.motion);
+  const auto complaint = series != nullptr  ? series->complaint()
+                         : moves != nullptr ? moves->complaint()
+                                            : std::nullopt;
+  if (complaint) {
+    keys.fail(*complaint);
+  }
   return out;
 }
 
@@ -256,10 +255,15 @@ SimulationPlan read_simulation(TomlReader keys, const Path& folder, Index n,
   }
   out.duration = positive(keys, "duration", 0.0, "s");
   out.options = read_options(keys, n, control);
-  out.noise = read_noise(keys, n, control && control->sampling.period > 0.0);
+  out.noise = read_noise(keys, n, control);
   out.added_control = read_added_control(keys, folder, n);
   out.columns = read_recorded(keys, out.columns);
   keys.finish();
+  for (const auto& complaint : {out.options.complaint(n), out.noise.complaint(n)}) {
+    if (complaint) {
+      keys.fail(*complaint);
+    }
+  }
   if (out.noise.torque.size() > 0 && !out.columns.torque) {
     keys.fail(
         "torque_noise is an error of the recorded torques: record = [\"torque\", …] is required with it");

@@ -78,9 +78,8 @@ TEST_F(SimulationSections, TakeEveryLawByPolesAndByGains) {
   EXPECT_EQ(law_of("[control]\nlaw = \"pd\"\nk_p = 5\nk_v = 8\nJ_apriori = [2, 0.2]\n").gains[1].values,
             (Vector{{16.0, 4.0}}));
   EXPECT_EQ(law_of("[control]\nlaw = \"pid\"\nK_p = 5\nK_i = 1\nK_d = 2\ntracking_time = 1\n").law, "PID");
-  EXPECT_EQ(
-      law_of("[control]\nlaw = \"cascade\"\nomega_n = 10\nomega_i = 1\nfeed_forward = 0.5\n").law,
-      "cascade");
+  EXPECT_EQ(law_of("[control]\nlaw = \"cascade\"\nomega_n = 10\nomega_i = 1\nfeed_forward = 0.5\n").law,
+            "cascade");
   EXPECT_EQ(law_of("[control]\nlaw = \"computed_torque\"\nk_p = 100\nk_d = 20\nmodel = \"a_priori\"\n")
                 .gains[0]
                 .values,
@@ -131,7 +130,9 @@ TEST_F(SimulationSections, TellWhichKeyOfTheReferenceIsWrong) {
   refused("type = \"point_to_point\"\n", {"must list the points, via"});
   refused("type = \"point_to_point\"\nvia = [[0, 0], [1]]\n",
           {":8:16: [reference] via must be lists of 2 numbers: one list a point, one number a joint"});
-  refused("type = \"point_to_point\"\nvia = [[0, 0], [1, 1]]\n", {"[reference] "});
+  refused("type = \"point_to_point\"\nvia = [[0, 0], [1, 1]]\n", {"[reference] ", "durations"});
+  refused("type = \"point_to_point\"\nvia = [[0, 0], [1, 1]]\nduration = 1\n",
+          {":9:1: unknown key \"duration\" in [reference]; did you mean \"durations\"?"});
   refused("type = \"fourier\"\nA = [[1], [1]]\nB = [[0], [0]]\n", {"must say omega_f"});
   refused("type = \"fourier\"\nomega_f = 1\n", {"must list A and B, or name a file of coefficients"});
   refused("type = \"fourier\"\nomega_f = 1\nA = [[1], [1, 2]]\nB = [[0], [0]]\n",

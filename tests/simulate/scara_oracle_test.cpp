@@ -6,6 +6,7 @@
 
 #include "rivid/data/table.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 namespace {
@@ -39,7 +40,7 @@ TEST(ScaraOracle, MovesAsAnIndependentIntegratorSays) {
         {error, (simulation.motion.q.row(row * i) - oracle.values.block<1, 2>(i, 1)).cwiseAbs().maxCoeff(),
          (simulation.motion.qd.row(row * i) - oracle.values.block<1, 2>(i, 3)).cwiseAbs().maxCoeff()});
   }
-  RecordProperty("error", std::to_string(error));
+  RecordProperty("error", number(error, 2));
   EXPECT_LT(error, tolerance);
 }
 
