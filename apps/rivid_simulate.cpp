@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <optional>
 
 #include "progress_bar.hpp"
@@ -18,7 +19,7 @@ using namespace rivid::apps;
 
 struct Arguments {
   std::filesystem::path experiment;
-  std::optional<std::uint64_t> seed;
+  std::optional<std::int64_t> seed;
   std::filesystem::path parameters;
   std::filesystem::path output;
   bool json = false;
@@ -30,7 +31,9 @@ void declare(CLI::App& app, Arguments& arguments) {
                  "Experiment file (TOML): robot, control, reference, simulation")
       ->required()
       ->type_name("EXPERIMENT.toml");
-  app.add_option("--seed", arguments.seed, "Seed instead of the experiment file's")->type_name("NUMBER");
+  app.add_option("--seed", arguments.seed, "Seed instead of the experiment file's")
+      ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()))
+      ->type_name("NUMBER");
   app.add_option("--parameters", arguments.parameters, "Parameter file instead of the experiment file's")
       ->type_name("FILE");
   app.add_option("--output", arguments.output,
@@ -49,7 +52,7 @@ void declare(CLI::App& app, Arguments& arguments) {
 Overrides apply(const Arguments& arguments, SimulationPlan& plan) {
   Overrides overrides;
   if (arguments.seed) {
-    plan.noise.seed = *arguments.seed;
+    plan.noise.seed = static_cast<std::uint64_t>(*arguments.seed);
     overrides.emplace_back("seed", std::to_string(*arguments.seed));
   }
   if (!arguments.parameters.empty()) {

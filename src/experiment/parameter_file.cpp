@@ -98,7 +98,7 @@ void read_toml(Values& out, const Path& path) {
   if (section) {
     top.finish();
   }
-  detail::TomlReader& keys = section ? *section : top;
+  const detail::TomlReader& keys = section ? *section : top;
   for (const auto& [name, node] : keys.table()) {
     out.add(std::string(name.str()), keys.as_number(node, name.str()));
   }
@@ -158,6 +158,8 @@ Vector read_parameters(const Path& path, const BaseParameters& base) {
 
   std::vector<std::string> base_names;
   std::vector<std::string> standard_names;
+  base_names.reserve(base.parameters.size());
+  standard_names.reserve(base.standard.size());
   for (const BaseParameter& p : base.parameters) {
     base_names.push_back(p.name);
   }

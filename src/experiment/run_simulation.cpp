@@ -17,8 +17,8 @@ constexpr double most_samples = 1e8;
 constexpr double rounding = 1e-6;
 
 // The logged reference with its own clock.
-Log logged_motion(const Experiment& experiment, const LoggedMotion& logged) {
-  const std::filesystem::path& file = experiment.reference->file;
+Log logged_motion(const Experiment& experiment, const std::filesystem::path& file,
+                  const LoggedMotion& logged) {
   if (!file.empty()) {
     Log out = read_reference(file, logged.columns);
     if (out.q_r.cols() != experiment.robot.size()) {
@@ -42,8 +42,8 @@ Log logged_motion(const Experiment& experiment, const LoggedMotion& logged) {
   return pieces.front();
 }
 
-std::unique_ptr<Reference> reference_of(const Experiment& experiment) {
-  const auto& motion = experiment.reference->motion;
+std::unique_ptr<Reference> reference_of(const Experiment& experiment, const ReferenceSource& source) {
+  const auto& motion = source.motion;
   if (const auto* const series = std::get_if<FourierSeries>(&motion)) {
     return std::make_unique<FourierReference>(*series);
   }
@@ -51,21 +51,19 @@ std::unique_ptr<Reference> reference_of(const Experiment& experiment) {
     return std::make_unique<PointToPointReference>(*moves);
   }
   const auto& logged = std::get<LoggedMotion>(motion);
-  const Log log = logged_motion(experiment, logged);
+  const Log log = logged_motion(experiment, source.file, logged);
   if (logged.interpolation == LoggedMotion::Interpolation::linear) {
     return std::make_unique<LinearReference>(log.t, log.q_r);
   }
   return std::make_unique<LoggedReference>(log.t, log.q_r);
 }
 
-Index samples_of(const Experiment& experiment, const Reference& reference) {
-  const SimulationPlan& plan = *experiment.simulation;
+Index samples_of(const SimulationPlan& plan, const Reference& reference) {
   const double duration = plan.duration > 0.0 ? plan.duration : reference.duration();
   const double samples = std::floor(duration * plan.options.f_m + rounding) + 1.0;
   if (!(samples <= most_samples)) {
-    throw InputError(experiment.file.string() + ": [simulation] " + number(duration) + " s at " +
-                     number(plan.options.f_m) + " Hz are " + number(samples) +
-                     " samples; duration is in seconds, rate_hz in Hz");
+    throw InputError("[simulation] " + number(duration) + " s at " + number(plan.options.f_m) + " Hz are " +
+                     number(samples) + " samples; duration is in seconds, rate_hz in Hz");
   }
   return static_cast<Index>(samples);
 }
@@ -123,11 +121,11 @@ SimulationRecord run_simulation(const Experiment& experiment, const Progress& pr
   const Vector chi_st = plan.parameters.empty() ? robot.chi_st() : read_parameters(plan.parameters, out.base);
   out.chi = out.base.from_standard(chi_st);
   const DynamicModel model(robot, chi_st);
-  const std::unique_ptr<Reference> reference = reference_of(experiment);
+  const std::unique_ptr<Reference> reference = reference_of(experiment, *experiment.reference);
 
   SimulationOptions options = plan.options;
   options.sampling = loop.sampling;
-  options.samples = samples_of(experiment, *reference);
+  options.samples = samples_of(plan, *reference);
   if (plan.added_control) {
     options.added_control = added_control(*plan.added_control);
   }

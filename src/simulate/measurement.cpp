@@ -13,6 +13,9 @@ namespace {
 // Streams of one seed; the numbers are part of what a seed means.
 enum Purpose : std::uint64_t { position_noise = 0, disturbance_torque = 1, torque_noise = 2 };
 
+// More is a mistake of units, and would not fit into the memory.
+constexpr double most_periods = 1e8;
+
 std::optional<std::string> wrong_deviation(const char* what, const Vector& sigma, Index n) {
   if (sigma.size() != 0 && sigma.size() != n) {
     return std::string(what) + " has " + counted(sigma.size(), "entry") + ", must have one for each of " +
@@ -69,8 +72,14 @@ SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& nois
   Sampling& sampling = options.sampling;
   const bool sampled = sampling.period > 0.0;
   const double period = sampled ? sampling.period : 1.0 / options.f_m;
-  const auto periods =
-      static_cast<Index>(std::ceil(static_cast<double>(options.samples) / (options.f_m * period))) + 1;
+  const auto drawn = [&](Purpose purpose, const Vector& sigma) {
+    const double periods = std::ceil(static_cast<double>(options.samples) / (options.f_m * period)) + 1.0;
+    if (!(periods <= most_periods)) {
+      throw InputError("with_noise: the motion has " + number(periods) + " control periods of " +
+                       number(period) + " s; noise is drawn for " + number(most_periods) + " at most");
+    }
+    return white_noise(noise.seed, purpose, static_cast<Index>(periods), sigma);
+  };
   if (!noise.feedback) {
     sampling.quantum = {};
   } else if (any(noise.position) || any(sampling.quantum)) {
@@ -87,11 +96,11 @@ SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& nois
                        " Hz; the first must be a multiple of the second, so that every row is measured");
     }
     if (any(noise.position)) {
-      sampling.position_noise = white_noise(noise.seed, position_noise, periods, noise.position);
+      sampling.position_noise = drawn(position_noise, noise.position);
     }
   }
   if (any(noise.disturbance)) {
-    options.disturbance = white_noise(noise.seed, disturbance_torque, periods, noise.disturbance);
+    options.disturbance = drawn(disturbance_torque, noise.disturbance);
   }
   return options;
 }

@@ -253,6 +253,7 @@ TEST_F(Simulate, RefusesAnExperimentWithoutItsSections) {
   expect_refused({"scara.toml: section [control] is missing"}, {"scara.toml"});
   expect_refused({"experiment is required"}, {});
   expect_refused({"--seed"}, {"simulate_s2.toml", "--seed", "many"});
+  expect_refused({"--seed"}, {"simulate_s2.toml", "--seed", "-1"});
   expect_refused({"scara.urdf/log.csv: can not be written"}, {"simulate_s2.toml", "--output", "scara.urdf"});
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -194,6 +195,20 @@ TEST_F(SimulationSections, RunWithWhatTheySay) {
   EXPECT_TRUE(record.control_assumed);
   const Matrix steps = record.log.q / 1e-3;
   EXPECT_LT((steps.array() - steps.array().round()).abs().maxCoeff(), 1e-9);
+}
+
+TEST_F(SimulationSections, TellTheProgressOfASimulation) {
+  const Experiment experiment = read(control + reference + "[simulation]\nduration = 20\n");
+  std::vector<double> told;
+  const SimulationRecord record = run_simulation(experiment, [&](std::string_view stage, double fraction) {
+    EXPECT_EQ(stage, "simulating");
+    told.push_back(fraction);
+  });
+  EXPECT_EQ(record.log.samples(), 2001);
+  ASSERT_GE(told.size(), 4U);
+  EXPECT_TRUE(std::ranges::is_sorted(told));
+  EXPECT_GT(told.front(), 0.0);
+  EXPECT_LE(told.back(), 1.0);
 }
 
 TEST_F(SimulationSections, FollowTheReferenceOfALogOrOfAFile) {

@@ -103,6 +103,8 @@ TEST_F(Measurement, RefusesWhatNobodyCanMeasure) {
   EXPECT_NE(refusal({.position = sd}).find("the controller measures at 100 Hz and the log is taken at 75 Hz"),
             std::string::npos);
   EXPECT_EQ(refusal({.position = sd, .feedback = false}), "");
+  options_.sampling.period = 1e-12;
+  EXPECT_NE(refusal({.disturbance = sd}).find("control periods of 1e-12 s"), std::string::npos);
   options_.sampling.period = 0.0;
   EXPECT_NE(refusal({.position = sd}).find("go through a sampled law only"), std::string::npos);
 }

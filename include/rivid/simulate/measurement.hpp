@@ -31,7 +31,8 @@ struct NoiseOptions {
 /// @param options  what is simulated, position_noise and disturbance empty; samples not 0
 /// @param n        joints
 /// @throws InputError  the noise's complaint(); where feedback is asked for of errors of the measurement and the law is
-///                     continuous, or samples of the log fall between the instants of the controller
+///                     continuous, or samples of the log fall between the instants of the controller; where the periods are too
+///                     many to draw noise for
 [[nodiscard]] SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& noise, Index n);
 
 /// What a recorder keeps of a simulation, a Log as read_csv() reads it: measured positions, control signals and torques
