@@ -424,12 +424,13 @@ Experiment read_experiment(const Path& path, Use use) {
   const auto reference = keys.section("reference");
   const auto simulation = keys.section("simulation");
   keys.finish();
-  const auto require = [&](const std::optional<TomlReader>& section, const char* name) {
+  const auto require = [&](const std::optional<TomlReader>& section, const char* name) -> const TomlReader& {
     if (!section) {
       throw InputError(path.string() + ": section [" + name + "] is missing");
     }
+    return *section;
   };
-  require(robot, "robot");
+  const TomlReader& robot_keys = require(robot, "robot");
   if (use == Use::identification) {
     require(log, "log");
     require(signal, "signal");
@@ -441,7 +442,7 @@ Experiment read_experiment(const Path& path, Use use) {
 
   Experiment out;
   out.file = path;
-  out.robot = read_robot(*robot, folder, out.robot_file);
+  out.robot = read_robot(robot_keys, folder, out.robot_file);
   if (log) {
     out.log = read_log_source(*log, {}, folder, out.robot);
   }
