@@ -4,20 +4,18 @@
 #include <sstream>
 
 #include "progress_bar.hpp"
-#include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/table.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
+#include "tool.hpp"
 
 namespace {
 
 using namespace rivid;
-using apps::ProgressBar;
-
-enum ExitCode { identified = 0, not_identified = 1, bad_input = 2, numerics = 3 };
+using namespace rivid::apps;
 
 struct Arguments {
   std::filesystem::path experiment;
@@ -59,8 +57,8 @@ void declare(CLI::App& app, Arguments& arguments) {
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
-std::vector<std::pair<std::string, std::string>> apply(const Arguments& arguments, Experiment& experiment) {
-  std::vector<std::pair<std::string, std::string>> overrides;
+Overrides apply(const Arguments& arguments, Experiment& experiment) {
+  Overrides overrides;
   const auto joined = [](const std::vector<std::filesystem::path>& files) {
     std::string out;
     for (const std::filesystem::path& file : files) {
@@ -108,23 +106,11 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::file
   out << "method      " << name(experiment.method) << '\n' << "would write " << result.string() << '\n';
 }
 
-void print(const std::string& text) {
-  if (!(std::cout << text << std::flush)) {
-    throw InputError("standard output can not be written to");
-  }
-}
-
-void complain(std::string_view kind, std::string_view what) {
-  std::cerr << "rivid_identify: " << kind << ": " << on_one_line(what) << '\n';
-}
-
 int identify_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment);
   const auto overrides = apply(arguments, experiment);
   experiment.threads = arguments.threads;
-  const std::filesystem::path folder =
-      arguments.output.empty() ? std::filesystem::path(arguments.experiment.stem().string() + "_result")
-                               : arguments.output;
+  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   const std::filesystem::path file = folder / "result.json";
   if (arguments.dry_run) {
     std::ostringstream plan;
@@ -132,7 +118,7 @@ int identify_from(const Arguments& arguments) {
     if (!arguments.quiet) {
       print(plan.str());
     }
-    return identified;
+    return success;
   }
 
   ProgressBar bar(!arguments.quiet);
@@ -140,49 +126,25 @@ int identify_from(const Arguments& arguments) {
       run(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
   bar.clear();
 
-  Provenance provenance{.program = "rivid_identify", .inputs = {}, .overrides = overrides};
-  for (const std::filesystem::path& input : experiment.inputs()) {
-    provenance.inputs.push_back(input_file(input));
-  }
+  const Provenance provenance = provenance_of("rivid_identify", experiment.inputs(), overrides);
   const std::string json = to_json(experiment.robot, result, provenance);
   write_file(file, json);
   if (!arguments.quiet) {
     std::ostringstream table;
     table << result;
     print(arguments.json ? json : table.str());
-    for (const std::string& note : result.notes) {
-      std::cerr << "note: " << note << '\n';
-    }
-    for (const std::string& warning : result.warnings) {
-      std::cerr << "warning: " << warning << '\n';
-    }
+    tell("note", result.notes);
+    tell("warning", result.warnings);
     std::cerr << "wrote " << file.string() << '\n';
   }
-  return result.status == Status::identified ? identified : not_identified;
+  return result.status == Status::identified ? success : no_success;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
-    Arguments arguments;
-    declare(app, arguments);
-    try {
-      app.parse(argc, argv);
-    } catch (const CLI::ParseError& e) {
-      if (e.get_exit_code() == 0) {  // --help, --version
-        return app.exit(e);
-      }
-      complain("error", std::string(e.what()) + "; --help tells the usage");
-      return bad_input;
-    }
-    return identify_from(arguments);
-  } catch (const InputError& e) {
-    complain("error", e.what());
-    return bad_input;
-  } catch (const std::exception& e) {
-    complain("failure", e.what());
-    return numerics;
-  }
+  CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
+  Arguments arguments;
+  declare(app, arguments);
+  return run_tool(app, argc, argv, [&] { return identify_from(arguments); });
 }

@@ -1,11 +1,15 @@
-# cmake -DREADER=src/experiment/read_experiment.cpp -DPAGE=docs/experiment.md -P check_experiment_page.cmake
+# cmake -DREADERS=src/experiment -DPAGE=docs/experiment.md -P check_experiment_page.cmake
 #
-# Every key that the reader of experiment files knows stands in a table of the page, or as a section in a heading, and
-# the page has no other; every word that a key can be set to is on the page.
+# Every key that the readers of experiment files in that folder know stands in a table of the page, or as a section in a heading,
+# and the page has no other; every word that a key can be set to is on the page.
 
 cmake_minimum_required(VERSION 3.25)
 
-file(READ ${READER} code)
+set(code "")
+foreach(reader IN ITEMS column_reader.hpp column_reader.cpp read_experiment.cpp read_control.cpp read_simulation.cpp)
+  file(READ ${READERS}/${reader} text)
+  string(APPEND code "${text}")
+endforeach()
 file(READ ${PAGE} page)
 # These mean something in a CMake list.
 string(REGEX REPLACE "[][;]" " " code "${code}")
@@ -14,9 +18,9 @@ string(REGEX REPLACE "[][;]" " " page "${page}")
 # A key is the first thing in quotes of a call, perhaps behind names: keys.number("rate_hz"), cutoff(keys,
 # "cutoff_hz"), file_at(inner, *table, "table", folder). Messages have blanks and so are no keys. The quantities of `units` stand in one array.
 set(known "")
-string(REGEX MATCHALL "[a-z_]+\\([ \n]*(\\*?[a-z_]+, *)*\"[A-Za-z_]+\"" calls "${code}")
+string(REGEX MATCHALL "[a-z_]+\\([ \n]*(\\*?[a-z_]+, *)*\"[A-Za-z_0-9]+\"" calls "${code}")
 foreach(call IN LISTS calls)
-  string(REGEX REPLACE ".*\"([A-Za-z_]+)\"" "\\1" key "${call}")
+  string(REGEX REPLACE ".*\"([A-Za-z_0-9]+)\"" "\\1" key "${call}")
   list(APPEND known ${key})
 endforeach()
 if(NOT code MATCHES "quantities = {([^}]+)}")
@@ -35,9 +39,9 @@ endif()
 
 # Rows of the page's tables: | `key` | …
 set(told "")
-string(REGEX MATCHALL "\n\\| `[A-Za-z_]+` \\|" rows "${page}")
+string(REGEX MATCHALL "\n\\| `[A-Za-z_0-9]+` \\|" rows "${page}")
 foreach(row IN LISTS rows)
-  string(REGEX REPLACE ".*`([A-Za-z_]+)`.*" "\\1" key "${row}")
+  string(REGEX REPLACE ".*`([A-Za-z_0-9]+)`.*" "\\1" key "${row}")
   list(APPEND told ${key})
 endforeach()
 list(REMOVE_DUPLICATES told)
@@ -58,7 +62,7 @@ foreach(key IN LISTS told)
 endforeach()
 
 # Words: {"resample", Irregular::resample}
-string(REGEX MATCHALL "{\"[^\"]+\", [A-Z][a-z]+::" pairs "${code}")
+string(REGEX MATCHALL "{\"[^\"]+\",[ \n]+[A-Z][A-Za-z]+::" pairs "${code}")
 foreach(pair IN LISTS pairs)
   string(REGEX REPLACE "{\"([^\"]+)\".*" "\\1" word "${pair}")
   string(FIND "${page}" "`\"${word}\"`" at)

@@ -69,7 +69,11 @@ std::string on_one_line(std::string_view content) {
 std::string in_quotes(std::string_view content) { return "\"" + shown(content) + "\""; }
 
 std::string counted(std::ptrdiff_t count, std::string_view noun) {
-  return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
+  const std::string one = std::to_string(count) + " " + std::string(noun);
+  if (count == 1) {
+    return one;
+  }
+  return one.ends_with("ry") ? one.substr(0, one.size() - 1) + "ies" : one + "s";
 }
 
 std::string listed(std::span<const std::string> names) {

@@ -21,7 +21,7 @@ rivid_script_test(
 
 rivid_script_test(
   experiment_page ${PROJECT_SOURCE_DIR}/cmake/check_experiment_page.cmake unit
-  -DREADER=${PROJECT_SOURCE_DIR}/src/experiment/read_experiment.cpp -DPAGE=${PROJECT_SOURCE_DIR}/docs/experiment.md)
+  -DREADERS=${PROJECT_SOURCE_DIR}/src/experiment -DPAGE=${PROJECT_SOURCE_DIR}/docs/experiment.md)
 rivid_script_test(equations ${PROJECT_SOURCE_DIR}/cmake/check_equations.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 if(RIVID_BUILD_APPS)
   rivid_script_test(

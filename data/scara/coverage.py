@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """How often the 95 % intervals of rivid_identify hold the truth; standard library only.
 
-    python3 coverage.py RIVID_IDENTIFY EXPERIMENT.toml [runs]
+    python3 coverage.py FOLDER EXPERIMENT.toml [runs]
 
-Makes S2 again with other seeds (5000, 5002, ...), identifies each with the settings of the experiment file, and prints
-for each parameter the share of intervals that hold the truth and the mean error in standard deviations.
+FOLDER holds rivid_simulate and rivid_identify. Simulates S2 with other seeds (5000, 5001, ...), identifies each log with the
+settings of the experiment file, and prints for each parameter the share of intervals that hold the truth and the mean
+error in standard deviations.
 """
 
 import json
@@ -13,19 +14,23 @@ import subprocess
 import sys
 import tempfile
 
-import generate
+HERE = os.path.dirname(os.path.abspath(__file__))
 
 
-def main(program, experiment, runs):
-    reference, seconds, encoder, _ = generate.LOGS["scara_s2.csv"]
-    truth = {name: p["value"] for name, p in generate.truth()["parameters"].items()}
+def printed(*command):
+    return json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+
+
+def main(programs, experiment, runs):
+    simulate, identify = (os.path.join(programs, name) for name in ("rivid_simulate", "rivid_identify"))
+    plan = os.path.join(HERE, "simulate_s2.toml")
     inside, bias, all_inside = {}, {}, 0
     with tempfile.TemporaryDirectory() as folder:
-        log = os.path.join(folder, "s2.csv")
         for run in range(runs):
-            generate.write(log, generate.simulate(reference, seconds, encoder, 5000 + 2 * run)[0])
-            command = [program, experiment, "--log", log, "--json", "--output", folder]
-            result = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+            simulated = printed(simulate, plan, "--seed", str(5000 + run), "--json", "--output", folder)
+            truth = {p["name"]: p["value"] for p in simulated["parameters"]}
+            log = os.path.join(folder, "log.csv")
+            result = printed(identify, experiment, "--log", log, "--json", "--output", folder)
             hits = []
             for p in result["parameters"]:
                 low, high = p["interval_95"]

@@ -18,7 +18,7 @@ namespace rivid {
 /// `content` in quotes for a message: at most 40 characters, control characters as '?'.
 [[nodiscard]] std::string in_quotes(std::string_view content);
 
-/// "1 row", "2 rows".
+/// "1 row", "2 rows", "3 entries".
 [[nodiscard]] std::string counted(std::ptrdiff_t count, std::string_view noun);
 
 /// `t, q1, q2`, each name like in_quotes() shows it, and how many more where the list is long.

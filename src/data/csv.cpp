@@ -293,4 +293,32 @@ Log read_reference(const std::filesystem::path& path, const LogOptions& options)
   return read("read_reference", path, options, reference);
 }
 
+std::string to_csv(const Log& log) {
+  std::string out = "t";
+  for (const Quantity& quantity : quantities) {
+    for (Index j = 0; j < (log.*quantity.member).cols(); ++j) {
+      out += ',' + std::string(quantity.prefix) + std::to_string(j + 1);
+    }
+  }
+  out += '\n';
+  constexpr std::size_t longest_double = 24;
+  std::array<char, longest_double> cell{};
+  const auto add = [&](double value) {
+    // Without the sign that a zero may have.
+    out.append(cell.data(), std::to_chars(cell.data(), cell.data() + cell.size(), value + 0.0).ptr);
+  };
+  for (Index k = 0; k < log.samples(); ++k) {
+    add(log.t[k]);
+    for (const Quantity& quantity : quantities) {
+      const Matrix& values = log.*quantity.member;
+      for (Index j = 0; j < values.cols(); ++j) {
+        out += ',';
+        add(values(k, j));
+      }
+    }
+    out += '\n';
+  }
+  return out;
+}
+
 }  // namespace rivid

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <variant>
 
 #include "rivid/error.hpp"
 
@@ -18,6 +19,28 @@ void append_inputs(const LogSource& source, std::vector<std::filesystem::path>& 
   }
   for (const LogSource::Subtraction& s : source.subtract) {
     out.push_back(s.table);
+  }
+}
+
+void append_simulation_inputs(const Experiment& experiment, std::vector<std::filesystem::path>& out) {
+  if (experiment.reference) {
+    const ReferenceSource& reference = *experiment.reference;
+    if (!reference.file.empty()) {
+      out.push_back(reference.file);
+    } else if (std::holds_alternative<LoggedMotion>(reference.motion)) {
+      LogSource first = experiment.log;
+      first.files.resize(1);
+      append_inputs(first, out);
+    }
+  }
+  if (experiment.simulation) {
+    const SimulationPlan& plan = *experiment.simulation;
+    if (!plan.parameters.empty()) {
+      out.push_back(plan.parameters);
+    }
+    if (plan.added_control) {
+      out.push_back(plan.added_control->file);
+    }
   }
 }
 
@@ -61,11 +84,15 @@ std::optional<Method> method_named(std::string_view name) {
   return std::nullopt;
 }
 
-std::vector<std::filesystem::path> Experiment::inputs() const {
+std::vector<std::filesystem::path> Experiment::inputs(Use use) const {
   std::vector<std::filesystem::path> out = {file, robot_file};
-  append_inputs(log, out);
-  if (!validation.files.empty()) {
-    append_inputs(validation, out);
+  if (use == Use::simulation) {
+    append_simulation_inputs(*this, out);
+  } else {
+    append_inputs(log, out);
+    if (!validation.files.empty()) {
+      append_inputs(validation, out);
+    }
   }
   std::vector<std::filesystem::path> unique;
   for (std::filesystem::path& path : out) {

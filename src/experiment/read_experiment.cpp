@@ -1,12 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <set>
-#include <sstream>
 
+#include "experiment/column_reader.hpp"
 #include "experiment/mdh_file.hpp"
+#include "experiment/simulation_sections.hpp"
+#include "experiment/text_file.hpp"
 #include "experiment/toml_reader.hpp"
-#include "rivid/data/units.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/model/urdf.hpp"
 
@@ -14,7 +13,14 @@ namespace rivid {
 
 namespace {
 
+using detail::file_at;
+using detail::file_named;
+using detail::read_column;
+using detail::read_columns;
+using detail::read_matrix;
+using detail::read_reference_columns;
 using detail::TomlReader;
+using detail::Units;
 using Path = std::filesystem::path;
 
 constexpr std::array<std::pair<std::string_view, Friction>, 5> friction_words = {
@@ -150,49 +156,6 @@ void read_couplings(TomlReader& keys, Robot& robot) {
   }
 }
 
-// Rows of numbers, one row a motor.
-void read_gear_matrix(TomlReader& keys, Robot& robot) {
-  const toml::node* const node = keys.find("gear_matrix");
-  if (node == nullptr) {
-    return;
-  }
-  const auto n = static_cast<std::size_t>(robot.size());
-  const auto refuse = [&](const toml::node& at) {
-    keys.fail(at, "gear_matrix",
-              "must be " + std::to_string(n) + " lists of " + std::to_string(n) +
-                  " numbers: one list a motor, one number a joint");
-  };
-  const toml::array* const rows = node->as_array();
-  if (rows == nullptr || rows->size() != n) {
-    refuse(*node);
-  }
-  robot.gear_matrix.resize(robot.size(), robot.size());
-  for (std::size_t i = 0; i < n; ++i) {
-    const toml::array* const row = rows->get(i)->as_array();
-    if (row == nullptr || row->size() != n) {
-      refuse(*rows->get(i));
-    }
-    for (std::size_t j = 0; j < n; ++j) {
-      robot.gear_matrix(static_cast<Index>(i), static_cast<Index>(j)) =
-          keys.as_number(*row->get(j), "gear_matrix");
-    }
-  }
-}
-
-// A path relative to the experiment file's folder.
-Path file_at(const TomlReader& keys, const toml::node& node, std::string_view key, const Path& folder) {
-  const std::string name = keys.as_text(node, key);
-  if (name.empty()) {
-    keys.fail(node, key, "must name a file");
-  }
-  return folder / Path(name);
-}
-
-std::optional<Path> file_named(TomlReader& keys, std::string_view key, const Path& folder) {
-  const toml::node* const node = keys.find(key);
-  return node == nullptr ? std::nullopt : std::optional(file_at(keys, *node, key, folder));
-}
-
 Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
   UrdfOptions options;
   options.base = keys.text("base").value_or("");
@@ -230,122 +193,17 @@ Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
     }
   }
   read_couplings(keys, robot);
-  read_gear_matrix(keys, robot);
+  const std::string n = std::to_string(robot.size());
+  if (const auto gears =
+          read_matrix(keys, "gear_matrix", robot.size(), robot.size(),
+                      n + " lists of " + n + " numbers: one list a motor, one number a joint")) {
+    robot.gear_matrix = *gears;
+  }
   keys.finish();
   if (const auto complaint = robot.complaint()) {
     keys.fail(*complaint);
   }
   return robot;
-}
-
-// A column by its name, or by its number counted from 1.
-std::string column_name(const TomlReader& keys, const toml::node& node, std::string_view key) {
-  if (node.is_integer()) {
-    const std::int64_t column = keys.as_integer(node, key);
-    if (column < 1) {
-      keys.fail(node, key, "is column " + std::to_string(column) + "; columns count from 1");
-    }
-    return "#" + std::to_string(column);
-  }
-  return keys.as_text(node, key);
-}
-
-std::optional<double> unit_factor(TomlReader& keys, std::string_view key) {
-  const auto word = keys.text(key);
-  if (!word) {
-    return std::nullopt;
-  }
-  if (const auto complaint = unit_complaint(*word)) {
-    keys.fail(*keys.find(key), std::string(key) + ":", *complaint);
-  }
-  return unit_scale(*word);
-}
-
-// "q1", 3, or { column = "q1", unit = "deg", sign = -1, scale = 2.0, offset = 0.1 }; the offset is in SI units.
-Column read_column(const TomlReader& keys, const toml::node& node, std::string_view key, double unit) {
-  if (!node.is_table()) {
-    return {column_name(keys, node, key), unit, 0.0};
-  }
-  TomlReader inner(*node.as_table(), keys.file(), keys.path() + "." + std::string(key));
-  const toml::node* const column = inner.find("column");
-  if (column == nullptr) {
-    inner.look_for_mistyped({"column"});
-    inner.fail("must say which column: { column = \"q1\", unit = \"deg\", sign = -1 }");
-  }
-  Column out{column_name(inner, *column, "column"), unit, inner.number("offset").value_or(0.0)};
-  out.scale = unit_factor(inner, "unit").value_or(unit);
-  out.scale *= inner.number("scale").value_or(1.0);
-  if (const auto sign = inner.number("sign")) {
-    if (std::abs(*sign) != 1.0) {
-      inner.fail(*inner.find("sign"), "sign", "is " + number(*sign) + ", must be 1 or -1");
-    }
-    out.scale *= *sign;
-  }
-  inner.finish();
-  if (out.scale == 0.0) {
-    inner.fail("has scale 0");
-  }
-  return out;
-}
-
-constexpr std::array<std::string_view, 7> quantities = {
-    "position", "velocity", "torque", "control", "reference", "reference_velocity", "time"};
-
-// Factors to SI, one for each quantity: units = { position = "deg", torque = "mNm" }.
-class Units {
- public:
-  explicit Units(TomlReader& keys) {
-    auto section = keys.section("units");
-    if (!section) {
-      return;
-    }
-    for (std::size_t i = 0; i < quantities.size(); ++i) {
-      if (const auto factor = unit_factor(*section, quantities[i])) {
-        scales_[i] = *factor;
-        idle_.emplace(quantities[i]);
-      }
-    }
-    section->finish();
-  }
-
-  [[nodiscard]] double operator()(std::string_view quantity) {
-    idle_.erase(std::string(quantity));
-    return scales_[static_cast<std::size_t>(std::ranges::find(quantities, quantity) - quantities.begin())];
-  }
-
-  // A unit without the columns that it is of would be passed over in silence.
-  void finish(TomlReader& keys) const {
-    if (!idle_.empty()) {
-      keys.fail(*keys.find("units"), "units",
-                "names " + in_quotes(*idle_.begin()) + ", whose columns are not listed beside it; list them");
-    }
-  }
-
- private:
-  std::set<std::string> idle_;  // quantities whose unit is told and was not asked for
-  std::array<double, quantities.size()> scales_ = {1, 1, 1, 1, 1, 1, 1};
-};
-
-std::vector<Column> read_columns(TomlReader& keys, std::string_view key, Units& units,
-                                 const std::vector<Column>& otherwise, Index n) {
-  const toml::node* const node = keys.find(key);
-  if (node == nullptr) {
-    return otherwise;
-  }
-  std::vector<Column> out;
-  if (const toml::array* const list = node->as_array()) {
-    for (const toml::node& item : *list) {
-      out.push_back(read_column(keys, item, key, units(key)));
-    }
-  } else {
-    out.push_back(read_column(keys, *node, key, units(key)));
-  }
-  if (static_cast<Index>(out.size()) != n) {
-    keys.fail(*node, key,
-              "names " + counted(std::ssize(out), "column") + ", must name one for each of the " +
-                  std::to_string(n) + " joints");
-  }
-  return out;
 }
 
 LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
@@ -382,8 +240,8 @@ LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
   return out;
 }
 
-LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, const LogOptions& columns,
-                                           Index n) {
+LogSource::Reference read_reference_file(TomlReader keys, const Path& folder, const LogOptions& columns,
+                                         Index n) {
   LogSource::Reference out;
   const auto file = file_named(keys, "file", folder);
   if (!file) {
@@ -394,17 +252,7 @@ LogSource::Reference read_reference_source(TomlReader keys, const Path& folder, 
   out.columns.reference = columns.reference;
   out.columns.reference_velocity = columns.reference_velocity;
   out.columns.table = columns.table;
-  const toml::node* const position = keys.find("position");
-  Units units(keys);
-  if (position != nullptr) {
-    out.columns.reference = read_columns(keys, "position", units, {}, n);
-  }
-  out.columns.reference_velocity = read_columns(keys, "velocity", units, out.columns.reference_velocity, n);
-  if (const toml::node* const time = keys.find("time")) {
-    out.columns.time = read_column(keys, *time, "time", units("time"));
-  }
-  units.finish(keys);
-  out.columns.rate_hz = keys.number("rate_hz");
+  out.columns = read_reference_columns(keys, std::move(out.columns), n, true);
   out.delay = keys.number("delay").value_or(0.0);
   out.outside = keys.choice("outside", outside_words).value_or(Outside::refuse);
   keys.finish();
@@ -488,7 +336,7 @@ LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, co
     out.subtract = read_subtractions(keys, folder, robot);
   }
   if (auto reference = keys.section("reference_file")) {
-    out.reference = read_reference_source(*reference, folder, out.columns, robot.size());
+    out.reference = read_reference_file(*reference, folder, out.columns, robot.size());
   }
   keys.finish();
   for (const auto& complaint : {out.columns.complaint(), out.resample.complaint()}) {
@@ -560,27 +408,10 @@ SignalOptions read_signal(TomlReader keys, Index n) {
   return out;
 }
 
-toml::table parsed(const Path& path) {
-  std::error_code error;
-  const std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path, error)) {
-    throw InputError(path.string() + ": the experiment file can not be read");
-  }
-  std::ostringstream text;
-  text << in.rdbuf();
-  try {
-    return toml::parse(text.str(), path.string());
-  } catch (const toml::parse_error& e) {
-    const auto& at = e.source().begin;
-    throw InputError(path.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
-                     std::string(e.description()));
-  }
-}
-
 }  // namespace
 
-Experiment read_experiment(const Path& path) {
-  const toml::table table = parsed(path);
+Experiment read_experiment(const Path& path, Use use) {
+  const toml::table table = detail::parsed_toml(path, "the experiment file");
   const Path folder = path.parent_path();
   TomlReader keys(table, path.string(), "");
   // All sections are looked up before one can be missing, so that a mistyped name is told first.
@@ -589,19 +420,35 @@ Experiment read_experiment(const Path& path) {
   const auto signal = keys.section("signal");
   auto method = keys.section("method");
   const auto validation = keys.section("validation");
+  const auto control = keys.section("control");
+  const auto reference = keys.section("reference");
+  const auto simulation = keys.section("simulation");
   keys.finish();
-  const auto required = [&](const std::optional<TomlReader>& section, const char* name) {
+  const auto require = [&](const std::optional<TomlReader>& section, const char* name) -> const TomlReader& {
     if (!section) {
       throw InputError(path.string() + ": section [" + name + "] is missing");
     }
     return *section;
   };
+  const TomlReader& robot_keys = require(robot, "robot");
+  if (use == Use::identification) {
+    require(log, "log");
+    require(signal, "signal");
+  } else {
+    require(control, "control");
+    require(reference, "reference");
+    require(simulation, "simulation");
+  }
 
   Experiment out;
   out.file = path;
-  out.robot = read_robot(required(robot, "robot"), folder, out.robot_file);
-  out.log = read_log_source(required(log, "log"), {}, folder, out.robot);
-  out.signal = read_signal(required(signal, "signal"), out.robot.size());
+  out.robot = read_robot(robot_keys, folder, out.robot_file);
+  if (log) {
+    out.log = read_log_source(*log, {}, folder, out.robot);
+  }
+  if (signal) {
+    out.signal = read_signal(*signal, out.robot.size());
+  }
   if (method) {
     out.method =
         method
@@ -615,6 +462,15 @@ Experiment read_experiment(const Path& path) {
   out.validation.reference.reset();  // it is the motion of the first log
   if (validation) {
     out.validation = read_log_source(*validation, out.log, folder, out.robot);
+  }
+  if (control) {
+    out.control = detail::read_control(*control, out.robot);
+  }
+  if (reference) {
+    out.reference = detail::read_reference_source(*reference, folder, out.robot.size());
+  }
+  if (simulation) {
+    out.simulation = detail::read_simulation(*simulation, folder, out.robot.size(), out.control);
   }
   return out;
 }

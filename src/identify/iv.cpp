@@ -305,7 +305,7 @@ class Run {
 
   // The loop of the start knows nothing of friction yet, and its signs are little use.
   [[nodiscard]] bool simulated_signs() const {
-    if (out_.iv->iterations.empty()) {
+    if (out_.iv->iterations.empty() && method_.signs == Iv::Signs::automatic) {
       return false;
     }
     return method_.signs == Iv::Signs::simulated ||
@@ -334,6 +334,17 @@ class Run {
     for (int k = 0;; ++k) {
       std::string safeguard;
       Loop loop = safeguarded(chi, safeguard);
+      if (!loop.failure.empty() && k == 1 && method_.signs == Iv::Signs::automatic &&
+          method_.signal.cutoff_hz == 0.0) {
+        // Signs of raw velocities may be noise alone; those of the first loop are a second chance.
+        const InstrumentalVariables again =
+            instrumental_variables(instruments(last_), base().size(), weights_);
+        if (again.full_rank()) {
+          chi = again.chi;
+          reweight(chi);
+          loop = safeguarded(chi, safeguard);
+        }
+      }
       if (!loop.failure.empty()) {
         out_.status = Status::not_simulable;
         out_.reasons.push_back((k == 0 ? "the start" : "iterate " + std::to_string(k)) +
@@ -414,11 +425,10 @@ class Run {
         all += static_cast<double>(loop.motions[k].samples());
       }
       if (moving < 0.05 * all) {
-        out_.reasons.push_back(
-            "joint \"" + robot_.joints[static_cast<std::size_t>(j)].name + "\" stands still in " +
-            number(100.0 * (1.0 - moving / all), 3) +
-            " % of the simulation: the assumed controller does not overcome its friction; a wider "
-            "bandwidth or a larger motion is needed");
+        out_.reasons.push_back("joint \"" + robot_.joints[static_cast<std::size_t>(j)].name +
+                               "\" stands still in " + number(100.0 * (1.0 - moving / all), 3) +
+                               " % of the simulation: the assumed controller does not overcome its friction" +
+                               dead_band(loop, j) + "; a wider bandwidth or a larger motion is needed");
       }
     }
   }

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "rivid/version.hpp"
+#include "report/provenance_json.hpp"
 
 namespace rivid {
 
@@ -111,24 +111,6 @@ Json gear_matrix(const Robot& robot) {
   return out;
 }
 
-Json provenance_of(const SignalOptions& signal, const Provenance& p) {
-  Json inputs = Json::array();
-  for (const InputFile& file : p.inputs) {
-    inputs.push_back({{"path", file.path}, {"sha256", file.sha256}});
-  }
-  Json overrides = Json::object();
-  for (const auto& [flag, value] : p.overrides) {
-    overrides[flag] = value;
-  }
-  return {{"program", p.program},
-          {"rivid", version},
-          {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
-                        std::to_string(EIGEN_MINOR_VERSION)},
-          {"compiler", __VERSION__},
-          {"inputs", std::move(inputs)},
-          {"options", {{"signal", signal_settings(signal)}, {"overrides", std::move(overrides)}}}};
-}
-
 }  // namespace
 
 std::string to_json(const Robot& robot, const Identification& result, const Provenance& provenance) {
@@ -143,22 +125,23 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     members.update(fit(v.fit));
     validation.push_back(std::move(members));
   }
-  const Json out = {{"format", 1},
-                    {"method", result.method},
-                    {"status", name(result.status)},
-                    {"reasons", result.reasons},
-                    {"warnings", result.warnings},
-                    {"notes", result.notes},
-                    {"robot",
-                     {{"name", robot.name},
-                      {"base", robot.base},
-                      {"joints", joints(robot)},
-                      {"coupling", couplings(robot)},
-                      {"gear_matrix", gear_matrix(robot)}}},
-                    {"parameters", parameters(result)},
-                    {"fit", std::move(fit_members)},
-                    {"validation", std::move(validation)},
-                    {"provenance", provenance_of(result.signal, provenance)}};
+  const Json out = {
+      {"format", 1},
+      {"method", result.method},
+      {"status", name(result.status)},
+      {"reasons", result.reasons},
+      {"warnings", result.warnings},
+      {"notes", result.notes},
+      {"robot",
+       {{"name", robot.name},
+        {"base", robot.base},
+        {"joints", joints(robot)},
+        {"coupling", couplings(robot)},
+        {"gear_matrix", gear_matrix(robot)}}},
+      {"parameters", parameters(result)},
+      {"fit", std::move(fit_members)},
+      {"validation", std::move(validation)},
+      {"provenance", detail::provenance_json(provenance, {{"signal", signal_settings(result.signal)}})}};
   // A path may hold any bytes; JSON is UTF-8.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

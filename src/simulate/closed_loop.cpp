@@ -29,7 +29,7 @@ constexpr double same_instant = 1e-6;
 constexpr double no_time = 1e-9;
 // While a joint sticks, the torques that hold it are looked at after so many samples at the latest.
 constexpr double samples_between_looks = 10.0;
-// The clock is looked at once in so many steps.
+// The clock is looked at, and progress told, once in so many steps.
 constexpr Index steps_between_clocks = 256;
 
 std::optional<std::string> wrong_size(std::string_view what, Index got, Index n) {
@@ -260,6 +260,9 @@ class Run {
                        "the budget of " + counted(options_.max_steps, "step") + " is used up");
     }
     if (out_.effort.steps % steps_between_clocks == 0) {
+      if (options_.progress) {
+        options_.progress(static_cast<double>(next_) / static_cast<double>(samples_));
+      }
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - began_;
       if (taken.count() > options_.max_seconds) {
         end_early(Outcome::too_slow, "the budget of " + number(options_.max_seconds) + " s is used up");

@@ -199,5 +199,30 @@ TEST(ReadReference, NeedsReferencesAndNoPositions) {
                    "there are no reference columns \"qref1\""));
 }
 
+TEST(ToCsv, IsReadBackBitByBit) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> any(-1e3, 1e3);
+  const auto values = [&] { return Matrix(Matrix::NullaryExpr(20, 2, [&] { return any(random); })); };
+  Log log;
+  log.t = Vector::LinSpaced(20, 0.0, 0.19);
+  log.q = values();
+  log.tau = 1e-300 * values();
+  log.q_r = 1e200 * values();
+  const TemporaryFile file(to_csv(log));
+  const Log back = read_csv(file.path());
+  EXPECT_EQ(back.t, log.t);
+  EXPECT_EQ(back.q, log.q);
+  EXPECT_EQ(back.tau, log.tau);
+  EXPECT_EQ(back.q_r, log.q_r);
+  EXPECT_EQ(back.qd.size() + back.v_tau.size() + back.qd_r.size(), 0);
+}
+
+TEST(ToCsv, OfALogWithoutRowsIsItsHeader) {
+  Log log;
+  log.q = Matrix(0, 2);
+  log.v_tau = Matrix(0, 2);
+  EXPECT_EQ(to_csv(log), "t,q1,q2,v1,v2\n");
+}
+
 }  // namespace
 }  // namespace rivid

@@ -114,12 +114,18 @@ class IdentifyTool : public testing::Test {
   /// Bad input: exit code 2, one line on standard error that holds all words, nothing else printed or written.
   void expect_refused(const std::vector<std::string_view>& words,
                       const std::vector<std::string>& arguments = {"scara.toml"}) const {
+    expect_refused_by("rivid_identify", identify_command(arguments), words);
+  }
+
+  /// The same of any tool.
+  void expect_refused_by(const std::string& program, const std::vector<std::string>& command,
+                         const std::vector<std::string_view>& words) const {
     const std::vector<std::string> before = folder_.entries();
-    const Outcome run = identify(arguments);
+    const Outcome run = outcome_of(command, folder_.path());
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_EQ(run.signal, 0);
     EXPECT_EQ(run.out, "");
-    EXPECT_TRUE(run.err.starts_with("rivid_identify: error: ")) << run.err;
+    EXPECT_TRUE(run.err.starts_with(program + ": error: ")) << run.err;
     EXPECT_EQ(std::ranges::count(run.err, '\n'), 1) << run.err;
     EXPECT_TRUE(run.err.ends_with('\n')) << run.err;
     for (const std::string_view word : words) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "rivid/data/csv.hpp"
 #include "support/identify_tool.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -12,7 +13,7 @@
 
 namespace rivid::test {
 
-/// Runs rivid_identify on an experiment file of tests/real/, which names its files relative to RIVID_REAL_DATA.
+/// Runs the command line tools on an experiment file of tests/real/, which names its files relative to RIVID_REAL_DATA.
 class RealExperiment : public RealData {
  protected:
   explicit RealExperiment(std::string robot) : RealData(robot), robot_(std::move(robot)) {}
@@ -44,6 +45,13 @@ class RealExperiment : public RealData {
       return {};
     }
     return Json::parse(folder_.read(robot_ + "_result/result.json"));
+  }
+
+  /// The log of rivid_simulate, which must come to its end.
+  [[nodiscard]] Log simulated() const {
+    const Outcome run = outcome_of({RIVID_SIMULATE, robot_ + ".toml"}, folder_.path());
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_csv(folder_.path() / (robot_ + "_simulation") / "log.csv");
   }
 
  private:

@@ -51,4 +51,8 @@ struct LogOptions {
 /// not the positions. See with_reference().
 [[nodiscard]] Log read_reference(const std::filesystem::path& path, const LogOptions& options = {});
 
+/// A log as text that read_csv() reads without being told more: default names, SI units, one column each for what is not
+/// empty. Numbers are the shortest ones that read back bit by bit.
+[[nodiscard]] std::string to_csv(const Log& log);
+
 }  // namespace rivid

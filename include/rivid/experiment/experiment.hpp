@@ -9,8 +9,11 @@
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/data/time_stamps.hpp"
+#include "rivid/experiment/control_loop.hpp"
+#include "rivid/experiment/simulation_plan.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/model/robot.hpp"
+#include "rivid/simulate/simulation_record.hpp"
 
 namespace rivid {
 
@@ -50,7 +53,13 @@ enum class Method { ols, wls };
 [[nodiscard]] std::string_view name(Method method);
 [[nodiscard]] std::optional<Method> method_named(std::string_view name);
 
-/// What an experiment file says: robot, logs, signal chain, method and validation. docs/experiment.md lists its keys.
+/// What an experiment file is read for, which tells the sections that it must have.
+enum class Use {
+  identification,  ///< [robot], [log], [signal]
+  simulation       ///< [robot], [control], [reference], [simulation]
+};
+
+/// What an experiment file says. docs/experiment.md lists its keys. Sections that are not there leave their members empty.
 struct Experiment {
   std::filesystem::path file;
   std::filesystem::path robot_file;  ///< URDF or modified Denavit-Hartenberg table
@@ -59,19 +68,22 @@ struct Experiment {
   SignalOptions signal;
   Method method = Method::ols;
   LogSource validation;  ///< files may be empty
+  std::optional<ControlLoop> control;
+  std::optional<ReferenceSource> reference;
+  std::optional<SimulationPlan> simulation;
   int threads = 1;       ///< that run() takes; not a key of the file, since no result depends on it
 
-  /// All files that the experiment reads, itself first.
-  [[nodiscard]] std::vector<std::filesystem::path> inputs() const;
+  /// All files that a use of the experiment reads, itself first.
+  [[nodiscard]] std::vector<std::filesystem::path> inputs(Use use = Use::identification) const;
 };
 
-/// Reads an experiment file and the robot that it names; logs are not opened. Relative paths in it are relative to
-/// the file.
+/// Reads an experiment file and the robot that it names; logs and parameter files are not opened, coefficients of a
+/// Fourier series are. Relative paths in it are relative to the file. All sections are checked, whatever the use.
 ///
 /// @throws InputError  "file:line:column: …" for TOML that can not be parsed, for keys that nobody knows (with the
-///                     nearest one that is known), values of a wrong type or out of range; and what the robot's
-///                     reader refuses
-[[nodiscard]] Experiment read_experiment(const std::filesystem::path& path);
+///                     nearest one that is known), values of a wrong type or out of range, sections that the use needs
+///                     and that are missing; and what the robot's reader refuses
+[[nodiscard]] Experiment read_experiment(const std::filesystem::path& path, Use use = Use::identification);
 
 /// The logs of a source, on uniform clocks, adjusted as the source says. A file with long gaps becomes several logs.
 ///
@@ -84,5 +96,11 @@ struct Experiment {
 ///
 /// @throws InputError  where logs or options can not be used
 Identification run(const Experiment& experiment, const Progress& progress = {});
+
+/// The simulation that the experiment file asks for, and its log. Outcomes that end it early are in the result, with the
+/// log up to there.
+///
+/// @throws InputError  where a file or an option can not be used
+SimulationRecord run_simulation(const Experiment& experiment, const Progress& progress = {});
 
 }  // namespace rivid

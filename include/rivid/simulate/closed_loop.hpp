@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -80,6 +81,9 @@ struct SimulationOptions {
   double max_seconds = 600.0;
   /// Velocities beyond this end the simulation as `diverged` [rad/s | m/s].
   double max_velocity = 1e6;
+
+  /// Told the fraction of the samples that is done, once in some hundred steps; may be empty.
+  std::function<void(double)> progress = {};
 
   /// @param n  joints
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;

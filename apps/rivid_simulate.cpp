@@ -1,0 +1,96 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <optional>
+
+#include "progress_bar.hpp"
+#include "rivid/data/csv.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/report/file.hpp"
+#include "rivid/report/simulation_json.hpp"
+#include "rivid/version.hpp"
+#include "tool.hpp"
+
+namespace {
+
+using namespace rivid;
+using namespace rivid::apps;
+
+struct Arguments {
+  std::filesystem::path experiment;
+  std::optional<std::int64_t> seed;
+  std::filesystem::path parameters;
+  std::filesystem::path output;
+  bool json = false;
+  bool quiet = false;
+};
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.add_option("experiment", arguments.experiment,
+                 "Experiment file (TOML): robot, control, reference, simulation")
+      ->required()
+      ->type_name("EXPERIMENT.toml");
+  app.add_option("--seed", arguments.seed, "Seed instead of the experiment file's")
+      ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()))
+      ->type_name("NUMBER");
+  app.add_option("--parameters", arguments.parameters, "Parameter file instead of the experiment file's")
+      ->type_name("FILE");
+  app.add_option("--output", arguments.output,
+                 "Folder for log.csv and simulation.json; default: EXPERIMENT_simulation")
+      ->type_name("DIR");
+  app.add_flag("--json", arguments.json, "Print the summary as JSON");
+  app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
+  app.set_version_flag("--version", std::string("rivid_simulate ") + version);
+  app.footer(
+      "Exit codes: 0 simulated, 1 ended early (log.csv goes up to there), 2 bad input or usage, 3 numerical "
+      "failure.\n"
+      "The keys of an experiment file are listed in docs/experiment.md.");
+}
+
+// Flags override the experiment file; what they changed is kept for the provenance.
+Overrides apply(const Arguments& arguments, SimulationPlan& plan) {
+  Overrides overrides;
+  if (arguments.seed) {
+    plan.noise.seed = static_cast<std::uint64_t>(*arguments.seed);
+    overrides.emplace_back("seed", std::to_string(*arguments.seed));
+  }
+  if (!arguments.parameters.empty()) {
+    plan.parameters = arguments.parameters;
+    overrides.emplace_back("parameters", arguments.parameters.string());
+  }
+  return overrides;
+}
+
+int simulate_from(const Arguments& arguments) {
+  Experiment experiment = read_experiment(arguments.experiment, Use::simulation);
+  const Overrides overrides = apply(arguments, *experiment.simulation);
+  ProgressBar bar(!arguments.quiet);
+  const SimulationRecord record =
+      run_simulation(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
+  bar.clear();
+
+  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_simulation");
+  const std::filesystem::path log = folder / "log.csv";
+  const std::filesystem::path file = folder / "simulation.json";
+  const std::string json =
+      to_json(experiment.robot, record,
+              provenance_of("rivid_simulate", experiment.inputs(Use::simulation), overrides));
+  write_file(log, to_csv(record.log));
+  write_file(file, json);
+  if (!arguments.quiet) {
+    print(arguments.json ? json : summary(experiment.robot, record));
+    tell("warning", record.warnings);
+    std::cerr << "wrote " << log.string() << " and " << file.string() << '\n';
+  }
+  return record.simulation.outcome == Outcome::completed ? success : no_success;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulates a robot in its closed loop, and writes the log of its motion.", "rivid_simulate");
+  Arguments arguments;
+  declare(app, arguments);
+  return run_tool(app, argc, argv, [&] { return simulate_from(arguments); });
+}

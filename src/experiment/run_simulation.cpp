@@ -1,0 +1,166 @@
+#include <cmath>
+#include <memory>
+
+#include "rivid/error.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/experiment/parameter_file.hpp"
+#include "rivid/simulate/logged_reference.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+// A log of more rows is a mistake of units, and would not fit into the memory.
+constexpr double most_samples = 1e8;
+// Part of a sample that the end of a motion may fall short of the last instant by rounding.
+constexpr double rounding = 1e-6;
+
+// The logged reference with its own clock.
+Log logged_motion(const Experiment& experiment, const std::filesystem::path& file,
+                  const LoggedMotion& logged) {
+  if (!file.empty()) {
+    Log out = read_reference(file, logged.columns);
+    if (out.q_r.cols() != experiment.robot.size()) {
+      throw InputError(file.string() + ": " + counted(out.q_r.cols(), "reference column") + ", robot \"" +
+                       experiment.robot.name + "\" has " + counted(experiment.robot.size(), "joint") +
+                       "; name one column for each joint in [reference] position");
+    }
+    return out;
+  }
+  LogSource first = experiment.log;
+  if (first.files.empty()) {
+    throw InputError(experiment.file.string() +
+                     ": [reference] names no file, and there is no [log] whose reference could be followed");
+  }
+  first.files.resize(1);
+  const std::vector<Log> pieces = read_logs(first, experiment.robot);
+  if (pieces.front().q_r.size() == 0) {
+    throw InputError(pieces.front().source +
+                     ": the log has no reference columns that [reference] could follow; name a file there");
+  }
+  return pieces.front();
+}
+
+std::unique_ptr<Reference> reference_of(const Experiment& experiment, const ReferenceSource& source) {
+  const auto& motion = source.motion;
+  if (const auto* const series = std::get_if<FourierSeries>(&motion)) {
+    return std::make_unique<FourierReference>(*series);
+  }
+  if (const auto* const moves = std::get_if<PointToPoint>(&motion)) {
+    return std::make_unique<PointToPointReference>(*moves);
+  }
+  const auto& logged = std::get<LoggedMotion>(motion);
+  const Log log = logged_motion(experiment, source.file, logged);
+  if (logged.interpolation == LoggedMotion::Interpolation::linear) {
+    return std::make_unique<LinearReference>(log.t, log.q_r);
+  }
+  return std::make_unique<LoggedReference>(log.t, log.q_r);
+}
+
+Index samples_of(const SimulationPlan& plan, const Reference& reference) {
+  const double duration = plan.duration > 0.0 ? plan.duration : reference.duration();
+  const double samples = std::floor(duration * plan.options.f_m + rounding) + 1.0;
+  if (!(samples <= most_samples)) {
+    throw InputError("[simulation] " + number(duration) + " s at " + number(plan.options.f_m) + " Hz are " +
+                     number(samples) + " samples; duration is in seconds, rate_hz in Hz");
+  }
+  return static_cast<Index>(samples);
+}
+
+Matrix added_control(const SimulationPlan::AddedControl& added) {
+  TableOptions options;
+  for (const Column& column : added.columns) {
+    options.columns.push_back(column.name);
+  }
+  Matrix out = read_table(added.file, options).values;
+  for (std::size_t j = 0; j < added.columns.size(); ++j) {
+    auto values = out.col(static_cast<Index>(j)).array();
+    values = added.columns[j].scale * values + added.columns[j].offset;
+  }
+  return out;
+}
+
+Matrix reference_positions(const Reference& reference, const SimulationOptions& options) {
+  Matrix out(options.samples, reference.joints());
+  Vector q_r(reference.joints());
+  Vector qd_r(reference.joints());
+  Vector qdd_r(reference.joints());
+  for (Index k = 0; k < options.samples; ++k) {
+    reference.at(reference.begin() + static_cast<double>(k) / options.f_m, q_r, qd_r, qdd_r);
+    out.row(k) = q_r;
+  }
+  return out;
+}
+
+Log recorded(const SimulationRecord& record, const SimulationPlan& plan, const SimulationOptions& options) {
+  Log out = measured_log(record.simulation, options, plan.noise);
+  const auto drop = [](bool keep, Matrix& columns) {
+    if (!keep) {
+      columns.resize(0, 0);
+    }
+  };
+  drop(plan.columns.torque, out.tau);
+  drop(plan.columns.control, out.v_tau);
+  drop(plan.columns.reference, out.q_r);
+  drop(plan.columns.reference_velocity, out.qd_r);
+  return out;
+}
+
+}  // namespace
+
+SimulationRecord run_simulation(const Experiment& experiment, const Progress& progress) {
+  if (!experiment.control || !experiment.reference || !experiment.simulation) {
+    throw InputError("run_simulation: the experiment must have [control], [reference] and [simulation]");
+  }
+  const Robot& robot = experiment.robot;
+  const SimulationPlan& plan = *experiment.simulation;
+  const ControlLoop& loop = *experiment.control;
+  SimulationRecord out;
+  out.base = base_parameters(robot);
+  const Vector chi_st = plan.parameters.empty() ? robot.chi_st() : read_parameters(plan.parameters, out.base);
+  out.chi = out.base.from_standard(chi_st);
+  const DynamicModel model(robot, chi_st);
+  const std::unique_ptr<Reference> reference = reference_of(experiment, *experiment.reference);
+
+  SimulationOptions options = plan.options;
+  options.sampling = loop.sampling;
+  options.samples = samples_of(plan, *reference);
+  if (plan.added_control) {
+    options.added_control = added_control(*plan.added_control);
+  }
+  if (progress) {
+    options.progress = [&](double fraction) { progress("simulating", fraction); };
+  }
+  const SimulationOptions disturbed = with_noise(options, plan.noise, robot.size());
+  out.seed = plan.noise.seed;
+  out.control_hz = loop.sampling.period > 0.0 ? 1.0 / loop.sampling.period : 0.0;
+  out.control_assumed = loop.assumed;
+  out.warnings = robot.warnings;
+
+  try {
+    out.J = loop.inertia(model, reference_positions(*reference, options));
+  } catch (const NumericsError& e) {
+    out.simulation.outcome = Outcome::not_positive_definite;
+    out.simulation.reason = std::string("before the start: ") + e.what();
+    for (Matrix* m : {&out.simulation.motion.q, &out.simulation.v_tau, &out.simulation.tau,
+                      &out.simulation.q_r, &out.simulation.qd_r, &out.simulation.q_measured}) {
+      m->resize(0, robot.size());
+    }
+  }
+  if (out.J.size() > 0) {
+    const std::unique_ptr<ControlLaw> law = loop.control({robot, model, out.J});
+    out.control = law->description();
+    out.simulation = simulate(robot, model, *law, *reference, disturbed);
+  }
+  out.log = recorded(out, plan, options);
+  out.warnings.insert(out.warnings.end(), out.simulation.warnings.begin(), out.simulation.warnings.end());
+  if (plan.added_control && plan.columns.control && !plan.columns.torque) {
+    out.warnings.push_back(
+        "the log holds the controller's signal without what added_control adds to it; "
+        "record = [\"torque\", …] holds the torques of both");
+  }
+  return out;
+}
+
+}  // namespace rivid

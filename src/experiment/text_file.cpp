@@ -1,0 +1,85 @@
+#include "experiment/text_file.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace rivid::detail {
+
+namespace {
+
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> out(1);
+  for (const char c : line) {
+    if (c == ',' || c == ';') {
+      out.emplace_back();
+    } else if (c != ' ' && c != '\t' && c != '\r' && c != '"') {
+      out.back() += c;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string file_text(const std::filesystem::path& path, std::string_view what) {
+  std::error_code error;
+  const std::ifstream in(path, std::ios::binary);
+  if (!in || std::filesystem::is_directory(path, error)) {
+    throw InputError(path.string() + ": " + std::string(what) + " can not be read");
+  }
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+toml::table parsed_toml(const std::filesystem::path& path, std::string_view what) {
+  try {
+    return toml::parse(file_text(path, what), path.string());
+  } catch (const toml::parse_error& e) {
+    const auto& at = e.source().begin;
+    throw InputError(path.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
+                     std::string(e.description()));
+  }
+}
+
+TextTable read_text_table(const std::filesystem::path& path, std::string_view what) {
+  TextTable out{.file = path.string(), .header = {}, .rows = {}};
+  std::istringstream in(file_text(path, what));
+  std::string line;
+  for (int count = 1; std::getline(in, line); ++count) {
+    if (count == 1 && line.starts_with(byte_order_mark)) {
+      line.erase(0, byte_order_mark.size());
+    }
+    TextTable::Row row{.place = out.file + ":" + std::to_string(count), .cells = cells(line)};
+    if ((row.cells.size() == 1 && row.cells[0].empty()) || row.cells[0].starts_with('#')) {
+      continue;
+    }
+    if (out.header.cells.empty()) {
+      out.header = std::move(row);
+      continue;
+    }
+    if (row.cells.size() != out.header.cells.size()) {
+      throw InputError(row.place + ": " + std::to_string(row.cells.size()) + " fields, the header has " +
+                       std::to_string(out.header.cells.size()));
+    }
+    out.rows.push_back(std::move(row));
+  }
+  return out;
+}
+
+double cell_number(const TextTable::Row& row, std::size_t column, std::string_view title) {
+  const std::string& cell = row.cells[column];
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
+    throw InputError(row.place + ": column \"" + std::string(title) + "\" holds \"" + cell +
+                     "\"; must be a finite number");
+  }
+  return value;
+}
+
+}  // namespace rivid::detail

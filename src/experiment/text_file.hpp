@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "experiment/toml_reader.hpp"
+
+// Small text files, read as a whole.
+namespace rivid::detail {
+
+/// @param what  the file as messages name it: "the experiment file"
+/// @throws InputError  where it can not be read
+[[nodiscard]] std::string file_text(const std::filesystem::path& path, std::string_view what);
+
+/// @throws InputError  as above, and "file:line:column: …" where it is no TOML
+[[nodiscard]] toml::table parsed_toml(const std::filesystem::path& path, std::string_view what);
+
+/// A table whose cells may hold words: separated by commas or semicolons, with a header, blank lines and lines that
+/// start with # left out.
+struct TextTable {
+  struct Row {
+    std::string place;  ///< "file:line"
+    std::vector<std::string> cells;
+  };
+
+  std::string file;
+  Row header;
+  std::vector<Row> rows;  ///< each as long as the header
+};
+
+/// @throws InputError  where the file can not be read or a row has not as many fields as the header
+[[nodiscard]] TextTable read_text_table(const std::filesystem::path& path, std::string_view what);
+
+/// The number that a cell holds.
+///
+/// @throws InputError  where it is none or not finite
+[[nodiscard]] double cell_number(const TextTable::Row& row, std::size_t column, std::string_view title);
+
+}  // namespace rivid::detail
