@@ -69,11 +69,14 @@ std::string on_one_line(std::string_view content) {
 std::string in_quotes(std::string_view content) { return "\"" + shown(content) + "\""; }
 
 std::string counted(std::ptrdiff_t count, std::string_view noun) {
-  const std::string one = std::to_string(count) + " " + std::string(noun);
+  std::string out = std::to_string(count) + " " + std::string(noun);
   if (count == 1) {
-    return one;
+    return out;
   }
-  return one.ends_with("ry") ? one.substr(0, one.size() - 1) + "ies" : one + "s";
+  if (out.ends_with("ry")) {
+    out.replace(out.size() - 1, 1, "ie");
+  }
+  return out + "s";
 }
 
 std::string listed(std::span<const std::string> names) {
