@@ -35,7 +35,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->required()
       ->type_name("EXPERIMENT.toml");
   app.add_option("--method", arguments.method, "Method instead of the experiment file's")
-      ->check(CLI::IsMember({"ols", "wls"}))
+      ->check(CLI::IsMember({"ols", "wls", "iv"}))
       ->type_name("ols|wls");
   app.add_option("--log", arguments.logs, "Log files instead of the experiment file's")->type_name("FILE");
   app.add_option("--validate", arguments.validate, "Validation logs instead of the experiment file's")

@@ -10,7 +10,7 @@ namespace rivid {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> method_names = {"ols", "wls"};
+constexpr std::array<std::string_view, 3> method_names = {"ols", "wls", "iv"};
 
 void append_inputs(const LogSource& source, std::vector<std::filesystem::path>& out) {
   out.insert(out.end(), source.files.begin(), source.files.end());
@@ -71,6 +71,32 @@ Log adjusted(Log log, const LogSource& source, const Robot& robot) {
   return log;
 }
 
+Identification identified(const Experiment& experiment, const std::vector<Log>& logs,
+                          const Progress& progress) {
+  switch (experiment.method) {
+    case Method::ols:
+      break;
+    case Method::wls:
+      return identify(experiment.robot, logs, Wls{experiment.signal, experiment.threads, progress});
+    case Method::iv: {
+      if (!experiment.control) {
+        throw InputError(
+            experiment.file.string() +
+            ": section [control] is missing; method \"iv\" simulates the closed loop and needs its "
+            "control law, or a guess of its bandwidth");
+      }
+      Iv method = experiment.iv;
+      method.signal = experiment.signal;
+      method.control = experiment.control->control;
+      method.sampling = experiment.control->sampling;
+      method.threads = experiment.threads;
+      method.progress = progress;
+      return identify(experiment.robot, logs, method);
+    }
+  }
+  return identify(experiment.robot, logs, Ols{experiment.signal, experiment.threads, progress});
+}
+
 }  // namespace
 
 std::string_view name(Method method) { return method_names[static_cast<std::size_t>(method)]; }
@@ -129,10 +155,7 @@ std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Pr
 
 Identification run(const Experiment& experiment, const Progress& progress) {
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot, progress);
-  Identification out =
-      experiment.method == Method::wls
-          ? identify(experiment.robot, logs, Wls{experiment.signal, experiment.threads, progress})
-          : identify(experiment.robot, logs, Ols{experiment.signal, experiment.threads, progress});
+  Identification out = identified(experiment, logs, progress);
   const auto take_notes = [&](const std::vector<Log>& from) {
     for (const Log& log : from) {
       for (const std::string& note : log.notes) {

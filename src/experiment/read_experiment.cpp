@@ -408,6 +408,53 @@ SignalOptions read_signal(TomlReader keys, Index n) {
   return out;
 }
 
+void read_method(TomlReader keys, Experiment& out) {
+  const auto positive = [&](const char* key, double& value) {
+    if (const auto given = keys.number(key)) {
+      if (!(*given > 0.0)) {
+        keys.fail(*keys.find(key), key, "must be positive");
+      }
+      value = *given;
+    }
+  };
+  out.method = keys.choice("name",
+                           std::array<std::pair<std::string_view, Method>, 3>{
+                               {{"ols", Method::ols}, {"wls", Method::wls}, {"iv", Method::iv}}})
+                   .value_or(out.method);
+  Iv& iv = out.iv;
+  iv.start = keys.choice("start",
+                         std::array<std::pair<std::string_view, Iv::Start>, 3>{
+                             {{"regular", Iv::Start::regular},
+                              {"a_priori", Iv::Start::a_priori},
+                              {"least_squares", Iv::Start::least_squares}}})
+                 .value_or(iv.start);
+  iv.signs =
+      keys.choice(
+              "signs",
+              std::array<std::pair<std::string_view, Iv::Signs>, 3>{{{"automatic", Iv::Signs::automatic},
+                                                                     {"measured", Iv::Signs::measured},
+                                                                     {"simulated", Iv::Signs::simulated}}})
+          .value_or(iv.signs);
+  iv.weights = keys.choice("weights",
+                           std::array<std::pair<std::string_view, Iv::Weights>, 2>{
+                               {{"none", Iv::Weights::none}, {"by_joint", Iv::Weights::by_joint}}})
+                   .value_or(iv.weights);
+  iv.follows = keys.choice("follows",
+                           std::array<std::pair<std::string_view, Iv::Follows>, 2>{
+                               {{"reference", Iv::Follows::reference}, {"measured", Iv::Follows::measured}}})
+                   .value_or(iv.follows);
+  positive("reference_cutoff_hz", iv.reference_cutoff_hz);
+  iv.start_on_reference =
+      keys.choice("initial_state", std::array<std::pair<std::string_view, bool>, 2>{{{"measured", false},
+                                                                                     {"reference", true}}})
+          .value_or(iv.start_on_reference);
+  positive("transient", iv.transient);
+  positive("tolerance", iv.tolerance);
+  positive("parameter_tolerance", iv.parameter_tolerance);
+  iv.max_iterations = keys.count("max_iterations").value_or(iv.max_iterations);
+  keys.finish();
+}
+
 }  // namespace
 
 Experiment read_experiment(const Path& path, Use use) {
@@ -450,12 +497,7 @@ Experiment read_experiment(const Path& path, Use use) {
     out.signal = read_signal(*signal, out.robot.size());
   }
   if (method) {
-    out.method =
-        method
-            ->choice("name", std::array<std::pair<std::string_view, Method>, 2>{{{"ols", Method::ols},
-                                                                                 {"wls", Method::wls}}})
-            .value_or(out.method);
-    method->finish();
+    read_method(*method, out);
   }
   out.validation = out.log;
   out.validation.files.clear();

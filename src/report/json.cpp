@@ -31,6 +31,38 @@ Json parameters(const Identification& result) {
   return out;
 }
 
+std::vector<double> list(const Vector& v) { return {v.begin(), v.end()}; }
+
+Json motion_error(const MotionError& e) {
+  return {{"position", list(e.q)}, {"velocity", list(e.qd)}, {"acceleration", list(e.qdd)}};
+}
+
+Json iterations(const IvHistory& history) {
+  Json out = Json::array();
+  for (const IvIteration& i : history.iterations) {
+    Json gains = Json::object();
+    for (const Gain& gain : i.gains) {
+      gains[gain.name] = list(gain.values);
+    }
+    out.push_back({{"chi", list(i.chi)},
+                   {"error_norm", i.error_norm},
+                   {"relative_error", i.relative_error},
+                   {"joint_error_norm", list(i.joint_error_norm)},
+                   {"largest_step_sigmas", i.largest_step},
+                   {"simulated_to_measured", motion_error(i.to_measured)},
+                   {"simulated_to_reference", motion_error(i.to_reference)},
+                   {"design_inertia", list(i.J)},
+                   {"gains", std::move(gains)},
+                   {"condition_V", i.condition_V},
+                   {"condition_VW", i.condition_VW},
+                   {"steps", i.effort.steps},
+                   {"right_hand_sides", i.effort.right_hand_sides},
+                   {"mode_changes", i.effort.mode_changes},
+                   {"safeguard", i.safeguard}});
+  }
+  return out;
+}
+
 Json fit(const Fit& f) {
   Json joints = Json::array();
   for (const JointFit& j : f.joints) {
@@ -125,7 +157,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     members.update(fit(v.fit));
     validation.push_back(std::move(members));
   }
-  const Json out = {
+  Json out = {
       {"format", 1},
       {"method", result.method},
       {"status", name(result.status)},
@@ -142,6 +174,11 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
       {"fit", std::move(fit_members)},
       {"validation", std::move(validation)},
       {"provenance", detail::provenance_json(provenance, {{"signal", signal_settings(result.signal)}})}};
+  if (result.iv) {
+    out["iterations"] = iterations(*result.iv);
+    out["loop"] = {{"control_error", list(result.iv->loop.control_error)},
+                   {"tracking_ratio", list(result.iv->loop.tracking_ratio)}};
+  }
   // A path may hold any bytes; JSON is UTF-8.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -161,6 +161,23 @@ void print_fit(std::ostream& out, const Fit& fit) {
   table.print(out);
 }
 
+// The residual of Y against the simulated regressor tells whether the assumed loop is the actual one.
+void print_iterations(std::ostream& out, const IvHistory& history) {
+  TextTable table({{"k", Align::right},
+                   {"|Y - V chi| / |Y|", Align::right},
+                   {"largest step", Align::right},
+                   {"sim. to measured q", Align::right},
+                   {"condition V", Align::right},
+                   {"remark", Align::left}});
+  for (std::size_t k = 0; k < history.iterations.size(); ++k) {
+    const IvIteration& i = history.iterations[k];
+    table.add({std::to_string(k), percent(i.relative_error),
+               k == 0 ? "" : number(i.largest_step, 3) + " sigma", percent(i.to_measured.q.maxCoeff()),
+               number(i.condition_V, 4), i.safeguard});
+  }
+  table.print(out);
+}
+
 }  // namespace
 
 std::ostream& operator<<(std::ostream& out, const Identification& result) {
@@ -172,6 +189,10 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
   }
   out << '\n';
   print_parameters(out, result);
+  if (result.iv) {
+    out << "\nIterations\n";
+    print_iterations(out, *result.iv);
+  }
   out << "\nFit\n";
   print_fit(out, result.fit);
   for (const Validation& validation : result.validation) {

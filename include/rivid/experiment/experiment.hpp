@@ -11,6 +11,7 @@
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/experiment/control_loop.hpp"
 #include "rivid/experiment/simulation_plan.hpp"
+#include "rivid/identify/iv.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/simulate/simulation_record.hpp"
@@ -47,9 +48,9 @@ struct LogSource {
   std::optional<Reference> reference;
 };
 
-enum class Method { ols, wls };
+enum class Method { ols, wls, iv };
 
-/// "ols", "wls".
+/// "ols", "wls", "iv".
 [[nodiscard]] std::string_view name(Method method);
 [[nodiscard]] std::optional<Method> method_named(std::string_view name);
 
@@ -67,11 +68,12 @@ struct Experiment {
   LogSource log;
   SignalOptions signal;
   Method method = Method::ols;
+  Iv iv;  ///< how Method::iv goes about it; what other sections say of signals and control is put in by run()
   LogSource validation;  ///< files may be empty
   std::optional<ControlLoop> control;
   std::optional<ReferenceSource> reference;
   std::optional<SimulationPlan> simulation;
-  int threads = 1;       ///< that run() takes; not a key of the file, since no result depends on it
+  int threads = 1;  ///< that run() takes; not a key of the file, since no result depends on it
 
   /// All files that a use of the experiment reads, itself first.
   [[nodiscard]] std::vector<std::filesystem::path> inputs(Use use = Use::identification) const;
