@@ -43,10 +43,10 @@ struct Sampling {
   /// q̇[k] = Σ_i velocity_filter[i] q[k − i] / period, for what the law takes as velocity: {1, −1} is the backward
   /// difference; empty: the true velocity. Before the first sample the position counts as constant.
   std::vector<double> velocity_filter = {1.0, -1.0};
-  Vector quantum;  ///< resolution of the position measurement, (n) or empty [rad | m]; 0 is none
+  Vector quantum = {};  ///< resolution of the position measurement, (n) or empty [rad | m]; 0 is none
   /// Error of the measured position at each instant, (periods × n) or empty [rad | m]; rows beyond the last are zero.
   /// It goes through the controller.
-  Matrix position_noise;
+  Matrix position_noise = {};
   /// Which reference the law sees at t_k: that of t_k + reference_lead periods (BIRDy's has that of the end of the step).
   int reference_lead = 0;
 
