@@ -22,6 +22,8 @@ using detail::AuxiliaryLoop;
 
 // Halvings of a step whose end can not be simulated.
 constexpr int most_halvings = 5;
+// Part of the parameter tolerance that counts as standing still.
+constexpr double still = 0.1;
 // A step counts as one of a cycle where it leads back to within this part of itself.
 constexpr double cycle_return = 0.1;
 constexpr int most_dampings = 3;
@@ -351,9 +353,22 @@ class Run {
                                " can not be simulated: " + loop.failure);
         return;
       }
-      const std::vector<InstrumentalGroup> groups = instruments(loop);
+      std::vector<InstrumentalGroup> groups = instruments(loop);
       // The weights that made this estimate stay with it if it is the last.
       solution_ = instrumental_variables(groups, base().size(), weights_);
+      // A step too far may hold a joint by its friction, where a shorter one does not.
+      for (int halving = 1; k > 0 && !solution_.full_rank() && halving <= most_halvings; ++halving) {
+        const Vector shorter = history().back().chi + 0.5 * (chi - history().back().chi);
+        Loop trial = simulated(shorter);
+        if (!trial.failure.empty()) {
+          break;
+        }
+        chi = shorter;
+        loop = std::move(trial);
+        groups = instruments(loop);
+        solution_ = instrumental_variables(groups, base().size(), weights_);
+        safeguard = "the step was halved " + counted(halving, "time") + ", for its instruments lacked rank";
+      }
       IvIteration iteration = told(chi, loop, groups, solution_);
       iteration.safeguard = std::move(safeguard);
       if (!solution_.full_rank()) {
@@ -367,8 +382,12 @@ class Run {
       if (!history().empty()) {
         iteration.largest_step = step_in_sigmas(chi - history().back().chi, solution_);
         const double before = history().back().error_norm;
-        const bool settled = std::abs(iteration.error_norm - before) <= method_.tolerance * before &&
-                             iteration.largest_step <= method_.parameter_tolerance;
+        const double change = std::abs(iteration.error_norm - before);
+        // Signs that flip keep ‖ε‖ from settling at all; steps far below the deviations are the end all the same.
+        const bool settled =
+            iteration.safeguard.empty() && ((change <= method_.tolerance * before &&
+                                             iteration.largest_step <= method_.parameter_tolerance) ||
+                                            iteration.largest_step <= still * method_.parameter_tolerance);
         history().push_back(std::move(iteration));
         if (settled) {
           chi_ = chi;
