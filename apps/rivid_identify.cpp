@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 #include "progress_bar.hpp"
@@ -63,7 +64,7 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
     return out;
   };
   if (!arguments.method.empty()) {
-    experiment.method = *method_named(arguments.method);
+    experiment.method = method_named(arguments.method).value_or(experiment.method);
     overrides.emplace_back("method", arguments.method);
   }
   if (!arguments.logs.empty()) {
@@ -135,11 +136,16 @@ int identify_from(const Arguments& arguments) {
   return result.status == Status::identified ? success : no_success;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int tool(int argc, char** argv) {
   CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
   Arguments arguments;
   declare(app, arguments);
-  return run_tool(app, argc, argv, [&] { return identify_from(arguments); });
+  if (const std::optional<int> ended = parse(app, argc, argv)) {
+    return *ended;
+  }
+  return identify_from(arguments);
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return run_tool("rivid_identify", tool, argc, argv); }
