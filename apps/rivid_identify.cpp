@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 #include "progress_bar.hpp"
@@ -140,11 +141,16 @@ int identify_from(const Arguments& arguments) {
   return result.status == Status::identified ? success : no_success;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int tool(int argc, char** argv) {
   CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
   Arguments arguments;
   declare(app, arguments);
-  return run_tool(app, argc, argv, [&] { return identify_from(arguments); });
+  if (const std::optional<int> ended = parse(app, argc, argv)) {
+    return *ended;
+  }
+  return identify_from(arguments);
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return run_tool("rivid_identify", tool, argc, argv); }

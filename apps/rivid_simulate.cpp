@@ -3,6 +3,7 @@
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "progress_bar.hpp"
 #include "rivid/data/csv.hpp"
@@ -49,7 +50,8 @@ void declare(CLI::App& app, Arguments& arguments) {
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
-Overrides apply(const Arguments& arguments, SimulationPlan& plan) {
+Overrides apply(const Arguments& arguments, Experiment& experiment) {
+  SimulationPlan plan = experiment.simulation.value_or(SimulationPlan{});
   Overrides overrides;
   if (arguments.seed) {
     plan.noise.seed = static_cast<std::uint64_t>(*arguments.seed);
@@ -59,12 +61,13 @@ Overrides apply(const Arguments& arguments, SimulationPlan& plan) {
     plan.parameters = arguments.parameters;
     overrides.emplace_back("parameters", arguments.parameters.string());
   }
+  experiment.simulation = std::move(plan);
   return overrides;
 }
 
 int simulate_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment, Use::simulation);
-  const Overrides overrides = apply(arguments, *experiment.simulation);
+  const Overrides overrides = apply(arguments, experiment);
   ProgressBar bar(!arguments.quiet);
   const SimulationRecord record =
       run_simulation(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
@@ -86,11 +89,16 @@ int simulate_from(const Arguments& arguments) {
   return record.simulation.outcome == Outcome::completed ? success : no_success;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int tool(int argc, char** argv) {
   CLI::App app("Simulates a robot in its closed loop, and writes the log of its motion.", "rivid_simulate");
   Arguments arguments;
   declare(app, arguments);
-  return run_tool(app, argc, argv, [&] { return simulate_from(arguments); });
+  if (const std::optional<int> ended = parse(app, argc, argv)) {
+    return *ended;
+  }
+  return simulate_from(arguments);
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return run_tool("rivid_simulate", tool, argc, argv); }

@@ -9,31 +9,34 @@ namespace rivid::apps {
 
 namespace {
 
-void complain(const CLI::App& app, std::string_view kind, std::string_view what) {
-  std::cerr << app.get_name() << ": " << kind << ": " << on_one_line(what) << '\n';
+void complain(std::string_view name, std::string_view kind, std::string_view what) {
+  std::cerr << name << ": " << kind << ": " << on_one_line(what) << '\n';
 }
 
 }  // namespace
 
-int run_tool(CLI::App& app, int argc, char** argv, const std::function<int()>& work) {
+int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv) {
   try {
-    try {
-      app.parse(argc, argv);
-    } catch (const CLI::ParseError& e) {
-      if (e.get_exit_code() == 0) {  // --help, --version
-        return app.exit(e);
-      }
-      complain(app, "error", std::string(e.what()) + "; --help tells the usage");
-      return bad_input;
-    }
-    return work();
+    return tool(argc, argv);
   } catch (const InputError& e) {
-    complain(app, "error", e.what());
+    complain(name, "error", e.what());
     return bad_input;
   } catch (const std::exception& e) {
-    complain(app, "failure", e.what());
+    complain(name, "failure", e.what());
     return numerics;
   }
+}
+
+std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) {  // --help, --version
+      return app.exit(e);
+    }
+    throw InputError(std::string(e.what()) + "; --help tells the usage");
+  }
+  return std::nullopt;
 }
 
 void print(const std::string& text) {

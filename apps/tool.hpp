@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -24,10 +24,16 @@ enum ExitCode {
 /// Command line flags that changed the experiment, and their values.
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
-/// Parses the command line, runs the work and turns what it throws into a message on standard error and an exit code.
+/// Runs a tool, whose exit code is what `tool` returns, and turns what it throws into a message on standard error and an
+/// exit code.
 ///
-/// @param work  returns the exit code
-int run_tool(CLI::App& app, int argc, char** argv, const std::function<int()>& work);
+/// @param name  of the tool, for messages
+int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv);
+
+/// Parses the command line. An exit code where the tool ends with that, because help or version were asked for.
+///
+/// @throws InputError  where the command line can not be understood
+[[nodiscard]] std::optional<int> parse(CLI::App& app, int argc, char** argv);
 
 /// Standard output.
 ///

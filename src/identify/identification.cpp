@@ -5,8 +5,8 @@
 namespace rivid {
 
 std::string_view name(Status status) {
-  constexpr std::array<std::string_view, 5> names = {"identified", "rank_deficient", "not_converged",
-                                                     "cycling", "not_simulable"};
+  constexpr std::array<std::string_view, 6> names = {"identified", "rank_deficient",   "not_converged",
+                                                     "cycling",    "weak_instruments", "not_simulable"};
   return names[static_cast<std::size_t>(status)];
 }
 

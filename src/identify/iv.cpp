@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "identify/feasible.hpp"
 #include "identify/fit.hpp"
@@ -27,8 +28,8 @@ constexpr double still = 0.1;
 // A step counts as one of a cycle where it leads back to within this part of itself.
 constexpr double cycle_return = 0.1;
 constexpr int most_dampings = 3;
-// Instruments beyond this conditioning are warned of.
-constexpr double weak_condition = 1e6;
+// First-stage F statistic below which instruments count as weak, after Staiger & Stock (1997).
+constexpr double least_F = 10.0;
 // Position error [rad | m] that a law's stiffness is told from: too small to saturate it.
 constexpr double dead_band_probe = 1e-6;
 // The assumed loop is in doubt where the law rebuilds the control signal worse than this, or the simulated motion lies
@@ -406,6 +407,9 @@ class Run {
       }
       Vector next = solution_.chi;
       if (cycles(next)) {
+        if (step_in_sigmas(next - chi, solution_) <= method_.parameter_tolerance) {
+          return;  // there and back again, far within the deviations: signs that flip
+        }
         if (++dampings > most_dampings) {
           out_.status = Status::cycling;
           out_.reasons.push_back("the iteration goes back and forth between two estimates, " +
@@ -487,11 +491,34 @@ class Run {
     out_.fit = detail::judged(robot_, data_, chi_, base().size(), out_.signal.convention);
     out_.fit.sigma_rho = sigma;
     detail::describe_parameters(robot_, freedom(), out_);
-    if (solution_.condition_VW > weak_condition) {
-      out_.warnings.push_back("the instruments are weak: the condition number of Q_Vᵀ W is " +
-                              number(solution_.condition_VW, 3));
-    }
+    judge_instruments();
     diagnose_loop();
+  }
+
+  // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
+  // the same rows over that of the instrumental variables, as the F statistic of a first stage.
+  void judge_instruments() {
+    const LeastSquares ls = least_squares(data_.groups, base().size(), weights_);
+    Vector& F = out_.iv->first_stage_F;
+    F.resize(base().size());
+    for (Index i = 0; i < base().size(); ++i) {
+      const double R2 = std::min(ls.unit_covariance(i, i) / solution_.unit_covariance(i, i), 1.0);
+      F[i] = freedom() * R2 / std::max(1.0 - R2, std::numeric_limits<double>::epsilon());
+    }
+    std::string weak;
+    for (Index i = 0; i < base().size(); ++i) {
+      if (!(F[i] > least_F)) {
+        weak += (weak.empty() ? "" : ", ") + base().parameters[static_cast<std::size_t>(i)].name +
+                " (F = " + number(F[i], 3) + ")";
+      }
+    }
+    if (!weak.empty()) {
+      out_.status = Status::weak_instruments;
+      out_.reasons.push_back(
+          "the simulated motion says too little about " + weak + ", which need F above " + number(least_F) +
+          "; the assumed loop moves otherwise than the actual one, so try a wider bandwidth, the "
+          "actual gains, or a larger motion");
+    }
   }
 
   // How well the assumed controller explains the logs.

@@ -178,6 +178,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     out["iterations"] = iterations(*result.iv);
     out["loop"] = {{"control_error", list(result.iv->loop.control_error)},
                    {"tracking_ratio", list(result.iv->loop.tracking_ratio)}};
+    out["first_stage_F"] = list(result.iv->first_stage_F);
   }
   // A path may hold any bytes; JSON is UTF-8.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -15,13 +15,14 @@ namespace rivid {
 
 enum class Status {
   identified,
-  rank_deficient,  ///< the data, or the instruments, do not determine all parameters
-  not_converged,   ///< the iteration limit came first
-  cycling,         ///< the iteration goes round among a few estimates
-  not_simulable    ///< no closed loop could be simulated with an iterate or with one near it
+  rank_deficient,    ///< the data, or the instruments, do not determine all parameters
+  not_converged,     ///< the iteration limit came first
+  cycling,           ///< the iteration goes round among a few estimates
+  weak_instruments,  ///< the simulated motion says too little about some parameters
+  not_simulable      ///< no closed loop could be simulated with an iterate or with one near it
 };
 
-/// "identified", "rank_deficient", "not_converged", "cycling", "not_simulable".
+/// "identified", "rank_deficient", "not_converged", "cycling", "weak_instruments", "not_simulable".
 [[nodiscard]] std::string_view name(Status status);
 
 /// One identified base parameter with its statistics, Eqs. (17–19) of [RIV].
@@ -100,6 +101,8 @@ struct LoopDiagnosis {
 struct IvHistory {
   std::vector<IvIteration> iterations;
   LoopDiagnosis loop;
+  /// Strength of the instruments for each parameter, as the F statistic of a first stage, (b): weak below 10.
+  Vector first_stage_F;
 };
 
 /// What an identification found, the answer of identify().
