@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "identify/dissipative.hpp"
 #include "identify/feasible.hpp"
 #include "identify/fit.hpp"
 #include "identify/loop.hpp"
@@ -24,7 +25,7 @@ using detail::AuxiliaryLoop;
 // Halvings of a step whose end can not be simulated.
 constexpr int most_halvings = 5;
 // Part of the parameter tolerance that counts as standing still.
-constexpr double still = 0.1;
+constexpr double still = 0.2;
 // A step counts as one of a cycle where it leads back to within this part of itself.
 constexpr double cycle_return = 0.1;
 constexpr int most_dampings = 3;
@@ -117,6 +118,13 @@ class Run {
       detail::add_factors(data_, factors(robot, base(), log, signals_.back(), method.threads));
       loops_.push_back(std::make_unique<AuxiliaryLoop>(robot, log, method));
     }
+    mean_speed_ = Vector::Zero(n_);
+    mean_square_ = Vector::Zero(n_);
+    for (const auto& loop : loops_) {
+      const auto share = 1.0 / static_cast<double>(loops_.size());
+      mean_speed_ += share * loop->measured().qd.cwiseAbs().colwise().mean().transpose();
+      mean_square_ += share * loop->measured().qd.cwiseAbs2().colwise().mean().transpose();
+    }
     for (const RowGroup& group : data_.groups) {
       rows_ += group.qr.rows();
       y_norm_ = std::hypot(y_norm_, group.qr.y_norm());
@@ -186,7 +194,9 @@ class Run {
   [[nodiscard]] Loop simulated(const Vector& chi) const {
     Loop loop;
     try {
-      loop.model = std::make_unique<DynamicModel>(robot_, base(), chi);
+      Vector chi_st = base().to_standard(chi);
+      detail::make_dissipative(base(), mean_speed_, mean_square_, chi_st);
+      loop.model = std::make_unique<DynamicModel>(robot_, chi_st);
       for (const auto& auxiliary : loops_) {
         const Vector J = design_inertia(*loop.model, auxiliary->measured().q);
         loop.J = loop.J.size() == 0 ? J : loop.J.cwiseMax(J);
@@ -213,13 +223,9 @@ class Run {
     return loop;
   }
 
-  // A loop with these parameters; or with the nearest physical ones, or on the way back to the last ones, where they are
-  // no robot.
-  [[nodiscard]] Loop safeguarded(Vector& chi, std::string& safeguard) {
-    Loop loop = simulated(chi);
-    if (loop.failure.empty()) {
-      return loop;
-    }
+  // In place of a loop that could not be simulated: one with the nearest physical parameters, or on the way back to the
+  // last ones.
+  [[nodiscard]] Loop safeguarded(Loop loop, Vector& chi, std::string& safeguard) {
     const std::string first_failure = loop.failure;
     loop = simulated(detail::feasible_near(robot_, base(), chi));
     if (loop.failure.empty()) {
@@ -336,17 +342,19 @@ class Run {
     int dampings = 0;
     for (int k = 0;; ++k) {
       std::string safeguard;
-      Loop loop = safeguarded(chi, safeguard);
-      if (!loop.failure.empty() && k == 1 && method_.signs == Iv::Signs::automatic &&
-          method_.signal.cutoff_hz == 0.0) {
-        // Signs of raw velocities may be noise alone; those of the first loop are a second chance.
+      Loop loop = simulated(chi);
+      if (!loop.failure.empty() && k == 1 && method_.signs == Iv::Signs::automatic && simulated_signs()) {
+        // The signs of raw velocities, which the first iteration took, may be noise alone: once more with those of its loop.
         const InstrumentalVariables again =
             instrumental_variables(instruments(last_), base().size(), weights_);
         if (again.full_rank()) {
           chi = again.chi;
           reweight(chi);
-          loop = safeguarded(chi, safeguard);
+          loop = simulated(chi);
         }
+      }
+      if (!loop.failure.empty()) {
+        loop = safeguarded(std::move(loop), chi, safeguard);
       }
       if (!loop.failure.empty()) {
         out_.status = Status::not_simulable;
@@ -433,9 +441,7 @@ class Run {
     }
     const Vector& now = history().back().chi;
     const Vector& before = history()[history().size() - 2].chi;
-    const double step = step_in_sigmas(next - now, solution_);
-    return step > method_.parameter_tolerance &&
-           step_in_sigmas(next - before, solution_) < cycle_return * step;
+    return step_in_sigmas(next - before, solution_) < cycle_return * step_in_sigmas(next - now, solution_);
   }
 
   // A joint that its friction holds throughout gives no instruments.
@@ -567,6 +573,8 @@ class Run {
   detail::ThreadTeam team_;
   std::vector<SignalOptions> signals_;  // one a log
   std::vector<std::unique_ptr<AuxiliaryLoop>> loops_;
+  Vector mean_speed_;  // |q̇| of the measured motions
+  Vector mean_square_;
   RowFactors data_;  // of [W Y]
   Index rows_ = 0;
   double y_norm_ = 0.0;

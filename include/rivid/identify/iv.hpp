@@ -55,7 +55,7 @@ struct Iv {
   double transient = 0.0;
 
   /// Stop rule: |‖ε_{k+1}‖ − ‖ε_k‖| ≤ tolerance ‖ε_k‖ with ε_k = Y − V_k χ̂_k, and no parameter moves by more than
-  /// parameter_tolerance times its standard deviation; or none moves by more than a tenth of that.
+  /// parameter_tolerance times its standard deviation; or none moves by more than a fifth of that.
   double tolerance = 1e-3;
   double parameter_tolerance = 0.5;
   int max_iterations = 20;
