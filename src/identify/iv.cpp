@@ -536,7 +536,8 @@ class Run {
     const auto add = [](Vector& to, const Matrix& x) { to += x.colwise().squaredNorm().transpose(); };
     for (std::size_t k = 0; k < loops_.size(); ++k) {
       const Log& log = logs_[k];
-      if (log.v_tau.size() > 0) {
+      // A law that follows the measured motion has no error to work on, and rebuilds nothing.
+      if (log.v_tau.size() > 0 && method_.follows == Iv::Follows::reference) {
         add(missed, loops_[k]->rebuilt_control(*last_.law) - log.v_tau);
         add(control, log.v_tau);
       }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rivid/data/csv.hpp"
+#include "rivid/experiment/experiment.hpp"
 #include "support/identify_tool.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -46,6 +47,8 @@ class RealExperiment : public RealData {
     }
     return Json::parse(folder_.read(robot_ + "_result/result.json"));
   }
+
+  [[nodiscard]] Experiment experiment() const { return read_experiment(folder_.path() / (robot_ + ".toml")); }
 
   /// The log of rivid_simulate, which must come to its end.
   [[nodiscard]] Log simulated() const {

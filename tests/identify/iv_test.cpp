@@ -1,0 +1,162 @@
+#include "rivid/identify/iv.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "rivid/error.hpp"
+#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/pd_control.hpp"
+#include "support/scara_study.hpp"
+
+namespace {
+
+using rivid::BaseParameters;
+using rivid::Index;
+using rivid::Iv;
+using rivid::Matrix;
+using rivid::Robot;
+using rivid::Status;
+using rivid::Vector;
+
+TEST(RegularStart, IsOneForRotorsAndElseForTheLinkItself) {
+  const Robot slider = rivid::test::slider();
+  EXPECT_EQ(regular_start(slider, rivid::base_parameters(slider)), (Vector(4) << 1, 0, 0, 0).finished());
+  const Robot with_rotor = rivid::test::slider(rivid::Friction::none, true);
+  EXPECT_EQ(regular_start(with_rotor, rivid::base_parameters(with_rotor)), Vector::Ones(1));
+}
+
+TEST(RegularStart, OfThePapersScaraIsItsOwn) {
+  Robot scara = rivid::test::scara();
+  scara.joints[0].rotor_inertia = false;
+  const BaseParameters base = rivid::base_parameters(scara);
+  const Vector chi = regular_start(scara, base);
+  for (Index i = 0; i < 8; ++i) {
+    const std::string& name = base.parameters[static_cast<std::size_t>(i)].name;
+    EXPECT_EQ(chi[i], name == "ZZ1R" || name == "ZZ2" ? 1.0 : 0.0) << name;
+  }
+}
+
+TEST(RegularStart, MakesTheMassMatrixOfAnyRobotPositiveDefinite) {
+  std::mt19937_64 random(61);
+  for (int n = 1; n <= 9; ++n) {
+    Robot robot = rivid::test::random_robot(n, random);
+    for (const bool rotors : {true, false}) {
+      for (rivid::Joint& joint : robot.joints) {
+        joint.rotor_inertia = rotors;
+      }
+      const BaseParameters base = rivid::base_parameters(robot);
+      const rivid::DynamicModel model(robot, base, regular_start(robot, base));
+      const Vector q = rivid::test::random_motion(1, n, random).q.row(0);
+      EXPECT_GT(smallest_eigenvalue(model, q), 1e-6) << n << " joints";
+    }
+  }
+}
+
+struct IvOfTheScara : public ::testing::Test, public rivid::test::ScaraStudy {
+  std::string refusal(const Iv& method, const rivid::Log& log) const {
+    try {
+      static_cast<void>(identify(robot, log, method));
+    } catch (const rivid::InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  }
+};
+
+TEST_F(IvOfTheScara, WithoutNoiseAndFilterFindsTheInertias) {
+  encoder_noise = 0.0;
+  disturbance.setZero();
+  const auto found = identify(robot, log(1.0, 1), iv());
+  ASSERT_EQ(found.status, Status::identified);
+  for (const char* name : {"ZZ1R", "ZZ2"}) {
+    EXPECT_NEAR(found.chi[index(name)], truth[index(name)], 0.005 * truth[index(name)]) << name;
+  }
+}
+
+TEST_F(IvOfTheScara, SeveralLogsCountTogether) {
+  const std::vector<rivid::Log> logs = {log(1.0, 1), log(2.0, 2)};
+  const auto both = identify(robot, logs, iv());
+  const auto first = identify(robot, logs[0], iv());
+  ASSERT_EQ(both.status, Status::identified);
+  EXPECT_EQ(both.fit.rows, 2 * first.fit.rows);
+  EXPECT_LT(both.parameters[static_cast<std::size_t>(index("ZZ1R"))].sigma,
+            first.parameters[static_cast<std::size_t>(index("ZZ1R"))].sigma);
+}
+
+TEST_F(IvOfTheScara, IsTheSameWithAnyNumberOfThreads) {
+  const rivid::Log log = this->log(2.0, 1);
+  Iv method = iv();
+  const auto one = identify(robot, log, method);
+  method.threads = 3;
+  const auto three = identify(robot, log, method);
+  EXPECT_EQ(one.chi, three.chi);
+  EXPECT_EQ(one.C_chi, three.C_chi);
+}
+
+TEST_F(IvOfTheScara, ScalesWithTheDriveGain) {
+  rivid::Log log = this->log(2.0, 1);
+  const auto right = identify(robot, log, iv());
+  for (rivid::Joint& joint : robot.joints) {
+    joint.drive_gain = 2.0;
+  }
+  const auto doubled = identify(robot, log, iv());
+  ASSERT_EQ(doubled.status, Status::identified);
+  EXPECT_LT((doubled.chi - 2.0 * right.chi).norm(), 1e-3 * right.chi.norm());
+}
+
+TEST_F(IvOfTheScara, TellsOfAWrongController) {
+  Iv method = iv(0.5);
+  method.signal = filtered();
+  const auto found = identify(robot, log(2.0, 1), method);
+  ASSERT_FALSE(found.warnings.empty());
+  EXPECT_NE(found.warnings.back().find("the assumed controller may not be the actual one"), std::string::npos)
+      << found.warnings.back();
+}
+
+TEST_F(IvOfTheScara, WithoutAReferenceFollowsTheMeasuredMotion) {
+  rivid::Log log = this->log(2.0, 1);
+  log.q_r.resize(0, 0);
+  Iv method = iv(20.0);
+  method.control = rivid::PdControl{
+      .omega_n = Eigen::Vector2d(20, 20), .zeta = Eigen::Vector2d(1, 1), .reference_velocity = true};
+  method.sampling = {};
+  EXPECT_NE(refusal(method, log).find("no reference columns"), std::string::npos);
+  method.follows = Iv::Follows::measured;
+  method.reference_cutoff_hz = 5.0;
+  const auto found = identify(robot, log, method);
+  ASSERT_EQ(found.status, Status::identified);
+  EXPECT_NEAR(found.chi[index("ZZ1R")], 3.44, 0.03 * 3.44);
+}
+
+TEST_F(IvOfTheScara, RefusesWhatItCanNotUse) {
+  const rivid::Log log = this->log(1.0, 1);
+  Iv method = iv();
+  method.control = {};
+  EXPECT_NE(refusal(method, log).find("control is not set"), std::string::npos);
+  method = iv();
+  method.tolerance = 0.0;
+  EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): tolerance is 0, must be positive");
+  method = iv();
+  method.max_iterations = 0;
+  EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): max_iterations is 0, must be at least 1");
+  method = iv();
+  method.chi_0 = Vector::Zero(3);
+  EXPECT_EQ(refusal(method, log),
+            "identify(IDIM-IV): chi_0 has 3 values, must have one, finite, for each of 8 base parameters");
+}
+
+TEST_F(IvOfTheScara, AStartThatIsNoRobotIsToldOrMended) {
+  Iv method = iv();
+  method.chi_0 = truth;
+  method.chi_0[index("ZZ2")] = -0.5;
+  const auto found = identify(robot, log(2.0, 1), method);
+  if (found.status == Status::identified) {
+    EXPECT_NE(found.iv->iterations.front().safeguard.find("not positive"), std::string::npos)
+        << found.iv->iterations.front().safeguard;
+  } else {
+    EXPECT_FALSE(found.reasons.empty());
+  }
+}
+
+}  // namespace
