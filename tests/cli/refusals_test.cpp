@@ -438,12 +438,12 @@ TEST_F(Refusal, OfANegativeResamplingRateNamesItsKey) {
 TEST_F(Refusal, OfNoArguments) { expect_refused({"experiment is required", "--help"}, {}); }
 
 TEST_F(Refusal, OfAnUnknownMethodListsTheMethods) {
-  expect_refused({"--method: lms not in {ols,wls}"}, {"scara.toml", "--method", "lms"});
+  expect_refused({"--method: lms not in {ols,wls,iv}"}, {"scara.toml", "--method", "lms"});
 }
 
 TEST_F(Refusal, OfAnUnknownMethodInTheExperimentFile) {
   edit("scara.toml", R"(name = "ols")", R"(name = "lms")");
-  expect_refused({"scara.toml:24:8: [method] name is \"lms\", must be one of \"ols\" and \"wls\""});
+  expect_refused({"scara.toml:24:8: [method] name is \"lms\", must be one of \"ols\", \"wls\" and \"iv\""});
 }
 
 TEST_F(Refusal, OfAnUnknownFlag) { expect_refused({"--foo"}, {"scara.toml", "--foo"}); }

@@ -68,7 +68,8 @@ TEST_F(ExperimentPage, ShowsFilesThatCanBeRead) {
 
 TEST_F(ExperimentPage, OfTheReadmeCanBeRead) {
   const std::vector<std::string> blocks = toml_blocks(text_of(RIVID_DOCS "/../README.md"));
-  ASSERT_EQ(blocks.size(), 1U);
+  ASSERT_EQ(blocks.size(), 2U);
+  expect_readable("[robot]\nurdf = \"my_robot.urdf\"\n" + blocks[1]);
   std::string text = blocks.front();
   const std::string tip = "tool0";
   text.replace(text.find(tip), tip.size(), "forearm");

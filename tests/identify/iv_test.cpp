@@ -23,7 +23,7 @@ TEST(RegularStart, IsOneForRotorsAndElseForTheLinkItself) {
   const Robot slider = rivid::test::slider();
   EXPECT_EQ(regular_start(slider, rivid::base_parameters(slider)), (Vector(4) << 1, 0, 0, 0).finished());
   const Robot with_rotor = rivid::test::slider(rivid::Friction::none, true);
-  EXPECT_EQ(regular_start(with_rotor, rivid::base_parameters(with_rotor)), Vector::Ones(1));
+  EXPECT_NEAR(regular_start(with_rotor, rivid::base_parameters(with_rotor))[0], 1.0, 1e-12);
 }
 
 TEST(RegularStart, OfThePapersScaraIsItsOwn) {
@@ -152,7 +152,7 @@ TEST_F(IvOfTheScara, AStartThatIsNoRobotIsToldOrMended) {
   method.chi_0[index("ZZ2")] = -0.5;
   const auto found = identify(robot, log(2.0, 1), method);
   if (found.status == Status::identified) {
-    EXPECT_NE(found.iv->iterations.front().safeguard.find("not positive"), std::string::npos)
+    EXPECT_NE(found.iv->iterations.front().safeguard.find("must be positive"), std::string::npos)
         << found.iv->iterations.front().safeguard;
   } else {
     EXPECT_FALSE(found.reasons.empty());
