@@ -168,7 +168,8 @@ double largest_eigenvalue(const Matrix& A) {
     before = next.norm();
     if (T.size() % steps_between_looks == 0 || T.size() <= 2 || T.size() == n || !(before > 0.0)) {
       const double largest = T.largest_eigenvalue();
-      if (!(before * T.last_entry(largest) > digits * largest)) {
+      const bool open = before * T.last_entry(largest) > digits * largest;  // not where it is nan
+      if (!open) {
         return largest;
       }
     }
