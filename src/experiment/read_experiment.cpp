@@ -411,7 +411,7 @@ SignalOptions read_signal(TomlReader keys, Index n) {
 void read_method(TomlReader keys, Experiment& out) {
   const auto positive = [&](const char* key, double& value) {
     if (const auto given = keys.number(key)) {
-      if (!(*given > 0.0)) {
+      if (!(*given > 0.0 && std::isfinite(*given))) {
         keys.fail(*keys.find(key), key, "must be positive");
       }
       value = *given;
@@ -448,7 +448,12 @@ void read_method(TomlReader keys, Experiment& out) {
       keys.choice("initial_state", std::array<std::pair<std::string_view, bool>, 2>{{{"measured", false},
                                                                                      {"reference", true}}})
           .value_or(iv.start_on_reference);
-  positive("transient", iv.transient);
+  if (const auto given = keys.number("transient")) {
+    if (!(*given >= 0.0 && std::isfinite(*given))) {
+      keys.fail(*keys.find("transient"), "transient", "must not be negative");
+    }
+    iv.transient = *given;
+  }
   positive("tolerance", iv.tolerance);
   positive("parameter_tolerance", iv.parameter_tolerance);
   iv.max_iterations = keys.count("max_iterations").value_or(iv.max_iterations);

@@ -162,10 +162,11 @@ SimulationOptions read_options(TomlReader& keys, Index n, const std::optional<Co
   out.q_0 = read_per_joint(keys, "q_0", n);
   out.qd_0 = read_per_joint(keys, "qd_0", n);
   out.integrator = keys.choice("integrator",
-                               std::array<std::pair<std::string_view, Integrator>, 5>{
+                               std::array<std::pair<std::string_view, Integrator>, 6>{
                                    {{"automatic", Integrator::automatic},
                                     {"adams", Integrator::adams},
                                     {"bdf", Integrator::bdf},
+                                    {"bogacki_shampine", Integrator::bogacki_shampine},
                                     {"dormand_prince", Integrator::dormand_prince},
                                     {"rk4", Integrator::rk4}}})
                        .value_or(out.integrator);

@@ -26,7 +26,11 @@ void make_dissipative(const BaseParameters& base, const Vector& mean_speed, cons
         *c += *v * mean_speed[joint];
         *v = 0.0;
       }
-      if (*c < 0.0) {
+      // Asymmetric friction may be shifted by an offset: its mean tells whether it brakes.
+      const double* const other = coulomb == Fc_plus    ? find(Fc_minus, joint)
+                                  : coulomb == Fc_minus ? find(Fc_plus, joint)
+                                                        : c;
+      if (*c < 0.0 && (other == nullptr || *c + *other < 0.0)) {
         *v += mean_square[joint] > 0.0 ? *c * mean_speed[joint] / mean_square[joint] : 0.0;
         *c = 0.0;
       }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "identify/dissipative.hpp"
 #include "identify/feasible.hpp"
@@ -47,7 +48,9 @@ bool is_sign(ParameterKind kind) {
 class InstrumentSink final : public detail::RowSink {
  public:
   // signs: columns of W, within the joint's own, that are taken from V instead.
-  InstrumentSink(StreamingQr& qr, std::vector<Index> signs) : qr_(qr), signs_(std::move(signs)) {}
+  // used:  factor of [W Y] with these columns, or nullptr.
+  InstrumentSink(StreamingQr& qr, std::vector<Index> signs, StreamingQr* used)
+      : qr_(qr), signs_(std::move(signs)), used_(used) {}
 
   RowsRoom room(Index wanted) override { return room_ = qr_.room(wanted); }
   void commit(std::span<const Index> samples) override {
@@ -56,12 +59,19 @@ class InstrumentSink final : public detail::RowSink {
     for (const Index c : signs_) {
       std::copy_n(target.data + c * target.ld, count, target.data + (qr_.columns() + c) * target.ld);
     }
+    if (used_ != nullptr) {
+      const Index m = qr_.columns();
+      using Rows = Eigen::Map<const Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
+      const Rows WY(target.data + m * target.ld, count, m + 1, Eigen::OuterStride<>(target.ld));
+      used_->add(WY.leftCols(m), WY.rightCols(1));
+    }
     qr_.commit(count);
   }
 
  private:
   StreamingQr& qr_;
   std::vector<Index> signs_;
+  StreamingQr* used_;
   RowsRoom room_{};
 };
 
@@ -79,7 +89,10 @@ class MotionDistance {
     }
   }
   [[nodiscard]] MotionError error() const {
-    const Matrix ratio = (difference_.array() / whole_.array().max(1e-300)).sqrt();
+    // Not a number where there was no motion.
+    const Matrix ratio =
+        (whole_.array() > 0.0)
+            .select((difference_.array() / whole_.array()).sqrt(), std::numeric_limits<double>::quiet_NaN());
     return {ratio.col(0), ratio.col(1), ratio.col(2)};
   }
 
@@ -114,6 +127,9 @@ class Run {
     }
     signals_.reserve(logs.size());
     for (const Log& log : logs) {
+      if (const auto fault = log.complaint()) {
+        throw InputError(*fault);
+      }
       signals_.push_back(without_transient(log));
       detail::add_factors(data_, factors(robot, base(), log, signals_.back(), method.threads));
       loops_.push_back(std::make_unique<AuxiliaryLoop>(robot, log, method));
@@ -155,6 +171,16 @@ class Run {
     std::unique_ptr<ControlLaw> law;
     Vector J;
     SimulationEffort effort;
+  };
+
+  // The last iterate that the instruments of its own loop have been solved for, with all that belongs to it.
+  struct Estimate {
+    Vector chi;
+    std::vector<double> weights;
+    double sigma = 0.0;  // standard deviation of the weighted residual
+    Matrix unit_covariance;
+    double condition_VW = 0.0;
+    Vector first_stage_F;
   };
 
   [[nodiscard]] const BaseParameters& base() const { return out_.base; }
@@ -264,13 +290,20 @@ class Run {
         }
       }
     }
+    used_.clear();
+    if (simulated_signs()) {
+      for (const RowGroup& group : data_.groups) {
+        used_.push_back({group.columns, StreamingQr(static_cast<Index>(group.columns.size()))});
+      }
+    }
     for (std::size_t k = 0; k < logs_.size(); ++k) {
       detail::RowSource source(robot_, base(), logs_[k], signals_[k], team_);
       std::vector<InstrumentSink> own_sinks;
       own_sinks.reserve(groups.size());
       std::vector<detail::RowSink*> sinks;
       for (std::size_t j = 0; j < groups.size(); ++j) {
-        sinks.push_back(&own_sinks.emplace_back(groups[j].qr, signs[j]));
+        sinks.push_back(
+            &own_sinks.emplace_back(groups[j].qr, signs[j], used_.empty() ? nullptr : &used_[j].qr));
       }
       source.send(sinks, std::span(&loop.motions[k], 1));
     }
@@ -305,10 +338,16 @@ class Run {
     return out;
   }
 
+  // [W Y] as the last instruments were solved with.
+  [[nodiscard]] const std::vector<RowGroup>& used() const { return used_.empty() ? data_.groups : used_; }
+
+  [[nodiscard]] double deviation_of(const Vector& chi) const {
+    return detail::deviation(residual(used(), chi, weights_), freedom(), out_.signal.convention);
+  }
+
   // Largest change of a parameter in its standard deviations.
   [[nodiscard]] double step_in_sigmas(const Vector& step, const InstrumentalVariables& solution) const {
-    const Residual weighted = residual(data_.groups, solution.chi, weights_);
-    const double sigma = detail::deviation(weighted, freedom(), Convention::standard);
+    const double sigma = deviation_of(solution.chi);
     return (step.array() / (sigma * solution.unit_covariance.diagonal().array().sqrt())).abs().maxCoeff();
   }
 
@@ -329,10 +368,11 @@ class Run {
       return;
     }
     for (std::size_t j = 0; j < weights_.size(); ++j) {
-      const RowGroup& group = data_.groups[j];
+      const RowGroup& group = used()[j];
       const double norm = group.qr.residual_norm(chi(group.columns));
       if (norm > 0.0) {
-        weights_[j] = std::sqrt(static_cast<double>(group.qr.rows())) / norm;
+        const Index freedom = std::max<Index>(group.qr.rows() - group.qr.columns(), 1);
+        weights_[j] = std::sqrt(static_cast<double>(freedom)) / norm;
       }
     }
   }
@@ -341,7 +381,8 @@ class Run {
     Vector chi = start();
     int dampings = 0;
     for (int k = 0;; ++k) {
-      std::string safeguard;
+      std::string remark;
+      const Vector wanted = chi;
       Loop loop = simulated(chi);
       if (!loop.failure.empty() && k == 1 && method_.signs == Iv::Signs::automatic && simulated_signs()) {
         // The signs of raw velocities, which the first iteration took, may be noise alone: once more with those of its loop.
@@ -351,10 +392,11 @@ class Run {
           chi = again.chi;
           reweight(chi);
           loop = simulated(chi);
+          remark = "with the signs of the first loop";
         }
       }
       if (!loop.failure.empty()) {
-        loop = safeguarded(std::move(loop), chi, safeguard);
+        loop = safeguarded(std::move(loop), chi, remark);
       }
       if (!loop.failure.empty()) {
         out_.status = Status::not_simulable;
@@ -363,7 +405,6 @@ class Run {
         return;
       }
       std::vector<InstrumentalGroup> groups = instruments(loop);
-      // The weights that made this estimate stay with it if it is the last.
       solution_ = instrumental_variables(groups, base().size(), weights_);
       // A step too far may hold a joint by its friction, where a shorter one does not.
       for (int halving = 1; k > 0 && !solution_.full_rank() && halving <= most_halvings; ++halving) {
@@ -376,10 +417,10 @@ class Run {
         loop = std::move(trial);
         groups = instruments(loop);
         solution_ = instrumental_variables(groups, base().size(), weights_);
-        safeguard = "the step was halved " + counted(halving, "time") + ", for its instruments lacked rank";
+        remark = "the step was halved " + counted(halving, "time") + ", for its instruments lacked rank";
       }
       IvIteration iteration = told(chi, loop, groups, solution_);
-      iteration.safeguard = std::move(safeguard);
+      iteration.safeguard = std::move(remark);
       if (!solution_.full_rank()) {
         history().push_back(std::move(iteration));
         detail::explain_rank(solution_.rank, solution_.undetermined,
@@ -393,19 +434,18 @@ class Run {
         const double before = history().back().error_norm;
         const double change = std::abs(iteration.error_norm - before);
         // Signs that flip keep ‖ε‖ from settling at all; steps far below the deviations are the end all the same.
-        const bool settled =
-            iteration.safeguard.empty() && ((change <= method_.tolerance * before &&
-                                             iteration.largest_step <= method_.parameter_tolerance) ||
-                                            iteration.largest_step <= still * method_.parameter_tolerance);
+        // An iterate that was moved has not come to rest by itself.
+        const bool settled = chi == wanted && ((change <= method_.tolerance * before &&
+                                                iteration.largest_step <= method_.parameter_tolerance) ||
+                                               iteration.largest_step <= still * method_.parameter_tolerance);
         history().push_back(std::move(iteration));
+        keep(chi);
         if (settled) {
-          chi_ = chi;
           return;
         }
       } else {
         history().push_back(std::move(iteration));
       }
-      chi_ = chi;
       if (k == method_.max_iterations) {
         out_.status = Status::not_converged;
         out_.reasons.push_back("not converged after " + counted(method_.max_iterations, "iteration") +
@@ -468,8 +508,10 @@ class Run {
     Vector x = Vector::Zero(loop.law->states());
     Vector xd = x;
     Vector v(n_);
+    Vector v_0(n_);
+    loop.law->control({0.0, none, none, none, none, none}, x, v_0, xd);
     loop.law->control({0.0, none, none, Vector::Unit(n_, j) * dead_band_probe, none, none}, x, v, xd);
-    const double stiffness = (robot_.drive_matrix() * v)[j] / dead_band_probe;
+    const double stiffness = (robot_.drive_matrix() * (v - v_0))[j] / dead_band_probe;
     double Fc = 0.0;
     for (const DryFriction& law : loop.model->dry_friction()) {
       Fc += law.direction[j] != 0.0 ? 0.5 * (law.Fc_plus + law.Fc_minus) : 0.0;
@@ -480,37 +522,59 @@ class Run {
     return ", which holds it within " + number(Fc / stiffness, 3) + " of its reference";
   }
 
+  // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
+  // the same rows over that of the instrumental variables, as the F statistic of a first stage.
+  void keep(const Vector& chi) {
+    Estimate& out = estimate_.emplace();
+    out.chi = chi;
+    out.weights = weights_;
+    out.sigma = deviation_of(chi);
+    out.unit_covariance = solution_.unit_covariance;
+    out.condition_VW = solution_.condition_VW;
+    const LeastSquares ls = least_squares(used(), base().size(), weights_);
+    out.first_stage_F.resize(base().size());
+    for (Index i = 0; i < base().size(); ++i) {
+      const double R2 = std::min(ls.unit_covariance(i, i) / solution_.unit_covariance(i, i), 1.0);
+      out.first_stage_F[i] = freedom() * R2 / std::max(1.0 - R2, std::numeric_limits<double>::epsilon());
+    }
+  }
+
   void conclude() {
-    const bool estimated = solution_.full_rank() && chi_.size() > 0;
-    out_.weights = weights_;
-    out_.condition = solution_.condition_VW;
-    if (!estimated) {
-      out_.chi = Vector::Constant(base().size(), std::numeric_limits<double>::quiet_NaN());
-      out_.C_chi = Matrix::Constant(base().size(), base().size(), std::numeric_limits<double>::infinity());
+    const Index b = base().size();
+    if (!estimate_) {
+      out_.weights = weights_;
+      out_.condition = std::numeric_limits<double>::infinity();
+      out_.chi = Vector::Constant(b, std::numeric_limits<double>::quiet_NaN());
+      out_.C_chi = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
+      out_.fit = detail::judged(robot_, data_, Vector::Zero(b), b, out_.signal.convention);
+      forget_errors();
       detail::describe_parameters(robot_, freedom(), out_);
       return;
     }
-    out_.chi = chi_;
-    const Residual weighted = residual(data_.groups, chi_, weights_);
-    const double sigma = detail::deviation(weighted, freedom(), out_.signal.convention);
-    out_.C_chi = sigma * sigma * solution_.unit_covariance;
-    out_.fit = detail::judged(robot_, data_, chi_, base().size(), out_.signal.convention);
-    out_.fit.sigma_rho = sigma;
+    const Estimate& estimate = *estimate_;
+    out_.weights = estimate.weights;
+    out_.condition = estimate.condition_VW;
+    out_.chi = estimate.chi;
+    out_.C_chi = estimate.sigma * estimate.sigma * estimate.unit_covariance;
+    out_.fit = detail::judged(robot_, data_, estimate.chi, b, out_.signal.convention);
+    out_.fit.sigma_rho = estimate.sigma;
     detail::describe_parameters(robot_, freedom(), out_);
-    judge_instruments();
+    judge_instruments(estimate.first_stage_F);
     diagnose_loop();
   }
 
-  // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
-  // the same rows over that of the instrumental variables, as the F statistic of a first stage.
-  void judge_instruments() {
-    const LeastSquares ls = least_squares(data_.groups, base().size(), weights_);
-    Vector& F = out_.iv->first_stage_F;
-    F.resize(base().size());
-    for (Index i = 0; i < base().size(); ++i) {
-      const double R2 = std::min(ls.unit_covariance(i, i) / solution_.unit_covariance(i, i), 1.0);
-      F[i] = freedom() * R2 / std::max(1.0 - R2, std::numeric_limits<double>::epsilon());
+  // Rows without an estimate have no errors.
+  void forget_errors() {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    Fit& fit = out_.fit;
+    fit.relative_error = fit.centred_relative_error = fit.error_norm = fit.sigma_rho = none;
+    for (JointFit& joint : fit.joints) {
+      joint.relative_error = joint.centred_relative_error = joint.sigma_rho = none;
     }
+  }
+
+  void judge_instruments(const Vector& F) {
+    out_.iv->first_stage_F = F;
     std::string weak;
     for (Index i = 0; i < base().size(); ++i) {
       if (!(F[i] > least_F)) {
@@ -518,13 +582,16 @@ class Run {
                 " (F = " + number(F[i], 3) + ")";
       }
     }
-    if (!weak.empty()) {
-      out_.status = Status::weak_instruments;
-      out_.reasons.push_back(
-          "the simulated motion says too little about " + weak + ", which need F above " + number(least_F) +
-          "; the assumed loop moves otherwise than the actual one, so try a wider bandwidth, the "
-          "actual gains, or a larger motion");
+    if (weak.empty()) {
+      return;
     }
+    if (out_.status == Status::identified) {
+      out_.status = Status::weak_instruments;
+    }
+    out_.reasons.push_back(
+        "the simulated motion says too little about " + weak + ", which need F above " + number(least_F) +
+        "; the assumed loop moves otherwise than the actual one, so try a wider bandwidth, the "
+        "actual gains, or a larger motion");
   }
 
   // How well the assumed controller explains the logs.
@@ -581,8 +648,9 @@ class Run {
   double y_norm_ = 0.0;
   std::vector<double> weights_;
   InstrumentalVariables solution_;  // of the instruments that were simulated last
+  std::vector<RowGroup> used_;      // [W Y] with the signs that they took; empty: data_
+  std::optional<Estimate> estimate_;
   Loop last_;
-  Vector chi_;
   Identification out_;
 };
 
@@ -594,6 +662,11 @@ std::optional<std::string> Iv::complaint(const Robot& robot) const {
   }
   if (auto fault = signal.complaint(robot.size())) {
     return fault;
+  }
+  if (follows == Follows::measured && reference_cutoff_hz == 0.0 && signal.cutoff_hz == 0.0) {
+    return "reference_cutoff_hz is 0: a loop that followed the raw positions would carry their noise into "
+           "the "
+           "instruments; it must be positive where follows is measured";
   }
   if (auto fault = sampling.complaint(robot.size())) {
     return fault;

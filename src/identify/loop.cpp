@@ -36,9 +36,16 @@ Matrix filtered(const Log& log, double cutoff_hz, const SignalOptions& signal) {
   return cutoff_hz > 0.0 ? zero_phase(log.q, log.f_m, cutoff_hz, signal.order, signal.convention) : log.q;
 }
 
+// The clock of the simulation: from zero, by the rate of the log. Its own stamps may be those of an epoch.
+Vector instants(const Log& log) {
+  return Vector::NullaryExpr(log.samples(), [&](Index k) { return static_cast<double>(k) / log.f_m; });
+}
+
 std::unique_ptr<Reference> reference_of(const Log& log, const Iv& method) {
   if (method.follows == Iv::Follows::measured) {
-    return std::make_unique<LoggedReference>(log.t, filtered(log, method.reference_cutoff_hz, method.signal));
+    const double cutoff_hz =
+        method.reference_cutoff_hz > 0.0 ? method.reference_cutoff_hz : method.signal.cutoff_hz;
+    return std::make_unique<LoggedReference>(instants(log), filtered(log, cutoff_hz, method.signal));
   }
   if (log.q_r.size() == 0) {
     throw InputError(
@@ -46,7 +53,7 @@ std::unique_ptr<Reference> reference_of(const Log& log, const Iv& method) {
         ": no reference columns, which the simulated loop must follow; name them, or let the filtered "
         "measured positions stand in for them");
   }
-  return std::make_unique<LoggedReference>(log.t, log.q_r);
+  return std::make_unique<LoggedReference>(instants(log), log.q_r);
 }
 
 }  // namespace
@@ -57,6 +64,8 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& metho
   options_.f_m = log.f_m;
   options_.samples = log.samples();
   options_.sampling = method.sampling;
+  options_.q_0.resize(0);
+  options_.qd_0.resize(0);
   if (!method.start_on_reference) {
     measured_start(log, options_.q_0, options_.qd_0);
   }
@@ -68,7 +77,7 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& metho
     m->resize(log.samples(), n);
   }
   for (Index k = 0; k < log.samples(); ++k) {
-    reference_->at(log.t[k], q, qd, qdd);
+    reference_->at(static_cast<double>(k) / log.f_m, q, qd, qdd);
     reference_motion_.q.row(k) = q;
     reference_motion_.qd.row(k) = qd;
     reference_motion_.qdd.row(k) = qdd;
@@ -90,7 +99,8 @@ Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
     sampling.quantum.resize(0);
     SampledController controller(law, *reference_, sampling, n);
     for (Index k = 0; k < log_.samples(); ++k) {
-      out.row(k) = controller.tick(log_.t[k], log_.q.row(k).transpose(), measured_.qd.row(k).transpose());
+      out.row(k) = controller.tick(static_cast<double>(k) / log_.f_m, log_.q.row(k).transpose(),
+                                   measured_.qd.row(k).transpose());
     }
     return out;
   }
@@ -103,7 +113,7 @@ Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
     const Vector q_r = reference_motion_.q.row(k);
     const Vector qd_r = reference_motion_.qd.row(k);
     const Vector qdd_r = reference_motion_.qdd.row(k);
-    law.control({log_.t[k], q, qd, q_r, qd_r, qdd_r}, x, v, xd);
+    law.control({static_cast<double>(k) / log_.f_m, q, qd, q_r, qd_r, qdd_r}, x, v, xd);
     x += xd / log_.f_m;
     out.row(k) = v;
   }

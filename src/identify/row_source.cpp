@@ -26,6 +26,8 @@ constexpr Index difference_border = 2;
 constexpr Index shortest_series = 25;
 // Samples that a decimation gets at a time for each thread of several: enough that waiting for each other costs little.
 constexpr Index decimated_share = 320;
+// Samples of a stretch at least: so many that the merging of their factors costs little.
+constexpr Index least_stretch = 16384;
 // Rows that a thread fills at a time begin at multiples of this one: whole cache lines and packs.
 constexpr Index granule = 16;
 
@@ -182,7 +184,7 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
     batch_.require("rows", motion, 0, log_.samples());
   }
   if (options_.decimation.empty() || options_.convention == Convention::standard) {
-    Stream stream = planned(sinks, others.size());
+    Stream stream = planned(sinks, others.size(), team_.size());
     for (const int n_d : options_.decimation) {
       decimate(stream, n_d);
     }
@@ -196,12 +198,12 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
   for (std::size_t j = 0; j < joints(); ++j) {
     holders.push_back(&series.emplace_back(range_.count, row_width(j, others.size())));
   }
-  Stream all = planned(holders, others.size());
+  Stream all = planned(holders, others.size(), team_.size());
   for (StreamedJoint& joint : all.joints) {
     joint.threshold = 0.0;
   }
   run(all, others, progress);
-  Stream kept = planned(sinks, others.size());
+  Stream kept = planned(sinks, others.size(), 0);
   kept.first += kept_samples(range_.count, options_.decimation, options_.convention).front();
   for (const int n_d : options_.decimation) {
     kept.stride *= n_d;
@@ -223,7 +225,8 @@ Index RowSource::row_width(std::size_t j, std::size_t others) const {
   return static_cast<Index>(columns(j).size() * (others + 1)) + 1;
 }
 
-RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_t others) const {
+RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_t others,
+                                     int workspaces) const {
   Stream out;
   out.first = range_.first;
   for (std::size_t j = 0; j < joints(); ++j) {
@@ -234,7 +237,7 @@ RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_
       joint.threshold = options_.velocity_threshold[j];
     }
   }
-  for (int member = 0; member < team_.size(); ++member) {
+  for (int k = 0; k < workspaces; ++k) {
     out.workspaces.emplace_back(batch_);
   }
   return out;
@@ -257,7 +260,7 @@ void RowSource::run(Stream& stream, std::span<const Motion> others,
   Index first = 0;
   Index count = 0;
   std::atomic<std::size_t> next = 0;
-  const ThreadTeam::Work fill_share = [&](int member) { fill(stream, others, first, count, member); };
+  const ThreadTeam::Work fill_shares = [&](int member) { fill_share(stream, others, first, count, member); };
   const ThreadTeam::Work advance_joints = [&](int /*member*/) {
     for (std::size_t j = next++; j < joints(); j = next++) {
       advance(stream, j, count);
@@ -269,13 +272,8 @@ void RowSource::run(Stream& stream, std::span<const Motion> others,
     }
   };
   for (; first < range_.count; first += count) {
-    count = range_.count - first;
-    for (StreamedJoint& joint : stream.joints) {
-      const bool decimated = !joint.stages.empty();
-      joint.room = decimated ? joint.stages.front().room() : joint.sink->room(std::min(count, most_wanted));
-      count = std::min(count, decimated ? joint.room.rows : most_wanted);
-    }
-    team_.run(fill_share);
+    count = plan_piece(stream, range_.count - first);
+    team_.run(fill_shares);
     next = 0;
     team_.run(advance_joints);
     if (progress) {
@@ -286,16 +284,56 @@ void RowSource::run(Stream& stream, std::span<const Motion> others,
   team_.run(finish_joints);
 }
 
+Index RowSource::stretches() const {
+  return options_.decimation.empty() ? std::max<Index>(range_.count / least_stretch, 1) : 1;
+}
+
+void RowSource::send_stretch(Index stretch, std::span<RowSink* const> sinks,
+                             const std::function<void(Index)>& progress) const {
+  // Whole blocks of the factorisation.
+  const Index blocks = (range_.count + most_wanted - 1) / most_wanted;
+  const auto begin_of = [&](Index s) {
+    return std::min(blocks * s / stretches() * most_wanted, range_.count);
+  };
+  const Index end = begin_of(stretch + 1);
+  Stream stream = planned(sinks, 0, 1);
+  Index first = begin_of(stretch);
+  stream.first += first;
+  for (Index count = 0; first < end; first += count) {
+    count = plan_piece(stream, end - first);
+    fill(stream, {}, first, 0, count, stream.workspaces.front());
+    for (std::size_t j = 0; j < joints(); ++j) {
+      advance(stream, j, count);
+    }
+    progress(count);
+  }
+}
+
+// Room for the next rows of all joints, of which there are as many as it returns.
+Index RowSource::plan_piece(Stream& stream, Index left) const {
+  Index count = left;
+  for (StreamedJoint& joint : stream.joints) {
+    const bool decimated = !joint.stages.empty();
+    joint.room = decimated ? joint.stages.front().room() : joint.sink->room(std::min(count, most_wanted));
+    count = std::min(count, decimated ? joint.room.rows : most_wanted);
+  }
+  return count;
+}
+
 // One thread's share of the rows `first` … `first` + `count` − 1 of all joints.
-void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first, Index count,
-                     int member) const {
+void RowSource::fill_share(Stream& stream, std::span<const Motion> others, Index first, Index count,
+                           int member) const {
   const Index granules = (count + granule - 1) / granule;
   const Index begin = std::min(granules * member / team_.size() * granule, count);
   const Index end = std::min(granules * (member + 1) / team_.size() * granule, count);
-  if (begin == end) {
-    return;
+  if (begin < end) {
+    fill(stream, others, first, begin, end, stream.workspaces[static_cast<std::size_t>(member)]);
   }
-  BatchWorkspace& workspace = stream.workspaces[static_cast<std::size_t>(member)];
+}
+
+// The rows `begin` … `end` − 1 of the piece that begins at row `first`.
+void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first, Index begin, Index end,
+                     BatchWorkspace& workspace) const {
   std::vector<RowsTarget> targets(joints());
   const auto columns_of = [&](std::size_t motion) {
     for (std::size_t j = 0; j < joints(); ++j) {

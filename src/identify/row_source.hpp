@@ -70,10 +70,22 @@ class RowSource {
             ThreadTeam& team);
 
   [[nodiscard]] std::size_t joints() const { return batch_.joints(); }
+  /// Samples that rows are made of.
+  [[nodiscard]] Index samples() const { return range_.count; }
   /// Columns of W that the rows of joint j touch.
   [[nodiscard]] const std::vector<Index>& columns(std::size_t j) const { return batch_.of_joint(j); }
   /// Rows of each joint before any are left out for low velocity.
   [[nodiscard]] Index rows() const { return rows_; }
+
+  /// Stretches of samples whose rows may be sent apart from each other, on several threads: 1 where rows are decimated,
+  /// since these know of their neighbours. They do not depend on the size of the team.
+  [[nodiscard]] Index stretches() const;
+  /// Sends the rows of one stretch to the sinks, (n), by the calling thread alone. Other threads may send other
+  /// stretches to other sinks meanwhile.
+  ///
+  /// @param progress  called with the number of samples that were sent since the last call
+  void send_stretch(Index stretch, std::span<RowSink* const> sinks,
+                    const std::function<void(Index)>& progress) const;
 
   /// Sends all rows to the sinks, (n). A sink is only called by one thread at a time. The rows are the same, bit by bit,
   /// whatever the size of the team.
@@ -95,10 +107,13 @@ class RowSource {
   [[nodiscard]] Matrix filtered(const Matrix& x, double cutoff_hz, int order);
   [[nodiscard]] double velocity(Index sample, Index joint) const;
   [[nodiscard]] Index row_width(std::size_t j, std::size_t others) const;
-  [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, std::size_t others) const;
+  [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, std::size_t others, int workspaces) const;
   void decimate(Stream& stream, int n_d) const;
   void run(Stream& stream, std::span<const Motion> others, const std::function<void(double)>& progress);
-  void fill(Stream& stream, std::span<const Motion> others, Index first, Index count, int member) const;
+  [[nodiscard]] Index plan_piece(Stream& stream, Index left) const;
+  void fill_share(Stream& stream, std::span<const Motion> others, Index first, Index count, int member) const;
+  void fill(Stream& stream, std::span<const Motion> others, Index first, Index begin, Index end,
+            BatchWorkspace& workspace) const;
   void advance(Stream& stream, std::size_t j, Index count) const;
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;
   void finish(Stream& stream, std::size_t j) const;

@@ -2,7 +2,10 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <map>
+#include <mutex>
 
 #include "identify/row_source.hpp"
 #include "rivid/error.hpp"
@@ -26,6 +29,70 @@ class FactorSink final : public detail::RowSink {
   StreamingQr& qr_;
 };
 static_assert(detail::RowSource::most_wanted == StreamingQr::most_rows);
+
+std::vector<RowGroup> empty_groups(const detail::RowSource& source) {
+  std::vector<RowGroup> out;
+  for (std::size_t j = 0; j < source.joints(); ++j) {
+    const std::vector<Index>& own = source.columns(j);
+    out.push_back({own, StreamingQr(static_cast<Index>(own.size()))});
+  }
+  return out;
+}
+
+// Sends rows to the factors of all joints by `send`, which takes the sinks.
+template <typename Send>
+void factor(std::vector<RowGroup>& groups, const Send& send) {
+  std::vector<FactorSink> factor_sinks;
+  std::vector<detail::RowSink*> sinks;
+  factor_sinks.reserve(groups.size());
+  for (RowGroup& group : groups) {
+    sinks.push_back(&factor_sinks.emplace_back(group.qr));
+  }
+  send(std::span<detail::RowSink* const>(sinks));
+}
+
+// Threads that meet for every piece wait for each other at each of them, and on a busy machine for the processor as
+// well. So each takes a stretch, then another one; their factors are merged in the order of the stretches, whoever had
+// them, as soon as it is their turn.
+std::vector<RowGroup> factored_in_stretches(const detail::RowSource& source, detail::ThreadTeam& team,
+                                            const std::function<void(double)>& progress) {
+  const Index stretches = source.stretches();
+  std::vector<RowGroup> out = empty_groups(source);
+  std::mutex merging;
+  std::map<Index, std::vector<RowGroup>> early;
+  Index merged = 0;
+  const auto hand_in = [&](Index stretch, std::vector<RowGroup> part) {
+    const std::scoped_lock lock(merging);
+    early.emplace(stretch, std::move(part));
+    for (auto at = early.begin(); at != early.end() && at->first == merged; at = early.erase(at), ++merged) {
+      for (std::size_t j = 0; j < out.size(); ++j) {
+        out[j].qr.merge(at->second[j].qr);
+      }
+    }
+  };
+  std::atomic<Index> next = 0;
+  std::atomic<Index> sent = 0;
+  team.run([&](int member) {
+    const auto tell = [&](Index samples) {
+      const Index so_far = sent += samples;
+      if (progress && member == 0) {
+        progress(static_cast<double>(so_far) / static_cast<double>(source.samples()));
+      }
+    };
+    for (Index s = next++; s < stretches; s = next++) {
+      std::vector<RowGroup> part = empty_groups(source);
+      factor(part, [&](auto sinks) { source.send_stretch(s, sinks, tell); });
+      for (const RowGroup& group : part) {
+        static_cast<void>(group.qr.R());  // gives back the memory of rows that wait
+      }
+      hand_in(s, std::move(part));
+    }
+  });
+  if (progress) {
+    progress(1.0);
+  }
+  return out;
+}
 
 // Sums of squares of a joint's rows, as far as they tell whether these can be used.
 struct Seen {
@@ -177,17 +244,12 @@ RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& lo
   {
     detail::ThreadTeam team(threads);
     detail::RowSource source(robot, base, log, options, team);
-    std::vector<FactorSink> factor_sinks;
-    out.groups.reserve(source.joints());
-    factor_sinks.reserve(source.joints());
-    std::vector<detail::RowSink*> sinks;
-    sinks.reserve(source.joints());
-    for (std::size_t j = 0; j < source.joints(); ++j) {
-      const std::vector<Index>& own = source.columns(j);
-      out.groups.push_back({own, StreamingQr(static_cast<Index>(own.size()))});
-      sinks.push_back(&factor_sinks.emplace_back(out.groups.back().qr));
+    if (source.stretches() > 1) {
+      out.groups = factored_in_stretches(source, team, progress);
+    } else {
+      out.groups = empty_groups(source);
+      factor(out.groups, [&](auto sinks) { source.send(sinks, {}, progress); });
     }
-    source.send(sinks, {}, progress);
     for (const RowGroup& group : out.groups) {
       out.left_out.push_back(source.rows() - group.qr.rows());
     }

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/dynamics_batch.hpp"
 #include "rivid/text.hpp"
 #include "simulate/integrator.hpp"
 #include "simulate/loop_ode.hpp"
@@ -17,8 +18,8 @@ namespace rivid {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> integrator_names = {"automatic", "adams", "bdf", "dormand_prince",
-                                                              "rk4"};
+constexpr std::array<std::string_view, 6> integrator_names = {"automatic",        "adams",          "bdf",
+                                                              "bogacki_shampine", "dormand_prince", "rk4"};
 constexpr std::array<std::string_view, 3> scheme_names = {"exact", "smooth", "held"};
 constexpr std::array<std::string_view, 5> outcome_names = {"completed", "not positive definite", "diverged",
                                                            "too slow", "integrator failed"};
@@ -29,6 +30,8 @@ constexpr double same_instant = 1e-6;
 constexpr double no_time = 1e-9;
 // While a joint sticks, the torques that hold it are looked at after so many samples at the latest.
 constexpr double samples_between_looks = 10.0;
+// Samples whose accelerations are found together at most: many packs of the widest registers.
+constexpr Index samples_together = 64;
 // The clock is looked at, and progress told, once in so many steps.
 constexpr Index steps_between_clocks = 256;
 
@@ -81,6 +84,7 @@ class Run {
         options_(options),
         n_(model.size()),
         ode_(robot, model, law, reference, options),
+        batch_(model),
         controller_(law, reference, options.sampling, n_),
         sampled_(options.sampling.period > 0),
         held_inputs_(options.added_control.rows() > 0 || options.disturbance.rows() > 0),
@@ -103,6 +107,7 @@ class Run {
     const auto clock = std::chrono::steady_clock::now();
     began_ = clock;
     integrate();
+    accelerate_waiting();
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - clock;
     out_.effort.seconds = took.count();
     finish();
@@ -240,7 +245,7 @@ class Run {
     }
     while (next_ < samples_ && instant(next_) < step.t - same_instant / options_.f_m) {
       integrator_->state(instant(next_), at_.data());
-      if (!record(instant(next_), at_)) {
+      if (!(ode_.slides() ? record_sliding(instant(next_), at_) : record(instant(next_), at_))) {
         return;
       }
     }
@@ -284,21 +289,59 @@ class Run {
 
   // The row of sample next_.
   bool record(double t, const Vector& y) {
+    if (!accelerate_waiting()) {
+      return false;
+    }
     const Index before = ode_.evaluations();
     if (!ode_.rate(t, y.data(), yd_.data())) {
       end_indefinite();
       return false;
     }
     recording_ += ode_.evaluations() - before;
+    out_.motion.qdd.row(next_) = yd_.segment(n_, n_);
+    note(t, y);
+    waiting_ = next_;
+    return true;
+  }
+
+  // The same where nothing sticks: in place of the acceleration it leaves the torques until there are several samples.
+  bool record_sliding(double t, const Vector& y) {
+    ode_.driving_torques(t, y.data(), yd_.data());
+    out_.motion.qdd.row(next_) = yd_.head(n_);
+    note(t, y);
+    return next_ - waiting_ < samples_together || accelerate_waiting();
+  }
+
+  // The accelerations that samples from waiting_ on still lack, by a batch, in a fraction of the time of single ones.
+  bool accelerate_waiting() {
+    const Index count = next_ - waiting_;
+    const auto waiting = [&](Matrix& m) { return m.middleRows(waiting_, count); };
+    auto qdd = waiting(out_.motion.qdd);
+    const auto fault = batch_.accelerations(waiting(out_.motion.q), waiting(out_.motion.qd), qdd, qdd);
+    if (fault) {
+      next_ = waiting_ + fault->sample;
+      waiting_ = next_;
+      t_ = out_.t[next_];
+      y_.head(n_) = out_.motion.q.row(next_);
+      y_.segment(n_, n_) = out_.motion.qd.row(next_);
+      // For the words about it.
+      [[maybe_unused]] const bool definite = ode_.rate(t_, y_.data(), yd_.data());
+      end_indefinite();
+      return false;
+    }
+    waiting_ = next_;
+    return true;
+  }
+
+  // What is known of sample next_ without its acceleration.
+  void note(double t, const Vector& y) {
     const Index k = next_++;
     out_.t[k] = instant(k);
     out_.motion.q.row(k) = y.head(n_);
     out_.motion.qd.row(k) = y.segment(n_, n_);
-    out_.motion.qdd.row(k) = yd_.segment(n_, n_);
     out_.v_tau.row(k) = ode_.v_tau();
     out_.tau.row(k) = ode_.tau();
     out_.q_measured.row(k) = sampled_ && t == t_ ? controller_.q_measured() : y.head(n_);
-    return true;
   }
 
   void end_early(Outcome outcome, const std::string& why) {
@@ -383,6 +426,7 @@ class Run {
   const SimulationOptions& options_;
   Index n_;
   detail::LoopOde ode_;
+  DynamicsBatch batch_;
   detail::SampledController controller_;
   std::unique_ptr<detail::LoopIntegrator> integrator_;
   bool sampled_;
@@ -393,6 +437,7 @@ class Run {
   double t_ = 0.0;
   Index samples_ = 0;
   Index next_ = 0;       // sample to be recorded
+  Index waiting_ = 0;    // first sample without its acceleration
   Index recording_ = 0;  // evaluations for samples
   bool over_ = false;
   std::chrono::steady_clock::time_point began_;

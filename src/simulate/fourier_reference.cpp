@@ -53,15 +53,25 @@ void FourierReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> q
   q_r = series_.q0;
   qd_r.setZero();
   qdd_r.setZero();
+  // The sines of one harmonic follow from those of the last, to some l roundings: a call of sin and cos for each would
+  // take most of the time.
+  const double s_1 = std::sin(series_.omega_f * time.t);
+  const double c_1 = std::cos(series_.omega_f * time.t);
+  const double moves = time.rests ? 0.0 : 1.0;
+  double s = s_1;
+  double c = c_1;
   for (Index l = 0; l < series_.A.cols(); ++l) {
     const double omega = static_cast<double>(l + 1) * series_.omega_f;
-    const double s = std::sin(omega * time.t);
-    const double c = std::cos(omega * time.t);
-    q_r += (s / omega) * series_.A.col(l) - (c / omega) * series_.B.col(l);
-    if (!time.rests) {
-      qd_r += c * series_.A.col(l) + s * series_.B.col(l);
-      qdd_r += (omega * c) * series_.B.col(l) - (omega * s) * series_.A.col(l);
+    const double length = 1.0 / omega;
+    for (Index j = 0; j < series_.A.rows(); ++j) {
+      const double along = s * series_.A(j, l) - c * series_.B(j, l);
+      q_r[j] += length * along;
+      qd_r[j] += moves * (c * series_.A(j, l) + s * series_.B(j, l));
+      qdd_r[j] -= moves * omega * along;
     }
+    const double last = s;
+    s = last * c_1 + c * s_1;
+    c = c * c_1 - last * s_1;
   }
 }
 

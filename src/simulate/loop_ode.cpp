@@ -42,10 +42,7 @@ bool LoopOde::move_to(const double* y) {
   return definite_;
 }
 
-bool LoopOde::torques(double t, const double* y, double* xd) {
-  if (!move_to(y)) {
-    return false;
-  }
+void LoopOde::torques_beside_N(double t, const double* y, double* xd) {
   if (!sampled_) {
     x_ = Eigen::Map<const Vector>(y + 2 * n_, states_);
     reference_.at(t, q_r_, qd_r_, qdd_r_);
@@ -58,10 +55,10 @@ bool LoopOde::torques(double t, const double* y, double* xd) {
     tau_.noalias() = drive_ * v_tau_;
     tau_.noalias() += drive_ * added_;
   }
-  torque_ = tau_ + disturbance_ - Eigen::Map<const Vector>(dynamics_.N().data(), n_);
+  torque_ = tau_ + disturbance_;
   if (held_) {
     torque_ -= friction_;
-    return true;
+    return;
   }
   torque_ -= model_.offset();
   if (diagonal_viscous_) {
@@ -69,7 +66,29 @@ bool LoopOde::torques(double t, const double* y, double* xd) {
   } else {
     torque_.noalias() -= model_.viscous() * qd_;
   }
+}
+
+bool LoopOde::torques(double t, const double* y, double* xd) {
+  if (!move_to(y)) {
+    return false;
+  }
+  torques_beside_N(t, y, xd);
+  torque_ -= Eigen::Map<const Vector>(dynamics_.N().data(), n_);
   return true;
+}
+
+void LoopOde::driving_torques(double t, const double* y, double* f) {
+  q_ = Eigen::Map<const Vector>(y, n_);
+  qd_ = Eigen::Map<const Vector>(y + n_, n_);
+  definite_ = false;  // M and N are those of another state now
+  torques_beside_N(t, y, xd_.data());
+  const auto n = static_cast<std::size_t>(n_);
+  if (exact_) {
+    stick_slip_.brake({qd_.data(), n}, {torque_.data(), n});
+  } else if (!held_) {
+    brake_smoothly();
+  }
+  Eigen::Map<Vector>(f, n_) = torque_;
 }
 
 void LoopOde::smooth_friction(std::span<const double> qd, Vector& torque) const {
@@ -80,6 +99,12 @@ void LoopOde::smooth_friction(std::span<const double> qd, Vector& torque) const 
     const double Fv = speed > 0 ? law.Fv_plus : law.Fv_minus;
     torque += (Fc * std::tanh(speed / smooth_velocity_) + Fv * speed) * law.torque;
   }
+}
+
+void LoopOde::brake_smoothly() {
+  friction_.setZero();
+  smooth_friction({qd_.data(), static_cast<std::size_t>(n_)}, friction_);
+  torque_ -= friction_;
 }
 
 void LoopOde::hold_friction(const double* y) {
@@ -101,9 +126,7 @@ bool LoopOde::rate(double t, const double* y, double* yd) {
     return true;
   }
   if (!held_) {
-    friction_.setZero();
-    smooth_friction(qd, friction_);
-    torque_ -= friction_;
+    brake_smoothly();
   }
   Eigen::Map<Vector>(yd + n_, n_) = torque_;
   dynamics_.solve(qdd);

@@ -21,6 +21,10 @@ class LoopOde {
 
   // y' at (t, y) in the present modes; false where M is not positive definite.
   [[nodiscard]] bool rate(double t, const double* y, double* yd);
+  // Whether y' is M⁻¹ (f − N) with the f of driving_torques(): nothing holds still.
+  [[nodiscard]] bool slides() const { return !sticking(); }
+  // f, (n), for who finds M and N of many instants at once.
+  void driving_torques(double t, const double* y, double* f);
   // margin() of every element at the last rate().
   void margins(const double* y, double* g) const;
   // Whether margins() depend on more than y, so that rate() has to be called before.
@@ -48,8 +52,12 @@ class LoopOde {
 
  private:
   [[nodiscard]] bool move_to(const double* y);
-  // Fills torque_ with what accelerates beside dry friction, and the rates of x.
+  // Fills torque_ with what accelerates beside dry friction and N, and the rates of x, at q_ and qd_.
+  void torques_beside_N(double t, const double* y, double* xd);
+  // The same beside dry friction alone.
   [[nodiscard]] bool torques(double t, const double* y, double* xd);
+  // Takes the friction of DryFrictionScheme::smooth off torque_.
+  void brake_smoothly();
   void smooth_friction(std::span<const double> qd, Vector& torque) const;
 
   const DynamicModel& model_;

@@ -7,13 +7,7 @@ namespace {
 class RungeKutta4 final : public LoopIntegrator {
  public:
   explicit RungeKutta4(LoopOde& ode)
-      : ode_(ode),
-        y_(ode.size()),
-        next_(ode.size()),
-        at_(ode.size()),
-        first_(ode.size()),
-        k_(ode.size()),
-        sum_(ode.size()) {}
+      : ode_(ode), y_(ode.size()), next_(ode.size()), at_(ode.size()), first_(ode.size()), k_(ode.size()) {}
 
   void restart(double t, const double* y) override {
     t_ = t;
@@ -38,7 +32,6 @@ class RungeKutta4 final : public LoopIntegrator {
       }
       next_ += (weight[s] * h_) * k_;
     }
-    k_ = first_;
     t_ = t_stop;
     return {t_stop, Halt::none};
   }
@@ -52,7 +45,7 @@ class RungeKutta4 final : public LoopIntegrator {
 
  private:
   LoopOde& ode_;
-  Vector y_, next_, at_, first_, k_, sum_;
+  Vector y_, next_, at_, first_, k_;
   double t_ = 0.0;
   double h_ = 0.0;
 };

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "simulate/integrator.hpp"
 
@@ -68,8 +69,7 @@ class RungeKutta final : public LoopIntegrator {
         error_(ode.size()),
         at_(ode.size()),
         rate_(ode.size()),
-        margins_(ode.events()),
-        middle_(ode.events()) {}
+        margins_(ode.events()) {}
 
   void restart(double t, const double* y) override {
     t_ = t;
@@ -95,7 +95,7 @@ class RungeKutta final : public LoopIntegrator {
     }
     for (;;) {
       const bool last = h * leftover >= left;
-      h_ = last ? left : std::min(h, 0.5 * left < h ? 0.5 * left : h);
+      h_ = last ? left : std::min(h, 0.5 * left);
       // Where y no longer changes with t nothing can be gained by a shorter step.
       if (h_ <= 1e-14 * std::max(std::abs(t_), h_floor)) {
         return {t_, definite_ ? Halt::failed : Halt::not_positive_definite};
@@ -161,8 +161,8 @@ class RungeKutta final : public LoopIntegrator {
     for (Index i = 0; i < y_.size(); ++i) {
       const double scale = options_.atol + options_.rtol * std::max(std::abs(y_[i]), std::abs(next_[i]));
       worst = std::max(worst, std::abs(error_[i]) / scale);
-      if (std::isnan(error_[i])) {
-        return error_[i];
+      if (!std::isfinite(error_[i])) {
+        return std::numeric_limits<double>::infinity();
       }
     }
     return worst;
@@ -264,7 +264,7 @@ class RungeKutta final : public LoopIntegrator {
   LoopOde& ode_;
   IntegratorOptions options_;
   Matrix k_;  // rates of the Pair::stages
-  Vector y_, next_, error_, at_, rate_, margins_, middle_;
+  Vector y_, next_, error_, at_, rate_, margins_;
   double t_ = 0.0;
   double h_ = 0.0;
   double suggested_ = 0.0;

@@ -190,7 +190,8 @@ double StickSlip::margin(Index e, std::span<const double> qd) const {
       break;
   }
   const double width = element.law.Fc_plus + element.law.Fc_minus;
-  return std::min(element.law.Fc_plus - lambda_[e], lambda_[e] + element.law.Fc_minus) / width;
+  const double distance = std::min(element.law.Fc_plus - lambda_[e], lambda_[e] + element.law.Fc_minus);
+  return width > 0.0 ? distance / width : distance;
 }
 
 Index StickSlip::settle(const Dynamics<double>& dynamics, Index ended, std::span<double> qd,
@@ -211,13 +212,18 @@ Index StickSlip::settle(const Dynamics<double>& dynamics, Index ended, std::span
     return 0;
   }
   responses(dynamics, resting_);
+  // The integrator leaves a rest of their speeds, which impulses of all of them together take away.
   for (const Index e : resting_) {
-    const Element& element = elements_[static_cast<std::size_t>(e)];
-    if (element.joint >= 0) {
-      qd[static_cast<std::size_t>(element.joint)] = 0.0;
-    } else {
-      // The integrator leaves a rest of the motor's speed, which its own response takes away.
-      as_vector(qd) -= response_.col(e) * (speed(e, qd) / G_(e, e));
+    rhs_[e] = speed(e, qd);
+  }
+  hold(resting_);
+  for (const Index e : resting_) {
+    as_vector(qd) -= lambda_[e] * response_.col(e);
+  }
+  for (const Index e : resting_) {
+    const Index joint = elements_[static_cast<std::size_t>(e)].joint;
+    if (joint >= 0) {
+      qd[static_cast<std::size_t>(joint)] = 0.0;
     }
   }
   brake(qd, f, resting_);

@@ -1,12 +1,12 @@
 #include "rivid/solve/least_squares.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <random>
 
 #include "solve/rank.hpp"
 
@@ -19,9 +19,124 @@ using detail::ColumnScaled;
 using detail::rank_tolerance;
 using detail::tied_columns;
 
-double largest_eigenvalue(const Matrix& symmetric) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(symmetric, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()[symmetric.rows() - 1];
+// R⁻¹ by halves: what is zero in it is left out.
+void invert_upper(const Eigen::Ref<const Matrix>& R, Eigen::Ref<Matrix> inverse) {
+  constexpr Index small = 12;
+  const Index n = R.rows();
+  if (n <= small) {
+    inverse.setIdentity();
+    R.triangularView<Eigen::Upper>().solveInPlace(inverse);
+    return;
+  }
+  const Index half = n / 2;
+  auto corner = inverse.topRightCorner(half, n - half);
+  invert_upper(R.topLeftCorner(half, half), inverse.topLeftCorner(half, half));
+  invert_upper(R.bottomRightCorner(n - half, n - half), inverse.bottomRightCorner(n - half, n - half));
+  inverse.bottomLeftCorner(n - half, half).setZero();
+  const Matrix behind = R.topRightCorner(half, n - half) * inverse.bottomRightCorner(n - half, n - half);
+  corner.noalias() = -inverse.topLeftCorner(half, half) * behind;
+}
+
+Matrix upper_inverse(const Matrix& R) {
+  Matrix out(R.rows(), R.cols());
+  invert_upper(R, out);
+  return out;
+}
+
+// Lower bound of the singular values of the scaled factor, and so of its pivots; zero, or nan, where there is none.
+double least_pivot(const ColumnScaled& scaled, const Matrix& inverse) {
+  return 1.0 / (scaled.norms.asDiagonal() * inverse).norm();
+}
+
+// Whether such a bound settles that no pivot is noise, for all that roundings do to the inverse; mostly it does, in a
+// fraction of the time of pivoting.
+bool surely_full(double least_pivot, double tolerance) {
+  constexpr double margin = 10.0;
+  return least_pivot > margin * tolerance;
+}
+
+// A symmetric tridiagonal matrix without zeros beside its diagonal that grows by rows, for its largest eigenvalue.
+class Tridiagonal {
+ public:
+  void add(double diagonal, double before) {
+    diagonal_.push_back(diagonal);
+    before_.push_back(before);
+  }
+  [[nodiscard]] std::size_t size() const { return diagonal_.size(); }
+
+  // By bisection.
+  [[nodiscard]] double largest_eigenvalue() const {
+    double low = *std::ranges::max_element(diagonal_);
+    double high = low;
+    for (std::size_t i = 0; i < size(); ++i) {
+      high = std::max(high, diagonal_[i] + before_[i] + (i + 1 < size() ? before_[i + 1] : 0.0));
+    }
+    for (;;) {
+      const double middle = 0.5 * (low + high);
+      if (!(middle > low && middle < high)) {
+        return high;
+      }
+      (above_all(middle) ? high : low) = middle;
+    }
+  }
+
+  // Magnitude of the last entry of the unit eigenvector of the largest eigenvalue. From the last row on the entries
+  // grow, so roundings do not.
+  [[nodiscard]] double last_entry(double largest) const {
+    double entry = 1.0;
+    double squares = 1.0;
+    double pivot = largest - diagonal_.back();
+    for (std::size_t i = size() - 1; i > 0; --i) {
+      entry *= pivot / before_[i];
+      squares += entry * entry;
+      pivot = largest - diagonal_[i - 1] - before_[i] * before_[i] / pivot;
+    }
+    return 1.0 / std::sqrt(squares);
+  }
+
+ private:
+  // Whether x I − T is positive definite.
+  [[nodiscard]] bool above_all(double x) const {
+    double pivot = x - diagonal_.back();
+    for (std::size_t i = size() - 1; i > 0 && pivot > 0.0; --i) {
+      pivot = x - diagonal_[i - 1] - before_[i] * before_[i] / pivot;
+    }
+    return pivot > 0.0;
+  }
+
+  std::vector<double> diagonal_;
+  std::vector<double> before_;  // entry on the left of the diagonal
+};
+
+// Largest eigenvalue of A Aᵀ by Lanczos' method, to eight digits at least: some twenty products in place of a
+// factorisation. Vectors that lose their orthogonality on the way only repeat eigenvalues.
+double largest_eigenvalue(const Matrix& A) {
+  constexpr double digits = 1e-8;
+  constexpr std::size_t steps_between_looks = 4;
+  const auto n = static_cast<std::size_t>(A.rows());
+  std::mt19937_64 random(2021);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  // Any vector that has a share of the one looked for.
+  Vector v = Vector::NullaryExpr(A.rows(), [&] { return uniform(random); }).normalized();
+  Vector last = Vector::Zero(A.rows());
+  Tridiagonal T;
+  for (double before = 0.0;;) {
+    const Vector inner = A.transpose() * v;
+    Vector next = A * inner - before * last;
+    const double diagonal = inner.squaredNorm();
+    T.add(diagonal, before);
+    next -= diagonal * v;
+    before = next.norm();
+    if (T.size() % steps_between_looks == 0 || T.size() <= 2 || T.size() == n || !(before > 0.0)) {
+      const double largest = T.largest_eigenvalue();
+      const bool open = before * T.last_entry(largest) > digits * largest;  // not where it is nan
+      if (!open) {
+        return largest;
+      }
+    }
+    last.swap(v);
+    v = next / before;
+  }
 }
 
 Index total_rows(std::span<const RowGroup> groups) {
@@ -53,18 +168,24 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   out.R = all.R();
   const Vector qty = all.qty();
   const ColumnScaled scaled = column_scaled(out.R);
-  Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
-  pivoted.setThreshold(rank_tolerance(total_rows(groups), columns));
-  out.rank = pivoted.rank();
-  out.smallest_pivot = std::abs(pivoted.matrixR()(columns - 1, columns - 1));
+  const double tolerance = rank_tolerance(total_rows(groups), columns);
+  const Matrix inverse = upper_inverse(out.R);
+  out.smallest_pivot = least_pivot(scaled, inverse);
+  if (surely_full(out.smallest_pivot, tolerance)) {
+    out.rank = columns;
+  } else {
+    Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
+    pivoted.setThreshold(tolerance);
+    out.rank = pivoted.rank();
+    out.smallest_pivot = std::abs(pivoted.matrixR()(columns - 1, columns - 1));
+  }
   if (out.rank == columns) {
-    const auto R = out.R.triangularView<Eigen::Upper>();
-    out.chi = R.solve(qty);
-    const Matrix inverse = R.solve(Matrix::Identity(columns, columns));
-    out.unit_covariance = inverse * inverse.transpose();
-    // Both extremes as largest values, which keep their digits when squared; a third of the time of an SVD.
-    out.condition =
-        std::sqrt(largest_eigenvalue(out.R.transpose() * out.R) * largest_eigenvalue(out.unit_covariance));
+    out.chi = out.R.triangularView<Eigen::Upper>().solve(qty);
+    out.unit_covariance = Matrix::Zero(columns, columns);
+    out.unit_covariance.selfadjointView<Eigen::Lower>().rankUpdate(inverse);
+    out.unit_covariance.triangularView<Eigen::StrictlyUpper>() = out.unit_covariance.transpose();
+    // Both extremes as largest values, which keep their digits when squared.
+    out.condition = std::sqrt(largest_eigenvalue(out.R) * largest_eigenvalue(inverse));
     return out;
   }
   out.condition = detail::condition_number(out.R);
@@ -88,14 +209,21 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
   std::vector<double> out;
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
-    const ColumnScaled scaled = column_scaled(group.qr.R());
-    Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
-    pivoted.setThreshold(rank_tolerance(rows, group.qr.columns()));
-    // What the dependent columns' pivots, mere rounding errors, would take of Y belongs to the residual.
-    Vector qty = group.qr.qty();
-    qty.applyOnTheLeft(pivoted.householderQ().adjoint());
-    const double norm = std::hypot(qty.tail(qty.size() - pivoted.rank()).norm(), group.qr.unreachable_norm());
-    const auto freedom = static_cast<double>(std::max<Index>(rows - pivoted.rank(), 1));
+    const Matrix R = group.qr.R();
+    const ColumnScaled scaled = column_scaled(R);
+    const double tolerance = rank_tolerance(rows, group.qr.columns());
+    Index rank = group.qr.columns();
+    double norm = group.qr.unreachable_norm();
+    if (!surely_full(least_pivot(scaled, upper_inverse(R)), tolerance)) {
+      Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
+      pivoted.setThreshold(tolerance);
+      rank = pivoted.rank();
+      // What the dependent columns' pivots, mere rounding errors, would take of Y belongs to the residual.
+      Vector qty = group.qr.qty();
+      qty.applyOnTheLeft(pivoted.householderQ().adjoint());
+      norm = std::hypot(qty.tail(qty.size() - rank).norm(), norm);
+    }
+    const auto freedom = static_cast<double>(std::max<Index>(rows - rank, 1));
     const double rounding =
         std::numeric_limits<double>::epsilon() * group.qr.y_norm() + std::numeric_limits<double>::min();
     out.push_back(std::max(norm, rounding) / std::sqrt(freedom));

@@ -1,6 +1,5 @@
 #include "rivid/solve/streaming_qr.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -207,22 +206,23 @@ void StreamingQr::merge(const StreamingQr& other) {
   }
   // A copy, since the other one may be this one.
   const State theirs = other.copied();
-  const State& ours = settled();
-  Matrix stacked(2 * columns_, columns_ + carried_);
-  stacked.topRows(columns_) = ours.triangle.topRows(columns_);
-  stacked.bottomRows(columns_) = theirs.triangle.topRows(columns_);
-  if (columns_ > 0) {
-    // It goes on to the carried columns, whose reflectors leave the norms below the triangle as they are.
-    const Eigen::HouseholderQR<Eigen::Ref<Matrix>> qr(stacked);
+  eliminate();
+  const Vector sums = state_.sums + theirs.sums;
+  // Their triangle counts as rows, but for its sums.
+  provide();
+  for (Index first = 0; first < columns_; first += block_rows) {
+    const Index count = std::min(block_rows, columns_ - first);
+    for (Index c = 0; c < columns_ + carried_; ++c) {
+      std::copy_n(theirs.triangle.col(c).data() + first, count, state_.waiting.get() + c * block_stride);
+    }
+    state_.waiting_rows = count;
+    eliminate();
   }
-  state_.triangle.topRows(columns_) = stacked.topRows(columns_).triangularView<Eigen::Upper>();
+  state_.waiting.reset();
+  state_.sums = sums;
   for (Index c = 0; c < carried_; ++c) {
-    const Index below = std::min(c + 1, columns_);
-    state_.unreachable[c] = Eigen::Vector3d(ours.unreachable[c], theirs.unreachable[c],
-                                            stacked.col(columns_ + c).segment(columns_, below).stableNorm())
-                                .stableNorm();
+    state_.unreachable[c] = std::hypot(state_.unreachable[c], theirs.unreachable[c]);
   }
-  state_.sums += theirs.sums;
   rows_ += other.rows_;
 }
 

@@ -70,7 +70,9 @@ TEST_F(IvOfTheScara, WithoutNoiseAndFilterFindsTheInertias) {
   const auto found = identify(robot, log(1.0, 1), iv());
   ASSERT_EQ(found.status, Status::identified);
   for (const char* name : {"ZZ1R", "ZZ2"}) {
-    EXPECT_NEAR(found.chi[index(name)], truth[index(name)], 0.005 * truth[index(name)]) << name;
+    // Rows where a joint sticks or reverses obey no model; that floor is the same at any noise.
+    constexpr double floor = 0.01;
+    EXPECT_NEAR(found.chi[index(name)], truth[index(name)], floor * truth[index(name)]) << name;
   }
 }
 

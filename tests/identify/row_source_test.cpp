@@ -85,6 +85,35 @@ TEST(Factors, AreTheSameWhateverTheThreads) {
   EXPECT_THROW((void)factors(robot, base, log, {}, 0), InputError);
 }
 
+// Long logs are shared out in stretches.
+TEST(Factors, OfALongLogAreTheSameWhateverTheThreadsAndThoseOfItsRows) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  const Log log = swinging_log(50'021);
+  const RowFactors one = factors(robot, base, log, {.cutoff_hz = 20.0});
+  for (const int threads : {2, 3, 7}) {
+    std::vector<double> fractions;
+    const RowFactors several = factors(robot, base, log, {.cutoff_hz = 20.0}, threads,
+                                       [&](double fraction) { fractions.push_back(fraction); });
+    for (std::size_t j = 0; j < 2; ++j) {
+      EXPECT_EQ(several.groups[j].qr.R(), one.groups[j].qr.R());
+      EXPECT_EQ(several.groups[j].qr.qty(), one.groups[j].qr.qty());
+      EXPECT_EQ(several.groups[j].qr.unreachable_norm(), one.groups[j].qr.unreachable_norm());
+      EXPECT_EQ(several.groups[j].qr.column_sums(), one.groups[j].qr.column_sums());
+    }
+    EXPECT_TRUE(std::ranges::is_sorted(fractions));
+    EXPECT_EQ(fractions.back(), 1.0);
+  }
+  const Rows all = rows(robot, base, log, {.cutoff_hz = 20.0});
+  for (std::size_t j = 0; j < 2; ++j) {
+    StreamingQr whole(static_cast<Index>(one.groups[j].columns.size()));
+    whole.add(all.W.joints[j].W, all.Y[j]);
+    const Matrix R = whole.R();
+    EXPECT_EQ(one.groups[j].qr.rows(), whole.rows());
+    EXPECT_LT((one.groups[j].qr.R().cwiseAbs() - R.cwiseAbs()).norm(), 1e-11 * R.norm());
+  }
+}
+
 TEST(Factors, TellHowFarTheyAre) {
   const Robot robot = test::scara();
   std::vector<double> fractions;

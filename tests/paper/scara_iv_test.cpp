@@ -125,8 +125,10 @@ TEST_F(Study, TheLimitOfTheBandwidthIsToldAndNotHidden) {
     EXPECT_NE(bad.status, Status::identified) << "seed " << seed;
     ASSERT_FALSE(bad.reasons.empty()) << "seed " << seed;
     if (bad.status == Status::rank_deficient) {
-      EXPECT_NE(bad.reasons.back().find("\"joint_1\" stands still"), std::string::npos) << bad.reasons.back();
-      EXPECT_NE(bad.reasons.back().find("holds it within"), std::string::npos) << bad.reasons.back();
+      EXPECT_TRUE(std::ranges::any_of(bad.reasons, [](const std::string& reason) {
+        return reason.find("\"joint_1\" stands still") != std::string::npos &&
+               reason.find("holds it within") != std::string::npos;
+      })) << bad.reasons.front();
       ++locked;
     }
   }

@@ -313,6 +313,15 @@ TEST(ClosedLoop, QuantisedMeasurementIsWhatTheLawSees) {
   }
 }
 
+TEST(ClosedLoop, ANameIsThatOfItsIntegrator) {
+  EXPECT_EQ(name(Integrator::automatic), "automatic");
+  EXPECT_EQ(name(Integrator::adams), "adams");
+  EXPECT_EQ(name(Integrator::bdf), "bdf");
+  EXPECT_EQ(name(Integrator::bogacki_shampine), "bogacki_shampine");
+  EXPECT_EQ(name(Integrator::dormand_prince), "dormand_prince");
+  EXPECT_EQ(name(Integrator::rk4), "rk4");
+}
+
 // The outcomes that are no motion.
 
 TEST(ClosedLoop, AnIndefiniteMassMatrixIsNamedWithTimeJointAndEigenvalue) {

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 
 #include "rivid/solve/student.hpp"
@@ -66,6 +68,21 @@ TEST(LeastSquares, ConditionIsTheRatioOfTheSingularValues) {
   W(2, 1) = 0.5;
   groups[0].qr.add(W, Vector::Zero(4));
   EXPECT_NEAR(least_squares(groups, 2, std::vector<double>{1.0}).condition, 6.0, 1e-14);
+}
+
+TEST(LeastSquares, ConditionHasEightDigitsAtLeast) {
+  for (const double spread : {1.0, 1e4, 1e8}) {
+    const Matrix Q = Eigen::HouseholderQR<Matrix>(random_matrix(40, 40, 25)).householderQ();
+    const Vector singular =
+        Vector::NullaryExpr(40, [&](Index i) { return std::pow(spread, -static_cast<double>(i) / 39.0); });
+    std::vector<RowGroup> groups = {{std::vector<Index>(40), StreamingQr(40)}};
+    std::iota(groups[0].columns.begin(), groups[0].columns.end(), 0);
+    const Matrix U = Eigen::HouseholderQR<Matrix>(random_matrix(300, 40, 26)).householderQ();
+    groups[0].qr.add(U.leftCols(40) * singular.asDiagonal() * Q.transpose(), Vector::Zero(300));
+    // The singular values themselves are only known to a rounding of the largest one.
+    EXPECT_NEAR(least_squares(groups, 40, std::vector<double>{1.0}).condition, spread,
+                (1e-8 + 100 * epsilon * spread) * spread);
+  }
 }
 
 TEST(LeastSquares, NamesTheColumnsThatCanNotBeToldApartAndKeepsTheOthers) {

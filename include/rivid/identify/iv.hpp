@@ -41,7 +41,7 @@ struct Iv {
   Control control = {};    ///< of the actual robot, as far as it is known
   Sampling sampling = {};  ///< of that control
   Follows follows = Follows::reference;
-  double reference_cutoff_hz = 0.0;  ///< of Follows::measured [Hz]
+  double reference_cutoff_hz = 0.0;  ///< of Follows::measured [Hz]; 0: that of `signal`
 
   Start start = Start::regular;
   Vector chi_0 = {};  ///< (b) values to begin with instead, or empty

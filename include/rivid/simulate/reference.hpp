@@ -13,8 +13,8 @@ class Reference {
   virtual ~Reference() = default;
 
   [[nodiscard]] virtual Index joints() const = 0;
+  [[nodiscard]] virtual double begin() const { return 0.0; }  ///< [s]
   /// Length of the motion from t = begin() [s].
-  [[nodiscard]] virtual double begin() const { return 0.0; }
   [[nodiscard]] virtual double duration() const = 0;
 
   /// Reference at one instant, (n) each; before the beginning and after the end it rests where it began or ended.

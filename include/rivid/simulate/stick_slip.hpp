@@ -53,6 +53,9 @@ class StickSlip {
   void accelerate(const Dynamics<double>& dynamics, std::span<const double> qd, std::span<double> f,
                   std::span<double> qdd);
 
+  /// Takes the torques of all slipping elements off f, (n).
+  void brake(std::span<const double> qd, std::span<double> f) { brake(qd, f, {}); }
+
   /// λ of an element at the last accelerate() or settle() [N·m | N].
   [[nodiscard]] double lambda(Index e) const { return lambda_[e]; }
 

@@ -23,8 +23,10 @@ struct LeastSquares {
   Matrix unit_covariance;
   Index rank = 0;
   std::vector<std::vector<Index>> undetermined;  ///< sets of columns that the rows can not tell apart
-  double smallest_pivot = 0.0;  ///< of R with its columns brought to norm 1: what the rank decision looked at
-  double condition = 0.0;       ///< of the matrix of all rows
+  /// What the rank decision looked at, of R with its columns brought to norm 1: a lower bound of all pivots, and of all
+  /// singular values, where it leaves no doubt, else the last pivot.
+  double smallest_pivot = 0.0;
+  double condition = 0.0;  ///< of the matrix of all rows
 
   [[nodiscard]] bool full_rank() const { return rank == chi.size(); }
 };
