@@ -26,7 +26,7 @@ struct LeastSquares {
   /// What the rank decision looked at, of R with its columns brought to norm 1: a lower bound of all pivots, and of all
   /// singular values, where it leaves no doubt, else the last pivot.
   double smallest_pivot = 0.0;
-  double condition = 0.0;       ///< of the matrix of all rows
+  double condition = 0.0;  ///< of the matrix of all rows
 
   [[nodiscard]] bool full_rank() const { return rank == chi.size(); }
 };
