@@ -266,7 +266,6 @@ const int registered = [] {
         };
         add(robot + "/continuous/" + how, looped(0.0));
         add(robot + "/every_ms/" + how, looped(1e-3));
-        add(robot + "/every_200us/" + how, looped(2e-4));
         if (method == Integrator::adams || method == Integrator::dormand_prince) {
           add(robot + "/against_python/" + how,
               [=](benchmark::State& state) { against_python(state, robot, method, rtol); });

@@ -32,6 +32,7 @@ static_assert(detail::RowSource::most_wanted == StreamingQr::most_rows);
 
 std::vector<RowGroup> empty_groups(const detail::RowSource& source) {
   std::vector<RowGroup> out;
+  out.reserve(source.joints());
   for (std::size_t j = 0; j < source.joints(); ++j) {
     const std::vector<Index>& own = source.columns(j);
     out.push_back({own, StreamingQr(static_cast<Index>(own.size()))});
@@ -45,6 +46,7 @@ void factor(std::vector<RowGroup>& groups, const Send& send) {
   std::vector<FactorSink> factor_sinks;
   std::vector<detail::RowSink*> sinks;
   factor_sinks.reserve(groups.size());
+  sinks.reserve(groups.size());
   for (RowGroup& group : groups) {
     sinks.push_back(&factor_sinks.emplace_back(group.qr));
   }

@@ -42,7 +42,7 @@ bool LoopOde::move_to(const double* y) {
   return definite_;
 }
 
-void LoopOde::torques_beside_N(double t, const double* y, double* xd) {
+void LoopOde::torques_beside_bias(double t, const double* y, double* xd) {
   if (!sampled_) {
     x_ = Eigen::Map<const Vector>(y + 2 * n_, states_);
     reference_.at(t, q_r_, qd_r_, qdd_r_);
@@ -72,7 +72,7 @@ bool LoopOde::torques(double t, const double* y, double* xd) {
   if (!move_to(y)) {
     return false;
   }
-  torques_beside_N(t, y, xd);
+  torques_beside_bias(t, y, xd);
   torque_ -= Eigen::Map<const Vector>(dynamics_.N().data(), n_);
   return true;
 }
@@ -81,7 +81,7 @@ void LoopOde::driving_torques(double t, const double* y, double* f) {
   q_ = Eigen::Map<const Vector>(y, n_);
   qd_ = Eigen::Map<const Vector>(y + n_, n_);
   definite_ = false;  // M and N are those of another state now
-  torques_beside_N(t, y, xd_.data());
+  torques_beside_bias(t, y, xd_.data());
   const auto n = static_cast<std::size_t>(n_);
   if (exact_) {
     stick_slip_.brake({qd_.data(), n}, {torque_.data(), n});

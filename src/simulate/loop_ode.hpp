@@ -53,7 +53,7 @@ class LoopOde {
  private:
   [[nodiscard]] bool move_to(const double* y);
   // Fills torque_ with what accelerates beside dry friction and N, and the rates of x, at q_ and qd_.
-  void torques_beside_N(double t, const double* y, double* xd);
+  void torques_beside_bias(double t, const double* y, double* xd);
   // The same beside dry friction alone.
   [[nodiscard]] bool torques(double t, const double* y, double* xd);
   // Takes the friction of DryFrictionScheme::smooth off torque_.
