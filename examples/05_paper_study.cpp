@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <iterator>
 
 #include "rivid/rivid.hpp"
 #include "svg_plot.hpp"
