@@ -265,7 +265,16 @@ svg::Series by_iteration(const std::string& label, const Identification& found,
   return out;
 }
 
-const svg::Axis iteration_axis = {.label = "iteration", .least_step = 1.0};
+// A panel over the iterations, without its series yet.
+svg::Panel over_iterations(const std::string& title, const std::string& y_label, bool logarithmic) {
+  svg::Panel out;
+  out.title = title;
+  out.x.label = "iteration";
+  out.x.least_step = 1.0;
+  out.y.label = y_label;
+  out.y.logarithmic = logarithmic;
+  return out;
+}
 
 class Figures {
  public:
@@ -280,16 +289,16 @@ class Figures {
     std::vector<svg::Panel> panels;
     for (Index j = 0; j < 2; ++j) {
       const Vector predicted = Y_e.segment(j * run.t.size(), run.t.size());
-      panels.push_back(
-          {.title = joint(j),
-           .x = {.label = "t [s]"},
-           .y = {.label = "τ [N·m]"},
-           .series = {{.label = "measured", .x = numbers(log.t), .y = numbers(log.v_tau.col(j)), .color = 5},
-                      {.label = "predicted", .x = numbers(run.t), .y = numbers(predicted), .color = 1},
-                      {.label = "measured − predicted",
-                       .x = numbers(log.t),
-                       .y = numbers(log.v_tau.col(j) - predicted),
-                       .color = 0}}});
+      svg::Panel& panel = panels.emplace_back();
+      panel.title = joint(j);
+      panel.x.label = "t [s]";
+      panel.y.label = "τ [N·m]";
+      const auto add = [&](const char* label, const Vector& tau, std::size_t color) {
+        panel.series.push_back({.label = label, .x = numbers(log.t), .y = numbers(tau), .color = color});
+      };
+      add("measured", log.v_tau.col(j), 5);
+      add("predicted", predicted, 1);
+      add("measured − predicted", log.v_tau.col(j) - predicted, 0);
     }
     write("fig_07_torques.svg", "Fig. 7: torques measured at 200 Hz and predicted along the simulated motion",
           panels, 1, 900.0, 300.0);
@@ -298,10 +307,7 @@ class Figures {
   // Figs 8, 9, 12, 13: distance of the simulated motion from the filtered measured one and from the reference.
   void motion_errors(int figure, const std::string& what, const Identification& found) const {
     for (Index j = 0; j < 2; ++j) {
-      svg::Panel panel{.title = joint(j) + ", " + what,
-                       .x = iteration_axis,
-                       .y = {.label = "relative error [%]", .logarithmic = true},
-                       .series = {}};
+      svg::Panel panel = over_iterations(joint(j) + ", " + what, "relative error [%]", true);
       const std::array<std::pair<const char*, Vector rivid::MotionError::*>, 3> quantities = {
           {{"q", &rivid::MotionError::q}, {"q̇", &rivid::MotionError::qd}, {"q̈", &rivid::MotionError::qdd}}};
       for (std::size_t i = 0; i < quantities.size(); ++i) {
@@ -329,10 +335,10 @@ class Figures {
       svg::Series true_value =
           by_iteration("truth", found, [i](const rivid::IvIteration&) { return truth[i]; }, 1, true);
       true_value.markers = false;
-      panels.push_back({.title = names[i],
-                        .x = iteration_axis,
-                        .y = {.label = std::string(names[i]) + " [" + units[i] + "]"},
-                        .series = {true_value, estimate}});
+      svg::Panel& panel = panels.emplace_back(
+          over_iterations(names[i], std::string(names[i]) + " [" + units[i] + "]", false));
+      panel.series.push_back(true_value);
+      panel.series.push_back(estimate);
     }
     write("fig_10_parameters.svg", "Fig. 10: parameters by iteration, regular start", panels, 4, 300.0,
           220.0);
@@ -346,21 +352,14 @@ class Figures {
       const auto at = static_cast<std::size_t>(j);
       const rivid::JointRows& W = rows.W.joints[at];
       const Vector& Y = rows.Y[at];
-      panels.push_back({.title = joint(j),
-                        .x = iteration_axis,
-                        .y = {.label = "relative torque error [%]", .logarithmic = true},
-                        .series = {by_iteration(
-                                       "‖Y − Wχ‖ / ‖Y‖", found,
-                                       [&](const rivid::IvIteration& k) {
-                                         return 100.0 * (Y - W.W * k.chi(W.columns)).norm() / Y.norm();
-                                       },
-                                       0),
-                                   by_iteration(
-                                       "‖Y − Vχ‖ / ‖Y‖", found,
-                                       [&](const rivid::IvIteration& k) {
-                                         return 100.0 * k.joint_error_norm[j] / Y.norm();
-                                       },
-                                       1, true)}});
+      svg::Panel& panel = panels.emplace_back(over_iterations(joint(j), "relative torque error [%]", true));
+      panel.series.push_back(by_iteration(
+          "‖Y − Wχ‖ / ‖Y‖", found,
+          [&](const rivid::IvIteration& k) { return 100.0 * (Y - W.W * k.chi(W.columns)).norm() / Y.norm(); },
+          0));
+      panel.series.push_back(by_iteration(
+          "‖Y − Vχ‖ / ‖Y‖", found,
+          [&](const rivid::IvIteration& k) { return 100.0 * k.joint_error_norm[j] / Y.norm(); }, 1, true));
     }
     write("fig_11_torque_errors.svg", "Fig. 11: torque error by iteration, regular start", panels, 2, 480.0,
           320.0);
