@@ -177,14 +177,16 @@ void print(const std::string& title, const PaperTable& paper, const Runs& all) {
             << cell("paper ± σ", 20) << cell("rivid ± σ", 24) << "scatter\n";
   for (std::size_t i = 0; i < b; ++i) {
     const double average = mean(runs, [i](const Identification& run) { return value(run, i); });
-    const double variance =
+    const double squares =
         mean(runs, [&](const Identification& run) { return std::pow(value(run, i) - average, 2); });
+    const auto count = static_cast<double>(runs.size());
+    const double scatter = std::sqrt(squares * count / std::max(count - 1.0, 1.0));
     std::cout << "  " << cell(names[i], 11) << cell(units[i], 11) << cell(rivid::number(truth[i], 4), 8)
               << cell(with_sigma(paper.chi[i], 0.5 * paper.two_sigma[i]), 20)
               << cell(with_sigma(average,
                                  mean(runs, [i](const Identification& run) { return sigma(run, i); })),
                       24)
-              << rivid::number(std::sqrt(variance), 2) << '\n';
+              << rivid::number(scatter, 2) << '\n';
   }
   const auto percent = [](double x) { return rivid::number(100.0 * x, 3) + " %"; };
   std::cout << "  ‖Y − Wχ‖ / ‖Y‖: "
@@ -202,26 +204,26 @@ void print(const std::string& title, const PaperTable& paper, const Runs& all) {
 
 void print_table_4(const Identification& found) {
   const auto& iterates = found.iv->iterations;
-  std::cout << "\nTable 4, IDIM-IV, filtered, regular start, parameters by iteration (seed 1)\n\n  "
-            << cell("parameter", 11) << cell("paper: 0", 10);
-  for (std::size_t k = 1; k < table_4.size(); ++k) {
-    std::cout << cell(std::to_string(k), 8);
-  }
-  std::cout << cell("rivid: 0", 10);
-  for (std::size_t k = 1; k < iterates.size(); ++k) {
-    std::cout << cell(std::to_string(k), 9);
-  }
-  std::cout << '\n';
-  for (std::size_t i = 0; i < b; ++i) {
-    std::cout << "  " << cell(names[i], 11);
+  const auto row = [&](const std::string& name, const auto& of_paper, const auto& of_rivid) {
+    std::string line = "  " + cell(name, 11);
     for (std::size_t k = 0; k < table_4.size(); ++k) {
-      std::cout << cell(rivid::number(table_4[k][i], 4), k == 0 ? 10 : 8);
+      line += cell(of_paper(k), k == 0 ? 10 : 8);
     }
     for (std::size_t k = 0; k < iterates.size(); ++k) {
-      std::cout << cell(rivid::number(in_paper[i] * iterates[k].chi[static_cast<Index>(i)], 4),
-                        k == 0 ? 10 : 9);
+      line += cell(of_rivid(k), 10);
     }
-    std::cout << '\n';
+    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+  };
+  std::cout << "\nTable 4, IDIM-IV, filtered, regular start, parameters by iteration (seed 1)\n\n";
+  row(
+      "parameter", [](std::size_t k) { return (k == 0 ? "paper: " : "") + std::to_string(k); },
+      [](std::size_t k) { return (k == 0 ? "rivid: " : "") + std::to_string(k); });
+  for (std::size_t i = 0; i < b; ++i) {
+    row(
+        names[i], [i](std::size_t k) { return rivid::number(table_4[k][i], 4); },
+        [&](std::size_t k) {
+          return rivid::number(in_paper[i] * iterates[k].chi[static_cast<Index>(i)], 4);
+        });
   }
 }
 
