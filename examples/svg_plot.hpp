@@ -114,15 +114,18 @@ class Scale {
   }
 
   void add_decades() {
-    // 1, 2 and 5 of each decade, so that a range of less than one has ticks too.
     const double margin = 0.04 * std::max(high_ - low_, 0.3);
     low_ -= margin;
     high_ += margin;
-    const bool sparse = high_ - low_ > 3.0;
+    // The narrower the range, the more ticks a decade.
+    const double range = high_ - low_;
+    const std::vector<double> leads = range > 3.0   ? std::vector<double>{1.0}
+                                      : range > 0.8 ? std::vector<double>{1.0, 2.0, 5.0}
+                                                    : std::vector<double>{1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0};
     for (double decade = std::floor(low_); decade <= high_; ++decade) {
-      for (const double lead : {1.0, 2.0, 5.0}) {
+      for (const double lead : leads) {
         const double tick = lead * std::pow(10.0, decade);
-        if (number(tick) >= low_ && number(tick) <= high_ && (lead == 1.0 || !sparse)) {
+        if (number(tick) >= low_ && number(tick) <= high_) {
           ticks_.push_back(tick);
         }
       }
@@ -253,9 +256,9 @@ inline std::string figure(const std::string& title, const std::vector<Panel>& pa
                     whole_height + "\" width=\"" + whole_width + "\" height=\"" + whole_height +
                     "\" role=\"img\">\n<title>" + detail::escaped(title) + "</title>\n";
   out += R"(<style>
-text { font: 12px sans-serif; fill: #222 }
+text { font-family: sans-serif; font-size: 12px; fill: #222 }
 .title { font-weight: bold }
-.head { font: bold 15px sans-serif }
+.head { font-weight: bold; font-size: 15px }
 .back { fill: #fff }
 path { fill: none; stroke-width: 1.5 }
 .axis { stroke: #444; stroke-width: 1 }
