@@ -435,11 +435,15 @@ class Claims {
 int study(const std::filesystem::path& folder, std::uint64_t seeds) {
   const Scara scara;
   const rivid::SignalOptions filtered = {.cutoff_hz = 20.0, .decimation = {20}};
+  // Beyond the paper: without the rows where a joint hardly moves, for a joint that sticks does not obey the model.
+  const rivid::SignalOptions moving = {
+      .cutoff_hz = 20.0, .decimation = {20}, .velocity_threshold = {0.1, 0.1}};
   const rivid::SignalOptions raw = {};
 
   Runs ols;
   Runs good_start;
   Runs regular_start;
+  Runs clean_rows;
   Runs raw_ols;
   Runs raw_iv;
   Runs half;
@@ -452,6 +456,8 @@ int study(const std::filesystem::path& folder, std::uint64_t seeds) {
     from_ols.chi_0 = ols.back().chi;
     good_start.push_back(rivid::identify(scara.robot, s2, from_ols));
     regular_start.push_back(rivid::identify(scara.robot, s2, scara.iv(filtered)));
+    // A torque that is held for a sample acts half a sample late.
+    clean_rows.push_back(rivid::identify(scara.robot, rivid::shift_torque(s2, -0.5), scara.iv(moving)));
     raw_ols.push_back(rivid::identify(scara.robot, s2, rivid::Ols{.signal = raw}));
     raw_iv.push_back(rivid::identify(scara.robot, s2, scara.iv(raw)));
     half.push_back(rivid::identify(scara.robot, s2, scara.iv(filtered, 0.5)));
@@ -468,6 +474,7 @@ int study(const std::filesystem::path& folder, std::uint64_t seeds) {
   print("Table 3, IDIM-IV, filtered, regular start", table_3, regular_start);
   std::cout << "  Tables 2 and 3 are at most "
             << rivid::number(largest_difference(good_start, regular_start), 2) << " σ apart in any log.\n";
+  print("As Table 3, without slow rows, torques moved by half a sample", table_3, clean_rows);
   print_table_4(regular_start.front());
   print_motion_errors("Figs 8 and 9", regular_start);
   print("Table 5, IDIM-OLS, nothing filtered", table_5, raw_ols);
