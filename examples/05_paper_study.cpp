@@ -171,7 +171,11 @@ void print(const std::string& title, const PaperTable& paper, const Runs& all) {
   }
   if (runs[0].iv) {
     const auto [least, most] = std::ranges::minmax(runs, {}, iterations);
-    std::cout << ", in " << iterations(least) << " to " << iterations(most) << " iterations";
+    std::cout << ", in " << iterations(least);
+    if (iterations(most) > iterations(least)) {
+      std::cout << " to " << iterations(most);
+    }
+    std::cout << " iterations";
   }
   std::cout << "\n\n  " << cell("parameter", 11) << cell("unit", 11) << cell("truth", 8)
             << cell("paper ± σ", 20) << cell("rivid ± σ", 24) << "scatter\n";
