@@ -411,7 +411,7 @@ SignalOptions read_signal(TomlReader keys, Index n) {
 void read_method(TomlReader keys, Experiment& out) {
   const auto positive = [&](const char* key, double& value) {
     if (const auto given = keys.number(key)) {
-      if (!(*given > 0.0 && std::isfinite(*given))) {
+      if (!std::isfinite(*given) || *given <= 0.0) {
         keys.fail(*keys.find(key), key, "must be positive");
       }
       value = *given;
@@ -449,7 +449,7 @@ void read_method(TomlReader keys, Experiment& out) {
                                                                                      {"reference", true}}})
           .value_or(iv.start_on_reference);
   if (const auto given = keys.number("transient")) {
-    if (!(*given >= 0.0 && std::isfinite(*given))) {
+    if (!std::isfinite(*given) || *given < 0.0) {
       keys.fail(*keys.find("transient"), "transient", "must not be negative");
     }
     iv.transient = *given;

@@ -37,7 +37,7 @@ void make_physical(const BaseParameters& base, double floor, Vector& chi_st) {
     const auto at = static_cast<Index>(i);
     if (base.standard[i].kind == ParameterKind::XX) {
       auto p = chi_st.segment<inertial_count>(at);
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(pseudo_inertia(p));
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(pseudo_inertia(p));
       const Eigen::Vector4d clipped = eigen.eigenvalues().cwiseMax(floor);
       set_inertial(eigen.eigenvectors() * clipped.asDiagonal() * eigen.eigenvectors().transpose(), p);
     } else if (base.standard[i].kind == ParameterKind::Ia) {

@@ -101,6 +101,16 @@ class MotionDistance {
   Matrix whole_;
 };
 
+// The last iterate that the instruments of its own loop have been solved for, with all that belongs to it.
+struct Estimate {
+  Vector chi;
+  std::vector<double> weights;
+  double sigma = 0.0;  // standard deviation of the weighted residual
+  Matrix unit_covariance;
+  double condition_VW = 0.0;
+  Vector first_stage_F;
+};
+
 // One identification: what stays the same over its iterations, and the iterations.
 class Run {
  public:
@@ -171,16 +181,6 @@ class Run {
     std::unique_ptr<ControlLaw> law;
     Vector J;
     SimulationEffort effort;
-  };
-
-  // The last iterate that the instruments of its own loop have been solved for, with all that belongs to it.
-  struct Estimate {
-    Vector chi;
-    std::vector<double> weights;
-    double sigma = 0.0;  // standard deviation of the weighted residual
-    Matrix unit_covariance;
-    double condition_VW = 0.0;
-    Vector first_stage_F;
   };
 
   [[nodiscard]] const BaseParameters& base() const { return out_.base; }
@@ -505,7 +505,7 @@ class Run {
   // How far a joint's position must be off before a proportional law overcomes its friction: Fc / (ω_n² J) for PD (40).
   [[nodiscard]] std::string dead_band(const Loop& loop, Index j) const {
     const Vector none = Vector::Zero(n_);
-    Vector x = Vector::Zero(loop.law->states());
+    const Vector x = Vector::Zero(loop.law->states());
     Vector xd = x;
     Vector v(n_);
     Vector v_0(n_);
@@ -680,7 +680,7 @@ std::optional<std::string> Iv::complaint(const Robot& robot) const {
   }
   for (const auto& [key, value] :
        {std::pair("transient", transient), std::pair("reference_cutoff_hz", reference_cutoff_hz)}) {
-    if (!(std::isfinite(value) && value >= 0.0)) {
+    if (!std::isfinite(value) || value < 0.0) {
       return std::string(key) + " is " + number(value) + ", must not be negative";
     }
   }

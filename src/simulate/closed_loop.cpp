@@ -351,7 +351,7 @@ class Run {
   }
 
   void end_indefinite() {
-    const detail_dynamics& dynamics = ode_.dynamics();
+    const Dynamics<double>& dynamics = ode_.dynamics();
     const Index joint = dynamics.failed_joint();
     Matrix M(n_, n_);
     for (Index i = 0; i < n_; ++i) {
@@ -418,8 +418,6 @@ class Run {
       }
     }
   }
-
-  using detail_dynamics = Dynamics<double>;
 
   const Robot& robot_;
   const Reference& reference_;

@@ -129,7 +129,7 @@ class RungeKutta final : public LoopIntegrator {
   static constexpr double h_floor = 1e-3;
 
   // Small against the time in which the state changes, after Hairer, Nørsett & Wanner II.4.
-  double first_step(double left) const {
+  [[nodiscard]] double first_step(double left) const {
     const double scale = options_.atol + options_.rtol * y_.cwiseAbs().maxCoeff();
     const double speed = k_.col(0).cwiseAbs().maxCoeff();
     const double h =
