@@ -131,7 +131,6 @@ class Run {
       throw InputError("identify(IDIM-IV): chi_0 has " + counted(method.chi_0.size(), "value") +
                        ", must have one, finite, for each of " + counted(base().size(), "base parameter"));
     }
-    out_.iv.emplace();
     if (auto doubt = base().doubt()) {
       out_.warnings.push_back(std::move(*doubt));
     }
@@ -169,6 +168,7 @@ class Run {
   Identification result() && {
     iterate();
     conclude();
+    out_.iv = std::move(history_);
     return std::move(out_);
   }
 
@@ -184,7 +184,8 @@ class Run {
   };
 
   [[nodiscard]] const BaseParameters& base() const { return out_.base; }
-  [[nodiscard]] std::vector<IvIteration>& history() { return out_.iv->iterations; }
+  [[nodiscard]] std::vector<IvIteration>& history() { return history_.iterations; }
+  [[nodiscard]] const std::vector<IvIteration>& history() const { return history_.iterations; }
 
   [[nodiscard]] SignalOptions without_transient(const Log& log) const {
     SignalOptions signal = method_.signal;
@@ -213,7 +214,7 @@ class Run {
 
   void tell(double fraction) const {
     if (method_.progress) {
-      method_.progress("iteration " + std::to_string(out_.iv->iterations.size()), fraction);
+      method_.progress("iteration " + std::to_string(history().size()), fraction);
     }
   }
 
@@ -301,6 +302,7 @@ class Run {
       std::vector<InstrumentSink> own_sinks;
       own_sinks.reserve(groups.size());
       std::vector<detail::RowSink*> sinks;
+      sinks.reserve(groups.size());
       for (std::size_t j = 0; j < groups.size(); ++j) {
         sinks.push_back(
             &own_sinks.emplace_back(groups[j].qr, signs[j], used_.empty() ? nullptr : &used_[j].qr));
@@ -353,7 +355,7 @@ class Run {
 
   // The loop of the start knows nothing of friction yet, and its signs are little use.
   [[nodiscard]] bool simulated_signs() const {
-    if (out_.iv->iterations.empty() && method_.signs == Iv::Signs::automatic) {
+    if (history().empty() && method_.signs == Iv::Signs::automatic) {
       return false;
     }
     return method_.signs == Iv::Signs::simulated ||
@@ -377,27 +379,31 @@ class Run {
     }
   }
 
+  // The loop of an iterate, or of what takes its place.
+  [[nodiscard]] Loop loop_of(Vector& chi, std::string& remark) {
+    Loop loop = simulated(chi);
+    const bool took_measured_signs =
+        history().size() == 1 && method_.signs == Iv::Signs::automatic && simulated_signs();
+    if (!loop.failure.empty() && took_measured_signs) {
+      // The signs of raw velocities may be noise alone: once more with those of the first loop.
+      const InstrumentalVariables again = instrumental_variables(instruments(last_), base().size(), weights_);
+      if (again.full_rank()) {
+        chi = again.chi;
+        reweight(chi);
+        loop = simulated(chi);
+        remark = "with the signs of the first loop";
+      }
+    }
+    return loop.failure.empty() ? std::move(loop) : safeguarded(std::move(loop), chi, remark);
+  }
+
   void iterate() {
     Vector chi = start();
     int dampings = 0;
     for (int k = 0;; ++k) {
       std::string remark;
       const Vector wanted = chi;
-      Loop loop = simulated(chi);
-      if (!loop.failure.empty() && k == 1 && method_.signs == Iv::Signs::automatic && simulated_signs()) {
-        // The signs of raw velocities, which the first iteration took, may be noise alone: once more with those of its loop.
-        const InstrumentalVariables again =
-            instrumental_variables(instruments(last_), base().size(), weights_);
-        if (again.full_rank()) {
-          chi = again.chi;
-          reweight(chi);
-          loop = simulated(chi);
-          remark = "with the signs of the first loop";
-        }
-      }
-      if (!loop.failure.empty()) {
-        loop = safeguarded(std::move(loop), chi, remark);
-      }
+      Loop loop = loop_of(chi, remark);
       if (!loop.failure.empty()) {
         out_.status = Status::not_simulable;
         out_.reasons.push_back((k == 0 ? "the start" : "iterate " + std::to_string(k)) +
@@ -522,21 +528,26 @@ class Run {
     return ", which holds it within " + number(Fc / stiffness, 3) + " of its reference";
   }
 
+  // This iterate is the estimate, unless a later one comes.
+  void keep(const Vector& chi) {
+    estimate_ = Estimate{.chi = chi,
+                         .weights = weights_,
+                         .sigma = deviation_of(chi),
+                         .unit_covariance = solution_.unit_covariance,
+                         .condition_VW = solution_.condition_VW,
+                         .first_stage_F = first_stage_F()};
+  }
+
   // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
   // the same rows over that of the instrumental variables, as the F statistic of a first stage.
-  void keep(const Vector& chi) {
-    Estimate& out = estimate_.emplace();
-    out.chi = chi;
-    out.weights = weights_;
-    out.sigma = deviation_of(chi);
-    out.unit_covariance = solution_.unit_covariance;
-    out.condition_VW = solution_.condition_VW;
+  [[nodiscard]] Vector first_stage_F() const {
     const LeastSquares ls = least_squares(used(), base().size(), weights_);
-    out.first_stage_F.resize(base().size());
-    for (Index i = 0; i < base().size(); ++i) {
+    Vector F(base().size());
+    for (Index i = 0; i < F.size(); ++i) {
       const double R2 = std::min(ls.unit_covariance(i, i) / solution_.unit_covariance(i, i), 1.0);
-      out.first_stage_F[i] = freedom() * R2 / std::max(1.0 - R2, std::numeric_limits<double>::epsilon());
+      F[i] = freedom() * R2 / std::max(1.0 - R2, std::numeric_limits<double>::epsilon());
     }
+    return F;
   }
 
   void conclude() {
@@ -574,7 +585,7 @@ class Run {
   }
 
   void judge_instruments(const Vector& F) {
-    out_.iv->first_stage_F = F;
+    history_.first_stage_F = F;
     std::string weak;
     for (Index i = 0; i < base().size(); ++i) {
       if (!(F[i] > least_F)) {
@@ -582,7 +593,8 @@ class Run {
                 " (F = " + number(F[i], 3) + ")";
       }
     }
-    if (weak.empty()) {
+    // A later iterate that lacks instruments altogether has told why already.
+    if (weak.empty() || out_.status == Status::rank_deficient) {
       return;
     }
     if (out_.status == Status::identified) {
@@ -611,7 +623,7 @@ class Run {
       add(apart, last_.motions[k].q - loops_[k]->measured().q);
       add(tracking, loops_[k]->reference().q - loops_[k]->measured().q);
     }
-    LoopDiagnosis& loop = out_.iv->loop;
+    LoopDiagnosis& loop = history_.loop;
     if (control.maxCoeff() > 0.0) {
       loop.control_error = (missed.array() / control.array()).sqrt();
     }
@@ -651,6 +663,7 @@ class Run {
   std::vector<RowGroup> used_;      // [W Y] with the signs that they took; empty: data_
   std::optional<Estimate> estimate_;
   Loop last_;
+  IvHistory history_;
   Identification out_;
 };
 

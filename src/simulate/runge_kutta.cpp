@@ -242,7 +242,7 @@ class RungeKutta final : public LoopIntegrator {
     double at_b = margin_at(b, element);
     while (b - a > event_tolerance) {
       double theta = (a * at_b - b * at_a) / (at_b - at_a);
-      if (!(theta > a && theta < b)) {
+      if (!(theta > a) || !(theta < b)) {
         theta = 0.5 * (a + b);
       }
       const double value = margin_at(theta, element);

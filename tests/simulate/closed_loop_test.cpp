@@ -10,7 +10,7 @@
 #include "rivid/simulate/inertia.hpp"
 #include "rivid/simulate/pd_control.hpp"
 #include "rivid/simulate/point_to_point_reference.hpp"
-#include "support/robots.hpp"
+#include "support/scara_study.hpp"
 
 namespace {
 
@@ -42,43 +42,12 @@ rivid::PointToPointReference rest(Index n, double duration) {
       {.via = Matrix::Zero(2, n), .durations = Vector::Constant(1, duration)});
 }
 
-// The case study of [RIV]: parameters, poles and the moves S1.
-struct Scara {
-  Robot robot = rivid::test::scara();
-  BaseParameters base = rivid::base_parameters(robot);
-  Vector chi = Vector::Zero(8);
-  rivid::PdControl control{.omega_n = Eigen::Vector2d(1, 10), .zeta = Eigen::Vector2d(1, 1)};
-  Vector J = Eigen::Vector2d(3.44 + 0.062 + 2 * 0.121, 0.062);
-
-  Scara() {
-    set("ZZ1R", 3.44);
-    set("Fv1", 0.03);
-    set("Fc1", 0.82);
-    set("ZZ2", 0.062);
-    set("MX2", 0.242);
-    set("MY2", 0.014);
-    set("Fv2", 0.013);
-    set("Fc2", 0.137);
-  }
-
-  void set(const std::string& name, double value) {
-    for (Index i = 0; i < base.size(); ++i) {
-      if (base.parameters[static_cast<std::size_t>(i)].name == name) {
-        chi[i] = value;
-        return;
-      }
-    }
-    throw std::invalid_argument(name);
-  }
-
-  static rivid::PointToPointReference s1() {
-    Matrix via(9, 2);
-    via << 0, 0, 1.5, 2, -1, -1, 1, 1.5, -1.5, -2, 1, -.5, -.5, 2, 1.2, -1.5, 0, 0;
-    return rivid::PointToPointReference({.via = via, .durations = Vector::Constant(1, 2.5)});
-  }
+// The case study of [RIV], with its moves S1.
+struct Scara : public rivid::test::ScaraStudy {
+  static rivid::PointToPointReference s1() { return moves(1.0); }
 
   [[nodiscard]] Simulation run(const SimulationOptions& options) const {
-    return simulate(robot, base, chi, control, J, s1(), options);
+    return simulate(robot, base, truth, control, J, s1(), options);
   }
 };
 
@@ -125,7 +94,7 @@ TEST(ClosedLoop, TheMotionObeysTheInverseDynamicModel) {
   const Scara scara;
   const Simulation found = scara.run(scara_options(Integrator::adams, 1e-8));
   const Matrix W = rivid::observation(scara.robot, scara.base, found.motion).dense();
-  const Vector tau = W * scara.chi;
+  const Vector tau = W * scara.truth;
   for (Index j = 0; j < 2; ++j) {
     for (Index k = 0; k < found.t.size(); ++k) {
       if (found.motion.qd(k, j) != 0.0) {
@@ -337,7 +306,7 @@ TEST(ClosedLoop, AnIndefiniteMassMatrixIsNamedWithTimeJointAndEigenvalue) {
 
 TEST(ClosedLoop, AnUnstableLoopDivergesAndSaysWhere) {
   Scara scara;
-  const rivid::DynamicModel model(scara.robot, scara.base, scara.chi);
+  const rivid::DynamicModel model(scara.robot, scara.base, scara.truth);
   class Runaway final : public rivid::ControlLaw {
     void control(const rivid::ControlInput& input, const Eigen::Ref<const Vector>&, Eigen::Ref<Vector> v_tau,
                  Eigen::Ref<Vector>) const override {

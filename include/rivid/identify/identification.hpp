@@ -107,8 +107,8 @@ struct IvHistory {
 
 /// What an identification found, the answer of identify().
 struct [[nodiscard]] Identification {
-  std::string method;  ///< "ols", "wls"
-  std::string title;   ///< "IDIM-OLS", "IDIM-WLS"
+  std::string method;  ///< "ols", "wls", "iv"
+  std::string title;   ///< "IDIM-OLS", "IDIM-WLS", "IDIM-IV"
   Status status = Status::identified;
   std::vector<std::string> reasons;   ///< why the status is not `identified`
   std::vector<std::string> warnings;  ///< what may make the result wrong
