@@ -552,6 +552,8 @@ class Run {
 
   void conclude() {
     const Index b = base().size();
+    const std::vector<double> ones(data_.groups.size(), 1.0);
+    out_.R_diagonal = combined(data_.groups, b, ones).R().diagonal().cwiseAbs();
     if (!estimate_) {
       out_.weights = weights_;
       out_.condition = std::numeric_limits<double>::infinity();

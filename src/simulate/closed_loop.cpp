@@ -471,9 +471,13 @@ std::optional<std::string> Sampling::complaint(Index n) const {
       return fault;
     }
   }
-  if (period == 0.0 && position_noise.size() > 0) {
-    return "sampling.position_noise needs a sampling.period: noise of the measurement goes through a sampled "
-           "law";
+  for (const auto& [what, given] :
+       {std::pair("position_noise", position_noise.size() > 0), std::pair("quantum", quantum.size() > 0),
+        std::pair("delay", delay > 0), std::pair("reference_lead", reference_lead != 0)}) {
+    if (period == 0.0 && given) {
+      return "sampling." + std::string(what) +
+             " needs a sampling.period: a continuous law sees the true motion at once";
+    }
   }
   return not_finite("sampling.position_noise", position_noise, n);
 }

@@ -363,6 +363,9 @@ TEST(ClosedLoop, RefusesOptionsThatCanNotBeUsed) {
             "simulate: disturbance(0, 0) is inf, must be finite");
   EXPECT_EQ(message([](auto& o) { o.sampling.delay = -1; }),
             "simulate: sampling.delay is -1, must be 0 or more periods");
+  EXPECT_EQ(
+      message([](auto& o) { o.sampling.quantum = Eigen::Vector2d(1e-3, 1e-3); }),
+      "simulate: sampling.quantum needs a sampling.period: a continuous law sees the true motion at once");
   EXPECT_EQ(message([](auto& o) { o.integrator = Integrator::rk4; }),
             "simulate: integrator rk4 knows no events; friction must be smooth or held");
 }

@@ -116,13 +116,15 @@ struct [[nodiscard]] Identification {
 
   SignalOptions signal;  ///< that made the rows; a validation uses the same
   BaseParameters base;
-  Vector chi;                                 ///< (b), Eq. (15); one of many solutions if rank deficient
+  /// (b), Eq. (15), one of many solutions if rank deficient. Of IDIM-IV (29): the last iterate whose own instruments
+  /// could be solved for, not a number where there is none.
+  Vector chi;
   Matrix C_chi;                               ///< (b × b) covariance, Eq. (18)
   std::vector<ParameterEstimate> parameters;  ///< (b)
 
   Fit fit;                 ///< on the rows of the identification
   Index columns = 0;       ///< b
-  double condition = 0.0;  ///< of W, weighted if the method weights
+  double condition = 0.0;  ///< of W, weighted if the method weights; of Q_Vᵀ W for IDIM-IV
   /// |diag R| of the unweighted observation matrix, (b); before decimation in convention `matlab`.
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
