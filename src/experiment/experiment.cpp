@@ -77,7 +77,8 @@ Identification identified(const Experiment& experiment, const std::vector<Log>& 
     case Method::ols:
       break;
     case Method::wls:
-      return identify(experiment.robot, logs, Wls{experiment.signal, experiment.threads, progress});
+      return identify(experiment.robot, logs,
+                      Wls{experiment.signal, experiment.covariance, experiment.threads, progress});
     case Method::iv: {
       if (!experiment.control) {
         throw InputError(
@@ -87,6 +88,7 @@ Identification identified(const Experiment& experiment, const std::vector<Log>& 
       }
       Iv method = experiment.iv;
       method.signal = experiment.signal;
+      method.covariance = experiment.covariance;
       method.control = experiment.control->control;
       method.sampling = experiment.control->sampling;
       method.threads = experiment.threads;
@@ -94,7 +96,8 @@ Identification identified(const Experiment& experiment, const std::vector<Log>& 
       return identify(experiment.robot, logs, method);
     }
   }
-  return identify(experiment.robot, logs, Ols{experiment.signal, experiment.threads, progress});
+  return identify(experiment.robot, logs,
+                  Ols{experiment.signal, experiment.covariance, experiment.threads, progress});
 }
 
 }  // namespace

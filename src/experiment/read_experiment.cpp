@@ -373,6 +373,11 @@ SignalOptions read_signal(TomlReader keys, Index n) {
         "of the "
         "motion, or \"off\" for no filter");
   }
+  out.rows = keys.choice("rows",
+                         std::array<std::pair<std::string_view, RowScheme>, 2>{
+                             {{"paper", RowScheme::paper}, {"exact", RowScheme::exact}}})
+                 .value_or(out.rows);
+  out.torque_held = keys.boolean("torque_held").value_or(out.torque_held);
   out.cutoff_hz = *cutoff_hz;
   out.torque_cutoff_hz = cutoff(keys, "torque_cutoff_hz").value_or(0.0);
   out.order = keys.count("order").value_or(out.order);
@@ -421,6 +426,13 @@ void read_method(TomlReader keys, Experiment& out) {
                            std::array<std::pair<std::string_view, Method>, 3>{
                                {{"ols", Method::ols}, {"wls", Method::wls}, {"iv", Method::iv}}})
                    .value_or(out.method);
+  out.covariance.kind = keys.choice("covariance",
+                                    std::array<std::pair<std::string_view, CovarianceKind>, 3>{
+                                        {{"automatic", CovarianceKind::automatic},
+                                         {"classical", CovarianceKind::classical},
+                                         {"hac", CovarianceKind::hac}}})
+                            .value_or(out.covariance.kind);
+  positive("covariance_lag", out.covariance.lag);
   Iv& iv = out.iv;
   iv.start = keys.choice("start",
                          std::array<std::pair<std::string_view, Iv::Start>, 3>{

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "rivid/error.hpp"
-#include "rivid/solve/student.hpp"
 
 namespace rivid::detail {
 
@@ -43,6 +42,9 @@ void add_factors(RowFactors& into, RowFactors part) {
   for (std::size_t j = 0; j < part.left_out.size(); ++j) {
     into.left_out[j] += part.left_out[j];
   }
+  into.thresholds.resize(part.thresholds.size(), 0.0);
+  std::ranges::transform(into.thresholds, part.thresholds, into.thresholds.begin(),
+                         [](double a, double b) { return std::max(a, b); });
 }
 
 RowFactors all_factors(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
@@ -88,6 +90,7 @@ Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index 
                           .unit = robot.joints[j].type == JointType::revolute ? "N·m" : "N",
                           .rows = r.rows,
                           .left_out = data.left_out[j],
+                          .velocity_threshold = data.thresholds[j],
                           .relative_error = relative(r.norm, r.y_norm),
                           .centred_relative_error = relative(r.norm, y_centred),
                           .sigma_rho = deviation(r, rows * freedom_share, convention)});
@@ -96,9 +99,9 @@ Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index 
   return fit;
 }
 
-void describe_parameters(const Robot& robot, double freedom, Identification& out) {
+void describe_parameters(const Robot& robot, Identification& out) {
   const Vector a_priori = out.base.from_standard(robot.chi_st());
-  const double t = student_quantile_975(freedom);
+  const double t = out.covariance.quantile_975;
   for (Index i = 0; i < out.base.size(); ++i) {
     const BaseParameter& p = out.base.parameters[static_cast<std::size_t>(i)];
     const double sigma = std::sqrt(out.C_chi(i, i));
@@ -116,7 +119,7 @@ void describe_parameters(const Robot& robot, double freedom, Identification& out
 
 std::vector<double> joint_weights(const char* who, const Robot& robot, const RowFactors& data) {
   for (std::size_t j = 0; j < data.groups.size(); ++j) {
-    if (data.groups[j].qr.y_norm() == 0.0) {
+    if (data.groups[j].qr.rows() > 0 && data.groups[j].qr.y_norm() == 0.0) {
       throw InputError(std::string(who) + ": joint \"" + robot.joints[j].name +
                        "\": its torque is zero in every row, so its rows have no weight; check its column");
     }

@@ -35,8 +35,8 @@ void add_factors(RowFactors& into, RowFactors part);
 // throws InputError in the name of `who` where a joint's torque is zero throughout
 [[nodiscard]] std::vector<double> joint_weights(const char* who, const Robot& robot, const RowFactors& data);
 
-// out.parameters from out.chi and out.C_chi.
-void describe_parameters(const Robot& robot, double freedom, Identification& out);
+// out.parameters from out.chi, out.C_chi and out.covariance.
+void describe_parameters(const Robot& robot, Identification& out);
 
 // Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by `what`".
 void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,

@@ -1,18 +1,22 @@
 #include "rivid/identify/iv.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "identify/covariance.hpp"
 #include "identify/dissipative.hpp"
+#include "identify/exact_rows.hpp"
 #include "identify/feasible.hpp"
 #include "identify/fit.hpp"
 #include "identify/loop.hpp"
 #include "identify/row_source.hpp"
 #include "identify/thread_team.hpp"
 #include "rivid/error.hpp"
+#include "rivid/signal/zero_phase.hpp"
 #include "rivid/simulate/inertia.hpp"
 #include "rivid/solve/instrumental.hpp"
 #include "rivid/text.hpp"
@@ -38,6 +42,9 @@ constexpr double dead_band_probe = 1e-6;
 // farther from the measured one than this part of the tracking error.
 constexpr double doubtful_control = 0.2;
 constexpr double doubtful_tracking = 0.5;
+// The bandwidth shows in the residual with V alone: doubtful where that is so much of Y, and so many times the one with W.
+constexpr double doubtful_residual = 0.2;
+constexpr double doubtful_ratio = 4.0;
 
 bool is_sign(ParameterKind kind) {
   using enum ParameterKind;
@@ -109,6 +116,10 @@ struct Estimate {
   Matrix unit_covariance;
   double condition_VW = 0.0;
   Vector first_stage_F;
+  Matrix bread;                           // (Vᵀ Ω⁻¹ W)⁻¹
+  std::vector<Motion> motions;            // that V is built from, one a log
+  std::vector<RowGroup> used;             // [W Y]
+  std::vector<std::vector<Index>> signs;  // columns of W that were taken from V
 };
 
 // One identification: what stays the same over its iterations, and the iterations.
@@ -275,22 +286,41 @@ class Run {
     return loop;
   }
 
-  // Factors of [V | W Y] of all logs.
-  [[nodiscard]] std::vector<InstrumentalGroup> instruments(const Loop& loop) {
-    std::vector<InstrumentalGroup> groups;
+  // What V is built from. Exact rows ask for the same differences as those of W.
+  [[nodiscard]] Motion instrument_motion(const Motion& simulated, double f_m) const {
+    const SignalOptions& signal = method_.signal;
+    if (!signal.exact_rows()) {
+      return simulated;
+    }
+    return detail::averaged_motion(signal.cutoff_hz > 0.0 ? zero_phase(simulated.q, f_m, signal.cutoff_hz,
+                                                                       signal.order, signal.convention)
+                                                          : simulated.q,
+                                   f_m);
+  }
+
+  // Columns of W, within each joint's own, that are taken from V.
+  [[nodiscard]] std::vector<std::vector<Index>> sign_columns() const {
     const std::vector<StandardParameter> columns = base().columns();
-    std::vector<std::vector<Index>> signs;
+    std::vector<std::vector<Index>> out;
     for (const RowGroup& group : data_.groups) {
-      const auto own = static_cast<Index>(group.columns.size());
-      groups.push_back({group.columns, StreamingQr(own, own + 1)});
-      signs.emplace_back();
-      for (Index c = 0; c < own; ++c) {
-        const auto column = static_cast<std::size_t>(group.columns[static_cast<std::size_t>(c)]);
-        if (simulated_signs() && is_sign(columns[column].kind)) {
-          signs.back().push_back(c);
+      std::vector<Index>& signs = out.emplace_back();
+      for (std::size_t c = 0; simulated_signs() && c < group.columns.size(); ++c) {
+        if (is_sign(columns[static_cast<std::size_t>(group.columns[c])].kind)) {
+          signs.push_back(static_cast<Index>(c));
         }
       }
     }
+    return out;
+  }
+
+  // Factors of [V | W Y] of all logs.
+  [[nodiscard]] std::vector<InstrumentalGroup> instruments(const Loop& loop) {
+    std::vector<InstrumentalGroup> groups;
+    for (const RowGroup& group : data_.groups) {
+      const auto own = static_cast<Index>(group.columns.size());
+      groups.push_back({group.columns, StreamingQr(own, own + 1)});
+    }
+    signs_ = sign_columns();
     used_.clear();
     if (simulated_signs()) {
       for (const RowGroup& group : data_.groups) {
@@ -305,9 +335,10 @@ class Run {
       sinks.reserve(groups.size());
       for (std::size_t j = 0; j < groups.size(); ++j) {
         sinks.push_back(
-            &own_sinks.emplace_back(groups[j].qr, signs[j], used_.empty() ? nullptr : &used_[j].qr));
+            &own_sinks.emplace_back(groups[j].qr, signs_[j], used_.empty() ? nullptr : &used_[j].qr));
       }
-      source.send(sinks, std::span(&loop.motions[k], 1));
+      const Motion V = instrument_motion(loop.motions[k], logs_[k].f_m);
+      source.send(sinks, std::span(&V, 1));
     }
     return groups;
   }
@@ -359,7 +390,8 @@ class Run {
       return false;
     }
     return method_.signs == Iv::Signs::simulated ||
-           (method_.signs == Iv::Signs::automatic && method_.signal.cutoff_hz == 0.0);
+           (method_.signs == Iv::Signs::automatic && method_.signal.cutoff_hz == 0.0 &&
+            !method_.signal.exact_rows());
   }
 
   [[nodiscard]] double freedom() const { return static_cast<double>(rows_ - base().size()); }
@@ -535,7 +567,26 @@ class Run {
                          .sigma = deviation_of(chi),
                          .unit_covariance = solution_.unit_covariance,
                          .condition_VW = solution_.condition_VW,
-                         .first_stage_F = first_stage_F()};
+                         .first_stage_F = first_stage_F(),
+                         .bread = bread(),
+                         .motions = instrument_motions(),
+                         .used = used(),
+                         .signs = signs_};
+  }
+
+  // (Vᵀ Ω⁻¹ W)⁻¹ = R_VW⁻¹ R_VV⁻ᵀ.
+  [[nodiscard]] Matrix bread() const {
+    const Index b = base().size();
+    return solution_.R_VW.partialPivLu().solve(
+        Matrix(solution_.R_VV.transpose().triangularView<Eigen::Lower>().solve(Matrix::Identity(b, b))));
+  }
+
+  [[nodiscard]] std::vector<Motion> instrument_motions() const {
+    std::vector<Motion> out;
+    for (std::size_t k = 0; k < logs_.size(); ++k) {
+      out.push_back(instrument_motion(last_.motions[k], logs_[k].f_m));
+    }
+    return out;
   }
 
   // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
@@ -561,19 +612,48 @@ class Run {
       out_.C_chi = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
       out_.fit = detail::judged(robot_, data_, Vector::Zero(b), b, out_.signal.convention);
       forget_errors();
-      detail::describe_parameters(robot_, freedom(), out_);
+      detail::describe_parameters(robot_, out_);
       return;
     }
     const Estimate& estimate = *estimate_;
     out_.weights = estimate.weights;
     out_.condition = estimate.condition_VW;
     out_.chi = estimate.chi;
-    out_.C_chi = estimate.sigma * estimate.sigma * estimate.unit_covariance;
+    tell_uncertainty(estimate);
     out_.fit = detail::judged(robot_, data_, estimate.chi, b, out_.signal.convention);
     out_.fit.sigma_rho = estimate.sigma;
-    detail::describe_parameters(robot_, freedom(), out_);
+    detail::describe_parameters(robot_, out_);
     judge_instruments(estimate.first_stage_F);
     diagnose_loop();
+    diagnose_bandwidth();
+  }
+
+  // out_.C_chi and what comes with a second look at the rows: those that the estimate's own instruments were made for, as
+  // long as no later iterate took their place.
+  void tell_uncertainty(const Estimate& estimate) {
+    detail::Uncertainty found =
+        detail::classical_covariance(out_.signal, estimate.sigma, estimate.unit_covariance, freedom());
+    if (detail::resolved(method_.covariance.kind, out_.signal.convention) == CovarianceKind::hac &&
+        !estimate.motions.empty()) {
+      const LeastSquares ls = least_squares(estimate.used, base().size(), estimate.weights);
+      const std::array<detail::Estimator, 2> estimators = {{{estimate.chi, true}, {ls.chi, false}}};
+      std::vector<detail::ScoredLog> scored;
+      for (std::size_t k = 0; k < logs_.size(); ++k) {
+        scored.push_back({&logs_[k], &signals_[k], &estimate.motions[k]});
+      }
+      const detail::Scores scores =
+          detail::scores(robot_, base(), scored, estimators, estimate.weights, estimate.signs, team_);
+      found = detail::hac_covariance(scores.series[0], scores.interval, estimate.bread, method_.covariance,
+                                     static_cast<double>(rows_));
+      out_.diagnostics = Diagnostics{.residuals = detail::residual_tests(robot_, scores), .hausman = {}};
+      if (ls.full_rank()) {
+        out_.diagnostics->hausman = detail::hausman_test(
+            base(), estimate.chi - ls.chi, scores.series[0], estimate.bread, scores.series[1],
+            ls.unit_covariance, scores.interval, method_.covariance, found.C.diagonal().cwiseSqrt());
+      }
+    }
+    out_.C_chi = std::move(found.C);
+    out_.covariance = found.report;
   }
 
   // Rows without an estimate have no errors.
@@ -648,6 +728,16 @@ class Run {
          "the simulated motion misses the measured one, in units of the tracking error,");
   }
 
+  void diagnose_bandwidth() {
+    const double with_V = history().back().relative_error;
+    const double with_W = out_.fit.relative_error;
+    if (with_V > doubtful_residual && with_V > doubtful_ratio * with_W) {
+      out_.warnings.push_back("the simulated motion misses " + number(100.0 * with_V, 3) +
+                              " % of the torques, the measured one " + number(100.0 * with_W, 3) +
+                              " %: the bandwidth of the assumed controller may be far from the actual one");
+    }
+  }
+
   const Robot& robot_;
   const Iv& method_;
   std::span<const Log> logs_;
@@ -661,8 +751,9 @@ class Run {
   Index rows_ = 0;
   double y_norm_ = 0.0;
   std::vector<double> weights_;
-  InstrumentalVariables solution_;  // of the instruments that were simulated last
-  std::vector<RowGroup> used_;      // [W Y] with the signs that they took; empty: data_
+  InstrumentalVariables solution_;         // of the instruments that were simulated last
+  std::vector<RowGroup> used_;             // [W Y] with the signs that they took; empty: data_
+  std::vector<std::vector<Index>> signs_;  // columns of these signs
   std::optional<Estimate> estimate_;
   Loop last_;
   IvHistory history_;
@@ -684,6 +775,9 @@ std::optional<std::string> Iv::complaint(const Robot& robot) const {
            "instruments; it must be positive where follows is measured";
   }
   if (auto fault = sampling.complaint(robot.size())) {
+    return fault;
+  }
+  if (auto fault = covariance.complaint()) {
     return fault;
   }
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };

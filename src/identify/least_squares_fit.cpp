@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "identify/covariance.hpp"
 #include "identify/fit.hpp"
 #include "rivid/error.hpp"
 
@@ -18,6 +19,35 @@ using detail::judged;
 
 enum class Weights { none, by_joint };
 
+// out.C_chi and what comes with a second look at the rows.
+template <typename Method>
+void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Method& method,
+                      const LeastSquares& solution, double sigma, double freedom, Identification& out) {
+  detail::Uncertainty found =
+      detail::classical_covariance(method.signal, sigma, solution.unit_covariance, freedom);
+  if (detail::resolved(method.covariance.kind, method.signal.convention) == CovarianceKind::hac) {
+    detail::ThreadTeam team(method.threads);
+    std::vector<detail::ScoredLog> scored;
+    for (const Log& log : logs) {
+      scored.push_back({&log, &method.signal, nullptr});
+    }
+    const detail::Estimator estimator = {out.chi, false};
+    const detail::Scores scores =
+        detail::scores(robot, out.base, scored, std::span(&estimator, 1), out.weights, {}, team);
+    // What is not determined stays so.
+    const Vector undetermined =
+        solution.unit_covariance.diagonal().unaryExpr([](double x) { return std::isfinite(x) ? 0.0 : x; });
+    Matrix bread = solution.unit_covariance;
+    bread.diagonal() = bread.diagonal().unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
+    found = detail::hac_covariance(scores.series.front(), scores.interval, bread, method.covariance,
+                                   freedom + static_cast<double>(solution.rank));
+    found.C.diagonal() += undetermined;
+    out.diagnostics = Diagnostics{.residuals = detail::residual_tests(robot, scores), .hausman = {}};
+  }
+  out.C_chi = std::move(found.C);
+  out.covariance = found.report;
+}
+
 template <typename Method>
 Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, const Method& method,
                                  Weights weighting) {
@@ -27,6 +57,9 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   out.title = weighting == Weights::none ? "IDIM-OLS" : "IDIM-WLS";
   if (logs.empty()) {
     throw InputError("identify(" + out.title + "): no log is given");
+  }
+  if (const auto fault = method.covariance.complaint()) {
+    throw InputError("identify(" + out.title + "): " + *fault);
   }
   out.signal = signal;
   out.base = base_parameters(robot);
@@ -62,10 +95,10 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
                      " base parameters; more rows than parameters are needed");
   }
   const double sigma = deviation(weighted, freedom, signal.convention);
-  out.C_chi = sigma * sigma * solution.unit_covariance;
+  tell_uncertainty(robot, logs, method, solution, sigma, freedom, out);
   out.fit = judged(robot, data, out.chi, solution.rank, signal.convention);
   out.fit.sigma_rho = sigma;
-  describe_parameters(robot, freedom, out);
+  describe_parameters(robot, out);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "rivid/error.hpp"
 #include "rivid/identify/signal_chain.hpp"
@@ -15,6 +16,7 @@
 #include "rivid/signal/streaming_decimator.hpp"
 #include "rivid/signal/zero_phase.hpp"
 #include "rivid/text.hpp"
+#include "signal/window_decimator.hpp"
 
 namespace rivid::detail {
 
@@ -67,14 +69,44 @@ void require_joints(const char* what, const Matrix& x, const Robot& robot, const
   }
 }
 
+// A decimation of either kind.
+class Stage {
+ public:
+  explicit Stage(StreamingDecimator by_filter) : kind_(std::move(by_filter)) {}
+  explicit Stage(WindowDecimator by_window) : kind_(std::move(by_window)) {}
+
+  [[nodiscard]] RowsRoom room() {
+    return std::visit([](auto& d) { return d.room(); }, kind_);
+  }
+  void commit(Index samples) {
+    std::visit([&](auto& d) { d.commit(samples); }, kind_);
+  }
+  void end() {
+    if (auto* const by_filter = std::get_if<StreamingDecimator>(&kind_)) {
+      by_filter->end();
+    }
+  }
+  [[nodiscard]] Index finished() const {
+    return std::visit([](const auto& d) { return d.finished(); }, kind_);
+  }
+  void take(Index count, const RowsTarget& to) {
+    std::visit([&](auto& d) { d.take(count, to); }, kind_);
+  }
+
+ private:
+  std::variant<StreamingDecimator, WindowDecimator> kind_;
+};
+
 // The rows of a joint on their way.
 struct RowSource::StreamedJoint {
   RowSink* sink = nullptr;
   Index columns = 0;  // of [V … W Y]
-  std::vector<StreamingDecimator> stages;
-  RowsRoom room;               // of the piece that is being made
-  Index delivered = 0;         // rows that came out of the last stage
-  double threshold = 0.0;      // of the velocity
+  std::vector<Stage> stages;
+  std::vector<Index>
+      centres;           // samples that the rows of a window stand for, counted from the first of the stream
+  RowsRoom room;         // of the piece that is being made
+  Index delivered = 0;   // rows that came out of the last stage
+  bool all_kept = true;  // no row is left out on delivery
   std::vector<Index> samples;  // of the rows that are being delivered
   std::vector<Index> kept;     // of these rows
 };
@@ -136,12 +168,25 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
   }
 
   q_ = filtered(log.q, options.cutoff_hz, options.order);
-  if (log.tau.size() > 0 && options.torque_cutoff_hz == 0.0) {
+  const bool exact = options.exact_rows();
+  if (log.tau.size() > 0 && options.torque_cutoff_hz == 0.0 && !options.torque_held && !exact) {
     require_joints("torque", log.tau, robot, log);
     tau_ = &log.tau;
   } else {
-    made_tau_ = filtered(effort(robot, log), options.torque_cutoff_hz, options.torque_order);
+    made_tau_ = effort(robot, log);
+    if (exact) {
+      made_tau_ = filtered(averaged_torque(made_tau_, options.torque_held), options.cutoff_hz, options.order);
+    } else if (options.torque_held) {
+      // It is centred half a sample behind its own.
+      made_tau_.bottomRows(made_tau_.rows() - 1) =
+          (0.5 * (made_tau_.topRows(made_tau_.rows() - 1) + made_tau_.bottomRows(made_tau_.rows() - 1)))
+              .eval();
+    }
+    made_tau_ = filtered(made_tau_, options.torque_cutoff_hz, options.torque_order);
     tau_ = &made_tau_;
+  }
+  if (exact) {
+    masks_ = motion_masks(robot, log.q, q_, log.f_m, options);
   }
 }
 
@@ -185,9 +230,7 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
   }
   if (options_.decimation.empty() || options_.convention == Convention::standard) {
     Stream stream = planned(sinks, others.size(), team_.size());
-    for (const int n_d : options_.decimation) {
-      decimate(stream, n_d);
-    }
+    decimate(stream);
     run(stream, others, progress);
     return;
   }
@@ -200,7 +243,7 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
   }
   Stream all = planned(holders, others.size(), team_.size());
   for (StreamedJoint& joint : all.joints) {
-    joint.threshold = 0.0;
+    joint.all_kept = true;
   }
   run(all, others, progress);
   Stream kept = planned(sinks, others.size(), 0);
@@ -233,9 +276,8 @@ RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_
     StreamedJoint& joint = out.joints.emplace_back();
     joint.sink = sinks[j];
     joint.columns = row_width(j, others);
-    if (!options_.velocity_threshold.empty()) {
-      joint.threshold = options_.velocity_threshold[j];
-    }
+    joint.all_kept =
+        masks_.empty() && (options_.velocity_threshold.empty() || options_.velocity_threshold[j] == 0.0);
   }
   for (int k = 0; k < workspaces; ++k) {
     out.workspaces.emplace_back(batch_);
@@ -243,15 +285,25 @@ RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_
   return out;
 }
 
-void RowSource::decimate(Stream& stream, int n_d) const {
-  if (n_d == 1) {
-    return;
+void RowSource::decimate(Stream& stream) const {
+  for (const int n_d : options_.decimation) {
+    stream.stride *= n_d;
   }
-  stream.stride *= n_d;
-  for (StreamedJoint& joint : stream.joints) {
-    const bool first_stage = joint.stages.empty();
-    joint.stages.emplace_back(joint.columns, n_d,
-                              first_stage && team_.size() > 1 ? decimated_share * team_.size() : 0);
+  for (std::size_t j = 0; j < joints(); ++j) {
+    StreamedJoint& joint = stream.joints[j];
+    if (!masks_.empty() && !options_.decimation.empty()) {
+      joint.centres = window_centres(masks_[j], range_.first, range_.count, stream.stride);
+      joint.stages.emplace_back(WindowDecimator(joint.columns, stream.stride, joint.centres));
+      joint.all_kept = true;  // windows lie within the mask
+      continue;
+    }
+    for (const int n_d : options_.decimation) {
+      if (n_d > 1) {
+        const bool first_stage = joint.stages.empty();
+        joint.stages.emplace_back(StreamingDecimator(
+            joint.columns, n_d, first_stage && team_.size() > 1 ? decimated_share * team_.size() : 0));
+      }
+    }
   }
 }
 
@@ -348,9 +400,10 @@ void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first
   }
   const Index from = std::max<Index>(sample - difference_border, 0);
   const Index to = std::min(sample + (end - begin) + difference_border, q_.rows());
+  const auto q = q_.middleRows(from, to - from);
   columns_of(others.size());
-  batch_.fill(differentiate(q_.middleRows(from, to - from), log_.f_m), sample - from, end - begin, targets,
-              begin, workspace);
+  batch_.fill(masks_.empty() ? differentiate(q, log_.f_m) : averaged_motion(q, log_.f_m), sample - from,
+              end - begin, targets, begin, workspace);
   for (std::size_t j = 0; j < joints(); ++j) {
     const StreamedJoint& joint = stream.joints[j];
     std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, end - begin,
@@ -372,7 +425,7 @@ void RowSource::advance(Stream& stream, std::size_t j, Index count) const {
 // What a stage has finished goes into the next one, or out.
 void RowSource::pump(Stream& stream, std::size_t j, std::size_t stage) const {
   StreamedJoint& joint = stream.joints[j];
-  StreamingDecimator& decimator = joint.stages[stage];
+  Stage& decimator = joint.stages[stage];
   const bool last = stage + 1 == joint.stages.size();
   for (Index finished = decimator.finished(); finished > 0; finished = decimator.finished()) {
     const RowsRoom room =
@@ -396,11 +449,17 @@ void RowSource::finish(Stream& stream, std::size_t j) const {
   }
 }
 
-// Closes the gaps of slow samples.
-void RowSource::keep_fast(StreamedJoint& joint, Index j, const RowsRoom& room) const {
+bool RowSource::kept(Index j, Index sample) const {
+  const auto at = static_cast<std::size_t>(j);
+  return masks_.empty() ? std::abs(velocity(sample, j)) >= options_.velocity_threshold[at]
+                        : masks_[at].moving[static_cast<std::size_t>(sample)] != 0;
+}
+
+// Closes the gaps of rows that are left out.
+void RowSource::drop_rows(StreamedJoint& joint, Index j, const RowsRoom& room) const {
   joint.kept.clear();
   for (std::size_t k = 0; k < joint.samples.size(); ++k) {
-    if (std::abs(velocity(joint.samples[k], j)) >= joint.threshold) {
+    if (kept(j, joint.samples[k])) {
       joint.samples[joint.kept.size()] = joint.samples[k];
       joint.kept.push_back(static_cast<Index>(k));
     }
@@ -415,13 +474,15 @@ void RowSource::keep_fast(StreamedJoint& joint, Index j, const RowsRoom& room) c
 void RowSource::deliver(Stream& stream, std::size_t j, const RowsRoom& room, Index count) const {
   StreamedJoint& joint = stream.joints[j];
   joint.samples.resize(static_cast<std::size_t>(count));
-  Index sample = stream.first + joint.delivered * stream.stride;
-  for (Index& each : joint.samples) {
-    each = std::exchange(sample, sample + stream.stride);
+  for (std::size_t k = 0; k < joint.samples.size(); ++k) {
+    const auto row = joint.delivered + static_cast<Index>(k);
+    joint.samples[k] = stream.first + (masks_.empty() || joint.stages.empty()
+                                           ? row * stream.stride
+                                           : joint.centres[static_cast<std::size_t>(row)]);
   }
   joint.delivered += count;
-  if (joint.threshold > 0.0) {
-    keep_fast(joint, static_cast<Index>(j), room);
+  if (!joint.all_kept) {
+    drop_rows(joint, static_cast<Index>(j), room);
   }
   joint.sink->commit(joint.samples);
 }

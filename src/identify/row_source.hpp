@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "identify/exact_rows.hpp"
 #include "identify/thread_team.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/identify/signal_options.hpp"
@@ -76,6 +77,8 @@ class RowSource {
   [[nodiscard]] const std::vector<Index>& columns(std::size_t j) const { return batch_.of_joint(j); }
   /// Rows of each joint before any are left out for low velocity.
   [[nodiscard]] Index rows() const { return rows_; }
+  /// What RowScheme::exact leaves out, (n); empty otherwise.
+  [[nodiscard]] const std::vector<MotionMask>& masks() const { return masks_; }
 
   /// Stretches of samples whose rows may be sent apart from each other, on several threads: 1 where rows are decimated,
   /// since these know of their neighbours. They do not depend on the size of the team.
@@ -108,7 +111,7 @@ class RowSource {
   [[nodiscard]] double velocity(Index sample, Index joint) const;
   [[nodiscard]] Index row_width(std::size_t j, std::size_t others) const;
   [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, std::size_t others, int workspaces) const;
-  void decimate(Stream& stream, int n_d) const;
+  void decimate(Stream& stream) const;
   void run(Stream& stream, std::span<const Motion> others, const std::function<void(double)>& progress);
   [[nodiscard]] Index plan_piece(Stream& stream, Index left) const;
   void fill_share(Stream& stream, std::span<const Motion> others, Index first, Index count, int member) const;
@@ -118,7 +121,8 @@ class RowSource {
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;
   void finish(Stream& stream, std::size_t j) const;
   void deliver(Stream& stream, std::size_t j, const RowsRoom& room, Index count) const;
-  void keep_fast(StreamedJoint& joint, Index j, const RowsRoom& room) const;
+  [[nodiscard]] bool kept(Index j, Index sample) const;
+  void drop_rows(StreamedJoint& joint, Index j, const RowsRoom& room) const;
 
   const Log& log_;
   const SignalOptions& options_;
@@ -129,6 +133,7 @@ class RowSource {
   Matrix q_;
   Matrix made_tau_;  // empty where the log's torques are used as they are
   const Matrix* tau_ = nullptr;
+  std::vector<MotionMask> masks_;
 };
 
 /// @throws InputError  where a series of the log has other sizes than robot and log ask for

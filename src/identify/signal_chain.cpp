@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <map>
@@ -103,14 +104,27 @@ struct Seen {
   double y_norm = 0.0;
 };
 
-void require_usable(const std::vector<Seen>& joints, const Robot& robot, const Log& log,
-                    const SignalOptions& options) {
+// Velocity below which rows of each joint are left out, (n).
+std::vector<double> thresholds_of(const detail::RowSource& source, const SignalOptions& options) {
+  if (source.masks().empty()) {
+    return options.velocity_threshold.empty() ? std::vector<double>(source.joints(), 0.0)
+                                              : options.velocity_threshold;
+  }
+  std::vector<double> out;
+  for (const detail::MotionMask& mask : source.masks()) {
+    out.push_back(mask.threshold);
+  }
+  return out;
+}
+
+void require_usable(const std::vector<Seen>& joints, const std::vector<double>& thresholds,
+                    const Robot& robot, const Log& log, const SignalOptions& options) {
   double total = 0.0;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const std::string joint = log.source + ": joint \"" + robot.joints[j].name + "\"";
-    if (joints[j].rows == 0) {
-      throw InputError(joint + " never moves faster than velocity_threshold " +
-                       number(options.velocity_threshold[j]) + "; no row is left");
+    if (joints[j].rows == 0 && !options.exact_rows()) {
+      throw InputError(joint + " never moves faster than velocity_threshold " + number(thresholds[j]) +
+                       "; no row is left");
     }
     // Finite cells may overflow once they are multiplied.
     if (!joints[j].finite) {
@@ -118,6 +132,14 @@ void require_usable(const std::vector<Seen>& joints, const Robot& robot, const L
                        ": positions or torques are so large that they overflow; check columns and units");
     }
     total += joints[j].y_norm;
+  }
+  // Joints that stand still have no exact rows; the others may have.
+  if (std::ranges::all_of(joints, [](const Seen& joint) { return joint.rows == 0; })) {
+    throw InputError(
+        log.source +
+        ": no joint moves for long enough in one direction, fast enough to stand out of the noise "
+        "of its positions; no row is left (rows = \"paper\" keeps all, a lower cutoff_hz lets less "
+        "noise through)");
   }
   if (total == 0.0) {
     throw InputError(log.source + ": the torques are zero in every row; check the columns");
@@ -160,7 +182,15 @@ std::optional<std::string> SignalOptions::complaint(Index n) const {
       return "velocity_threshold is " + number(v) + ", must not be negative";
     }
   }
+  if (rows == RowScheme::exact && convention == Convention::matlab) {
+    return "rows is \"exact\", which has no convention \"matlab\"; that one goes with rows = \"paper\"";
+  }
   return std::nullopt;
+}
+
+std::string_view name(RowScheme scheme) {
+  constexpr std::array<std::string_view, 3> names = {"automatic", "paper", "exact"};
+  return names[static_cast<std::size_t>(scheme)];
 }
 
 Log joint_side(const Robot& robot, Log log) {
@@ -221,6 +251,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
   source.send(sinks);
 
   Rows out;
+  out.thresholds = thresholds_of(source, options);
   out.W.columns = base.size();
   std::vector<Seen> seen;
   for (std::size_t j = 0; j < source.joints(); ++j) {
@@ -233,7 +264,7 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
     seen.push_back({out.Y[j].size(), out.W.joints[j].W.allFinite() && std::isfinite(y_norm), y_norm});
     held[j] = detail::HeldRows(0, 0);
   }
-  require_usable(seen, robot, log, options);
+  require_usable(seen, out.thresholds, robot, log, options);
   return out;
 }
 
@@ -255,13 +286,14 @@ RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& lo
     for (const RowGroup& group : out.groups) {
       out.left_out.push_back(source.rows() - group.qr.rows());
     }
+    out.thresholds = thresholds_of(source, options);
   }
   std::vector<Seen> seen;
   for (const RowGroup& group : out.groups) {
     const bool finite = group.qr.finite();
     seen.push_back({group.qr.rows(), finite, finite ? group.qr.y_norm() : 0.0});
   }
-  require_usable(seen, robot, log, options);
+  require_usable(seen, out.thresholds, robot, log, options);
   if (options.convention == Convention::matlab && !options.decimation.empty()) {
     SignalOptions plain = options;
     plain.decimation.clear();

@@ -72,7 +72,8 @@ Json fit(const Fit& f) {
                       {"sigma_rho", j.sigma_rho},
                       {"unit", j.unit},
                       {"rows", j.rows},
-                      {"left_out", j.left_out}});
+                      {"left_out", j.left_out},
+                      {"velocity_threshold", j.velocity_threshold}});
   }
   return {{"relative_error", f.relative_error},
           {"centred_relative_error", f.centred_relative_error},
@@ -82,8 +83,31 @@ Json fit(const Fit& f) {
           {"joints", std::move(joints)}};
 }
 
+Json test(const TestResult& t) { return {{"statistic", t.statistic}, {"freedom", t.freedom}, {"p", t.p}}; }
+
+Json tests(const Diagnostics& d) {
+  Json residuals = Json::array();
+  for (const ResidualTests& r : d.residuals) {
+    residuals.push_back({{"joint", r.joint},
+                         {"whiteness", test(r.whiteness)},
+                         {"autocorrelation", r.autocorrelation},
+                         {"normality", test(r.normality)},
+                         {"skewness", r.skewness},
+                         {"excess_kurtosis", r.excess_kurtosis}});
+  }
+  Json out = {{"residuals", std::move(residuals)}, {"hausman", nullptr}};
+  if (d.hausman) {
+    out["hausman"] = test(d.hausman->test);
+    out["hausman"]["largest_shift"] = d.hausman->largest_shift;
+    out["hausman"]["parameter"] = d.hausman->parameter;
+  }
+  return out;
+}
+
 Json signal_settings(const SignalOptions& s) {
-  Json out = {{"cutoff_hz", s.cutoff_hz},
+  Json out = {{"rows", name(s.exact_rows() ? RowScheme::exact : RowScheme::paper)},
+              {"torque_held", s.torque_held},
+              {"cutoff_hz", s.cutoff_hz},
               {"order", s.order},
               {"torque_cutoff_hz", s.torque_cutoff_hz},
               {"torque_order", s.torque_order},
@@ -157,6 +181,10 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     members.update(fit(v.fit));
     validation.push_back(std::move(members));
   }
+  Json covariance = {{"kind", name(result.covariance.kind)},
+                     {"lag", result.covariance.lag},
+                     {"decimation_factor", result.covariance.decimation_factor},
+                     {"quantile_975", result.covariance.quantile_975}};
   Json out = {
       {"format", 1},
       {"method", result.method},
@@ -171,9 +199,13 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
         {"coupling", couplings(robot)},
         {"gear_matrix", gear_matrix(robot)}}},
       {"parameters", parameters(result)},
+      {"covariance", std::move(covariance)},
       {"fit", std::move(fit_members)},
       {"validation", std::move(validation)},
       {"provenance", detail::provenance_json(provenance, {{"signal", signal_settings(result.signal)}})}};
+  if (result.diagnostics) {
+    out["tests"] = tests(*result.diagnostics);
+  }
   if (result.iv) {
     out["iterations"] = iterations(*result.iv);
     out["loop"] = {{"control_error", list(result.iv->loop.control_error)},

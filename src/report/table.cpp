@@ -161,6 +161,51 @@ void print_fit(std::ostream& out, const Fit& fit) {
   table.print(out);
 }
 
+void print_covariance(std::ostream& out, const CovarianceReport& covariance) {
+  if (covariance.quantile_975 == 0.0) {
+    return;
+  }
+  out << "  sigma: ";
+  if (covariance.kind == CovarianceKind::hac) {
+    out << "from the residuals, correlated over " << number(covariance.lag, 3) << " s (Newey-West)";
+  } else {
+    out << "as if residuals were independent (classical)";
+    if (covariance.decimation_factor != 1.0) {
+      out << ", divided by " << number(covariance.decimation_factor, 3) << " to undo the decimation";
+    }
+  }
+  out << '\n';
+}
+
+void print_residuals(std::ostream& out, const std::vector<ResidualTests>& residuals) {
+  TextTable table({{"joint", Align::left},
+                   {"autocorrelation", Align::right},
+                   {"p (Ljung-Box)", Align::right},
+                   {"skewness", Align::right},
+                   {"exc. kurtosis", Align::right},
+                   {"p (Jarque-Bera)", Align::right}});
+  for (const ResidualTests& r : residuals) {
+    table.add({r.joint, fixed(r.autocorrelation, 2), number(r.whiteness.p, 2), fixed(r.skewness, 2),
+               fixed(r.excess_kurtosis, 2), number(r.normality.p, 2)});
+  }
+  table.print(out);
+}
+
+// p tells whether a difference is seen at all, the shift whether it matters.
+std::string in_words(const HausmanTest& hausman) {
+  constexpr double significant = 0.05;
+  constexpr double small_shift = 1.0;
+  const std::string figures = " (Durbin-Wu-Hausman: p = " + number(hausman.test.p, 2) + ", largest shift " +
+                              number(hausman.largest_shift, 2) + " sigma, of " + hausman.parameter + ")";
+  if (!(hausman.test.p < significant)) {
+    return "Least squares on these rows gives the same" + figures;
+  }
+  return (hausman.largest_shift < small_shift
+              ? "Least squares on these rows differs, by less than the error bars"
+              : "Least squares on these rows is biased: instruments were needed") +
+         figures;
+}
+
 // The residual of Y against the simulated regressor tells whether the assumed loop is the actual one.
 void print_iterations(std::ostream& out, const IvHistory& history) {
   TextTable table({{"k", Align::right},
@@ -189,12 +234,20 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
   }
   out << '\n';
   print_parameters(out, result);
+  print_covariance(out, result.covariance);
   if (result.iv) {
     out << "\nIterations\n";
     print_iterations(out, *result.iv);
   }
   out << "\nFit\n";
   print_fit(out, result.fit);
+  if (result.diagnostics) {
+    out << "\nResidual\n";
+    print_residuals(out, result.diagnostics->residuals);
+    if (result.diagnostics->hausman) {
+      out << "  " << in_words(*result.diagnostics->hausman) << '\n';
+    }
+  }
   for (const Validation& validation : result.validation) {
     out << "\nValidation on " << validation.file << "\n";
     print_fit(out, validation.fit);

@@ -1,5 +1,6 @@
 #include "rivid/signal/decimate.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "forward_backward.hpp"
@@ -87,6 +88,33 @@ Matrix decimate(const Eigen::Ref<const Matrix>& x, const std::vector<int>& stage
     out = decimate(out, n_d, convention);
   }
   return out;
+}
+
+double deviation_factor(const std::vector<int>& stages, Convention convention) {
+  struct Pass {
+    Filter filter;
+    double f_m;  // per rate of the first stage
+  };
+  constexpr int points_of_a_row = 64;  // |H|⁴ is smooth over the band of the rows
+  std::vector<Pass> passes;
+  int n_d = 1;
+  for (const int stage : stages) {
+    passes.push_back({decimation_filter(stage, convention), 1.0 / n_d});
+    n_d *= stage;
+  }
+  const int points = points_of_a_row * n_d;
+  double sum = 0.0;
+  for (int k = 0; k < points; ++k) {
+    const double f = 0.5 * (k + 0.5) / points;
+    double H = 1.0;
+    for (const Pass& pass : passes) {
+      // Above half the rate of a stage what is left of a frequency shows as its alias.
+      const double alias = std::abs(std::remainder(f, pass.f_m));
+      H *= gain(pass.filter, alias, pass.f_m);
+    }
+    sum += H * H * H * H;
+  }
+  return std::sqrt(n_d * sum / points);
 }
 
 }  // namespace rivid

@@ -81,11 +81,11 @@ struct State {
     store(p + 4, im);
   }
   // step · this + added, by as few operations in a row as can be.
-  State advanced(const State& step, const State& added) const {
+  [[nodiscard]] State advanced(const State& step, const State& added) const {
     return {step.re * re + (added.re - step.im * im), step.re * im + (added.im + step.im * re)};
   }
   // What each mode adds to the row at the place of the state.
-  Half shown(const State& residue) const { return residue.re * re - residue.im * im; }
+  [[nodiscard]] Half shown(const State& residue) const { return residue.re * re - residue.im * im; }
 };
 
 double total(const Half& x) { return (x[0] + x[2]) + (x[1] + x[3]); }

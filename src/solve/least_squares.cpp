@@ -209,6 +209,10 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
   std::vector<double> out;
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
+    if (rows == 0) {
+      out.push_back(1.0);
+      continue;
+    }
     const Matrix R = group.qr.R();
     const ColumnScaled scaled = column_scaled(R);
     const double tolerance = rank_tolerance(rows, group.qr.columns());

@@ -71,7 +71,7 @@ TEST_F(Study, WithoutDataFilteringLeastSquaresFailsAndIvDoesNot) {
   std::vector<std::size_t> counts;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Log log = this->log(S2, seed);
-    const Identification ols = identify(robot, log, Ols{});
+    const Identification ols = identify(robot, log, Ols{.signal = unfiltered()});
     const Identification found = identify(robot, log, iv());
     ASSERT_EQ(found.status, Status::identified) << "seed " << seed;
     EXPECT_LT(ols.chi[index("ZZ1R")], 0.5 * truth[index("ZZ1R")]) << "seed " << seed;

@@ -78,11 +78,16 @@ struct ScaraStudy {
     Iv out;
     out.control = PdControl{.omega_n = bandwidth * control.omega_n, .zeta = control.zeta};
     out.sampling = computer();
+    out.signal = unfiltered();
     return out;
   }
 
   /// The signal chain of section 4: Butterworth at 20 Hz, decimation by 20.
-  [[nodiscard]] static SignalOptions filtered() { return {.cutoff_hz = 20.0, .decimation = {20}}; }
+  [[nodiscard]] static SignalOptions filtered() {
+    return {.rows = RowScheme::paper, .cutoff_hz = 20.0, .decimation = {20}};
+  }
+  /// The same without data filtering, section 4.4.
+  [[nodiscard]] static SignalOptions unfiltered() { return {.rows = RowScheme::paper}; }
 };
 
 }  // namespace rivid::test

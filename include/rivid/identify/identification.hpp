@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "rivid/identify/covariance.hpp"
+#include "rivid/identify/diagnostics.hpp"
 #include "rivid/identify/signal_options.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/closed_loop.hpp"
@@ -33,7 +35,7 @@ struct ParameterEstimate {
   double value = 0.0;                              ///< not a number where the data do not determine it
   double sigma = 0.0;                              ///< standard deviation; infinite where undetermined
   double relative_sigma_percent = 0.0;             ///< 100 σ / |value|
-  std::array<double, 2> interval_95 = {0.0, 0.0};  ///< Student's t with r − b degrees of freedom
+  std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
   double a_priori = 0.0;                           ///< the same base parameter from the robot description
 };
 
@@ -42,7 +44,8 @@ struct JointFit {
   std::string name;  ///< of the joint
   std::string unit;  ///< of its torque
   Index rows = 0;
-  Index left_out = 0;                   ///< rows left out for low velocity
+  Index left_out = 0;                   ///< rows left out for low velocity or a reversal nearby
+  double velocity_threshold = 0.0;      ///< below which they are left out [rad/s | m/s]
   double relative_error = 0.0;          ///< ‖Y_j − W_j χ‖ / ‖Y_j‖
   double centred_relative_error = 0.0;  ///< ‖Y_j − W_j χ‖ / ‖Y_j − mean Y_j‖
   double sigma_rho = 0.0;               ///< standard deviation of the residual [N·m | N]
@@ -119,7 +122,8 @@ struct [[nodiscard]] Identification {
   /// (b), Eq. (15), one of many solutions if rank deficient. Of IDIM-IV (29): the last iterate whose own instruments
   /// could be solved for, not a number where there is none.
   Vector chi;
-  Matrix C_chi;                               ///< (b × b) covariance, Eq. (18)
+  Matrix C_chi;                               ///< (b × b) covariance, see `covariance`
+  CovarianceReport covariance;                ///< what it was made of
   std::vector<ParameterEstimate> parameters;  ///< (b)
 
   Fit fit;                 ///< on the rows of the identification
@@ -129,7 +133,8 @@ struct [[nodiscard]] Identification {
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
   std::vector<Validation> validation;
-  std::optional<IvHistory> iv;  ///< of the methods that iterate
+  std::optional<IvHistory> iv;             ///< of the methods that iterate
+  std::optional<Diagnostics> diagnostics;  ///< where the covariance is that of CovarianceKind::hac
 };
 
 }  // namespace rivid

@@ -28,7 +28,7 @@ struct Iv {
   /// Velocity whose sign the Coulomb columns of W have. The sign of a noisy velocity is no linear function of the noise,
   /// so that instruments do not help against it; that of the simulated one is wrong where the assumed loop is.
   enum class Signs {
-    automatic,  ///< measured where the positions are filtered, simulated where they are not
+    automatic,  ///< measured where the positions are filtered or the rows are exact, simulated elsewhere
     measured,
     simulated
   };
@@ -38,6 +38,7 @@ struct Iv {
   };
 
   SignalOptions signal = {};
+  CovarianceOptions covariance = {};
   Control control = {};    ///< of the actual robot, as far as it is known
   Sampling sampling = {};  ///< of that control
   Follows follows = Follows::reference;

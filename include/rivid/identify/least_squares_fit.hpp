@@ -15,6 +15,7 @@ using Progress = std::function<void(std::string_view stage, double fraction)>;
 /// IDIM-OLS: ordinary least squares, Eqs. (15–19) of [RIV].
 struct Ols {
   SignalOptions signal = {};
+  CovarianceOptions covariance = {};
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
 };
@@ -23,6 +24,7 @@ struct Ols {
 /// Eq. (20) of [RIV].
 struct Wls {
   SignalOptions signal = {};
+  CovarianceOptions covariance = {};
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
 };

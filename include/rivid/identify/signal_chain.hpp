@@ -16,7 +16,9 @@ struct Rows {
   std::vector<std::vector<Index>> samples;  ///< for each joint the samples of the log that its rows stand for
   Observation W;                            ///< (rows_j × own columns) for each joint
   std::vector<Vector> Y;                    ///< (rows_j) for each joint [N·m | N]
-  std::vector<Index> left_out;              ///< rows of each joint below its velocity threshold, (n)
+  std::vector<Index> left_out;  ///< rows of each joint that are missing: slow ones, or near a reversal, (n)
+  std::vector<double>
+      thresholds;  ///< velocity below which rows of each joint are left out, (n) [rad/s | m/s]
 };
 
 /// What least squares needs of the rows of one log, see rows(): their orthogonal factors.
@@ -25,7 +27,8 @@ struct RowFactors {
   /// The same of the rows (10) before decimation, whose |diag R| convention `matlab` prints; empty without decimation
   /// and in other conventions.
   std::vector<RowGroup> undecimated;
-  std::vector<Index> left_out;  ///< rows of each joint below its velocity threshold, (n)
+  std::vector<Index> left_out;     ///< as in Rows, (n)
+  std::vector<double> thresholds;  ///< as in Rows, (n); of several logs the largest
 };
 
 /// A log that was recorded on the motors' side of the gears, on the joint side: q = R⁻¹ q_motor, its velocity and

@@ -53,4 +53,16 @@ namespace rivid {
 [[nodiscard]] Matrix decimate(const Eigen::Ref<const Matrix>& x, const std::vector<int>& stages,
                               Convention convention = Convention::standard);
 
+/// By how much classical standard deviations of a least-squares estimate from decimated rows come out too small where the
+/// errors of the rows were white before: the filter takes more of them away than it takes rows,
+///
+///   sqrt(n_d · mean |H|⁴)
+///
+/// over the frequencies up to half the rate, H being one pass of the filter and the product that of all stages; 0.91 for
+/// one stage. To undo it, divide by it.
+///
+/// @throws InputError  where a stage is below 1
+[[nodiscard]] double deviation_factor(const std::vector<int>& stages,
+                                      Convention convention = Convention::standard);
+
 }  // namespace rivid

@@ -396,8 +396,9 @@ template <Turn turn, unsigned offsets, typename Scalar>
   using Columns = WrenchColumns<Scalar>;
   using Values = typename Columns::Values;
   const std::size_t stride = scratch.stride;
-  const Values cosine(c);
-  const Values sine(s);
+  // Values may be Scalar itself, or packs of it.
+  const Values cosine(c);  // NOLINT(performance-unnecessary-copy-initialization)
+  const Values sine(s);    // NOLINT(performance-unnecessary-copy-initialization)
   const Vec3<Values> lever = {Values(p.x), Values(p.y), Values(p.z)};
   for (std::size_t k = 0; k < r; k += Columns::lanes) {
     Scalar* const w = scratch.wrenches + k;
@@ -824,8 +825,9 @@ template <typename Scalar>
                                              const Scalar* inverse_D, Scalar* b) {
   Scalar* const tip = b + (n - 1);
   const auto at = [&](std::size_t r) -> Scalar& { return *(tip - r); };
+  // A copy stays in its register while other entries are written.
   for (std::size_t k = 0; k < n; ++k) {
-    const Scalar x = at(k);
+    const Scalar x = at(k);  // NOLINT(performance-unnecessary-copy-initialization)
     for (std::size_t i = k + 1; i < n; ++i) {
       at(i) = at(i) - L[i * stride + k] * x;
     }
@@ -834,7 +836,7 @@ template <typename Scalar>
     at(i) = at(i) * inverse_D[i];
   }
   for (std::size_t i = n; i-- > 0;) {
-    const Scalar x = at(i);
+    const Scalar x = at(i);  // NOLINT(performance-unnecessary-copy-initialization)
     for (std::size_t k = 0; k < i; ++k) {
       at(k) = at(k) - L[i * stride + k] * x;
     }

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "rivid/types.hpp"
+
+namespace rivid {
+
+/// How the covariance of an estimate is told.
+enum class CovarianceKind {
+  automatic,  ///< classical in Convention::matlab, hac otherwise
+  classical,  ///< (18) of [RIV]: as if the errors of the rows were independent of each other
+  hac  ///< from the errors themselves, however they are correlated over time and among joints: Newey & West (1987)
+};
+
+/// "automatic", "classical", "hac".
+[[nodiscard]] std::string_view name(CovarianceKind kind);
+
+struct CovarianceOptions {
+  CovarianceKind kind = CovarianceKind::automatic;
+  double lag =
+      0.0;  ///< of `hac` [s], over which errors count as correlated; 0: by a rule from the errors, Andrews (1991)
+
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// Where the standard deviations of an estimate come from.
+struct CovarianceReport {
+  CovarianceKind kind = CovarianceKind::classical;
+  double lag = 0.0;  ///< of `hac` [s]
+  /// By which deviations were divided to undo what a decimation filter does to white errors, see deviation_factor();
+  /// 1 where nothing was undone.
+  double decimation_factor = 1.0;
+  /// Half width of a 95 % interval in standard deviations.
+  double quantile_975 = 0.0;
+};
+
+}  // namespace rivid

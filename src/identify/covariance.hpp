@@ -1,0 +1,48 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "identify/scores.hpp"
+#include "rivid/identify/covariance.hpp"
+#include "rivid/identify/diagnostics.hpp"
+#include "rivid/identify/signal_options.hpp"
+
+namespace rivid::detail {
+
+[[nodiscard]] CovarianceKind resolved(CovarianceKind kind, Convention convention);
+
+// An estimate's covariance and where it comes from.
+struct Uncertainty {
+  Matrix C;  // (b × b)
+  CovarianceReport report;
+};
+
+// (18), the factor of the decimation undone; published digits of convention `matlab` keep it.
+//
+// sigma            standard deviation of the weighted residual
+// unit_covariance  (b × b)
+[[nodiscard]] Uncertainty classical_covariance(const SignalOptions& signal, double sigma,
+                                               const Matrix& unit_covariance, double freedom);
+
+// A⁻¹ S A⁻ᵀ with S the long-run covariance of the scores Σ Zᵀ Ω⁻¹ ρ.
+//
+// series   one a log, (intervals × b)
+// bread    A⁻¹ = (Zᵀ Ω⁻¹ W)⁻¹, (b × b)
+// rows     of all joints
+[[nodiscard]] Uncertainty hac_covariance(std::span<const Matrix> series, double interval, const Matrix& bread,
+                                         const CovarianceOptions& options, double rows);
+
+[[nodiscard]] std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scores);
+
+// Durbin, Wu, Hausman.
+//
+// shift          χ̂_IV − χ̂_LS, (b)
+// by_iv, by_ls   scores of both, bread_… their A⁻¹
+// sigma          deviations of χ̂_IV, (b)
+[[nodiscard]] HausmanTest hausman_test(const BaseParameters& base, const Vector& shift,
+                                       std::span<const Matrix> by_iv, const Matrix& bread_iv,
+                                       std::span<const Matrix> by_ls, const Matrix& bread_ls, double interval,
+                                       const CovarianceOptions& options, const Vector& sigma);
+
+}  // namespace rivid::detail

@@ -1,0 +1,179 @@
+#include "identify/scores.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rivid::detail {
+
+namespace {
+
+// Intervals that a log is divided into at most: finer than any correlation that a covariance could still be told from,
+// and little memory.
+constexpr double most_intervals = 2048.0;
+
+// Takes the rows [V W Y] or [W Y] of a joint and keeps the sums over them.
+class ScoreSink final : public RowSink {
+ public:
+  // chi       of each estimator, the joint's own columns, (m) each
+  // stride    samples from one row to the next where none is left out
+  ScoreSink(Index own, bool with_V, std::vector<std::pair<Vector, bool>> estimators, double weight,
+            std::vector<Index> signs, double samples_per_interval, Index intervals, Index stride)
+      : own_(own),
+        W_at_(with_V ? own : 0),
+        estimators_(std::move(estimators)),
+        weight_(weight),
+        signs_(std::move(signs)),
+        samples_per_interval_(samples_per_interval),
+        stride_(stride),
+        rows_(RowSource::most_wanted, W_at_ + own + 1) {
+    sums_.assign(estimators_.size(), Matrix::Zero(intervals, own));
+  }
+
+  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
+
+  void commit(std::span<const Index> samples) override {
+    const auto count = static_cast<Index>(samples.size());
+    for (const Index c : signs_) {
+      rows_.col(W_at_ + c).head(count) = rows_.col(c).head(count);
+    }
+    const auto W = rows_.topRows(count).middleCols(W_at_, own_);
+    const auto Y = rows_.col(W_at_ + own_).head(count);
+    for (std::size_t e = 0; e < estimators_.size(); ++e) {
+      const auto& [chi, instrumental] = estimators_[e];
+      const Vector rho = Y - W * chi;
+      if (e == 0) {
+        see(rho, samples);
+      }
+      const Index Z_at = instrumental ? 0 : W_at_;
+      for (Index c = 0; c < own_; ++c) {
+        for (Index k = 0; k < count; ++k) {
+          sums_[e](interval_of(samples[static_cast<std::size_t>(k)]), c) += rows_(k, Z_at + c) * rho[k];
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] const ResidualMoments& moments() const { return moments_; }
+  // Adds the scores of estimator e to those of all joints, (intervals × b).
+  void add_to(Matrix& all, const std::vector<Index>& columns, std::size_t e) const {
+    for (Index c = 0; c < own_; ++c) {
+      all.col(columns[static_cast<std::size_t>(c)]) += weight_ * weight_ * sums_[e].col(c);
+    }
+  }
+
+ private:
+  [[nodiscard]] Index interval_of(Index sample) const {
+    constexpr double rounding = 1e-9;
+    return static_cast<Index>(static_cast<double>(sample) / samples_per_interval_ + rounding);
+  }
+
+  void see(const Vector& rho, std::span<const Index> samples) {
+    for (Index k = 0; k < rho.size(); ++k) {
+      const Index sample = samples[static_cast<std::size_t>(k)];
+      if (sample - last_ != stride_) {
+        run_ = 0;
+      }
+      last_ = sample;
+      const auto reach = std::min<std::size_t>(run_, ResidualMoments::lags);
+      for (std::size_t l = 1; l <= reach; ++l) {
+        moments_.products[l - 1] += rho[k] * before_[(run_ - l) % before_.size()];
+        moments_.pair_counts[l - 1] += 1.0;
+      }
+      before_[run_ % before_.size()] = rho[k];
+      ++run_;
+      double power = 1.0;
+      for (double& sum : moments_.powers) {
+        power *= rho[k];
+        sum += power;
+      }
+      ++moments_.rows;
+    }
+  }
+
+  Index own_;
+  Index W_at_;
+  std::vector<std::pair<Vector, bool>> estimators_;
+  double weight_;
+  std::vector<Index> signs_;
+  double samples_per_interval_;
+  Index stride_;
+  Matrix rows_;
+  std::vector<Matrix> sums_;
+  ResidualMoments moments_;
+  std::array<double, ResidualMoments::lags> before_{};  // the last residuals, in a ring
+  std::size_t run_ = 0;                                 // residuals since the last gap
+  Index last_ = -1;
+};
+
+Index stride_of(const SignalOptions& signal) {
+  Index out = 1;
+  for (const int n_d : signal.decimation) {
+    out *= n_d;
+  }
+  return out;
+}
+
+double interval_of(std::span<const ScoredLog> logs) {
+  double out = 0.0;
+  for (const ScoredLog& each : logs) {
+    const double f_m = each.log->f_m;
+    const double duration = static_cast<double>(each.log->samples()) / f_m;
+    out = std::max({out, static_cast<double>(stride_of(*each.signal)) / f_m, duration / most_intervals});
+  }
+  return out;
+}
+
+}  // namespace
+
+void ResidualMoments::merge(const ResidualMoments& other) {
+  const auto add = [](auto& to, const auto& from) {
+    std::ranges::transform(to, from, to.begin(), [](double a, double b) { return a + b; });
+  };
+  rows += other.rows;
+  add(powers, other.powers);
+  add(products, other.products);
+  add(pair_counts, other.pair_counts);
+}
+
+Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
+              std::span<const Estimator> estimators, std::span<const double> weights,
+              const std::vector<std::vector<Index>>& signs, ThreadTeam& team) {
+  Scores out;
+  out.interval = interval_of(logs);
+  out.series.resize(estimators.size());
+  out.residuals.resize(robot.joints.size());
+  for (const ScoredLog& each : logs) {
+    RowSource source(robot, base, *each.log, *each.signal, team);
+    const double samples_per_interval = out.interval * each.log->f_m;
+    const auto intervals =
+        static_cast<Index>(static_cast<double>(each.log->samples()) / samples_per_interval) + 1;
+    std::vector<ScoreSink> own_sinks;
+    own_sinks.reserve(source.joints());
+    std::vector<RowSink*> sinks;
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      std::vector<std::pair<Vector, bool>> own;
+      for (const Estimator& estimator : estimators) {
+        own.emplace_back(estimator.chi(source.columns(j)), estimator.instrumental);
+      }
+      sinks.push_back(&own_sinks.emplace_back(static_cast<Index>(source.columns(j).size()),
+                                              each.instruments != nullptr, std::move(own), weights[j],
+                                              signs.empty() ? std::vector<Index>{} : signs[j],
+                                              samples_per_interval, intervals, stride_of(*each.signal)));
+    }
+    source.send(sinks,
+                each.instruments == nullptr ? std::span<const Motion>() : std::span(each.instruments, 1));
+    for (std::size_t e = 0; e < estimators.size(); ++e) {
+      Matrix all = Matrix::Zero(intervals, base.size());
+      for (std::size_t j = 0; j < source.joints(); ++j) {
+        own_sinks[j].add_to(all, source.columns(j), e);
+      }
+      out.series[e].push_back(std::move(all));
+    }
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      out.residuals[j].merge(own_sinks[j].moments());
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "identify/row_source.hpp"
+#include "identify/thread_team.hpp"
+
+namespace rivid::detail {
+
+// The solution χ of Zᵀ Ω⁻¹ (Y − W χ) = 0, where Z are the instruments V or W itself.
+struct Estimator {
+  Vector chi;  // (b)
+  bool instrumental = false;
+};
+
+// Sums over the residual ρ of a joint's rows, for tests of whiteness and normality.
+struct ResidualMoments {
+  static constexpr Index lags = 20;
+
+  Index rows = 0;
+  std::array<double, 4> powers{};          // Σ ρ, Σ ρ², Σ ρ³, Σ ρ⁴
+  std::array<double, lags> products{};     // Σ ρ_t ρ_{t−l}, l = 1 … lags, of rows without a gap between them
+  std::array<double, lags> pair_counts{};  // of these sums
+
+  void merge(const ResidualMoments& other);
+};
+
+// What a second look at the rows finds once an estimate is known.
+struct Scores {
+  // Σ Z_tᵀ Ω⁻¹ ρ_t over the rows of each interval of time, (intervals × b): for each estimator one of each log.
+  std::vector<std::vector<Matrix>> series;
+  double interval = 0.0;                   // [s]
+  std::vector<ResidualMoments> residuals;  // of the first estimator, one a joint
+};
+
+// How the rows of a log are made.
+struct ScoredLog {
+  const Log* log = nullptr;
+  const SignalOptions* signal = nullptr;
+  const Motion* instruments = nullptr;  // that V is built from, or nullptr where no estimator is instrumental
+};
+
+// Scores of estimators on the same rows.
+//
+// estimators  at least one
+// weights     1/σ of each joint's rows, Ω = diag σ²
+// signs       columns of W, within each joint's own, that were taken from V
+//
+// throws InputError where RowSource does
+[[nodiscard]] Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
+                            std::span<const Estimator> estimators, std::span<const double> weights,
+                            const std::vector<std::vector<Index>>& signs, ThreadTeam& team);
+
+}  // namespace rivid::detail

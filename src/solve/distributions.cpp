@@ -1,0 +1,86 @@
+#include "rivid/solve/distributions.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace rivid {
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+// Stands for a zero in a continued fraction, after Lentz.
+constexpr double tiny = 1e-300;
+constexpr int most_terms = 10'000;
+
+// A continued fraction b_0 + a_1 / (b_1 + a_2 / (b_2 + …)), by Lentz's method; term(k) gives a_k and b_k from k = 1 on.
+struct Term {
+  double a;
+  double b;
+};
+template <typename Terms>
+double continued_fraction(double b_0, const Terms& term) {
+  double f = b_0 == 0.0 ? tiny : b_0;
+  double c = f;
+  double d = 0.0;
+  for (int k = 1; k < most_terms; ++k) {
+    const auto [a, b] = term(k);
+    d = b + a * d;
+    d = 1.0 / (d == 0.0 ? tiny : d);
+    c = b + a / c;
+    c = c == 0.0 ? tiny : c;
+    f *= c * d;
+    if (std::abs(c * d - 1.0) < epsilon) {
+      break;
+    }
+  }
+  return f;
+}
+
+// Γ(a, x) / Γ(a), Abramowitz and Stegun 6.5.29 and 6.5.31.
+double upper_gamma(double a, double x) {
+  const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
+  if (x < a + 1.0) {
+    double term = 1.0 / a;
+    double sum = term;
+    for (int k = 1; k < most_terms && term > epsilon * sum; ++k) {
+      term *= x / (a + k);
+      sum += term;
+    }
+    return 1.0 - front * sum;
+  }
+  return front /
+         continued_fraction(x + 1.0 - a, [&](int k) { return Term{-k * (k - a), x + 1.0 - a + 2.0 * k}; });
+}
+
+// I_x(a, b), Abramowitz and Stegun 26.5.8.
+double incomplete_beta(double a, double b, double x) {
+  if (x <= 0.0 || x >= 1.0) {
+    return x <= 0.0 ? 0.0 : 1.0;
+  }
+  if (x > (a + 1.0) / (a + b + 2.0)) {
+    return 1.0 - incomplete_beta(b, a, 1.0 - x);
+  }
+  const double front =
+      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) /
+      a;
+  return front / continued_fraction(1.0, [&](int k) {
+           const double m = std::floor(0.5 * k);
+           const double numerator = k % 2 == 0
+                                        ? m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m))
+                                        : -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+           return Term{numerator, 1.0};
+         });
+}
+
+}  // namespace
+
+double chi_square_tail(double x, double freedom) {
+  return x > 0.0 ? upper_gamma(0.5 * freedom, 0.5 * x) : 1.0;
+}
+
+double f_tail(double x, double freedom_1, double freedom_2) {
+  return x > 0.0 ? incomplete_beta(0.5 * freedom_2, 0.5 * freedom_1, freedom_2 / (freedom_2 + freedom_1 * x))
+                 : 1.0;
+}
+
+}  // namespace rivid

@@ -1,0 +1,69 @@
+#include "rivid/solve/long_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rivid {
+
+// The weights are those of overlapping sums: with b_t = s_t + … + s_{t+L}, zeros beyond the ends, S = Σ_t b_t b_tᵀ / (L + 1).
+Matrix long_run_covariance(std::span<const Matrix> series, Index lag) {
+  const Index columns = series.empty() ? 0 : series.front().cols();
+  Matrix out = Matrix::Zero(columns, columns);
+  for (const Matrix& s : series) {
+    const Index T = s.rows();
+    Matrix sums(T + lag, columns);
+    Vector sum = Vector::Zero(columns);
+    for (Index t = 0; t < T + lag; ++t) {
+      if (t < T) {
+        sum += s.row(t).transpose();
+      }
+      if (t > lag) {
+        sum -= s.row(t - lag - 1).transpose();
+      }
+      sums.row(t) = sum;
+    }
+    out.selfadjointView<Eigen::Lower>().rankUpdate(sums.transpose(), 1.0 / static_cast<double>(lag + 1));
+  }
+  return out.selfadjointView<Eigen::Lower>();
+}
+
+Index bartlett_lag(std::span<const Matrix> series) {
+  if (series.empty()) {
+    return 0;
+  }
+  constexpr double most_correlated = 0.97;
+  Index instants = 0;
+  double numerator = 0.0;
+  double denominator = 0.0;
+  for (const Matrix& s : series) {
+    instants += s.rows();
+  }
+  for (Index c = 0; c < series.front().cols(); ++c) {
+    double squares = 0.0;
+    double products = 0.0;
+    for (const Matrix& s : series) {
+      const Index m = std::max<Index>(s.rows() - 1, 0);
+      squares += s.col(c).squaredNorm();
+      products += s.col(c).head(m).dot(s.col(c).tail(m));
+    }
+    if (!(squares > 0.0)) {
+      continue;
+    }
+    const double rho = std::clamp(products / squares, -most_correlated, most_correlated);
+    // Per unit of the innovation's variance, which the weights cancel.
+    numerator += 4.0 * rho * rho / (std::pow(1.0 - rho, 6.0) * std::pow(1.0 + rho, 2.0));
+    denominator += 1.0 / std::pow(1.0 - rho, 4.0);
+  }
+  if (!(denominator > 0.0)) {
+    return 0;
+  }
+  const double alpha = numerator / denominator;
+  const double lag = 1.1447 * std::cbrt(alpha * static_cast<double>(instants));
+  return std::clamp<Index>(static_cast<Index>(std::ceil(lag)), 0, instants / 4);
+}
+
+double fixed_lag_widening(double part) {
+  return (1.9600 + part * (2.9694 + part * (0.4160 - 0.5324 * part))) / 1.9600;
+}
+
+}  // namespace rivid

@@ -1,0 +1,36 @@
+#include "rivid/solve/distributions.hpp"
+
+#include <gtest/gtest.h>
+
+#include "solve/statistics_oracle.hpp"
+
+namespace rivid {
+namespace {
+
+// Both sides sum series whose terms cancel little.
+constexpr double same = 1e-11;
+
+TEST(Distributions, ChiSquareTailIsThatOfSciPy) {
+  const auto rows = test::statistics_oracle("chi_square");
+  ASSERT_EQ(rows.size(), 25U);
+  for (const auto& row : rows) {
+    EXPECT_NEAR(chi_square_tail(row[0], row[1]), row[2], same * row[2] + 1e-15) << row[0] << ", " << row[1];
+  }
+}
+
+TEST(Distributions, FTailIsThatOfSciPy) {
+  const auto rows = test::statistics_oracle("f");
+  ASSERT_EQ(rows.size(), 45U);
+  for (const auto& row : rows) {
+    EXPECT_NEAR(f_tail(row[0], row[1], row[2]), row[3], same * row[3] + 1e-15)
+        << row[0] << ", " << row[1] << ", " << row[2];
+  }
+}
+
+TEST(Distributions, NothingLiesBelowZero) {
+  EXPECT_EQ(chi_square_tail(0.0, 3.0), 1.0);
+  EXPECT_EQ(f_tail(-1.0, 3.0, 4.0), 1.0);
+}
+
+}  // namespace
+}  // namespace rivid
