@@ -12,10 +12,10 @@ int main(int argc, char** argv) {
     joint.rotor_inertia = false;                // direct drive
   }
 
-  rivid::Log log = rivid::read_csv(data / "scara_s2.csv");  // columns t, q1, q2, v1, v2
-  log = rivid::shift_torque(log, -0.5);                     // v is held from t_k to t_{k+1}
+  const rivid::Log log = rivid::read_csv(data / "scara_s2.csv");  // columns t, q1, q2, v1, v2
 
-  const rivid::SignalOptions signal = {
-      .cutoff_hz = 20.0, .decimation = {14}, .trim = {{20, 20}}, .velocity_threshold = {0.1, 0.1}};
+  const rivid::SignalOptions signal = {.torque_held = true,  // v acts from t_k to t_{k+1}
+                                       .cutoff_hz = 20.0,
+                                       .decimation = {20}};
   std::cout << rivid::identify(robot, log, rivid::Ols{signal});
 }

@@ -33,13 +33,16 @@ int main(int argc, char** argv) {
   const Vector chi = qr.solve(Y);  // (15)
   const Index b = base.size();
   const auto freedom = static_cast<double>(W.rows() - b);
-  const double sigma_rho = (Y - W * chi).norm() / std::sqrt(freedom);  // (17)
+  // (17), and what the decimation filter has taken from the deviations is given back
+  const double sigma_rho = (Y - W * chi).norm() / std::sqrt(freedom) / deviation_factor({n_d});
   const Matrix R_inverse =
       qr.matrixQR().topRows(b).triangularView<Eigen::Upper>().solve(Matrix::Identity(b, b));
   const Matrix C_chi = sigma_rho * sigma_rho * R_inverse * R_inverse.transpose();  // (18)
 
-  const Identification answer = identify(
-      robot, log, Ols{.signal = {.cutoff_hz = cutoff_hz, .decimation = {n_d}, .trim = {{border, border}}}});
+  const SignalOptions signal = {
+      .rows = RowScheme::paper, .cutoff_hz = cutoff_hz, .decimation = {n_d}, .trim = {{border, border}}};
+  const Identification answer =
+      identify(robot, log, Ols{.signal = signal, .covariance = {.kind = CovarianceKind::classical}});
   for (Index i = 0; i < b; ++i) {
     std::cout << base.parameters[static_cast<std::size_t>(i)].name << ": " << chi[i] << " and "
               << answer.chi[i] << ", sigma " << std::sqrt(C_chi(i, i)) << " and "

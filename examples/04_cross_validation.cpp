@@ -10,12 +10,12 @@ int main(int argc, char** argv) {
     joint.friction = rivid::Friction::coulomb;
     joint.rotor_inertia = false;
   }
-  const auto read = [&](const char* file) { return rivid::shift_torque(rivid::read_csv(data / file), -0.5); };
-  const rivid::Log training = read("scara_s2.csv");
-  const rivid::Log unseen = read("scara_validation.csv");
+  const rivid::Log training = rivid::read_csv(data / "scara_s2.csv");
+  const rivid::Log unseen = rivid::read_csv(data / "scara_validation.csv");
 
-  const rivid::SignalOptions signal = {
-      .cutoff_hz = 20.0, .decimation = {14}, .trim = {{20, 20}}, .velocity_threshold = {0.1, 0.1}};
+  const rivid::SignalOptions signal = {.torque_held = true,  // v acts from t_k to t_{k+1}
+                                       .cutoff_hz = 20.0,
+                                       .decimation = {20}};
   const rivid::Identification ols = rivid::identify(robot, training, rivid::Ols{signal});
   const rivid::Identification wls = rivid::identify(robot, training, rivid::Wls{signal});
 

@@ -161,7 +161,7 @@ TEST_F(LogFormat, ResamplingRepairsMissingRowsAndIgnoringDoesNot) {
   expect_refused(
       {"scara_s2.csv:24 (t = 0.115 s): the time stamps are irregular", "173 gaps of 173 missing rows"});
 
-  edit("scara.toml", "torque_lag = -0.5", "torque_lag = -0.5\nirregular = \"resample\"");
+  edit("scara.toml", "\n\n[signal]", "\nirregular = \"resample\"\n\n[signal]");
   const Json resampled = result_of();
   edit("scara.toml", "\"resample\"", "\"ignore\"");
   const Json ignored = result_of();

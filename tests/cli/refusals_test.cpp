@@ -58,12 +58,11 @@ TEST_F(Refusal, OfALogOfOneSample) {
 
 TEST_F(Refusal, OfALogThatFiltersCanNotRunOver) {
   keep_lines("scara_s2.csv", 61);
-  expect_refused({"scara_s2.csv: decimation by 14 meets 19 samples, needs at least 25"});
+  expect_refused({"scara_s2.csv: decimation by 20 meets 19 samples, needs at least 25"});
 }
 
 TEST_F(Refusal, OfFewerRowsThanParameters) {
   keep_lines("scara_s2.csv", 75);
-  edit("scara.toml", "velocity_threshold = [0.1, 0.1]", "");
   expect_refused({"rows for 8 base parameters; more rows than parameters are needed"});
 }
 
@@ -111,7 +110,6 @@ TEST_F(Refusal, OfBinaryRubbishFitsOnOneLine) {
 TEST_F(Refusal, OfTorquesThatAreAllZero) {
   rewrite_rows("scara_s2.csv",
                [](const std::string& line) { return line.substr(0, line.find(',')) + ",0,0,0,0,0,0"; });
-  edit("scara.toml", "velocity_threshold = [0.1, 0.1]", "");
   expect_refused({"scara_s2.csv: the torques are zero in every row; check the columns"});
 }
 
@@ -303,7 +301,7 @@ TEST_F(Refusal, NamesTheLineOfATableThatIsNoNumber) {
 // The experiment file
 
 TEST_F(Refusal, OfAnUnknownKeySuggestsTheRightOne) {
-  edit("scara.toml", "decimation = 14", "decimaton = 14");
+  edit("scara.toml", "decimation = 20", "decimaton = 14");
   expect_refused({"scara.toml:19:1: unknown key \"decimaton\" in [signal]; did you mean \"decimation\"?"});
 }
 
@@ -346,7 +344,7 @@ TEST_F(Refusal, OfAKeyWrittenTwice) {
 }
 
 TEST_F(Refusal, OfAWrongTypeSaysWhichIsRight) {
-  edit("scara.toml", "decimation = 14", "decimation = 1.5");
+  edit("scara.toml", "decimation = 20", "decimation = 1.5");
   expect_refused({"scara.toml:19:14: [signal] decimation must be a whole number"});
 }
 
@@ -390,12 +388,12 @@ TEST_F(Refusal, OfANumberThatWouldWrapAround) {
 }
 
 TEST_F(Refusal, OfANegativeDecimation) {
-  edit("scara.toml", "decimation = 14", "decimation = -3");
+  edit("scara.toml", "decimation = 20", "decimation = -3");
   expect_refused({"scara.toml:19:14: [signal] decimation is -3, must be at least 1"});
 }
 
 TEST_F(Refusal, OfADecimationThatLeavesNothing) {
-  edit("scara.toml", "decimation = 14", "decimation = 1000000000");
+  edit("scara.toml", "decimation = 20", "decimation = 1000000000");
   expect_refused({"scara_s2.csv: decimation by 1000000000 meets 3960 samples"});
 }
 
@@ -412,24 +410,24 @@ TEST_F(Refusal, OfAWindowBesideTheLogTellsItsSpan) {
 }
 
 TEST_F(Refusal, OfAVelocityThresholdThatNoRowReachesNamesTheJoint) {
-  edit("scara.toml", "velocity_threshold = [0.1, 0.1]", "velocity_threshold = [0.1, 50]");
+  edit("scara.toml", "trim = 20 ", "rows = \"paper\"\nvelocity_threshold = [0.1, 50] ");
   expect_refused({"scara_s2.csv: joint \"joint_2\" never moves faster than velocity_threshold 50"});
 }
 
 TEST_F(Refusal, OfAVelocityThresholdForTooManyJoints) {
-  edit("scara.toml", "velocity_threshold = [0.1, 0.1]", "velocity_threshold = [0.1, 0.1, 0.1]");
+  edit("scara.toml", "trim = 20 ", "velocity_threshold = [0.1, 0.1, 0.1] ");
   expect_refused(
-      {"scara.toml:21:22: [signal] velocity_threshold has 3 entries, must have one for each of the 2 "
+      {"scara.toml:20:22: [signal] velocity_threshold has 3 entries, must have one for each of the 2 "
        "joints"});
 }
 
 TEST_F(Refusal, OfResamplingToARateThatNoMemoryHolds) {
-  edit("scara.toml", "torque_lag = -0.5", "resample_hz = 1e12");
+  edit("scara.toml", "\n\n[signal]", "\nresample_hz = 1e12\n\n[signal]");
   expect_refused({"scara_s2.csv: resampling to 1e+12 Hz, recorded at 200 Hz; at most 100 times"});
 }
 
 TEST_F(Refusal, OfANegativeResamplingRateNamesItsKey) {
-  edit("scara.toml", "torque_lag = -0.5", "resample_hz = -5");
+  edit("scara.toml", "\n\n[signal]", "\nresample_hz = -5\n\n[signal]");
   expect_refused({"scara.toml:14:15: [log] resample_hz is -5 Hz, must be positive"});
 }
 

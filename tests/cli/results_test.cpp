@@ -193,7 +193,6 @@ TEST_F(Identify, AJointThatNeverMovesIsRankDeficient) {
     const std::size_t q2 = line.find(',', q1) + 1;
     return line.substr(0, q2) + "0.3" + line.substr(line.find(',', q2));
   });
-  edit("scara.toml", "velocity_threshold = [0.1, 0.1]", "");
   const Json result = result_of({"scara.toml"}, 1);
   EXPECT_EQ(result["status"], "rank_deficient");
   const std::string reasons = result["reasons"].dump();

@@ -28,12 +28,18 @@ Log swinging_log(Index samples) {
 }
 
 std::vector<SignalOptions> ways() {
-  return {{.trim = {{0, 0}}},
-          {.cutoff_hz = 20.0, .torque_cutoff_hz = 30.0},
+  return {{.rows = RowScheme::paper, .trim = {{0, 0}}},
+          {.rows = RowScheme::paper, .cutoff_hz = 20.0, .torque_cutoff_hz = 30.0},
+          {.rows = RowScheme::paper, .cutoff_hz = 20.0, .velocity_threshold = {0.8, 0.1}},
+          {.rows = RowScheme::paper, .cutoff_hz = 20.0, .decimation = {20}},
+          {.rows = RowScheme::paper,
+           .cutoff_hz = 20.0,
+           .decimation = {5, 1, 4},
+           .velocity_threshold = {0.0, 0.5}},
+          {.rows = RowScheme::paper, .cutoff_hz = 20.0, .decimation = {100}, .trim = {{3, 0}}},
+          {.trim = {{0, 0}}},
+          {.torque_held = true, .cutoff_hz = 20.0, .decimation = {4, 5}},
           {.cutoff_hz = 20.0, .velocity_threshold = {0.8, 0.1}},
-          {.cutoff_hz = 20.0, .decimation = {20}},
-          {.cutoff_hz = 20.0, .decimation = {5, 1, 4}, .velocity_threshold = {0.0, 0.5}},
-          {.cutoff_hz = 20.0, .decimation = {100}, .trim = {{3, 0}}},
           {.cutoff_hz = 20.0, .convention = Convention::matlab},
           {.cutoff_hz = 20.0,
            .decimation = {10},
