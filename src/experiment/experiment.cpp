@@ -71,8 +71,10 @@ Log adjusted(Log log, const LogSource& source, const Robot& robot) {
   return log;
 }
 
-Identification identified(const Experiment& experiment, const std::vector<Log>& logs,
-                          const Progress& progress) {
+}  // namespace
+
+Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
+                             const Progress& progress) {
   switch (experiment.method) {
     case Method::ols:
       break;
@@ -99,8 +101,6 @@ Identification identified(const Experiment& experiment, const std::vector<Log>& 
   return identify(experiment.robot, logs,
                   Ols{experiment.signal, experiment.covariance, experiment.threads, progress});
 }
-
-}  // namespace
 
 std::string_view name(Method method) { return method_names[static_cast<std::size_t>(method)]; }
 
@@ -158,7 +158,7 @@ std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Pr
 
 Identification run(const Experiment& experiment, const Progress& progress) {
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot, progress);
-  Identification out = identified(experiment, logs, progress);
+  Identification out = identify_logs(experiment, logs, progress);
   const auto take_notes = [&](const std::vector<Log>& from) {
     for (const Log& log : from) {
       for (const std::string& note : log.notes) {

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "experiment/column_reader.hpp"
+#include "experiment/identification_sections.hpp"
 #include "experiment/mdh_file.hpp"
 #include "experiment/simulation_sections.hpp"
 #include "experiment/text_file.hpp"
@@ -363,7 +364,9 @@ std::optional<double> cutoff(TomlReader& keys, std::string_view key) {
   return value;
 }
 
-SignalOptions read_signal(TomlReader keys, Index n) {
+}  // namespace
+
+SignalOptions detail::read_signal(TomlReader keys, Index n) {
   SignalOptions out;
   const auto cutoff_hz = cutoff(keys, "cutoff_hz");
   if (!cutoff_hz) {
@@ -413,7 +416,7 @@ SignalOptions read_signal(TomlReader keys, Index n) {
   return out;
 }
 
-void read_method(TomlReader keys, Experiment& out) {
+void detail::read_method(TomlReader keys, Experiment& out) {
   const auto positive = [&](const char* key, double& value) {
     if (const auto given = keys.number(key)) {
       if (!std::isfinite(*given) || *given <= 0.0) {
@@ -472,8 +475,6 @@ void read_method(TomlReader keys, Experiment& out) {
   keys.finish();
 }
 
-}  // namespace
-
 Experiment read_experiment(const Path& path, Use use) {
   const toml::table table = detail::parsed_toml(path, "the experiment file");
   const Path folder = path.parent_path();
@@ -487,6 +488,7 @@ Experiment read_experiment(const Path& path, Use use) {
   const auto control = keys.section("control");
   const auto reference = keys.section("reference");
   const auto simulation = keys.section("simulation");
+  static_cast<void>(keys.find("montecarlo"));  // read_monte_carlo() reads it
   keys.finish();
   const auto require = [&](const std::optional<TomlReader>& section, const char* name) -> const TomlReader& {
     if (!section) {
@@ -511,10 +513,10 @@ Experiment read_experiment(const Path& path, Use use) {
     out.log = read_log_source(*log, {}, folder, out.robot);
   }
   if (signal) {
-    out.signal = read_signal(*signal, out.robot.size());
+    out.signal = detail::read_signal(*signal, out.robot.size());
   }
   if (method) {
-    read_method(*method, out);
+    detail::read_method(*method, out);
   }
   out.validation = out.log;
   out.validation.files.clear();

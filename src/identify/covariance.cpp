@@ -82,14 +82,12 @@ Uncertainty classical_covariance(const SignalOptions& signal, double sigma, cons
 }
 
 Uncertainty hac_covariance(std::span<const Matrix> series, double interval, const Matrix& bread,
-                           const CovarianceOptions& options, double rows) {
+                           const CovarianceOptions& options, double freedom) {
   const Index lag = lag_of(series, interval, options);
-  const auto parameters = static_cast<double>(bread.rows());
-  const double freedom = std::max(rows - parameters, 1.0);
   const Matrix S = long_run_covariance(series, lag);
   const auto instants = static_cast<double>(intervals(series));
   return {
-      .C = rows / freedom * bread * S * bread.transpose(),
+      .C = bread * S * bread.transpose(),
       .report = {.kind = CovarianceKind::hac,
                  .lag = static_cast<double>(lag) * interval,
                  .quantile_975 = student_quantile_975(freedom) *

@@ -29,9 +29,9 @@ struct Uncertainty {
 //
 // series   one a log, (intervals × b)
 // bread    A⁻¹ = (Zᵀ Ω⁻¹ W)⁻¹, (b × b)
-// rows     of all joints
+// freedom  rows without the parameters
 [[nodiscard]] Uncertainty hac_covariance(std::span<const Matrix> series, double interval, const Matrix& bread,
-                                         const CovarianceOptions& options, double rows);
+                                         const CovarianceOptions& options, double freedom);
 
 [[nodiscard]] std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scores);
 

@@ -636,7 +636,10 @@ class Run {
     if (detail::resolved(method_.covariance.kind, out_.signal.convention) == CovarianceKind::hac &&
         !estimate.motions.empty()) {
       const LeastSquares ls = least_squares(estimate.used, base().size(), estimate.weights);
-      const std::array<detail::Estimator, 2> estimators = {{{estimate.chi, true}, {ls.chi, false}}};
+      const bool corrected = detail::leverage_counts(rows_, base().size());
+      const auto bread = [&](const Matrix& inverse) { return corrected ? inverse : Matrix(); };
+      const std::array<detail::Estimator, 2> estimators = {
+          {{estimate.chi, true, bread(estimate.bread)}, {ls.chi, false, bread(ls.unit_covariance)}}};
       std::vector<detail::ScoredLog> scored;
       for (std::size_t k = 0; k < logs_.size(); ++k) {
         scored.push_back({&logs_[k], &signals_[k], &estimate.motions[k]});
@@ -644,7 +647,7 @@ class Run {
       const detail::Scores scores =
           detail::scores(robot_, base(), scored, estimators, estimate.weights, estimate.signs, team_);
       found = detail::hac_covariance(scores.series[0], scores.interval, estimate.bread, method_.covariance,
-                                     static_cast<double>(rows_));
+                                     freedom());
       out_.diagnostics = Diagnostics{.residuals = detail::residual_tests(robot_, scores), .hausman = {}};
       if (ls.full_rank()) {
         out_.diagnostics->hausman = detail::hausman_test(

@@ -31,16 +31,17 @@ void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Metho
     for (const Log& log : logs) {
       scored.push_back({&log, &method.signal, nullptr});
     }
-    const detail::Estimator estimator = {out.chi, false};
-    const detail::Scores scores =
-        detail::scores(robot, out.base, scored, std::span(&estimator, 1), out.weights, {}, team);
     // What is not determined stays so.
     const Vector undetermined =
         solution.unit_covariance.diagonal().unaryExpr([](double x) { return std::isfinite(x) ? 0.0 : x; });
     Matrix bread = solution.unit_covariance;
     bread.diagonal() = bread.diagonal().unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
-    found = detail::hac_covariance(scores.series.front(), scores.interval, bread, method.covariance,
-                                   freedom + static_cast<double>(solution.rank));
+    const Index rows = static_cast<Index>(freedom) + solution.rank;
+    const bool corrected = detail::leverage_counts(rows, out.base.size());
+    const detail::Estimator estimator = {out.chi, false, corrected ? bread : Matrix()};
+    const detail::Scores scores =
+        detail::scores(robot, out.base, scored, std::span(&estimator, 1), out.weights, {}, team);
+    found = detail::hac_covariance(scores.series.front(), scores.interval, bread, method.covariance, freedom);
     found.C.diagonal() += undetermined;
     out.diagnostics = Diagnostics{.residuals = detail::residual_tests(robot, scores), .hausman = {}};
   }

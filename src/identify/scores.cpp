@@ -10,14 +10,22 @@ namespace {
 // Intervals that a log is divided into at most: finer than any correlation that a covariance could still be told from,
 // and little memory.
 constexpr double most_intervals = 2048.0;
+// Leverage that is corrected for at most: a row that determines a parameter alone has no residual to speak of.
+constexpr double most_leverage = 0.9;
 
 // Takes the rows [V W Y] or [W Y] of a joint and keeps the sums over them.
 class ScoreSink final : public RowSink {
  public:
-  // chi       of each estimator, the joint's own columns, (m) each
+  // One estimator, the joint's own columns of it.
+  struct Own {
+    Vector chi;
+    bool instrumental;
+    Matrix bread;
+  };
+
   // stride    samples from one row to the next where none is left out
-  ScoreSink(Index own, bool with_V, std::vector<std::pair<Vector, bool>> estimators, double weight,
-            std::vector<Index> signs, double samples_per_interval, Index intervals, Index stride)
+  ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> signs,
+            double samples_per_interval, Index intervals, Index stride)
       : own_(own),
         W_at_(with_V ? own : 0),
         estimators_(std::move(estimators)),
@@ -39,12 +47,17 @@ class ScoreSink final : public RowSink {
     const auto W = rows_.topRows(count).middleCols(W_at_, own_);
     const auto Y = rows_.col(W_at_ + own_).head(count);
     for (std::size_t e = 0; e < estimators_.size(); ++e) {
-      const auto& [chi, instrumental] = estimators_[e];
-      const Vector rho = Y - W * chi;
+      const Own& estimator = estimators_[e];
+      Vector rho = Y - W * estimator.chi;
       if (e == 0) {
         see(rho, samples);
       }
-      const Index Z_at = instrumental ? 0 : W_at_;
+      const Index Z_at = estimator.instrumental ? 0 : W_at_;
+      if (estimator.bread.size() > 0) {
+        const auto Z = rows_.topRows(count).middleCols(Z_at, own_);
+        const Vector leverage = weight_ * weight_ * (W * estimator.bread).cwiseProduct(Z).rowwise().sum();
+        rho.array() /= 1.0 - leverage.array().cwiseMin(most_leverage);
+      }
       for (Index c = 0; c < own_; ++c) {
         for (Index k = 0; k < count; ++k) {
           sums_[e](interval_of(samples[static_cast<std::size_t>(k)]), c) += rows_(k, Z_at + c) * rho[k];
@@ -92,7 +105,7 @@ class ScoreSink final : public RowSink {
 
   Index own_;
   Index W_at_;
-  std::vector<std::pair<Vector, bool>> estimators_;
+  std::vector<Own> estimators_;
   double weight_;
   std::vector<Index> signs_;
   double samples_per_interval_;
@@ -151,9 +164,11 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
     own_sinks.reserve(source.joints());
     std::vector<RowSink*> sinks;
     for (std::size_t j = 0; j < source.joints(); ++j) {
-      std::vector<std::pair<Vector, bool>> own;
+      const std::vector<Index>& columns = source.columns(j);
+      std::vector<ScoreSink::Own> own;
       for (const Estimator& estimator : estimators) {
-        own.emplace_back(estimator.chi(source.columns(j)), estimator.instrumental);
+        own.push_back({estimator.chi(columns), estimator.instrumental,
+                       estimator.bread.size() > 0 ? Matrix(estimator.bread(columns, columns)) : Matrix()});
       }
       sinks.push_back(&own_sinks.emplace_back(static_cast<Index>(source.columns(j).size()),
                                               each.instruments != nullptr, std::move(own), weights[j],

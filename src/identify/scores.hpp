@@ -13,7 +13,16 @@ namespace rivid::detail {
 struct Estimator {
   Vector chi;  // (b)
   bool instrumental = false;
+  // A⁻¹ = (Zᵀ Ω⁻¹ W)⁻¹, (b × b), where residuals are to be corrected for the leverage of their rows: a row draws the
+  // estimate towards itself, and its residual falls short of its error by 1 − wᵀ A⁻¹ z / σ². Empty for none.
+  Matrix bread;
 };
+
+// Whether rows are so few, for b parameters, that leverage counts.
+[[nodiscard]] inline bool leverage_counts(Index rows, Index b) {
+  constexpr Index many = 1000;
+  return rows < many * b;
+}
 
 // Sums over the residual ρ of a joint's rows, for tests of whiteness and normality.
 struct ResidualMoments {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -94,6 +95,12 @@ struct Experiment {
 /// @throws InputError  for what the readers refuse
 [[nodiscard]] std::vector<Log> read_logs(const LogSource& source, const Robot& robot,
                                          const Progress& progress = {});
+
+/// Identification from given logs by the method of the experiment.
+///
+/// @throws InputError  where logs or options can not be used
+Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
+                             const Progress& progress = {});
 
 /// Identification and validation as the experiment file asks for.
 ///
