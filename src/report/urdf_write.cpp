@@ -359,7 +359,7 @@ class Writer {
       }
       if (*value < 0.0) {
         faults_.push_back(who + ": its " + attribute + " is " + number(*value, 4) +
-                          ", must not be negative; 0 is written");
+                          ", must not be negative");
         value = 0.0;
       }
       if (node.attribute(attribute)) {
@@ -423,14 +423,17 @@ RewrittenUrdf rewritten_urdf(std::string_view xml, const std::string& source, co
   return out;
 }
 
-RewrittenUrdf rewritten_urdf(const std::filesystem::path& path, const Robot& robot,
-                             const Eigen::Ref<const Vector>& chi_st, const UrdfWriteOptions& options) {
+std::string urdf_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    throw InputError("rewritten_urdf: " + path.string() + " can not be read");
+    throw InputError("urdf_text: " + path.string() + " can not be read");
   }
-  const std::string xml((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  return rewritten_urdf(xml, path.string(), robot, chi_st, options);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+RewrittenUrdf rewritten_urdf(const std::filesystem::path& path, const Robot& robot,
+                             const Eigen::Ref<const Vector>& chi_st, const UrdfWriteOptions& options) {
+  return rewritten_urdf(urdf_text(path), path.string(), robot, chi_st, options);
 }
 
 }  // namespace rivid

@@ -273,7 +273,7 @@ TEST(RewrittenUrdf, RefusesWhatNoBodyCanHaveUnlessForced) {
   EXPECT_EQ(refused.text, "");
   const std::vector<std::string> expected = {
       "link \"upper\": its mass is -1 kg, must be positive",
-      "joint \"a\": its friction is -0.5, must not be negative; 0 is written",
+      "joint \"a\": its friction is -0.5, must not be negative",
       "link \"wrist\": no body has its inertia: its second moments about the centre of mass have the "
       "eigenvalue "
       "-0.1 kg·m², must not be negative"};

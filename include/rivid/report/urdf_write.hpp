@@ -47,6 +47,11 @@ RewrittenUrdf rewritten_urdf(std::string_view xml, const std::string& source, co
 RewrittenUrdf rewritten_urdf(const std::filesystem::path& path, const Robot& robot,
                              const Eigen::Ref<const Vector>& chi_st, const UrdfWriteOptions& options = {});
 
+/// The bytes of a file.
+///
+/// @throws InputError  where it can not be read
+[[nodiscard]] std::string urdf_text(const std::filesystem::path& path);
+
 /// Why no body has these inertial parameters, in words with the eigenvalue: a mass that is not positive, or second
 /// moments about the centre of mass that are not positive semidefinite (the triangle inequality of the principal
 /// moments of inertia). Nothing where a body has them; nothing for zeros, a link without a body.
