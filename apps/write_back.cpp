@@ -1,6 +1,7 @@
 #include "write_back.hpp"
 
 #include <iostream>
+#include <optional>
 #include <utility>
 
 #include "rivid/error.hpp"
@@ -19,8 +20,16 @@ namespace {
 
 using Path = std::filesystem::path;
 
+Sidecar format_of(const std::string& name) {
+  const std::optional<Sidecar> format = sidecar_named(name);
+  if (!format) {
+    throw InputError("--sidecar: " + in_quotes(name) + " is no format");
+  }
+  return *format;
+}
+
 Path sidecar_file(const Path& urdf, const std::string& name) {
-  return Path(urdf).replace_extension(extension(sidecar_named(name).value()));
+  return Path(urdf).replace_extension(extension(format_of(name)));
 }
 
 bool refuse(const Path& file, const std::vector<std::string>& reasons) {
@@ -48,7 +57,7 @@ bool write_urdf(const WriteBack& options, const Experiment& experiment, const Id
   }
   std::vector<std::pair<Path, std::string>> files = {{options.urdf, urdf.text}};
   for (const std::string& name : options.sidecars) {
-    files.emplace_back(sidecar_file(options.urdf, name), sidecar(sidecar_named(name).value(), robot, chi_st));
+    files.emplace_back(sidecar_file(options.urdf, name), sidecar(format_of(name), robot, chi_st));
   }
   if (!quiet) {
     tell("warning", urdf.faults);

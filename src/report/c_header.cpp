@@ -199,6 +199,7 @@ std::string table(std::string_view type_and_name, const std::vector<std::string>
 
 std::vector<std::string> rows_of(const Matrix& x) {
   std::vector<std::string> out;
+  out.reserve(static_cast<std::size_t>(x.rows()));
   for (Index i = 0; i < x.rows(); ++i) {
     out.push_back(row(Vector(x.row(i))));
   }

@@ -48,13 +48,16 @@ double dry(const DryFriction& element, double speed, double smoothing) {
          speed * (speed > 0.0 ? element.Fv_plus : element.Fv_minus);
 }
 
+// A vector of frame j−1 in the axes of frame j.
+Vec3d into_link(const DynamicsLink& link, const detail::CosSin<double>& turn, const Vec3d& v) {
+  return detail::rotated(detail::turned<detail::Turn::any>(link.R, v), turn.c, turn.s);
+}
+
 // Motion of the link before, told where and as frame j stands at its joint's position.
 Motion3 passed(const DynamicsLink& link, const Motion3& m, const detail::Mat3<double>& U,
                const detail::CosSin<double>& turn, const Vec3d& p) {
-  const auto into = [&](const Vec3d& v) {
-    return detail::rotated(detail::turned<detail::Turn::any>(link.R, v), turn.c, turn.s);
-  };
-  return {into(m.omega), into(m.omega_dot), into(m.accel + U.times(p))};
+  return {into_link(link, turn, m.omega), into_link(link, turn, m.omega_dot),
+          into_link(link, turn, m.accel + U.times(p))};
 }
 
 Vec3d origin(const DynamicsLink& link, double q) {
@@ -94,38 +97,47 @@ InverseDynamics::InverseDynamics(const Robot& robot, const BaseParameters& base,
                                  const Eigen::Ref<const Vector>& chi, const InverseDynamicsOptions& options)
     : InverseDynamics(DynamicModel(robot, base, chi), options) {}
 
-// Without rotors and friction.
-template <bool with_velocity, bool with_acceleration>
-void InverseDynamics::newton_euler(const double* q, const double* qd, const double* qdd,
-                                   double* tau) noexcept {
-  const std::size_t n = tables_.links.size();
-  Motion3 m = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
-  detail::Mat3<double> U = {m.omega, m.omega, m.omega};
-  for (std::size_t j = 0; j < n; ++j) {
+void InverseDynamics::turn(const double* q) noexcept {
+  for (std::size_t j = 0; j < turns_.size(); ++j) {
     const DynamicsLink& link = tables_.links[j];
     const double angle = link.revolute ? q[j] : 0.0;
     const double s = std::sin(angle);
     const double c = std::cos(angle);
     turns_[j] = {c * link.cos_theta - s * link.sin_theta, s * link.cos_theta + c * link.sin_theta};
-    if (j == 0) {
-      // The tables hold the base's acceleration in the axes of the first link at θ = 0.
-      m.accel = detail::rotated(Vec3d{tables_.accel[0], tables_.accel[1], tables_.accel[2]}, turns_[0].c,
-                                turns_[0].s);
-    } else {
+  }
+}
+
+// Acceleration of the first link's origin. The tables hold that of the base in the link's axes at θ = 0.
+Vec3d InverseDynamics::first_acceleration() const noexcept {
+  return detail::rotated(Vec3d{tables_.accel[0], tables_.accel[1], tables_.accel[2]}, turns_[0].c,
+                         turns_[0].s);
+}
+
+void InverseDynamics::newton_euler(const double* q, const double* qd, const double* qdd,
+                                   double* tau) noexcept {
+  turn(q);
+  Motion3 m = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, first_acceleration()};
+  detail::Mat3<double> U = {m.omega, m.omega, m.omega};
+  for (std::size_t j = 0; j < turns_.size(); ++j) {
+    const DynamicsLink& link = tables_.links[j];
+    if (j > 0) {
       m = passed(link, m, U, turns_[j], origin(link, q[j]));
     }
-    const double rate = with_velocity ? qd[j] : 0.0;
-    const double rate_dot = with_acceleration ? qdd[j] : 0.0;
+    const double acceleration = qdd != nullptr ? qdd[j] : 0.0;
     if (link.revolute) {
-      m.omega_dot = m.omega_dot + Vec3d{m.omega.y * rate, -m.omega.x * rate, rate_dot};
-      m.omega.z += rate;
+      m.omega_dot = m.omega_dot + Vec3d{m.omega.y * qd[j], -m.omega.x * qd[j], acceleration};
+      m.omega.z += qd[j];
     } else {
-      m.accel = m.accel + Vec3d{2.0 * m.omega.y * rate, -2.0 * m.omega.x * rate, rate_dot};
+      m.accel = m.accel + Vec3d{2.0 * m.omega.y * qd[j], -2.0 * m.omega.x * qd[j], acceleration};
     }
     U = detail::acceleration_field(m);
     wrenches_[j] = wrench(link, m, U);
   }
-  for (std::size_t j = n; j-- > 0;) {
+  sum_up(q, tau);
+}
+
+void InverseDynamics::sum_up(const double* q, double* tau) noexcept {
+  for (std::size_t j = turns_.size(); j-- > 0;) {
     const DynamicsLink& link = tables_.links[j];
     const Wrench3& w = wrenches_[j];
     tau[j] = link.revolute ? w.n.z : w.f.z;
@@ -147,7 +159,7 @@ void InverseDynamics::torque(const Values& q, const Values& qd, const Values& qd
     return;
   }
   friction(qd, scratch_);
-  newton_euler<true, true>(q.data(), qd.data(), qdd.data(), tau.data());
+  newton_euler(q.data(), qd.data(), qdd.data(), tau.data());
   tau += scratch_;
   tau.noalias() += model_.rotor().lazyProduct(qdd);
 }
@@ -157,7 +169,16 @@ void InverseDynamics::gravity(const Values& q, Result tau) noexcept {
     tau.setConstant(not_a_number);
     return;
   }
-  newton_euler<false, false>(q.data(), nullptr, nullptr, tau.data());
+  turn(q.data());
+  Vec3d accel = first_acceleration();
+  for (std::size_t j = 0; j < turns_.size(); ++j) {
+    const DynamicsLink& link = tables_.links[j];
+    accel = j > 0 ? into_link(link, turns_[j], accel) : accel;
+    const double* const I = link.inertial;
+    wrenches_[j] = {{I[9] * accel.x, I[9] * accel.y, I[9] * accel.z},
+                    detail::cross(Vec3d{I[6], I[7], I[8]}, accel)};
+  }
+  sum_up(q.data(), tau.data());
 }
 
 void InverseDynamics::bias(const Values& q, const Values& qd, Result tau) noexcept {
@@ -165,7 +186,7 @@ void InverseDynamics::bias(const Values& q, const Values& qd, Result tau) noexce
     tau.setConstant(not_a_number);
     return;
   }
-  newton_euler<true, false>(q.data(), qd.data(), nullptr, tau.data());
+  newton_euler(q.data(), qd.data(), nullptr, tau.data());
 }
 
 void InverseDynamics::coriolis(const Values& q, const Values& qd, Result tau) noexcept {

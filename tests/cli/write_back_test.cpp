@@ -19,7 +19,7 @@ class WriteBack : public rivid::test::IdentifyTool {
     return std::filesystem::exists(folder().path() / file);
   }
 
-  // Too short a log for all parameters: joint 2 stands still.
+  // Joint 2 stands still, and the log does not determine its parameters.
   void hold_joint_2() const {
     rewrite_rows("scara_s2.csv", [](const std::string& line) {
       std::vector<std::string> cells(1);
@@ -130,7 +130,7 @@ TEST_F(WriteBack, ADryRunTellsTheFilesAndWritesNone) {
 }
 
 TEST_F(WriteBack, NeedsARobotThatComesFromAUrdf) {
-  folder().write("table.csv", "type,alpha,a,d,theta\nrevolute,0,0,0,0\nrevolute,0,0.5,0,0\n");
+  folder().write("table.csv", "joint,type,alpha,a,d,theta\njoint_1,R,0,0,0,0\njoint_2,R,0,0.5,0,0\n");
   edit("scara.toml", "urdf = \"scara.urdf\"", "mdh = \"table.csv\"");
   expect_refused({"--write-urdf: the robot comes from table.csv, which is no URDF"},
                  {"scara.toml", "--write-urdf", "out.urdf"});

@@ -72,16 +72,20 @@ class InverseDynamics {
   void M(const Values& q, Eigen::Ref<Matrix> M) noexcept;
 
  private:
-  template <bool with_velocity, bool with_acceleration>
+  void turn(const double* q) noexcept;
+  [[nodiscard]] detail::Vec3<double> first_acceleration() const noexcept;
+  // M q̈ + N without rotors; q̈ = 0 where qdd is null.
   void newton_euler(const double* q, const double* qd, const double* qdd, double* tau) noexcept;
+  // From the wrenches of the links to the torques of the joints.
+  void sum_up(const double* q, double* tau) noexcept;
 
   DynamicModel model_;
   Vector smoothing_;  // of each element of dry friction; empty: none
   detail::DynamicsTables tables_;
-  Dynamics<double> dynamics_;  // for M
-  std::vector<detail::Wrench<double>> wrenches_;
-  std::vector<detail::CosSin<double>> turns_;
-  Vector at_rest_;  // zeros
+  Dynamics<double> dynamics_;                     // for M
+  std::vector<detail::Wrench<double>> wrenches_;  // of the links
+  std::vector<detail::CosSin<double>> turns_;     // of the joints
+  Vector at_rest_;                                // zeros
   Vector scratch_;
 };
 
