@@ -236,7 +236,7 @@ class Writer {
     for (const Lumped& other : lumped) {
       others += transformed(inertial_of(other.link), other.pose.linear(), other.pose.translation());
     }
-    Inertial rest = whole - others;
+    Inertial rest = close(whole, others) ? Inertial(Inertial::Zero()) : Inertial(whole - others);
     const std::string who = "link \"" + tree_.link(link).name + "\"";
     if (const auto complaint = body_complaint(whole)) {
       faults_.push_back(who + ": " + *complaint);
@@ -250,7 +250,7 @@ class Writer {
           who + ": what is identified leaves no body to it beside the links that are fixed to it (" +
           names(lumped) + "); their masses and inertias were scaled by " + number(share, 4));
     }
-    write_inertial(link, close(whole, others) ? Inertial(Inertial::Zero()) : rest);
+    write_inertial(link, rest);
   }
 
   [[nodiscard]] std::string names(const std::vector<Lumped>& links) const {
@@ -271,7 +271,8 @@ class Writer {
     }
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix4d> eigen(pseudo_inertia(part), J,
                                                                           Eigen::EigenvaluesOnly);
-    return std::min(1.0, 1.0 / eigen.eigenvalues().maxCoeff());
+    const double largest = eigen.eigenvalues().maxCoeff();
+    return largest > 1.0 ? 1.0 / largest : 1.0;
   }
 
   void write_inertial(int link, const Inertial& inertial) {
@@ -358,8 +359,7 @@ class Writer {
         return;
       }
       if (*value < 0.0) {
-        faults_.push_back(who + ": its " + attribute + " is " + number(*value, 4) +
-                          ", must not be negative");
+        faults_.push_back(who + ": its " + attribute + " is " + number(*value, 4) + ", must not be negative");
         value = 0.0;
       }
       if (node.attribute(attribute)) {

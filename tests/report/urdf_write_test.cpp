@@ -262,6 +262,23 @@ TEST(RewrittenUrdf, ScalesTheInertialsOfLumpedLinksThatLeaveNoBody) {
   EXPECT_EQ(back.warnings, robot.warnings);
 }
 
+TEST(RewrittenUrdf, LeavesNothingToALinkWhereLumpedLinksAreAllThatThereIs) {
+  const Robot robot = tree_robot();
+  Vector chi_st = robot.chi_st();
+  // The tool alone: 0.3 kg, 0.15 m before the wrist.
+  chi_st.segment<10>(place(robot, "XX3")) =
+      inertial_from_com(0.3, {0, 0, 0.15}, 0.001 * Eigen::Matrix3d::Identity());
+  const RewrittenUrdf written = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
+  EXPECT_TRUE(written.warnings.empty());
+  EXPECT_EQ(
+      written.text,
+      replaced(tree,
+               "<mass value=\"1\"/>\n      <inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" "
+               "izz=\"0.01\"/>",
+               "<mass value=\"0\"/>\n      <inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" "
+               "izz=\"0\"/>"));
+}
+
 TEST(RewrittenUrdf, RefusesWhatNoBodyCanHaveUnlessForced) {
   const Robot robot = tree_robot();
   Vector chi_st = robot.chi_st();
