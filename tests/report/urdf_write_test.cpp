@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <fstream>
+#include <sstream>
+
 #include "rivid/error.hpp"
 #include "rivid/model/mdh.hpp"
 #include "support/process.hpp"
@@ -136,6 +140,53 @@ TEST(RewrittenUrdf, ReadBackGivesTheSameTorques) {
     EXPECT_TRUE(written.faults.empty()) << written.faults.front();
     test::expect_same_torques(written.text, robot, chi_st, random);
   }
+}
+
+// Bodies by a rule, no friction.
+Vector bodies_by_a_rule(const Robot& robot) {
+  Vector chi_st = Vector::Zero(robot.chi_st().size());
+  for (int j = 0; j < 3; ++j) {
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(0.3 + 0.5 * j, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+    const Eigen::Vector3d moments(0.03 + 0.01 * j, 0.05, 0.04);
+    chi_st.segment<10>(place(robot, "XX" + std::to_string(j + 1))) = inertial_from_com(
+        3.0 - 0.75 * j, {0.1 - 0.05 * j, 0.02, 0.03 * j}, turn * moments.asDiagonal() * turn.transpose());
+  }
+  return chi_st;
+}
+
+// urdf_write_oracle.py reads that URDF with Pinocchio.
+TEST(RewrittenUrdf, GivesTheTorquesThatPinocchioReadsFromIt) {
+  const std::filesystem::path folder = std::filesystem::path(RIVID_TEST_DATA) / "report";
+  const Robot robot = tree_robot();
+  const Vector chi_st = bodies_by_a_rule(robot);
+  const std::string urdf = test::content_of(folder / "urdf_write_oracle.urdf");
+  const RewrittenUrdf written = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
+  EXPECT_TRUE(written.faults.empty());
+  // Another compiler may round the last digits otherwise.
+  EXPECT_LE(
+      (parse_urdf(written.text, "written", of_wrist).chi_st() - parse_urdf(urdf, "oracle", of_wrist).chi_st())
+          .cwiseAbs()
+          .maxCoeff(),
+      1e-13);
+  std::ifstream file(folder / "urdf_write_oracle.csv");
+  std::string line;
+  std::getline(file, line);
+  const DynamicModel model(robot, chi_st);
+  int states = 0;
+  for (; std::getline(file, line); ++states) {
+    std::ranges::replace(line, ',', ' ');
+    std::istringstream in(line);
+    Vector row(12);
+    for (double& value : row) {
+      in >> value;
+    }
+    ASSERT_TRUE(in) << line;
+    const Vector tau = inverse_dynamics(model, row.head(3), row.segment(3, 3), row.segment(6, 3));
+    const Vector expected = row.tail(3);
+    EXPECT_LE((tau - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff()) << line;
+  }
+  EXPECT_EQ(states, 12);
 }
 
 TEST(RewrittenUrdf, OfTheSameParametersIsTheSameText) {
