@@ -59,7 +59,7 @@ void Splice::set(const StartTag& tag, std::string_view attribute, const std::str
 
 void Splice::insert_child(const StartTag& parent, const std::vector<std::string>& lines) {
   const std::string outer = line_start(text_, parent.end - 1);
-  std::string before = outer + "  ";
+  std::string before = outer.empty() ? outer : outer + "  ";
   if (!parent.closed) {
     // As the first of its children stands, in a line of its own or not.
     const std::size_t next = text_.find_first_not_of(blanks, parent.end);
