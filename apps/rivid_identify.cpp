@@ -12,6 +12,7 @@
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 #include "tool.hpp"
+#include "write_back.hpp"
 
 namespace {
 
@@ -28,6 +29,7 @@ struct Arguments {
   bool json = false;
   bool quiet = false;
   bool dry_run = false;
+  WriteBack write_back;
 };
 
 void declare(CLI::App& app, Arguments& arguments) {
@@ -50,6 +52,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
   app.add_flag("--dry-run", arguments.dry_run,
                "Read and check everything, tell what would be done, write nothing");
+  declare(app, arguments.write_back);
   app.set_version_flag("--version", std::string("rivid_identify ") + version);
   app.footer(
       "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
@@ -82,7 +85,8 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   return overrides;
 }
 
-void print_plan(std::ostream& out, const Experiment& experiment, const std::filesystem::path& result) {
+void print_plan(std::ostream& out, const Experiment& experiment,
+                const std::vector<std::filesystem::path>& files) {
   const Robot& robot = experiment.robot;
   const BaseParameters base = base_parameters(robot);
   out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", " << robot.size()
@@ -104,18 +108,24 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::file
   };
   print_logs("log         ", experiment.log);
   print_logs("validation  ", experiment.validation);
-  out << "method      " << name(experiment.method) << '\n' << "would write " << result.string() << '\n';
+  out << "method      " << name(experiment.method) << '\n';
+  for (const std::filesystem::path& file : files) {
+    out << "would write " << file.string() << '\n';
+  }
 }
 
 int identify_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment);
   const auto overrides = apply(arguments, experiment);
   experiment.threads = arguments.threads;
+  check(arguments.write_back, experiment);
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   const std::filesystem::path file = folder / "result.json";
   if (arguments.dry_run) {
     std::ostringstream plan;
-    print_plan(plan, experiment, file);
+    std::vector<std::filesystem::path> files = arguments.write_back.files();
+    files.insert(files.begin(), file);
+    print_plan(plan, experiment, files);
     if (!arguments.quiet) {
       print(plan.str());
     }
@@ -138,7 +148,8 @@ int identify_from(const Arguments& arguments) {
     tell("warning", result.warnings);
     std::cerr << "wrote " << file.string() << '\n';
   }
-  return result.status == Status::identified ? success : no_success;
+  const bool written = write_back(arguments.write_back, experiment, result, arguments.quiet);
+  return written && result.status == Status::identified ? success : no_success;
 }
 
 int tool(int argc, char** argv) {

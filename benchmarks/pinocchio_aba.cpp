@@ -3,6 +3,7 @@
 #include <pinocchio/multibody.hpp>
 // After the model.
 #include <pinocchio/algorithm/aba.hpp>
+#include <pinocchio/algorithm/rnea.hpp>
 #include <string>
 
 struct PinocchioAba::Impl {
@@ -36,4 +37,10 @@ const double* PinocchioAba::operator()(const double* q, const double* qd, const 
   using Values = Eigen::Map<const Eigen::VectorXd>;
   const Eigen::Index n = impl_->model.nv;
   return pinocchio::aba(impl_->model, impl_->data, Values(q, n), Values(qd, n), Values(tau, n)).data();
+}
+
+const double* PinocchioAba::torques(const double* q, const double* qd, const double* qdd) {
+  using Values = Eigen::Map<const Eigen::VectorXd>;
+  const Eigen::Index n = impl_->model.nv;
+  return pinocchio::rnea(impl_->model, impl_->data, Values(q, n), Values(qd, n), Values(qdd, n)).data();
 }

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-// The articulated-body algorithm of Pinocchio behind plain numbers: its headers take minutes to compile, and no matrix
+// The articulated-body algorithm and the recursive Newton-Euler of Pinocchio behind plain numbers: its headers take minutes to compile, and no matrix
 // is handed over.
 class PinocchioAba {
  public:
@@ -25,6 +25,9 @@ class PinocchioAba {
 
   // Joint accelerations, (n).
   const double* operator()(const double* q, const double* qd, const double* tau);
+
+  // Joint torques, (n).
+  const double* torques(const double* q, const double* qd, const double* qdd);
 
  private:
   struct Impl;

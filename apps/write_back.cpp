@@ -1,0 +1,142 @@
+#include "write_back.hpp"
+
+#include <iostream>
+#include <optional>
+#include <utility>
+
+#include "rivid/error.hpp"
+#include "rivid/identify/standard_near.hpp"
+#include "rivid/report/c_header.hpp"
+#include "rivid/report/file.hpp"
+#include "rivid/report/sidecar.hpp"
+#include "rivid/report/text_diff.hpp"
+#include "rivid/report/urdf_write.hpp"
+#include "rivid/text.hpp"
+#include "tool.hpp"
+
+namespace rivid::apps {
+
+namespace {
+
+using Path = std::filesystem::path;
+
+Sidecar format_of(const std::string& name) {
+  const std::optional<Sidecar> format = sidecar_named(name);
+  if (!format) {
+    throw InputError("--sidecar: " + in_quotes(name) + " is no format");
+  }
+  return *format;
+}
+
+Path sidecar_file(const Path& urdf, const std::string& name) {
+  return Path(urdf).replace_extension(extension(format_of(name)));
+}
+
+bool refuse(const Path& file, const std::vector<std::string>& reasons) {
+  tell("error", reasons);
+  std::cerr << "rivid_identify: " << file.string() << " is not written; --force does it nevertheless\n";
+  return false;
+}
+
+void write(const Path& file, const std::string& content, bool quiet) {
+  write_file(file, content);
+  if (!quiet) {
+    std::cerr << "wrote " << file.string() << '\n';
+  }
+}
+
+bool write_urdf(const WriteBack& options, const Experiment& experiment, const Identification& result,
+                bool quiet) {
+  const Robot& robot = experiment.robot;
+  const Vector chi_st = standard_near(robot, result.base, result.chi);
+  const std::string before = urdf_text(experiment.robot_file);
+  const std::string input = experiment.robot_file.string();
+  const RewrittenUrdf urdf = rewritten_urdf(before, input, robot, chi_st, {.force = options.force});
+  if (urdf.text.empty()) {
+    return refuse(options.urdf, urdf.faults);
+  }
+  std::vector<std::pair<Path, std::string>> files = {{options.urdf, urdf.text}};
+  for (const std::string& name : options.sidecars) {
+    files.emplace_back(sidecar_file(options.urdf, name), sidecar(format_of(name), robot, chi_st));
+  }
+  if (!quiet) {
+    tell("warning", urdf.faults);
+    tell("warning", urdf.warnings);
+  }
+  if (options.diff && !quiet) {
+    print(unified_diff(before, urdf.text, input, options.urdf.string()));
+  }
+  for (const auto& [file, content] : files) {
+    write(file, content, quiet);
+  }
+  return true;
+}
+
+void write_header(const WriteBack& options, const Experiment& experiment, const Identification& result,
+                  bool quiet) {
+  const DynamicModel model(experiment.robot, result.base, result.chi);
+  if (!quiet && !model.clamped().empty()) {
+    std::cerr << "warning: " << options.header.string() << ": " << listed(model.clamped())
+              << " would drive and not brake; taken as zero\n";
+  }
+  write(options.header,
+        c_header(model, c_identifier(options.header.stem().string()),
+                 result.title + " of " + experiment.file.filename().string()),
+        quiet);
+}
+
+}  // namespace
+
+std::vector<Path> WriteBack::files() const {
+  std::vector<Path> out;
+  if (!urdf.empty()) {
+    out.push_back(urdf);
+    for (const std::string& name : sidecars) {
+      out.push_back(sidecar_file(urdf, name));
+    }
+  }
+  if (!header.empty()) {
+    out.push_back(header);
+  }
+  return out;
+}
+
+void declare(CLI::App& app, WriteBack& options) {
+  CLI::Option* const urdf = app.add_option("--write-urdf", options.urdf,
+                                           "The robot's URDF with the identified numbers, else as it is")
+                                ->type_name("FILE");
+  app.add_flag("--diff", options.diff, "Print what changes in the URDF")->needs(urdf)->excludes("--json");
+  app.add_option("--sidecar", options.sidecars, "What a URDF can not say, beside it, for these programs")
+      ->check(CLI::IsMember({"mujoco", "drake", "pinocchio"}))
+      ->type_name("mujoco|drake|pinocchio")
+      ->needs(urdf);
+  app.add_option("--write-header", options.header, "C header with the torques of the identified robot")
+      ->type_name("FILE.h");
+  app.add_flag("--force", options.force,
+               "Write these files even if the result is not identified or no body has such inertias");
+}
+
+void check(const WriteBack& options, const Experiment& experiment) {
+  if (!options.urdf.empty() && experiment.robot.base.empty()) {
+    throw InputError("--write-urdf: the robot comes from " + experiment.robot_file.string() +
+                     ", which is no URDF");
+  }
+}
+
+bool write_back(const WriteBack& options, const Experiment& experiment, const Identification& result,
+                bool quiet) {
+  const std::vector<Path> files = options.files();
+  if (files.empty()) {
+    return true;
+  }
+  if (result.status != Status::identified && !options.force) {
+    return refuse(files.front(), {"the result is " + std::string(name(result.status)) + ", not identified"});
+  }
+  const bool written = options.urdf.empty() || write_urdf(options, experiment, result, quiet);
+  if (!options.header.empty()) {
+    write_header(options, experiment, result, quiet);
+  }
+  return written;
+}
+
+}  // namespace rivid::apps
