@@ -7,8 +7,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/parameter_file.hpp"
-#include "rivid/identify/signal_chain.hpp"
-#include "rivid/solve/least_squares.hpp"
+#include "rivid/identify/deviation_bound.hpp"
 
 namespace rivid {
 
@@ -61,10 +60,7 @@ Vector bound_of(const MonteCarlo& plan) {
   }
   quiet.simulation->noise = {};
   const SimulationRecord record = run_simulation(quiet);
-  const RowFactors rows = factors(quiet.robot, base, record.log, {.rows = RowScheme::exact});
-  const Vector weights = sigma.cwiseInverse();
-  const std::vector<double> each(weights.begin(), weights.end());
-  return least_squares(rows.groups, base.size(), each).unit_covariance.diagonal().cwiseSqrt();
+  return deviation_bound(quiet.robot, record.log, sigma);
 }
 
 Vector truth_of(const MonteCarlo& plan, const BaseParameters& base) {

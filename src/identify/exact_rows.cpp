@@ -86,39 +86,44 @@ void mask_slow(const Vector& velocity, double threshold, Index reach, std::vecto
   }
 }
 
-// Σ_i kernel_i x[k + first + i], the ends repeated.
-Matrix averaged(const Matrix& x, Index first, std::initializer_list<double> kernel) {
-  Matrix out = Matrix::Zero(x.rows(), x.cols());
-  Index shift = first;
-  for (const double weight : kernel) {
-    const Index begin = std::clamp<Index>(-shift, 0, x.rows());
-    const Index end = std::clamp<Index>(x.rows() - shift, 0, x.rows());
-    out.middleRows(begin, end - begin) += weight * x.middleRows(begin + shift, end - begin);
-    out.topRows(begin).rowwise() += weight * x.row(0);
-    out.bottomRows(x.rows() - end).rowwise() += weight * x.row(x.rows() - 1);
-    ++shift;
+// Σ_i kernel_i x[k + first + i] in place of x[k] of each column, the ends repeated.
+void average(Matrix& x, Index first, std::initializer_list<double> kernel) {
+  const Index rows = x.rows();
+  std::vector<double> before(static_cast<std::size_t>(rows));
+  for (Index j = 0; j < x.cols(); ++j) {
+    double* const column = x.col(j).data();
+    std::copy_n(column, rows, before.begin());
+    std::fill_n(column, rows, 0.0);
+    Index shift = first;
+    for (const double weight : kernel) {
+      for (Index k = 0; k < rows; ++k) {
+        column[k] += weight * before[static_cast<std::size_t>(std::clamp<Index>(k + shift, 0, rows - 1))];
+      }
+      ++shift;
+    }
   }
-  return out;
 }
 
 }  // namespace
 
-Matrix averaged_torque(const Matrix& tau, bool held) {
-  return held ? averaged(tau, -2, {1.0 / 8.0, 3.0 / 8.0, 3.0 / 8.0, 1.0 / 8.0})
-              : averaged(tau, -1, {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0});
+void average_torque(Matrix& tau, bool held) {
+  if (held) {
+    average(tau, -2, {1.0 / 8.0, 3.0 / 8.0, 3.0 / 8.0, 1.0 / 8.0});
+  } else {
+    average(tau, -1, {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0});
+  }
 }
 
 Motion averaged_motion(const Eigen::Ref<const Matrix>& q, double f_m) {
   Motion out = differentiate(q, f_m);
-  out.qd = averaged(out.qd, -1, {1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0});
-  out.q = averaged(out.q, -1, {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0});
+  average(out.qd, -1, {1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0});
+  average(out.q, -1, {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0});
   return out;
 }
 
 std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const Matrix& filtered, double f_m,
                                      const SignalOptions& options) {
   const Index n = robot.size();
-  const Matrix velocity = central_difference(filtered, f_m);
   const double gain = velocity_gain(f_m, options);
   Vector sigma(n);
   for (Index j = 0; j < n; ++j) {
@@ -132,7 +137,7 @@ std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const 
   std::vector<MotionMask> out(static_cast<std::size_t>(n));
   for (Index j = 0; j < n; ++j) {
     MotionMask& mask = out[static_cast<std::size_t>(j)];
-    const Vector v = velocity.col(j);
+    const Vector v = central_difference(filtered.col(j), f_m);
     mask.threshold = threshold_of(v, sigma[j]);
     if (!options.velocity_threshold.empty()) {
       mask.threshold = std::max(mask.threshold, options.velocity_threshold[static_cast<std::size_t>(j)]);
@@ -146,7 +151,7 @@ std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const 
       continue;
     }
     const Vector c = coupling.row(n);
-    const Vector v = velocity * c;
+    const Vector v = central_difference(filtered * c, f_m);
     const double threshold = threshold_of(v, c.cwiseProduct(sigma).norm());
     for (Index j = 0; j < n; ++j) {
       if (c[j] != 0.0) {

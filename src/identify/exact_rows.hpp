@@ -11,10 +11,10 @@ namespace rivid::detail {
 
 // What RowScheme::exact does to a log beside what all rows go through.
 
-// Torques averaged with the weights that two central differences in a row give to the accelerations around a sample, a
+// Averages torques with the weights that two central differences in a row give to the accelerations around a sample, a
 // triangle over four periods: (1, 3, 3, 1)/8 over samples k−2 … k+1 where a torque acts until the next sample, and for one
 // that was measured at the samples (1, 1, 1)/3, which has the triangle's second moment.
-[[nodiscard]] Matrix averaged_torque(const Matrix& tau, bool held);
+void average_torque(Matrix& tau, bool held);
 
 // Motion at the samples of q as the averages over that same triangle see it: q̈ is the central difference of the central
 // difference, which is such an average already; q̇ and q are averaged until their weights have its second moment, 2/3 of a

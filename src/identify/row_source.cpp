@@ -175,14 +175,15 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
   } else {
     made_tau_ = effort(robot, log);
     if (exact) {
-      made_tau_ = filtered(averaged_torque(made_tau_, options.torque_held), options.cutoff_hz, options.order);
+      average_torque(made_tau_, options.torque_held);
+      made_tau_ = filtered(std::move(made_tau_), options.cutoff_hz, options.order);
     } else if (options.torque_held) {
       // It is centred half a sample behind its own.
       made_tau_.bottomRows(made_tau_.rows() - 1) =
           (0.5 * (made_tau_.topRows(made_tau_.rows() - 1) + made_tau_.bottomRows(made_tau_.rows() - 1)))
               .eval();
     }
-    made_tau_ = filtered(made_tau_, options.torque_cutoff_hz, options.torque_order);
+    made_tau_ = filtered(std::move(made_tau_), options.torque_cutoff_hz, options.torque_order);
     tau_ = &made_tau_;
   }
   if (exact) {
@@ -191,7 +192,7 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
 }
 
 // Columns are filtered independently, so they may be shared out.
-Matrix RowSource::filtered(const Matrix& x, double cutoff_hz, int order) {
+Matrix RowSource::filtered(Matrix x, double cutoff_hz, int order) {
   if (cutoff_hz == 0.0) {
     return x;
   }

@@ -12,8 +12,8 @@
 namespace rivid {
 namespace {
 
+using detail::average_torque;
 using detail::averaged_motion;
-using detail::averaged_torque;
 using detail::motion_masks;
 using detail::MotionMask;
 using detail::window_centres;
@@ -44,7 +44,8 @@ TEST(ExactRows, AveragedTorqueIsTheAccelerationUnderAZeroOrderHold) {
     x += h * v + 0.5 * h * h * tau(k, 0);
     v += h * tau(k, 0);
   }
-  const Matrix mean = averaged_torque(tau, true);
+  Matrix mean = tau;
+  average_torque(mean, true);
   const Motion motion = averaged_motion(q, f_m);
   // Second differences lose digits by h².
   constexpr double rounding = 1e-15 * 4.0 * f_m * f_m;
@@ -64,7 +65,8 @@ TEST(ExactRows, PositionVelocityAccelerationAndTorqueAreAveragedAlike) {
     tau(k, 0) = std::cos(phase);
   }
   const Motion motion = averaged_motion(q, f_m);
-  const Matrix mean = averaged_torque(tau, false);
+  Matrix mean = tau;
+  average_torque(mean, false);
   const double fourth_order = std::pow(omega / f_m, 4.0);
   for (Index k = 3; k < 37; ++k) {
     const double phase = omega * static_cast<double>(k) / f_m + 0.3;

@@ -54,7 +54,7 @@ TEST(Rows, AreLeftAloneWithEveryStepSwitchedOff) {
   const Robot robot = test::scara();
   const BaseParameters base = base_parameters(robot);
   const Log log = swinging_log();
-  const Rows all = rows(robot, base, log, {.trim = {{0, 0}}});
+  const Rows all = rows(robot, base, log, {.rows = RowScheme::paper, .trim = {{0, 0}}});
   EXPECT_EQ(all.Y[0], log.tau.col(0));
   EXPECT_EQ(all.W.joints[0].W.rows(), log.samples());
   EXPECT_EQ(all.samples[1].back(), log.samples() - 1);
@@ -63,8 +63,8 @@ TEST(Rows, AreLeftAloneWithEveryStepSwitchedOff) {
 
 TEST(Rows, AreTrimmedAtEachEndBeforeDecimation) {
   const Robot robot = test::scara();
-  const Rows kept =
-      rows(robot, base_parameters(robot), swinging_log(), {.decimation = {10}, .trim = {{49, 30}}});
+  const Rows kept = rows(robot, base_parameters(robot), swinging_log(),
+                         {.rows = RowScheme::paper, .decimation = {10}, .trim = {{49, 30}}});
   EXPECT_EQ(kept.samples[0].front(), 49);
   EXPECT_EQ(kept.samples[0][1], 59);
   EXPECT_EQ(kept.Y[0].size(), (2001 - 49 - 30 + 9) / 10);
@@ -73,7 +73,10 @@ TEST(Rows, AreTrimmedAtEachEndBeforeDecimation) {
 TEST(Rows, AreTrimmedByTheSettlingTimeOfTheFilterIfNothingElseIsSaid) {
   const Robot robot = test::scara();
   const auto first = [&](double cutoff_hz) {
-    return rows(robot, base_parameters(robot), swinging_log(), {.cutoff_hz = cutoff_hz}).samples[0].front();
+    return rows(robot, base_parameters(robot), swinging_log(),
+                {.rows = RowScheme::paper, .cutoff_hz = cutoff_hz})
+        .samples[0]
+        .front();
   };
   EXPECT_EQ(first(0.0), 2) << "two central differences reach two samples far";
   EXPECT_GT(first(5.0), first(20.0));
@@ -81,8 +84,8 @@ TEST(Rows, AreTrimmedByTheSettlingTimeOfTheFilterIfNothingElseIsSaid) {
 
 TEST(Rows, OutsideOfTheTimeWindowAreDropped) {
   const Robot robot = test::scara();
-  const Rows kept =
-      rows(robot, base_parameters(robot), swinging_log(), {.trim = {{0, 0}}, .window = {{2.0, 8.0}}});
+  const Rows kept = rows(robot, base_parameters(robot), swinging_log(),
+                         {.rows = RowScheme::paper, .trim = {{0, 0}}, .window = {{2.0, 8.0}}});
   EXPECT_EQ(kept.samples[0].front(), 400);
   EXPECT_EQ(kept.samples[0].back(), 1600);
 }
@@ -90,8 +93,8 @@ TEST(Rows, OutsideOfTheTimeWindowAreDropped) {
 TEST(Rows, OfAJointAreLeftOutWhereItIsSlow) {
   const Robot robot = test::scara();
   const Log log = swinging_log();
-  const Rows kept =
-      rows(robot, base_parameters(robot), log, {.trim = {{2, 2}}, .velocity_threshold = {1.0, 0.0}});
+  const Rows kept = rows(robot, base_parameters(robot), log,
+                         {.rows = RowScheme::paper, .trim = {{2, 2}}, .velocity_threshold = {1.0, 0.0}});
   // |2 cos 2t| < 1 for a third of the time.
   EXPECT_NEAR(static_cast<double>(kept.left_out[0]) / 1997.0, 1.0 / 3.0, 0.02);
   EXPECT_EQ(kept.left_out[1], 0);
@@ -104,8 +107,8 @@ TEST(Rows, OfAJointAreLeftOutWhereItIsSlow) {
 
 TEST(Rows, OfSeveralDecimationStagesAreThoseOfTheirProduct) {
   const Robot robot = test::scara();
-  const Rows kept =
-      rows(robot, base_parameters(robot), swinging_log(), {.decimation = {5, 4}, .trim = {{0, 0}}});
+  const Rows kept = rows(robot, base_parameters(robot), swinging_log(),
+                         {.rows = RowScheme::paper, .decimation = {5, 4}, .trim = {{0, 0}}});
   EXPECT_EQ(kept.samples[0][3], 60);
   EXPECT_EQ(kept.Y[0].size(), 101);
 }
@@ -122,7 +125,7 @@ TEST(Rows, ThatCanNotBeMadeAreRefusedWithTheCulprit) {
       complaint_of({.trim = {{0, 0}}, .window = {{20.0, 30.0}}}),
       "swing.csv: no row is left of 2001 samples after trimming 0 at the beginning and 0 at the end and the "
       "time window 20 to 30 s (the log spans 0 to 10 s)");
-  EXPECT_EQ(complaint_of({.velocity_threshold = {9.0, 0.0}}),
+  EXPECT_EQ(complaint_of({.rows = RowScheme::paper, .velocity_threshold = {9.0, 0.0}}),
             "swing.csv: joint \"joint_1\" never moves faster than velocity_threshold 9; no row is left");
   EXPECT_EQ(complaint_of({.velocity_threshold = {1.0}}),
             "rows: velocity_threshold has 1 entries, must have one for each of the 2 joints");
@@ -145,8 +148,9 @@ TEST(Rows, OfTheScaraAreThoseOfSciPy) {
     joint.rotor_inertia = false;
   }
   const Log log = shift_torque(read_csv(RIVID_DATA "/scara/scara_s2.csv"), -0.5);
-  const Rows found = rows(robot, base_parameters(robot), log,
-                          {.cutoff_hz = 20.0, .order = 4, .decimation = {14}, .trim = {{19, 20}}});
+  const Rows found =
+      rows(robot, base_parameters(robot), log,
+           {.rows = RowScheme::paper, .cutoff_hz = 20.0, .order = 4, .decimation = {14}, .trim = {{19, 20}}});
   constexpr Index row = 100;
   ASSERT_EQ(found.samples[0][row], 1419) << "the shifted log begins one sample later";
   constexpr double printed = 1e-7;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "rivid/identify/deviation_bound.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
-#include "rivid/solve/least_squares.hpp"
 #include "support/scara_study.hpp"
 
 namespace {
@@ -47,9 +47,7 @@ struct Statistics : public ::testing::Test, public ScaraStudy {
     ScaraStudy quiet;
     quiet.encoder_noise = 0.0;
     quiet.disturbance.setZero();
-    const auto found = factors(robot, base, quiet.log(S1, 1), exact({}));
-    const std::vector<double> weights = {1.0 / disturbance[0], 1.0 / disturbance[1]};
-    return least_squares(found.groups, base.size(), weights).unit_covariance.diagonal().cwiseSqrt();
+    return deviation_bound(robot, quiet.log(S1, 1), disturbance);
   }
 };
 

@@ -53,7 +53,9 @@ TEST_F(EmpsIv, ConvergesFromTheRegularStart) {
   const Log ident = log("emps_ident.csv");
   for (const bool filtered : {true, false}) {
     method.signal =
-        filtered ? rivid::SignalOptions{.cutoff_hz = 100.0, .decimation = {10}} : rivid::SignalOptions{};
+        filtered
+            ? rivid::SignalOptions{.rows = rivid::RowScheme::paper, .cutoff_hz = 100.0, .decimation = {10}}
+            : rivid::SignalOptions{.rows = rivid::RowScheme::paper};
     const Identification found = identify(robot, ident, method);
     ASSERT_EQ(found.status, Status::identified);
     const std::size_t iterations = found.iv->iterations.size() - 1;

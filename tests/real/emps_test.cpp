@@ -93,7 +93,7 @@ TEST_F(Emps, GivesThePublishedAsymmetricFriction) {
 // Once both borders are dropped the padding of the filters no longer matters.
 TEST_F(Emps, StaysWithinItsDeviationsWithTheStandardConvention) {
   const Json published = result();
-  edit("convention = \"matlab\"", "convention = \"standard\"");
+  edit("convention = \"matlab\"", "convention = \"standard\"\nrows = \"paper\"");
   edit("trim = [49, 0]", "trim = \"auto\"");
   const Json standard = result();
   for (const char* const name : {"M1", "Fv1", "Fc1", "off1"}) {

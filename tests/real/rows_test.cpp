@@ -64,7 +64,7 @@ TEST_P(ExactRows, CarryOverAsWellAsThePapers) {
   exact.convention = Convention::standard;
   exact.velocity_threshold.clear();
   SignalOptions unfiltered = exact;
-  unfiltered.cutoff_hz = 0.0;
+  unfiltered.cutoff_hz = unfiltered.torque_cutoff_hz = 0.0;
   const Judged by_paper = judged(experiment, paper, paper, logs);
   std::cout << std::fixed << std::setprecision(3) << GetParam() << ": paper own " << 100.0 * by_paper.own
             << " %, judged " << 100.0 * by_paper.others << " %\n";
@@ -78,6 +78,6 @@ TEST_P(ExactRows, CarryOverAsWellAsThePapers) {
 
 INSTANTIATE_TEST_SUITE_P(Arms, ExactRows,
                          ::testing::Values("emps", "panda", "ur10e", "kuka_kr300", "tx40", "ur10_vrep"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& arm) { return std::string(arm.param); });
 
 }  // namespace

@@ -1,0 +1,112 @@
+// rivid_montecarlo: going on after a stop, the same runs whatever the threads, what it refuses.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "support/identify_tool.hpp"
+
+namespace {
+
+using rivid::test::content_of;
+using rivid::test::Json;
+using rivid::test::named;
+using rivid::test::Outcome;
+using rivid::test::outcome_of;
+using rivid::test::Process;
+
+constexpr const char* summary_file = "montecarlo_s1_montecarlo/summary.json";
+constexpr const char* runs_file = "montecarlo_s1_montecarlo/runs.csv";
+
+class MonteCarlo : public rivid::test::IdentifyTool {
+ protected:
+  MonteCarlo() {
+    folder().write("montecarlo_s1.toml",
+                   content_of(std::filesystem::path(RIVID_DATA) / "scara/montecarlo_s1.toml"));
+  }
+
+  static std::vector<std::string> command(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {RIVID_MONTECARLO, "montecarlo_s1.toml"});
+    return arguments;
+  }
+
+  // summary.json of so many runs.
+  [[nodiscard]] std::string summary_of(const std::vector<std::string>& arguments) const {
+    const Outcome run = outcome_of(command(arguments), folder().path());
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return folder().read(summary_file);
+  }
+
+  void expect_refused(const std::vector<std::string_view>& words) const {
+    expect_refused_by("rivid_montecarlo", command({}), words);
+  }
+};
+
+TEST_F(MonteCarlo, GivesTheSameWhateverTheThreadsAndTheOrder) {
+  const std::string one = summary_of({"--runs", "8", "--threads", "1", "--restart"});
+  EXPECT_EQ(summary_of({"--runs", "8", "--threads", "3", "--restart"}), one);
+  // The last runs first: the first ones are taken out and made again.
+  const std::string rows = folder().read(runs_file);
+  const std::size_t header = rows.find('\n') + 1;
+  folder().write(runs_file, rows.substr(0, header) + rows.substr(rows.find("\n5,") + 1));
+  EXPECT_EQ(summary_of({"--runs", "8"}), one);
+}
+
+TEST_F(MonteCarlo, GoesOnAfterAStopAndEndsWithTheSameBits) {
+  const std::string whole = summary_of({"--runs", "12"});
+  std::filesystem::remove_all(folder().path() / "montecarlo_s1_montecarlo");
+  Process stopped(command({"--runs", "12", "--threads", "1"}), folder().path());
+  // Killed as soon as some runs are there.
+  for (int look = 0; look < 1000; ++look) {
+    std::error_code none;
+    if (std::filesystem::file_size(folder().path() / runs_file, none) > 4000 && !none) {
+      break;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  stopped.send(SIGKILL);
+  ASSERT_EQ(stopped.wait().signal, SIGKILL);
+  ASSERT_FALSE(std::filesystem::exists(folder().path() / summary_file));
+  // In the middle of a line, as a kill may leave it.
+  const std::string rows = folder().read(runs_file);
+  folder().write(runs_file, rows.substr(0, rows.size() - 30));
+  EXPECT_EQ(summary_of({"--runs", "12"}), whole);
+  EXPECT_EQ(summary_of({"--runs", "12"}), whole);
+}
+
+TEST_F(MonteCarlo, TellsWhatTheErrorBarsAreWorth) {
+  const Json summary = Json::parse(summary_of({"--runs", "40"}));
+  ASSERT_EQ(summary["trials"].size(), 5U);
+  const Json& exact = summary["trials"][1];
+  EXPECT_EQ(exact["label"], "IV; exact rows");
+  EXPECT_EQ(exact["identified"], 40);
+  for (const Json& p : exact["parameters"]) {
+    // Four binomial deviations below 95 %.
+    EXPECT_GE(p["coverage"], 0.81) << p;
+    EXPECT_LE(std::abs(p["bias_in_spreads"].get<double>()), 4.0 / std::sqrt(40.0)) << p;
+  }
+  // The floor of the paper's rows.
+  EXPECT_LT(named(summary["trials"][4]["parameters"], "Fv2")["coverage"], 0.3);
+}
+
+TEST_F(MonteCarlo, RefusesToGoOnWithOtherInputs) {
+  (void)summary_of({"--runs", "2"});
+  edit("montecarlo_s1.toml", "position_noise = 2e-5", "position_noise = 3e-5");
+  expect_refused({"holds runs of other input files", "--restart"});
+  (void)summary_of({"--runs", "2", "--restart"});
+}
+
+TEST_F(MonteCarlo, RefusesFaultsOfTheFile) {
+  edit("montecarlo_s1.toml", "seed = 1", "seed = -1");
+  expect_refused({"montecarlo_s1.toml:27:8: [montecarlo] seed is -1, must not be negative"});
+  edit("montecarlo_s1.toml", "seed = -1", "sead = 1");
+  expect_refused({"unknown key \"sead\" in [montecarlo]"});
+  edit("montecarlo_s1.toml", "sead = 1", "");
+  edit("montecarlo_s1.toml", "label = \"WLS; exact rows\"", "label = \"WLS, exact rows\"");
+  expect_refused({"[montecarlo.trial] label", "without a comma"});
+  edit("montecarlo_s1.toml", "label = \"WLS, exact rows\"", "label = \"IV; exact rows\"");
+  expect_refused({"\"IV; exact rows\" is that of another trial"});
+}
+
+}  // namespace
