@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "identify/dissipative.hpp"
-#include "identify/feasible.hpp"
 #include "identify/fit.hpp"
 #include "identify/loop.hpp"
 #include "identify/row_source.hpp"
@@ -107,6 +106,7 @@ struct Estimate {
   std::vector<double> weights;
   double sigma = 0.0;  // standard deviation of the weighted residual
   Matrix unit_covariance;
+  Matrix R_VW;
   double condition_VW = 0.0;
   Vector first_stage_F;
 };
@@ -250,11 +250,17 @@ class Run {
     return loop;
   }
 
+  // The physically consistent parameters that give the torques nearest to those of an iterate, along the measured motion.
+  [[nodiscard]] Vector nearest_physical(const Vector& chi) const {
+    const Matrix root = combined(used(), base().size(), weights_).R();
+    return physical(robot_, base(), chi, root, method_.physical.value_or(Physical{})).chi;
+  }
+
   // In place of a loop that could not be simulated: one with the nearest physical parameters, or on the way back to the
   // last ones.
   [[nodiscard]] Loop safeguarded(Loop loop, Vector& chi, std::string& safeguard) {
     const std::string first_failure = loop.failure;
-    loop = simulated(detail::feasible_near(robot_, base(), chi));
+    loop = simulated(nearest_physical(chi));
     if (loop.failure.empty()) {
       safeguard = first_failure + "; simulated with the nearest physical parameters";
       return loop;
@@ -534,6 +540,7 @@ class Run {
                          .weights = weights_,
                          .sigma = deviation_of(chi),
                          .unit_covariance = solution_.unit_covariance,
+                         .R_VW = solution_.R_VW,
                          .condition_VW = solution_.condition_VW,
                          .first_stage_F = first_stage_F()};
   }
@@ -572,6 +579,7 @@ class Run {
     out_.fit = detail::judged(robot_, data_, estimate.chi, b, out_.signal.convention);
     out_.fit.sigma_rho = estimate.sigma;
     detail::describe_parameters(robot_, freedom(), out_);
+    detail::add_physical(robot_, method_.physical, data_, estimate.R_VW / estimate.sigma, out_);
     judge_instruments(estimate.first_stage_F);
     diagnose_loop();
   }
@@ -685,6 +693,9 @@ std::optional<std::string> Iv::complaint(const Robot& robot) const {
   }
   if (auto fault = sampling.complaint(robot.size())) {
     return fault;
+  }
+  if (auto fault = physical ? physical->complaint(robot) : std::nullopt) {
+    return "physical: " + *fault;
   }
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
   for (const auto& [key, value] :

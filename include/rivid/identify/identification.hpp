@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/identify/physical.hpp"
 #include "rivid/identify/signal_options.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/closed_loop.hpp"
@@ -63,6 +64,14 @@ struct Fit {
 struct Validation {
   std::string file;
   Fit fit;
+  std::optional<Fit> physical;  ///< of the physically consistent model, where there is one
+};
+
+/// The physically consistent model that is nearest to the estimate, see physical(), and what it costs in fit.
+struct PhysicalModel {
+  Physical options;
+  PhysicalParameters parameters;
+  Fit fit;  ///< on the rows of the identification
 };
 
 /// Distance of one motion from another, joint by joint: ‖a − b‖ / ‖b‖ of positions, velocities, accelerations, (n) each.
@@ -129,7 +138,8 @@ struct [[nodiscard]] Identification {
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
   std::vector<Validation> validation;
-  std::optional<IvHistory> iv;  ///< of the methods that iterate
+  std::optional<IvHistory> iv;            ///< of the methods that iterate
+  std::optional<PhysicalModel> physical;  ///< where the method was asked for it
 };
 
 }  // namespace rivid
