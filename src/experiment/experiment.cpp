@@ -77,7 +77,8 @@ Identification identified(const Experiment& experiment, const std::vector<Log>& 
     case Method::ols:
       break;
     case Method::wls:
-      return identify(experiment.robot, logs, Wls{experiment.signal, experiment.threads, progress});
+      return identify(experiment.robot, logs,
+                      Wls{experiment.signal, experiment.threads, progress, experiment.physical});
     case Method::iv: {
       if (!experiment.control) {
         throw InputError(
@@ -91,10 +92,12 @@ Identification identified(const Experiment& experiment, const std::vector<Log>& 
       method.sampling = experiment.control->sampling;
       method.threads = experiment.threads;
       method.progress = progress;
+      method.physical = experiment.physical;
       return identify(experiment.robot, logs, method);
     }
   }
-  return identify(experiment.robot, logs, Ols{experiment.signal, experiment.threads, progress});
+  return identify(experiment.robot, logs,
+                  Ols{experiment.signal, experiment.threads, progress, experiment.physical});
 }
 
 }  // namespace

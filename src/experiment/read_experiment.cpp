@@ -408,6 +408,38 @@ SignalOptions read_signal(TomlReader keys, Index n) {
   return out;
 }
 
+// [least, most] in kg.
+std::array<double, 2> read_mass_bounds(TomlReader& keys, std::string_view key) {
+  const auto bounds = keys.numbers(key).value_or(std::vector<double>{});
+  if (bounds.size() != 2) {
+    keys.fail(*keys.find(key), key, "must be [least, most] in kg");
+  }
+  return {bounds[0], bounds[1]};
+}
+
+Physical read_physical(TomlReader keys, const Robot& robot) {
+  Physical out;
+  out.prior = keys.choice("prior", std::array<std::pair<std::string_view, Physical::Prior>, 2>{
+                                       {{"log_det", Physical::Prior::log_det},
+                                        {"ridge", Physical::Prior::ridge}}})
+                  .value_or(out.prior);
+  out.weight = keys.number("weight").value_or(out.weight);
+  if (auto masses = keys.section("masses")) {
+    for (const auto& [link, node] : masses->table()) {
+      const std::array<double, 2> bounds = read_mass_bounds(*masses, link.str());
+      out.masses.push_back({.link = std::string(link.str()), .least = bounds[0], .most = bounds[1]});
+    }
+  }
+  if (keys.find("total_mass") != nullptr) {
+    out.total_mass = read_mass_bounds(keys, "total_mass");
+  }
+  keys.finish();
+  if (const auto complaint = out.complaint(robot)) {
+    keys.fail(*complaint);
+  }
+  return out;
+}
+
 void read_method(TomlReader keys, Experiment& out) {
   const auto positive = [&](const char* key, double& value) {
     if (const auto given = keys.number(key)) {
@@ -421,6 +453,13 @@ void read_method(TomlReader keys, Experiment& out) {
                            std::array<std::pair<std::string_view, Method>, 3>{
                                {{"ols", Method::ols}, {"wls", Method::wls}, {"iv", Method::iv}}})
                    .value_or(out.method);
+  if (const toml::node* const node = keys.find("physical")) {
+    if (node->is_table()) {
+      out.physical = read_physical(*keys.section("physical"), out.robot);
+    } else if (keys.as_boolean(*node, "physical")) {
+      out.physical = Physical{};
+    }
+  }
   Iv& iv = out.iv;
   iv.start = keys.choice("start",
                          std::array<std::pair<std::string_view, Iv::Start>, 3>{

@@ -1,14 +1,11 @@
 #include "identify/fit.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
-#include <iostream>
 #include <cmath>
 #include <limits>
 
 #include "rivid/error.hpp"
 #include "rivid/solve/student.hpp"
-#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -26,13 +23,6 @@ void merge(std::vector<RowGroup>& into, std::vector<RowGroup> groups) {
 
 double relative(double part, double whole) {
   return whole > 0.0 ? part / whole : std::numeric_limits<double>::quiet_NaN();
-}
-
-void warn_of_weak_excitation(const Matrix& root, Identification& out) {
-  const Matrix scaled = root * root.colwise().norm().cwiseInverse().asDiagonal();
-  const Vector s = Eigen::BDCSVD<Matrix>(scaled).singularValues();
-  std::cerr << "SCALED COND " << s[0] / s[s.size() - 1] << "\n";
-  (void)out;
 }
 
 std::string joined(const BaseParameters& base, const std::vector<Index>& set) {
@@ -134,27 +124,6 @@ std::vector<double> joint_weights(const char* who, const Robot& robot, const Row
   std::vector<double> out = group_sigmas(data.groups);
   std::ranges::transform(out, out.begin(), [](double sigma) { return 1.0 / sigma; });
   return out;
-}
-
-void add_physical(const Robot& robot, const std::optional<Physical>& options, const RowFactors& data,
-                  const Matrix& root, Identification& out) {
-  if (!options) {
-    warn_of_weak_excitation(root, out);
-    return;
-  }
-  PhysicalModel model;
-  model.options = *options;
-  model.parameters = physical(robot, out.base, out.chi, root, *options);
-  model.fit = judged(robot, data, model.parameters.chi, out.base.size(), out.signal.convention);
-  for (const std::string& note : model.parameters.notes) {
-    out.notes.push_back(note);
-  }
-  if (!model.parameters.reached) {
-    out.warnings.push_back("the physically consistent parameters cost up to " +
-                           number(model.parameters.gap, 3) + " more than the nearest ones; the search ended after " +
-                           counted(model.parameters.steps, "step"));
-  }
-  out.physical = std::move(model);
 }
 
 void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,

@@ -38,12 +38,6 @@ void add_factors(RowFactors& into, RowFactors part);
 // out.parameters from out.chi and out.C_chi.
 void describe_parameters(const Robot& robot, double freedom, Identification& out);
 
-// out.physical of an estimate, where it is asked for; without, a warning where the data leave much open.
-//
-// root  of the information on out.chi: rootᵀ root = C_χχ⁻¹, or a singular one where the rank is not full
-void add_physical(const Robot& robot, const std::optional<Physical>& options, const RowFactors& data,
-                  const Matrix& root, Identification& out);
-
 // Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by `what`".
 void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
                   Identification& out);

@@ -9,6 +9,7 @@
 #include "identify/dissipative.hpp"
 #include "identify/fit.hpp"
 #include "identify/loop.hpp"
+#include "identify/physical_model.hpp"
 #include "identify/row_source.hpp"
 #include "identify/thread_team.hpp"
 #include "rivid/error.hpp"
@@ -253,7 +254,12 @@ class Run {
   // The physically consistent parameters that give the torques nearest to those of an iterate, along the measured motion.
   [[nodiscard]] Vector nearest_physical(const Vector& chi) const {
     const Matrix root = combined(used(), base().size(), weights_).R();
-    return physical(robot_, base(), chi, root, method_.physical.value_or(Physical{})).chi;
+    // The motion only has to be near the actual one: a body twice as heavy or half as heavy as described may cost some
+    // per cent of the residual. Without that pull a link may end with next to no inertia, and gains that follow it.
+    constexpr double share_of_rows = 0.01;
+    Physical options = method_.physical.value_or(Physical{});
+    options.weight = std::max(options.weight, share_of_rows * static_cast<double>(rows_));
+    return physical(robot_, base(), chi, root, options).chi;
   }
 
   // In place of a loop that could not be simulated: one with the nearest physical parameters, or on the way back to the

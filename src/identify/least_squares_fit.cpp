@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "identify/fit.hpp"
+#include "identify/physical_model.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {
