@@ -39,8 +39,9 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--method", arguments.method, "Method instead of the experiment file's")
       ->check(CLI::IsMember({"ols", "wls", "iv"}))
       ->type_name("ols|wls");
-  app.add_flag("--physical", arguments.physical,
-               "The physically consistent standard parameters as well, as [method] physical says or by default");
+  app.add_flag(
+      "--physical", arguments.physical,
+      "The physically consistent standard parameters as well, as [method] physical says or by default");
   app.add_option("--log", arguments.logs, "Log files instead of the experiment file's")->type_name("FILE");
   app.add_option("--validate", arguments.validate, "Validation logs instead of the experiment file's")
       ->type_name("FILE");

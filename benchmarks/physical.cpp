@@ -3,6 +3,8 @@
 // weighted least-squares fit of 10 s at 1 kHz that the estimate comes from. Times are medians of runs that take turns, in
 // seconds of the processor.
 
+#include "rivid/identify/physical.hpp"
+
 #include <benchmark/benchmark.h>
 
 #include <Eigen/QR>
@@ -10,7 +12,6 @@
 #include <random>
 
 #include "rivid/identify/least_squares_fit.hpp"
-#include "rivid/identify/physical.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "robots.hpp"
@@ -73,8 +74,8 @@ Log log_of(const Robot& robot, const BaseParameters& base) {
   log.tau.resize(samples, robot.size());
   for (Index j = 0; j < robot.size(); ++j) {
     const JointRows& rows = W.joints[static_cast<std::size_t>(j)];
-    log.tau.col(j) = rows.W * chi(rows.columns) +
-                     noise * Vector::NullaryExpr(samples, [&] { return normal(random); });
+    log.tau.col(j) =
+        rows.W * chi(rows.columns) + noise * Vector::NullaryExpr(samples, [&] { return normal(random); });
   }
   return log;
 }
@@ -113,9 +114,6 @@ void physical_parameters(benchmark::State& state) {
   state.counters["of_WLS"] = median(seconds[0]) / median(seconds[1]);
 }
 
-BENCHMARK(physical_parameters)
-    ->ArgsProduct({{0, 1}, {0, 1}})
-    ->Iterations(1)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(physical_parameters)->ArgsProduct({{0, 1}, {0, 1}})->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace

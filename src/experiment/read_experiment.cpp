@@ -419,9 +419,9 @@ std::array<double, 2> read_mass_bounds(TomlReader& keys, std::string_view key) {
 
 Physical read_physical(TomlReader keys, const Robot& robot) {
   Physical out;
-  out.prior = keys.choice("prior", std::array<std::pair<std::string_view, Physical::Prior>, 2>{
-                                       {{"log_det", Physical::Prior::log_det},
-                                        {"ridge", Physical::Prior::ridge}}})
+  out.prior = keys.choice("prior",
+                          std::array<std::pair<std::string_view, Physical::Prior>, 2>{
+                              {{"log_det", Physical::Prior::log_det}, {"ridge", Physical::Prior::ridge}}})
                   .value_or(out.prior);
   out.weight = keys.number("weight").value_or(out.weight);
   if (auto masses = keys.section("masses")) {
@@ -456,6 +456,8 @@ void read_method(TomlReader keys, Experiment& out) {
   if (const toml::node* const node = keys.find("physical")) {
     if (node->is_table()) {
       out.physical = read_physical(*keys.section("physical"), out.robot);
+    } else if (!node->is_boolean()) {
+      keys.fail(*node, "physical", "must be true or false, or a table of options");
     } else if (keys.as_boolean(*node, "physical")) {
       out.physical = Physical{};
     }

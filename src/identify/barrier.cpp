@@ -233,12 +233,12 @@ double BarrierProblem::cost(const Vector& x) const {
 
 bool BarrierProblem::inside(const Vector& x) const {
   return x.allFinite() &&
-         std::ranges::all_of(bodies,
-                             [&](Index at) {
-                               const Eigen::LLT<Eigen::Matrix4d> factor(
-                                   pseudo_inertia(x.segment<inertial_count>(at)));
-                               return factor.info() == Eigen::Success;
-                             }) &&
+         std::ranges::all_of(
+             bodies,
+             [&](Index at) {
+               const Eigen::LLT<Eigen::Matrix4d> factor(pseudo_inertia(x.segment<inertial_count>(at)));
+               return factor.info() == Eigen::Success;
+             }) &&
          std::ranges::all_of(bounds, [&](const LinearBound& bound) { return bound.slack(x) > 0.0; });
 }
 

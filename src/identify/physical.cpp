@@ -66,8 +66,8 @@ void check(const Robot& robot, const BaseParameters& base, const Eigen::Ref<cons
     refuse(*fault);
   }
   if (base.standard.size() != robot.standard_parameters().size()) {
-    refuse("the base parameters are those of a robot with " + counted(std::ssize(base.standard), "parameter") +
-           ", not of \"" + robot.name + "\"");
+    refuse("the base parameters are those of a robot with " +
+           counted(std::ssize(base.standard), "parameter") + ", not of \"" + robot.name + "\"");
   }
   if (const auto fault = options.complaint(robot)) {
     refuse(*fault);
@@ -111,8 +111,8 @@ PhysicalParameters physical(const Robot& robot, const BaseParameters& base,
                             const Physical& options) {
   check(robot, base, chi, root, options);
   detail::PhysicalProblem problem = detail::physical_problem(robot, base, chi, root, options);
-  const detail::BarrierSolution solution = detail::minimise(problem.barrier, problem.start, problem.offset,
-                                                            options.tolerance, options.max_steps);
+  const detail::BarrierSolution solution =
+      detail::minimise(problem.barrier, problem.start, problem.offset, options.tolerance, options.max_steps);
   PhysicalParameters out;
   out.chi_st = solution.x;
   out.chi = base.from_standard(out.chi_st);

@@ -11,7 +11,7 @@ namespace rivid::detail {
 
 namespace {
 
-// Condition index of columns of unit length from which Belsley, Kuh & Welsch (1980) call collinearity severe; and the
+// Condition index of columns of unit length from which [Belsley 1980] calls collinearity severe; and the
 // part of a parameter's variance that must come from such directions for it to suffer.
 constexpr double severe = 100.0;
 constexpr double most_of_the_variance = 0.5;
@@ -36,9 +36,8 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
       names.push_back(out.base.parameters[static_cast<std::size_t>(i)].name);
     }
   }
-  out.warnings.push_back("weak excitation: the data can hardly tell apart " + listed(names) +
-                         " (condition " + number(index, 3) + " with columns of unit length, severe above " +
-                         number(severe) +
+  out.warnings.push_back("weak excitation: the data can hardly tell apart " + listed(names) + " (condition " +
+                         number(index, 3) + " with columns of unit length, severe above " + number(severe) +
                          "), so the model may not carry over to other motions; more exciting logs, or the "
                          "physically consistent parameters near the robot description, would settle them");
 }

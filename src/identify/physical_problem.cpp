@@ -266,8 +266,8 @@ PhysicalProblem physical_problem(const Robot& robot, const BaseParameters& base,
   const std::vector<LinearBound> signs = sign_bounds(robot, base);
   barrier.bounds = signs;
   add_mass_bounds(robot, options, Places(base), barrier.bounds);
-  out.start = inside_near(robot, options, barrier, signs,
-                          options.start.size() > 0 ? options.start : description);
+  out.start =
+      inside_near(robot, options, barrier, signs, options.start.size() > 0 ? options.start : description);
   return out;
 }
 

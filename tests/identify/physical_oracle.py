@@ -182,7 +182,7 @@ def least_cost(robot, data, case):
     )
     problem.solve(solver=cvxpy.CLARABEL, tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
     assert problem.status == cvxpy.OPTIMAL, problem.status
-    return problem.value, rank
+    return problem.value, problem.solver_stats.solve_time
 
 
 def main():
@@ -204,8 +204,8 @@ def main():
         for case in cases + [
             {"prior": "log_det", "weight": 1.0, "total_mass": [0.5 * total, 0.8 * total], **bounded[robot.name]}
         ]:
-            cost, rank = least_cost(robot, data, case)
-            print(robot.name, len(robot.kinds), "columns, rank", rank, case, cost)
+            cost, seconds = least_cost(robot, data, case)
+            print(f"{robot.name}, {len(robot.kinds)} columns, {case}: {cost:.9g} in {1e3 * seconds:.1f} ms")
             data["cases"].append({**case, "cost": cost})
     path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "physical_oracle.json")
     with open(path, "w", encoding="utf-8") as out:

@@ -109,8 +109,7 @@ std::vector<Vector> starts(const Robot& robot) {
   std::normal_distribution<double> normal;
   std::vector<Vector> out = {Vector()};
   for (const double size : {0.01, 1.0, 100.0}) {
-    out.emplace_back(
-        Vector::NullaryExpr(robot.chi_st().size(), [&] { return size * normal(random); }));
+    out.emplace_back(Vector::NullaryExpr(robot.chi_st().size(), [&] { return size * normal(random); }));
   }
   return out;
 }

@@ -168,11 +168,13 @@ TEST_F(PhysicalOfARandomRobot, PutsABodyWhereTheDescriptionHasNone) {
 TEST_F(PhysicalOfARandomRobot, RefusesWhatItCanNotUse) {
   robot_.joints[0].link = "shoulder";
   EXPECT_EQ(refusal({.weight = 0.0}), "physical: weight is 0, must be positive");
-  EXPECT_NE(refusal({.masses = {{"shulder", 1.0, 2.0}}}).find("did you mean \"shoulder\"?"), std::string::npos);
+  EXPECT_NE(refusal({.masses = {{"shulder", 1.0, 2.0}}}).find("did you mean \"shoulder\"?"),
+            std::string::npos);
   EXPECT_NE(refusal({.masses = {{"shoulder", 2.0, 1.0}}}).find("masses of link \"shoulder\": 2 to 1 kg"),
             std::string::npos);
-  EXPECT_NE(refusal({.masses = {{"shoulder", 5.0, 9.0}}, .total_mass = {{1.0, 4.0}}}).find("can not be reached"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal({.masses = {{"shoulder", 5.0, 9.0}}, .total_mass = {{1.0, 4.0}}}).find("can not be reached"),
+      std::string::npos);
   EXPECT_NE(refusal({.start = Vector::Zero(3)}).find("start has 3 values"), std::string::npos);
   chi_.resize(2);
   EXPECT_NE(refusal({}).find("chi has 2 values"), std::string::npos);

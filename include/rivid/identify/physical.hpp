@@ -17,7 +17,7 @@ namespace rivid {
 struct Physical {
   /// What tells, among all sets that explain the data as well, which one is wanted.
   enum class Prior {
-    /// Log-det (Bregman) divergence of the pseudo-inertias from the robot description's P⁰ (Lee, Wensing & Park 2020):
+    /// Log-det (Bregman) divergence of the pseudo-inertias from the robot description's P⁰ [Lee 2020]:
     /// Σ_j tr(P⁰_j⁻¹ P_j) − log det(P⁰_j⁻¹ P_j) − 4. It does not depend on frames and units, and keeps all masses and
     /// inertias away from zero.
     log_det,
@@ -35,12 +35,14 @@ struct Physical {
   /// λ: a prior of 1 weighs as much as half a squared standard deviation of the estimate. At the default it decides what
   /// the data leave open and little else; hundreds and more hold weakly exciting data to the robot description.
   double weight = 1.0;
-  std::vector<MassBounds> masses = {};                          ///< of single links
-  std::optional<std::array<double, 2>> total_mass = {};  ///< of all moving links together, least and most [kg]
+  std::vector<MassBounds> masses = {};  ///< of single links
+  std::optional<std::array<double, 2>> total_mass =
+      {};  ///< of all moving links together, least and most [kg]
 
-  Vector start = {};         ///< (N_s) to begin with; empty: the robot description. The answer does not depend on it.
-  double tolerance = 1e-6;   ///< of the cost, relative to one and itself
-  int max_steps = 500;       ///< of Newton's method
+  Vector start =
+      {};  ///< (N_s) to begin with; empty: the robot description. The answer does not depend on it.
+  double tolerance = 1e-6;  ///< of the cost, relative to one and itself
+  int max_steps = 500;      ///< of Newton's method
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
 };
@@ -50,14 +52,14 @@ struct Physical {
 
 /// Standard parameters of a robot of physical bodies.
 struct PhysicalParameters {
-  Vector chi_st;            ///< values of BaseParameters::standard, (N_s) [SI, joint side]
-  Vector chi;               ///< their base parameters, (b)
-  double cost = 0.0;        ///< distance + weight × divergence
-  double distance = 0.0;    ///< ½ ‖root (χ̂ − χ)‖²
-  double divergence = 0.0;  ///< of the prior
-  double gap = 0.0;         ///< that the cost is above the least one at most
-  int steps = 0;            ///< of Newton's method
-  bool reached = true;      ///< whether the gap is within the tolerance
+  Vector chi_st;                   ///< values of BaseParameters::standard, (N_s) [SI, joint side]
+  Vector chi;                      ///< their base parameters, (b)
+  double cost = 0.0;               ///< distance + weight × divergence
+  double distance = 0.0;           ///< ½ ‖root (χ̂ − χ)‖²
+  double divergence = 0.0;         ///< of the prior
+  double gap = 0.0;                ///< that the cost is above the least one at most
+  int steps = 0;                   ///< of Newton's method
+  bool reached = true;             ///< whether the gap is within the tolerance
   std::vector<std::string> notes;  ///< links whose description belongs to no body, and what stands in for it
 };
 

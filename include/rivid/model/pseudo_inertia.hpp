@@ -4,7 +4,7 @@
 
 namespace rivid {
 
-/// Pseudo-inertia of a link, the second moments of its mass in homogeneous coordinates (Wensing, Kim & Slotine 2018):
+/// Pseudo-inertia of a link, the second moments of its mass in homogeneous coordinates [Wensing 2018]:
 ///
 ///   P = ∫ [r; 1] [r; 1]ᵀ dm = [½ tr(I) 1 − I, h; hᵀ, m]
 ///
