@@ -440,6 +440,21 @@ Physical read_physical(TomlReader keys, const Robot& robot) {
   return out;
 }
 
+// `physical`, a switch or a table of options.
+std::optional<Physical> read_whether_physical(TomlReader& keys, const Robot& robot) {
+  const toml::node* const node = keys.find("physical");
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  if (node->is_table()) {
+    return read_physical(TomlReader(*node->as_table(), keys.file(), keys.path() + ".physical"), robot);
+  }
+  if (!node->is_boolean()) {
+    keys.fail(*node, "physical", "must be true or false, or a table of options");
+  }
+  return keys.as_boolean(*node, "physical") ? std::optional<Physical>(Physical{}) : std::nullopt;
+}
+
 void read_method(TomlReader keys, Experiment& out) {
   const auto positive = [&](const char* key, double& value) {
     if (const auto given = keys.number(key)) {
@@ -453,15 +468,7 @@ void read_method(TomlReader keys, Experiment& out) {
                            std::array<std::pair<std::string_view, Method>, 3>{
                                {{"ols", Method::ols}, {"wls", Method::wls}, {"iv", Method::iv}}})
                    .value_or(out.method);
-  if (const toml::node* const node = keys.find("physical")) {
-    if (node->is_table()) {
-      out.physical = read_physical(*keys.section("physical"), out.robot);
-    } else if (!node->is_boolean()) {
-      keys.fail(*node, "physical", "must be true or false, or a table of options");
-    } else if (keys.as_boolean(*node, "physical")) {
-      out.physical = Physical{};
-    }
-  }
+  out.physical = read_whether_physical(keys, out.robot);
   Iv& iv = out.iv;
   iv.start = keys.choice("start",
                          std::array<std::pair<std::string_view, Iv::Start>, 3>{

@@ -17,12 +17,11 @@ std::optional<std::string> masses_complaint(const Robot& robot, const Physical& 
   double least = 0.0;
   double most = 0.0;
   std::vector<std::string> links;
+  links.reserve(robot.joints.size());
   for (const Joint& joint : robot.joints) {
     links.push_back(joint.link);
-    most += std::numeric_limits<double>::infinity();
   }
   std::vector<std::string> bounded;
-  double bounded_most = 0.0;
   for (const Physical::MassBounds& bounds : options.masses) {
     const std::string what = "masses of link \"" + bounds.link + "\": ";
     if (std::ranges::find(links, bounds.link) == links.end()) {
@@ -38,10 +37,10 @@ std::optional<std::string> masses_complaint(const Robot& robot, const Physical& 
     }
     bounded.push_back(bounds.link);
     least += bounds.least;
-    bounded_most += bounds.most;
+    most += bounds.most;
   }
-  if (bounded.size() == links.size()) {
-    most = bounded_most;
+  if (bounded.size() < links.size()) {
+    most = std::numeric_limits<double>::infinity();
   }
   if (!options.total_mass) {
     return std::nullopt;

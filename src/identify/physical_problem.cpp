@@ -129,6 +129,7 @@ void add_prior(const Physical& options, const std::vector<Eigen::Matrix4d>& nomi
 Vector inside_near(const Robot& robot, const Physical& options, const BarrierProblem& barrier,
                    const std::vector<LinearBound>& signs, Vector wanted) {
   std::vector<Inertial> inertials;
+  inertials.reserve(barrier.bodies.size());
   for (const Index at : barrier.bodies) {
     inertials.emplace_back(wanted.segment<inertial_count>(at));
   }

@@ -98,28 +98,27 @@ Json physical_settings(const Physical& options) {
 }
 
 // The standard parameters, link by link.
-Json links(const Robot& robot, const Identification& result) {
+Json links(const Robot& robot, const BaseParameters& base, const Vector& chi_st) {
   const Vector a_priori = robot.chi_st();
   Json out = Json::array();
   for (const Joint& joint : robot.joints) {
     out.push_back({{"link", joint.link}, {"joint", joint.name}, {"parameters", Json::array()}});
   }
-  for (std::size_t i = 0; i < result.base.standard.size(); ++i) {
-    const StandardParameter& p = result.base.standard[i];
+  for (std::size_t i = 0; i < base.standard.size(); ++i) {
+    const StandardParameter& p = base.standard[i];
     const auto j = static_cast<std::size_t>(p.joint);
     const auto at = static_cast<Index>(i);
     out[j]["parameters"].push_back({{"name", p.name()},
-                                    {"value", result.physical->parameters.chi_st[at]},
+                                    {"value", chi_st[at]},
                                     {"unit", unit(p.kind, robot.joints[j].type)},
                                     {"a_priori", a_priori[at]}});
   }
   return out;
 }
 
-Json physical(const Robot& robot, const Identification& result) {
-  const PhysicalModel& model = *result.physical;
+Json physical(const Robot& robot, const BaseParameters& base, const PhysicalModel& model) {
   const PhysicalParameters& found = model.parameters;
-  return {{"links", links(robot, result)},
+  return {{"links", links(robot, base, found.chi_st)},
           {"chi", list(found.chi)},
           {"fit", fit(model.fit)},
           {"options", physical_settings(model.options)},
@@ -233,7 +232,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     out["first_stage_F"] = list(result.iv->first_stage_F);
   }
   if (result.physical) {
-    out["physical"] = physical(robot, result);
+    out["physical"] = physical(robot, result.base, *result.physical);
   }
   // A path may hold any bytes; JSON is UTF-8.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

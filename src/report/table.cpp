@@ -180,14 +180,15 @@ void print_price(std::ostream& out, const Fit& plain, const Fit& physical) {
   table.print(out);
 }
 
-void print_links(std::ostream& out, const Identification& result) {
+void print_links(std::ostream& out, const BaseParameters& base, const Vector& chi_st) {
   TextTable table({{"link", Align::right}, {"standard parameters, SI on the joint side", Align::left}});
-  std::vector<std::string> cells(result.fit.joints.size());
-  for (std::size_t i = 0; i < result.base.standard.size(); ++i) {
-    const StandardParameter& p = result.base.standard[i];
+  std::vector<std::string> cells;
+  for (std::size_t i = 0; i < base.standard.size(); ++i) {
+    const StandardParameter& p = base.standard[i];
+    const auto joint = static_cast<std::size_t>(p.joint);
+    cells.resize(std::max(cells.size(), joint + 1));
     // Glued, so that no line is broken within.
-    cells[static_cast<std::size_t>(p.joint)] +=
-        p.name() + "=" + number(result.physical->parameters.chi_st[static_cast<Index>(i)], 4) + " ";
+    cells[joint] += p.name() + "=" + number(chi_st[static_cast<Index>(i)], 4) + " ";
   }
   for (std::size_t j = 0; j < cells.size(); ++j) {
     table.add({std::to_string(j + 1), cells[j]});
@@ -195,12 +196,11 @@ void print_links(std::ostream& out, const Identification& result) {
   table.print(out);
 }
 
-void print_physical(std::ostream& out, const Identification& result) {
-  const PhysicalModel& model = *result.physical;
+void print_physical(std::ostream& out, const Identification& result, const PhysicalModel& model) {
   out << "\nPhysically consistent parameters: prior " << name(model.options.prior) << " with weight "
       << number(model.options.weight, 4) << ", divergence " << number(model.parameters.divergence, 4)
       << " from the robot description\n";
-  print_links(out, result);
+  print_links(out, result.base, model.parameters.chi_st);
   out << "\nTheir price in fit\n";
   print_price(out, result.fit, model.fit);
   for (const Validation& validation : result.validation) {
@@ -250,7 +250,7 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
     print_fit(out, validation.fit);
   }
   if (result.physical) {
-    print_physical(out, result);
+    print_physical(out, result, *result.physical);
   }
   return out;
 }
