@@ -20,7 +20,7 @@ constexpr double reduction = 0.03;
 // Squared Newton decrement, in units of the barrier, below which a point counts as the centre for its weight.
 constexpr double centred = 0.05;
 // Newton steps for one weight, after which roundings must be in the way.
-constexpr int most_steps_for_a_weight = 60;
+constexpr int most_steps_for_a_weight = 200;
 // Part of the way to the boundary that a step may go.
 constexpr double most_of_the_way = 0.98;
 
