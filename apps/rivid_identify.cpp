@@ -26,6 +26,7 @@ struct Arguments {
   std::vector<std::filesystem::path> validate;
   std::filesystem::path output;
   int threads = 1;
+  bool physical = false;
   bool json = false;
   bool quiet = false;
   bool dry_run = false;
@@ -40,6 +41,9 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--method", arguments.method, "Method instead of the experiment file's")
       ->check(CLI::IsMember({"ols", "wls", "iv"}))
       ->type_name("ols|wls");
+  app.add_flag(
+      "--physical", arguments.physical,
+      "The physically consistent standard parameters as well, as [method] physical says or by default");
   app.add_option("--log", arguments.logs, "Log files instead of the experiment file's")->type_name("FILE");
   app.add_option("--validate", arguments.validate, "Validation logs instead of the experiment file's")
       ->type_name("FILE");
@@ -73,6 +77,10 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   if (const std::optional<Method> method = method_named(arguments.method)) {
     experiment.method = *method;
     overrides.emplace_back("method", arguments.method);
+  }
+  if (arguments.physical && !experiment.physical) {
+    experiment.physical = Physical{};
+    overrides.emplace_back("physical", "true");
   }
   if (!arguments.logs.empty()) {
     experiment.log.files = arguments.logs;

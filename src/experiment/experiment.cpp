@@ -79,8 +79,9 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
     case Method::ols:
       break;
     case Method::wls:
-      return identify(experiment.robot, logs,
-                      Wls{experiment.signal, experiment.covariance, experiment.threads, progress});
+      return identify(
+          experiment.robot, logs,
+          Wls{experiment.signal, experiment.covariance, experiment.threads, progress, experiment.physical});
     case Method::iv: {
       if (!experiment.control) {
         throw InputError(
@@ -95,11 +96,13 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
       method.sampling = experiment.control->sampling;
       method.threads = experiment.threads;
       method.progress = progress;
+      method.physical = experiment.physical;
       return identify(experiment.robot, logs, method);
     }
   }
-  return identify(experiment.robot, logs,
-                  Ols{experiment.signal, experiment.covariance, experiment.threads, progress});
+  return identify(
+      experiment.robot, logs,
+      Ols{experiment.signal, experiment.covariance, experiment.threads, progress, experiment.physical});
 }
 
 std::string_view name(Method method) { return method_names[static_cast<std::size_t>(method)]; }

@@ -416,6 +416,57 @@ SignalOptions detail::read_signal(TomlReader keys, Index n) {
   return out;
 }
 
+namespace {
+
+// [least, most] in kg.
+std::array<double, 2> read_mass_bounds(TomlReader& keys, std::string_view key) {
+  const auto bounds = keys.numbers(key).value_or(std::vector<double>{});
+  if (bounds.size() != 2) {
+    keys.fail(*keys.find(key), key, "must be [least, most] in kg");
+  }
+  return {bounds[0], bounds[1]};
+}
+
+Physical read_physical(TomlReader keys, const Robot& robot) {
+  Physical out;
+  out.prior = keys.choice("prior",
+                          std::array<std::pair<std::string_view, Physical::Prior>, 2>{
+                              {{"log_det", Physical::Prior::log_det}, {"ridge", Physical::Prior::ridge}}})
+                  .value_or(out.prior);
+  out.weight = keys.number("weight").value_or(out.weight);
+  if (auto masses = keys.section("masses")) {
+    for (const auto& [link, node] : masses->table()) {
+      const std::array<double, 2> bounds = read_mass_bounds(*masses, link.str());
+      out.masses.push_back({.link = std::string(link.str()), .least = bounds[0], .most = bounds[1]});
+    }
+  }
+  if (keys.find("total_mass") != nullptr) {
+    out.total_mass = read_mass_bounds(keys, "total_mass");
+  }
+  keys.finish();
+  if (const auto complaint = out.complaint(robot)) {
+    keys.fail(*complaint);
+  }
+  return out;
+}
+
+// `physical`, a switch or a table of options.
+std::optional<Physical> read_whether_physical(TomlReader& keys, const Robot& robot) {
+  const toml::node* const node = keys.find("physical");
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  if (node->is_table()) {
+    return read_physical(TomlReader(*node->as_table(), keys.file(), keys.path() + ".physical"), robot);
+  }
+  if (!node->is_boolean()) {
+    keys.fail(*node, "physical", "must be true or false, or a table of options");
+  }
+  return keys.as_boolean(*node, "physical") ? std::optional<Physical>(Physical{}) : std::nullopt;
+}
+
+}  // namespace
+
 void detail::read_method(TomlReader keys, Experiment& out) {
   const auto positive = [&](const char* key, double& value) {
     if (const auto given = keys.number(key)) {
@@ -436,6 +487,7 @@ void detail::read_method(TomlReader keys, Experiment& out) {
                                          {"hac", CovarianceKind::hac}}})
                             .value_or(out.covariance.kind);
   positive("covariance_lag", out.covariance.lag);
+  out.physical = read_whether_physical(keys, out.robot);
   Iv& iv = out.iv;
   iv.start = keys.choice("start",
                          std::array<std::pair<std::string_view, Iv::Start>, 3>{

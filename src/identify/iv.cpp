@@ -10,9 +10,9 @@
 #include "identify/covariance.hpp"
 #include "identify/dissipative.hpp"
 #include "identify/exact_rows.hpp"
-#include "identify/feasible.hpp"
 #include "identify/fit.hpp"
 #include "identify/loop.hpp"
+#include "identify/physical_model.hpp"
 #include "identify/row_source.hpp"
 #include "identify/thread_team.hpp"
 #include "rivid/error.hpp"
@@ -114,6 +114,7 @@ struct Estimate {
   std::vector<double> weights;
   double sigma = 0.0;  // standard deviation of the weighted residual
   Matrix unit_covariance;
+  Matrix R_VW;
   double condition_VW = 0.0;
   Vector first_stage_F;
   Matrix bread;                           // (Vᵀ Ω⁻¹ W)⁻¹
@@ -261,11 +262,22 @@ class Run {
     return loop;
   }
 
+  // The physically consistent parameters that give the torques nearest to those of an iterate, along the measured motion.
+  [[nodiscard]] Vector nearest_physical(const Vector& chi) const {
+    const Matrix root = combined(used(), base().size(), weights_).R();
+    // The motion only has to be near the actual one: a body twice as heavy or half as heavy as described may cost some
+    // per cent of the residual. Without that pull a link may end with next to no inertia, and gains that follow it.
+    constexpr double share_of_rows = 0.01;
+    Physical options = method_.physical.value_or(Physical{});
+    options.weight = std::max(options.weight, share_of_rows * static_cast<double>(rows_));
+    return physical(robot_, base(), chi, root, options).chi;
+  }
+
   // In place of a loop that could not be simulated: one with the nearest physical parameters, or on the way back to the
   // last ones.
   [[nodiscard]] Loop safeguarded(Loop loop, Vector& chi, std::string& safeguard) {
     const std::string first_failure = loop.failure;
-    loop = simulated(detail::feasible_near(robot_, base(), chi));
+    loop = simulated(nearest_physical(chi));
     if (loop.failure.empty()) {
       safeguard = first_failure + "; simulated with the nearest physical parameters";
       return loop;
@@ -566,6 +578,7 @@ class Run {
                          .weights = weights_,
                          .sigma = deviation_of(chi),
                          .unit_covariance = solution_.unit_covariance,
+                         .R_VW = solution_.R_VW,
                          .condition_VW = solution_.condition_VW,
                          .first_stage_F = first_stage_F(),
                          .bread = bread(),
@@ -623,6 +636,7 @@ class Run {
     out_.fit = detail::judged(robot_, data_, estimate.chi, b, out_.signal.convention);
     out_.fit.sigma_rho = estimate.sigma;
     detail::describe_parameters(robot_, out_);
+    detail::add_physical(robot_, method_.physical, data_, estimate.R_VW / estimate.sigma, out_);
     judge_instruments(estimate.first_stage_F);
     diagnose_loop();
     diagnose_bandwidth();
@@ -782,6 +796,9 @@ std::optional<std::string> Iv::complaint(const Robot& robot) const {
   }
   if (auto fault = covariance.complaint()) {
     return fault;
+  }
+  if (auto fault = physical ? physical->complaint(robot) : std::nullopt) {
+    return "physical: " + *fault;
   }
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
   for (const auto& [key, value] :

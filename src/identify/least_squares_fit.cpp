@@ -4,6 +4,7 @@
 
 #include "identify/covariance.hpp"
 #include "identify/fit.hpp"
+#include "identify/physical_model.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {
@@ -100,6 +101,7 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   out.fit = judged(robot, data, out.chi, solution.rank, signal.convention);
   out.fit.sigma_rho = sigma;
   describe_parameters(robot, out);
+  detail::add_physical(robot, method.physical, data, solution.R / sigma, out);
   return out;
 }
 
@@ -116,7 +118,11 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Wls
 Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
   const SignalOptions& signal = identification.signal;
   const RowFactors data = all_factors(robot, identification.base, std::span(&log, 1), signal, threads, {});
-  return {log.source, judged(robot, data, identification.chi, 0, signal.convention)};
+  Validation out{log.source, judged(robot, data, identification.chi, 0, signal.convention), {}};
+  if (identification.physical) {
+    out.physical = judged(robot, data, identification.physical->parameters.chi, 0, signal.convention);
+  }
+  return out;
 }
 
 }  // namespace rivid

@@ -104,6 +104,54 @@ Json tests(const Diagnostics& d) {
   return out;
 }
 
+Json physical_settings(const Physical& options) {
+  Json masses = Json::object();
+  for (const Physical::MassBounds& bounds : options.masses) {
+    masses[bounds.link] = {bounds.least, bounds.most};
+  }
+  Json out = {{"prior", name(options.prior)},
+              {"weight", options.weight},
+              {"masses", std::move(masses)},
+              {"total_mass", nullptr}};
+  if (options.total_mass) {
+    out["total_mass"] = *options.total_mass;
+  }
+  return out;
+}
+
+// The standard parameters, link by link.
+Json links(const Robot& robot, const BaseParameters& base, const Vector& chi_st) {
+  const Vector a_priori = robot.chi_st();
+  Json out = Json::array();
+  for (const Joint& joint : robot.joints) {
+    out.push_back({{"link", joint.link}, {"joint", joint.name}, {"parameters", Json::array()}});
+  }
+  for (std::size_t i = 0; i < base.standard.size(); ++i) {
+    const StandardParameter& p = base.standard[i];
+    const auto j = static_cast<std::size_t>(p.joint);
+    const auto at = static_cast<Index>(i);
+    out[j]["parameters"].push_back({{"name", p.name()},
+                                    {"value", chi_st[at]},
+                                    {"unit", unit(p.kind, robot.joints[j].type)},
+                                    {"a_priori", a_priori[at]}});
+  }
+  return out;
+}
+
+Json physical(const Robot& robot, const BaseParameters& base, const PhysicalModel& model) {
+  const PhysicalParameters& found = model.parameters;
+  return {{"links", links(robot, base, found.chi_st)},
+          {"chi", list(found.chi)},
+          {"fit", fit(model.fit)},
+          {"options", physical_settings(model.options)},
+          {"cost", found.cost},
+          {"distance", found.distance},
+          {"divergence", found.divergence},
+          {"gap", found.gap},
+          {"steps", found.steps},
+          {"reached", found.reached}};
+}
+
 Json signal_settings(const SignalOptions& s) {
   Json out = {{"rows", name(s.exact_rows() ? RowScheme::exact : RowScheme::paper)},
               {"torque_held", s.torque_held},
@@ -179,6 +227,9 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   for (const Validation& v : result.validation) {
     Json members = {{"file", v.file}};
     members.update(fit(v.fit));
+    if (v.physical) {
+      members["physical"] = fit(*v.physical);
+    }
     validation.push_back(std::move(members));
   }
   Json covariance = {{"kind", name(result.covariance.kind)},
@@ -211,6 +262,9 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     out["loop"] = {{"control_error", list(result.iv->loop.control_error)},
                    {"tracking_ratio", list(result.iv->loop.tracking_ratio)}};
     out["first_stage_F"] = list(result.iv->first_stage_F);
+  }
+  if (result.physical) {
+    out["physical"] = physical(robot, result.base, *result.physical);
   }
   // A path may hold any bytes; JSON is UTF-8.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -206,6 +206,56 @@ std::string in_words(const HausmanTest& hausman) {
          figures;
 }
 
+// What physical consistency costs in fit.
+void print_price(std::ostream& out, const Fit& plain, const Fit& physical) {
+  TextTable table({{"joint", Align::left},
+                   {"rel. error", Align::right},
+                   {"physical", Align::right},
+                   {"centred", Align::right},
+                   {"physical", Align::right}});
+  for (std::size_t j = 0; j < plain.joints.size(); ++j) {
+    table.add({plain.joints[j].name, percent(plain.joints[j].relative_error),
+               percent(physical.joints[j].relative_error), percent(plain.joints[j].centred_relative_error),
+               percent(physical.joints[j].centred_relative_error)});
+  }
+  if (plain.joints.size() > 1) {
+    table.add({"all", percent(plain.relative_error), percent(physical.relative_error),
+               percent(plain.centred_relative_error), percent(physical.centred_relative_error)});
+  }
+  table.print(out);
+}
+
+void print_links(std::ostream& out, const BaseParameters& base, const Vector& chi_st) {
+  TextTable table({{"link", Align::right}, {"standard parameters, SI on the joint side", Align::left}});
+  std::vector<std::string> cells;
+  for (std::size_t i = 0; i < base.standard.size(); ++i) {
+    const StandardParameter& p = base.standard[i];
+    const auto joint = static_cast<std::size_t>(p.joint);
+    cells.resize(std::max(cells.size(), joint + 1));
+    // Glued, so that no line is broken within.
+    cells[joint] += p.name() + "=" + number(chi_st[static_cast<Index>(i)], 4) + " ";
+  }
+  for (std::size_t j = 0; j < cells.size(); ++j) {
+    table.add({std::to_string(j + 1), cells[j]});
+  }
+  table.print(out);
+}
+
+void print_physical(std::ostream& out, const Identification& result, const PhysicalModel& model) {
+  out << "\nPhysically consistent parameters: prior " << name(model.options.prior) << " with weight "
+      << number(model.options.weight, 4) << ", divergence " << number(model.parameters.divergence, 4)
+      << " from the robot description\n";
+  print_links(out, result.base, model.parameters.chi_st);
+  out << "\nTheir price in fit\n";
+  print_price(out, result.fit, model.fit);
+  for (const Validation& validation : result.validation) {
+    if (validation.physical) {
+      out << "\nTheir price on " << validation.file << '\n';
+      print_price(out, validation.fit, *validation.physical);
+    }
+  }
+}
+
 // The residual of Y against the simulated regressor tells whether the assumed loop is the actual one.
 void print_iterations(std::ostream& out, const IvHistory& history) {
   TextTable table({{"k", Align::right},
@@ -251,6 +301,9 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
   for (const Validation& validation : result.validation) {
     out << "\nValidation on " << validation.file << "\n";
     print_fit(out, validation.fit);
+  }
+  if (result.physical) {
+    print_physical(out, result, *result.physical);
   }
   return out;
 }

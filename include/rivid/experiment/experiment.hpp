@@ -70,6 +70,8 @@ struct Experiment {
   SignalOptions signal;
   Method method = Method::ols;
   CovarianceOptions covariance;  ///< of any method
+  std::optional<Physical>
+      physical;  ///< whether the physically consistent model is wanted, and how, of any method
   Iv iv;  ///< how Method::iv goes about it; what other sections say of signals and control is put in by run()
   LogSource validation;  ///< files may be empty
   std::optional<ControlLoop> control;

@@ -7,6 +7,7 @@
 
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/diagnostics.hpp"
+#include "rivid/identify/physical.hpp"
 #include "rivid/identify/signal_options.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/closed_loop.hpp"
@@ -66,6 +67,14 @@ struct Fit {
 struct Validation {
   std::string file;
   Fit fit;
+  std::optional<Fit> physical;  ///< of the physically consistent model, where there is one
+};
+
+/// The physically consistent model that is nearest to the estimate, see physical(), and what it costs in fit.
+struct PhysicalModel {
+  Physical options;
+  PhysicalParameters parameters;
+  Fit fit;  ///< on the rows of the identification
 };
 
 /// Distance of one motion from another, joint by joint: ‖a − b‖ / ‖b‖ of positions, velocities, accelerations, (n) each.
@@ -135,6 +144,7 @@ struct [[nodiscard]] Identification {
   std::vector<Validation> validation;
   std::optional<IvHistory> iv;             ///< of the methods that iterate
   std::optional<Diagnostics> diagnostics;  ///< where the covariance is that of CovarianceKind::hac
+  std::optional<PhysicalModel> physical;   ///< where the method was asked for it
 };
 
 }  // namespace rivid

@@ -65,6 +65,7 @@ struct Iv {
       {};           ///< tolerances, integrator and budgets; its sampling and samples are not used
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
+  std::optional<Physical> physical = {};  ///< the physically consistent model as well
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
 };

@@ -18,6 +18,7 @@ struct Ols {
   CovarianceOptions covariance = {};
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
+  std::optional<Physical> physical = {};  ///< the physically consistent model as well
 };
 
 /// IDIM-WLS: each joint's rows divided by the standard deviation of the error of a fit to these rows alone,
@@ -27,6 +28,7 @@ struct Wls {
   CovarianceOptions covariance = {};
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
+  std::optional<Physical> physical = {};  ///< the physically consistent model as well
 };
 
 /// Identifies the base parameters from logs of one robot; their rows are stacked.

@@ -1,0 +1,67 @@
+#include "identify/physical_model.hpp"
+
+#include <Eigen/SVD>
+#include <string>
+#include <vector>
+
+#include "identify/fit.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Condition index of columns of unit length from which [Belsley 1980] calls collinearity severe; and the
+// part of a parameter's variance that must come from such directions for it to suffer.
+constexpr double severe = 100.0;
+constexpr double most_of_the_variance = 0.5;
+
+void warn_of_weak_excitation(const Matrix& root, Identification& out) {
+  if (out.status == Status::rank_deficient) {
+    return;
+  }
+  const Matrix scaled = root * root.colwise().norm().cwiseInverse().asDiagonal();
+  const Eigen::BDCSVD<Matrix> svd(scaled, Eigen::ComputeThinV);
+  const Vector& s = svd.singularValues();
+  const Index size = s.size();
+  const double index = s[0] / s[size - 1];
+  if (!(index > severe)) {
+    return;
+  }
+  const Index weak = (s.array() * severe < s[0]).count();
+  const Matrix shares = (svd.matrixV() * s.cwiseInverse().asDiagonal()).cwiseAbs2();
+  std::vector<std::string> names;
+  for (Index i = 0; i < size; ++i) {
+    if (shares.row(i).tail(weak).sum() > most_of_the_variance * shares.row(i).sum()) {
+      names.push_back(out.base.parameters[static_cast<std::size_t>(i)].name);
+    }
+  }
+  out.warnings.push_back("weak excitation: the data can hardly tell apart " + listed(names) + " (condition " +
+                         number(index, 3) + " with columns of unit length, severe above " + number(severe) +
+                         "), so the model may not carry over to other motions; more exciting logs, or the "
+                         "physically consistent parameters near the robot description, would settle them");
+}
+
+}  // namespace
+
+void add_physical(const Robot& robot, const std::optional<Physical>& options, const RowFactors& data,
+                  const Matrix& root, Identification& out) {
+  if (!options) {
+    warn_of_weak_excitation(root, out);
+    return;
+  }
+  PhysicalModel model;
+  model.options = *options;
+  model.parameters = physical(robot, out.base, out.chi, root, *options);
+  model.fit = judged(robot, data, model.parameters.chi, out.base.size(), out.signal.convention);
+  out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
+  if (!model.parameters.reached) {
+    out.warnings.push_back("the search for the physically consistent parameters ended after " +
+                           counted(model.parameters.steps, "step") +
+                           ", before their cost was known to be the least to within " +
+                           number(options->tolerance) + " of itself; larger max_steps may help");
+  }
+  out.physical = std::move(model);
+}
+
+}  // namespace rivid::detail
