@@ -84,8 +84,10 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& metho
   }
 }
 
-Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law) const {
-  return rivid::simulate(robot_, model, law, *reference_, options_);
+Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const {
+  SimulationOptions options = options_;
+  options.max_steps = std::min(options.max_steps, most_steps);
+  return rivid::simulate(robot_, model, law, *reference_, options);
 }
 
 Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
