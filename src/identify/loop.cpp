@@ -64,6 +64,10 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& metho
   options_.f_m = log.f_m;
   options_.samples = log.samples();
   options_.sampling = method.sampling;
+  if (options_.integrator == Integrator::automatic && options_.sampling.period == 0.0) {
+    // Every sample and every reversal of six joints makes a multistep method look back or begin anew.
+    options_.integrator = Integrator::dormand_prince;
+  }
   options_.q_0.resize(0);
   options_.qd_0.resize(0);
   if (!method.start_on_reference) {

@@ -68,7 +68,8 @@ TEST_F(Tx40, IsIdentifiedByInstrumentalVariablesWithAGuessedController) {
   EXPECT_LT(found["fit"]["relative_error"].get<double>(), 1.03 * 0.04707);
   edit("omega_n = 50", "omega_n = 25");
   const Json slow = result({"--method", "iv"}, 1);
-  EXPECT_EQ(slow["status"], "weak_instruments");
+  EXPECT_NE(slow["status"], "identified");
+  EXPECT_NE(slow["reasons"].dump().find("says too little about"), std::string::npos) << slow["reasons"];
 }
 
 // Iterate after iterate is no robot, and the nearest physical one is simulated: worse than with a filter, but far from
