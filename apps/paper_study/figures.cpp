@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "paper_study/runs.hpp"
+
 namespace rivid::study {
 
 namespace {
@@ -18,7 +20,7 @@ svg::Series by_iteration(const std::string& label, const Identification& found,
                          const std::function<double(const IvIteration&)>& of, std::size_t color,
                          bool dashed = false) {
   svg::Series out{.label = label, .x = {}, .y = {}, .dashed = dashed, .markers = true, .color = color};
-  for (const IvIteration& iteration : found.iv->iterations) {
+  for (const IvIteration& iteration : history(found).iterations) {
     out.x.push_back(static_cast<double>(out.x.size()));
     out.y.push_back(of(iteration));
   }
@@ -40,7 +42,7 @@ svg::Panel over_iterations(const std::string& title, const std::string& y_label,
 
 void figure_torques(const Scara& scara, const Log& log, const Identification& found, Report& report) {
   const Simulation run =
-      simulate(scara.robot, scara.base, found.chi, scara.control, found.iv->iterations.back().J,
+      simulate(scara.robot, scara.base, found.chi, scara.control, history(found).iterations.back().J,
                Scara::moves(S2), {.f_m = Scara::f_m, .sampling = scara.sampling});
   const Vector Y_e = observation(scara.robot, scara.base, run.motion).dense() * found.chi;
   std::vector<svg::Panel> panels;
@@ -85,7 +87,7 @@ void figure_motion_errors(int number, const std::string& what, const Identificat
 void figure_parameters(const Identification& found, Report& report) {
   std::vector<svg::Panel> panels;
   for (std::size_t i = 0; i < b; ++i) {
-    svg::Series estimate = by_iteration(
+    const svg::Series estimate = by_iteration(
         "estimate", found, [i](const IvIteration& k) { return in_paper[i] * k.chi[static_cast<Index>(i)]; },
         0);
     svg::Series true_value =

@@ -48,7 +48,7 @@ All identified_all(const Scara& scara, std::uint64_t seeds) {
 }
 
 std::string by_iteration(const Identification& found) {
-  const auto& iterates = found.iv->iterations;
+  const auto& iterates = history(found).iterations;
   std::vector<std::size_t> widths = {11, 10, 8, 8, 8};
   widths.insert(widths.end(), iterates.size() - 1, 10);
   std::vector<std::vector<std::string>> rows = {{"parameter"}};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
 
 #include "paper_study/report.hpp"
 
@@ -16,7 +17,14 @@ double sigma(const Identification& found, std::size_t i) { return in_paper[i] * 
 
 double off(const Identification& found, std::size_t i) { return std::abs(value(found, i) / truth[i] - 1.0); }
 
-std::size_t iterations(const Identification& found) { return found.iv->iterations.size() - 1; }
+const IvHistory& history(const Identification& found) {
+  if (!found.iv) {
+    throw std::logic_error("history: " + found.title + " does not iterate");
+  }
+  return *found.iv;
+}
+
+std::size_t iterations(const Identification& found) { return history(found).iterations.size() - 1; }
 
 bool identified(const Identification& found) { return found.status == Status::identified; }
 
@@ -82,7 +90,7 @@ std::string beside(const std::string& title, const PaperTable& paper, const Runs
          percent(mean(runs, [](const Identification& run) { return run.fit.relative_error; }));
   if (runs[0].iv) {
     out += ", ‖Y − Vχ‖ / ‖Y‖: " + percent(mean(runs, [](const Identification& run) {
-             return run.iv->iterations.back().relative_error;
+             return history(run).iterations.back().relative_error;
            }));
   }
   if (paper.relative_error > 0.0) {
@@ -124,8 +132,9 @@ std::string motion_errors(const std::string& title, const Runs& all) {
   const auto errors = [&](MotionError IvIteration::* from, Index j) {
     std::string out;
     for (const auto quantity : {&MotionError::q, &MotionError::qd, &MotionError::qdd}) {
-      const double error = mean(
-          runs, [&](const Identification& run) { return (run.iv->iterations.back().*from.*quantity)[j]; });
+      const double error = mean(runs, [&](const Identification& run) {
+        return (history(run).iterations.back().*from.*quantity)[j];
+      });
       out += (out.empty() ? "" : ", ") + number(100.0 * error, 3);
     }
     return out + " %";

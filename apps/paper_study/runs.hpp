@@ -16,6 +16,8 @@ using Runs = std::vector<Identification>;
 [[nodiscard]] double sigma(const Identification& found, std::size_t i);
 /// |χ̂_i / χ_i − 1|.
 [[nodiscard]] double off(const Identification& found, std::size_t i);
+/// Of a method that iterates.
+[[nodiscard]] const IvHistory& history(const Identification& found);
 [[nodiscard]] std::size_t iterations(const Identification& found);
 [[nodiscard]] bool identified(const Identification& found);
 

@@ -21,7 +21,9 @@ std::vector<std::string> row(const std::string& what, double ratio, double poles
     const auto of = [&](const Identification& run) { return value(run, i) / (scale * truth[i]); };
     out.push_back(good.empty() ? "–" : number(mean(good, of), 4));
   }
-  const auto against_V = [](const Identification& run) { return run.iv->iterations.back().relative_error; };
+  const auto against_V = [](const Identification& run) {
+    return history(run).iterations.back().relative_error;
+  };
   out.push_back(good.empty() ? "–" : percent(mean(good, against_V)));
   out.push_back(std::to_string(good.size()) + " of " + std::to_string(all.size()));
   return out;
