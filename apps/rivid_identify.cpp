@@ -127,6 +127,9 @@ int identify_from(const Arguments& arguments) {
   const auto overrides = apply(arguments, experiment);
   experiment.threads = arguments.threads;
   check(arguments.write_back, experiment);
+  if (!arguments.write_back.urdf.empty() && !experiment.physical) {
+    experiment.physical.emplace();  // a URDF describes bodies
+  }
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   const std::filesystem::path file = folder / "result.json";
   if (arguments.dry_run) {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/standard_near.hpp"
 #include "rivid/report/c_header.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/sidecar.hpp"
@@ -47,8 +46,12 @@ void write(const Path& file, const std::string& content, bool quiet) {
 
 bool write_urdf(const WriteBack& options, const Experiment& experiment, const Identification& result,
                 bool quiet) {
+  if (!result.physical) {
+    tell("error", {"there is no estimate that a URDF could be written from"});
+    return false;
+  }
   const Robot& robot = experiment.robot;
-  const Vector chi_st = standard_near(robot, result.base, result.chi);
+  const Vector& chi_st = result.physical->parameters.chi_st;
   const std::string before = urdf_text(experiment.robot_file);
   const std::string input = experiment.robot_file.string();
   const RewrittenUrdf urdf = rewritten_urdf(before, input, robot, chi_st, {.force = options.force});

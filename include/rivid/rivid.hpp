@@ -17,7 +17,6 @@
 #include "rivid/identify/iv.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/identify/physical.hpp"
-#include "rivid/identify/standard_near.hpp"
 #include "rivid/model/mdh.hpp"
 #include "rivid/model/pseudo_inertia.hpp"
 #include "rivid/model/urdf.hpp"

@@ -62,6 +62,7 @@ void read_joint_options(TomlReader& keys, Robot& robot) {
   const auto numbers = [&](std::string_view key, double Joint::* member) {
     for_each_joint(keys, key, robot, [&](const toml::node& n) { return keys.as_number(n, key); }, member);
   };
+  numbers("sign_speed", &Joint::sign_speed);
   numbers("drive_gain", &Joint::drive_gain);
   numbers("gear_ratio", &Joint::gear_ratio);
 }
@@ -69,6 +70,7 @@ void read_joint_options(TomlReader& keys, Robot& robot) {
 void read_joint(TomlReader keys, Joint& joint) {
   joint.friction = keys.choice("friction", friction_words).value_or(joint.friction);
   joint.rotor_inertia = keys.boolean("rotor_inertia").value_or(joint.rotor_inertia);
+  joint.sign_speed = keys.number("sign_speed").value_or(joint.sign_speed);
   joint.drive_gain = keys.number("drive_gain").value_or(joint.drive_gain);
   joint.gear_ratio = keys.number("gear_ratio").value_or(joint.gear_ratio);
   joint.Ia = keys.number("Ia").value_or(joint.Ia);

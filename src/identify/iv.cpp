@@ -29,6 +29,10 @@ using detail::AuxiliaryLoop;
 
 // Halvings of a step whose end can not be simulated.
 constexpr int most_halvings = 5;
+// Steps that the integrator may take with one iterate: so many times the most that an earlier one took, and so many a
+// sample. Near a mass matrix that is not positive definite there is no end to them.
+constexpr Index most_times_the_steps = 20;
+constexpr Index most_steps_a_sample = 10;
 // Part of the parameter tolerance that counts as standing still.
 constexpr double still = 0.2;
 // A step counts as one of a cycle where it leads back to within this part of itself.
@@ -243,7 +247,7 @@ class Run {
       for (std::size_t k = 0; k < loops_.size(); ++k) {
         // A law is made anew for each simulation: it may keep scratch.
         loop.law = method_.control({robot_, *loop.model, loop.J});
-        Simulation simulation = loops_[k]->simulate(*loop.model, *loop.law);
+        Simulation simulation = loops_[k]->simulate(*loop.model, *loop.law, step_budget(logs_[k].samples()));
         loop.effort.steps += simulation.effort.steps;
         loop.effort.right_hand_sides += simulation.effort.right_hand_sides;
         loop.effort.restarts += simulation.effort.restarts;
@@ -271,6 +275,15 @@ class Run {
     Physical options = method_.physical.value_or(Physical{});
     options.weight = std::max(options.weight, share_of_rows * static_cast<double>(rows_));
     return physical(robot_, base(), chi, root, options).chi;
+  }
+
+  [[nodiscard]] Index step_budget(Index samples) const {
+    Index most = 0;
+    for (const IvIteration& iteration : history()) {
+      most = std::max(most, iteration.effort.steps);
+    }
+    return most > 0 ? most_times_the_steps * most + most_steps_a_sample * samples
+                    : std::numeric_limits<Index>::max();
   }
 
   // In place of a loop that could not be simulated: one with the nearest physical parameters, or on the way back to the

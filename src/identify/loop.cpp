@@ -64,6 +64,10 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& metho
   options_.f_m = log.f_m;
   options_.samples = log.samples();
   options_.sampling = method.sampling;
+  if (options_.integrator == Integrator::automatic && options_.sampling.period == 0.0) {
+    // Every sample and every reversal of six joints makes a multistep method look back or begin anew.
+    options_.integrator = Integrator::dormand_prince;
+  }
   options_.q_0.resize(0);
   options_.qd_0.resize(0);
   if (!method.start_on_reference) {
@@ -84,8 +88,10 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& metho
   }
 }
 
-Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law) const {
-  return rivid::simulate(robot_, model, law, *reference_, options_);
+Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const {
+  SimulationOptions options = options_;
+  options.max_steps = std::min(options.max_steps, most_steps);
+  return rivid::simulate(robot_, model, law, *reference_, options);
 }
 
 Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {

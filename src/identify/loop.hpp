@@ -14,7 +14,8 @@ class AuxiliaryLoop {
   // throws InputError where the log lacks what the loop follows
   AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& method);
 
-  [[nodiscard]] Simulation simulate(const DynamicModel& model, const ControlLaw& law) const;
+  // most_steps: of the integrator, beside the budgets of the options.
+  [[nodiscard]] Simulation simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const;
 
   // Filtered measured motion and reference at the samples of the log.
   [[nodiscard]] const Motion& measured() const { return measured_; }

@@ -303,6 +303,9 @@ std::optional<std::string> Robot::complaint() const {
       return who + "its frame lies " + number(chain.links[j].p.cwiseAbs().maxCoeff()) +
              " m from the one before, must be at most " + number(largest_length) + " m";
     }
+    if (!std::isfinite(joint.sign_speed) || joint.sign_speed < 0.0) {
+      return who + "sign_speed is " + number(joint.sign_speed) + ", must be finite and not negative";
+    }
     if (!std::isfinite(joint.g_tau()) || joint.g_tau() == 0.0) {
       return who + "drive_gain × gear_ratio is " + std::to_string(joint.g_tau()) +
              ", must be finite and not zero";

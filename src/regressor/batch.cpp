@@ -242,6 +242,7 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::s
   if (rest > 0) {
     fill_rest(motion, first + packs * lanes, rest, packs * lanes, workspace);
   }
+  fill_smooth(motion, first, count, targets, row);
   fill_coupled(motion, first, count, targets, row, workspace);
 }
 
@@ -267,6 +268,23 @@ void RegressorBatch::fill_rest(const Motion& motion, Index sample, Index rest, I
                     workspace.scratch_.get());
   for (std::size_t e = 0; e < plan.entries.size(); ++e) {
     std::copy_n(workspace.tail_columns_[e], rest, workspace.columns_[e] + row);
+  }
+}
+
+// Signs that a model smooths at reversals: in place of what the kernels have put there, which know the sign alone.
+void RegressorBatch::fill_smooth(const Motion& motion, Index first, Index count,
+                                 std::span<const RowsTarget> targets, Index row) const {
+  for (std::size_t j = 0; j < joints(); ++j) {
+    for (const RegressorColumns::JointEntry& e : columns_.of_own(j)) {
+      using enum ParameterKind;
+      if (e.sign_speed > 0.0 && (e.kind == Fc || e.kind == Fc_plus || e.kind == Fc_minus)) {
+        const double* const qd = motion.qd.col(static_cast<Index>(j)).data() + first;
+        double* const column = targets[j].data + e.column * targets[j].ld + row;
+        for (Index k = 0; k < count; ++k) {
+          column[k] = friction_entry(e.kind, qd[k], e.sign_speed);
+        }
+      }
+    }
   }
 }
 

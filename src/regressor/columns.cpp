@@ -30,6 +30,10 @@ RegressorColumns::RegressorColumns(const Robot& robot, std::span<const StandardP
     const auto j = static_cast<std::size_t>(parameters[c].joint);
     if (const Coupling* const coupling = coupling_of(robot, parameters[c])) {
       for (CoupledEntry& entry : coupled_entries(*coupling, parameters[c].kind, robot.size())) {
+        entry.sign_speed = robot.joints[j].sign_speed;
+        for (CoupledEntry::Term& term : entry.terms) {
+          term.sign_speed = robot.joints[term.joint].sign_speed;
+        }
         JointRow& row = joints_[entry.joint];
         row.coupled.push_back({std::move(entry), static_cast<Index>(row.columns.size())});
         row.columns.push_back(static_cast<Index>(c));
@@ -37,7 +41,8 @@ RegressorColumns::RegressorColumns(const Robot& robot, std::span<const StandardP
       continue;
     }
     if (parameters[c].kind >= ParameterKind::Ia) {
-      joints_[j].own.push_back({parameters[c].kind, static_cast<Index>(joints_[j].columns.size())});
+      joints_[j].own.push_back(
+          {parameters[c].kind, static_cast<Index>(joints_[j].columns.size()), robot.joints[j].sign_speed});
       joints_[j].columns.push_back(static_cast<Index>(c));
       continue;
     }

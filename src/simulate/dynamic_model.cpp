@@ -247,8 +247,8 @@ DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& c
       // Only a symmetric law is coupled: its two coefficients are the same.
       torque = coupled ? Vector(torque / Fc.plus) : Vector(Vector::Zero(n));
       torque[k] = 1.0;
-      dry_friction_.push_back(
-          {joints_[joint].name, Vector::Unit(n, k), std::move(torque), Fc.plus, Fc.minus, Fv.plus, Fv.minus});
+      dry_friction_.push_back({joints_[joint].name, Vector::Unit(n, k), std::move(torque), Fc.plus, Fc.minus,
+                               Fv.plus, Fv.minus, joints_[joint].sign_speed});
     }
   }
   for (const Sums::Motor& motor : sums.motors) {
@@ -257,7 +257,8 @@ DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& c
     } else if (motor.Fcm > 0.0) {
       const Vector c = motor.coupling->row(n);
       const Joint& joint = joints_[static_cast<std::size_t>(motor.coupling->motor)];
-      dry_friction_.push_back({"motor of " + joint.name, c, c, motor.Fcm, motor.Fcm});
+      dry_friction_.push_back(
+          {"motor of " + joint.name, c, c, motor.Fcm, motor.Fcm, 0.0, 0.0, joint.sign_speed});
     }
   }
 }

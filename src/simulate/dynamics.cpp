@@ -143,12 +143,7 @@ Vector friction_torque(const DynamicModel& model, const Values& qd) {
   require("friction_torque", "qd", qd, model);
   Vector tau = model.viscous() * qd + model.offset();
   for (const DryFriction& element : model.dry_friction()) {
-    const double speed = element.direction.dot(qd);
-    if (speed > 0.0) {
-      tau += element.torque * (element.Fc_plus + element.Fv_plus * speed);
-    } else if (speed < 0.0) {
-      tau += element.torque * (-element.Fc_minus + element.Fv_minus * speed);
-    }
+    tau += element.torque * element.lambda(element.direction.dot(qd));
   }
   return tau;
 }

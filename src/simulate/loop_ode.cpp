@@ -16,6 +16,8 @@ LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw
       exact_(options.friction == DryFrictionScheme::exact),
       held_(options.friction == DryFrictionScheme::held),
       smooth_velocity_(options.smooth_velocity),
+      smooth_elements_(std::ranges::any_of(
+          model.dry_friction(), [](const DryFriction& element) { return element.sign_speed > 0.0; })),
       drive_(robot.drive_matrix()),
       diagonal_drive_(drive_.isDiagonal(0.0)),
       diagonal_viscous_(model.viscous().isDiagonal(0.0)),
@@ -66,6 +68,9 @@ void LoopOde::torques_beside_bias(double t, const double* y, double* xd) {
   } else {
     torque_.noalias() -= model_.viscous() * qd_;
   }
+  if (exact_ && smooth_elements_) {
+    brake_smoothly();
+  }
 }
 
 bool LoopOde::torques(double t, const double* y, double* xd) {
@@ -92,12 +97,11 @@ void LoopOde::driving_torques(double t, const double* y, double* f) {
 }
 
 void LoopOde::smooth_friction(std::span<const double> qd, Vector& torque) const {
-  Index e = 0;
+  const Eigen::Map<const Vector> velocities(qd.data(), n_);
   for (const DryFriction& law : model_.dry_friction()) {
-    const double speed = stick_slip_.speed(e++, qd);
-    const double Fc = speed > 0 ? law.Fc_plus : law.Fc_minus;
-    const double Fv = speed > 0 ? law.Fv_plus : law.Fv_minus;
-    torque += (Fc * std::tanh(speed / smooth_velocity_) + Fv * speed) * law.torque;
+    if (!exact_ || law.sign_speed > 0.0) {
+      torque += law.lambda(law.direction.dot(velocities), smooth_velocity_) * law.torque;
+    }
   }
 }
 

@@ -56,7 +56,7 @@ class LoopOde {
   void torques_beside_bias(double t, const double* y, double* xd);
   // The same beside dry friction alone.
   [[nodiscard]] bool torques(double t, const double* y, double* xd);
-  // Takes the friction of DryFrictionScheme::smooth off torque_.
+  // Takes friction that is smooth off torque_: all of DryFrictionScheme::smooth, else that of a Joint::sign_speed.
   void brake_smoothly();
   void smooth_friction(std::span<const double> qd, Vector& torque) const;
 
@@ -69,6 +69,7 @@ class LoopOde {
   bool exact_;
   bool held_;
   double smooth_velocity_;
+  bool smooth_elements_;
   Matrix drive_;
   bool diagonal_drive_;
   bool diagonal_viscous_;

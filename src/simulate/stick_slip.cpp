@@ -38,6 +38,9 @@ Eigen::Map<Vector> as_vector(std::span<double> values) {
 
 StickSlip::StickSlip(const DynamicModel& model) : n_(model.size()) {
   for (const DryFriction& law : model.dry_friction()) {
+    if (law.sign_speed > 0.0) {
+      continue;
+    }
     const Index joint = only_joint(law.direction);
     elements_.push_back({law, joint, joint >= 0 && only_joint(law.torque) == joint});
   }

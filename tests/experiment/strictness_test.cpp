@@ -28,6 +28,21 @@ std::string refusal(const std::string& text) {
   return out;
 }
 
+TEST(ReadExperiment, TakesTheSmoothingOfSignsForAllJointsOrForOne) {
+  const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n";
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "sign_speed.toml";
+  std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\nrobot.sign_speed = 0.01\n"
+                      << "robot.joints.joint_2.sign_speed = 0.5\n"
+                      << rest;
+  const Experiment read = read_experiment(file);
+  std::filesystem::remove(file);
+  EXPECT_EQ(read.robot.joints.at(0).sign_speed, 0.01);
+  EXPECT_EQ(read.robot.joints.at(1).sign_speed, 0.5);
+  EXPECT_NE(
+      refusal("robot.sign_speed = -1\n" + rest).find("sign_speed is -1, must be finite and not negative"),
+      std::string::npos);
+}
+
 TEST(ReadExperiment, TellsAMistypedSectionWithTheOneThatIsMeant) {
   EXPECT_NE(refusal("[log]\nfiles = \"a.csv\"\n[singal]\ncutoff_hz = 20\n")
                 .find(R"(:4:2: unknown key "singal"; did you mean "signal"?)"),

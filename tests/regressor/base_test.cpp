@@ -273,6 +273,9 @@ TEST(BaseParameters, OfARobotThatCanNotBeUsedAreRefused) {
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("joint \"joint_2\": drive_gain"), std::string::npos) << e.what();
   }
+  robot = test::scara();
+  robot.joints[0].sign_speed = -0.1;
+  EXPECT_EQ(robot.complaint(), "joint \"joint_1\": sign_speed is -0.1, must be finite and not negative");
 }
 
 }  // namespace

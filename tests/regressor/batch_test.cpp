@@ -90,6 +90,35 @@ TEST(RegressorBatch, IsTheRegressorOfEachSampleByEveryInstructionSet) {
   }
 }
 
+TEST(RegressorBatch, SmoothsTheSignsOfAJointThatAsksForIt) {
+  std::mt19937_64 random(1050);
+  Robot robot = test::random_robot(3, random);
+  robot.joints[0].friction = Friction::symmetric;
+  robot.joints[1].friction = Friction::asymmetric;
+  robot.joints[2].friction = Friction::symmetric;
+  robot.joints[0].sign_speed = 0.5;
+  robot.joints[1].sign_speed = 0.8;
+  Motion motion = test::random_motion(21, 3, random);
+  motion.qd(4, 0) = motion.qd(4, 1) = motion.qd(4, 2) = 0.0;
+  const BaseParameters base = base_parameters(robot);
+  expect_all_sets_agree(robot, base.columns(), motion);
+  const Matrix W = observation(robot, base, motion).dense();
+  const auto column = [&](const char* name, Index joint) {
+    for (Index c = 0; c < base.size(); ++c) {
+      if (base.parameters[static_cast<std::size_t>(c)].name == name) {
+        return Vector(W.col(c).segment(21 * joint, 21));
+      }
+    }
+    return Vector();
+  };
+  const Vector one = (motion.qd.col(0).array() / 0.5).tanh();
+  const Vector two = (motion.qd.col(1).array() / 0.8).tanh();
+  EXPECT_LE((column("Fc1", 0) - one).cwiseAbs().maxCoeff(), rounding(3));
+  EXPECT_LE((column("Fc+2", 1) - two.cwiseMax(0.0)).cwiseAbs().maxCoeff(), rounding(3));
+  EXPECT_LE((column("Fc-2", 1) - two.cwiseMin(0.0)).cwiseAbs().maxCoeff(), rounding(3));
+  EXPECT_EQ(column("Fc3", 2), motion.qd.col(2).cwiseSign());
+}
+
 // Every turn between neighbours, every pattern of offsets, with and without an angle about the joint's axis.
 TEST(RegressorBatch, KnowsEveryGeometryThatItTakesAShortWayFor) {
   constexpr double quarter = std::numbers::pi / 2;

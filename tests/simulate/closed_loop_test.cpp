@@ -238,6 +238,27 @@ TEST(ClosedLoop, SmoothFrictionTendsToTheExactOne) {
   }
 }
 
+// The law belongs to the joint: `exact` is exact for a joint whose sign is one, and smooth for the other.
+TEST(ClosedLoop, AJointWithASmoothedSignNeverSticks) {
+  constexpr double v_s = 1e-2;
+  Scara scara;
+  SimulationOptions options = scara_options(Integrator::bdf, 1e-8);
+  options.friction = rivid::DryFrictionScheme::smooth;
+  options.smooth_velocity = v_s;
+  const Simulation all_smooth = scara.run(options);
+  scara.robot.joints[1].sign_speed = v_s;
+  const Simulation one_smooth = scara.run(scara_options(Integrator::bdf, 1e-8));
+  EXPECT_EQ(one_smooth.element_names, std::vector<std::string>{"joint_1"});
+  scara.robot.joints[0].sign_speed = v_s;
+  const Simulation both = scara.run(scara_options(Integrator::bdf, 1e-8));
+  EXPECT_TRUE(both.element_names.empty());
+  constexpr double integration = 1e-6;  // 100 rtol, over motions of a radian
+  EXPECT_LT(farthest(both, all_smooth), integration);
+  EXPECT_GT(farthest(both, one_smooth), integration);
+  options.smooth_velocity = 1.0;  // counts for joints that have none of their own
+  EXPECT_LT(farthest(scara.run(options), all_smooth), integration);
+}
+
 // A sampled law that is fast against the motion is the continuous one.
 TEST(ClosedLoop, SamplingTendsToTheContinuousLaw) {
   const Scara scara;

@@ -185,6 +185,31 @@ TEST(Dynamics, IsTheInverseOfTheInverseDynamics) {
   }
 }
 
+TEST(Dynamics, HasTheSmoothedSignsOfTheRegressor) {
+  std::mt19937_64 random(4100);
+  Robot robot = test::random_robot(4, random);
+  robot.joints[0].friction = Friction::asymmetric;
+  robot.joints[1].friction = Friction::coulomb;
+  robot.joints[0].sign_speed = 0.7;
+  robot.joints[1].sign_speed = 0.4;
+  robot.joints[3].sign_speed = 0.5;
+  for (Coupling::Coulomb coulomb : {Coupling::Coulomb::sum, Coupling::Coulomb::single}) {
+    robot.joints[2].friction = robot.joints[3].friction = Friction::symmetric;
+    robot.couplings = {{.motor = 3, .joints = {2}, .ratios = {0.5}, .coulomb = coulomb, .Fcm = 0.3}};
+    const Motion motion = test::random_motion(10, 4, random);
+    const BaseParameters base = base_parameters(robot);
+    const Vector tau = observation(robot, base, motion).dense() * base.from_standard(robot.chi_st());
+    const DynamicModel model = model_of(robot);
+    Matrix found(motion.samples(), robot.size());
+    for (Index k = 0; k < motion.samples(); ++k) {
+      found.row(k) = inverse_dynamics(model, motion.q.row(k).transpose(), motion.qd.row(k).transpose(),
+                                      motion.qdd.row(k).transpose())
+                         .transpose();
+    }
+    EXPECT_LT(relative_difference(found.reshaped(), tau), tolerance) << name(coulomb);
+  }
+}
+
 TEST(Dynamics, OfACoupledMotorHasItsRotorOffTheDiagonal) {
   for (const Coupling& wrist : {test::tx40_wrist(), test::tx40_wrist_of_birdy()}) {
     Robot robot = test::tx40(Friction::symmetric);

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <numbers>
 #include <random>
 #include <string>
 
+#include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/fourier_reference.hpp"
 #include "rivid/simulate/pd_control.hpp"
@@ -21,6 +24,8 @@ struct BirdyTx40 {
   static constexpr double low_noise = 1e-4;        // deg, of the positions
   static constexpr double standard_noise = 1e-3;
   static constexpr double torque_noise = 0.05;  // N·m
+  static constexpr Index periods_a_row = 5;     // 5 kHz control, 1 kHz log
+  static constexpr double sign_speed = 0.01;    // rad/s: its Coulomb friction is Fc tanh(100 q̇)
 
   Robot robot = tx40(Friction::coulomb);
   PdControl control;
@@ -86,8 +91,80 @@ struct BirdyTx40 {
   static SimulationOptions with_its_integrator(SimulationOptions options) {
     options.integrator = Integrator::rk4;
     options.friction = DryFrictionScheme::held;
-    options.smooth_velocity = 0.01;
+    options.smooth_velocity = sign_speed;
     return options;
+  }
+
+  /// Its identification model: the robot with its friction law in the regressor.
+  [[nodiscard]] Robot smooth_robot() const {
+    Robot out = robot;
+    for (Joint& joint : out.joints) {
+      joint.sign_speed = sign_speed;
+    }
+    return out;
+  }
+
+  /// What it records: noisy positions at 1 kHz, and beside each the torque of the control period just finished with
+  /// noise of its own.
+  [[nodiscard]] Log log(const FourierReference& reference, double position_noise_deg,
+                        std::uint64_t seed) const {
+    const DynamicModel model(robot, robot.chi_st());
+    const SimulationOptions options = with_its_integrator(loop(position_noise_deg, seed));
+    const Simulation run = simulate(robot, model, *control({robot, model, {}}), reference, options);
+    const Index rows = (control_periods - 1) / periods_a_row;
+    std::mt19937_64 random(seed + 1000);
+    std::normal_distribution<double> normal(0.0, torque_noise);
+    Log out;
+    out.source = "seed " + std::to_string(seed);
+    out.f_m = options.f_m / static_cast<double>(periods_a_row);
+    out.t = Vector(rows);
+    out.q = out.q_r = out.tau = Matrix(rows, 6);
+    Vector q_r(6);
+    Vector qd_r(6);
+    Vector qdd_r(6);
+    for (Index row = 0; row < rows; ++row) {
+      const Index k = periods_a_row * row;
+      out.t[row] = static_cast<double>(row) / out.f_m;
+      reference.at(out.t[row], q_r, qd_r, qdd_r);
+      out.q_r.row(row) = q_r;
+      out.q.row(row) = run.q_measured.row(k);
+      out.tau.row(row) = run.tau.row(std::max<Index>(k - 1, 0));
+      for (Index j = 0; j < 6; ++j) {
+        out.tau(row, j) += normal(random);
+      }
+    }
+    return out;
+  }
+
+  /// T of β = T χ_st: its base parameters, which a QR with column pivoting picks by the norms of the columns. Errors of
+  /// other parameters that say the same have other norms.
+  [[nodiscard]] static Matrix its_base_parameters(const Robot& robot) {
+    constexpr Index samples = 1000;
+    const std::vector<StandardParameter> standard = robot.standard_parameters();
+    const auto count = static_cast<Index>(standard.size());
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    Motion motion;
+    for (Matrix* const part : {&motion.q, &motion.qd, &motion.qdd}) {
+      *part = Matrix::NullaryExpr(samples, 6, [&] { return normal(random); });
+    }
+    const RegressorBatch batch(robot, standard);
+    RegressorBlock block(batch, samples);
+    batch.fill(motion, 0, samples, block);
+    Matrix W = Matrix::Zero(6 * samples, count);
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t c = 0; c < batch.of_joint(i).size(); ++c) {
+        W.col(batch.of_joint(i)[c]).segment(static_cast<Index>(i) * samples, samples) =
+            block.W(i).col(static_cast<Index>(c));
+      }
+    }
+    Eigen::ColPivHouseholderQR<Matrix> qr(W);
+    qr.setThreshold(1e-10);
+    const Index b = qr.rank();
+    const Matrix R = qr.matrixR().topRows(b).triangularView<Eigen::Upper>();
+    Matrix T(b, count);
+    T << Matrix::Identity(b, b), R.leftCols(b).triangularView<Eigen::Upper>().solve(R.rightCols(count - b));
+    return T * qr.colsPermutation().transpose();
   }
 };
 

@@ -4,6 +4,7 @@
 #include <iomanip>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "rivid/data/csv.hpp"
 #include "rivid/experiment/experiment.hpp"
@@ -38,10 +39,10 @@ class RealExperiment : public RealData {
     folder_.write(file, content.replace(at, from.size(), to));
   }
 
-  [[nodiscard]] Json result(std::vector<std::string> arguments = {}) const {
+  [[nodiscard]] Json result(std::vector<std::string> arguments = {}, int exit_code = 0) const {
     arguments.insert(arguments.begin(), robot_ + ".toml");
     const Outcome run = outcome_of(identify_command(arguments), folder_.path());
-    if (run.exit_code != 0) {
+    if (run.exit_code != exit_code) {
       ADD_FAILURE() << run.err;
       return {};
     }
@@ -61,6 +62,23 @@ class RealExperiment : public RealData {
   std::string robot_;
   TemporaryFolder folder_;
 };
+
+/// An identification without any filter but that of the motion which a simulated loop follows, and its relative errors
+/// on the filtered rows of the validation logs, or of its own where there are none.
+inline std::pair<Identification, std::vector<double>> unfiltered(Experiment experiment, Method method) {
+  experiment.method = method;
+  const SignalOptions filtered = experiment.signal;
+  experiment.signal = {
+      .trim = filtered.trim, .velocity_threshold = filtered.velocity_threshold, .window = filtered.window};
+  Identification found = run(experiment);
+  found.signal = filtered;
+  std::vector<double> errors;
+  const LogSource& judges = experiment.validation.files.empty() ? experiment.log : experiment.validation;
+  for (const Log& log : read_logs(judges, experiment.robot)) {
+    errors.push_back(validate(experiment.robot, found, log).fit.relative_error);
+  }
+  return {std::move(found), std::move(errors)};
+}
 
 /// A figure agrees with its printed digits, to half a unit of the last one.
 inline testing::AssertionResult prints_as(double got, std::string_view printed) {

@@ -76,12 +76,14 @@ struct CoupledEntry {
   struct Term {
     std::size_t joint = 0;
     double weight = 0.0;
+    double sign_speed = 0.0;  ///< of single_signs: Joint::sign_speed
   };
 
   std::size_t joint = 0;  ///< whose torque it is in
   Quantity quantity = Quantity::acceleration;
   double scale = 1.0;
   std::vector<Term> terms;
+  double sign_speed = 0.0;  ///< of sign_of_motion: Joint::sign_speed of the motor's joint
 };
 
 /// Regressor entries of a coupled parameter, one for each joint that feels it, in the order of the joints.

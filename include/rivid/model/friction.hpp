@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <span>
 #include <string_view>
 
@@ -35,17 +36,30 @@ template <typename Scalar>
   return select(qd > zero, Scalar(1), select(qd < zero, Scalar(-1), zero));
 }
 
+/// The same, or what stands in its place: tanh(q̇ / sign_speed).
+///
+/// @param sign_speed  Joint::sign_speed [rad/s | m/s]; 0: the sign itself
+template <typename Scalar>
+[[nodiscard]] Scalar sign(const Scalar& qd, double sign_speed) {
+  if (sign_speed == 0.0) {
+    return sign(qd);
+  }
+  using std::tanh;
+  return tanh(Scalar(qd / Scalar(sign_speed)));
+}
+
 /// Regressor entry of one friction parameter: what it is multiplied with in the torque of its joint.
 ///
-/// @param qd  joint velocity [rad/s | m/s]; at rest both directions of the asymmetric law are silent
+/// @param qd          joint velocity [rad/s | m/s]; at rest both directions of the asymmetric law are silent
+/// @param sign_speed  Joint::sign_speed [rad/s | m/s]
 template <typename Scalar>
-[[nodiscard]] Scalar friction_entry(ParameterKind kind, const Scalar& qd) {
+[[nodiscard]] Scalar friction_entry(ParameterKind kind, const Scalar& qd, double sign_speed = 0.0) {
   const Scalar zero(0);
   switch (kind) {
     case ParameterKind::Fv:
       return qd;
     case ParameterKind::Fc:
-      return sign(qd);
+      return sign(qd, sign_speed);
     case ParameterKind::off:
       return Scalar(1);
     case ParameterKind::Fv_plus:
@@ -53,9 +67,9 @@ template <typename Scalar>
     case ParameterKind::Fv_minus:
       return select(qd < zero, qd, zero);
     case ParameterKind::Fc_plus:
-      return select(qd > zero, Scalar(1), zero);
+      return select(qd > zero, sign(qd, sign_speed), zero);
     case ParameterKind::Fc_minus:
-      return select(qd < zero, Scalar(-1), zero);
+      return select(qd < zero, sign(qd, sign_speed), zero);
     default:
       return zero;
   }

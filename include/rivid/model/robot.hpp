@@ -18,6 +18,9 @@ struct Joint {
   JointType type = JointType::revolute;
 
   Friction friction = Friction::symmetric;
+  /// Where it is not 0, Coulomb friction is smooth at reversals: tanh(q̇ / sign_speed) takes the place of sign q̇, in the
+  /// regressor and in the dynamics, and nothing sticks [rad/s | m/s].
+  double sign_speed = 0.0;
   bool rotor_inertia = true;  ///< whether Ia of this joint is a parameter
   /// Force or torque per unit of the control signal on the motor's side of the gear: K_c K_τ of Eq. (9) of [RIV].
   double drive_gain = 1.0;

@@ -24,6 +24,7 @@ class RegressorColumns {
   struct JointEntry {
     ParameterKind kind = ParameterKind::Ia;
     Index column = 0;
+    double sign_speed = 0.0;  ///< Joint::sign_speed
   };
 
   /// Entry of joint i's row from a motor that several joints turn.
@@ -61,13 +62,13 @@ class RegressorColumns {
       if (entry.quantity == acceleration) {
         sum = sum + weight * state.qdd[term.joint];
       } else if (entry.quantity == single_signs) {
-        sum = sum + weight * friction_entry<Scalar>(ParameterKind::Fc, state.qd[term.joint]);
+        sum = sum + weight * sign<Scalar>(state.qd[term.joint], term.sign_speed);
       } else {
         sum = sum + weight * state.qd[term.joint];
       }
     }
     return entry.quantity == sign_of_motion
-               ? static_cast<Scalar>(entry.scale) * friction_entry<Scalar>(ParameterKind::Fc, sum)
+               ? static_cast<Scalar>(entry.scale) * sign<Scalar>(sum, entry.sign_speed)
                : sum;
   }
 
@@ -87,7 +88,8 @@ class RegressorColumns {
     for (std::size_t i = 0; i < n; ++i) {
       for (const JointEntry& e : joints_[i].own) {
         put(i, e.column,
-            e.kind == ParameterKind::Ia ? state.qdd[i] : friction_entry<Scalar>(e.kind, state.qd[i]));
+            e.kind == ParameterKind::Ia ? state.qdd[i]
+                                        : friction_entry<Scalar>(e.kind, state.qd[i], e.sign_speed));
       }
       for (const MotorEntry& e : joints_[i].coupled) {
         put(i, e.column, coupled_value(e.entry, state));

@@ -145,6 +145,15 @@ class BasicPack {
     sin_cos(q, s, c);
     return c;
   }
+  /// Lane by lane.
+  [[gnu::always_inline]] friend BasicPack tanh(const BasicPack& x) {
+    double values[std::size_t{Lanes}];
+    x.store(values);
+    for (double& value : values) {
+      value = std::tanh(value);
+    }
+    return load(values);
+  }
 
  private:
   using InMemory = typename detail::Lane<Lanes>::InMemory;

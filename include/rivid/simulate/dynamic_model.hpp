@@ -23,6 +23,14 @@ struct DryFriction {
   /// two at least is zero [N·m·s/rad | N·s/m], ≥ 0.
   double Fv_plus = 0.0;
   double Fv_minus = 0.0;
+  /// Joint::sign_speed: where it is not 0, Fc_± tanh(s / sign_speed) takes the place of ±Fc_±, and nothing sticks.
+  double sign_speed = 0.0;
+
+  /// λ of a speed, with `smallest` for a sign_speed of 0; 0 is the sign itself, and silent at rest.
+  [[nodiscard]] double lambda(double speed, double smallest = 0.0) const {
+    const double part = sign(speed, sign_speed > 0.0 ? sign_speed : smallest);
+    return speed > 0.0 ? Fc_plus * part + Fv_plus * speed : Fc_minus * part + Fv_minus * speed;
+  }
 };
 
 /// A robot with numbers for its parameters, as the direct dynamics (21) of [RIV] reads it:
