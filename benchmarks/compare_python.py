@@ -61,7 +61,7 @@ def write_experiment(file, decimation):
     decimated = f"decimation = {decimation}\n" if decimation > 1 else ""
     file.write_text(
         f'[robot]\nurdf = "arm.urdf"\n[log]\nfiles = ["log.csv"]\ntime = "t"\nposition = [{names("q")}]\n'
-        f"torque = [{names('tau')}]\n[signal]\ncutoff_hz = {CUTOFF_HZ}\n{decimated}[method]\nname = \"ols\"\n"
+        f"torque = [{names('tau')}]\n[signal]\nrows = \"paper\"\ncutoff_hz = {CUTOFF_HZ}\n{decimated}[method]\nname = \"ols\"\ncovariance = \"classical\"\n"
     )
 
 

@@ -46,7 +46,7 @@ class FactorSink final : public detail::RowSink {
 // The factors of [W Y], or with a motion those of [V | W Y].
 std::vector<FactorSink> pass(const Robot& robot, const BaseParameters& base, const Log& log,
                              std::span<const Motion> instruments) {
-  const SignalOptions signal;
+  const SignalOptions signal{.rows = RowScheme::paper};
   detail::ThreadTeam team(1);
   detail::RowSource source(robot, base, log, signal, team);
   std::vector<FactorSink> sinks;

@@ -70,8 +70,16 @@ Log moving_log(const Robot& robot, Index n_m) {
   return log;
 }
 
+// What the others compute: the paper's rows and classical deviations.
 Ols method(std::vector<int> decimation, int threads) {
-  return {.signal = {.cutoff_hz = cutoff_hz, .decimation = std::move(decimation)}, .threads = threads};
+  return {.signal = {.rows = RowScheme::paper, .cutoff_hz = cutoff_hz, .decimation = std::move(decimation)},
+          .covariance = {.kind = CovarianceKind::classical},
+          .threads = threads};
+}
+
+// What rivid does unless told otherwise: exact rows, and deviations from a second look at them.
+Ols by_default(const Ols& other) {
+  return {.signal = {.cutoff_hz = cutoff_hz, .decimation = other.signal.decimation}};
 }
 
 // Bytes of a line of /proc/self/status.
@@ -166,6 +174,8 @@ void ols(benchmark::State& state, const std::vector<int>& decimation) {
     const auto wall = turns<2>(21, {ours, two_threads});
     state.SetIterationTime(median(wall[0]));
     state.counters["x_two_threads"] = median(wall[0]) / median(wall[1]);
+    const auto defaults = [&] { benchmark::DoNotOptimize(identify(robot, log, by_default(one)).chi.data()); };
+    state.counters["times_of_defaults"] = median(turns<2>(7, {defaults, ours})[0]) / median(wall[0]);
     state.counters["x_two_threads_fastest"] = wall[0].front() / wall[1].front();
     const double filtered = static_cast<double>(log.q.size() * Index{sizeof(double)});
     constexpr double mebibyte = 1024.0 * 1024.0;

@@ -14,7 +14,7 @@ class PhysicalModelOfTheTool : public rivid::test::IdentifyTool {
  protected:
   // The experiment with other keys in [method].
   void with(const std::string& keys) const {
-    edit("scara.toml", "name = \"ols\"\n", "name = \"ols\"\n" + keys);
+    edit("scara.toml", "name = \"wls\"\n", "name = \"wls\"\n" + keys);
   }
 
   void expect_refusal(const std::string& keys, std::string_view words) const {
@@ -44,7 +44,8 @@ TEST_F(PhysicalModelOfTheTool, IsInTheResultLinkByLinkWithItsPrice) {
   EXPECT_GT(M2["value"], 0.0);
   EXPECT_EQ(physical["chi"].size(), 8U);
   EXPECT_EQ(physical["fit"]["joints"].size(), 2U);
-  EXPECT_GE(physical["fit"]["relative_error"], result["fit"]["relative_error"]);
+  // The fit minimises weighted errors, so that plain ones may gain a little.
+  EXPECT_NEAR(physical["fit"]["relative_error"], result["fit"]["relative_error"].get<double>(), 1e-5);
   EXPECT_EQ(result["validation"][0]["physical"]["joints"].size(), 2U);
 }
 

@@ -342,7 +342,7 @@ TEST_F(Refusal, OfASyntaxErrorNamesLineAndColumn) {
 
 TEST_F(Refusal, OfAKeyWrittenTwice) {
   edit("scara.toml", "order = 4", "order = 4\norder = 5");
-  expect_refused({"scara.toml:20:", "'order'"});
+  expect_refused({"scara.toml:19:", "'order'"});
 }
 
 TEST_F(Refusal, OfAWrongTypeSaysWhichIsRight) {

@@ -68,8 +68,8 @@ TEST_F(PhysicalScara, IsJudgedOnTheLogsOfTheValidation) {
   ASSERT_TRUE(found.validation[0].physical);
   // The truth is physical: consistency costs next to nothing, and the estimate is the least-squares one.
   constexpr double next_to_nothing = 1e-3;
-  EXPECT_GE(found.physical->fit.relative_error, found.fit.relative_error);
-  EXPECT_LT(found.physical->fit.relative_error, (1.0 + next_to_nothing) * found.fit.relative_error);
+  EXPECT_NEAR(found.physical->fit.relative_error, found.fit.relative_error,
+              next_to_nothing * found.fit.relative_error);
   EXPECT_NEAR(found.validation[0].physical->relative_error, found.validation[0].fit.relative_error,
               0.05 * found.validation[0].fit.relative_error);
 }
