@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <filesystem>
 
 #include "report/html_assets.hpp"
 #include "report/html_parts.hpp"
@@ -61,9 +63,12 @@ std::string verdict(const Identification& result) {
     figures += figure(percent(result.fit.relative_error), "torque error of the fit");
   }
   for (const Validation& validation : result.validation) {
-    figures += figure(percent(validation.fit.relative_error), "torque error on " + escaped(validation.file));
+    figures +=
+        figure(percent(validation.fit.relative_error),
+               "torque error on " + escaped(std::filesystem::path(validation.file).filename().string()));
   }
-  figures += figure(number(result.condition, 3), "condition number");
+  figures +=
+      figure(std::isfinite(result.condition) ? number(result.condition, 3) : "infinite", "condition number");
   out += element("div", figures, "class=\"figures\"");
   if (!result.warnings.empty()) {
     out += element("h3", counted(static_cast<std::ptrdiff_t>(result.warnings.size()), "warning")) +

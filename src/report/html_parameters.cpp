@@ -58,7 +58,7 @@ std::string interval(const ParameterEstimate& p) {
          with_decimals_of(p.interval_95[1], p.sigma) + "]";
 }
 
-// The interval as a bar on an axis of its own, with zero and what the robot description says.
+// The interval as a bar on an axis of its own, with what the robot description says, and zero where it is in sight.
 std::string interval_bar(const ParameterEstimate& p) {
   constexpr double width = 140.0;
   constexpr double height = 18.0;
@@ -67,12 +67,14 @@ std::string interval_bar(const ParameterEstimate& p) {
     return {};
   }
   Range range;
-  for (const double value : {0.0, p.interval_95[0], p.interval_95[1], p.a_priori}) {
+  for (const double value : {p.interval_95[0], p.interval_95[1], p.a_priori}) {
     range.show(value);
   }
   const auto x = [&](double value) { return range.at(value, width); };
-  std::string content =
-      line("axis", 0.0, middle, width, middle) + line("zero", x(0.0), 1.0, x(0.0), height - 1.0);
+  std::string content = line("axis", 0.0, middle, width, middle);
+  if (x(0.0) >= 0.0 && x(0.0) <= width) {
+    content += line("zero", x(0.0), 1.0, x(0.0), height - 1.0);
+  }
   if (std::isfinite(p.a_priori)) {
     content += line("apriori", x(p.a_priori), 3.0, x(p.a_priori), height - 3.0);
   }
@@ -142,8 +144,8 @@ std::string parameters_section(const Identification& result) {
     const bool known = std::isfinite(p.sigma);
     const bool holds_zero = known && p.interval_95[0] <= 0.0 && p.interval_95[1] >= 0.0;
     table.add({element("b", escaped(p.name)), with_decimals_of(p.value, p.sigma), escaped(p.unit),
-               known ? with_decimals_of(p.sigma, p.sigma) : "–",
-               known ? number(p.relative_sigma_percent, 3) : "–", known ? interval(p) : "not determined",
+               known ? with_decimals_of(p.sigma, p.sigma) : "-",
+               known ? number(p.relative_sigma_percent, 3) : "-", known ? interval(p) : "not determined",
                interval_bar(p), number(p.a_priori, 4), p.regrouped == p.name ? "" : escaped(p.regrouped)},
               !known       ? "undetermined"
               : holds_zero ? "weak"
@@ -154,12 +156,12 @@ std::string parameters_section(const Identification& result) {
     out += element("p", "Standard deviations σ are taken " + escaped(in_words(result.covariance)) +
                             "; intervals are value ± " + number(result.covariance.quantile_975, 4) + " σ.");
   }
-  out += element(
-      "p",
-      "<span class=\"key bar\"></span>interval and value <span class=\"key apriori\"></span>a priori, from "
-      "the robot description <span class=\"key zero\"></span>zero. Each bar has a scale of its own; it is "
-      "red where the interval holds zero.",
-      "class=\"legend\"");
+  out += element("p",
+                 legend_item("bar", "interval and value") +
+                     legend_item("apriori", "a priori, from the robot description") +
+                     legend_item("zero", "zero") +
+                     "Each bar has a scale of its own; it is red where the interval holds zero.",
+                 "class=\"legend\"");
   return element("section", out + table.markup());
 }
 

@@ -117,7 +117,7 @@ std::string iteration_table(const IvHistory& history) {
   for (std::size_t k = 0; k < history.iterations.size(); ++k) {
     const IvIteration& i = history.iterations[k];
     table.add({std::to_string(k), percent(i.relative_error), k == 0 ? "" : number(i.largest_step, 3) + " σ",
-               i.to_measured.q.size() > 0 ? percent(i.to_measured.q.maxCoeff()) : "–",
+               i.to_measured.q.size() > 0 ? percent(i.to_measured.q.maxCoeff()) : "-",
                number(i.condition_V, 4), number(i.condition_VW, 4), escaped(i.safeguard)});
   }
   return table.markup();
@@ -130,8 +130,8 @@ std::string loop_words(const Identification& result) {
   for (std::size_t j = 0; j < result.fit.joints.size(); ++j) {
     const auto at = static_cast<Index>(j);
     table.add({escaped(result.fit.joints[j].name),
-               at < loop.control_error.size() ? percent(loop.control_error[at]) : "–",
-               at < loop.tracking_ratio.size() ? number(loop.tracking_ratio[at], 3) : "–"});
+               at < loop.control_error.size() ? percent(loop.control_error[at]) : "-",
+               at < loop.tracking_ratio.size() ? number(loop.tracking_ratio[at], 3) : "-"});
   }
   return element("h3", "The assumed controller") +
          element(
@@ -150,12 +150,12 @@ std::string torques_section(const Identification& result, std::span<const Predic
     return {};
   }
   std::string out = element("h2", "Torques", "id=\"torques\"");
-  out += element(
-      "p",
-      "<span class=\"key measured\"></span>measured <span class=\"key predicted\"></span>predicted by the "
-      "model <span class=\"key residual\"></span>residual <span class=\"key left-out\"></span>samples that "
-      "are left out: too slow, or near a reversal. Torques are those of the rows before they are decimated.",
-      "class=\"legend\"");
+  out += element("p",
+                 legend_item("measured", "measured") + legend_item("predicted", "predicted by the model") +
+                     legend_item("residual", "residual") +
+                     legend_item("left-out", "samples that are left out: too slow, or near a reversal") +
+                     "Torques are those of the rows before they are decimated.",
+                 "class=\"legend\"");
   if (const Index stride = thinning(predictions); stride > 1) {
     out += element("p", "The logs are long: one sample in " + std::to_string(stride) + " is shown.");
   }

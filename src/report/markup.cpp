@@ -36,6 +36,12 @@ std::string element(std::string_view tag, std::string_view content, std::string_
   return out.append(">").append(content).append("</").append(tag).append(">");
 }
 
+std::string legend_item(std::string_view key, std::string_view meaning) {
+  return element("span", element("span", "", "class=\"key " + std::string(key) + "\"") + std::string(meaning),
+                 "class=\"item\"") +
+         "\n";
+}
+
 void HtmlTable::add(const std::vector<std::string>& cells, std::string_view row_class) {
   rows_ += row(cells, "td", row_class);
 }

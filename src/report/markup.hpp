@@ -13,6 +13,9 @@ namespace rivid::detail {
 [[nodiscard]] std::string element(std::string_view tag, std::string_view content,
                                   std::string_view attributes = {});
 
+// What a colour of the HTML report means.
+[[nodiscard]] std::string legend_item(std::string_view key, std::string_view meaning);
+
 // A table of HTML, which scrolls sideways where it is too wide. Cells are markup.
 class HtmlTable {
  public:

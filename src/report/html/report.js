@@ -76,7 +76,7 @@
   const x_axis = (label, more) => axis(label, { size: 28, gap: 3, ...more });
   // Of one width for all, so that plots under each other line up.
   const y_axis = (label, more) =>
-    axis(label, { size: 52, gap: 3, values: (u, ticks) => ticks.map((v) => (v === null ? "" : digits(v, 6))), ...more });
+    axis(label, { size: 52, gap: 3, space: 22, values: (u, ticks) => ticks.map((v) => (v === null ? "" : digits(v, 6))), ...more });
   const whole_numbers = { incrs: [1, 2, 5, 10, 20, 50, 100], space: 24 };
 
   function line(label, stroke, more) {
@@ -127,14 +127,14 @@
     };
   }
 
-  function time_plot(log, joint, height, label, series, values) {
+  function time_plot(log, joint, height, x_label, label, series, values) {
     const t = times(log);
     const range = logs[log].range || { min: t[0], max: t[t.length - 1] };
     return {
       options: {
         height,
         scales: { x: { time: false, ...range } },
-        axes: [x_axis("t [s]"), y_axis(label)],
+        axes: [x_axis(x_label, x_label ? {} : { labelSize: 0 }), y_axis(label)],
         series: [abscissa("t", 7), ...series],
         cursor: {
           drag: { x: true, y: false, dist: 4 },
@@ -167,23 +167,32 @@
 
   const percent = (list) => list.map((v) => (v === null ? null : 100 * v));
 
+  const roughness = (list) => list.reduce((sum, v, k) => sum + (k > 0 ? (v - list[k - 1]) ** 2 : 0), 0);
+
   // ------------------------------------------------------------------ kinds of plots
 
   const kinds = {
     torque(log, joint) {
       const { measured, predicted } = torques(log, joint);
-      const series = [line("measured", colours.measured)];
-      const values = [measured];
+      const lines = [["measured", measured]];
       if (predicted) {
-        series.push(line("predicted", colours.predicted));
-        values.push(predicted);
+        lines.push(["predicted", predicted]);
       }
-      return time_plot(log, joint, 220, "τ [" + data.joints[joint].unit + "]", series, values);
+      // The rougher one behind, where it would hide the other; as a broader line, if both are alike.
+      const rough = lines.map(([, values]) => roughness(values));
+      if (rough[1] > rough[0]) {
+        lines.reverse();
+      }
+      const alike = Math.max(...rough) < 4 * Math.min(...rough);
+      const series = lines.map(([name], i) => line(name, colours[name], { width: alike && i === 0 ? 2.5 : 1.25 }));
+      const values = lines.map(([, list]) => list);
+      // The residual below has the label of the time.
+      return time_plot(log, joint, 220, predicted ? null : "t [s]", "τ [" + data.joints[joint].unit + "]", series, values);
     },
 
     residual(log, joint) {
       const unit = data.joints[joint].unit;
-      return time_plot(log, joint, 130, "[" + unit + "]", [line("residual", colours.residual, { width: 1 })], [
+      return time_plot(log, joint, 130, "t [s]", "[" + unit + "]", [line("residual", colours.residual, { width: 1 })], [
         torques(log, joint).residual,
       ]);
     },
