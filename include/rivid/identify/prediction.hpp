@@ -12,23 +12,23 @@ namespace rivid {
 
 /// Torques of one joint along a log, measured and predicted.
 struct JointPrediction {
-  Vector measured;   ///< Y as rows have it, before decimation, (samples) [N·m | N]
-  Vector predicted;  ///< W χ, (samples) [N·m | N]
-  std::vector<std::uint8_t>
-      kept;  ///< whether the fit takes a row there, else the joint is too slow or reverses nearby
+  Vector measured = {};   ///< Y as rows have it, before decimation, (samples) [N·m | N]
+  Vector predicted = {};  ///< W χ, (samples) [N·m | N]
+  /// Whether the fit takes the sample; else the joint is too slow there, or reverses nearby.
+  std::vector<std::uint8_t> kept = {};
 
-  std::vector<Index> rows;  ///< samples that the rows of the fit stand for, counted as those above
-  Vector residual;          ///< Y − W χ of these rows, after decimation [N·m | N]
+  std::vector<Index> rows = {};  ///< samples that the rows of the fit stand for, counted as those above
+  Vector residual = {};          ///< Y − W χ of these rows, after decimation [N·m | N]
 };
 
 /// What an identified model says of the torques of a log, sample by sample.
 struct Prediction {
-  std::string source;       ///< the log's
+  std::string source = {};  ///< the log's
   bool validation = false;  ///< whether the log took no part in the fit
   double start = 0.0;       ///< instant of the first sample [s]
   double f_m = 0.0;         ///< rate of the samples [Hz]
   Index row_stride = 1;     ///< samples from one row to the next, where none is left out between them
-  std::vector<JointPrediction> joints;
+  std::vector<JointPrediction> joints = {};
 
   [[nodiscard]] Index samples() const { return joints.empty() ? 0 : joints.front().measured.size(); }
 };

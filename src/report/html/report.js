@@ -32,7 +32,7 @@
   }
 
   // Instants and torques of a log, decoded once.
-  const logs = data.logs.map(() => ({ joints: [], range: null, busy: false }));
+  const logs = data.logs.map(() => ({ joints: [], range: null }));
   function times(log) {
     const to = logs[log];
     if (!to.t) {
@@ -112,18 +112,17 @@
   // All plots of a log show the same time.
   function follow(log) {
     return (u, scale) => {
-      const group = logs[log];
-      if (scale !== "x" || group.busy || u.scales.x.min === null) {
+      const { min, max } = u.scales.x;
+      const known = logs[log].range;
+      if (scale !== "x" || min === null || (known && known.min === min && known.max === max)) {
         return;
       }
-      group.busy = true;
-      group.range = { min: u.scales.x.min, max: u.scales.x.max };
-      for (const [place, plot] of made) {
+      logs[log].range = { min, max };
+      for (const plot of made.values()) {
         if (plot !== u && plot.rivid_log === log) {
-          plot.setScale("x", group.range);
+          plot.setScale("x", { min, max });
         }
       }
-      group.busy = false;
     };
   }
 
@@ -334,14 +333,19 @@
     all: () => [-Infinity, Infinity],
   };
   function move(log, how) {
-    const plot = [...made.values()].find((p) => p.rivid_log === log);
     const t = times(log);
     const first = t[0];
     const last = t[t.length - 1];
-    let [min, max] = moves[how](plot.scales.x.min, plot.scales.x.max);
+    const shown = logs[log].range || { min: first, max: last };
+    let [min, max] = moves[how](shown.min, shown.max);
     const span = Math.max(Math.min(max - min, last - first), 4 * data.logs[log].step);
     min = Math.max(Math.min(min, last - span), first);
-    plot.setScale("x", { min, max: Math.min(min + span, last) });
+    logs[log].range = { min, max: Math.min(min + span, last) };
+    for (const plot of made.values()) {
+      if (plot.rivid_log === log) {
+        plot.setScale("x", logs[log].range);
+      }
+    }
   }
   for (const toolbar of document.querySelectorAll(".toolbar")) {
     toolbar.addEventListener("click", (event) => {
