@@ -82,7 +82,8 @@ std::string navigation(const std::string& content) {
     std::string_view id;
     std::string_view title;
   };
-  constexpr std::array<Target, 7> targets = {{{"parameters", "Parameters"},
+  constexpr std::array<Target, 8> targets = {{{"parameters", "Parameters"},
+                                              {"physical", "Physical"},
                                               {"torques", "Torques"},
                                               {"residual", "Residual"},
                                               {"iterations", "Iterations"},
@@ -154,7 +155,8 @@ std::string head(const std::string& title) {
 std::string html_report(const Robot& robot, const Identification& result,
                         std::span<const Prediction> predictions, const Provenance& provenance) {
   const std::string title = escaped(robot.name + " · " + result.title);
-  std::string content = detail::parameters_section(result) + detail::torques_section(result, predictions) +
+  std::string content = detail::parameters_section(result) + detail::physical_section(result) +
+                        detail::torques_section(result, predictions) +
                         detail::residuals_section(result, predictions) + detail::iterations_section(result) +
                         detail::conditioning_section(result) + notes(result) +
                         provenance_section(robot, result, provenance);

@@ -12,6 +12,7 @@ namespace rivid::detail {
 // Sections of the HTML report, as markup; empty where a result has nothing for them.
 
 [[nodiscard]] std::string parameters_section(const Identification& result);
+[[nodiscard]] std::string physical_section(const Identification& result);
 [[nodiscard]] std::string torques_section(const Identification& result,
                                           std::span<const Prediction> predictions);
 [[nodiscard]] std::string residuals_section(const Identification& result,

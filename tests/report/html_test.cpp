@@ -156,6 +156,23 @@ TEST(HtmlReport, HasPlotsOfEveryJointAndLog) {
   EXPECT_EQ(count(page, "class=\"plot motion-error\""), 0U);
 }
 
+TEST(HtmlReport, ShowsThePhysicalModelWhereThereIsOne) {
+  Study study;
+  EXPECT_EQ(study.page().find("id=\"physical\""), std::string::npos);
+  PhysicalModel model;
+  model.parameters.chi = study.result.chi;
+  model.parameters.chi[2] += 3.0 * study.result.parameters[2].sigma;
+  model.parameters.chi_st = Vector::Constant(static_cast<Index>(study.result.base.standard.size()), 0.25);
+  model.fit = study.result.fit;
+  model.fit.relative_error = 0.125;
+  study.result.physical = model;
+  const std::string page = study.page();
+  EXPECT_NE(page.find("href=\"#physical\""), std::string::npos);
+  EXPECT_NE(page.find("3.00 σ"), std::string::npos);
+  EXPECT_NE(page.find("12.500 %"), std::string::npos);
+  EXPECT_NE(page.find("<b>XX1</b></td><td class=\"number\">0.25</td>"), std::string::npos);
+}
+
 TEST(HtmlReport, HasNoPredictionWithoutAnEstimate) {
   Study study;
   study.result.status = Status::not_simulable;
