@@ -45,6 +45,7 @@ std::vector<PredictionSink> predictions(detail::RowSource& source, const Vector&
   std::vector<PredictionSink> out;
   out.reserve(source.joints());
   std::vector<detail::RowSink*> sinks;
+  sinks.reserve(source.joints());
   for (std::size_t j = 0; j < source.joints(); ++j) {
     sinks.push_back(&out.emplace_back(source.columns(j), chi));
   }

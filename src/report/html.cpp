@@ -155,11 +155,11 @@ std::string head(const std::string& title) {
 std::string html_report(const Robot& robot, const Identification& result,
                         std::span<const Prediction> predictions, const Provenance& provenance) {
   const std::string title = escaped(robot.name + " · " + result.title);
-  std::string content = detail::parameters_section(result) + detail::physical_section(result) +
-                        detail::torques_section(result, predictions) +
-                        detail::residuals_section(result, predictions) + detail::iterations_section(result) +
-                        detail::conditioning_section(result) + notes(result) +
-                        provenance_section(robot, result, provenance);
+  const std::string content = detail::parameters_section(result) + detail::physical_section(result) +
+                              detail::torques_section(result, predictions) +
+                              detail::residuals_section(result, predictions) +
+                              detail::iterations_section(result) + detail::conditioning_section(result) +
+                              notes(result) + provenance_section(robot, result, provenance);
   std::string body = element(
       "header",
       element("h1", escaped(robot.name)) +

@@ -165,10 +165,11 @@ std::string parameters_section(const Identification& result) {
   return element("section", out + table.markup());
 }
 
-std::string parameter_paths(const Identification& result) {
+std::string parameter_paths(const std::vector<ParameterEstimate>& parameters,
+                            const std::vector<IvIteration>& iterations) {
   std::string out;
-  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
-    out += path_of(result.iv->iterations, static_cast<Index>(i), result.parameters[i]);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    out += path_of(iterations, static_cast<Index>(i), parameters[i]);
   }
   return element("div", out, "class=\"paths\"");
 }

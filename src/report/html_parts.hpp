@@ -19,7 +19,8 @@ namespace rivid::detail {
                                             std::span<const Prediction> predictions);
 [[nodiscard]] std::string iterations_section(const Identification& result);
 // The path of each parameter over the iterations of IDIM-IV.
-[[nodiscard]] std::string parameter_paths(const Identification& result);
+[[nodiscard]] std::string parameter_paths(const std::vector<ParameterEstimate>& parameters,
+                                          const std::vector<IvIteration>& iterations);
 [[nodiscard]] std::string conditioning_section(const Identification& result);
 
 // Samples of which one is kept, so that the page stays one that a browser opens.

@@ -123,13 +123,12 @@ std::string iteration_table(const IvHistory& history) {
   return table.markup();
 }
 
-std::string loop_words(const Identification& result) {
-  const LoopDiagnosis& loop = result.iv->loop;
+std::string loop_words(const LoopDiagnosis& loop, const std::vector<JointFit>& joints) {
   HtmlTable table(
       {{"joint", Align::text}, {"control signal", Align::number}, {"tracking ratio", Align::number}});
-  for (std::size_t j = 0; j < result.fit.joints.size(); ++j) {
+  for (std::size_t j = 0; j < joints.size(); ++j) {
     const auto at = static_cast<Index>(j);
-    table.add({escaped(result.fit.joints[j].name),
+    table.add({escaped(joints[j].name),
                at < loop.control_error.size() ? percent(loop.control_error[at]) : "-",
                at < loop.tracking_ratio.size() ? number(loop.tracking_ratio[at], 3) : "-"});
   }
@@ -220,7 +219,7 @@ std::string iterations_section(const Identification& result) {
       plot("torque-error", 0, "Torque error by iteration");
   out += element("h3", "Parameters") +
          element("p", "Over the iterations, with the 95 % interval of the result as a band.") +
-         parameter_paths(result);
+         parameter_paths(result.parameters, result.iv->iterations);
   out +=
       element("h3", "Motion errors") +
       element(
@@ -233,7 +232,7 @@ std::string iterations_section(const Identification& result) {
     motions +=
         element("div", element("h4", escaped(name)) + plot("motion-error", j, "Motion errors of " + name));
   }
-  out += element("div", motions, "class=\"pairs\"") + loop_words(result);
+  out += element("div", motions, "class=\"pairs\"") + loop_words(result.iv->loop, result.fit.joints);
   return element("section", out);
 }
 
