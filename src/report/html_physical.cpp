@@ -37,7 +37,7 @@ std::string base_table(const Identification& result, const Vector& chi) {
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
     const ParameterEstimate& p = result.parameters[i];
     const double value = chi[static_cast<Index>(i)];
-    const double apart = (value - p.value) / p.sigma;
+    const double apart = std::abs(value - p.value) / p.sigma;
     table.add({element("b", escaped(p.name)), with_decimals_of(p.value, p.sigma),
                with_decimals_of(value, p.sigma), escaped(p.unit),
                std::isfinite(apart) ? fixed(apart, 2) + " σ" : "-"});

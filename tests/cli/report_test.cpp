@@ -95,6 +95,40 @@ TEST_F(InABrowser, AllPlotsAreMade) {
   expect_plots("scara_result/report.html", 12);
 }
 
+TEST_F(InABrowser, ZoomingReachesSingleSamplesInAllPlotsOfALogAndInNoOther) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  std::string page = folder().read("scara_result/report.html");
+  page.insert(page.rfind("</body>"), R"(<script>
+setTimeout(() => {
+  const button = document.querySelector(".toolbar [data-move=in]");
+  for (let i = 0; i < 40; ++i) {
+    button.click();
+  }
+  setTimeout(() => {
+    const shown = (kind, log, joint) => {
+      const { plot } = document.querySelector(`.${kind}[data-log="${log}"][data-joint="${joint}"]`);
+      const t = plot.data[0];
+      const { min, max } = plot.scales.x;
+      return t.filter((x) => x >= min - 1e-9 && x <= max + 1e-9).length + " of " + t.length;
+    };
+    document.documentElement.dataset.shown =
+        [shown("torque", 0, 0), shown("residual", 0, 1), shown("torque", 1, 0)].join(", ");
+  }, 1000);
+}, 1000);
+</script>)");
+  folder().write("zoomed.html", page);
+  const Outcome run = opened("zoomed.html");
+  EXPECT_EQ(run.err.find("CONSOLE"), std::string::npos) << run.err;
+  // 4001 samples of 200 Hz over 20 s, of which trim = 20 takes 20 at either end. Five samples span four periods; the
+  // middle of the log decides whether four or five of them are in sight.
+  const std::size_t at = run.out.find("data-shown=");
+  ASSERT_NE(at, std::string::npos);
+  const std::string shown = run.out.substr(at, run.out.find('>', at) - at);
+  EXPECT_TRUE(shown.starts_with("data-shown=\"5 of 3961, 5 of 3961, 3961 of 3961\"") ||
+              shown.starts_with("data-shown=\"4 of 3961, 4 of 3961, 3961 of 3961\""))
+      << shown;
+}
+
 TEST_F(InABrowser, AllPlotsOfInstrumentalVariablesAreMade) {
   folder().write("scara_iv.toml",
                  rivid::test::content_of(std::filesystem::path(RIVID_DATA) / "scara" / "scara_iv.toml"));

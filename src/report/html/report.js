@@ -294,6 +294,7 @@
     const plot = new uPlot({ width: width_of(place), ...plan.options }, plan.values, place);
     plot.rivid_log = plan.log;
     made.set(place, plot);
+    place.plot = plot; // for whoever looks from the console
   }
 
   function width_of(place) {
