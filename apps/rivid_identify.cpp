@@ -7,6 +7,7 @@
 #include "progress_bar.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
+#include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/table.hpp"
 #include "rivid/text.hpp"
@@ -30,6 +31,7 @@ struct Arguments {
   bool json = false;
   bool quiet = false;
   bool dry_run = false;
+  bool report = false;
   WriteBack write_back;
 };
 
@@ -49,6 +51,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->type_name("FILE");
   app.add_option("--output", arguments.output, "Folder for result.json; default: EXPERIMENT_result")
       ->type_name("DIR");
+  app.add_flag("--report", arguments.report, "Write report.html beside result.json: plots to look at");
   app.add_option("--threads", arguments.threads, "Threads that share the work; no result depends on them")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
@@ -132,9 +135,13 @@ int identify_from(const Arguments& arguments) {
   }
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   const std::filesystem::path file = folder / "result.json";
+  const std::filesystem::path report = folder / "report.html";
   if (arguments.dry_run) {
     std::ostringstream plan;
     std::vector<std::filesystem::path> files = arguments.write_back.files();
+    if (arguments.report) {
+      files.insert(files.begin(), report);
+    }
     files.insert(files.begin(), file);
     print_plan(plan, experiment, files);
     if (!arguments.quiet) {
@@ -146,11 +153,16 @@ int identify_from(const Arguments& arguments) {
   ProgressBar bar(!arguments.quiet);
   const Identification result =
       run(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
+  const std::vector<Prediction> predicted =
+      arguments.report ? predictions(experiment, result) : std::vector<Prediction>();
   bar.clear();
 
   const Provenance provenance = provenance_of("rivid_identify", experiment.inputs(), overrides);
   const std::string json = to_json(experiment.robot, result, provenance);
   write_file(file, json);
+  if (arguments.report) {
+    write_file(report, html_report(experiment.robot, result, predicted, provenance));
+  }
   if (!arguments.quiet) {
     std::ostringstream table;
     table << result;
@@ -158,6 +170,9 @@ int identify_from(const Arguments& arguments) {
     tell("note", result.notes);
     tell("warning", result.warnings);
     std::cerr << "wrote " << file.string() << '\n';
+    if (arguments.report) {
+      std::cerr << "wrote " << report.string() << '\n';
+    }
   }
   const bool written = write_back(arguments.write_back, experiment, result, arguments.quiet);
   return written && result.status == Status::identified ? success : no_success;

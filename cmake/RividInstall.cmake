@@ -31,3 +31,8 @@ install(
         ${CMAKE_CURRENT_LIST_DIR}/RividDependencies.cmake
   DESTINATION ${RIVID_INSTALL_CMAKEDIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# The library holds what the reports bring along.
+install(
+  FILES ${PROJECT_SOURCE_DIR}/third_party/uplot/LICENSE
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}
+  RENAME LICENSE.uPlot)

@@ -182,4 +182,15 @@ Identification run(const Experiment& experiment, const Progress& progress) {
   return out;
 }
 
+std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result) {
+  std::vector<Prediction> out;
+  for (const LogSource* const source : {&experiment.log, &experiment.validation}) {
+    for (const Log& log : read_logs(*source, experiment.robot)) {
+      out.push_back(predict(experiment.robot, result, log));
+      out.back().validation = source == &experiment.validation;
+    }
+  }
+  return out;
+}
+
 }  // namespace rivid

@@ -278,7 +278,8 @@ RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_
     joint.sink = sinks[j];
     joint.columns = row_width(j, others);
     joint.all_kept =
-        masks_.empty() && (options_.velocity_threshold.empty() || options_.velocity_threshold[j] == 0.0);
+        all_kept_ ||
+        (masks_.empty() && (options_.velocity_threshold.empty() || options_.velocity_threshold[j] == 0.0));
   }
   for (int k = 0; k < workspaces; ++k) {
     out.workspaces.emplace_back(batch_);
@@ -452,8 +453,11 @@ void RowSource::finish(Stream& stream, std::size_t j) const {
 
 bool RowSource::kept(Index j, Index sample) const {
   const auto at = static_cast<std::size_t>(j);
-  return masks_.empty() ? std::abs(velocity(sample, j)) >= options_.velocity_threshold[at]
-                        : masks_[at].moving[static_cast<std::size_t>(sample)] != 0;
+  if (!masks_.empty()) {
+    return masks_[at].moving[static_cast<std::size_t>(sample)] != 0;
+  }
+  return options_.velocity_threshold.empty() ||
+         std::abs(velocity(sample, j)) >= options_.velocity_threshold[at];
 }
 
 // Closes the gaps of rows that are left out.

@@ -77,6 +77,12 @@ class RowSource {
   [[nodiscard]] const std::vector<Index>& columns(std::size_t j) const { return batch_.of_joint(j); }
   /// Rows of each joint before any are left out for low velocity.
   [[nodiscard]] Index rows() const { return rows_; }
+  /// First of the samples that rows are made of.
+  [[nodiscard]] Index first_sample() const { return range_.first; }
+  /// Whether the row of joint j at a sample is kept: it moves fast enough, and far from reversals.
+  [[nodiscard]] bool kept(Index j, Index sample) const;
+  /// From now on the rows that kept() tells off are sent as well.
+  void leave_nothing_out() { all_kept_ = true; }
   /// What RowScheme::exact leaves out, (n); empty otherwise.
   [[nodiscard]] const std::vector<MotionMask>& masks() const { return masks_; }
 
@@ -121,7 +127,6 @@ class RowSource {
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;
   void finish(Stream& stream, std::size_t j) const;
   void deliver(Stream& stream, std::size_t j, const RowsRoom& room, Index count) const;
-  [[nodiscard]] bool kept(Index j, Index sample) const;
   void drop_rows(StreamedJoint& joint, Index j, const RowsRoom& room) const;
 
   const Log& log_;
@@ -134,6 +139,7 @@ class RowSource {
   Matrix made_tau_;  // empty where the log's torques are used as they are
   const Matrix* tau_ = nullptr;
   std::vector<MotionMask> masks_;
+  bool all_kept_ = false;
 };
 
 /// @throws InputError  where a series of the log has other sizes than robot and log ask for

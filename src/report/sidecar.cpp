@@ -3,6 +3,7 @@
 #include <array>
 
 #include "report/joint_values.hpp"
+#include "report/markup.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -25,23 +26,7 @@ constexpr std::array<Format, 3> formats = {{{Sidecar::mujoco, "mujoco", ".mujoco
 
 // `key="value"` with a blank before it.
 std::string attribute(std::string_view key, std::string_view value) {
-  std::string out = " " + std::string(key) + "=\"";
-  for (const char c : value) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out + '"';
+  return " " + std::string(key) + "=\"" + detail::escaped(value) + '"';
 }
 
 std::string attribute(std::string_view key, double value) { return attribute(key, exact(value)); }

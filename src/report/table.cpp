@@ -7,11 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "report/words.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
 
 namespace {
+
+using detail::fixed;
+using detail::in_words;
+using detail::percent;
+using detail::with_decimals_of;
 
 enum class Align { left, right };
 
@@ -92,32 +98,6 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-std::string fixed(double value, int decimals) {
-  std::ostringstream out;
-  out << std::fixed << std::setprecision(decimals) << value;
-  return out.str();
-}
-
-std::string percent(double fraction) {
-  constexpr int decimals = 3;
-  return std::isfinite(fraction) ? fixed(100.0 * fraction, decimals) + " %" : "-";
-}
-
-// A value shows as many decimals as its deviation has four significant digits; more would be noise.
-int decimals_for(double sigma) {
-  constexpr int significant = 4;
-  constexpr int most = 9;
-  return std::clamp(significant - 1 - static_cast<int>(std::floor(std::log10(sigma))), 0, most);
-}
-
-std::string with_decimals_of(double value, double sigma) {
-  if (!std::isfinite(value)) {
-    return "-";
-  }
-  const bool plain = std::isfinite(sigma) && sigma > 1e-6 && std::abs(value) < 1e9;
-  return plain ? fixed(value, decimals_for(sigma)) : number(value, 6);
-}
-
 void print_parameters(std::ostream& out, const Identification& result) {
   TextTable table({{"parameter", Align::left},
                    {"value", Align::right},
@@ -162,19 +142,9 @@ void print_fit(std::ostream& out, const Fit& fit) {
 }
 
 void print_covariance(std::ostream& out, const CovarianceReport& covariance) {
-  if (covariance.quantile_975 == 0.0) {
-    return;
+  if (covariance.quantile_975 != 0.0) {
+    out << "  sigma: " << in_words(covariance) << '\n';
   }
-  out << "  sigma: ";
-  if (covariance.kind == CovarianceKind::hac) {
-    out << "from the residuals, correlated over " << number(covariance.lag, 3) << " s (Newey-West)";
-  } else {
-    out << "as if residuals were independent (classical)";
-    if (covariance.decimation_factor != 1.0) {
-      out << ", divided by " << number(covariance.decimation_factor, 3) << " to undo the decimation";
-    }
-  }
-  out << '\n';
 }
 
 void print_residuals(std::ostream& out, const std::vector<ResidualTests>& residuals) {
@@ -189,21 +159,6 @@ void print_residuals(std::ostream& out, const std::vector<ResidualTests>& residu
                fixed(r.excess_kurtosis, 2), number(r.normality.p, 2)});
   }
   table.print(out);
-}
-
-// p tells whether a difference is seen at all, the shift whether it matters.
-std::string in_words(const HausmanTest& hausman) {
-  constexpr double significant = 0.05;
-  constexpr double small_shift = 1.0;
-  const std::string figures = " (Durbin-Wu-Hausman: p = " + number(hausman.test.p, 2) + ", largest shift " +
-                              number(hausman.largest_shift, 2) + " sigma, of " + hausman.parameter + ")";
-  if (!(hausman.test.p < significant)) {
-    return "Least squares on these rows gives the same" + figures;
-  }
-  return (hausman.largest_shift < small_shift
-              ? "Least squares on these rows differs, by less than the error bars"
-              : "Least squares on these rows is biased: instruments were needed") +
-         figures;
 }
 
 // What physical consistency costs in fit.

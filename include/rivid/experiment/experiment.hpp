@@ -14,6 +14,7 @@
 #include "rivid/experiment/simulation_plan.hpp"
 #include "rivid/identify/iv.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/simulate/simulation_record.hpp"
 
@@ -108,6 +109,13 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
 ///
 /// @throws InputError  where logs or options can not be used
 Identification run(const Experiment& experiment, const Progress& progress = {});
+
+/// Measured and predicted torques of the logs of an experiment, which are read again: those of the identification, then
+/// those of the validation.
+///
+/// @param result  of run() on the same experiment
+/// @throws InputError  where run() throws it
+[[nodiscard]] std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result);
 
 /// The simulation that the experiment file asks for, and its log. Outcomes that end it early are in the result, with the
 /// log up to there.
