@@ -40,11 +40,12 @@ constexpr double lost_share = 0.01;
 constexpr double lost_much = 0.05;
 constexpr double lost_sigmas = 5.0;
 // Noise of the accelerations relative to themselves.
-constexpr double noisy = 0.9;
+constexpr double noisy = 0.7;
 // Correlation of motion and reference, and of velocities with differences of positions, below which they do not belong
 // together; and the factor between them that is no longer a matter of gains.
 constexpr double alike = 0.8;
 constexpr double same_scale = 1.25;
+constexpr double other_unit = 5.0;
 // Search for delays of the motion behind its reference [s].
 constexpr double longest_lead = 0.5;
 constexpr double longest_delay = 5.0;
@@ -116,7 +117,7 @@ void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log,
   if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper) || joint.upper <= joint.lower) {
     if (highest - lowest > (turns ? most_turns : longest_slide)) {
       out.add("position_unit", subject,
-              extent + (turns ? ": is that in degrees?" : ": is that in millimetres?"));
+              extent + (turns ? ", as degrees would be" : ", as millimetres would be"));
     }
     return;
   }
@@ -128,7 +129,7 @@ void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log,
       extent + ", limits of the joint are " + number(joint.lower, 3) + " and " + number(joint.upper, 3);
   if (outside(1.0) > 1.0 && outside(unit) <= beyond_limits) {
     out.add("position_unit", subject,
-            limits + (turns ? ": is that in degrees?" : ": is that in millimetres?"));
+            limits + (turns ? ", as degrees would be" : ", as millimetres would be"));
   } else if (outside(1.0) > beyond_limits) {
     out.add("position_limits", subject, limits);
   }
@@ -242,7 +243,7 @@ void check_velocities(const Robot& robot, std::span<const Log> logs, const Log& 
   const double first = factors.front();
   const bool together = std::ranges::all_of(
       compared, [&](const auto& c) { return c.second.correlation > alike && !off(c.second.factor / first); });
-  if (together && off(first)) {
+  if (together && off(first) && !out.has("position_unit")) {
     out.add("time_scale", logs.size() == 1 ? "all joints" : log.source,
             "recorded velocities are " + number(first, 3) +
                 " times the differences of the positions: the rate is " + number(log.f_m) +
@@ -335,7 +336,7 @@ void check_reference(const Robot& robot, std::span<const Log> logs, const Log& l
       out.add("reference_mismatch", subject,
               "correlation of motion and reference is " + number(found.at_delay.correlation, 2) +
                   " at best, should be above " + number(alike));
-    } else if (factor < 1.0 / 3.0 || factor > 3.0) {
+    } else if (factor < 1.0 / other_unit || factor > other_unit) {
       out.add("reference_unit", subject, "the motion is " + number(factor, 3) + " times its reference");
     }
   }

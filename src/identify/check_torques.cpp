@@ -33,10 +33,12 @@ constexpr double hopeless = 0.5;
 // A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
 constexpr double convincing = 0.4;
 constexpr double no_worse = 1.05;
+constexpr double tie = 1.005;
 // A delay is believed where it leaves this part of what was left (squared), and is so many samples long.
 constexpr double delay_convincing = 0.6;
 constexpr double least_delay_samples = 2.0;
 constexpr double longest_delay = 0.3;  // [s]
+constexpr double harmless_delay = 0.01;
 // Sizes that differ from the a-priori ones by such factors are another unit, or another clock.
 constexpr double wrong_unit = 8.0;
 constexpr double wrong_clock = 20.0;  // of inertia against gravity: the square of the clock's factor
@@ -121,8 +123,8 @@ class Probe {
   [[nodiscard]] std::vector<JointFactor> factors(const Reading& reading) const;
   [[nodiscard]] Score score(const Reading& reading, const std::vector<JointFactor>& factors) const;
   [[nodiscard]] Score score(const Reading& reading) const { return score(reading, factors(reading)); }
-  // Squared part of the torques that each joint leaves by itself, summed over joints, for torques that come `shift`
-  // samples later; a number for each shift.
+  // Squared part of its torque that each joint leaves by itself, mean over joints, for torques that come `shift` samples
+  // later; a number for each shift.
   [[nodiscard]] Vector left_at(const Reading& reading, const std::vector<Index>& shifts) const;
   [[nodiscard]] const std::vector<ProbedLog>& logs() const { return probed_; }
   [[nodiscard]] Matrix inertias(const Vector& chi) const;
@@ -156,7 +158,7 @@ void Probe::add(const Log& log, const CheckOptions& options) {
   out.f_m = log.f_m;
   const Matrix q = zero_phase(log.q, filter);
   out.motion = differentiate(q, log.f_m);
-  out.tau = zero_phase(effort(robot_, log), filter);
+  out.tau = zero_phase(averaged_torque(effort(robot_, log), signal.torque_held), filter);
   out.masks = motion_masks(robot_, log.q, q, log.f_m, signal);
   const Index border = std::min(settling_samples(filter) + 2, log.samples() / 4);
   const Index count = log.samples() - 2 * border;
@@ -355,6 +357,7 @@ Vector Probe::left_at(const Reading& reading, const std::vector<Index>& shifts) 
   const auto count = static_cast<Index>(shifts.size());
   const Robot robot = robot_with(reading.gravity);
   Vector out = Vector::Zero(count);
+  double joints = 0.0;
   std::vector<Observation> W;
   for (const ProbedLog& log : probed_) {
     W.push_back(observation(robot, base_, motion_at(log, reading)));
@@ -382,9 +385,10 @@ Vector Probe::left_at(const Reading& reading, const std::vector<Index>& shifts) 
     const double centred = square - sum * sum / static_cast<double>(std::max<Index>(qr.rows(), 1));
     if (qr.rows() >= rows_per_column * qr.columns() && centred > 0.0) {
       out += qr.unreachable_norms().cwiseAbs2() / centred;
+      joints += 1.0;
     }
   }
-  return out;
+  return out / std::max(joints, 1.0);
 }
 
 std::string joint_name(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
@@ -470,6 +474,44 @@ std::vector<Change> changes(const Robot& robot, const Reading& reading) {
 
 bool only_torques(std::string_view code) { return code == "torque_sign" || code == "torque_order"; }
 
+// Signs of a torque and of its position are hard to tell apart where a joint hardly feels the others.
+std::string rival(const Probe& probe, const Change& best, const Score& score, const Reading& before) {
+  constexpr double nearly_as_well = 1.5;
+  const bool torque = best.code == "torque_sign";
+  if ((!torque && best.code != "position_sign") || best.subject == "all joints") {
+    return "";
+  }
+  Reading other = before;
+  (torque ? other.position_scale : other.torque_sign) =
+      torque ? Vector(before.position_scale.cwiseProduct(
+                   best.reading.torque_sign.cwiseProduct(before.torque_sign)))
+             : Vector(before.torque_sign.cwiseProduct(
+                   best.reading.position_scale.cwiseProduct(before.position_scale).cwiseSign()));
+  const Score rivals = probe.score(other);
+  return rivals.faults() == score.faults() && rivals.total < nearly_as_well * score.total
+             ? std::string("; the other sign of its ") + (torque ? "position" : "torque") +
+                   " does nearly as well"
+             : "";
+}
+
+// Upside down, gravity turns the signs of first moments, which inertia hardly notices.
+void check_gravity(const Probe& probe, const Robot& robot, const Reading& reading, Findings& out) {
+  constexpr double clearly_better = 0.8;
+  if (out.has("gravity_direction") || reading.gravity.norm() == 0.0) {
+    return;
+  }
+  Reading other = reading;
+  other.gravity *= -1.0;
+  const Score now = probe.score(reading);
+  const Score upside_down = probe.score(other);
+  if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total) {
+    out.add("gravity_direction", robot.base,
+            "gravity points the other way: the model then leaves " +
+                number(100.0 * std::sqrt(upside_down.total), 2) + " % of the torques instead of " +
+                number(100.0 * std::sqrt(now.total), 2) + " %");
+  }
+}
+
 // Looks for changes of the reading that mend what is wrong, one after the other; the reading that is believed at last.
 Reading mended(const Probe& probe, const Robot& robot, Findings& out) {
   Reading reading = probe.as_told();
@@ -489,9 +531,8 @@ Reading mended(const Probe& probe, const Robot& robot, Findings& out) {
       if (!mends_fit && !mends_signs) {
         continue;
       }
-      const bool better =
-          !best || score.faults() < best_score.faults() ||
-          (score.faults() == best_score.faults() && no_worse * score.total < best_score.total);
+      const bool better = !best || score.faults() < best_score.faults() ||
+                          (score.faults() == best_score.faults() && tie * score.total < best_score.total);
       if (better) {
         best_score = score;
         best = std::move(change);
@@ -500,11 +541,14 @@ Reading mended(const Probe& probe, const Robot& robot, Findings& out) {
     if (!best) {
       break;
     }
-    if (!out.has(best->code, best->subject)) {
+    // A unit is told once, even where single joints were seen to leave their limits.
+    const bool told = out.has(best->code, best->code == "position_unit" ? "" : best->subject);
+    if (!told) {
       out.add(best->code, best->subject,
               best->text + ": the model then leaves " + number(100.0 * std::sqrt(best_score.total), 2) +
                   " % of the torques instead of " + number(100.0 * std::sqrt(now.total), 2) + " %" +
-                  (best_score.faults() < now.faults() ? ", and inertia and friction are positive" : ""));
+                  (best_score.faults() < now.faults() ? ", and inertia and friction are positive" : "") +
+                  rival(probe, *best, best_score, reading));
     }
     reading = best->reading;
   }
@@ -522,20 +566,45 @@ std::vector<Index> shifts_for(double f_m) {
   return out;
 }
 
-void check_delay(const Probe& probe, const Reading& reading, Findings& out) {
-  const double f_m = probe.logs().front().f_m;
-  const std::vector<Index> shifts = shifts_for(f_m);
+struct Delay {
+  Index samples = 0;
+  double left = 0.0;
+};
+
+Delay least_left(const Probe& probe, const Reading& reading, const std::vector<Index>& shifts) {
   const Vector left = probe.left_at(reading, shifts);
   Index at = 0;
   const double least = left.minCoeff(&at);
-  const Index shift = shifts[static_cast<std::size_t>(at)];
-  if (std::abs(static_cast<double>(shift)) < least_delay_samples || least > delay_convincing * left[0]) {
+  return {shifts[static_cast<std::size_t>(at)], least};
+}
+
+void check_delay(const Probe& probe, const Reading& reading, Findings& out) {
+  const double f_m = probe.logs().front().f_m;
+  const double now = probe.left_at(reading, {0})[0];
+  const Delay coarse = least_left(probe, reading, shifts_for(f_m));
+  if (coarse.samples == 0 || coarse.left > delay_convincing * now) {
     return;
   }
+  std::vector<Index> around;
+  const Index width = std::min<Index>(std::abs(coarse.samples) / 6 + 1, 16);
+  for (Index s = coarse.samples - width; s <= coarse.samples + width; ++s) {
+    around.push_back(s);
+  }
+  const Delay found = least_left(probe, reading, around);
+  if (std::abs(static_cast<double>(found.samples)) < least_delay_samples) {
+    return;
+  }
+  // Where the torques are explained well all the same, a delay changes little.
+  const Severity severity = now > harmless_delay ? Severity::error : Severity::note;
   out.add("torque_delay", "all joints",
-          "torques are some " + std::to_string(shift) + " samples (" +
-              number(static_cast<double>(shift) / f_m, 2) + " s) behind the motion: the model then leaves " +
-              number(100.0 * std::sqrt(least / left[0]), 2) + " % of what it leaves now");
+          "torques are " + counted(std::abs(found.samples), "sample") + " (" +
+              number(std::abs(static_cast<double>(found.samples)) / f_m, 2) + " s) " +
+              (found.samples > 0 ? "behind" : "ahead of") + " the motion: the model then leaves " +
+              number(100.0 * std::sqrt(found.left), 2) + " % of them instead of " +
+              number(100.0 * std::sqrt(now), 2) + " %",
+          severity,
+          (found.samples > 0 ? "Add " : "Take ") + std::to_string(std::abs(found.samples)) +
+              (found.samples > 0 ? " to" : " from") + " [log] torque_lag.");
 }
 
 void check_unexplained(const Robot& robot, const Score& score, Findings& out) {
@@ -552,6 +621,7 @@ void check_unexplained(const Robot& robot, const Score& score, Findings& out) {
 struct Sizes {
   double gravity = 0.0;  // 0 where gravity is not seen, or nothing is known
   double inertia = 0.0;
+  double dry_friction = 0.0;
 };
 
 bool knows_inertias(const Robot& robot) {
@@ -618,7 +688,20 @@ Sizes sizes(const Probe& probe, const Robot& robot, const BaseParameters& base, 
   const auto seen = [&](double factor, double square) {
     return std::isfinite(factor) && std::abs(factor) * std::sqrt(square / all) > visible ? factor : 0.0;
   };
-  return {seen(x[0], gravity), seen(x[1], inertia)};
+  // Geometric mean over the joints whose dry friction the description tells.
+  double logarithms = 0.0;
+  double told = 0.0;
+  for (Index j = 0; j < n; ++j) {
+    const double Fc = robot.joints[static_cast<std::size_t>(j)].Fc;
+    const double fitted = x[3 + own * j];
+    if (Fc > 0.0 && fitted > 0.0) {
+      logarithms += std::log(fitted / Fc);
+      told += 1.0;
+    }
+  }
+  return {.gravity = seen(x[0], gravity),
+          .inertia = seen(x[1], inertia),
+          .dry_friction = told > 0.0 ? std::exp(logarithms / told) : 0.0};
 }
 
 bool off_by(double factor, double limit) { return factor > limit || factor < 1.0 / limit; }
@@ -631,19 +714,28 @@ void check_sizes(const Probe& probe, const Robot& robot, const BaseParameters& b
   }
   if (knows_inertias(robot)) {
     const Sizes found = sizes(probe, robot, base, reading);
-    const double torque = found.gravity != 0.0 ? found.gravity : found.inertia;
+    if (found.gravity < -visible && !out.has("gravity_direction") && !out.has("torque_sign")) {
+      out.add("gravity_direction", robot.base,
+              "torques ask for " + number(found.gravity, 2) + " times the weight of the a-priori masses");
+    }
+    // What does not depend on the clock, as far as it is known.
+    const bool by_gravity = found.gravity > 0.0;
+    const double timeless = by_gravity ? found.gravity : found.dry_friction;
+    const double torque = timeless > 0.0 ? timeless : found.inertia;
     if (torque > 0.0 && off_by(torque, wrong_unit)) {
-      out.add(
-          "torque_unit", all,
-          "torques ask for " + number(torque, 2) + " times the a-priori " +
-              (found.gravity != 0.0 ? "masses"
+      out.add("torque_unit", all,
+              "torques ask for " + number(torque, 2) + " times the a-priori " +
+                  (by_gravity       ? "masses"
+                   : timeless > 0.0 ? "dry friction"
                                     : "inertias; or the clock is wrong by " + number(std::sqrt(torque), 2)));
     }
-    if (found.gravity > 0.0 && found.inertia > 0.0 && off_by(found.inertia / found.gravity, wrong_clock)) {
+    if (timeless > 0.0 && found.inertia > 0.0 && off_by(found.inertia / timeless, wrong_clock)) {
+      const double clock = std::sqrt(found.inertia / timeless);
       out.add("time_scale", all,
-              "inertia is " + number(found.inertia / found.gravity, 2) +
-                  " times what gravity and the a-priori model say: the rate would be " +
-                  number(probe.logs().front().f_m * std::sqrt(found.inertia / found.gravity), 2) + " Hz");
+              "against " + std::string(by_gravity ? "gravity" : "dry friction") + " inertia is " +
+                  number(found.inertia / timeless, 2) +
+                  " times that of the a-priori model: the rate would be " +
+                  number(probe.logs().front().f_m * clock, 2) + " Hz");
     }
     return;
   }
@@ -671,6 +763,7 @@ void check_torques(const Robot& robot, const BaseParameters& base, std::span<con
   }
   const Probe probe(robot, base, logs, options);
   const Reading reading = mended(probe, robot, out);
+  check_gravity(probe, robot, reading, out);
   check_delay(probe, reading, out);
   check_sizes(probe, robot, base, reading, out);
   check_unexplained(robot, probe.score(reading), out);

@@ -94,7 +94,7 @@ constexpr std::array codes = {
                    "Check [log] reference or reference_file."},
     DiagnosticCode{"reference_unit", error, "The reference has another scale than the motion.",
                    "They have the same shape, but not the same size or sign: another unit.",
-                   "State the unit in [log] units: reference."},
+                   "State the unit in [log] units: reference or position."},
     DiagnosticCode{"reference_leads", warning, "The motion comes before its reference.",
                    "The best delay is negative for all joints: two clocks, or a log that was cut elsewhere.",
                    "Set delay of [log.reference_file], or cut both alike."},
