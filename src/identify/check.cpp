@@ -1,6 +1,7 @@
 #include "rivid/identify/check.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "identify/check_parts.hpp"
 #include "rivid/error.hpp"
@@ -41,6 +42,11 @@ void Findings::add(std::string_view code, std::string subject, std::string text,
 bool Findings::has(std::string_view code, std::string_view subject) const {
   return std::ranges::any_of(
       all_, [&](const Finding& f) { return f.code == code && (subject.empty() || f.subject == subject); });
+}
+
+bool Findings::has_error(std::string_view code) const {
+  return std::ranges::any_of(
+      all_, [&](const Finding& f) { return f.code == code && f.severity == Severity::error; });
 }
 
 std::vector<Finding> Findings::sorted() && {

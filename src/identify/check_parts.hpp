@@ -19,6 +19,7 @@ class Findings {
            std::optional<Severity> severity = {}, std::string advice = {});
 
   [[nodiscard]] bool has(std::string_view code, std::string_view subject = {}) const;
+  [[nodiscard]] bool has_error(std::string_view code) const;
   // Sorted by severity, in the order in which they came.
   [[nodiscard]] std::vector<Finding> sorted() &&;
 

@@ -30,6 +30,8 @@ constexpr double beyond_limits = 0.1;
 // Without limits: a joint that turns more often than this is told in degrees, and a slide is not longer than that.
 constexpr double most_turns = 8.0 * 2.0 * std::numbers::pi;
 constexpr double longest_slide = 20.0;  // [m]
+// Largest motion of any joint that makes degrees out of radians likely [rad].
+constexpr double smallest_motion = 0.12;
 constexpr double beyond_velocity = 3.0;
 constexpr double beyond_effort = 5.0;
 // Part of the samples at one extreme value, in runs of at least so many, that is saturation.
@@ -273,8 +275,9 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
     const double share = found.lost / rms(centred(log.q.col(j)));
     if (share > lost_share && found.lost > lost_sigmas * noise_level(log.q.col(j))) {
       out.add("cutoff_low", place(robot, logs, log, j),
-              "the filter at " + number(signal.cutoff_hz, 3) + " Hz takes " + number(100.0 * share, 2) +
-                  " % of the motion away; try " + number(suitable_cutoff(log), 2) + " Hz",
+              "the filter at " + number(signal.cutoff_hz, 3) + " Hz takes " +
+                  number(100.0 * std::min(share, 1.0), 2) + " % of the motion away; try " +
+                  number(suitable_cutoff(log), 2) + " Hz",
               share > lost_much ? Severity::error : Severity::warning);
     }
     if (found.acceleration_noise > noisy) {
@@ -304,16 +307,25 @@ Following following(const Log& log, Index j) {
   const double step = static_cast<double>(stride) / log.f_m;
   const auto lead = std::min(static_cast<Index>(longest_lead / step), count / 4);
   const auto delay = std::min(static_cast<Index>(longest_delay / step), count / 4);
+  constexpr double shortness = 2e-3;  // correlation that a second less is worth [1/s]
   Following best;
+  Following opposite;
+  double most = -2.0;
   for (Index d = -lead; d <= delay; ++d) {
     const Index overlap = count - std::abs(d);
     const Likeness found =
         likeness(q_r.segment(std::max<Index>(-d, 0), overlap), q.segment(std::max<Index>(d, 0), overlap));
-    if (std::abs(found.correlation) > std::abs(best.at_delay.correlation)) {
+    // Of the delays that a periodic motion allows, the shortest.
+    const double merit = found.correlation - shortness * static_cast<double>(std::abs(d)) * step;
+    if (merit > most) {
+      most = merit;
       best = {static_cast<double>(d) * step, found};
     }
+    if (-found.correlation > -opposite.at_delay.correlation) {
+      opposite = {static_cast<double>(d) * step, found};
+    }
   }
-  return best;
+  return best.at_delay.correlation < alike && -opposite.at_delay.correlation > alike ? opposite : best;
 }
 
 void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
@@ -367,6 +379,23 @@ void check_encoders(const Robot& robot, std::span<const Log> logs, const Log& lo
             number(noise_level(log.q.col(j)), 2) + " step " + number(quantum(log.q.col(j)), 2);
   }
   out.add("encoder", logs.size() == 1 ? "all joints" : log.source, text + " [rad | m]");
+}
+
+// Small motions everywhere: radians that were taken for degrees.
+void check_smallness(const Robot& robot, std::span<const Log> logs, Findings& out) {
+  double most = 0.0;
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (robot.joints[static_cast<std::size_t>(j)].type == JointType::revolute) {
+      for (const Log& log : logs) {
+        most = std::max(most, range(log.q.col(j)));
+      }
+    }
+  }
+  if (most > 0.0 && most < smallest_motion) {
+    out.add("position_unit", "all joints",
+            "no joint turns by more than " + number(most, 2) + " rad, as radians taken for degrees would",
+            Severity::warning);
+  }
 }
 
 // Joints that move in no log; whether any moves at all.
@@ -437,6 +466,9 @@ bool cutoff_serves(const Log& log, const SignalOptions& signal) {
 
 void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out) {
   const bool moves = check_motion(robot, logs, out);
+  if (moves) {
+    check_smallness(robot, logs, out);
+  }
   for (const Log& log : logs) {
     check_columns(robot, logs, log, out);
     for (Index j = 0; j < robot.size(); ++j) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -28,7 +29,7 @@ constexpr Index probe_samples = 1600;
 constexpr Index rows_per_column = 3;
 // Squared part of a joint's torque that the model leaves: from here on something is looked for, and from there on it is
 // told even where nothing is found.
-constexpr double suspicious = 0.1;
+constexpr double suspicious = 0.003;
 constexpr double hopeless = 0.5;
 // A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
 constexpr double convincing = 0.4;
@@ -38,15 +39,17 @@ constexpr double tie = 1.005;
 constexpr double delay_convincing = 0.6;
 constexpr double least_delay_samples = 2.0;
 constexpr double longest_delay = 0.3;  // [s]
+// It does harm where so much is left, or where it is behind most of what is left.
 constexpr double harmless_delay = 0.01;
+constexpr double harmful_gain = 0.4;
 // Sizes that differ from the a-priori ones by such factors are another unit, or another clock.
 constexpr double wrong_unit = 8.0;
 constexpr double wrong_clock = 20.0;  // of inertia against gravity: the square of the clock's factor
 // Part of the torques that gravity, or inertia, must make up to be compared.
 constexpr double visible = 0.1;
 // Mass that moves with a joint, as inertia over its squared reach, beyond which no arm is [kg].
-constexpr double lightest = 0.005;
-constexpr double heaviest = 4000.0;
+constexpr double lightest = 0.01;
+constexpr double heaviest = 1500.0;
 constexpr Index poses = 32;
 constexpr unsigned pose_seed = 1687;
 
@@ -393,6 +396,8 @@ Vector Probe::left_at(const Reading& reading, const std::vector<Index>& shifts) 
 
 std::string joint_name(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
 
+std::string base_name(const Robot& robot) { return robot.base.empty() ? "base" : robot.base; }
+
 // Every single change of a reading that is looked at. Those that change torques alone come first: they win ties.
 std::vector<Change> changes(const Robot& robot, const Reading& reading) {
   const Index n = robot.size();
@@ -464,7 +469,7 @@ std::vector<Change> changes(const Robot& robot, const Reading& reading) {
       if (!r.gravity.isApprox(reading.gravity)) {
         const char* const name = axis == 0 ? "x" : axis == 1 ? "y" : "z";
         out.push_back(
-            {"gravity_direction", robot.base,
+            {"gravity_direction", base_name(robot),
              std::string("gravity points along ") + (sign < 0.0 ? "-" : "+") + name + " of the base", r});
       }
     }
@@ -505,7 +510,7 @@ void check_gravity(const Probe& probe, const Robot& robot, const Reading& readin
   const Score now = probe.score(reading);
   const Score upside_down = probe.score(other);
   if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total) {
-    out.add("gravity_direction", robot.base,
+    out.add("gravity_direction", base_name(robot),
             "gravity points the other way: the model then leaves " +
                 number(100.0 * std::sqrt(upside_down.total), 2) + " % of the torques instead of " +
                 number(100.0 * std::sqrt(now.total), 2) + " %");
@@ -542,7 +547,8 @@ Reading mended(const Probe& probe, const Robot& robot, Findings& out) {
       break;
     }
     // A unit is told once, even where single joints were seen to leave their limits.
-    const bool told = out.has(best->code, best->code == "position_unit" ? "" : best->subject);
+    const bool told =
+        best->code == "position_unit" ? out.has_error(best->code) : out.has(best->code, best->subject);
     if (!told) {
       out.add(best->code, best->subject,
               best->text + ": the model then leaves " + number(100.0 * std::sqrt(best_score.total), 2) +
@@ -595,7 +601,8 @@ void check_delay(const Probe& probe, const Reading& reading, Findings& out) {
     return;
   }
   // Where the torques are explained well all the same, a delay changes little.
-  const Severity severity = now > harmless_delay ? Severity::error : Severity::note;
+  const bool harms = now > harmless_delay || found.left < harmful_gain * now;
+  const Severity severity = harms ? Severity::error : Severity::note;
   out.add("torque_delay", "all joints",
           "torques are " + counted(std::abs(found.samples), "sample") + " (" +
               number(std::abs(static_cast<double>(found.samples)) / f_m, 2) + " s) " +
@@ -704,6 +711,12 @@ Sizes sizes(const Probe& probe, const Robot& robot, const BaseParameters& base, 
           .dry_friction = told > 0.0 ? std::exp(logarithms / told) : 0.0};
 }
 
+bool mended_already(const Findings& found) {
+  return std::ranges::any_of(std::array{"gravity_direction", "torque_sign", "position_sign", "torque_order",
+                                        "position_order", "joint_order"},
+                             [&](const char* code) { return found.has(code); });
+}
+
 bool off_by(double factor, double limit) { return factor > limit || factor < 1.0 / limit; }
 
 void check_sizes(const Probe& probe, const Robot& robot, const BaseParameters& base, const Reading& reading,
@@ -714,8 +727,8 @@ void check_sizes(const Probe& probe, const Robot& robot, const BaseParameters& b
   }
   if (knows_inertias(robot)) {
     const Sizes found = sizes(probe, robot, base, reading);
-    if (found.gravity < -visible && !out.has("gravity_direction") && !out.has("torque_sign")) {
-      out.add("gravity_direction", robot.base,
+    if (found.gravity < -visible && !mended_already(out)) {
+      out.add("gravity_direction", base_name(robot),
               "torques ask for " + number(found.gravity, 2) + " times the weight of the a-priori masses");
     }
     // What does not depend on the clock, as far as it is known.
