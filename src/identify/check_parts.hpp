@@ -11,6 +11,9 @@
 
 namespace rivid::detail {
 
+class TorqueProbe;
+struct Reading;
+
 // What check() has found so far.
 class Findings {
  public:
@@ -45,6 +48,10 @@ void check_duplicates(std::span<const Log> logs, std::span<const Log> validation
 // Torques against the motion.
 void check_torques(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
                    const CheckOptions& options, Findings& out);
+
+// Sizes of the torques, and the clock, under the reading of the logs that fits.
+void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
+                 const Reading& reading, Findings& out);
 
 // What the rows of the signal chain show.
 void check_excitation(const Robot& robot, std::span<const Log> logs, const CheckOptions& options,
