@@ -148,6 +148,28 @@ constexpr std::array codes = {
                    "Where they matter, record the motion that the result's advice names."},
     DiagnosticCode{"forecast", note, "What an identification from these data will look like.",
                    "From a quick weighted fit.", "Nothing."},
+    DiagnosticCode{
+        "rank_deficient", error,
+        "Status of a result: the data, or the instruments, do not determine all parameters.",
+        "The observation matrix has less than full rank; the reasons name the parameters.",
+        "Record the motion that the parameters' advice names, or leave these parameters out of the model."},
+    DiagnosticCode{"not_converged", error, "Status of a result: IDIM-IV came to its limit of iterations.",
+                   "The parameters still move by more than their tolerance.",
+                   "Raise max_iterations in [method], start from least squares, or come nearer to the actual "
+                   "controller."},
+    DiagnosticCode{
+        "cycling", error, "Status of a result: IDIM-IV goes round among a few estimates.",
+        "The simulated loop changes its pattern of stick and slip from one iterate to the next.",
+        "Filter, leave slow rows out with velocity_threshold, or come nearer to the actual controller."},
+    DiagnosticCode{"weak_instruments", error,
+                   "Status of a result: the simulated motion says too little about some parameters.",
+                   "The first-stage F statistic of a parameter is below 10: its deviation is large, and the "
+                   "estimate may be biased.",
+                   "Use the actual gains, a wider bandwidth or larger moves."},
+    DiagnosticCode{
+        "not_simulable", error, "Status of a result: no closed loop could be simulated.",
+        "Neither an iterate nor a robot near it gave a loop that stays bounded: wrong signs, units or gains.",
+        "Run rivid_identify check, then check [control]."},
 };
 
 }  // namespace

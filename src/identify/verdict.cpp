@@ -117,17 +117,20 @@ bool of_friction(ParameterKind kind) {
   }
 }
 
-// Largest value among the parameters of a unit that belong to the same joint. Friction, unlike inertia, does not shrink
-// towards the tip: there all joints count.
+bool holds_zero(const ParameterEstimate& p) { return p.interval_95[0] <= 0.0 && p.interval_95[1] >= 0.0; }
+
+// Largest value that is seen, or known a priori, among the parameters of a unit that belong to the same joint. Friction,
+// unlike inertia, does not shrink towards the tip: there all joints count.
 double usual_size(const Identification& out, std::size_t i) {
   const StandardParameter& own = out.base.parameters[i].leading;
-  double size = 0.0;
+  double size = std::abs(out.parameters[i].value);
   for (std::size_t k = 0; k < out.parameters.size(); ++k) {
     const ParameterEstimate& p = out.parameters[k];
     const StandardParameter& other = out.base.parameters[k].leading;
     const bool near = other.joint == own.joint || (of_friction(own.kind) && of_friction(other.kind));
-    if (near && p.unit == out.parameters[i].unit && std::isfinite(p.value)) {
-      size = std::max({size, std::abs(p.value), std::abs(p.a_priori)});
+    if (near && p.unit == out.parameters[i].unit) {
+      const bool seen = std::isfinite(p.sigma) && !holds_zero(p);
+      size = std::max({size, seen ? std::abs(p.value) : 0.0, std::abs(p.a_priori)});
     }
   }
   return size;
@@ -138,11 +141,10 @@ Verdict verdict_of(const Identification& out, std::size_t i) {
   if (!std::isfinite(p.sigma)) {
     return Verdict::not_excited;
   }
-  const bool holds_zero = p.interval_95[0] <= 0.0 && p.interval_95[1] >= 0.0;
-  if (holds_zero && 0.5 * (p.interval_95[1] - p.interval_95[0]) > usual_size(out, i)) {
+  if (holds_zero(p) && 0.5 * (p.interval_95[1] - p.interval_95[0]) > usual_size(out, i)) {
     return Verdict::not_excited;
   }
-  return holds_zero || p.relative_sigma_percent > weak_percent ? Verdict::weak : Verdict::identified;
+  return holds_zero(p) || p.relative_sigma_percent > weak_percent ? Verdict::weak : Verdict::identified;
 }
 
 // The other parameter whose estimate moves most with this one, or nothing.
@@ -168,7 +170,9 @@ std::string called(const Robot& robot, Index joint, const std::vector<std::uint8
 }
 
 // The motion that would show an inertial parameter.
-std::string inertial_motion(const Robot& robot, const Ways& ways, Index i,
+//
+// own  joint of the parameter's link, whose positions change what the others' accelerations show
+std::string inertial_motion(const Robot& robot, const Ways& ways, Index i, Index own,
                             const std::vector<std::uint8_t>& still) {
   Index best = 0;
   const double most = ways.acceleration.row(i).maxCoeff(&best);
@@ -180,6 +184,11 @@ std::string inertial_motion(const Robot& robot, const Ways& ways, Index i,
     Index second = 0;
     if (others.maxCoeff(&second) >= helpful * most) {
       out += " and " + called(robot, second, still);
+    } else {
+      second = best;
+    }
+    if (still[static_cast<std::size_t>(own)] != 0 && own != best && own != second) {
+      out += " while " + called(robot, own, still) + " moves";
     }
   }
   if (ways.gravity[i] > 0.0) {
@@ -209,7 +218,7 @@ std::string helpful_motion(const Robot& robot, const StandardParameter& leading,
     case Iam:
       return "larger accelerations of " + joint;
     default:
-      return inertial_motion(robot, ways, i, still);
+      return inertial_motion(robot, ways, i, leading.joint, still);
   }
 }
 
@@ -221,7 +230,7 @@ std::string reason(const Identification& out, std::size_t i) {
   if (p.verdict == Verdict::not_excited) {
     return "any usual value would fit as well";
   }
-  if (p.interval_95[0] > 0.0 || p.interval_95[1] < 0.0) {
+  if (!holds_zero(p)) {
     return "deviation of " + number(p.relative_sigma_percent, 2) + " %";
   }
   const double bound = std::max(-p.interval_95[0], p.interval_95[1]) / usual_size(out, i);
