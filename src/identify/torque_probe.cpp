@@ -68,7 +68,9 @@ void TorqueProbe::add(const Log& log, const CheckOptions& options) {
   out.f_m = log.f_m;
   const Matrix q = zero_phase(log.q, filter);
   out.motion = differentiate(q, log.f_m);
-  out.tau = zero_phase(averaged_torque(effort(robot_, log), signal.torque_held), filter);
+  Matrix tau = effort(robot_, log);
+  average_torque(tau, signal.torque_held);
+  out.tau = zero_phase(tau, filter);
   out.masks = motion_masks(robot_, log.q, q, log.f_m, signal);
   const Index border = std::min(settling_samples(filter) + 2, log.samples() / 4);
   const Index count = log.samples() - 2 * border;
@@ -111,6 +113,7 @@ std::vector<JointFactor> TorqueProbe::factors(const Reading& reading) const {
   const Index n = robot_.size();
   const Robot robot = robot_with(reading.gravity);
   std::vector<Observation> W;
+  W.reserve(probed_.size());
   for (const ProbedLog& log : probed_) {
     W.push_back(observation(robot, base_, motion_at(log, reading)));
   }
@@ -265,6 +268,7 @@ Vector TorqueProbe::left_at(const Reading& reading, const std::vector<Index>& sh
   Vector out = Vector::Zero(count);
   double joints = 0.0;
   std::vector<Observation> W;
+  W.reserve(probed_.size());
   for (const ProbedLog& log : probed_) {
     W.push_back(observation(robot, base_, motion_at(log, reading)));
   }

@@ -217,7 +217,7 @@ TEST_F(Check, NamesACutoffFarBelowTheMotion) {
 TEST_F(Check, NamesAMissingFilterOnlyForLeastSquares) {
   replace("cutoff_hz = 20", "cutoff_hz = \"off\"");
   expect_finding(findings(0), "warning", "cutoff_high", "joint_1");
-  replace("name = \"ols\"", "name = \"iv\"");
+  replace("name = \"wls\"", "name = \"iv\"");
   folder().write("scara.toml", folder().read("scara.toml") +
                                    "\n[control]\nlaw = \"pd\"\nomega_n = [1, 10]\nzeta = 1\nrate_hz = 200\n");
   expect_finding(findings(0), "note", "cutoff_high", "joint_1");
