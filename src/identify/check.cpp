@@ -17,14 +17,15 @@ namespace {
 // Condition number of the weighted rows from which on a fit does not carry over to other motions.
 constexpr double poor_condition = 5000.0;
 
-std::string names_of(const Identification& result, Verdict verdict) {
-  std::vector<std::string> names;
+// "Fv1 (32 %), XY2 (214 %)": weak parameters with the deviations to expect.
+std::string weak_ones(const Identification& result) {
+  std::string out;
   for (const ParameterEstimate& p : result.parameters) {
-    if (p.verdict == verdict) {
-      names.push_back(p.name);
+    if (p.verdict == Verdict::weak) {
+      out += (out.empty() ? "" : ", ") + p.name + " (" + number(std::round(p.relative_sigma_percent)) + " %)";
     }
   }
-  return listed(names);
+  return out;
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ void check_excitation(const Robot& robot, std::span<const Log> logs, const Check
             "condition number " + number(quick.condition, 4) + " of the weighted rows, should be below " +
                 number(poor_condition));
   }
-  if (const std::string weak = names_of(quick, Verdict::weak); !weak.empty()) {
+  if (const std::string weak = weak_ones(quick); !weak.empty()) {
     out.add("weak_parameters", all, weak);
   }
   const auto identified =
