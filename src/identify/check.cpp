@@ -1,6 +1,7 @@
 #include "rivid/identify/check.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "identify/check_parts.hpp"
@@ -32,12 +33,14 @@ std::string weak_ones(const Identification& result) {
 
 void Findings::add(std::string_view code, std::string subject, std::string text,
                    std::optional<Severity> severity, std::string advice) {
-  const DiagnosticCode known = diagnostic_code(code).value();
-  all_.push_back({.severity = severity.value_or(known.severity),
+  const std::span<const DiagnosticCode> codes = diagnostic_codes();
+  const auto known = std::ranges::find(codes, code, &DiagnosticCode::code);
+  assert(known != codes.end());
+  all_.push_back({.severity = severity.value_or(known->severity),
                   .code = std::string(code),
                   .subject = std::move(subject),
                   .text = std::move(text),
-                  .advice = advice.empty() ? std::string(known.cure) : std::move(advice)});
+                  .advice = advice.empty() ? std::string(known->cure) : std::move(advice)});
 }
 
 bool Findings::has(std::string_view code, std::string_view subject) const {

@@ -148,12 +148,12 @@ std::string rival(const TorqueProbe& probe, const Change& best, const Score& sco
   if ((!torque && best.code != "position_sign") || best.subject == "all joints") {
     return "";
   }
+  // The change of the one, made to the other.
   Reading other = before;
-  (torque ? other.position_scale : other.torque_sign) =
-      torque ? Vector(before.position_scale.cwiseProduct(
-                   best.reading.torque_sign.cwiseProduct(before.torque_sign)))
-             : Vector(before.torque_sign.cwiseProduct(
-                   best.reading.position_scale.cwiseProduct(before.position_scale).cwiseSign()));
+  other.torque_sign =
+      before.torque_sign.cwiseProduct(best.reading.position_scale.cwiseQuotient(before.position_scale));
+  other.position_scale =
+      before.position_scale.cwiseProduct(best.reading.torque_sign.cwiseQuotient(before.torque_sign));
   const Score rivals = probe.score(other);
   return rivals.faults() == score.faults() && rivals.total < nearly_as_well * score.total
              ? std::string("; the other sign of its ") + (torque ? "position" : "torque") +
