@@ -24,12 +24,12 @@ std::string counts(std::span<const Finding> findings) {
 std::string in_words(std::span<const Finding> findings) {
   std::string out;
   for (const Finding& f : findings) {
-    out += std::string(name(f.severity)) + " [" + f.code + "] " + f.subject + ": " + f.text;
+    out.append(name(f.severity)).append(" [").append(f.code).append("] ");
+    out.append(f.subject).append(": ").append(f.text);
     if (f.severity != Severity::note) {
-      out += ". " + f.advice;
+      out.append(". ").append(f.advice);
     }
-    out = out.ends_with('.') ? out : out + '.';
-    out += '\n';
+    out.append(out.ends_with('.') ? "\n" : ".\n");
   }
   return out + counts(findings) + '\n';
 }
