@@ -4,6 +4,7 @@
 #include <optional>
 #include <sstream>
 
+#include "check_command.hpp"
 #include "progress_bar.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
@@ -64,6 +65,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(
       "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
       "failure.\n"
+      "Before that: rivid_identify check EXPERIMENT.toml looks for faults, rivid_identify explain CODE tells "
+      "their cause and cure.\n"
       "The keys of an experiment file are listed in docs/experiment.md.");
 }
 
@@ -179,6 +182,13 @@ int identify_from(const Arguments& arguments) {
 }
 
 int tool(int argc, char** argv) {
+  const std::string_view first = argc > 1 ? argv[1] : "";
+  if (first == "check") {
+    return check_command(argc - 1, argv + 1);
+  }
+  if (first == "explain") {
+    return explain_command(argc - 1, argv + 1);
+  }
   CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
   Arguments arguments;
   declare(app, arguments);

@@ -14,6 +14,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/parameter_file.hpp"
+#include "rivid/identify/check.hpp"
 #include "rivid/identify/iv.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/identify/physical.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "identify/noise_level.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/signal/zero_phase.hpp"
@@ -18,28 +19,6 @@ constexpr double outstanding = 4.0;
 constexpr double least_velocity = 1e-3;
 // Two central differences in a row reach over two samples to each side.
 constexpr Index difference_reach = 2;
-// Part of the differences that tells the noise, the small ones: the others see reversals. And the mean square of a
-// Gaussian within the quantile of that part, in units of its variance.
-constexpr double quiet_part = 0.95;
-constexpr double quiet_square = 0.7588;
-// Σ of the squared binomial coefficients of the fourth difference.
-constexpr double fourth_difference_gain = 70.0;
-
-// Standard deviation of white noise on a series, from fourth differences, which leave little of a motion.
-double noise_of(const Eigen::Ref<const Vector>& x) {
-  const Index m = x.size() - 4;
-  if (m < 1) {
-    return 0.0;
-  }
-  Vector squares =
-      (x.head(m) - 4.0 * x.segment(1, m) + 6.0 * x.segment(2, m) - 4.0 * x.segment(3, m) + x.tail(m))
-          .cwiseAbs2();
-  const auto quiet = static_cast<Index>(std::ceil(quiet_part * static_cast<double>(m)));
-  std::nth_element(squares.begin(), squares.begin() + (quiet - 1), squares.end());
-  const double mean = squares.head(quiet).sum() / static_cast<double>(quiet);
-  return std::sqrt(mean / (quiet_square * fourth_difference_gain));
-}
-
 // Standard deviation of the velocity per unit of the position's, for white noise.
 double velocity_gain(double f_m, const SignalOptions& options) {
   if (options.cutoff_hz == 0.0) {
@@ -127,7 +106,7 @@ std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const 
   const double gain = velocity_gain(f_m, options);
   Vector sigma(n);
   for (Index j = 0; j < n; ++j) {
-    sigma[j] = gain * noise_of(q.col(j));
+    sigma[j] = gain * noise_level(q.col(j));
   }
   const Index to_each_side = reach(f_m, options);
   const auto threshold_of = [&](const Vector& v, double noise) {

@@ -113,7 +113,9 @@ void describe_parameters(const Robot& robot, Identification& out) {
                               .sigma = sigma,
                               .relative_sigma_percent = 100.0 * sigma / std::abs(value),
                               .interval_95 = {value - t * sigma, value + t * sigma},
-                              .a_priori = a_priori[i]});
+                              .a_priori = a_priori[i],
+                              .verdict = {},
+                              .advice = {}});
   }
 }
 

@@ -10,4 +10,9 @@ std::string_view name(Status status) {
   return names[static_cast<std::size_t>(status)];
 }
 
+std::string_view name(Verdict verdict) {
+  constexpr std::array<std::string_view, 3> names = {"identified", "weak", "not_excited"};
+  return names[static_cast<std::size_t>(verdict)];
+}
+
 }  // namespace rivid

@@ -15,6 +15,7 @@
 #include "identify/physical_model.hpp"
 #include "identify/row_source.hpp"
 #include "identify/thread_team.hpp"
+#include "identify/verdict.hpp"
 #include "rivid/error.hpp"
 #include "rivid/signal/zero_phase.hpp"
 #include "rivid/simulate/inertia.hpp"
@@ -639,6 +640,7 @@ class Run {
       out_.fit = detail::judged(robot_, data_, Vector::Zero(b), b, out_.signal.convention);
       forget_errors();
       detail::describe_parameters(robot_, out_);
+      detail::judge_parameters(robot_, logs_, out_);
       return;
     }
     const Estimate& estimate = *estimate_;
@@ -650,6 +652,7 @@ class Run {
     out_.fit.sigma_rho = estimate.sigma;
     detail::describe_parameters(robot_, out_);
     detail::add_physical(robot_, method_.physical, data_, estimate.R_VW / estimate.sigma, out_);
+    detail::judge_parameters(robot_, logs_, out_);
     judge_instruments(estimate.first_stage_F);
     diagnose_loop();
     diagnose_bandwidth();

@@ -5,6 +5,7 @@
 #include "identify/covariance.hpp"
 #include "identify/fit.hpp"
 #include "identify/physical_model.hpp"
+#include "identify/verdict.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {
@@ -102,6 +103,7 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   out.fit.sigma_rho = sigma;
   describe_parameters(robot, out);
   detail::add_physical(robot, method.physical, data, solution.R / sigma, out);
+  detail::judge_parameters(robot, logs, out);
   return out;
 }
 

@@ -162,7 +162,14 @@ std::string parameters_section(const Identification& result) {
                      legend_item("zero", "zero") +
                      "Each bar has a scale of its own; it is red where the interval holds zero.",
                  "class=\"legend\"");
-  return element("section", out + table.markup());
+  std::string advice;
+  for (const ParameterEstimate& p : result.parameters) {
+    if (p.verdict != Verdict::identified) {
+      advice += element("li", element("b", escaped(p.name)) + " " + escaped(std::string(name(p.verdict))) +
+                                  ": " + escaped(p.advice));
+    }
+  }
+  return element("section", out + table.markup() + (advice.empty() ? "" : element("ul", advice)));
 }
 
 std::string parameter_paths(const std::vector<ParameterEstimate>& parameters,

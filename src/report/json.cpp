@@ -26,7 +26,9 @@ Json parameters(const Identification& result) {
                    {"interval_95", p.interval_95},
                    {"regrouped", p.regrouped},
                    {"regrouping", std::move(regrouping)},
-                   {"a_priori", p.a_priori}});
+                   {"a_priori", p.a_priori},
+                   {"verdict", name(p.verdict)},
+                   {"advice", p.advice}});
   }
   return out;
 }

@@ -34,10 +34,27 @@ class TextTable {
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
 
   void print(std::ostream& out) const {
+    std::vector<std::string> titles;
+    titles.reserve(columns_.size());
+    for (const Column& column : columns_) {
+      titles.push_back(column.title);
+    }
+    print(out, titles);
+  }
+
+  /// Without the titles.
+  void print_body(std::ostream& out) const { print(out, {}); }
+
+ private:
+  static constexpr std::size_t gap = 2;
+  static constexpr std::size_t line_width = 110;
+  static constexpr std::size_t narrowest_fold = 30;
+
+  void print(std::ostream& out, const std::vector<std::string>& titles) const {
     std::vector<std::size_t> widths;
     std::size_t before_last = 0;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
-      std::size_t width = display_width(columns_[c].title);
+      std::size_t width = titles.empty() ? 0 : display_width(titles[c]);
       for (const std::vector<std::string>& row : rows_) {
         width = std::max(width, display_width(row[c]));
       }
@@ -46,21 +63,13 @@ class TextTable {
         before_last += width + gap;
       }
     }
-    std::vector<std::string> titles;
-    titles.reserve(columns_.size());
-    for (const Column& column : columns_) {
-      titles.push_back(column.title);
+    if (!titles.empty()) {
+      print_row(out, titles, widths, before_last);
     }
-    print_row(out, titles, widths, before_last);
     for (const std::vector<std::string>& row : rows_) {
       print_row(out, row, widths, before_last);
     }
   }
-
- private:
-  static constexpr std::size_t gap = 2;
-  static constexpr std::size_t line_width = 110;
-  static constexpr std::size_t narrowest_fold = 30;
 
   void print_row(std::ostream& out, const std::vector<std::string>& cells,
                  const std::vector<std::size_t>& widths, std::size_t before_last) const {
@@ -98,6 +107,30 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
+std::string mark(Verdict verdict) {
+  return verdict == Verdict::identified ? "" : verdict == Verdict::weak ? " ?" : " x";
+}
+
+// Weak parameters by their names; those that are not excited with what they need.
+void print_verdicts(std::ostream& out, const std::vector<ParameterEstimate>& parameters) {
+  TextTable table({{"", Align::left}, {"", Align::left}});
+  std::string weak;
+  for (const ParameterEstimate& p : parameters) {
+    if (p.verdict == Verdict::weak) {
+      weak += (weak.empty() ? "" : ", ") + p.name;
+    }
+  }
+  if (!weak.empty()) {
+    table.add({"? weak", weak});
+  }
+  for (const ParameterEstimate& p : parameters) {
+    if (p.verdict == Verdict::not_excited) {
+      table.add({"x " + p.name, p.advice});
+    }
+  }
+  table.print_body(out);
+}
+
 void print_parameters(std::ostream& out, const Identification& result) {
   TextTable table({{"parameter", Align::left},
                    {"value", Align::right},
@@ -108,7 +141,7 @@ void print_parameters(std::ostream& out, const Identification& result) {
                    {"grouped from", Align::left}});
   for (const ParameterEstimate& p : result.parameters) {
     const bool known = std::isfinite(p.sigma);
-    table.add({p.name, with_decimals_of(p.value, p.sigma), p.unit,
+    table.add({p.name + mark(p.verdict), with_decimals_of(p.value, p.sigma), p.unit,
                known ? with_decimals_of(p.sigma, p.sigma) : "-",
                known ? fixed(p.relative_sigma_percent, 3) : "-",
                known ? "[" + with_decimals_of(p.interval_95[0], p.sigma) + ", " +
@@ -117,6 +150,7 @@ void print_parameters(std::ostream& out, const Identification& result) {
                p.regrouped == p.name ? "" : p.regrouped});
   }
   table.print(out);
+  print_verdicts(out, result.parameters);
 }
 
 void print_fit(std::ostream& out, const Fit& fit) {

@@ -28,6 +28,16 @@ enum class Status {
 /// "identified", "rank_deficient", "not_converged", "cycling", "weak_instruments", "not_simulable".
 [[nodiscard]] std::string_view name(Status status);
 
+/// What the data say about a parameter.
+enum class Verdict {
+  identified,
+  weak,         ///< the 95 % interval holds zero, or the deviation is above 30 % of the value
+  not_excited,  ///< undetermined, or a value as large as any of its kind would pass unnoticed
+};
+
+/// "identified", "weak", "not_excited".
+[[nodiscard]] std::string_view name(Verdict verdict);
+
 /// One identified base parameter with its statistics, Eqs. (17–19) of [RIV].
 struct ParameterEstimate {
   std::string name;                                ///< "ZZ1R"
@@ -38,6 +48,8 @@ struct ParameterEstimate {
   double relative_sigma_percent = 0.0;             ///< 100 σ / |value|
   std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
   double a_priori = 0.0;                           ///< the same base parameter from the robot description
+  Verdict verdict = Verdict::identified;
+  std::string advice;  ///< why it is not `identified`, and the motion that would help; else empty
 };
 
 /// How well a model explains the rows of one joint.

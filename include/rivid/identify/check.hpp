@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rivid/data/log.hpp"
+#include "rivid/identify/diagnostic_codes.hpp"
+#include "rivid/identify/signal_options.hpp"
+#include "rivid/model/robot.hpp"
+
+namespace rivid {
+
+/// Something that check() found.
+struct Finding {
+  Severity severity = Severity::note;
+  std::string code;     ///< one of diagnostic_codes()
+  std::string subject;  ///< joint, log or parameter that it is about
+  std::string text;     ///< the value that was found, and what is required
+  std::string advice;   ///< what to do
+};
+
+struct CheckOptions {
+  SignalOptions signal = {};
+  bool instrumental = false;  ///< whether the method is IDIM-IV, which noise does not bias
+  int threads = 1;
+};
+
+/// Looks for what would make an identification from these logs fail or mislead, before there is any: doubts about robot
+/// and logs, units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,
+/// standstill, cut-off frequencies, and parameters that the motion does not show.
+///
+/// Torques are compared with what the model can make of the motion: with one set of parameters for all joints, and, where
+/// that fails, with signs, orders, units or gravity changed one at a time. The change that mends it is named.
+///
+/// @param logs        of the identification, at least one
+/// @param validation  logs that are only compared with the others
+/// @return            findings, the gravest first
+/// @throws InputError  where a log can not be used at all, see Log::complaint(), or does not fit the robot
+[[nodiscard]] std::vector<Finding> check(const Robot& robot, std::span<const Log> logs,
+                                         std::span<const Log> validation = {},
+                                         const CheckOptions& options = {});
+
+}  // namespace rivid

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace rivid {
+
+/// How much a finding matters.
+enum class Severity {
+  note,     ///< worth knowing
+  warning,  ///< may make a result wrong
+  error     ///< makes an identification useless
+};
+
+/// "note", "warning", "error".
+[[nodiscard]] std::string_view name(Severity severity);
+
+/// What a finding of check() can be: docs/diagnostics.md shows the same table.
+struct DiagnosticCode {
+  std::string_view code;  ///< "torque_sign"
+  Severity severity = Severity::note;
+  std::string_view meaning;  ///< what is the matter
+  std::string_view cause;    ///< how it is found, and what is usually behind it
+  std::string_view cure;     ///< what to do
+};
+
+/// All codes, those of robots and logs first.
+[[nodiscard]] std::span<const DiagnosticCode> diagnostic_codes();
+
+/// The one of that name.
+[[nodiscard]] std::optional<DiagnosticCode> diagnostic_code(std::string_view code);
+
+}  // namespace rivid

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rivid/identify/check.hpp"
+#include "rivid/regressor/base.hpp"
+
+namespace rivid::detail {
+
+class TorqueProbe;
+struct Reading;
+
+// What check() has found so far.
+class Findings {
+ public:
+  // Severity and advice are those of the code, unless told otherwise.
+  void add(std::string_view code, std::string subject, std::string text,
+           std::optional<Severity> severity = {}, std::string advice = {});
+
+  [[nodiscard]] bool has(std::string_view code, std::string_view subject = {}) const;
+  [[nodiscard]] bool has_error(std::string_view code) const;
+  // Sorted by severity, in the order in which they came.
+  [[nodiscard]] std::vector<Finding> sorted() &&;
+
+ private:
+  std::vector<Finding> all_;
+};
+
+// "joint_2" or "scara.csv: joint_2" where there are several logs.
+[[nodiscard]] std::string place(const Robot& robot, std::span<const Log> logs, const Log& log, Index joint);
+
+// A cut-off frequency that keeps the motion of a log and takes its noise away, by its spectrum alone [Hz].
+[[nodiscard]] double suitable_cutoff(const Log& log);
+
+// Whether the options' own cut-off keeps the motion, and leaves more of it than of noise.
+[[nodiscard]] bool cutoff_serves(const Log& log, const SignalOptions& signal);
+
+// Each log by itself: units, columns, saturation, standstill, encoders, cut-off, reference.
+void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out);
+
+// The same data twice.
+void check_duplicates(std::span<const Log> logs, std::span<const Log> validation, Findings& out);
+
+// Torques against the motion.
+void check_torques(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
+                   const CheckOptions& options, Findings& out);
+
+// Sizes of the torques, and the clock, under the reading of the logs that fits.
+void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
+                 const Reading& reading, Findings& out);
+
+// What the rows of the signal chain show.
+void check_excitation(const Robot& robot, std::span<const Log> logs, const CheckOptions& options,
+                      Findings& out);
+
+}  // namespace rivid::detail

@@ -1,0 +1,69 @@
+#include "rivid/report/findings.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+std::ptrdiff_t count(std::span<const Finding> findings, Severity severity) {
+  return std::ranges::count(findings, severity, &Finding::severity);
+}
+
+std::string counts(std::span<const Finding> findings) {
+  return counted(count(findings, Severity::error), "error") + ", " +
+         counted(count(findings, Severity::warning), "warning") + ", " +
+         counted(count(findings, Severity::note), "note");
+}
+
+}  // namespace
+
+std::string in_words(std::span<const Finding> findings) {
+  std::string out;
+  for (const Finding& f : findings) {
+    out.append(name(f.severity)).append(" [").append(f.code).append("] ");
+    out.append(f.subject).append(": ").append(f.text);
+    if (f.severity != Severity::note) {
+      out.append(". ").append(f.advice);
+    }
+    out.append(out.ends_with('.') ? "\n" : ".\n");
+  }
+  return out + counts(findings) + '\n';
+}
+
+std::string to_json(std::span<const Finding> findings) {
+  using Json = nlohmann::ordered_json;
+  Json list = Json::array();
+  for (const Finding& f : findings) {
+    list.push_back({{"severity", name(f.severity)},
+                    {"code", f.code},
+                    {"subject", f.subject},
+                    {"text", f.text},
+                    {"advice", f.advice}});
+  }
+  const Json out = {{"format", 1},
+                    {"usable", count(findings, Severity::error) == 0},
+                    {"errors", count(findings, Severity::error)},
+                    {"warnings", count(findings, Severity::warning)},
+                    {"findings", std::move(list)}};
+  // A path may hold any bytes; JSON is UTF-8.
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string in_one_line(const DiagnosticCode& code) {
+  constexpr std::size_t width = 20;
+  std::string out(code.code);
+  out.resize(std::max(out.size() + 2, width), ' ');
+  return out + std::string(code.meaning) + '\n';
+}
+
+std::string explained(const DiagnosticCode& code) {
+  return std::string(code.code) + " (" + std::string(name(code.severity)) + ")\n  " +
+         std::string(code.meaning) + "\n  Cause: " + std::string(code.cause) +
+         "\n  Cure:  " + std::string(code.cure) + '\n';
+}
+
+}  // namespace rivid
