@@ -435,7 +435,10 @@ Physical read_physical(TomlReader keys, const Robot& robot) {
                           std::array<std::pair<std::string_view, Physical::Prior>, 2>{
                               {{"log_det", Physical::Prior::log_det}, {"ridge", Physical::Prior::ridge}}})
                   .value_or(out.prior);
-  out.weight = keys.number("weight").value_or(out.weight);
+  if (const auto weight = keys.number("weight")) {
+    out.weight = *weight;
+    out.weight_may_fall = false;
+  }
   if (auto masses = keys.section("masses")) {
     for (const auto& [link, node] : masses->table()) {
       const std::array<double, 2> bounds = read_mass_bounds(*masses, link.str());

@@ -42,6 +42,40 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
                          "physically consistent parameters near the robot description, would settle them");
 }
 
+// The pull of the description may cost this part of the residual sum of squares.
+constexpr double tolerable_price = 0.1;
+constexpr double least_weight = 1e-6;
+// Where a tenth of the weight does not lower the price by so much, it is not the pull that costs.
+constexpr double worth_it = 0.9;
+
+Index rows_of(const RowFactors& data) {
+  Index rows = 0;
+  for (const RowGroup& group : data.groups) {
+    rows += group.qr.rows();
+  }
+  return rows;
+}
+
+// The parameters, and the options with the weight that they were found with.
+PhysicalModel found_model(const Robot& robot, const Physical& options, const Matrix& root, double freedom,
+                          const Identification& result) {
+  PhysicalModel out;
+  out.options = options;
+  out.parameters = physical(robot, result.base, result.chi, root, options);
+  while (options.weight_may_fall && out.parameters.distance > 0.5 * tolerable_price * freedom &&
+         out.options.weight > least_weight) {
+    Physical lower = out.options;
+    lower.weight *= 0.1;
+    PhysicalParameters found = physical(robot, result.base, result.chi, root, lower);
+    if (found.distance > worth_it * out.parameters.distance) {
+      break;
+    }
+    out.options = lower;
+    out.parameters = std::move(found);
+  }
+  return out;
+}
+
 }  // namespace
 
 void add_physical(const Robot& robot, const std::optional<Physical>& options, const RowFactors& data,
@@ -50,9 +84,14 @@ void add_physical(const Robot& robot, const std::optional<Physical>& options, co
     warn_of_weak_excitation(root, out);
     return;
   }
-  PhysicalModel model;
-  model.options = *options;
-  model.parameters = physical(robot, out.base, out.chi, root, *options);
+  PhysicalModel model =
+      found_model(robot, *options, root, static_cast<double>(rows_of(data) - out.base.size()), out);
+  if (model.options.weight != options->weight) {
+    out.notes.push_back(
+        "the robot description is far from what the data say: the physically consistent "
+        "parameters follow it with the weight " +
+        number(model.options.weight, 3) + " instead of " + number(options->weight, 3));
+  }
   model.fit = judged(robot, data, model.parameters.chi, out.base.size(), out.signal.convention);
   out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
   if (!model.parameters.reached) {

@@ -35,6 +35,9 @@ struct Physical {
   /// λ: a prior of 1 weighs as much as half a squared standard deviation of the estimate. At the default it decides what
   /// the data leave open and little else; hundreds and more hold weakly exciting data to the robot description.
   double weight = 1.0;
+  /// Whether an identification lowers the weight by tens where the robot description is so far from the data that its pull
+  /// would raise the residual sum of squares by more than a tenth, as placeholders in a URDF do.
+  bool weight_may_fall = true;
   std::vector<MassBounds> masses = {};  ///< of single links
   std::optional<std::array<double, 2>> total_mass =
       {};  ///< of all moving links together, least and most [kg]
