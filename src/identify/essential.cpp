@@ -162,7 +162,8 @@ class Elimination {
 }  // namespace
 
 std::optional<std::string> Essential::complaint() const {
-  if (!(significance > 0.0 && significance < 1.0)) {
+  const bool sensible = significance > 0.0 && significance < 1.0;
+  if (!sensible) {
     return "significance is " + number(significance) + ", must lie between 0 and 1";
   }
   return std::nullopt;

@@ -590,7 +590,7 @@ class Run {
     for (SignalOptions& signal : signals_) {
       signal.decimation.clear();
     }
-    for (double moved = 0.0; report.rounds < most_rounds;) {
+    while (report.rounds < most_rounds) {
       ++report.rounds;
       const Vector before = estimate_->chi;
       report.noise = noise_models(before);
@@ -611,8 +611,7 @@ class Run {
       if (!iterate(next)) {
         return;
       }
-      moved = step_in_sigmas(estimate_->chi - before, solution_);
-      if (moved <= still * method_.parameter_tolerance) {
+      if (step_in_sigmas(estimate_->chi - before, solution_) <= still * method_.parameter_tolerance) {
         return;
       }
     }

@@ -5,7 +5,9 @@
 #include <numeric>
 #include <random>
 
+#include "rivid/error.hpp"
 #include "support/random_matrix.hpp"
+#include "support/scara_study.hpp"
 
 namespace rivid::detail {
 namespace {
@@ -125,6 +127,62 @@ TEST(WhitenedSink, FiltersWithinStretches) {
       ++row;
     }
     EXPECT_EQ(held.size(), row);
+  }
+}
+
+struct PrefilteredIv : public ::testing::Test, public test::ScaraStudy {
+  PrefilteredIv() {
+    encoder_noise = 2e-5;
+    method = iv();
+    method.signal = {.rows = RowScheme::exact, .torque_held = true, .decimation = {20}};
+    method.prefilter = true;
+  }
+  Iv method;
+};
+
+TEST_F(PrefilteredIv, TellsItsNoiseModelsAndWhatItBeganWith) {
+  const Log log = this->log(1.0, 1);
+  const Identification found = identify(robot, log, method);
+  ASSERT_EQ(found.status, Status::identified);
+  ASSERT_TRUE(found.prefilter);
+  ASSERT_EQ(found.prefilter->noise.size(), 2U);
+  for (const NoiseModel& noise : found.prefilter->noise) {
+    EXPECT_GT(noise.ar.size(), 0);
+    EXPECT_GT(noise.innovation, 0.0);
+  }
+  Iv plain = method;
+  plain.prefilter = false;
+  const Identification before = identify(robot, log, plain);
+  EXPECT_EQ(found.prefilter->chi, before.chi);
+  for (Index i = 0; i < base.size(); ++i) {
+    EXPECT_EQ(found.prefilter->sigma[i], before.parameters[static_cast<std::size_t>(i)].sigma);
+  }
+  // Both judge plain rows.
+  EXPECT_EQ(found.fit.rows, before.fit.rows);
+  EXPECT_GT(found.prefilter->rows, 10 * found.fit.rows);
+}
+
+TEST_F(PrefilteredIv, IsTheSameWhateverTheThreads) {
+  const Log log = this->log(1.0, 2);
+  method.prefilter_order = 12;
+  const Identification one = identify(robot, log, method);
+  method.threads = 3;
+  const Identification three = identify(robot, log, method);
+  ASSERT_EQ(one.prefilter->noise[1].ar.size(), 12);
+  EXPECT_EQ(one.chi, three.chi);
+  EXPECT_EQ(one.C_chi, three.C_chi);
+}
+
+TEST_F(PrefilteredIv, RefusesThePapersRows) {
+  const Log log = this->log(1.0, 1);
+  method.signal.rows = RowScheme::paper;
+  try {
+    static_cast<void>(identify(robot, log, method));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("prefilter works on exact rows: rows must be \"exact\""),
+              std::string::npos)
+        << error.what();
   }
 }
 
