@@ -571,6 +571,7 @@ class Run {
       source.send(sinks, std::span(&V, 1));
     }
     std::vector<NoiseModel> out;
+    out.reserve(lagged.size());
     for (std::size_t j = 0; j < lagged.size(); ++j) {
       detail::Autoregression model = detail::autoregression(lagged[j], order);
       out.push_back({robot_.joints[j].name, std::move(model.ar), model.innovation});
@@ -581,10 +582,13 @@ class Run {
   // Noise models from the estimate and estimates from whitened rows in turn.
   void prefilter() {
     constexpr int most_rounds = 10;
+    if (!estimate_) {
+      return;
+    }
     PrefilterReport& report = out_.prefilter.emplace();
     unfiltered_error_ = history().back().relative_error;
     tell_uncertainty(*estimate_);
-    report.chi = estimate_->chi;
+    report.chi = history().back().chi;
     report.sigma = out_.C_chi.diagonal().cwiseSqrt();
     report.covariance = out_.covariance;
     for (SignalOptions& signal : signals_) {
@@ -592,7 +596,7 @@ class Run {
     }
     while (report.rounds < most_rounds) {
       ++report.rounds;
-      const Vector before = estimate_->chi;
+      const Vector before = history().back().chi;
       report.noise = noise_models(before);
       whitening_.clear();
       for (const NoiseModel& model : report.noise) {
@@ -611,7 +615,7 @@ class Run {
       if (!iterate(next)) {
         return;
       }
-      if (step_in_sigmas(estimate_->chi - before, solution_) <= still * method_.parameter_tolerance) {
+      if (step_in_sigmas(history().back().chi - before, solution_) <= still * method_.parameter_tolerance) {
         return;
       }
     }
