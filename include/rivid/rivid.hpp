@@ -15,6 +15,7 @@
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/parameter_file.hpp"
 #include "rivid/identify/check.hpp"
+#include "rivid/identify/essential.hpp"
 #include "rivid/identify/iv.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/identify/physical.hpp"

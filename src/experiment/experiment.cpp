@@ -79,9 +79,9 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
     case Method::ols:
       break;
     case Method::wls:
-      return identify(
-          experiment.robot, logs,
-          Wls{experiment.signal, experiment.covariance, experiment.threads, progress, experiment.physical});
+      return identify(experiment.robot, logs,
+                      Wls{experiment.signal, experiment.covariance, experiment.threads, progress,
+                          experiment.physical, experiment.essential});
     case Method::iv: {
       if (!experiment.control) {
         throw InputError(
@@ -97,12 +97,13 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
       method.threads = experiment.threads;
       method.progress = progress;
       method.physical = experiment.physical;
+      method.essential = experiment.essential;
       return identify(experiment.robot, logs, method);
     }
   }
-  return identify(
-      experiment.robot, logs,
-      Ols{experiment.signal, experiment.covariance, experiment.threads, progress, experiment.physical});
+  return identify(experiment.robot, logs,
+                  Ols{experiment.signal, experiment.covariance, experiment.threads, progress,
+                      experiment.physical, experiment.essential});
 }
 
 std::string_view name(Method method) { return method_names[static_cast<std::size_t>(method)]; }

@@ -470,6 +470,48 @@ std::optional<Physical> read_whether_physical(TomlReader& keys, const Robot& rob
   return keys.as_boolean(*node, "physical") ? std::optional<Physical>(Physical{}) : std::nullopt;
 }
 
+// `essential`, a switch or a table of options.
+std::optional<Essential> read_whether_essential(TomlReader& keys) {
+  const toml::node* const node = keys.find("essential");
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  if (node->is_table()) {
+    TomlReader options(*node->as_table(), keys.file(), keys.path() + ".essential");
+    Essential out;
+    out.significance = options.number("significance").value_or(out.significance);
+    options.finish();
+    if (const auto complaint = out.complaint()) {
+      options.fail(*complaint);
+    }
+    return out;
+  }
+  if (!node->is_boolean()) {
+    keys.fail(*node, "essential", "must be true or false, or a table of options");
+  }
+  return keys.as_boolean(*node, "essential") ? std::optional<Essential>(Essential{}) : std::nullopt;
+}
+
+// `prefilter`, a switch or the order of the noise models.
+void read_prefilter(TomlReader& keys, Iv& iv) {
+  const toml::node* const node = keys.find("prefilter");
+  if (node == nullptr) {
+    return;
+  }
+  if (node->is_boolean()) {
+    iv.prefilter = keys.as_boolean(*node, "prefilter");
+    return;
+  }
+  const auto order = node->value_exact<std::int64_t>();
+  if (!order || *order < 1 || *order > Iv::most_prefilter_order) {
+    keys.fail(*node, "prefilter",
+              (order ? "is " + std::to_string(*order) + ", " : "") +
+                  "must be true, false or an order from 1 to " + std::to_string(Iv::most_prefilter_order));
+  }
+  iv.prefilter = true;
+  iv.prefilter_order = static_cast<int>(*order);
+}
+
 }  // namespace
 
 void detail::read_method(TomlReader keys, Experiment& out) {
@@ -493,6 +535,7 @@ void detail::read_method(TomlReader keys, Experiment& out) {
                             .value_or(out.covariance.kind);
   positive("covariance_lag", out.covariance.lag);
   out.physical = read_whether_physical(keys, out.robot);
+  out.essential = read_whether_essential(keys);
   Iv& iv = out.iv;
   iv.start = keys.choice("start",
                          std::array<std::pair<std::string_view, Iv::Start>, 3>{
@@ -526,6 +569,7 @@ void detail::read_method(TomlReader keys, Experiment& out) {
     }
     iv.transient = *given;
   }
+  read_prefilter(keys, iv);
   positive("tolerance", iv.tolerance);
   positive("parameter_tolerance", iv.parameter_tolerance);
   iv.max_iterations = keys.count("max_iterations").value_or(iv.max_iterations);

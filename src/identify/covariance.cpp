@@ -30,20 +30,6 @@ namespace detail {
 
 namespace {
 
-double factor_of(const SignalOptions& signal) {
-  if (signal.decimation.empty() || signal.convention == Convention::matlab) {
-    return 1.0;
-  }
-  if (signal.exact_rows()) {
-    Index n_d = 1;
-    for (const int stage : signal.decimation) {
-      n_d *= stage;
-    }
-    return std::sqrt(static_cast<double>(n_d) * decimation_window(n_d).squaredNorm());
-  }
-  return deviation_factor(signal.decimation, signal.convention);
-}
-
 Index intervals(std::span<const Matrix> series) {
   Index out = 0;
   for (const Matrix& s : series) {
@@ -64,6 +50,20 @@ TestResult chi_square_test(double statistic, double freedom) {
 
 }  // namespace
 
+double decimation_factor(const SignalOptions& signal) {
+  if (signal.decimation.empty() || signal.convention == Convention::matlab) {
+    return 1.0;
+  }
+  if (signal.exact_rows()) {
+    Index n_d = 1;
+    for (const int stage : signal.decimation) {
+      n_d *= stage;
+    }
+    return std::sqrt(static_cast<double>(n_d) * decimation_window(n_d).squaredNorm());
+  }
+  return deviation_factor(signal.decimation, signal.convention);
+}
+
 CovarianceKind resolved(CovarianceKind kind, Convention convention) {
   if (kind != CovarianceKind::automatic) {
     return kind;
@@ -73,7 +73,7 @@ CovarianceKind resolved(CovarianceKind kind, Convention convention) {
 
 Uncertainty classical_covariance(const SignalOptions& signal, double sigma, const Matrix& unit_covariance,
                                  double freedom) {
-  const double factor = factor_of(signal);
+  const double factor = decimation_factor(signal);
   const double deviation = sigma / factor;
   return {.C = deviation * deviation * unit_covariance,
           .report = {.kind = CovarianceKind::classical,

@@ -10,6 +10,9 @@
 
 namespace rivid::detail {
 
+// By which a decimation shrinks deviations of white errors; 1 where that is not undone.
+[[nodiscard]] double decimation_factor(const SignalOptions& signal);
+
 [[nodiscard]] CovarianceKind resolved(CovarianceKind kind, Convention convention);
 
 // An estimate's covariance and where it comes from.

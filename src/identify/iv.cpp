@@ -9,10 +9,12 @@
 
 #include "identify/covariance.hpp"
 #include "identify/dissipative.hpp"
+#include "identify/essential_model.hpp"
 #include "identify/exact_rows.hpp"
 #include "identify/fit.hpp"
 #include "identify/loop.hpp"
 #include "identify/physical_model.hpp"
+#include "identify/prefilter.hpp"
 #include "identify/row_source.hpp"
 #include "identify/thread_team.hpp"
 #include "identify/verdict.hpp"
@@ -167,10 +169,7 @@ class Run {
       mean_speed_ += share * loop->measured().qd.cwiseAbs().colwise().mean().transpose();
       mean_square_ += share * loop->measured().qd.cwiseAbs2().colwise().mean().transpose();
     }
-    for (const RowGroup& group : data_.groups) {
-      rows_ += group.qr.rows();
-      y_norm_ = std::hypot(y_norm_, group.qr.y_norm());
-    }
+    count_rows();
     if (rows_ <= base().size()) {
       throw InputError("identify(IDIM-IV): " + std::to_string(rows_) + " rows for " +
                        std::to_string(base().size()) +
@@ -183,7 +182,9 @@ class Run {
   }
 
   Identification result() && {
-    iterate();
+    if (iterate(start()) && method_.prefilter) {
+      prefilter();
+    }
     conclude();
     out_.iv = std::move(history_);
     return std::move(out_);
@@ -348,7 +349,7 @@ class Run {
     }
     signs_ = sign_columns();
     used_.clear();
-    if (simulated_signs()) {
+    if (simulated_signs() || !whitening_.empty()) {
       for (const RowGroup& group : data_.groups) {
         used_.push_back({group.columns, StreamingQr(static_cast<Index>(group.columns.size()))});
       }
@@ -359,13 +360,17 @@ class Run {
       own_sinks.reserve(groups.size());
       std::vector<detail::RowSink*> sinks;
       sinks.reserve(groups.size());
+      std::vector<Index> widths;
       for (std::size_t j = 0; j < groups.size(); ++j) {
         sinks.push_back(
             &own_sinks.emplace_back(groups[j].qr, signs_[j], used_.empty() ? nullptr : &used_[j].qr));
+        widths.push_back(2 * groups[j].qr.columns() + 1);
       }
       const Motion V = instrument_motion(loop.motions[k], logs_[k].f_m);
-      source.send(sinks, std::span(&V, 1));
+      const detail::WhitenedSinks whitened(sinks, whitening_, widths);
+      source.send(whitened.sinks(), std::span(&V, 1));
     }
+    count_rows();
     return groups;
   }
 
@@ -399,6 +404,15 @@ class Run {
 
   // [W Y] as the last instruments were solved with.
   [[nodiscard]] const std::vector<RowGroup>& used() const { return used_.empty() ? data_.groups : used_; }
+
+  void count_rows() {
+    rows_ = 0;
+    y_norm_ = 0.0;
+    for (const RowGroup& group : used()) {
+      rows_ += group.qr.rows();
+      y_norm_ = std::hypot(y_norm_, group.qr.y_norm());
+    }
+  }
 
   [[nodiscard]] double deviation_of(const Vector& chi) const {
     return detail::deviation(residual(used(), chi, weights_), freedom(), out_.signal.convention);
@@ -455,8 +469,8 @@ class Run {
     return loop.failure.empty() ? std::move(loop) : safeguarded(std::move(loop), chi, remark);
   }
 
-  void iterate() {
-    Vector chi = start();
+  // Iterates from `chi` on; whether it settled, for status and reasons tell why not.
+  bool iterate(Vector chi) {
     int dampings = 0;
     for (int k = 0;; ++k) {
       std::string remark;
@@ -464,14 +478,16 @@ class Run {
       Loop loop = loop_of(chi, remark);
       if (!loop.failure.empty()) {
         out_.status = Status::not_simulable;
-        out_.reasons.push_back((k == 0 ? "the start" : "iterate " + std::to_string(k)) +
-                               " can not be simulated: " + loop.failure);
-        return;
+        out_.reasons.push_back(
+            (history().empty() ? "the start" : "iterate " + std::to_string(history().size())) +
+            " can not be simulated: " + loop.failure);
+        return false;
       }
       std::vector<InstrumentalGroup> groups = instruments(loop);
       solution_ = instrumental_variables(groups, base().size(), weights_);
       // A step too far may hold a joint by its friction, where a shorter one does not.
-      for (int halving = 1; k > 0 && !solution_.full_rank() && halving <= most_halvings; ++halving) {
+      for (int halving = 1; !history().empty() && !solution_.full_rank() && halving <= most_halvings;
+           ++halving) {
         const Vector shorter = history().back().chi + 0.5 * (chi - history().back().chi);
         Loop trial = simulated(shorter);
         if (!trial.failure.empty()) {
@@ -488,9 +504,9 @@ class Run {
       if (!solution_.full_rank()) {
         history().push_back(std::move(iteration));
         detail::explain_rank(solution_.rank, solution_.undetermined,
-                             "the instruments of iteration " + std::to_string(k + 1), out_);
+                             "the instruments of iteration " + std::to_string(history().size()), out_);
         explain_locked(loop);
-        return;
+        return false;
       }
       last_ = std::move(loop);
       if (!history().empty()) {
@@ -505,7 +521,7 @@ class Run {
         history().push_back(std::move(iteration));
         keep(chi);
         if (settled) {
-          return;
+          return true;
         }
       } else {
         history().push_back(std::move(iteration));
@@ -515,19 +531,19 @@ class Run {
         out_.reasons.push_back("not converged after " + counted(method_.max_iterations, "iteration") +
                                ": parameters still move by " + number(history().back().largest_step, 3) +
                                " standard deviations");
-        return;
+        return false;
       }
       Vector next = solution_.chi;
       if (cycles(next)) {
         if (step_in_sigmas(next - chi, solution_) <= method_.parameter_tolerance) {
-          return;  // there and back again, far within the deviations: signs that flip
+          return true;  // there and back again, far within the deviations: signs that flip
         }
         if (++dampings > most_dampings) {
           out_.status = Status::cycling;
           out_.reasons.push_back("the iteration goes back and forth between two estimates, " +
                                  number(history().back().largest_step, 3) +
                                  " standard deviations apart, and damping does not help");
-          return;
+          return false;
         }
         next = 0.5 * (next + chi);
         history().back().safeguard += history().back().safeguard.empty() ? "" : "; ";
@@ -535,6 +551,99 @@ class Run {
       }
       reweight(next);
       chi = std::move(next);
+    }
+  }
+
+  // The noise models that the residual of `chi` tells, one a joint.
+  [[nodiscard]] std::vector<NoiseModel> noise_models(const Vector& chi) {
+    const Index order = method_.prefilter_order;
+    std::vector<StreamingQr> lagged(data_.groups.size(),
+                                    StreamingQr(order > 0 ? order : Iv::most_prefilter_order));
+    for (std::size_t k = 0; k < logs_.size(); ++k) {
+      detail::RowSource source(robot_, base(), logs_[k], signals_[k], team_);
+      std::vector<detail::LaggedResidualSink> own_sinks;
+      own_sinks.reserve(lagged.size());
+      std::vector<detail::RowSink*> sinks;
+      for (std::size_t j = 0; j < lagged.size(); ++j) {
+        sinks.push_back(&own_sinks.emplace_back(lagged[j], chi(data_.groups[j].columns), signs_[j]));
+      }
+      const Motion V = instrument_motion(last_.motions[k], logs_[k].f_m);
+      source.send(sinks, std::span(&V, 1));
+    }
+    std::vector<NoiseModel> out;
+    out.reserve(lagged.size());
+    for (std::size_t j = 0; j < lagged.size(); ++j) {
+      detail::Autoregression model = detail::autoregression(lagged[j], order);
+      out.push_back({robot_.joints[j].name, std::move(model.ar), model.innovation});
+    }
+    return out;
+  }
+
+  // Noise models from the estimate and estimates from whitened rows in turn.
+  void prefilter() {
+    constexpr int most_rounds = 10;
+    if (!estimate_) {
+      return;
+    }
+    PrefilterReport& report = out_.prefilter.emplace();
+    unfiltered_error_ = history().back().relative_error;
+    tell_uncertainty(*estimate_);
+    report.chi = history().back().chi;
+    report.sigma = out_.C_chi.diagonal().cwiseSqrt();
+    report.covariance = out_.covariance;
+    for (SignalOptions& signal : signals_) {
+      signal.decimation.clear();
+    }
+    while (report.rounds < most_rounds) {
+      ++report.rounds;
+      const Vector before = history().back().chi;
+      report.noise = noise_models(before);
+      whitening_.clear();
+      for (const NoiseModel& model : report.noise) {
+        whitening_.push_back(model.ar);
+      }
+      const std::vector<InstrumentalGroup> groups = instruments(last_);
+      report.rows = rows_;
+      reweight(before);
+      solution_ = instrumental_variables(groups, base().size(), weights_);
+      if (!solution_.full_rank()) {
+        detail::explain_rank(solution_.rank, solution_.undetermined, "the whitened instruments", out_);
+        return;
+      }
+      const Vector next = solution_.chi;
+      reweight(next);
+      if (!iterate(next)) {
+        return;
+      }
+      if (step_in_sigmas(history().back().chi - before, solution_) <= still * method_.parameter_tolerance) {
+        return;
+      }
+    }
+    out_.status = Status::not_converged;
+    out_.reasons.push_back("noise models and parameters do not settle on each other in " +
+                           counted(most_rounds, "round") + " of the prefilter");
+  }
+
+  // Whitening changes no parameter by much where the model is right.
+  void judge_prefilter() {
+    if (!out_.prefilter) {
+      return;
+    }
+    const PrefilterReport& report = *out_.prefilter;
+    std::string moved;
+    for (Index i = 0; i < base().size(); ++i) {
+      const ParameterEstimate& p = out_.parameters[static_cast<std::size_t>(i)];
+      const double half_width =
+          std::max(report.covariance.quantile_975 * report.sigma[i], out_.covariance.quantile_975 * p.sigma);
+      if (std::abs(p.value - report.chi[i]) > half_width) {
+        moved += (moved.empty() ? "" : ", ") + p.name + " (" + number(report.chi[i], 4) + " to " +
+                 number(p.value, 4) + ")";
+      }
+    }
+    if (!moved.empty()) {
+      out_.warnings.push_back("the prefilter moves " + moved +
+                              " by more than the 95 % intervals: the model of the robot is not right at the "
+                              "frequencies that whitening amplifies; prefer the estimate without prefilter");
     }
   }
 
@@ -653,7 +762,11 @@ class Run {
     detail::describe_parameters(robot_, out_);
     detail::add_physical(robot_, method_.physical, data_, estimate.R_VW / estimate.sigma, out_);
     detail::judge_parameters(robot_, logs_, out_);
+    detail::add_essential(robot_, method_.essential, logs_, data_,
+                          detail::decimation_factor(signals_.front()) / estimate.sigma * estimate.R_VW,
+                          freedom(), out_);
     judge_instruments(estimate.first_stage_F);
+    judge_prefilter();
     diagnose_loop();
     diagnose_bandwidth();
   }
@@ -662,7 +775,7 @@ class Run {
   // long as no later iterate took their place.
   void tell_uncertainty(const Estimate& estimate) {
     detail::Uncertainty found =
-        detail::classical_covariance(out_.signal, estimate.sigma, estimate.unit_covariance, freedom());
+        detail::classical_covariance(signals_.front(), estimate.sigma, estimate.unit_covariance, freedom());
     if (detail::resolved(method_.covariance.kind, out_.signal.convention) == CovarianceKind::hac &&
         !estimate.motions.empty()) {
       const LeastSquares ls = least_squares(estimate.used, base().size(), estimate.weights);
@@ -674,8 +787,8 @@ class Run {
       for (std::size_t k = 0; k < logs_.size(); ++k) {
         scored.push_back({&logs_[k], &signals_[k], &estimate.motions[k]});
       }
-      const detail::Scores scores =
-          detail::scores(robot_, base(), scored, estimators, estimate.weights, estimate.signs, team_);
+      const detail::Scores scores = detail::scores(robot_, base(), scored, estimators, estimate.weights,
+                                                   estimate.signs, team_, whitening_);
       found = detail::hac_covariance(scores.series[0], scores.interval, estimate.bread, method_.covariance,
                                      freedom());
       out_.diagnostics = Diagnostics{.residuals = detail::residual_tests(robot_, scores), .hausman = {}};
@@ -762,7 +875,7 @@ class Run {
   }
 
   void diagnose_bandwidth() {
-    const double with_V = history().back().relative_error;
+    const double with_V = unfiltered_error_.value_or(history().back().relative_error);
     const double with_W = out_.fit.relative_error;
     if (with_V > doubtful_residual && with_V > doubtful_ratio * with_W) {
       out_.warnings.push_back("the simulated motion misses " + number(100.0 * with_V, 3) +
@@ -785,9 +898,11 @@ class Run {
   double y_norm_ = 0.0;
   std::vector<double> weights_;
   InstrumentalVariables solution_;         // of the instruments that were simulated last
-  std::vector<RowGroup> used_;             // [W Y] with the signs that they took; empty: data_
+  std::vector<RowGroup> used_;             // [W Y] with the signs that they took, or whitened; empty: data_
   std::vector<std::vector<Index>> signs_;  // columns of these signs
   std::optional<Estimate> estimate_;
+  std::vector<Vector> whitening_;           // coefficients of each joint's prefilter; empty without
+  std::optional<double> unfiltered_error_;  // ‖ε‖ / ‖Y‖ before prefiltering
   Loop last_;
   IvHistory history_;
   Identification out_;
@@ -815,6 +930,16 @@ std::optional<std::string> Iv::complaint(const Robot& robot) const {
   }
   if (auto fault = physical ? physical->complaint(robot) : std::nullopt) {
     return "physical: " + *fault;
+  }
+  if (auto fault = essential ? essential->complaint() : std::nullopt) {
+    return "essential: " + *fault;
+  }
+  if (prefilter && !signal.exact_rows()) {
+    return "prefilter works on exact rows: rows must be \"exact\"";
+  }
+  if (prefilter_order < 0 || prefilter_order > most_prefilter_order) {
+    return "prefilter_order is " + std::to_string(prefilter_order) + ", must lie between 0 and " +
+           std::to_string(most_prefilter_order);
   }
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
   for (const auto& [key, value] :

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "identify/covariance.hpp"
+#include "identify/essential_model.hpp"
 #include "identify/fit.hpp"
 #include "identify/physical_model.hpp"
 #include "identify/verdict.hpp"
@@ -64,6 +65,9 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   if (const auto fault = method.covariance.complaint()) {
     throw InputError("identify(" + out.title + "): " + *fault);
   }
+  if (const auto fault = method.essential ? method.essential->complaint() : std::nullopt) {
+    throw InputError("identify(" + out.title + "): essential: " + *fault);
+  }
   out.signal = signal;
   out.base = base_parameters(robot);
   if (auto doubt = out.base.doubt()) {
@@ -104,6 +108,8 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   describe_parameters(robot, out);
   detail::add_physical(robot, method.physical, data, solution.R / sigma, out);
   detail::judge_parameters(robot, logs, out);
+  detail::add_essential(robot, method.essential, logs, data,
+                        detail::decimation_factor(signal) / sigma * solution.R, freedom, out);
   return out;
 }
 
@@ -120,9 +126,12 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Wls
 Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
   const SignalOptions& signal = identification.signal;
   const RowFactors data = all_factors(robot, identification.base, std::span(&log, 1), signal, threads, {});
-  Validation out{log.source, judged(robot, data, identification.chi, 0, signal.convention), {}};
+  Validation out{log.source, judged(robot, data, identification.chi, 0, signal.convention), {}, {}};
   if (identification.physical) {
     out.physical = judged(robot, data, identification.physical->parameters.chi, 0, signal.convention);
+  }
+  if (identification.essential) {
+    out.essential = judged(robot, data, identification.essential->parameters.chi, 0, signal.convention);
   }
   return out;
 }

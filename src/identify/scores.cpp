@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "identify/prefilter.hpp"
+
 namespace rivid::detail {
 
 namespace {
@@ -150,7 +152,8 @@ void ResidualMoments::merge(const ResidualMoments& other) {
 
 Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
               std::span<const Estimator> estimators, std::span<const double> weights,
-              const std::vector<std::vector<Index>>& signs, ThreadTeam& team) {
+              const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
+              std::span<const Vector> whitening) {
   Scores out;
   out.interval = interval_of(logs);
   out.series.resize(estimators.size());
@@ -163,8 +166,10 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
     std::vector<ScoreSink> own_sinks;
     own_sinks.reserve(source.joints());
     std::vector<RowSink*> sinks;
+    std::vector<Index> widths;
     for (std::size_t j = 0; j < source.joints(); ++j) {
       const std::vector<Index>& columns = source.columns(j);
+      widths.push_back(static_cast<Index>(columns.size()) * (each.instruments == nullptr ? 1 : 2) + 1);
       std::vector<ScoreSink::Own> own;
       for (const Estimator& estimator : estimators) {
         own.push_back({estimator.chi(columns), estimator.instrumental,
@@ -175,7 +180,8 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
                                               signs.empty() ? std::vector<Index>{} : signs[j],
                                               samples_per_interval, intervals, stride_of(*each.signal)));
     }
-    source.send(sinks,
+    const WhitenedSinks whitened(sinks, whitening, widths);
+    source.send(whitened.sinks(),
                 each.instruments == nullptr ? std::span<const Motion>() : std::span(each.instruments, 1));
     for (std::size_t e = 0; e < estimators.size(); ++e) {
       Matrix all = Matrix::Zero(intervals, base.size());

@@ -56,10 +56,12 @@ struct ScoredLog {
 // estimators  at least one
 // weights     1/σ of each joint's rows, Ω = diag σ²
 // signs       columns of W, within each joint's own, that were taken from V
+// whitening   coefficients of the filter of each joint's rows, see WhitenedSink, (n); empty for none
 //
 // throws InputError where RowSource does
 [[nodiscard]] Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
                             std::span<const Estimator> estimators, std::span<const double> weights,
-                            const std::vector<std::vector<Index>>& signs, ThreadTeam& team);
+                            const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
+                            std::span<const Vector> whitening = {});
 
 }  // namespace rivid::detail

@@ -1,5 +1,6 @@
 #include "rivid/report/json.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "report/provenance_json.hpp"
@@ -154,6 +155,40 @@ Json physical(const Robot& robot, const BaseParameters& base, const PhysicalMode
           {"reached", found.reached}};
 }
 
+Json essential(const Identification& result, const EssentialModel& model) {
+  const EssentialParameters& found = model.parameters;
+  Json kept = Json::array();
+  for (const Index i : found.kept) {
+    const double sigma = std::sqrt(found.C_chi(i, i));
+    kept.push_back({{"name", result.base.parameters[static_cast<std::size_t>(i)].name},
+                    {"value", found.chi[i]},
+                    {"sigma", sigma},
+                    {"relative_sigma_percent", 100.0 * sigma / std::abs(found.chi[i])}});
+  }
+  Json eliminated = Json::array();
+  for (const EliminatedParameter& p : found.eliminated) {
+    eliminated.push_back({{"name", p.name}, {"F", p.F}, {"p", p.p}});
+  }
+  return {{"parameters", std::move(kept)},
+          {"eliminated", std::move(eliminated)},
+          {"held", found.held},
+          {"F", found.F},
+          {"p", found.p},
+          {"significance", model.options.significance},
+          {"fit", fit(model.fit)}};
+}
+
+Json prefilter(const PrefilterReport& report) {
+  Json noise = Json::array();
+  for (const NoiseModel& model : report.noise) {
+    noise.push_back({{"joint", model.joint}, {"ar", list(model.ar)}, {"innovation", model.innovation}});
+  }
+  return {{"noise", std::move(noise)},
+          {"rounds", report.rounds},
+          {"rows", report.rows},
+          {"without", {{"chi", list(report.chi)}, {"sigma", list(report.sigma)}}}};
+}
+
 Json signal_settings(const SignalOptions& s) {
   Json out = {{"rows", name(s.exact_rows() ? RowScheme::exact : RowScheme::paper)},
               {"torque_held", s.torque_held},
@@ -232,6 +267,9 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     if (v.physical) {
       members["physical"] = fit(*v.physical);
     }
+    if (v.essential) {
+      members["essential"] = fit(*v.essential);
+    }
     validation.push_back(std::move(members));
   }
   Json covariance = {{"kind", name(result.covariance.kind)},
@@ -264,6 +302,12 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
     out["loop"] = {{"control_error", list(result.iv->loop.control_error)},
                    {"tracking_ratio", list(result.iv->loop.tracking_ratio)}};
     out["first_stage_F"] = list(result.iv->first_stage_F);
+  }
+  if (result.prefilter) {
+    out["prefilter"] = prefilter(*result.prefilter);
+  }
+  if (result.essential) {
+    out["essential"] = essential(result, *result.essential);
   }
   if (result.physical) {
     out["physical"] = physical(robot, result.base, *result.physical);

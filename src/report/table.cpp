@@ -195,21 +195,21 @@ void print_residuals(std::ostream& out, const std::vector<ResidualTests>& residu
   table.print(out);
 }
 
-// What physical consistency costs in fit.
-void print_price(std::ostream& out, const Fit& plain, const Fit& physical) {
+// What another model costs in fit.
+void print_price(std::ostream& out, const Fit& plain, const Fit& other, const std::string& title) {
   TextTable table({{"joint", Align::left},
                    {"rel. error", Align::right},
-                   {"physical", Align::right},
+                   {title, Align::right},
                    {"centred", Align::right},
-                   {"physical", Align::right}});
+                   {title, Align::right}});
   for (std::size_t j = 0; j < plain.joints.size(); ++j) {
     table.add({plain.joints[j].name, percent(plain.joints[j].relative_error),
-               percent(physical.joints[j].relative_error), percent(plain.joints[j].centred_relative_error),
-               percent(physical.joints[j].centred_relative_error)});
+               percent(other.joints[j].relative_error), percent(plain.joints[j].centred_relative_error),
+               percent(other.joints[j].centred_relative_error)});
   }
   if (plain.joints.size() > 1) {
-    table.add({"all", percent(plain.relative_error), percent(physical.relative_error),
-               percent(plain.centred_relative_error), percent(physical.centred_relative_error)});
+    table.add({"all", percent(plain.relative_error), percent(other.relative_error),
+               percent(plain.centred_relative_error), percent(other.centred_relative_error)});
   }
   table.print(out);
 }
@@ -236,13 +236,57 @@ void print_physical(std::ostream& out, const Identification& result, const Physi
       << " from the robot description\n";
   print_links(out, result.base, model.parameters.chi_st);
   out << "\nTheir price in fit\n";
-  print_price(out, result.fit, model.fit);
+  print_price(out, result.fit, model.fit, "physical");
   for (const Validation& validation : result.validation) {
     if (validation.physical) {
       out << "\nTheir price on " << validation.file << '\n';
-      print_price(out, validation.fit, *validation.physical);
+      print_price(out, validation.fit, *validation.physical, "physical");
     }
   }
+}
+
+void print_essential(std::ostream& out, const Identification& result, const EssentialModel& model) {
+  const EssentialParameters& found = model.parameters;
+  out << "\nEssential parameters: " << found.kept.size() << " of " << result.base.size() << '\n';
+  if (found.eliminated.empty()) {
+    return;
+  }
+  TextTable kept({{"parameter", Align::left},
+                  {"value", Align::right},
+                  {"unit", Align::left},
+                  {"sigma", Align::right},
+                  {"%sigma", Align::right}});
+  for (const Index i : found.kept) {
+    const BaseParameter& p = result.base.parameters[static_cast<std::size_t>(i)];
+    const double sigma = std::sqrt(found.C_chi(i, i));
+    kept.add({p.name, with_decimals_of(found.chi[i], sigma), p.unit, with_decimals_of(sigma, sigma),
+              fixed(100.0 * sigma / std::abs(found.chi[i]), 3)});
+  }
+  kept.print(out);
+  TextTable eliminated({{"eliminated", Align::left}, {"F", Align::right}, {"p", Align::right}});
+  for (const EliminatedParameter& p : found.eliminated) {
+    eliminated.add({p.name, number(p.F, 3), number(p.p, 2)});
+  }
+  eliminated.print(out);
+  for (const std::string& name : found.held) {
+    out << "  " << name << " stays: without it no robot would move like this\n";
+  }
+  out << "\nTheir price in fit\n";
+  print_price(out, result.fit, model.fit, "essential");
+  for (const Validation& validation : result.validation) {
+    if (validation.essential) {
+      out << "\nTheir price on " << validation.file << '\n';
+      print_price(out, validation.fit, *validation.essential, "essential");
+    }
+  }
+}
+
+void print_prefilter(std::ostream& out, const PrefilterReport& report) {
+  out << "  prefilter: autoregressive noise of order ";
+  for (std::size_t j = 0; j < report.noise.size(); ++j) {
+    out << (j == 0 ? "" : ", ") << report.noise[j].ar.size();
+  }
+  out << " taken off " << report.rows << " rows, in " << counted(report.rounds, "round") << '\n';
 }
 
 // The residual of Y against the simulated regressor tells whether the assumed loop is the actual one.
@@ -274,6 +318,9 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
   out << '\n';
   print_parameters(out, result);
   print_covariance(out, result.covariance);
+  if (result.prefilter) {
+    print_prefilter(out, *result.prefilter);
+  }
   if (result.iv) {
     out << "\nIterations\n";
     print_iterations(out, *result.iv);
@@ -290,6 +337,9 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
   for (const Validation& validation : result.validation) {
     out << "\nValidation on " << validation.file << "\n";
     print_fit(out, validation.fit);
+  }
+  if (result.essential) {
+    print_essential(out, result, *result.essential);
   }
   if (result.physical) {
     print_physical(out, result, *result.physical);

@@ -77,7 +77,7 @@ TEST_F(MonteCarlo, GoesOnAfterAStopAndEndsWithTheSameBits) {
 
 TEST_F(MonteCarlo, TellsWhatTheErrorBarsAreWorth) {
   const Json summary = Json::parse(summary_of({"--runs", "40"}));
-  ASSERT_EQ(summary["trials"].size(), 5U);
+  ASSERT_EQ(summary["trials"].size(), 6U);
   const Json& exact = summary["trials"][1];
   EXPECT_EQ(exact["label"], "IV; exact rows");
   EXPECT_EQ(exact["identified"], 40);

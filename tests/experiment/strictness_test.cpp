@@ -64,5 +64,30 @@ TEST(ReadExperiment, RefusesTheUnitOfAQuantityWhoseColumnsAreNotListed) {
       std::string::npos);
 }
 
+TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
+  const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\n";
+  const auto method = [&](const std::string& keys) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "method_options.toml";
+    std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n" << rest << keys;
+    Experiment out = read_experiment(file);
+    std::filesystem::remove(file);
+    return out;
+  };
+  EXPECT_FALSE(method("").iv.prefilter);
+  EXPECT_TRUE(method("prefilter = true\n").iv.prefilter);
+  EXPECT_EQ(method("prefilter = true\n").iv.prefilter_order, 0);
+  EXPECT_EQ(method("prefilter = 12\n").iv.prefilter_order, 12);
+  EXPECT_FALSE(method("essential = false\n").essential);
+  EXPECT_EQ(method("essential = true\n").essential.value().significance, 0.05);
+  EXPECT_EQ(method("essential = { significance = 0.01 }\n").essential.value().significance, 0.01);
+  EXPECT_NE(refusal(rest + "prefilter = 31\n")
+                .find("prefilter is 31, must be true, false or an order from 1 to 30"),
+            std::string::npos)
+      << refusal(rest + "prefilter = 31\n");
+  EXPECT_NE(refusal(rest + "essential = { significance = 2 }\n")
+                .find("significance is 2, must lie between 0 and 1"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace rivid

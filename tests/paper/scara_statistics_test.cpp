@@ -114,6 +114,33 @@ TEST_F(Statistics, IntervalsMeanWhatTheySay) {
   }
 }
 
+// Whitened rows without decimation.
+TEST_F(Statistics, PrefilteredIntervalsMeanWhatTheySay) {
+  constexpr Index runs = 300;
+  MonteCarlo piv(runs);
+  Index warned = 0;
+  for (Index run = 0; run < runs; ++run) {
+    const Log log = this->log(S1, static_cast<std::uint64_t>(run) + 1);
+    Iv method = iv();
+    method.signal = exact();
+    method.prefilter = true;
+    const Identification found = identify(robot, log, method);
+    ASSERT_EQ(found.status, Status::identified) << "seed " << run + 1;
+    warned += found.warnings.empty() ? 0 : 1;
+    piv.add(run, found, truth);
+  }
+  const Vector bias = piv.bias().cwiseAbs().cwiseQuotient(piv.deviation());
+  EXPECT_LE(bias.maxCoeff(), 0.2) << bias.transpose();
+  const Vector rmse = piv.rmse().cwiseQuotient(bound());
+  EXPECT_LE(rmse.maxCoeff(), 1.25) << rmse.transpose();
+  const Vector coverage = piv.covered.colwise().mean();
+  EXPECT_GE(coverage.minCoeff(), 0.90) << coverage.transpose();
+  EXPECT_GE(coverage.mean(), 0.93) << coverage.transpose();
+  EXPECT_LE(coverage.mean(), 0.97) << coverage.transpose();
+  // The model is right, and the prefilter moves nothing far.
+  EXPECT_LE(warned, runs / 20);
+}
+
 // The paper's rows have a floor that no error bar tells of.
 TEST_F(Statistics, ThePapersRowsBiasFriction) {
   constexpr Index runs = 40;

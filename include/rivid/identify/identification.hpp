@@ -7,6 +7,7 @@
 
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/diagnostics.hpp"
+#include "rivid/identify/essential.hpp"
 #include "rivid/identify/physical.hpp"
 #include "rivid/identify/signal_options.hpp"
 #include "rivid/regressor/base.hpp"
@@ -79,13 +80,21 @@ struct Fit {
 struct Validation {
   std::string file;
   Fit fit;
-  std::optional<Fit> physical;  ///< of the physically consistent model, where there is one
+  std::optional<Fit> physical;   ///< of the physically consistent model, where there is one
+  std::optional<Fit> essential;  ///< of the essential parameters, where they were asked for
 };
 
 /// The physically consistent model that is nearest to the estimate, see physical(), and what it costs in fit.
 struct PhysicalModel {
   Physical options;
   PhysicalParameters parameters;
+  Fit fit;  ///< on the rows of the identification
+};
+
+/// The model of the parameters that matter, and what it costs in fit.
+struct EssentialModel {
+  Essential options;
+  EssentialParameters parameters;
   Fit fit;  ///< on the rows of the identification
 };
 
@@ -129,6 +138,23 @@ struct IvHistory {
   Vector first_stage_F;
 };
 
+/// Autoregressive model of the error of one joint's rows, ρ_t = Σ_i ar_i ρ_{t−i} + e_t.
+struct NoiseModel {
+  std::string joint;
+  Vector ar;                ///< a_1 … a_p
+  double innovation = 0.0;  ///< standard deviation of e [N·m | N]
+};
+
+/// What prefiltering made of IDIM-IV.
+struct PrefilterReport {
+  std::vector<NoiseModel> noise;  ///< one a joint
+  int rounds = 0;                 ///< of noise models and instruments in turn
+  Index rows = 0;                 ///< that were left, whitened
+  Vector chi;                   ///< estimate without the prefilter, from the rows of the signal options, (b)
+  Vector sigma;                 ///< its standard deviations, (b)
+  CovarianceReport covariance;  ///< what these were made of
+};
+
 /// What an identification found, the answer of identify().
 struct [[nodiscard]] Identification {
   std::string method;  ///< "ols", "wls", "iv"
@@ -154,9 +180,12 @@ struct [[nodiscard]] Identification {
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
   std::vector<Validation> validation;
-  std::optional<IvHistory> iv;             ///< of the methods that iterate
-  std::optional<Diagnostics> diagnostics;  ///< where the covariance is that of CovarianceKind::hac
-  std::optional<PhysicalModel> physical;   ///< where the method was asked for it
+  std::optional<IvHistory> iv;               ///< of the methods that iterate
+  std::optional<PrefilterReport> prefilter;  ///< where IDIM-IV was asked for it
+  std::optional<Diagnostics> diagnostics;    ///< where the covariance is that of CovarianceKind::hac
+  /// Where the method was asked for it and all parameters are determined.
+  std::optional<EssentialModel> essential;
+  std::optional<PhysicalModel> physical;  ///< where the method was asked for it
 };
 
 }  // namespace rivid

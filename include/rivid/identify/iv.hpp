@@ -61,11 +61,20 @@ struct Iv {
   double parameter_tolerance = 0.5;
   int max_iterations = 20;
 
+  /// Prefiltered instrumental variables, IDIM-PIV [Brunot 2018]: once the iteration has settled, an autoregressive model
+  /// of each joint's residual whitens Y, W and V, and the iteration goes on until model and parameters agree. It works on
+  /// exact rows without decimation, whose place the filter takes. The lowest variance where the model of the robot is right;
+  /// where it is not, filters of high frequencies amplify what is wrong.
+  bool prefilter = false;
+  int prefilter_order = 0;  ///< of the noise models; 0: by BIC, at most most_prefilter_order
+  static constexpr int most_prefilter_order = 30;
+
   SimulationOptions simulation =
       {};           ///< tolerances, integrator and budgets; its sampling and samples are not used
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
-  std::optional<Physical> physical = {};  ///< the physically consistent model as well
+  std::optional<Physical> physical = {};    ///< the physically consistent model as well
+  std::optional<Essential> essential = {};  ///< the parameters that matter as well
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
 };

@@ -18,7 +18,8 @@ struct Ols {
   CovarianceOptions covariance = {};
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
-  std::optional<Physical> physical = {};  ///< the physically consistent model as well
+  std::optional<Physical> physical = {};    ///< the physically consistent model as well
+  std::optional<Essential> essential = {};  ///< the parameters that matter as well
 };
 
 /// IDIM-WLS: each joint's rows divided by the standard deviation of the error of a fit to these rows alone,
@@ -28,7 +29,8 @@ struct Wls {
   CovarianceOptions covariance = {};
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
-  std::optional<Physical> physical = {};  ///< the physically consistent model as well
+  std::optional<Physical> physical = {};    ///< the physically consistent model as well
+  std::optional<Essential> essential = {};  ///< the parameters that matter as well
 };
 
 /// Identifies the base parameters from logs of one robot; their rows are stacked.
