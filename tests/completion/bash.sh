@@ -20,12 +20,12 @@ complete_words() {
 expect() { # WHAT WORD…: among the completions of these words
   local what=$1
   shift
-  complete_words "$@" | grep -qxF -- "$what" || fault "'$*' is not completed with $what"
+  complete_words "$@" | grep -xF -- "$what" >/dev/null || fault "'$*' is not completed with $what"
 }
 refuse() {
   local what=$1
   shift
-  if complete_words "$@" | grep -qxF -- "$what"; then fault "'$*' is completed with $what"; fi
+  if complete_words "$@" | grep -xF -- "$what" >/dev/null; then fault "'$*' is completed with $what"; fi
 }
 
 # check_options SUBCOMMAND…: the lines of --help that begin with an option.
