@@ -27,6 +27,10 @@ if(RIVID_BUILD_APPS)
   rivid_script_test(
     readme ${PROJECT_SOURCE_DIR}/cmake/check_readme.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
     -DPROGRAM=$<TARGET_FILE:rivid_identify> -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/readme)
+  rivid_script_test(
+    guide ${PROJECT_SOURCE_DIR}/cmake/check_guide.cmake real -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
+    -DPROGRAM=$<TARGET_FILE:rivid_identify> -DDATA=${RIVID_REAL_DATA}
+    -DC_COMPILER=$<$<BOOL:${RIVID_C_COMPILER}>:${RIVID_C_COMPILER}> -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/guide)
 endif()
 
 rivid_script_test(

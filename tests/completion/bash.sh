@@ -2,7 +2,7 @@
 # usage: bash.sh TOOL COMPLETION
 #   Every option that TOOL --help has is completed, with its choices and files; so are those of its subcommands.
 set -euo pipefail
-tool=$1
+tool=$(realpath "$1")
 name=$(basename "$tool")
 faults=0
 fault() { echo "$name: $1" >&2; faults=$((faults + 1)); }
