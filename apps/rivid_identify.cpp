@@ -43,7 +43,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->type_name("EXPERIMENT.toml");
   app.add_option("--method", arguments.method, "Method instead of the experiment file's")
       ->check(CLI::IsMember({"ols", "wls", "iv"}))
-      ->type_name("ols|wls");
+      ->type_name("ols|wls|iv");
   app.add_flag(
       "--physical", arguments.physical,
       "The physically consistent standard parameters as well, as [method] physical says or by default");

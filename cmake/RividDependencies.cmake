@@ -10,24 +10,33 @@
 #   Threads     private: batches of samples on several cores
 #   libmd       private: SHA-256 of the input files, for the provenance of a result
 #
-# A user of the static library links the private ones too, so the installed package looks for them.
+# A user of the static library links the private ones too, so the installed package looks for them. A user of the shared
+# one does not: RIVID_PUBLIC_DEPENDENCIES_ONLY is set then.
 # Header-only libraries that are needed to build rivid but never to use it (toml++, nlohmann-json, CLI11) are found
 # where they are used and linked as $<BUILD_INTERFACE:…>, so that the installed package does not ask for them.
 
 include(CMakeFindDependencyMacro)
 
 find_dependency(Eigen3 3.4)
-find_dependency(urdfdom)
-find_dependency(orocos_kdl)
-find_dependency(pugixml)
-find_dependency(Threads)
-find_dependency(SUNDIALS COMPONENTS cvode nvecserial sunmatrixdense sunlinsoldense)
+if(RIVID_PUBLIC_DEPENDENCIES_ONLY)
+  find_package(orocos_kdl QUIET)
+else()
+  find_dependency(urdfdom)
+  find_dependency(orocos_kdl)
+  find_dependency(pugixml)
+  find_dependency(Threads)
+  find_dependency(SUNDIALS COMPONENTS cvode nvecserial sunmatrixdense sunlinsoldense)
+endif()
 
 # The config file of orocos_kdl 1.5 only names its library and include folder.
-if(NOT TARGET rivid::orocos_kdl)
+if(orocos_kdl_FOUND AND NOT TARGET rivid::orocos_kdl)
   add_library(rivid::orocos_kdl INTERFACE IMPORTED)
   target_link_libraries(rivid::orocos_kdl INTERFACE ${orocos_kdl_LIBRARIES} Eigen3::Eigen)
   target_include_directories(rivid::orocos_kdl SYSTEM INTERFACE ${orocos_kdl_INCLUDE_DIRS})
+endif()
+
+if(RIVID_PUBLIC_DEPENDENCIES_ONLY)
+  return()
 endif()
 
 # libmd comes with a pkg-config file alone.

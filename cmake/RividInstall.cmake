@@ -1,5 +1,5 @@
-# `cmake --install`: the archive, its headers, and a package that find_package(rivid) finds wherever the
-# prefix is moved to.
+# `cmake --install`: the library, its headers, and what find_package(rivid) and pkg-config find wherever the prefix is
+# moved to. `cpack -G DEB`: all of that and the tools as a Debian package, by the preset `package`.
 
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -18,6 +18,10 @@ install(
   NAMESPACE rivid::
   DESTINATION ${RIVID_INSTALL_CMAKEDIR})
 
+set(RIVID_PUBLIC_DEPENDENCIES_ONLY OFF)
+if(BUILD_SHARED_LIBS)
+  set(RIVID_PUBLIC_DEPENDENCIES_ONLY ON)
+endif()
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/rividConfig.cmake.in ${PROJECT_BINARY_DIR}/rividConfig.cmake
   INSTALL_DESTINATION ${RIVID_INSTALL_CMAKEDIR}
@@ -30,9 +34,63 @@ install(
   FILES ${PROJECT_BINARY_DIR}/rividConfig.cmake ${PROJECT_BINARY_DIR}/rividConfigVersion.cmake
         ${CMAKE_CURRENT_LIST_DIR}/RividDependencies.cmake
   DESTINATION ${RIVID_INSTALL_CMAKEDIR})
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# pkg-config: who links the archive says --static, and gets what it was built on.
+cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX BASE_DIRECTORY ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig OUTPUT_VARIABLE
+           RIVID_PC_PREFIX)
+set(RIVID_PC_REQUIRES_PRIVATE "")
+set(RIVID_PC_LIBS_PRIVATE "")
+if(NOT BUILD_SHARED_LIBS)
+  set(RIVID_PC_REQUIRES_PRIVATE "orocos-kdl urdfdom pugixml libmd")
+  # SUNDIALS comes without pkg-config files.
+  get_target_property(parts rivid::cvode INTERFACE_LINK_LIBRARIES)
+  foreach(part IN LISTS parts)
+    get_target_property(configuration ${part} IMPORTED_CONFIGURATIONS)
+    list(GET configuration 0 configuration)
+    get_target_property(file ${part} IMPORTED_LOCATION_${configuration})
+    cmake_path(GET file PARENT_PATH folder)
+    cmake_path(GET file FILENAME file)
+    if(NOT folder IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
+      string(APPEND RIVID_PC_LIBS_PRIVATE "-L${folder} ")
+    endif()
+    string(APPEND RIVID_PC_LIBS_PRIVATE "-l:${file} ")
+  endforeach()
+  string(APPEND RIVID_PC_LIBS_PRIVATE "-pthread -lm")
+endif()
+configure_file(${CMAKE_CURRENT_LIST_DIR}/rivid.pc.in ${PROJECT_BINARY_DIR}/rivid.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/rivid.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+# The robot of the demo, to try the tools on.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scara DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
+        DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # The library holds what the reports bring along.
 install(
   FILES ${PROJECT_SOURCE_DIR}/third_party/uplot/LICENSE
   DESTINATION ${CMAKE_INSTALL_DOCDIR}
   RENAME LICENSE.uPlot)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md")
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME rivid)
+set(CPACK_PACKAGE_VENDOR "The rivid authors")
+set(CPACK_PACKAGE_CONTACT "The rivid authors <rivid@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "identifies the dynamic parameters of robot arms")
+set(CPACK_PACKAGE_DESCRIPTION_FILE ${CMAKE_CURRENT_LIST_DIR}/package_description.txt)
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+# What the library and the tools link, from dpkg-shlibdeps; the headers need Eigen's.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4)")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, pkg-config, liborocos-kdl-dev")
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+if(NOT BUILD_SHARED_LIBS)
+  # Who links the archive links these.
+  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS
+         ", liborocos-kdl-dev, liburdfdom-dev, libpugixml-dev, libmd-dev, libsundials-dev")
+endif()
+include(CPack)

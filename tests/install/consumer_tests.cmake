@@ -27,3 +27,21 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CMAKE_CXX_FLAGS MATCHES
   rivid_consumer_test(consumer_with_other_simd_flags "-mavx2"
                       -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags)
 endif()
+
+find_program(RIVID_PKG_CONFIG NAMES pkg-config pkgconf DOC "pkg-config, for a test")
+mark_as_advanced(RIVID_PKG_CONFIG)
+set(linkage --static)
+if(BUILD_SHARED_LIBS)
+  set(linkage --shared)
+endif()
+set(flags "${CMAKE_CXX_FLAGS}")
+if(RIVID_SANITIZE)
+  string(APPEND flags " -fsanitize=address,undefined")
+endif()
+rivid_script_test(
+  consumer_by_pkg_config ${CMAKE_CURRENT_LIST_DIR}/build_with_pkg_config.cmake package
+  -DPKG_CONFIG=${RIVID_PKG_CONFIG} -DCONSUMER=${CMAKE_CURRENT_LIST_DIR}/consumer
+  -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/install/consumer_by_pkg_config -DPREFIX=${prefix}
+  -DCOMPILER=${CMAKE_CXX_COMPILER} "-DFLAGS=${flags}" -DLINKAGE=${linkage} -DVERSION=${PROJECT_VERSION}
+  "-DRUN_SAYS=rivid ${PROJECT_VERSION}: 13 base parameters of 28 standard ones")
+set_tests_properties(consumer_by_pkg_config PROPERTIES FIXTURES_REQUIRED moved_prefix)

@@ -11,8 +11,8 @@ namespace rivid {
 /// Who reads a sidecar. docs/write_back.md tells what each makes of its numbers.
 enum class Sidecar {
   mujoco,    ///< default classes named after the joints: armature, damping, frictionloss
-  drake,     ///< <transmission> elements for the URDF: drake:rotor_inertia, drake:gear_ratio
-  pinocchio  ///< an SRDF with <rotor_params>
+  drake,     ///< `<transmission>` elements for the URDF: drake:rotor_inertia, drake:gear_ratio
+  pinocchio  ///< an SRDF with `<rotor_params>`
 };
 
 /// "mujoco", "drake", "pinocchio".

@@ -22,11 +22,11 @@ struct [[nodiscard]] RewrittenUrdf {
   std::vector<std::string> warnings;  ///< what a URDF has no place for, and what was divided anew among links
 };
 
-/// The URDF that a robot was read from, with other standard parameters: the same bytes save numbers of <inertial> and
-/// <dynamics> of the chain's links and joints. Elements that are missing are added, none is removed. Numbers that come
+/// The URDF that a robot was read from, with other standard parameters: the same bytes save numbers of `<inertial>` and
+/// `<dynamics>` of the chain's links and joints. Elements that are missing are added, none is removed. Numbers that come
 /// out as they were keep their digits; others have as many as it takes to read them back exactly.
 ///
-/// An <inertial> is told as URDF wants it: at the centre of mass, in axes that keep the rpy of the file. Of the links
+/// An `<inertial>` is told as URDF wants it: at the centre of mass, in axes that keep the rpy of the file. Of the links
 /// that are lumped into a moving one (behind fixed joints, and branches off the chain) each keeps its own inertial, and
 /// the moving one gets the rest, as long as the rest is a body. Else all lumped inertials are scaled by one factor, half
 /// of the largest one that leaves the moving link a body.
