@@ -73,6 +73,6 @@ Iv Scara::iv(const SignalOptions& signal, double bandwidth) const {
   return out;
 }
 
-SignalOptions filtered() { return {.cutoff_hz = 20.0, .decimation = {20}}; }
+SignalOptions filtered() { return {.rows = RowScheme::paper, .cutoff_hz = 20.0, .decimation = {20}}; }
 
 }  // namespace rivid::study

@@ -52,6 +52,6 @@ struct Scara {
 /// The signal chain of section 4.2: Butterworth at 20 Hz, decimation by 20.
 [[nodiscard]] SignalOptions filtered();
 /// That of section 4.4: nothing.
-[[nodiscard]] inline SignalOptions raw() { return {}; }
+[[nodiscard]] inline SignalOptions raw() { return {.rows = RowScheme::paper}; }
 
 }  // namespace rivid::study

@@ -100,8 +100,10 @@ class Birdy : public ::testing::Test {
                                  std::to_string(found.iv_filtered));
   }
 
-  static SignalOptions raw() { return {.trim = {{50, 50}}}; }
-  static SignalOptions filtered() { return {.cutoff_hz = 50.0, .trim = {{50, 50}}}; }
+  static SignalOptions raw() { return {.rows = rivid::RowScheme::paper, .trim = {{50, 50}}}; }
+  static SignalOptions filtered() {
+    return {.rows = rivid::RowScheme::paper, .cutoff_hz = 50.0, .trim = {{50, 50}}};
+  }
 
   std::filesystem::path file_;
   BirdyTx40 scenario_;
