@@ -165,18 +165,15 @@ int run_from(const Arguments& arguments) {
   MonteCarlo plan = read_monte_carlo(arguments.experiment);
   plan.runs = arguments.runs.value_or(plan.runs);
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_montecarlo");
-  const std::filesystem::path made_by = folder / "experiment.json";
+  const std::filesystem::path made_from = folder / "inputs.sha256";
   const std::filesystem::path runs = folder / "runs.csv";
   // The runs belong to the files that they were made from; their number may grow.
-  std::string fingerprint = "{\n";
+  std::string fingerprint = "# rivid " + std::string(version) + "\n";
   for (const std::filesystem::path& input : plan.experiment.inputs(Use::simulation)) {
-    const InputFile file = input_file(input);
-    fingerprint +=
-        "  \"" + file.sha256 + "\": " + (fingerprint.size() > 2 ? "\"input\"" : "\"experiment\"") + ",\n";
+    fingerprint += input_file(input).sha256 + "  " + input.filename().string() + "\n";
   }
-  fingerprint += "  \"rivid\": \"" + std::string(version) + "\"\n}\n";
-  if (!arguments.restart && std::filesystem::exists(runs) && std::filesystem::exists(made_by)) {
-    std::ifstream in(made_by);
+  if (!arguments.restart && std::filesystem::exists(runs) && std::filesystem::exists(made_from)) {
+    std::ifstream in(made_from);
     const std::string before((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     if (before != fingerprint) {
       throw InputError(folder.string() +
@@ -185,7 +182,7 @@ int run_from(const Arguments& arguments) {
     }
   }
   RunsFile file(runs, plan, arguments.restart);
-  write_file(made_by, fingerprint);
+  write_file(made_from, fingerprint);
   ProgressBar bar(!arguments.quiet);
   make_missing(plan, file, arguments.threads, bar);
   bar.clear();

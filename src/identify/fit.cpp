@@ -84,7 +84,9 @@ Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index 
     const StreamingQr& qr = data.groups[j].qr;
     const Residual r = residual(std::span(&data.groups[j], 1), chi, std::span(ones.data(), 1));
     const auto rows = static_cast<double>(r.rows);
-    const double y_centred = std::sqrt(std::max(r.y_norm * r.y_norm - qr.y_sum() * qr.y_sum() / rows, 0.0));
+    // A joint that stands still has no row.
+    const double mean_square = r.rows > 0 ? qr.y_sum() * qr.y_sum() / rows : 0.0;
+    const double y_centred = std::sqrt(std::max(r.y_norm * r.y_norm - mean_square, 0.0));
     centred = std::hypot(centred, y_centred);
     fit.joints.push_back({.name = robot.joints[j].name,
                           .unit = robot.joints[j].type == JointType::revolute ? "N·m" : "N",

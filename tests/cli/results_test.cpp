@@ -203,6 +203,8 @@ TEST_F(Identify, AJointThatNeverMovesIsRankDeficient) {
     EXPECT_TRUE(parameter(result, name)["sigma"].is_null());
   }
   EXPECT_TRUE(parameter(result, "Fc1")["value"].is_number());
+  EXPECT_EQ(result["fit"]["joints"][1]["rows"], 0);
+  EXPECT_TRUE(result["fit"]["centred_relative_error"].is_number());
 }
 
 TEST_F(Identify, SaysWhenStandardOutputIsFull) {
