@@ -167,7 +167,11 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
     rows_ = (rows_ + n_d - 1) / n_d;
   }
 
-  q_ = filtered(log.q, options.cutoff_hz, options.order);
+  if (options.cutoff_hz > 0.0) {
+    q_ = filtered(log.q, options.cutoff_hz, options.order);
+  } else {
+    q_ = log.q;
+  }
   const bool exact = options.exact_rows();
   if (log.tau.size() > 0 && options.torque_cutoff_hz == 0.0 && !options.torque_held && !exact) {
     require_joints("torque", log.tau, robot, log);
@@ -176,14 +180,18 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
     made_tau_ = effort(robot, log);
     if (exact) {
       average_torque(made_tau_, options.torque_held);
-      made_tau_ = filtered(std::move(made_tau_), options.cutoff_hz, options.order);
+      if (options.cutoff_hz > 0.0) {
+        made_tau_ = filtered(made_tau_, options.cutoff_hz, options.order);
+      }
     } else if (options.torque_held) {
       // It is centred half a sample behind its own.
       made_tau_.bottomRows(made_tau_.rows() - 1) =
           (0.5 * (made_tau_.topRows(made_tau_.rows() - 1) + made_tau_.bottomRows(made_tau_.rows() - 1)))
               .eval();
     }
-    made_tau_ = filtered(std::move(made_tau_), options.torque_cutoff_hz, options.torque_order);
+    if (options.torque_cutoff_hz > 0.0) {
+      made_tau_ = filtered(made_tau_, options.torque_cutoff_hz, options.torque_order);
+    }
     tau_ = &made_tau_;
   }
   if (exact) {
@@ -192,10 +200,7 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
 }
 
 // Columns are filtered independently, so they may be shared out.
-Matrix RowSource::filtered(Matrix x, double cutoff_hz, int order) {
-  if (cutoff_hz == 0.0) {
-    return x;
-  }
+Matrix RowSource::filtered(const Matrix& x, double cutoff_hz, int order) {
   const Filter filter = butterworth(order, cutoff_hz, log_.f_m);
   if (team_.size() == 1) {
     return zero_phase(x, filter, options_.convention);

@@ -113,7 +113,7 @@ class RowSource {
   struct Stream;
 
   [[nodiscard]] static Range kept_range(const Log& log, const SignalOptions& options);
-  [[nodiscard]] Matrix filtered(Matrix x, double cutoff_hz, int order);
+  [[nodiscard]] Matrix filtered(const Matrix& x, double cutoff_hz, int order);
   [[nodiscard]] double velocity(Index sample, Index joint) const;
   [[nodiscard]] Index row_width(std::size_t j, std::size_t others) const;
   [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, std::size_t others, int workspaces) const;
