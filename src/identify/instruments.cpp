@@ -102,6 +102,7 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
 
 std::vector<Motion> Instruments::motions(std::span<const Motion> simulated) const {
   std::vector<Motion> out;
+  out.reserve(simulated.size());
   for (std::size_t k = 0; k < simulated.size(); ++k) {
     out.push_back(instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.method.signal));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -31,6 +32,7 @@ std::vector<NoiseModel> noise_models(const IvProblem& problem, const IvSolver& s
     std::vector<LaggedResidualSink> own_sinks;
     own_sinks.reserve(lagged.size());
     std::vector<RowSink*> sinks;
+    sinks.reserve(lagged.size());
     for (std::size_t j = 0; j < lagged.size(); ++j) {
       sinks.push_back(&own_sinks.emplace_back(lagged[j], chi(joints[j].columns), instruments.signs()[j]));
     }
@@ -48,11 +50,12 @@ std::vector<NoiseModel> noise_models(const IvProblem& problem, const IvSolver& s
 }  // namespace
 
 void prefilter(const IvProblem& problem, IvSolver& solver, Identification& out) {
-  if (!solver.estimate()) {
+  const std::optional<IvEstimate>& unfiltered = solver.estimate();
+  if (!unfiltered) {
     return;
   }
   PrefilterReport& report = out.prefilter.emplace();
-  tell_uncertainty(problem, solver.instruments(), *solver.estimate(), out);
+  tell_uncertainty(problem, solver.instruments(), *unfiltered, out);
   report.chi = solver.history().back().chi;
   report.sigma = out.C_chi.diagonal().cwiseSqrt();
   report.covariance = out.covariance;
@@ -62,6 +65,7 @@ void prefilter(const IvProblem& problem, IvSolver& solver, Identification& out) 
     const Vector before = solver.history().back().chi;
     report.noise = noise_models(problem, solver, before);
     std::vector<Vector> ar;
+    ar.reserve(report.noise.size());
     for (const NoiseModel& model : report.noise) {
       ar.push_back(model.ar);
     }

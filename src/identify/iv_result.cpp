@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,7 +45,6 @@ void conclude_without_estimate(const IvProblem& problem, const IvSolver& solver,
 }
 
 void judge_instruments(const Vector& F, Identification& out) {
-  out.iv->first_stage_F = F;
   std::string weak;
   for (Index i = 0; i < F.size(); ++i) {
     if (!(F[i] > least_F)) {
@@ -83,6 +83,7 @@ void tell_uncertainty(const IvProblem& problem, const Instruments& instruments, 
     const std::array<Estimator, 2> estimators = {
         {{estimate.chi, true, bread(estimate.bread)}, {ls.chi, false, bread(ls.unit_covariance)}}};
     std::vector<ScoredLog> scored;
+    scored.reserve(problem.logs.size());
     for (std::size_t k = 0; k < problem.logs.size(); ++k) {
       scored.push_back({&problem.logs[k], &signals[k], &estimate.motions[k]});
     }
@@ -105,12 +106,14 @@ void conclude(const IvProblem& problem, const IvSolver& solver, double with_V, I
   const Index b = problem.base.size();
   const std::vector<double> ones(problem.data.groups.size(), 1.0);
   out.R_diagonal = combined(problem.data.groups, b, ones).R().diagonal().cwiseAbs();
-  out.iv = IvHistory{.iterations = solver.history(), .loop = {}, .first_stage_F = {}};
-  if (!solver.estimate()) {
+  IvHistory& history = out.iv.emplace();
+  history.iterations = solver.history();
+  const std::optional<IvEstimate>& found = solver.estimate();
+  if (!found) {
     conclude_without_estimate(problem, solver, out);
     return;
   }
-  const IvEstimate& estimate = *solver.estimate();
+  const IvEstimate& estimate = *found;
   out.weights = estimate.weights;
   out.condition = estimate.condition_VW;
   out.chi = estimate.chi;
@@ -123,9 +126,10 @@ void conclude(const IvProblem& problem, const IvSolver& solver, double with_V, I
   const double factor = decimation_factor(solver.instruments().signals().front());
   add_essential(problem.robot, problem.method.essential, problem.logs, problem.data,
                 factor / estimate.sigma * estimate.R_VW, solver.instruments().freedom(), out);
-  judge_instruments(estimate.first_stage_F, out);
+  history.first_stage_F = estimate.first_stage_F;
+  judge_instruments(history.first_stage_F, out);
   judge_prefilter(out);
-  out.iv->loop = diagnosed_loop(problem, solver.loops(), solver.last_loops(), out);
+  history.loop = diagnosed_loop(problem, solver.loops(), solver.last_loops(), out);
   diagnose_bandwidth(with_V, out);
 }
 
