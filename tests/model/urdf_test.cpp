@@ -320,6 +320,21 @@ TEST(ReadUrdf, RefusesInertialsThatNothingHas) {
       "0.1 kg·m²");
 }
 
+TEST(ReadUrdf, WarnsOfAnImpossibleBodyThatDoesNotMoveWithTheChain) {
+  constexpr std::string_view antenna = R"(
+  <link name="antenna"><inertial><mass value="0.001"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="-0.5" iyz="0" izz="1"/></inertial></link>
+  <joint name="mast" type="fixed"><parent link="base"/><child link="antenna"/></joint>)";
+  const Robot robot = parse_urdf(arm_and(antenna), "arm.urdf", {.base = {}, .tip = "lower"});
+  EXPECT_EQ(
+      robot.warnings,
+      (Strings{"arm.urdf:32: link \"antenna\": its inertia is not positive semidefinite: principal moments "
+               "-0.5, 1, 1 kg·m²; the link does not move with the chain, its <inertial> has no effect"}));
+  const Robot bare = parse_urdf(arm, "arm.urdf");
+  EXPECT_EQ(robot.inertials[0], bare.inertials[0]);
+  EXPECT_EQ(robot.inertials[1], bare.inertials[1]);
+}
+
 TEST(ReadUrdf, WarnsOfAnInertiaThatBreaksTheTriangleInequality) {
   EXPECT_EQ(
       warnings(arm_with("iyy=\"0.1\"", "iyy=\"0.3\"")),
