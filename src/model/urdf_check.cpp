@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -313,16 +314,28 @@ class Checker {
     }
   }
 
+  // A hand may have forty joints: one warning a link.
   void warn_of_branches() {
+    std::map<int, std::vector<const UrdfTopology::Joint*>> lumped;
     visit_moving_links([&](int link, int carrier) {
       visit_branches(link, [&](const UrdfTopology::Joint& joint) {
         if (joint.moves()) {
-          warn(joint.node, joint_who(joint.name) + (joint.node.child("mimic") ? " (mimic)" : "") +
-                               ": is off the chain; held at q = 0, what it moves is lumped into link \"" +
-                               tree_.link(carrier).name + "\"");
+          lumped[carrier].push_back(&joint);
         }
       });
     });
+    for (const auto& [carrier, joints] : lumped) {
+      std::string names;
+      for (const UrdfTopology::Joint* joint : joints) {
+        names += (names.empty() ? "\"" : ", \"") + joint->name + "\"" +
+                 (joint->node.child("mimic") ? " (mimic)" : "");
+      }
+      const bool one = joints.size() == 1;
+      warn(joints.front()->node, (one ? "one joint is" : std::to_string(joints.size()) + " joints are") +
+                                     " off the chain: " + names + "; held at q = 0, what " +
+                                     (one ? "it moves" : "they move") + " is lumped into link \"" +
+                                     tree_.link(carrier).name + "\"");
+    }
   }
 
   void warn_of_empty_links() {
