@@ -193,9 +193,9 @@ TEST(ReadUrdf, LumpsMovingBranchesAtZeroAndSaysSo) {
   const Robot bare = parse_urdf(arm, "arm.urdf");
   const Inertial finger = inertial_from_com(0.5, {0.0, 0.0, 0.2}, Eigen::Matrix3d::Zero());
   EXPECT_TRUE(robot.inertials[1].isApprox(bare.inertials[1] + finger, same_quantity));
-  EXPECT_EQ(robot.warnings, (Strings{"arm.urdf:33: 2 joints \"grip\", \"grip_2\" (mimic): are off the chain; "
-                                     "held at q = 0, what they move "
-                                     "is lumped into link \"lower\""}));
+  EXPECT_EQ(robot.warnings,
+            (Strings{"arm.urdf:33: 2 joints are off the chain: \"grip\", \"grip_2\" (mimic); held at q = 0, "
+                     "what they move is lumped into link \"lower\""}));
 }
 
 TEST(ReadUrdf, EndsAtTheLastMovingLinkThoughFixedFramesFollow) {
