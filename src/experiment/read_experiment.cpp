@@ -185,6 +185,7 @@ Robot read_robot(TomlReader keys, const Path& folder, Path& robot_file) {
   }
   robot_file = urdf.value_or(mdh.value_or(folder));
   Robot robot = urdf ? read_urdf(robot_file, options) : detail::read_mdh(robot_file, options.gravity);
+  robot.base_tolerance = keys.number("base_tolerance").value_or(robot.base_tolerance);
   read_joint_options(keys, robot);
   if (auto joints = keys.section("joints")) {
     for (const auto& [key, node] : joints->table()) {

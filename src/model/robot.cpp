@@ -314,6 +314,9 @@ std::optional<std::string> Robot::complaint() const {
       return who + "the inertial parameters of link \"" + joint.link + "\" are not finite";
     }
   }
+  if (std::isnan(base_tolerance) || base_tolerance <= 0.0 || base_tolerance >= 1.0) {
+    return "base_tolerance is " + number(base_tolerance) + ", must lie between 0 and 1";
+  }
   if (auto fault = couplings_complaint(*this)) {
     return fault;
   }

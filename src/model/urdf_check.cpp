@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -55,10 +56,17 @@ class Checker {
       : document_(document),
         tree_(urdf_topology(document)),
         path_(urdf_path(document, tree_, options)),
-        role_(tree_.joints.size(), Role::elsewhere) {
+        role_(tree_.joints.size(), Role::elsewhere),
+        counts_(tree_.links.size(), false) {
     for (const int joint : path_.joints) {
       role_[static_cast<std::size_t>(joint)] = Role::chain;
     }
+    visit_moving_links([&](int link, int /*carrier*/) {
+      counts_[static_cast<std::size_t>(link)] = true;
+      visit_branches(link, [&](const UrdfTopology::Joint& joint) {
+        counts_[static_cast<std::size_t>(joint.child)] = true;
+      });
+    });
   }
 
   CheckedUrdf run() {
@@ -66,8 +74,8 @@ class Checker {
     const pugi::xml_node robot = plain_.append_child("robot");
     const std::string_view name = document_.robot().attribute("name").value();
     set(robot, "name", name.empty() ? "robot" : std::string(name));
-    for (const UrdfTopology::Link& link : tree_.links) {
-      write_link(robot, link);
+    for (std::size_t i = 0; i < tree_.links.size(); ++i) {
+      write_link(robot, tree_.links[i], counts_[i]);
     }
     for (std::size_t i = 0; i < tree_.joints.size(); ++i) {
       write_joint(robot, tree_.joints[i], role_[i]);
@@ -99,7 +107,15 @@ class Checker {
     set(out, "rpy", exact(document_.triple_or(zero, origin, "rpy", who)));
   }
 
-  void write_link(pugi::xml_node robot, const UrdfTopology::Link& link) {
+  // An impossible body is refused where it moves with the chain. Elsewhere it does no harm.
+  void refuse_body(pugi::xml_node node, const std::string& complaint, bool counts) {
+    if (counts) {
+      document_.refuse(node, complaint);
+    }
+    warn(node, complaint + "; the link does not move with the chain, its <inertial> has no effect");
+  }
+
+  void write_link(pugi::xml_node robot, const UrdfTopology::Link& link, bool counts) {
     pugi::xml_node plain_link = robot.append_child("link");
     set(plain_link, "name", link.name);
     const std::string who = link_who(link.name);
@@ -117,7 +133,7 @@ class Checker {
     }
     const double mass = document_.number(mass_node, "value", who);
     if (mass < 0.0) {
-      document_.refuse(mass_node, joined(who, ": mass is ", mass, " kg, must not be negative"));
+      refuse_body(mass_node, joined(who, ": mass is ", mass, " kg, must not be negative"), counts);
     }
     set(out.append_child("mass"), "value", exact(mass));
     std::array<double, 6> I{};
@@ -126,17 +142,17 @@ class Checker {
       I[i] = document_.number(inertia_node, tensor_names[i], who);
       set(inertia_out, tensor_names[i], exact(I[i]));
     }
-    check_inertia(inertia_node, who, mass, I);
+    check_inertia(inertia_node, who, mass, I, counts);
   }
 
-  void check_inertia(pugi::xml_node node, const std::string& who, double mass,
-                     const std::array<double, 6>& I) {
+  void check_inertia(pugi::xml_node node, const std::string& who, double mass, const std::array<double, 6>& I,
+                     bool counts) {
     Eigen::Matrix3d tensor;
     tensor << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
     const double size = tensor.cwiseAbs().maxCoeff();
     if (mass == 0.0 && size > 0.0) {
-      document_.refuse(node,
-                       who + ": mass is 0 kg, but its inertia is not zero; a body without mass has none");
+      refuse_body(node, who + ": mass is 0 kg, but its inertia is not zero; a body without mass has none",
+                  counts);
     }
     if (size == 0.0) {
       return;
@@ -147,10 +163,9 @@ class Checker {
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor / size, Eigen::EigenvaluesOnly).eigenvalues();
     const std::string principal = joined(moments[0], ", ", moments[1], ", ", moments[2], " kg·m²");
     if (moments[0] < -inertia_tolerance * size) {
-      document_.refuse(node,
-                       who + ": its inertia is not positive semidefinite: principal moments " + principal);
-    }
-    if (moments[0] + moments[1] < moments[2] * (1.0 - inertia_tolerance)) {
+      refuse_body(node, who + ": its inertia is not positive semidefinite: principal moments " + principal,
+                  counts);
+    } else if (counts && moments[0] + moments[1] < moments[2] * (1.0 - inertia_tolerance)) {
       warn(node, who + ": no body has its inertia: of the principal moments " + principal +
                      " the largest must not exceed the sum of the others");
     }
@@ -299,16 +314,28 @@ class Checker {
     }
   }
 
+  // A hand may have forty joints: one warning a link.
   void warn_of_branches() {
+    std::map<int, std::vector<const UrdfTopology::Joint*>> lumped;
     visit_moving_links([&](int link, int carrier) {
       visit_branches(link, [&](const UrdfTopology::Joint& joint) {
         if (joint.moves()) {
-          warn(joint.node, joint_who(joint.name) + (joint.node.child("mimic") ? " (mimic)" : "") +
-                               ": is off the chain; held at q = 0, what it moves is lumped into link \"" +
-                               tree_.link(carrier).name + "\"");
+          lumped[carrier].push_back(&joint);
         }
       });
     });
+    for (const auto& [carrier, joints] : lumped) {
+      std::string names;
+      for (const UrdfTopology::Joint* joint : joints) {
+        names += (names.empty() ? "\"" : ", \"") + joint->name + "\"" +
+                 (joint->node.child("mimic") ? " (mimic)" : "");
+      }
+      const bool one = joints.size() == 1;
+      warn(joints.front()->node, (one ? "one joint is" : std::to_string(joints.size()) + " joints are") +
+                                     " off the chain: " + names + "; held at q = 0, what " +
+                                     (one ? "it moves" : "they move") + " is lumped into link \"" +
+                                     tree_.link(carrier).name + "\"");
+    }
   }
 
   void warn_of_empty_links() {
@@ -348,6 +375,7 @@ class Checker {
   UrdfTopology tree_;
   UrdfPath path_;
   std::vector<Role> role_;
+  std::vector<bool> counts_;  // links whose bodies move with the chain
   pugi::xml_document plain_;
   std::vector<std::string> warnings_;
 };

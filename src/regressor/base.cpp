@@ -76,16 +76,9 @@ struct Scan {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Each column by itself. What would cancel to zero on paper leaves a column of rounding noise, which must not count as
-// independent.
-Vector own_norms(const Matrix& W) {
-  constexpr double noise_norm = 1e-12;
-  const Vector norms = W.colwise().norm();
-  return (norms.array() > noise_norm * norms.maxCoeff()).select(norms, infinity);
-}
-
-// The largest column of the same unit. Along one motion a column's own norm says nothing: a joint that should stand
-// still has a velocity column of noise, all of which is independent.
+// The largest column of the same unit. A column's own norm says nothing: a joint that should stand still has a velocity
+// column of noise, all of which is independent; so has an axis that is vertical but for the digits of 1.5708 a gravity
+// column of 4e-6.
 Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardParameter> standard) {
   const auto unit_of = [&](std::size_t c) {
     return unit(standard[c].kind, robot.joints[static_cast<std::size_t>(standard[c].joint)].type);
@@ -150,6 +143,21 @@ Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& s
   return scan;
 }
 
+// K without the coefficients of which too little is seen: what they stand for moves the torques by less than
+// `tolerance` times the largest column of its unit.
+Matrix without_unseen(const Scan& scan, const Vector& norms, const Vector& scales, double tolerance) {
+  Matrix K = scan.K;
+  for (Index d = 0; d < K.cols(); ++d) {
+    const double seen = tolerance * scales[scan.dropped[static_cast<std::size_t>(d)]];
+    for (Index i = 0; i < K.rows(); ++i) {
+      if (std::abs(K(i, d)) * norms[scan.kept[static_cast<std::size_t>(i)]] <= seen) {
+        K(i, d) = 0.0;
+      }
+    }
+  }
+  return K;
+}
+
 // Rounding noise of the factorisation is not a regrouping: entries below this are zero.
 constexpr double coefficient_noise = 1e-9;
 
@@ -159,7 +167,8 @@ std::string written(const std::vector<std::pair<std::string, double>>& terms) {
   for (std::size_t i = 1; i < terms.size(); ++i) {
     const auto& [name, k] = terms[i];
     out += k < 0.0 ? " - " : " + ";
-    out += std::abs(std::abs(k) - 1.0) < coefficient_noise ? name : number(std::abs(k), 6) + " " + name;
+    const std::string factor = number(std::abs(k), 6);
+    out += factor == "1" ? name : factor + " " + name;
   }
   return out;
 }
@@ -173,8 +182,10 @@ std::vector<Index> scan_order(const Robot& robot, std::span<const StandardParame
   return order;
 }
 
-// Base parameters back from the order of the scan to that of the standard parameters, named and written out.
-BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard, const Scan& scan) {
+// Base parameters back from the order of the scan to that of the standard parameters, named and written out with
+// the coefficients that are shown, (kept × dropped).
+BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard, const Scan& scan,
+                     const Matrix& shown) {
   BaseParameters base;
   base.standard = std::move(standard);
   base.smallest_kept = scan.smallest_kept;
@@ -195,7 +206,7 @@ BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard
   for (const Index i : dropped) {
     base.dependent.push_back(scan.dropped[static_cast<std::size_t>(i)]);
   }
-  base.K = scan.K(kept, dropped);
+  base.K = shown(kept, dropped);
   for (Index i = 0; i < base.K.rows(); ++i) {
     const StandardParameter& leading =
         base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(i)])];
@@ -204,6 +215,7 @@ BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard
     base.parameters.push_back({leading, leading.name() + (terms.size() > 1 ? "R" : ""), written(terms),
                                std::string(unit(leading.kind, type))});
   }
+  base.K = scan.K(kept, dropped);
   return base;
 }
 
@@ -286,25 +298,31 @@ double BaseParameters::rank_gap() const {
 }
 
 std::optional<std::string> BaseParameters::doubt() const {
-  constexpr double clear_gap = 1e3;
-  if (rank_gap() >= clear_gap || weakest_kept < 0) {
+  constexpr double clear_gap = 100.0;
+  constexpr double clearly_independent = 0.01;  // arms have 0.07 and more
+  if (weakest_kept < 0) {
     return std::nullopt;
   }
   const auto name_of = [&](Index c) { return standard[static_cast<std::size_t>(c)].name(); };
+  if (rank_gap() >= clear_gap && smallest_kept < clearly_independent) {
+    return "only " + number(smallest_kept, 2) + " of the torques of " + name_of(weakest_kept) +
+           " tell it from the other parameters; if the digits of an angle make that difference (1.57 for "
+           "1.570796327), write more of them, or set base_tolerance of the robot above it";
+  }
+  if (rank_gap() >= clear_gap) {
+    return std::nullopt;
+  }
   std::string out = "the number of base parameters is not clear: of " + name_of(weakest_kept) + ", kept, " +
                     number(smallest_kept, 3) + " is independent of the other parameters";
   if (strongest_dropped >= 0) {
     out += ", of " + name_of(strongest_dropped) + ", regrouped, " + number(largest_dropped, 3);
   }
-  return out + "; between the two should lie a factor of 1000 at least";
+  return out + "; between the two should lie a factor of 100 at least";
 }
 
 std::optional<std::string> BaseParametersOptions::complaint() const {
   if (samples < 20) {
     return "samples is " + std::to_string(samples) + ", must be at least 20";
-  }
-  if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
-    return "tolerance is " + std::to_string(tolerance) + ", must lie between 0 and 1";
   }
   return std::nullopt;
 }
@@ -318,13 +336,15 @@ BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& 
   }
   const std::vector<StandardParameter> standard = robot.standard_parameters();
   const Matrix W = random_regressor(robot, standard, options);
-  Scan scan = scan_columns(W, scan_order(robot, standard), own_norms(W), options.tolerance);
+  const Vector scales = unit_norms(W, robot, standard);
+  Scan scan = scan_columns(W, scan_order(robot, standard), scales, robot.base_tolerance);
   if (scan.kept.empty()) {
     throw InputError("base_parameters: robot \"" + robot.name +
                      "\" has no parameter that shows in its torques; check its axes and units");
   }
   scan.K = (scan.K.array().abs() < coefficient_noise).select(0.0, scan.K);
-  return named(robot, standard, scan);
+  // Small ones are kept for the torques, yet would only clutter the names.
+  return named(robot, standard, scan, without_unseen(scan, W.colwise().norm(), scales, robot.base_tolerance));
 }
 
 BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance) {
@@ -347,18 +367,9 @@ BaseParameters base_parameters(const Robot& robot, const Motion& motion, double 
     throw InputError("base_parameters: the motion of robot \"" + robot.name +
                      "\" shows no parameter in its torques; no joint moves and none is loaded");
   }
-  // A coefficient is noise where what it stands for is too small to be seen.
-  const Vector norms = R.colwise().norm();
-  for (Index d = 0; d < scan.K.cols(); ++d) {
-    const double seen = tolerance * scales[scan.dropped[static_cast<std::size_t>(d)]];
-    for (Index i = 0; i < scan.K.rows(); ++i) {
-      double& k = scan.K(i, d);
-      if (std::abs(k) * norms[scan.kept[static_cast<std::size_t>(i)]] <= seen) {
-        k = 0.0;
-      }
-    }
-  }
-  return named(robot, standard, scan);
+  // Here such a coefficient is noise.
+  scan.K = without_unseen(scan, R.colwise().norm(), scales, tolerance);
+  return named(robot, standard, scan, scan.K);
 }
 
 }  // namespace rivid

@@ -193,12 +193,9 @@ TEST(ReadUrdf, LumpsMovingBranchesAtZeroAndSaysSo) {
   const Robot bare = parse_urdf(arm, "arm.urdf");
   const Inertial finger = inertial_from_com(0.5, {0.0, 0.0, 0.2}, Eigen::Matrix3d::Zero());
   EXPECT_TRUE(robot.inertials[1].isApprox(bare.inertials[1] + finger, same_quantity));
-  EXPECT_EQ(
-      robot.warnings,
-      (Strings{"arm.urdf:33: joint \"grip\": is off the chain; held at q = 0, what it moves is lumped into "
-               "link \"lower\"",
-               "arm.urdf:36: joint \"grip_2\" (mimic): is off the chain; held at q = 0, what it moves is "
-               "lumped into link \"lower\""}));
+  EXPECT_EQ(robot.warnings,
+            (Strings{"arm.urdf:33: 2 joints are off the chain: \"grip\", \"grip_2\" (mimic); held at q = 0, "
+                     "what they move is lumped into link \"lower\""}));
 }
 
 TEST(ReadUrdf, EndsAtTheLastMovingLinkThoughFixedFramesFollow) {
@@ -318,6 +315,21 @@ TEST(ReadUrdf, RefusesInertialsThatNothingHas) {
       refusal(arm_with("iyy=\"0.1\"", "iyy=\"-0.1\"")),
       "arm.urdf:13: link \"lower\": its inertia is not positive semidefinite: principal moments -0.1, 0.1, "
       "0.1 kg·m²");
+}
+
+TEST(ReadUrdf, WarnsOfAnImpossibleBodyThatDoesNotMoveWithTheChain) {
+  constexpr std::string_view antenna = R"(
+  <link name="antenna"><inertial><mass value="0.001"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="-0.5" iyz="0" izz="1"/></inertial></link>
+  <joint name="mast" type="fixed"><parent link="base"/><child link="antenna"/></joint>)";
+  const Robot robot = parse_urdf(arm_and(antenna), "arm.urdf", {.base = {}, .tip = "lower"});
+  EXPECT_EQ(
+      robot.warnings,
+      (Strings{"arm.urdf:32: link \"antenna\": its inertia is not positive semidefinite: principal moments "
+               "-0.5, 1, 1 kg·m²; the link does not move with the chain, its <inertial> has no effect"}));
+  const Robot bare = parse_urdf(arm, "arm.urdf");
+  EXPECT_EQ(robot.inertials[0], bare.inertials[0]);
+  EXPECT_EQ(robot.inertials[1], bare.inertials[1]);
 }
 
 TEST(ReadUrdf, WarnsOfAnInertiaThatBreaksTheTriangleInequality) {

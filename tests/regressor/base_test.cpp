@@ -181,16 +181,53 @@ TEST(BaseParameters, DoNotChangeAlongTheirNullSpaceNorDoTorques) {
 TEST(BaseParameters, TellWhereTheirNumberIsNotClear) {
   BaseParameters base = base_parameters(test::scara());
   EXPECT_EQ(base.doubt(), std::nullopt);
-  base.smallest_kept = 3e-8;
+  base.smallest_kept = 8e-9;
   base.largest_dropped = 1e-10;
-  EXPECT_NEAR(base.rank_gap(), 300.0, 1e-9);
+  EXPECT_NEAR(base.rank_gap(), 80.0, 1e-9);
   base.weakest_kept = base.leading.front();
   base.strongest_dropped = base.dependent.back();
   const std::string kept = base.standard[static_cast<std::size_t>(base.weakest_kept)].name();
   const std::string dropped = base.standard[static_cast<std::size_t>(base.strongest_dropped)].name();
   EXPECT_EQ(base.doubt(), "the number of base parameters is not clear: of " + kept +
-                              ", kept, 3e-08 is independent of the other parameters, of " + dropped +
-                              ", regrouped, 1e-10; between the two should lie a factor of 1000 at least");
+                              ", kept, 8e-09 is independent of the other parameters, of " + dropped +
+                              ", regrouped, 1e-10; between the two should lie a factor of 100 at least");
+}
+
+// The TX40 with every axis turned by so much.
+Robot misaligned_tx40(double angle) {
+  Robot robot = test::tx40(Friction::coulomb);
+  for (Chain::Link& link : robot.chain.links) {
+    link.R = link.R * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  }
+  return robot;
+}
+
+TEST(BaseParameters, AreThoseOfTheRobotThoughItsAnglesAreWrittenWithFewDigits) {
+  const BaseParameters exact = base_parameters(test::tx40(Friction::coulomb));
+  const BaseParameters rounded = base_parameters(misaligned_tx40(1.5708 - (std::numbers::pi / 2)));
+  EXPECT_EQ(names(rounded), names(exact));
+  EXPECT_EQ(rounded.doubt(), std::nullopt);
+  for (Index i = 0; i < exact.size(); ++i) {
+    const auto place = static_cast<std::size_t>(i);
+    EXPECT_EQ(rounded.parameters[place].regrouped.find("e-0"), std::string::npos)
+        << rounded.parameters[place].regrouped;
+  }
+}
+
+TEST(BaseParameters, AreDoubtedWhereCoarseAnglesTellThemApart) {
+  Robot robot = misaligned_tx40(1.57 - (std::numbers::pi / 2));
+  const BaseParameters apart = base_parameters(robot);
+  EXPECT_GT(apart.size(), 52);
+  ASSERT_TRUE(apart.doubt());
+  EXPECT_NE(apart.doubt()->find("base_tolerance"), std::string::npos) << *apart.doubt();
+  robot.base_tolerance = 1e-2;
+  EXPECT_EQ(base_parameters(robot).size(), 52);
+}
+
+TEST(BaseParameters, RefuseATolerance) {
+  Robot robot = test::scara();
+  robot.base_tolerance = 0.0;
+  EXPECT_EQ(robot.complaint(), "base_tolerance is 0, must lie between 0 and 1");
 }
 
 // Joint 2 stands at q2 while joint 1 moves.

@@ -54,6 +54,10 @@ struct Robot {
   /// balance of power the motors' torques act on the joints through its transpose, τ = Rᵀ τ_motor. It converts
   /// logs and control signals; which parameters the coupling adds to the model is said by `couplings`.
   Matrix gear_matrix;
+  /// Parameters count as one where their columns of the regressor differ by less than this fraction of the largest
+  /// column of the same unit, between 0 and 1. Angles that are written with few digits tell parameters apart that the
+  /// robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry tells apart is a few hundredths.
+  double base_tolerance = 1e-5;
   std::vector<std::string> warnings;  ///< what the reader noticed and the user should know
 
   [[nodiscard]] Index size() const { return chain.joints(); }

@@ -28,7 +28,8 @@ struct BaseParameters {
   Matrix K;                                 ///< (b × N_s − b): χ = χ_leading + K χ_dependent
 
   /// The rank decision: the smallest part of a kept column that was independent of the columns before it, and the
-  /// largest of a dropped one, both relative to the column's norm. A clear decision lies many decades between them.
+  /// largest of a dropped one, both relative to the largest column of the same unit. A clear decision lies many decades
+  /// between them.
   double smallest_kept = 1.0;
   double largest_dropped = 0.0;
   Index weakest_kept = -1;       ///< column of smallest_kept, an index into standard; −1 where none is
@@ -39,7 +40,8 @@ struct BaseParameters {
   /// smallest_kept / largest_dropped, the latter taken as one rounding error at least.
   [[nodiscard]] double rank_gap() const;
 
-  /// Where rank_gap() lies below 1000, a warning that names the two columns between which the line was drawn.
+  /// A warning that names the columns between which the line was drawn: where rank_gap() lies below 100, and where
+  /// smallest_kept lies below 0.01, as rounded angles in a robot description make it.
   [[nodiscard]] std::optional<std::string> doubt() const;
 
   /// Leading standard parameters in the order of `parameters`: the columns of the base regressor.
@@ -64,8 +66,6 @@ struct BaseParameters {
 struct BaseParametersOptions {
   int samples = 60;           ///< random states
   std::uint64_t seed = 1991;  ///< of std::mt19937_64
-  /// A column counts as dependent when less than this fraction of it is independent of those kept.
-  double tolerance = 1e-9;
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 };
@@ -73,7 +73,8 @@ struct BaseParametersOptions {
 /// Base parameters by the numerical method of Gautier (1991): IDM_st at random states is factored by Householder
 /// QR, the columns scanned in the order that keeps the parameters of the closed-form rules of Gautier & Khalil
 /// (1990): XX XY XZ YZ ZZ MX MY of links 1…n, YY MZ M of links 1…n, then rotor inertias, then those of coupled motors,
-/// then friction, then that of coupled motors.
+/// then friction, then that of coupled motors. A column is dependent where the part of it that is independent of those
+/// kept is at most Robot::base_tolerance times the largest column of the same unit.
 ///
 /// @throws InputError where the robot or an option can not be used
 [[nodiscard]] BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options = {});
