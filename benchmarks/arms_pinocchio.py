@@ -1,0 +1,193 @@
+"""Arms that were not built for rivid, simulated by Pinocchio, identified by rivid_identify.
+
+Robot descriptions are those of the package example-robot-data, dynamics those of Pinocchio's articulated-body
+algorithm: nothing in the logs comes from rivid. Each arm follows a sum of sines under a sampled PD control at 1 kHz, with
+dry and viscous friction, rotor inertias, encoder noise that passes through the control, and a torque disturbance that
+nobody records. One log is identified, by weighted least squares behind a position filter and by instrumental variables
+without one, another log judges. What is printed:
+
+    error       relative torque error on the second log, by the rows of the method: unfiltered ones are rougher
+    largest     distance of a base parameter from the truth, in its standard deviation
+    coverage    intervals of 95 % that hold the true base parameter, and how many there are
+    seconds     of the program, its start and both logs included
+
+    python3 -m venv venv && venv/bin/pip install pin example-robot-data
+    venv/bin/python benchmarks/arms_pinocchio.py build/test/apps/rivid_identify [ARM ...]
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+import pinocchio as pin
+
+RATE = 1000.0  # Hz, of control and log
+DURATION = 20.0  # s
+ENCODER_NOISE = 5e-6  # rad or m
+DISTURBANCE = 0.01  # of the Coulomb friction, a new value each period
+BANDWIDTH = 20.0  # rad/s, of the control
+FRICTION_SPEED = 2e-3  # rad/s: friction is Fc tanh(v / FRICTION_SPEED)
+STEPS = 20  # of the integration in a period
+SHARE_OF_RANGE = 0.6  # of the joint limits that the motion uses
+
+# Both packages share one prefix.
+ROBOTS = pathlib.Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
+ARMS = {  # description, base link, tip link; none where the robot is a single chain
+    "z1": ("z1_description/urdf/z1.urdf", None, None),
+    "xarm7": ("xarm_description/urdf/xarm7.urdf", None, None),
+    "so101": ("so_arm_description/urdf/so101.urdf", None, None),
+    "kinova": ("kinova_description/robots/kinova.urdf", None, None),
+    "talos arm": ("talos_data/robots/talos_left_arm.urdf", None, None),
+    "ur5": ("ur_description/urdf/ur5_robot.urdf", None, None),
+    "tiago": ("tiago_description/robots/tiago.urdf", "torso_fixed_link", "arm_7_link"),
+    "baxter arm": ("baxter_description/urdf/baxter.urdf", "torso", "left_wrist"),
+    "two joints": ("asr_twodof_description/urdf/TwoDofs.urdf", None, None),
+    "pr2 arm": ("pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_gripper_palm_link"),
+    "g1 arm": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", "torso_link", "left_wrist_yaw_link"),
+    "go2 leg": ("go2_description/urdf/go2.urdf", "base", "FL_foot"),
+}
+
+
+class Arm:
+    """A chain of a robot with friction and rotors that go with its inertias."""
+
+    def __init__(self, urdf, base, tip):
+        self.urdf, self.base, self.tip = urdf, base, tip
+        model = pin.buildModelFromUrdf(str(urdf))
+        if tip:
+            joint = model.frames[model.getFrameId(tip)].parentJoint
+            stop = model.frames[model.getFrameId(base)].parentJoint
+            chain = []
+            while joint not in (stop, 0):
+                chain.append(joint)
+                joint = model.parents[joint]
+            others = [j for j in range(1, model.njoints) if j not in chain]
+            model = pin.buildReducedModel(model, others, pin.neutral(model))
+        self.model, self.data, self.n = model, model.createData(), model.nv
+        joints = [model.joints[j] for j in range(1, model.njoints)]
+        self.endless = [joint.nq == 2 for joint in joints]
+        low = [-2.5 if e else model.lowerPositionLimit[j.idx_q] for j, e in zip(joints, self.endless)]
+        high = [2.5 if e else model.upperPositionLimit[j.idx_q] for j, e in zip(joints, self.endless)]
+        low, high = np.maximum(low, -2.5), np.minimum(high, 2.5)
+        self.middle, self.reach = (low + high) / 2, SHARE_OF_RANGE * (high - low) / 2
+
+        random = np.random.default_rng(99)
+        poses = [self.middle + self.reach * random.uniform(-1, 1, self.n) for _ in range(40)]
+        inertia = np.max([np.diag(pin.crba(model, self.data, self.full(q))) for q in poses], axis=0)
+        gravity = np.max(
+            [np.abs(pin.computeGeneralizedGravity(model, self.data, self.full(q))) for q in poses], axis=0
+        )
+        self.Ia = 0.3 * inertia + 1e-4
+        self.J = inertia + self.Ia
+        self.Fv = 0.2 * self.J
+        self.Fc = 0.1 * self.J + 0.05 * gravity
+        self.off = 0.02 * self.Fc
+        model.armature[:] = self.Ia
+
+    def full(self, q):
+        """Positions as Pinocchio has them: an endless joint is a cosine and a sine."""
+        return np.concatenate([[np.cos(x), np.sin(x)] if e else [x] for e, x in zip(self.endless, q)])
+
+    def acceleration(self, q, v, tau):
+        friction = self.Fv * v + self.Fc * np.tanh(v / FRICTION_SPEED) + self.off
+        return pin.aba(self.model, self.data, self.full(q), v, tau - friction)
+
+    def reference(self, t, random):
+        harmonics = 2 * np.pi / 10 * np.arange(1, 6)
+        sines, cosines = random.normal(size=(2, self.n, len(harmonics)))
+        out = np.sin(np.outer(t, harmonics)) @ sines.T + np.cos(np.outer(t, harmonics)) @ cosines.T
+        return self.middle + self.reach * out / np.abs(out).max(axis=0)
+
+    def log(self, seed, path):
+        random = np.random.default_rng(seed)
+        t = np.arange(0, DURATION, 1 / RATE)
+        wanted = self.reference(t, random)
+        q, v = wanted[0].copy(), np.zeros(self.n)
+        noise = ENCODER_NOISE * random.normal(size=(len(t), self.n))
+        before = q + ENCODER_NOISE * random.normal(size=self.n)
+        rows = []
+        for k in range(len(t)):
+            measured = q + noise[k]
+            velocity, before = (measured - before) * RATE, measured
+            tau = self.J * (BANDWIDTH**2 * (wanted[k] - measured) - 2 * BANDWIDTH * velocity)
+            rows.append(np.concatenate([[t[k]], measured, tau, wanted[k]]))
+            disturbed = tau + DISTURBANCE * self.Fc * random.normal(size=self.n)
+            for _ in range(STEPS):
+                v = v + self.acceleration(q, v, disturbed) / (RATE * STEPS)
+                q = q + v / (RATE * STEPS)
+        header = ["t"] + [f"{what}{j + 1}" for what in ("q", "tau", "qref") for j in range(self.n)]
+        np.savetxt(path, rows, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+
+    def experiment(self, folder, method, joints):
+        """The text of an experiment file. What is known of the joints only fills a_priori, the truth to compare with."""
+        lines = ["[robot]", f'urdf = "{self.urdf}"', "gravity = [0, 0, -9.81]"]
+        lines += [f'base = "{self.base}"', f'tip = "{self.tip}"'] if self.tip else []
+        for j, name in enumerate(joints):
+            lines.append(f'joints."{name}" = {{ Ia = {self.Ia[j]}, Fv = {self.Fv[j]}, Fc = {self.Fc[j]} }}')
+        lines += ["[log]", f'files = ["{folder}/1.csv"]']
+        lines.append("reference = " + json.dumps([f"qref{j + 1}" for j in range(self.n)]))
+        cutoff = 10 if method == "wls" else '"off"'
+        lines += ["[signal]", f"cutoff_hz = {cutoff}", "decimation = 10", "torque_held = true"]
+        lines += ["[control]", 'law = "pd"', f"omega_n = {BANDWIDTH}", "zeta = 1", f"rate_hz = {RATE}"]
+        lines += ["[method]", f'name = "{method}"', "[validation]", f'files = ["{folder}/2.csv"]']
+        return "\n".join(lines) + "\n"
+
+
+def identified(program, folder, text):
+    file = folder / "experiment.toml"
+    file.write_text(text)
+    begin = time.monotonic()
+    run = subprocess.run([program, "--json", str(file)], capture_output=True, text=True, check=False)
+    seconds = time.monotonic() - begin
+    if run.returncode > 1:
+        raise SystemExit(run.stderr)
+    return json.loads(run.stdout), seconds
+
+
+def truth(parameter, arm):
+    """The description has no friction offset; for the rest a_priori is the truth."""
+    offset = 0.0
+    for name, coefficient in parameter["regrouping"].items():
+        if name.startswith("off"):
+            offset += coefficient * arm.off[int(name[3:]) - 1]
+    return parameter["a_priori"] + offset
+
+
+def judged(result, arm):
+    parameters = result["parameters"]
+    held = [p["interval_95"][0] <= truth(p, arm) <= p["interval_95"][1] for p in parameters]
+    largest = max(abs(p["value"] - truth(p, arm)) / p["sigma"] for p in parameters)
+    return 100 * result["validation"][0]["relative_error"], largest, sum(held), len(held)
+
+
+def main():
+    program, names = sys.argv[1], sys.argv[2:] or list(ARMS)
+    columns = f"{'error':>8}{'largest':>13}{'coverage':>13}{'time':>10}"
+    print(f"{'arm':12}{'joints':>7}   {'WLS, 10 Hz':46}IV, no filter\n{'':22}{columns}   {columns}")
+    totals = {"wls": [0, 0], "iv": [0, 0]}
+    for name in names:
+        urdf, base, tip = ARMS[name]
+        arm = Arm(ROBOTS / urdf, base, tip)
+        with tempfile.TemporaryDirectory() as temporary:
+            folder = pathlib.Path(temporary)
+            for seed in (1, 2):
+                arm.log(seed, folder / f"{seed}.csv")
+            first, _ = identified(program, folder, arm.experiment(folder, "wls", []))
+            joints = [joint["name"] for joint in first["fit"]["joints"]]
+            line = f"{name:12}{arm.n:7}   "
+            for method in totals:
+                result, seconds = identified(program, folder, arm.experiment(folder, method, joints))
+                error, largest, held, count = judged(result, arm)
+                totals[method][0] += held
+                totals[method][1] += count
+                line += f"{error:8.3f} %{largest:5.1f} sigma{held:6} of {count:3}{seconds:8.2f} s   "
+            print(line, flush=True)
+    for method, (held, count) in totals.items():
+        print(f"{method}: {held} of {count} intervals hold the truth, {100 * held / count:.1f} %")
+
+
+main()
