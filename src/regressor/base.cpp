@@ -168,7 +168,10 @@ std::string written(const std::vector<std::pair<std::string, double>>& terms) {
     const auto& [name, k] = terms[i];
     out += k < 0.0 ? " - " : " + ";
     const std::string factor = number(std::abs(k), 6);
-    out += factor == "1" ? name : factor + " " + name;
+    if (factor != "1") {
+      out += factor + " ";
+    }
+    out += name;
   }
   return out;
 }
