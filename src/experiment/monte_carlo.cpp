@@ -1,9 +1,13 @@
 #include "rivid/experiment/monte_carlo.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <mutex>
+#include <thread>
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/parameter_file.hpp"
@@ -69,6 +73,15 @@ Vector truth_of(const MonteCarlo& plan, const BaseParameters& base) {
                                                           : read_parameters(simulation.parameters, base));
 }
 
+// Interval for a share of `runs` that was found, Wilson (1927): it stays within 0 and 1, where the usual one does not.
+std::array<double, 2> interval_of_share(double share, double runs) {
+  constexpr double z = 1.959963984540054;  // 97.5 % of the normal distribution
+  const double scale = 1.0 + z * z / runs;
+  const double middle = (share + 0.5 * z * z / runs) / scale;
+  const double half = z / scale * std::sqrt(share * (1.0 - share) / runs + 0.25 * z * z / (runs * runs));
+  return {std::max(middle - half, 0.0), std::min(middle + half, 1.0)};
+}
+
 // Sums over the identified runs of a trial.
 MonteCarloParameter parameter_of(const BaseParameter& p, double truth, double bound, Index i,
                                  const std::vector<const MonteCarloRow*>& rows) {
@@ -88,6 +101,70 @@ MonteCarloParameter parameter_of(const BaseParameter& p, double truth, double bo
   out.bias_in_spreads = out.bias / out.spread;
   out.rmse_over_bound = out.rmse / bound;
   out.sigma_over_spread = sigmas / out.spread;
+  out.coverage_95 = interval_of_share(out.coverage, runs);
+  return out;
+}
+
+MonteCarloVerdict verdict_of(const MonteCarloSummary& summary) {
+  using V = MonteCarloVerdict;
+  constexpr double promised = 0.95;
+  MonteCarloVerdict out;
+  if (summary.identified < 2) {
+    return out;
+  }
+  const auto runs = static_cast<double>(summary.identified);
+  const double bias_error = 1.0 / std::sqrt(runs);
+  const double coverage_error = std::sqrt(promised * (1.0 - promised) / runs);
+  const double relative_rmse_error = 1.0 / std::sqrt(2.0 * runs);
+  const auto off_promise = [&](double coverage) {
+    return std::abs(coverage - promised) > V::standard_errors * coverage_error;
+  };
+  out.unbiased = out.honest = true;
+  for (const MonteCarloParameter& p : summary.parameters) {
+    const double bias = std::abs(p.bias_in_spreads);
+    out.unbiased = out.unbiased && !(bias > V::largest_bias && bias > V::standard_errors * bias_error);
+    out.honest = out.honest && !(p.coverage < V::least_coverage && off_promise(p.coverage));
+    if (std::isfinite(p.rmse_over_bound)) {
+      const double least = p.rmse_over_bound * (1.0 - V::standard_errors * relative_rmse_error);
+      out.efficient = out.efficient.value_or(true) && !(least > V::largest_rmse);
+    }
+  }
+  const double mean = summary.mean_coverage;
+  out.honest =
+      out.honest && !((mean < V::mean_coverage[0] || mean > V::mean_coverage[1]) && off_promise(mean));
+  return out;
+}
+
+// The summary of one trial.
+MonteCarloSummary summary_of(const std::string& label, const BaseParameters& base, const Vector& truth,
+                             const Vector& bound, std::span<const MonteCarloRow> rows) {
+  MonteCarloSummary out;
+  out.label = label;
+  std::vector<const MonteCarloRow*> identified;
+  for (const MonteCarloRow& row : rows) {
+    if (row.label == label) {
+      ++out.runs;
+      ++out.outcomes[row.status];
+      if (row.status == name(Status::identified)) {
+        identified.push_back(&row);
+      }
+    }
+  }
+  // Sums of floating-point numbers depend on their order.
+  std::ranges::sort(identified, {}, &MonteCarloRow::run);
+  out.identified = static_cast<int>(identified.size());
+  const auto runs = static_cast<double>(identified.size());
+  for (const MonteCarloRow* row : identified) {
+    out.mean_iterations += static_cast<double>(row->iterations) / runs;
+    out.most_iterations = std::max(out.most_iterations, row->iterations);
+    out.mean_seconds += row->seconds / runs;
+  }
+  for (Index i = 0; i < base.size(); ++i) {
+    const MonteCarloParameter& p = out.parameters.emplace_back(
+        parameter_of(base.parameters[static_cast<std::size_t>(i)], truth[i], bound[i], i, identified));
+    out.mean_coverage += p.coverage / static_cast<double>(base.size());
+  }
+  out.verdict = verdict_of(out);
   return out;
 }
 
@@ -104,34 +181,44 @@ std::vector<MonteCarloRow> monte_carlo_run(const MonteCarlo& plan, int run) {
   return out;
 }
 
+void monte_carlo_runs(const MonteCarlo& plan, std::span<const int> runs, int threads,
+                      const std::function<void(const std::vector<MonteCarloRow>&)>& done) {
+  std::mutex handing_over;
+  std::atomic<std::size_t> next = 0;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      for (std::size_t k = next++; k < runs.size(); k = next++) {
+        const std::vector<MonteCarloRow> rows = monte_carlo_run(plan, runs[k]);
+        const std::scoped_lock lock(handing_over);
+        done(rows);
+      }
+    } catch (...) {
+      const std::scoped_lock lock(handing_over);
+      failure = std::current_exception();
+      next = runs.size();
+    }
+  };
+  std::vector<std::thread> others;
+  for (int k = 1; k < threads; ++k) {
+    others.emplace_back(work);
+  }
+  work();
+  for (std::thread& other : others) {
+    other.join();
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
+
 std::vector<MonteCarloSummary> summaries(const MonteCarlo& plan, std::span<const MonteCarloRow> rows) {
   const BaseParameters base = base_parameters(plan.experiment.robot);
   const Vector truth = truth_of(plan, base);
   const Vector bound = bound_of(plan);
   std::vector<MonteCarloSummary> out;
   for (const MonteCarlo::Trial& trial : plan.trials) {
-    MonteCarloSummary& summary = out.emplace_back();
-    summary.label = trial.label;
-    std::vector<const MonteCarloRow*> identified;
-    for (const MonteCarloRow& row : rows) {
-      if (row.label == trial.label) {
-        ++summary.runs;
-        if (row.status == name(Status::identified)) {
-          identified.push_back(&row);
-        }
-      }
-    }
-    // Sums of floating-point numbers depend on their order.
-    std::ranges::sort(identified, {}, &MonteCarloRow::run);
-    summary.identified = static_cast<int>(identified.size());
-    for (const MonteCarloRow* row : identified) {
-      summary.mean_iterations +=
-          static_cast<double>(row->iterations) / static_cast<double>(identified.size());
-    }
-    for (Index i = 0; i < base.size(); ++i) {
-      summary.parameters.push_back(
-          parameter_of(base.parameters[static_cast<std::size_t>(i)], truth[i], bound[i], i, identified));
-    }
+    out.push_back(summary_of(trial.label, base, truth, bound, rows));
   }
   return out;
 }
