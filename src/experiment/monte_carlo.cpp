@@ -73,9 +73,11 @@ Vector truth_of(const MonteCarlo& plan, const BaseParameters& base) {
                                                           : read_parameters(simulation.parameters, base));
 }
 
+constexpr double z_95 = 1.959963984540054;  // 97.5 % of the normal distribution
+
 // Interval for a share of `runs` that was found, Wilson (1927): it stays within 0 and 1, where the usual one does not.
 std::array<double, 2> interval_of_share(double share, double runs) {
-  constexpr double z = 1.959963984540054;  // 97.5 % of the normal distribution
+  constexpr double z = z_95;
   const double scale = 1.0 + z * z / runs;
   const double middle = (share + 0.5 * z * z / runs) / scale;
   const double half = z / scale * std::sqrt(share * (1.0 - share) / runs + 0.25 * z * z / (runs * runs));
@@ -101,37 +103,32 @@ MonteCarloParameter parameter_of(const BaseParameter& p, double truth, double bo
   out.bias_in_spreads = out.bias / out.spread;
   out.rmse_over_bound = out.rmse / bound;
   out.sigma_over_spread = sigmas / out.spread;
+  const double bias_half = z_95 / std::sqrt(runs);
+  out.bias_in_spreads_95 = {out.bias_in_spreads - bias_half, out.bias_in_spreads + bias_half};
+  const double rmse_half = z_95 / std::sqrt(2.0 * runs) * out.rmse_over_bound;
+  out.rmse_over_bound_95 = {out.rmse_over_bound - rmse_half, out.rmse_over_bound + rmse_half};
   out.coverage_95 = interval_of_share(out.coverage, runs);
   return out;
 }
 
 MonteCarloVerdict verdict_of(const MonteCarloSummary& summary) {
   using V = MonteCarloVerdict;
-  constexpr double promised = 0.95;
-  MonteCarloVerdict out;
+  V out;
   if (summary.identified < 2) {
     return out;
   }
-  const auto runs = static_cast<double>(summary.identified);
-  const double bias_error = 1.0 / std::sqrt(runs);
-  const double coverage_error = std::sqrt(promised * (1.0 - promised) / runs);
-  const double relative_rmse_error = 1.0 / std::sqrt(2.0 * runs);
-  const auto off_promise = [&](double coverage) {
-    return std::abs(coverage - promised) > V::standard_errors * coverage_error;
-  };
-  out.unbiased = out.honest = true;
+  // The mean over the parameters is at least as well known as the share of one.
+  const auto [low, high] = interval_of_share(summary.mean_coverage, static_cast<double>(summary.identified));
+  out.unbiased = true;
+  out.honest = high >= V::mean_coverage[0] && low <= V::mean_coverage[1];
   for (const MonteCarloParameter& p : summary.parameters) {
-    const double bias = std::abs(p.bias_in_spreads);
-    out.unbiased = out.unbiased && !(bias > V::largest_bias && bias > V::standard_errors * bias_error);
-    out.honest = out.honest && !(p.coverage < V::least_coverage && off_promise(p.coverage));
+    out.unbiased = out.unbiased && p.bias_in_spreads_95[0] <= V::largest_bias &&
+                   p.bias_in_spreads_95[1] >= -V::largest_bias;
+    out.honest = out.honest && p.coverage_95[1] >= V::least_coverage;
     if (std::isfinite(p.rmse_over_bound)) {
-      const double least = p.rmse_over_bound * (1.0 - V::standard_errors * relative_rmse_error);
-      out.efficient = out.efficient.value_or(true) && !(least > V::largest_rmse);
+      out.efficient = out.efficient.value_or(true) && p.rmse_over_bound_95[0] <= V::largest_rmse;
     }
   }
-  const double mean = summary.mean_coverage;
-  out.honest =
-      out.honest && !((mean < V::mean_coverage[0] || mean > V::mean_coverage[1]) && off_promise(mean));
   return out;
 }
 
@@ -154,11 +151,13 @@ MonteCarloSummary summary_of(const std::string& label, const BaseParameters& bas
   std::ranges::sort(identified, {}, &MonteCarloRow::run);
   out.identified = static_cast<int>(identified.size());
   const auto runs = static_cast<double>(identified.size());
+  int iterations = 0;
   for (const MonteCarloRow* row : identified) {
-    out.mean_iterations += static_cast<double>(row->iterations) / runs;
+    iterations += row->iterations;
     out.most_iterations = std::max(out.most_iterations, row->iterations);
     out.mean_seconds += row->seconds / runs;
   }
+  out.mean_iterations = identified.empty() ? 0.0 : static_cast<double>(iterations) / runs;
   for (Index i = 0; i < base.size(); ++i) {
     const MonteCarloParameter& p = out.parameters.emplace_back(
         parameter_of(base.parameters[static_cast<std::size_t>(i)], truth[i], bound[i], i, identified));

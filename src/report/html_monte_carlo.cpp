@@ -119,16 +119,15 @@ std::string verdict_section(const MonteCarlo& plan, std::span<const MonteCarloSu
 std::string criteria() {
   using V = MonteCarloVerdict;
   return element(
-      "p",
-      "Unbiased: no bias above " + number(V::largest_bias) +
-          " standard deviations of the estimates. Honest: " + number(100.0 * V::mean_coverage[0]) + " to " +
-          number(100.0 * V::mean_coverage[1]) + " % of the 95 % intervals hold the truth on average, and " +
-          number(100.0 * V::least_coverage) +
-          " % or more for each parameter. Efficient: no root mean square error above " +
-          number(V::largest_rmse) +
-          " times that of weighted least squares on regressors without noise. A figure counts only where it "
-          "is also " +
-          number(V::standard_errors) + " standard errors of the simulation from what it should be.");
+      "p", "Unbiased: no bias above " + number(V::largest_bias) +
+               " standard deviations of the estimates. Honest: " + number(100.0 * V::mean_coverage[0]) +
+               " to " + number(100.0 * V::mean_coverage[1]) +
+               " % of the 95 % intervals hold the truth on average, and " +
+               number(100.0 * V::least_coverage) +
+               " % or more for each parameter. Efficient: no root mean square error above " +
+               number(V::largest_rmse) +
+               " times that of weighted least squares on regressors without noise. A figure counts only "
+               "where the whole interval that so many runs leave open is beyond that.");
 }
 
 std::string comparison(std::span<const MonteCarloSummary> summaries) {

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 
 #include "report/html_monte_carlo.hpp"
@@ -14,7 +13,6 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr double z_95 = 1.959963984540054;  // 97.5 % of the normal distribution
 constexpr double width = 350.0;
 constexpr double right = width - 12.0;
 constexpr double top = 8.0;
@@ -167,15 +165,14 @@ std::vector<std::vector<double>> standardised_errors(const MonteCarloSummary& su
 }
 
 std::string bias_plot(const MonteCarloSummary& summary) {
-  const double half = z_95 / std::sqrt(static_cast<double>(summary.identified));
+  constexpr double limit = MonteCarloVerdict::largest_bias;
   return dot_plot(summary, {.title = "Bias",
                             .what = "mean error in deviations of the estimate; should be 0",
                             .label = "bias / spread",
                             .reference = 0.0,
-                            .wanted = {-MonteCarloVerdict::largest_bias, MonteCarloVerdict::largest_bias},
-                            .dot = [=](const MonteCarloParameter& p) {
-                              return Dot{p.bias_in_spreads, p.bias_in_spreads - half,
-                                         p.bias_in_spreads + half};
+                            .wanted = {-limit, limit},
+                            .dot = [](const MonteCarloParameter& p) {
+                              return Dot{p.bias_in_spreads, p.bias_in_spreads_95[0], p.bias_in_spreads_95[1]};
                             }});
 }
 
@@ -192,21 +189,19 @@ std::string coverage_plot(const MonteCarloSummary& summary) {
 }
 
 std::string rmse_plot(const MonteCarloSummary& summary) {
-  const double part = z_95 / std::sqrt(2.0 * static_cast<double>(summary.identified));
   return dot_plot(
       summary, {.title = "Precision",
                 .what = "root mean square error over the bound that no method can beat by much; should be 1",
                 .label = "RMSE / bound",
                 .reference = 1.0,
                 .wanted = {0.0, MonteCarloVerdict::largest_rmse},
-                .dot = [=](const MonteCarloParameter& p) {
-                  return Dot{p.rmse_over_bound, (1.0 - part) * p.rmse_over_bound,
-                             (1.0 + part) * p.rmse_over_bound};
+                .dot = [](const MonteCarloParameter& p) {
+                  return Dot{p.rmse_over_bound, p.rmse_over_bound_95[0], p.rmse_over_bound_95[1]};
                 }});
 }
 
 std::string error_histogram(const std::vector<std::vector<double>>& errors) {
-  constexpr double reach = 5.0;
+  constexpr double reach = 4.0;
   constexpr double bin = 0.25;
   constexpr auto bins = static_cast<std::size_t>(2.0 * reach / bin);
   constexpr double left = 44.0;
@@ -238,7 +233,7 @@ std::string error_histogram(const std::vector<std::vector<double>>& errors) {
   out += polyline("curve", curve);
   return panel("Distribution",
                "of the errors of all parameters, beside the standard normal one" +
-                   (outside > 0 ? "; " + counted(outside, "error") + " beyond five σ" : std::string()),
+                   (outside > 0 ? "; " + counted(outside, "error") + " beyond four σ" : std::string()),
                height, out);
 }
 
@@ -246,21 +241,22 @@ std::string quantile_plot(const std::vector<std::vector<double>>& errors) {
   constexpr double left = 44.0;
   constexpr double height = 250.0;
   constexpr double bottom = height - below;
+  constexpr double ends = 4.0;
   std::vector<std::vector<std::array<double, 2>>> lines;
   for (const std::vector<double>& list : errors) {
     lines.push_back(quantiles(list));
   }
   lines.push_back(quantiles(together(errors)));
-  double reach = 3.0;
+  double reach = ends;
   for (const auto& line : lines) {
     for (const auto& [x, y] : line) {
       reach = std::max(reach, std::abs(y));
     }
   }
-  const Axis x(-3.5, 3.5, left, right);
+  const Axis x(-ends, ends, left, right);
   const Axis y(-reach, reach, bottom, top);
   std::string out = abscissa(x, bottom, "quantile of the normal distribution") + ordinate(y, left);
-  out += svg_line("reference", x.at(-3.5), y.at(-3.5), x.at(3.5), y.at(3.5));
+  out += svg_line("reference", x.at(-ends), y.at(-ends), x.at(ends), y.at(ends));
   for (std::size_t i = 0; i < lines.size(); ++i) {
     for (auto& [at, value] : lines[i]) {
       at = x.at(at);

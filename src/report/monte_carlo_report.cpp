@@ -61,6 +61,8 @@ std::string to_json(std::span<const MonteCarloSummary> summaries) {
                             {"rmse_over_bound", p.rmse_over_bound},
                             {"sigma_over_spread", p.sigma_over_spread},
                             {"coverage", p.coverage},
+                            {"bias_in_spreads_95", p.bias_in_spreads_95},
+                            {"rmse_over_bound_95", p.rmse_over_bound_95},
                             {"coverage_95", p.coverage_95}});
     }
     Json verdict = {{"unbiased", s.verdict.unbiased}, {"honest", s.verdict.honest}};

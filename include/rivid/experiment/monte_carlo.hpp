@@ -74,14 +74,16 @@ struct MonteCarloParameter {
   double rmse_over_bound = 0.0;
   double sigma_over_spread = 0.0;  ///< mean reported deviation over `spread`
   double coverage = 0.0;           ///< share of 95 % intervals that hold the truth
-  /// What the share may be with more runs: its 95 % interval (Wilson 1927).
+  /// What these figures may be with more runs, their 95 % intervals: that of the share by Wilson (1927), those of bias and
+  /// error as of normal errors.
+  std::array<double, 2> bias_in_spreads_95 = {};
+  std::array<double, 2> rmse_over_bound_95 = {};
   std::array<double, 2> coverage_95 = {};
 };
 
-/// What the figures of a trial amount to. A figure speaks against it where it is large enough to matter and further from
-/// what it should be than chance explains: by 3.5 standard errors, as one figure in two thousand is.
+/// What the figures of a trial amount to. A figure speaks against it where all of its 95 % interval is beyond what is
+/// wanted, so that chance alone hardly does.
 struct MonteCarloVerdict {
-  static constexpr double standard_errors = 3.5;
   static constexpr double largest_bias = 0.2;  ///< in deviations of the estimate
   static constexpr std::array<double, 2> mean_coverage = {0.93, 0.97};
   static constexpr double least_coverage = 0.9;

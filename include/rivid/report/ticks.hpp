@@ -4,7 +4,7 @@
 
 namespace rivid {
 
-/// Round numbers for the axis of a plot: four to eight, 1, 2 or 5 times a power of ten apart. The first is `low` or below,
+/// Round numbers for the axis of a plot: four to eleven, 1, 2 or 5 times a power of ten apart. The first is `low` or below,
 /// the last `high` or above.
 ///
 /// @param high        above `low`
