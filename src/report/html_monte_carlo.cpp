@@ -167,7 +167,8 @@ std::string other_outcomes(const MonteCarloSummary& summary) {
       }
     }
     if (outcome != name(Status::identified)) {
-      lines.push_back(counted(runs, "run") + " " + outcome + ": " + why);
+      lines.push_back(counted(runs, "run") + " " + outcome);
+      lines.back().append(": ").append(why);
     }
   }
   return bullets(lines, "reasons");

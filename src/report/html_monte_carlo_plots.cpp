@@ -243,6 +243,7 @@ std::string quantile_plot(const std::vector<std::vector<double>>& errors) {
   constexpr double bottom = height - below;
   constexpr double ends = 4.0;
   std::vector<std::vector<std::array<double, 2>>> lines;
+  lines.reserve(errors.size() + 1);
   for (const std::vector<double>& list : errors) {
     lines.push_back(quantiles(list));
   }

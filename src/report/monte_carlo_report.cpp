@@ -10,7 +10,7 @@ namespace rivid {
 
 namespace {
 
-std::string padded(std::string text, std::size_t width) {
+std::string padded(const std::string& text, std::size_t width) {
   const std::size_t shown = display_width(text);
   return shown < width ? std::string(width - shown, ' ') + text : text;
 }
