@@ -8,6 +8,7 @@
 #include <limits>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/parameter_file.hpp"
@@ -54,21 +55,35 @@ Vector deviations_of_torque(const NoiseOptions& noise, Index n) {
   return out.cwiseSqrt();
 }
 
+const SimulationPlan& simulation_of(const MonteCarlo& plan) {
+  if (!plan.experiment.simulation) {
+    throw InputError("Monte Carlo: the experiment must have [simulation]");
+  }
+  return *plan.experiment.simulation;
+}
+
+// The experiment that is simulated, with other noise.
+Experiment experiment_with(const MonteCarlo& plan, const NoiseOptions& noise) {
+  SimulationPlan simulation = simulation_of(plan);
+  simulation.noise = noise;
+  Experiment out = plan.experiment;
+  out.simulation = std::move(simulation);
+  return out;
+}
+
 // The deviations that nothing can beat by much, (b), see MonteCarloParameter::rmse_over_bound.
 Vector bound_of(const MonteCarlo& plan) {
-  Experiment quiet = plan.experiment;
-  const Vector sigma = deviations_of_torque(quiet.simulation->noise, quiet.robot.size());
-  const BaseParameters base = base_parameters(quiet.robot);
+  const Robot& robot = plan.experiment.robot;
+  const Vector sigma = deviations_of_torque(simulation_of(plan).noise, robot.size());
   if (!(sigma.minCoeff() > 0.0)) {
-    return Vector::Constant(base.size(), not_a_number);
+    return Vector::Constant(base_parameters(robot).size(), not_a_number);
   }
-  quiet.simulation->noise = {};
-  const SimulationRecord record = run_simulation(quiet);
-  return deviation_bound(quiet.robot, record.log, sigma);
+  const SimulationRecord record = run_simulation(experiment_with(plan, {}));
+  return deviation_bound(robot, record.log, sigma);
 }
 
 Vector truth_of(const MonteCarlo& plan, const BaseParameters& base) {
-  const SimulationPlan& simulation = *plan.experiment.simulation;
+  const SimulationPlan& simulation = simulation_of(plan);
   return base.from_standard(simulation.parameters.empty() ? plan.experiment.robot.chi_st()
                                                           : read_parameters(simulation.parameters, base));
 }
@@ -170,10 +185,11 @@ MonteCarloSummary summary_of(const std::string& label, const BaseParameters& bas
 }  // namespace
 
 std::vector<MonteCarloRow> monte_carlo_run(const MonteCarlo& plan, int run) {
-  Experiment experiment = plan.experiment;
-  experiment.simulation->noise.seed = plan.seed + static_cast<std::uint64_t>(run);
-  const SimulationRecord record = run_simulation(experiment);
+  NoiseOptions noise = simulation_of(plan).noise;
+  noise.seed = plan.seed + static_cast<std::uint64_t>(run);
+  const SimulationRecord record = run_simulation(experiment_with(plan, noise));
   std::vector<MonteCarloRow> out;
+  out.reserve(plan.trials.size());
   for (const MonteCarlo::Trial& trial : plan.trials) {
     out.push_back(row_of(run, trial, record));
   }
@@ -216,6 +232,7 @@ std::vector<MonteCarloSummary> summaries(const MonteCarlo& plan, std::span<const
   const Vector truth = truth_of(plan, base);
   const Vector bound = bound_of(plan);
   std::vector<MonteCarloSummary> out;
+  out.reserve(plan.trials.size());
   for (const MonteCarlo::Trial& trial : plan.trials) {
     out.push_back(summary_of(trial.label, base, truth, bound, rows));
   }
