@@ -60,8 +60,9 @@ endif()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/rivid.pc.in ${PROJECT_BINARY_DIR}/rivid.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/rivid.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
-# The robot of the demo, to try the tools on.
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scara DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid)
+# Robots to try the tools on; the first is that of the demo.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scara ${PROJECT_SOURCE_DIR}/data/six_axis
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid PATTERN made EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # The library holds what the reports bring along.

@@ -16,7 +16,7 @@ set(simulate_may_include model regressor data)
 set(identify_may_include model regressor signal data solve simulate)
 set(excite_may_include model regressor solve)
 set(experiment_may_include model regressor signal data identify simulate)
-set(report_may_include model regressor data identify simulate)
+set(report_may_include model regressor data identify simulate experiment)
 
 if(NOT IS_DIRECTORY "${SOURCE_DIR}/include/rivid")
   message(FATAL_ERROR "check_layering: SOURCE_DIR is \"${SOURCE_DIR}\", which has no include/rivid")

@@ -19,6 +19,9 @@ rivid_script_test(
   headers_are_listed ${PROJECT_SOURCE_DIR}/cmake/check_header_set.cmake unit
   -DINCLUDE_DIR=${PROJECT_SOURCE_DIR}/include -DHEADER_SET=${CMAKE_CURRENT_BINARY_DIR}/header_set.txt)
 
+rivid_script_test(public_face ${PROJECT_SOURCE_DIR}/cmake/check_public_face.cmake unit
+                  -DINCLUDE_DIR=${PROJECT_SOURCE_DIR}/include)
+
 rivid_script_test(
   experiment_page ${PROJECT_SOURCE_DIR}/cmake/check_experiment_page.cmake unit
   -DREADERS=${PROJECT_SOURCE_DIR}/src/experiment -DPAGE=${PROJECT_SOURCE_DIR}/docs/experiment.md)

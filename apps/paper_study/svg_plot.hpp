@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "rivid/report/ticks.hpp"
+
 /// Line plots as SVG that needs nothing else: no script, no font file, no style sheet. The colours follow the reader's
 /// choice of a light or a dark screen.
 namespace svg {
@@ -96,21 +98,9 @@ class Scale {
       low_ -= margin;
       high_ += margin;
     }
-    // Four to eight ticks, 1, 2 or 5 times a power of ten apart.
-    const double wanted = (high_ - low_) / 5.0;
-    const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
-    const double lead = wanted / decade;
-    const double step = std::max(least_step, decade * (lead < 1.5   ? 1.0
-                                                       : lead < 3.5 ? 2.0
-                                                       : lead < 7.5 ? 5.0
-                                                                    : 10.0));
-    const double first = std::floor(low_ / step + 1e-9);
-    const double last = std::ceil(high_ / step - 1e-9);
-    for (double i = first; i <= last; ++i) {
-      ticks_.push_back(i * step);
-    }
-    low_ = first * step;
-    high_ = last * step;
+    ticks_ = rivid::round_ticks(low_, high_, least_step);
+    low_ = ticks_.front();
+    high_ = ticks_.back();
   }
 
   void add_decades() {

@@ -12,6 +12,12 @@ namespace rivid {
 /// @param digits  significant ones
 [[nodiscard]] std::string number(double value, int digits = 9);
 
+/// The shortest text that reads back as the same number, whatever the locale; no negative zero.
+[[nodiscard]] std::string exact(double value);
+
+/// A number with so many decimals.
+[[nodiscard]] std::string fixed(double value, int decimals);
+
 /// `content` with control characters, line ends among them, as '?'.
 [[nodiscard]] std::string on_one_line(std::string_view content);
 

@@ -1,9 +1,14 @@
 #include "rivid/experiment/monte_carlo.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <mutex>
+#include <thread>
+#include <utility>
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/parameter_file.hpp"
@@ -50,23 +55,48 @@ Vector deviations_of_torque(const NoiseOptions& noise, Index n) {
   return out.cwiseSqrt();
 }
 
+const SimulationPlan& simulation_of(const MonteCarlo& plan) {
+  if (!plan.experiment.simulation) {
+    throw InputError("Monte Carlo: the experiment must have [simulation]");
+  }
+  return *plan.experiment.simulation;
+}
+
+// The experiment that is simulated, with other noise.
+Experiment experiment_with(const MonteCarlo& plan, const NoiseOptions& noise) {
+  SimulationPlan simulation = simulation_of(plan);
+  simulation.noise = noise;
+  Experiment out = plan.experiment;
+  out.simulation = std::move(simulation);
+  return out;
+}
+
 // The deviations that nothing can beat by much, (b), see MonteCarloParameter::rmse_over_bound.
 Vector bound_of(const MonteCarlo& plan) {
-  Experiment quiet = plan.experiment;
-  const Vector sigma = deviations_of_torque(quiet.simulation->noise, quiet.robot.size());
-  const BaseParameters base = base_parameters(quiet.robot);
+  const Robot& robot = plan.experiment.robot;
+  const Vector sigma = deviations_of_torque(simulation_of(plan).noise, robot.size());
   if (!(sigma.minCoeff() > 0.0)) {
-    return Vector::Constant(base.size(), not_a_number);
+    return Vector::Constant(base_parameters(robot).size(), not_a_number);
   }
-  quiet.simulation->noise = {};
-  const SimulationRecord record = run_simulation(quiet);
-  return deviation_bound(quiet.robot, record.log, sigma);
+  const SimulationRecord record = run_simulation(experiment_with(plan, {}));
+  return deviation_bound(robot, record.log, sigma);
 }
 
 Vector truth_of(const MonteCarlo& plan, const BaseParameters& base) {
-  const SimulationPlan& simulation = *plan.experiment.simulation;
+  const SimulationPlan& simulation = simulation_of(plan);
   return base.from_standard(simulation.parameters.empty() ? plan.experiment.robot.chi_st()
                                                           : read_parameters(simulation.parameters, base));
+}
+
+constexpr double z_95 = 1.959963984540054;  // 97.5 % of the normal distribution
+
+// Interval for a share of `runs` that was found, Wilson (1927): it stays within 0 and 1, where the usual one does not.
+std::array<double, 2> interval_of_share(double share, double runs) {
+  constexpr double z = z_95;
+  const double scale = 1.0 + z * z / runs;
+  const double middle = (share + 0.5 * z * z / runs) / scale;
+  const double half = z / scale * std::sqrt(share * (1.0 - share) / runs + 0.25 * z * z / (runs * runs));
+  return {std::max(middle - half, 0.0), std::min(middle + half, 1.0)};
 }
 
 // Sums over the identified runs of a trial.
@@ -88,20 +118,113 @@ MonteCarloParameter parameter_of(const BaseParameter& p, double truth, double bo
   out.bias_in_spreads = out.bias / out.spread;
   out.rmse_over_bound = out.rmse / bound;
   out.sigma_over_spread = sigmas / out.spread;
+  const double bias_half = z_95 / std::sqrt(runs);
+  out.bias_in_spreads_95 = {out.bias_in_spreads - bias_half, out.bias_in_spreads + bias_half};
+  const double rmse_half = z_95 / std::sqrt(2.0 * runs) * out.rmse_over_bound;
+  out.rmse_over_bound_95 = {out.rmse_over_bound - rmse_half, out.rmse_over_bound + rmse_half};
+  out.coverage_95 = interval_of_share(out.coverage, runs);
+  return out;
+}
+
+MonteCarloVerdict verdict_of(const MonteCarloSummary& summary) {
+  using V = MonteCarloVerdict;
+  V out;
+  if (summary.identified < 2) {
+    return out;
+  }
+  // The mean over the parameters is at least as well known as the share of one.
+  const auto [low, high] = interval_of_share(summary.mean_coverage, static_cast<double>(summary.identified));
+  out.unbiased = true;
+  out.honest = high >= V::mean_coverage[0] && low <= V::mean_coverage[1];
+  for (const MonteCarloParameter& p : summary.parameters) {
+    out.unbiased = out.unbiased && p.bias_in_spreads_95[0] <= V::largest_bias &&
+                   p.bias_in_spreads_95[1] >= -V::largest_bias;
+    out.honest = out.honest && p.coverage_95[1] >= V::least_coverage;
+    if (std::isfinite(p.rmse_over_bound)) {
+      out.efficient = out.efficient.value_or(true) && p.rmse_over_bound_95[0] <= V::largest_rmse;
+    }
+  }
+  return out;
+}
+
+// The summary of one trial.
+MonteCarloSummary summary_of(const std::string& label, const BaseParameters& base, const Vector& truth,
+                             const Vector& bound, std::span<const MonteCarloRow> rows) {
+  MonteCarloSummary out;
+  out.label = label;
+  std::vector<const MonteCarloRow*> identified;
+  for (const MonteCarloRow& row : rows) {
+    if (row.label == label) {
+      ++out.runs;
+      ++out.outcomes[row.status];
+      if (row.status == name(Status::identified)) {
+        identified.push_back(&row);
+      }
+    }
+  }
+  // Sums of floating-point numbers depend on their order.
+  std::ranges::sort(identified, {}, &MonteCarloRow::run);
+  out.identified = static_cast<int>(identified.size());
+  const auto runs = static_cast<double>(identified.size());
+  int iterations = 0;
+  for (const MonteCarloRow* row : identified) {
+    iterations += row->iterations;
+    out.most_iterations = std::max(out.most_iterations, row->iterations);
+    out.mean_seconds += row->seconds / runs;
+  }
+  out.mean_iterations = identified.empty() ? 0.0 : static_cast<double>(iterations) / runs;
+  for (Index i = 0; i < base.size(); ++i) {
+    const MonteCarloParameter& p = out.parameters.emplace_back(
+        parameter_of(base.parameters[static_cast<std::size_t>(i)], truth[i], bound[i], i, identified));
+    out.mean_coverage += p.coverage / static_cast<double>(base.size());
+  }
+  out.verdict = verdict_of(out);
   return out;
 }
 
 }  // namespace
 
 std::vector<MonteCarloRow> monte_carlo_run(const MonteCarlo& plan, int run) {
-  Experiment experiment = plan.experiment;
-  experiment.simulation->noise.seed = plan.seed + static_cast<std::uint64_t>(run);
-  const SimulationRecord record = run_simulation(experiment);
+  NoiseOptions noise = simulation_of(plan).noise;
+  noise.seed = plan.seed + static_cast<std::uint64_t>(run);
+  const SimulationRecord record = run_simulation(experiment_with(plan, noise));
   std::vector<MonteCarloRow> out;
+  out.reserve(plan.trials.size());
   for (const MonteCarlo::Trial& trial : plan.trials) {
     out.push_back(row_of(run, trial, record));
   }
   return out;
+}
+
+void monte_carlo_runs(const MonteCarlo& plan, std::span<const int> runs, int threads,
+                      const std::function<void(const std::vector<MonteCarloRow>&)>& done) {
+  std::mutex handing_over;
+  std::atomic<std::size_t> next = 0;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      for (std::size_t k = next++; k < runs.size(); k = next++) {
+        const std::vector<MonteCarloRow> rows = monte_carlo_run(plan, runs[k]);
+        const std::scoped_lock lock(handing_over);
+        done(rows);
+      }
+    } catch (...) {
+      const std::scoped_lock lock(handing_over);
+      failure = std::current_exception();
+      next = runs.size();
+    }
+  };
+  std::vector<std::thread> others;
+  for (int k = 1; k < threads; ++k) {
+    others.emplace_back(work);
+  }
+  work();
+  for (std::thread& other : others) {
+    other.join();
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
 }
 
 std::vector<MonteCarloSummary> summaries(const MonteCarlo& plan, std::span<const MonteCarloRow> rows) {
@@ -109,29 +232,9 @@ std::vector<MonteCarloSummary> summaries(const MonteCarlo& plan, std::span<const
   const Vector truth = truth_of(plan, base);
   const Vector bound = bound_of(plan);
   std::vector<MonteCarloSummary> out;
+  out.reserve(plan.trials.size());
   for (const MonteCarlo::Trial& trial : plan.trials) {
-    MonteCarloSummary& summary = out.emplace_back();
-    summary.label = trial.label;
-    std::vector<const MonteCarloRow*> identified;
-    for (const MonteCarloRow& row : rows) {
-      if (row.label == trial.label) {
-        ++summary.runs;
-        if (row.status == name(Status::identified)) {
-          identified.push_back(&row);
-        }
-      }
-    }
-    // Sums of floating-point numbers depend on their order.
-    std::ranges::sort(identified, {}, &MonteCarloRow::run);
-    summary.identified = static_cast<int>(identified.size());
-    for (const MonteCarloRow* row : identified) {
-      summary.mean_iterations +=
-          static_cast<double>(row->iterations) / static_cast<double>(identified.size());
-    }
-    for (Index i = 0; i < base.size(); ++i) {
-      summary.parameters.push_back(
-          parameter_of(base.parameters[static_cast<std::size_t>(i)], truth[i], bound[i], i, identified));
-    }
+    out.push_back(summary_of(trial.label, base, truth, bound, rows));
   }
   return out;
 }

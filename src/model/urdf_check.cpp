@@ -3,12 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
 #include <sstream>
+
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -30,12 +31,7 @@ std::string joined(const Parts&... parts) {
   return out.str();
 }
 
-// The shortest text that reads back as the same number, whatever the locale.
-std::string exact(double value) {
-  std::array<char, 32> buffer{};
-  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
-}
-
+using rivid::exact;
 std::string exact(const Eigen::Vector3d& v) { return exact(v.x()) + ' ' + exact(v.y()) + ' ' + exact(v.z()); }
 
 void set(pugi::xml_node node, const char* attribute, const std::string& value) {

@@ -180,7 +180,7 @@ static inline void @_inverse_dynamics(const double q[@_JOINTS], const double qd[
 std::string row(std::span<const double> values) {
   std::string out = "{";
   for (const double value : values) {
-    out.append(out.size() > 1 ? ", " : "").append(detail::exact(value));
+    out.append(out.size() > 1 ? ", " : "").append(exact(value));
   }
   return out + "}";
 }

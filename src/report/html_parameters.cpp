@@ -4,6 +4,7 @@
 
 #include "report/html_parts.hpp"
 #include "report/markup.hpp"
+#include "report/svg.hpp"
 #include "report/words.hpp"
 #include "rivid/text.hpp"
 
@@ -35,24 +36,6 @@ class Range {
   double most_ = -std::numeric_limits<double>::infinity();
 };
 
-std::string coordinate(double x) { return fixed(x, 1); }
-
-std::string line(std::string_view kind, double x1, double y1, double x2, double y2) {
-  return "<line class=\"" + std::string(kind) + "\" x1=\"" + coordinate(x1) + "\" y1=\"" + coordinate(y1) +
-         "\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>";
-}
-
-std::string dot(std::string_view kind, double x, double y, double r) {
-  return "<circle class=\"" + std::string(kind) + "\" cx=\"" + coordinate(x) + "\" cy=\"" + coordinate(y) +
-         "\" r=\"" + coordinate(r) + "\"/>";
-}
-
-std::string picture(double width, double height, const std::string& title, const std::string& content) {
-  return element("svg", element("title", escaped(title)) + content,
-                 "role=\"img\" width=\"" + number(width) + "\" height=\"" + number(height) +
-                     "\" viewBox=\"0 0 " + number(width) + " " + number(height) + "\"");
-}
-
 std::string interval(const ParameterEstimate& p) {
   return "[" + with_decimals_of(p.interval_95[0], p.sigma) + ", " +
          with_decimals_of(p.interval_95[1], p.sigma) + "]";
@@ -71,16 +54,17 @@ std::string interval_bar(const ParameterEstimate& p) {
     range.show(value);
   }
   const auto x = [&](double value) { return range.at(value, width); };
-  std::string content = line("axis", 0.0, middle, width, middle);
+  std::string content = svg_line("axis", 0.0, middle, width, middle);
   if (x(0.0) >= 0.0 && x(0.0) <= width) {
-    content += line("zero", x(0.0), 1.0, x(0.0), height - 1.0);
+    content += svg_line("zero", x(0.0), 1.0, x(0.0), height - 1.0);
   }
   if (std::isfinite(p.a_priori)) {
-    content += line("apriori", x(p.a_priori), 3.0, x(p.a_priori), height - 3.0);
+    content += svg_line("apriori", x(p.a_priori), 3.0, x(p.a_priori), height - 3.0);
   }
-  content += line("interval", x(p.interval_95[0]), middle, x(p.interval_95[1]), middle) +
-             dot("value", x(p.value), middle, 2.6);
-  return picture(width, height, p.name + ": " + interval(p) + ", a priori " + number(p.a_priori, 4), content);
+  content += svg_line("interval", x(p.interval_95[0]), middle, x(p.interval_95[1]), middle) +
+             svg_dot("value", x(p.value), middle, 2.6);
+  return svg_picture(width, height, p.name + ": " + interval(p) + ", a priori " + number(p.a_priori, 4),
+                     content);
 }
 
 // The path of one parameter over the iterations, fig. 10 of [RIV], towards its interval.
@@ -116,16 +100,16 @@ std::string path_of(const std::vector<IvIteration>& iterations, Index i, const P
     if (std::isfinite(value)) {
       const double x = steps.at(static_cast<double>(k), width);
       points += coordinate(x) + "," + coordinate(y(value)) + " ";
-      dots += dot("value", x, y(value), 2.0);
+      dots += svg_dot("value", x, y(value), 2.0);
     }
   }
   content += "<polyline class=\"path\" points=\"" + points + "\"/>" + dots;
   const std::string last = with_decimals_of(p.value, p.sigma) + " " + p.unit;
   return element("figure", element("figcaption", element("b", escaped(p.name)) + " " + escaped(last)) +
-                               picture(width, height,
-                                       p.name + " from " + number(iterations.front().chi[i], 4) + " to " +
-                                           number(iterations.back().chi[i], 4) + " " + p.unit,
-                                       content));
+                               svg_picture(width, height,
+                                           p.name + " from " + number(iterations.front().chi[i], 4) + " to " +
+                                               number(iterations.back().chi[i], 4) + " " + p.unit,
+                                           content));
 }
 
 }  // namespace

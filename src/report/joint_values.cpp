@@ -1,7 +1,5 @@
 #include "report/joint_values.hpp"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 
 #include "rivid/error.hpp"
@@ -88,11 +86,6 @@ std::string joined(const std::vector<std::string>& parts) {
     out.append(out.empty() ? "" : ", ").append(part);
   }
   return out;
-}
-
-std::string exact(double value) {
-  std::array<char, 32> buffer{};
-  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value + 0.0).ptr};
 }
 
 }  // namespace rivid::detail

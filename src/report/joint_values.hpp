@@ -31,7 +31,4 @@ struct JointValues {
 /// "a, b, c".
 [[nodiscard]] std::string joined(const std::vector<std::string>& parts);
 
-/// The shortest text that reads back as the same number, whatever the locale; no negative zero.
-[[nodiscard]] std::string exact(double value);
-
 }  // namespace rivid::detail

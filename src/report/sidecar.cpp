@@ -11,7 +11,6 @@ namespace rivid {
 
 namespace {
 
-using detail::exact;
 using detail::JointValues;
 
 struct Format {

@@ -14,7 +14,6 @@ namespace rivid {
 
 namespace {
 
-using detail::fixed;
 using detail::in_words;
 using detail::percent;
 using detail::with_decimals_of;

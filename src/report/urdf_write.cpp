@@ -93,7 +93,7 @@ Eigen::Matrix3d rotation(const Eigen::Vector3d& rpy) {
       .toRotationMatrix();
 }
 
-using detail::exact;
+using rivid::exact;
 
 std::string exact(const Eigen::Vector3d& v) { return exact(v.x()) + ' ' + exact(v.y()) + ' ' + exact(v.z()); }
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 
 #include "rivid/text.hpp"
 
@@ -20,12 +18,6 @@ int decimals_for(double sigma) {
 
 }  // namespace
 
-std::string fixed(double value, int decimals) {
-  std::ostringstream out;
-  out << std::fixed << std::setprecision(decimals) << value;
-  return out.str();
-}
-
 std::string percent(double fraction) {
   constexpr int decimals = 3;
   return std::isfinite(fraction) ? fixed(100.0 * fraction, decimals) + " %" : "-";
@@ -37,6 +29,24 @@ std::string with_decimals_of(double value, double sigma) {
   }
   const bool plain = std::isfinite(sigma) && sigma > 1e-6 && std::abs(value) < 1e9;
   return plain ? fixed(value, decimals_for(sigma)) : number(value, 6);
+}
+
+std::string_view why_not(Status status) {
+  switch (status) {
+    case Status::identified:
+      return "";
+    case Status::rank_deficient:
+      return "the data do not determine all parameters";
+    case Status::not_converged:
+      return "the iteration did not settle";
+    case Status::cycling:
+      return "the iteration goes round among a few estimates";
+    case Status::weak_instruments:
+      return "the simulated motion says too little about some parameters";
+    case Status::not_simulable:
+      break;
+  }
+  return "no closed loop could be simulated with the estimate";
 }
 
 std::string in_words(const CovarianceReport& covariance) {

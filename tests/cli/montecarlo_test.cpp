@@ -18,6 +18,7 @@ using rivid::test::Process;
 
 constexpr const char* summary_file = "montecarlo_s1_montecarlo/summary.json";
 constexpr const char* runs_file = "montecarlo_s1_montecarlo/runs.csv";
+constexpr const char* report_file = "montecarlo_s1_montecarlo/report.html";
 
 class MonteCarlo : public rivid::test::IdentifyTool {
  protected:
@@ -54,7 +55,8 @@ TEST_F(MonteCarlo, GivesTheSameWhateverTheThreadsAndTheOrder) {
 }
 
 TEST_F(MonteCarlo, GoesOnAfterAStopAndEndsWithTheSameBits) {
-  const std::string whole = summary_of({"--runs", "12"});
+  const std::string whole = summary_of({"--runs", "12", "--report"});
+  const std::string page = folder().read(report_file);
   std::filesystem::remove_all(folder().path() / "montecarlo_s1_montecarlo");
   Process stopped(command({"--runs", "12", "--threads", "1"}), folder().path());
   // Killed as soon as some runs are there.
@@ -72,7 +74,9 @@ TEST_F(MonteCarlo, GoesOnAfterAStopAndEndsWithTheSameBits) {
   const std::string rows = folder().read(runs_file);
   folder().write(runs_file, rows.substr(0, rows.size() - 30));
   EXPECT_EQ(summary_of({"--runs", "12"}), whole);
-  EXPECT_EQ(summary_of({"--runs", "12"}), whole);
+  EXPECT_FALSE(std::filesystem::exists(folder().path() / report_file)) << "nobody asked for it";
+  EXPECT_EQ(summary_of({"--runs", "12", "--report"}), whole);
+  EXPECT_EQ(folder().read(report_file), page);
 }
 
 TEST_F(MonteCarlo, TellsWhatTheErrorBarsAreWorth) {

@@ -1,4 +1,4 @@
-// The page that rivid_identify writes with --report, and what a browser makes of it.
+// The pages that rivid_identify and rivid_montecarlo write with --report, and what a browser makes of them.
 
 #include <gtest/gtest.h>
 
@@ -62,13 +62,20 @@ class InABrowser : public Report {
   }
 
   // The page after its scripts have run, and the log of the browser, which tells what goes to the console.
-  [[nodiscard]] Outcome opened(const std::string& file) const {
+  [[nodiscard]] Outcome opened(const std::string& file, const std::vector<std::string>& flags = {}) const {
     const std::filesystem::path page = std::filesystem::absolute(folder().path() / file);
-    return rivid::test::outcome_of(
-        {RIVID_CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-         "--user-data-dir=" + profile_.path().string(), "--enable-logging=stderr", "--v=0",
-         "--virtual-time-budget=20000", "--dump-dom", "file://" + page.string()},
-        folder().path());
+    std::vector<std::string> command = {RIVID_CHROMIUM,
+                                        "--headless=new",
+                                        "--no-sandbox",
+                                        "--disable-gpu",
+                                        "--disable-dev-shm-usage",
+                                        "--user-data-dir=" + profile_.path().string(),
+                                        "--enable-logging=stderr",
+                                        "--v=0",
+                                        "--virtual-time-budget=20000"};
+    command.insert(command.end(), flags.begin(), flags.end());
+    command.insert(command.end(), {"--dump-dom", "file://" + page.string()});
+    return rivid::test::outcome_of(command, folder().path());
   }
 
   void expect_plots(const std::string& file, std::size_t plots) const {
@@ -135,6 +142,28 @@ TEST_F(InABrowser, AllPlotsOfInstrumentalVariablesAreMade) {
   ASSERT_EQ(identify({"scara_iv.toml", "--report"}).exit_code, 0);
   // Torque error of all, motion errors of two joints.
   expect_plots("scara_iv_result/report.html", 15);
+}
+
+TEST_F(InABrowser, ThePageOfAMonteCarloStudyIsShown) {
+  folder().write("montecarlo_s1.toml",
+                 rivid::test::content_of(std::filesystem::path(RIVID_DATA) / "scara" / "montecarlo_s1.toml"));
+  const Outcome run = rivid::test::outcome_of(
+      {RIVID_MONTECARLO, "montecarlo_s1.toml", "--runs", "4", "--report"}, folder().path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::string page = folder().read("montecarlo_s1_montecarlo/report.html");
+  // A script of the test's own measures on a narrow screen whether anything is wider than it.
+  page.insert(page.rfind("</body>"), R"(<script>
+const width = document.documentElement.clientWidth;
+const wide = [...document.querySelectorAll("main svg, main p, main h2, main li")].filter(
+    (part) => part.getBoundingClientRect().right > width + 1);
+document.documentElement.dataset.wide = document.documentElement.scrollWidth > width ? "page" : wide.length;
+</script>)");
+  folder().write("measured.html", page);
+  const Outcome shown = opened("measured.html", {"--window-size=390,800"});
+  EXPECT_EQ(shown.err.find("CONSOLE"), std::string::npos) << shown.err;
+  // Five plots for each of six ways to identify.
+  EXPECT_EQ(count(shown.out, "<svg"), 30U);
+  EXPECT_NE(shown.out.find("data-wide=\"0\""), std::string::npos);
 }
 
 TEST_F(InABrowser, AResultThatIsNotIdentifiedIsShown) {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
-#include <iosfwd>
+#include <functional>
+#include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,6 +51,15 @@ struct MonteCarloRow {
 /// @throws InputError  where the experiment can not be simulated at all
 [[nodiscard]] std::vector<MonteCarloRow> monte_carlo_run(const MonteCarlo& plan, int run);
 
+/// Makes runs on several threads and hands over the rows of each as soon as they are there, one run at a time and in any
+/// order.
+///
+/// @param runs     their numbers
+/// @param threads  at least 1
+/// @throws         what a run or `done` throws, after the runs that were begun
+void monte_carlo_runs(const MonteCarlo& plan, std::span<const int> runs, int threads,
+                      const std::function<void(const std::vector<MonteCarloRow>&)>& done);
+
 /// What all runs say of one parameter.
 struct MonteCarloParameter {
   std::string name;
@@ -62,13 +74,36 @@ struct MonteCarloParameter {
   double rmse_over_bound = 0.0;
   double sigma_over_spread = 0.0;  ///< mean reported deviation over `spread`
   double coverage = 0.0;           ///< share of 95 % intervals that hold the truth
+  /// What these figures may be with more runs, their 95 % intervals: that of the share by Wilson (1927), those of bias and
+  /// error as of normal errors.
+  std::array<double, 2> bias_in_spreads_95 = {};
+  std::array<double, 2> rmse_over_bound_95 = {};
+  std::array<double, 2> coverage_95 = {};
+};
+
+/// What the figures of a trial amount to. A figure speaks against it where all of its 95 % interval is beyond what is
+/// wanted, so that chance alone hardly does.
+struct MonteCarloVerdict {
+  static constexpr double largest_bias = 0.2;  ///< in deviations of the estimate
+  static constexpr std::array<double, 2> mean_coverage = {0.93, 0.97};
+  static constexpr double least_coverage = 0.9;
+  static constexpr double largest_rmse = 1.35;  ///< over the bound
+
+  bool unbiased = false;  ///< no bias above largest_bias
+  bool honest = false;    ///< coverage within mean_coverage on average, and least_coverage or more for each
+  std::optional<bool> efficient;  ///< no error above largest_rmse; nothing where there is no bound
 };
 
 struct MonteCarloSummary {
   std::string label;
   int runs = 0;
-  int identified = 0;  ///< the figures are of these
+  int identified = 0;                   ///< the figures are of these
+  std::map<std::string, int> outcomes;  ///< runs by their status
   double mean_iterations = 0.0;
+  int most_iterations = 0;
+  double mean_seconds = 0.0;  ///< of the identification; not the same each time
+  double mean_coverage = 0.0;
+  MonteCarloVerdict verdict;
   std::vector<MonteCarloParameter> parameters;
 };
 
@@ -77,19 +112,5 @@ struct MonteCarloSummary {
 /// @param rows  in any order
 [[nodiscard]] std::vector<MonteCarloSummary> summaries(const MonteCarlo& plan,
                                                        std::span<const MonteCarloRow> rows);
-
-/// Rows as lines of a CSV file; numbers are written so that they read back bit by bit.
-[[nodiscard]] std::string csv_header(const MonteCarlo& plan);
-[[nodiscard]] std::string to_csv(const MonteCarloRow& row);
-
-/// Rows of such a file. A last line without an end, where a program was stopped, is passed over.
-///
-/// @throws InputError  for any other fault: the message names file and line
-[[nodiscard]] std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& path,
-                                                               const MonteCarlo& plan);
-
-/// Summaries as a table for people, and as JSON.
-std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries);
-[[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries);
 
 }  // namespace rivid

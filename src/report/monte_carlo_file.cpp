@@ -1,26 +1,21 @@
-#include <array>
+#include "rivid/report/monte_carlo_file.hpp"
+
 #include <charconv>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
-#include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/report/file.hpp"
+#include "rivid/report/provenance.hpp"
 #include "rivid/text.hpp"
+#include "rivid/version.hpp"
 
 namespace rivid {
 
 namespace {
 
 constexpr std::size_t leading_cells = 6;
-
-// Shortest text that reads back as the same number.
-std::string exact(double x) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), x).ptr;
-  return {text.data(), end};
-}
 
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> out;
@@ -41,17 +36,21 @@ Number parsed(const std::string& cell, const std::string& place) {
   return out;
 }
 
-std::string padded(std::string text, std::size_t width) {
-  const std::size_t shown = display_width(text);
-  return shown < width ? std::string(width - shown, ' ') + text : text;
+std::string lines_of(const std::vector<MonteCarloRow>& rows) {
+  std::string out;
+  for (const MonteCarloRow& row : rows) {
+    out += to_csv(row);
+  }
+  return out;
 }
 
-std::string fixed(double x, int decimals) {
-  std::ostringstream out;
-  out.setf(std::ios::fixed);
-  out.precision(decimals);
-  out << x;
-  return out.str();
+// What the runs are made from, in the manner of sha256sum; their number may grow.
+std::string fingerprint(const MonteCarlo& plan) {
+  std::string out = "# rivid " + std::string(version) + "\n";
+  for (const std::filesystem::path& input : plan.experiment.inputs(Use::simulation)) {
+    out += input_file(input).sha256 + "  " + input.filename().string() + "\n";
+  }
+  return out;
 }
 
 }  // namespace
@@ -108,59 +107,56 @@ std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& pa
   return out;
 }
 
-std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries) {
-  constexpr std::size_t name_width = 10;
-  constexpr std::size_t width = 14;
-  for (const MonteCarloSummary& s : summaries) {
-    out << s.label << ": " << s.identified << " of " << counted(s.runs, "run") << " identified";
-    if (s.mean_iterations > 0.0) {
-      out << ", " << fixed(s.mean_iterations, 1) << " iterations";
+MonteCarloFile::MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart)
+    : path_(folder / "runs.csv"), runs_(plan.runs) {
+  const std::filesystem::path made_from = folder / "inputs.sha256";
+  const std::string inputs = fingerprint(plan);
+  std::string content = csv_header(plan);
+  if (!restart && std::filesystem::exists(path_)) {
+    if (std::filesystem::exists(made_from) && detail::file_text(made_from, "the list of inputs") != inputs) {
+      throw InputError(folder.string() +
+                       ": holds runs of other input files, or of another version; --restart begins "
+                       "anew, --output names another folder");
     }
-    out << '\n' << padded("parameter", name_width);
-    for (const char* const title :
-         {"truth", "bias", "bias/spread", "RMSE/bound", "sigma/spread", "coverage"}) {
-      out << padded(title, width);
+    for (const MonteCarloRow& row : read_monte_carlo_rows(path_, plan)) {
+      rows_[row.run].push_back(row);
     }
-    out << '\n';
-    double coverage = 0.0;
-    for (const MonteCarloParameter& p : s.parameters) {
-      constexpr int digits = 4;
-      out << padded(p.name, name_width) << padded(number(p.truth, digits), width)
-          << padded(number(p.bias, digits), width) << padded(fixed(p.bias_in_spreads, 2), width)
-          << padded(fixed(p.rmse_over_bound, 2), width) << padded(fixed(p.sigma_over_spread, 2), width)
-          << padded(fixed(100.0 * p.coverage, 1) + " %", width) << '\n';
-      coverage += p.coverage / static_cast<double>(s.parameters.size());
+    std::erase_if(rows_, [&](const auto& run) { return run.second.size() != plan.trials.size(); });
+    for (const auto& [run, rows] : rows_) {
+      content += lines_of(rows);
     }
-    out << padded("mean", name_width) << padded(fixed(100.0 * coverage, 1) + " %", 6 * width) << "\n\n";
+  }
+  write_file(path_, content);
+  write_file(made_from, inputs);
+  out_.open(path_, std::ios::app);
+}
+
+std::vector<int> MonteCarloFile::missing() const {
+  std::vector<int> out;
+  for (int run = 0; run < runs_; ++run) {
+    if (!rows_.contains(run)) {
+      out.push_back(run);
+    }
   }
   return out;
 }
 
-std::string to_json(std::span<const MonteCarloSummary> summaries) {
-  using Json = nlohmann::ordered_json;
-  Json trials = Json::array();
-  for (const MonteCarloSummary& s : summaries) {
-    Json parameters = Json::array();
-    for (const MonteCarloParameter& p : s.parameters) {
-      parameters.push_back({{"name", p.name},
-                            {"unit", p.unit},
-                            {"truth", p.truth},
-                            {"bias", p.bias},
-                            {"spread", p.spread},
-                            {"rmse", p.rmse},
-                            {"bias_in_spreads", p.bias_in_spreads},
-                            {"rmse_over_bound", p.rmse_over_bound},
-                            {"sigma_over_spread", p.sigma_over_spread},
-                            {"coverage", p.coverage}});
-    }
-    trials.push_back({{"label", s.label},
-                      {"runs", s.runs},
-                      {"identified", s.identified},
-                      {"mean_iterations", s.mean_iterations},
-                      {"parameters", std::move(parameters)}});
+void MonteCarloFile::add(const std::vector<MonteCarloRow>& rows) {
+  out_ << lines_of(rows) << std::flush;
+  if (!out_) {
+    throw InputError(path_.string() + ": can not be written to");
   }
-  const Json out = {{"format", 1}, {"trials", std::move(trials)}};
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  rows_[rows.front().run] = rows;
+}
+
+std::vector<MonteCarloRow> MonteCarloFile::rows() const {
+  std::vector<MonteCarloRow> out;
+  for (const auto& [run, rows] : rows_) {
+    if (run < runs_) {
+      out.insert(out.end(), rows.begin(), rows.end());
+    }
+  }
+  return out;
 }
 
 }  // namespace rivid

@@ -1,0 +1,26 @@
+#include "rivid/report/ticks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rivid {
+
+std::vector<double> round_ticks(double low, double high, double least_step) {
+  const double wanted = (high - low) / 5.0;
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  const double lead = wanted / decade;
+  const double step = std::max(least_step, decade * (lead < 1.5   ? 1.0
+                                                     : lead < 3.5 ? 2.0
+                                                     : lead < 7.5 ? 5.0
+                                                                  : 10.0));
+  // A multiple that is missed by rounding alone counts as met.
+  constexpr double rounding = 1e-9;
+  const double last = std::ceil(high / step - rounding);
+  std::vector<double> out;
+  for (double i = std::floor(low / step + rounding); i <= last; ++i) {
+    out.push_back(i * step);
+  }
+  return out;
+}
+
+}  // namespace rivid
