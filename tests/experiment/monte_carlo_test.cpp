@@ -116,7 +116,7 @@ TEST(MonteCarlo, EfficiencyComparesWithTheBoundAndNeedsOne) {
   // 1.35, and 1.96 / √400 of the figure that chance may have added.
   EXPECT_EQ(times_the_bound(1.48).verdict.efficient, true);
   EXPECT_EQ(times_the_bound(1.51).verdict.efficient, false);
-  plan.experiment.simulation->noise.disturbance = {};
+  test::calm(plan);
   const MonteCarloSummary without =
       summary_of(plan, rows_with(plan, label, [](int run, Index i) { return normal_error(run, i, runs); }));
   EXPECT_EQ(without.verdict.efficient, std::nullopt);
@@ -150,6 +150,13 @@ TEST(MonteCarlo, ATrialWithoutAnIdentifiedRunPromisesNothing) {
   EXPECT_FALSE(verdict.unbiased);
   EXPECT_FALSE(verdict.honest);
   EXPECT_EQ(verdict.efficient, std::nullopt);
+}
+
+TEST(MonteCarlo, APlanWithoutSimulationIsRefused) {
+  MonteCarlo plan = scara_plan(2);
+  plan.experiment.simulation.reset();
+  EXPECT_THROW((void)monte_carlo_run(plan, 0), InputError);
+  EXPECT_THROW((void)summaries(plan, {}), InputError);
 }
 
 TEST(MonteCarloRuns, AreMadeOnceEachAndAFailureReachesTheCaller) {

@@ -71,7 +71,7 @@ TEST(MonteCarloReport, DrawsFivePlotsForEachWayAndLoadsNothing) {
 
 TEST(MonteCarloReport, WithoutABoundThereIsNoPrecisionToDraw) {
   Study study;
-  study.plan.experiment.simulation->noise.disturbance = {};
+  test::calm(study.plan);
   EXPECT_EQ(count(study.page(), "<svg"), 8U);
 }
 

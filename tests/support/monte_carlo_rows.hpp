@@ -17,6 +17,13 @@ inline MonteCarlo scara_plan(int runs) {
   return out;
 }
 
+/// Takes the torque disturbance away, without which there is no bound for errors.
+inline void calm(MonteCarlo& plan) {
+  if (plan.experiment.simulation) {
+    plan.experiment.simulation->noise.disturbance = {};
+  }
+}
+
 /// The true base parameters of its [simulation].
 inline Vector truth_of(const MonteCarlo& plan) {
   return base_parameters(plan.experiment.robot).from_standard(plan.experiment.robot.chi_st());
