@@ -24,6 +24,7 @@ using namespace rivid::apps;
 struct Arguments {
   std::filesystem::path experiment;
   std::string method;
+  std::string robust;
   std::vector<std::filesystem::path> logs;
   std::vector<std::filesystem::path> validate;
   std::filesystem::path output;
@@ -44,6 +45,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--method", arguments.method, "Method instead of the experiment file's")
       ->check(CLI::IsMember({"ols", "wls", "iv"}))
       ->type_name("ols|wls|iv");
+  app.add_option("--robust", arguments.robust,
+                 "Loss of robust estimation instead of the experiment file's, or off")
+      ->check(CLI::IsMember({"huber", "bisquare", "off"}))
+      ->type_name("huber|bisquare|off");
   app.add_flag(
       "--physical", arguments.physical,
       "The physically consistent standard parameters as well, as [method] physical says or by default");
@@ -83,6 +88,15 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   if (const std::optional<Method> method = method_named(arguments.method)) {
     experiment.method = *method;
     overrides.emplace_back("method", arguments.method);
+  }
+  if (!arguments.robust.empty()) {
+    const std::optional<RobustKind> kind = robust_kind_named(arguments.robust);
+    if (!kind) {
+      experiment.robust.reset();
+    } else if (!experiment.robust || experiment.robust->kind != *kind) {
+      experiment.robust = Robust{.kind = *kind};
+    }
+    overrides.emplace_back("robust", arguments.robust);
   }
   if (arguments.physical && !experiment.physical) {
     experiment.physical = Physical{};

@@ -81,7 +81,7 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
     case Method::wls:
       return identify(experiment.robot, logs,
                       Wls{experiment.signal, experiment.covariance, experiment.threads, progress,
-                          experiment.physical, experiment.essential});
+                          experiment.physical, experiment.essential, experiment.robust});
     case Method::iv: {
       if (!experiment.control) {
         throw InputError(
@@ -98,12 +98,13 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
       method.progress = progress;
       method.physical = experiment.physical;
       method.essential = experiment.essential;
+      method.robust = experiment.robust;
       return identify(experiment.robot, logs, method);
     }
   }
   return identify(experiment.robot, logs,
                   Ols{experiment.signal, experiment.covariance, experiment.threads, progress,
-                      experiment.physical, experiment.essential});
+                      experiment.physical, experiment.essential, experiment.robust});
 }
 
 std::string_view name(Method method) { return method_names[static_cast<std::size_t>(method)]; }

@@ -493,6 +493,26 @@ std::optional<Essential> read_whether_essential(TomlReader& keys) {
   return keys.as_boolean(*node, "essential") ? std::optional<Essential>(Essential{}) : std::nullopt;
 }
 
+// `robust`, the name of a loss or "off", and its `robust_tuning`.
+std::optional<Robust> read_whether_robust(TomlReader& keys) {
+  const auto word =
+      keys.choice("robust", std::array<std::pair<std::string_view, std::string_view>, 3>{
+                                {{"huber", "huber"}, {"bisquare", "bisquare"}, {"off", "off"}}});
+  const auto tuning = keys.number("robust_tuning");
+  if (tuning && !word) {
+    keys.fail(*keys.find("robust_tuning"), "robust_tuning", "needs robust = \"huber\" or \"bisquare\"");
+  }
+  const auto kind = robust_kind_named(word.value_or("off"));
+  if (!kind) {
+    return std::nullopt;
+  }
+  const Robust out = {.kind = *kind, .tuning = tuning};
+  if (out.complaint()) {
+    keys.fail(*keys.find("robust_tuning"), "robust_tuning", "must be positive");
+  }
+  return out;
+}
+
 // `prefilter`, a switch or the order of the noise models.
 void read_prefilter(TomlReader& keys, Iv& iv) {
   const toml::node* const node = keys.find("prefilter");
@@ -537,6 +557,7 @@ void detail::read_method(TomlReader keys, Experiment& out) {
   positive("covariance_lag", out.covariance.lag);
   out.physical = read_whether_physical(keys, out.robot);
   out.essential = read_whether_essential(keys);
+  out.robust = read_whether_robust(keys);
   Iv& iv = out.iv;
   iv.start = keys.choice("start",
                          std::array<std::pair<std::string_view, Iv::Start>, 3>{

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "identify/exact_rows.hpp"
+#include "identify/factor_sink.hpp"
 #include "identify/prefilter.hpp"
 #include "identify/row_source.hpp"
 #include "rivid/signal/zero_phase.hpp"
@@ -75,10 +76,8 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
   }
   signs_ = simulated_signs ? sign_columns() : std::vector<std::vector<Index>>(joints.size());
   used_.clear();
-  if (simulated_signs || !whitening_.empty()) {
-    for (const RowGroup& joint : joints) {
-      used_.push_back({joint.columns, StreamingQr(static_cast<Index>(joint.columns.size()))});
-    }
+  if (simulated_signs || !whitening_.empty() || reweighting_) {
+    used_ = empty_groups(joints);
   }
   for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
     RowSource source(problem_.robot, problem_.base, problem_.logs[k], signals_[k], team_);
@@ -92,7 +91,8 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
           &own_sinks.emplace_back(groups[j].qr, signs_[j], used_.empty() ? nullptr : &used_[j].qr));
       widths.push_back(2 * groups[j].qr.columns() + 1);
     }
-    const WhitenedSinks whitened(sinks, whitening_, widths);
+    const ReweightedSinks reweighted(sinks, reweighting_ ? &*reweighting_ : nullptr, joints, signs_);
+    const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
     const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.method.signal);
     source.send(whitened.sinks(), std::span(&V, 1));
   }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "identify/iv_problem.hpp"
+#include "identify/reweighting.hpp"
 #include "identify/thread_team.hpp"
 #include "rivid/solve/instrumental.hpp"
 
@@ -30,7 +32,11 @@ class Instruments {
   // From now on rows are whitened, by the coefficients of each joint's prefilter.
   void whiten(std::vector<Vector> ar) { whitening_ = std::move(ar); }
 
-  // Of the last factors: [W Y] with the signs that they took, or whitened; rows and ‖Y‖ of all joints together; and the
+  // From now on rows are weighted by their residuals, or no longer.
+  void reweight(std::optional<Reweighting> by) { reweighting_ = std::move(by); }
+  [[nodiscard]] std::optional<Reweighting>& reweighting() { return reweighting_; }
+
+  // Of the last factors: [W Y] with the signs that they took, whitened or weighted; rows and ‖Y‖ of all joints together; and the
   // columns, within each joint's own, that were taken from V.
   [[nodiscard]] const std::vector<RowGroup>& used() const {
     return used_.empty() ? problem_.data.groups : used_;
@@ -53,7 +59,8 @@ class Instruments {
   ThreadTeam& team_;
   std::vector<SignalOptions> signals_;  // one a log
   std::vector<Vector> whitening_;       // empty without
-  std::vector<RowGroup> used_;          // empty: those of the problem
+  std::optional<Reweighting> reweighting_;
+  std::vector<RowGroup> used_;  // empty: those of the problem
   std::vector<std::vector<Index>> signs_;
   Index rows_ = 0;
   double y_norm_ = 0.0;

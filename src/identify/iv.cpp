@@ -6,6 +6,7 @@
 
 #include "identify/iv_prefilter.hpp"
 #include "identify/iv_result.hpp"
+#include "identify/iv_robust.hpp"
 
 namespace rivid {
 
@@ -27,6 +28,9 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Iv&
                                                  : solver.history().back().relative_error;
   if (settled && method.prefilter) {
     detail::prefilter(problem, solver, out);
+  }
+  if (settled && method.robust) {
+    detail::make_robust(problem, solver, out);
   }
   detail::conclude(problem, solver, with_V, out);
   return out;

@@ -31,6 +31,12 @@ std::optional<std::string> Iv::complaint(const Robot& robot) const {
   if (auto fault = essential ? essential->complaint() : std::nullopt) {
     return "essential: " + *fault;
   }
+  if (auto fault = robust ? robust->complaint() : std::nullopt) {
+    return "robust: " + *fault;
+  }
+  if (prefilter && robust) {
+    return "prefilter and robust do not go together: a filter smears each outlier over the rows that follow";
+  }
   if (prefilter && !signal.exact_rows()) {
     return "prefilter works on exact rows: rows must be \"exact\"";
   }

@@ -13,6 +13,8 @@
 #include "identify/iv_mismatch.hpp"
 #include "identify/iv_prefilter.hpp"
 #include "identify/physical_model.hpp"
+#include "identify/robust_covariance.hpp"
+#include "identify/robust_report.hpp"
 #include "identify/verdict.hpp"
 #include "rivid/text.hpp"
 
@@ -79,23 +81,35 @@ void tell_uncertainty(const IvProblem& problem, const Instruments& instruments, 
       !estimate.motions.empty()) {
     const LeastSquares ls = least_squares(estimate.used, b, estimate.weights);
     const bool corrected = leverage_counts(instruments.rows(), b);
-    const auto bread = [&](const Matrix& inverse) { return corrected ? inverse : Matrix(); };
+    const auto correction = [&](const Matrix& inverse) { return corrected ? inverse : Matrix(); };
     const std::array<Estimator, 2> estimators = {
-        {{estimate.chi, true, bread(estimate.bread)}, {ls.chi, false, bread(ls.unit_covariance)}}};
+        {{estimate.chi, true, correction(estimate.bread)}, {ls.chi, false, correction(ls.unit_covariance)}}};
     std::vector<ScoredLog> scored;
     scored.reserve(problem.logs.size());
     for (std::size_t k = 0; k < problem.logs.size(); ++k) {
       scored.push_back({&problem.logs[k], &signals[k], &estimate.motions[k]});
     }
+    const RowLoss* const loss = estimate.loss ? &*estimate.loss : nullptr;
     const Scores found_scores = scores(problem.robot, problem.base, scored, estimators, estimate.weights,
-                                       estimate.signs, instruments.team(), instruments.whitening());
-    found = hac_covariance(found_scores.series[0], found_scores.interval, estimate.bread, method.covariance,
-                           freedom);
+                                       estimate.signs, instruments.team(), instruments.whitening(), loss);
+    Matrix bread = estimate.bread;
+    Matrix bread_ls = ls.unit_covariance;
+    Vector shift = estimate.chi - ls.chi;
+    if (loss != nullptr) {
+      bread = bread_from_slopes(found_scores.curvature[0], bread);
+      if (ls.full_rank()) {
+        // Least squares with the weights that the instruments' residuals gave is brought to its own M-estimate by one
+        // step of Newton's.
+        bread_ls = bread_from_slopes(found_scores.curvature[1], bread_ls);
+        shift = bread_ls * (ls.R.transpose() * (ls.R * shift));
+      }
+    }
+    found = hac_covariance(found_scores.series[0], found_scores.interval, bread, method.covariance, freedom);
     out.diagnostics = Diagnostics{.residuals = residual_tests(problem.robot, found_scores), .hausman = {}};
     if (ls.full_rank()) {
-      out.diagnostics->hausman = hausman_test(
-          problem.base, estimate.chi - ls.chi, found_scores.series[0], estimate.bread, found_scores.series[1],
-          ls.unit_covariance, found_scores.interval, method.covariance, found.C.diagonal().cwiseSqrt());
+      out.diagnostics->hausman =
+          hausman_test(problem.base, shift, found_scores.series[0], bread, found_scores.series[1], bread_ls,
+                       found_scores.interval, method.covariance, found.C.diagonal().cwiseSqrt());
     }
   }
   out.C_chi = std::move(found.C);
@@ -119,8 +133,9 @@ void conclude(const IvProblem& problem, const IvSolver& solver, double with_V, I
   out.chi = estimate.chi;
   tell_uncertainty(problem, solver.instruments(), estimate, out);
   out.fit = judged(problem.robot, problem.data, estimate.chi, b, out.signal.convention);
-  out.fit.sigma_rho = estimate.sigma;
+  out.fit.sigma_rho = estimate.sigma_rho;
   describe_parameters(problem.robot, out);
+  judge_robust(out);
   add_physical(problem.robot, problem.method.physical, problem.data, estimate.R_VW / estimate.sigma, out);
   judge_parameters(problem.robot, problem.logs, out);
   const double factor = decimation_factor(solver.instruments().signals().front());

@@ -9,6 +9,7 @@
 #include "identify/fit.hpp"
 #include "identify/iv_mismatch.hpp"
 #include "identify/motion_distance.hpp"
+#include "identify/robust_covariance.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -64,7 +65,7 @@ bool IvSolver::iterate(Vector chi) {
                              " can not be simulated: " + loops.failure);
       return false;
     }
-    const std::vector<InstrumentalGroup> groups = solve(loops, chi, remark);
+    const std::vector<InstrumentalGroup> groups = solve_or_halve(loops, chi, remark);
     history_.push_back(told(chi, loops, groups));
     history_.back().safeguard = std::move(remark);
     if (!solution_.full_rank()) {
@@ -112,15 +113,12 @@ bool IvSolver::iterate(Vector chi) {
 }
 
 bool IvSolver::iterate_again(const std::string& what) {
-  Vector chi = history_.back().chi;
-  const std::vector<InstrumentalGroup> groups = factors(last_);
-  reweight(chi);
-  solution_ = instrumental_variables(groups, base().size(), weights_);
+  solve(last_, &history_.back().chi);
   if (!solution_.full_rank()) {
     explain_rank(solution_.rank, solution_.undetermined, what, out_);
     return false;
   }
-  chi = solution_.chi;
+  Vector chi = solution_.chi;
   reweight(chi);
   return iterate(std::move(chi));
 }
@@ -204,11 +202,37 @@ Vector IvSolver::nearest_physical(const Vector& chi) const {
   return physical(problem_.robot, base(), chi, root, options).chi;
 }
 
-// Solves for the next iterate, with the instruments of these loops or, where they lack rank, of loops on the way back to
-// the last iterate.
-std::vector<InstrumentalGroup> IvSolver::solve(SimulatedLoops& loops, Vector& chi, std::string& remark) {
-  std::vector<InstrumentalGroup> groups = factors(loops);
-  solution_ = instrumental_variables(groups, base().size(), weights_);
+// Solves for the next iterate with the instruments of these loops. Rows that are weighted by their residuals are weighted
+// and solved in turn, for these instruments.
+//
+// weighted_by  parameters whose residual gives the weights by joint; nullptr keeps these as they are
+std::vector<InstrumentalGroup> IvSolver::solve(const SimulatedLoops& loops, const Vector* weighted_by) {
+  std::vector<InstrumentalGroup> groups;
+  const auto make_rows = [&] { groups = factors(loops); };
+  std::optional<Reweighting>& reweighting = instruments_.reweighting();
+  if (!reweighting) {
+    make_rows();
+    if (weighted_by != nullptr) {
+      reweight(*weighted_by);
+    }
+    solution_ = instrumental_variables(groups, base().size(), weights_);
+    return groups;
+  }
+  reweighting->settle(make_rows, [&] {
+    if (method_.weights == Iv::Weights::by_joint) {
+      weights_ = reweighting->weights();
+    }
+    solution_ = instrumental_variables(groups, base().size(), weights_);
+    const double sigma = robust_deviation(reweighting->sums(), reweighting->loss(), weights_);
+    return Reweighting::Solution{solution_.chi, sigma * solution_.unit_covariance.diagonal().cwiseSqrt()};
+  });
+  return groups;
+}
+
+// The same, with instruments of loops on the way back to the last iterate where these lack rank.
+std::vector<InstrumentalGroup> IvSolver::solve_or_halve(SimulatedLoops& loops, Vector& chi,
+                                                        std::string& remark) {
+  std::vector<InstrumentalGroup> groups = solve(loops);
   // A step too far may hold a joint by its friction, where a shorter one does not.
   for (int halving = 1; !history_.empty() && !solution_.full_rank() && halving <= most_halvings; ++halving) {
     const Vector shorter = history_.back().chi + 0.5 * (chi - history_.back().chi);
@@ -218,8 +242,7 @@ std::vector<InstrumentalGroup> IvSolver::solve(SimulatedLoops& loops, Vector& ch
     }
     chi = shorter;
     loops = std::move(trial);
-    groups = factors(loops);
-    solution_ = instrumental_variables(groups, base().size(), weights_);
+    groups = solve(loops);
     remark = "the step was halved " + counted(halving, "time") + ", for its instruments lacked rank";
   }
   return groups;
@@ -275,7 +298,8 @@ bool IvSolver::cycles(const Vector& next) const {
 
 // The weights of the next iteration: from what this estimate leaves of each joint's rows.
 void IvSolver::reweight(const Vector& chi) {
-  if (method_.weights == Iv::Weights::none) {
+  // Weights that come with those of the rows are there already.
+  if (method_.weights == Iv::Weights::none || instruments_.reweighting()) {
     return;
   }
   for (std::size_t j = 0; j < weights_.size(); ++j) {
@@ -297,10 +321,12 @@ void IvSolver::keep(const Vector& chi) {
                          .R_VW = solution_.R_VW,
                          .condition_VW = solution_.condition_VW,
                          .first_stage_F = first_stage_F(),
-                         .bread = bread(),
+                         .bread = bread_of(solution_),
+                         .sigma_rho = deviation_of(chi),
                          .motions = instruments_.motions(last_.motions),
                          .used = instruments_.used(),
-                         .signs = instruments_.signs()};
+                         .signs = instruments_.signs(),
+                         .loss = {}};
 }
 
 double IvSolver::deviation_of(const Vector& chi) const {
@@ -308,11 +334,11 @@ double IvSolver::deviation_of(const Vector& chi) const {
                    method_.signal.convention);
 }
 
-// (Vᵀ Ω⁻¹ W)⁻¹ = R_VW⁻¹ R_VV⁻ᵀ.
-Matrix IvSolver::bread() const {
-  const Index b = base().size();
-  return solution_.R_VW.partialPivLu().solve(
-      Matrix(solution_.R_VV.transpose().triangularView<Eigen::Lower>().solve(Matrix::Identity(b, b))));
+// R_VW⁻¹ R_VV⁻ᵀ.
+Matrix bread_of(const InstrumentalVariables& solution) {
+  const Index b = solution.R_VV.rows();
+  return solution.R_VW.partialPivLu().solve(
+      Matrix(solution.R_VV.transpose().triangularView<Eigen::Lower>().solve(Matrix::Identity(b, b))));
 }
 
 // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on

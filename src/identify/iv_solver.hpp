@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "identify/closed_loops.hpp"
@@ -20,10 +21,15 @@ struct IvEstimate {
   double condition_VW = 0.0;
   Vector first_stage_F;
   Matrix bread;                           // (Vᵀ Ω⁻¹ W)⁻¹
+  double sigma_rho = 0.0;                 // what `sigma` is called in the result
   std::vector<Motion> motions;            // that V is built from, one a log
   std::vector<RowGroup> used;             // [W Y]
   std::vector<std::vector<Index>> signs;  // columns of W that were taken from V
+  std::optional<RowLoss> loss;            // of an M-estimate, see robust_estimate()
 };
+
+// (Vᵀ Ω⁻¹ W)⁻¹ of instruments with full rank.
+[[nodiscard]] Matrix bread_of(const InstrumentalVariables& solution);
 
 // The iteration (29) with its stop rule and its safeguards.
 class IvSolver {
@@ -39,7 +45,7 @@ class IvSolver {
   // Iterates from `chi` on; whether it settled.
   bool iterate(Vector chi);
 
-  // Goes on from the last iterate once the rows have changed, with the loops that were simulated last; whether it settled.
+  // Goes on from the last iterate once rows are made otherwise, with the loops that were simulated last; whether it settled.
   //
   // what  the instruments are called where they lack rank
   bool iterate_again(const std::string& what);
@@ -47,6 +53,7 @@ class IvSolver {
   [[nodiscard]] std::vector<IvIteration>& history() { return history_; }
   [[nodiscard]] const std::vector<IvIteration>& history() const { return history_; }
   [[nodiscard]] const std::optional<IvEstimate>& estimate() const { return estimate_; }
+  void replace_estimate(IvEstimate by) { estimate_ = std::move(by); }
   // Simulated last, with the estimate where there is one.
   [[nodiscard]] const SimulatedLoops& last_loops() const { return last_; }
   [[nodiscard]] const ClosedLoops& loops() const { return loops_; }
@@ -54,6 +61,9 @@ class IvSolver {
   [[nodiscard]] const Instruments& instruments() const { return instruments_; }
   // 1/σ of each joint's rows that the next iterate would take.
   [[nodiscard]] const std::vector<double>& weights() const { return weights_; }
+
+  // Rows with the instruments of these loops.
+  [[nodiscard]] std::vector<InstrumentalGroup> factors(const SimulatedLoops& loops);
 
   // Largest entry of a step in standard deviations of the solution of the last instruments.
   [[nodiscard]] double step_in_sigmas(const Vector& step) const;
@@ -63,12 +73,12 @@ class IvSolver {
  private:
   [[nodiscard]] const BaseParameters& base() const { return problem_.base; }
   [[nodiscard]] bool simulated_signs() const;
-  [[nodiscard]] std::vector<InstrumentalGroup> factors(const SimulatedLoops& loops);
   [[nodiscard]] SimulatedLoops simulated(const Vector& chi) const;
   [[nodiscard]] SimulatedLoops loops_of(Vector& chi, std::string& remark);
   [[nodiscard]] SimulatedLoops safeguarded(SimulatedLoops loops, Vector& chi, std::string& remark);
   [[nodiscard]] Vector nearest_physical(const Vector& chi) const;
-  std::vector<InstrumentalGroup> solve(SimulatedLoops& loops, Vector& chi, std::string& remark);
+  std::vector<InstrumentalGroup> solve(const SimulatedLoops& loops, const Vector* weighted_by = nullptr);
+  std::vector<InstrumentalGroup> solve_or_halve(SimulatedLoops& loops, Vector& chi, std::string& remark);
   [[nodiscard]] IvIteration told(const Vector& chi, const SimulatedLoops& loops,
                                  std::span<const InstrumentalGroup> groups) const;
   [[nodiscard]] bool settled(const IvIteration& before) const;
@@ -76,7 +86,6 @@ class IvSolver {
   void reweight(const Vector& chi);
   void keep(const Vector& chi);
   [[nodiscard]] double deviation_of(const Vector& chi) const;
-  [[nodiscard]] Matrix bread() const;
   [[nodiscard]] Vector first_stage_F() const;
 
   const IvProblem& problem_;

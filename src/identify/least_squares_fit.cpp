@@ -1,11 +1,16 @@
 #include "rivid/identify/least_squares_fit.hpp"
 
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "identify/covariance.hpp"
 #include "identify/essential_model.hpp"
 #include "identify/fit.hpp"
 #include "identify/physical_model.hpp"
+#include "identify/robust_covariance.hpp"
+#include "identify/robust_least_squares.hpp"
+#include "identify/robust_report.hpp"
 #include "identify/verdict.hpp"
 #include "rivid/error.hpp"
 
@@ -22,12 +27,23 @@ using detail::judged;
 
 enum class Weights { none, by_joint };
 
+// An estimate with what its statistics are made of.
+struct Estimate {
+  Vector chi;
+  std::vector<double> weights;  // by joint
+  LeastSquares solution;        // of an M-estimate RobustLeastSquares::information
+  double sigma = 0.0;           // R / sigma is the root of the information
+  Matrix unit_covariance;       // covariance for independent errors over sigma²
+  double sigma_rho = 0.0;       // standard deviation of the weighted residual
+  std::optional<detail::RowLoss> loss;
+};
+
 // out.C_chi and what comes with a second look at the rows.
 template <typename Method>
 void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Method& method,
-                      const LeastSquares& solution, double sigma, double freedom, Identification& out) {
+                      const Estimate& estimate, double freedom, Identification& out) {
   detail::Uncertainty found =
-      detail::classical_covariance(method.signal, sigma, solution.unit_covariance, freedom);
+      detail::classical_covariance(method.signal, estimate.sigma, estimate.unit_covariance, freedom);
   if (detail::resolved(method.covariance.kind, method.signal.convention) == CovarianceKind::hac) {
     detail::ThreadTeam team(method.threads);
     std::vector<detail::ScoredLog> scored;
@@ -35,6 +51,7 @@ void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Metho
       scored.push_back({&log, &method.signal, nullptr});
     }
     // What is not determined stays so.
+    const LeastSquares& solution = estimate.solution;
     const Vector undetermined =
         solution.unit_covariance.diagonal().unaryExpr([](double x) { return std::isfinite(x) ? 0.0 : x; });
     Matrix bread = solution.unit_covariance;
@@ -42,14 +59,72 @@ void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Metho
     const Index rows = static_cast<Index>(freedom) + solution.rank;
     const bool corrected = detail::leverage_counts(rows, out.base.size());
     const detail::Estimator estimator = {out.chi, false, corrected ? bread : Matrix()};
+    const detail::RowLoss* const loss = estimate.loss ? &*estimate.loss : nullptr;
     const detail::Scores scores =
-        detail::scores(robot, out.base, scored, std::span(&estimator, 1), out.weights, {}, team);
+        detail::scores(robot, out.base, scored, std::span(&estimator, 1), out.weights, {}, team, {}, loss);
+    if (loss != nullptr && solution.full_rank()) {
+      bread = detail::bread_from_slopes(scores.curvature.front(), bread);
+    }
     found = detail::hac_covariance(scores.series.front(), scores.interval, bread, method.covariance, freedom);
     found.C.diagonal() += undetermined;
     out.diagnostics = Diagnostics{.residuals = detail::residual_tests(robot, scores), .hausman = {}};
   }
   out.C_chi = std::move(found.C);
   out.covariance = found.report;
+}
+
+// throws InputError for options that can not be meant
+template <typename Method>
+void require_options(const std::string& title, std::span<const Log> logs, const Method& method) {
+  if (logs.empty()) {
+    throw InputError("identify(" + title + "): no log is given");
+  }
+  if (const auto fault = method.covariance.complaint()) {
+    throw InputError("identify(" + title + "): " + *fault);
+  }
+  if (const auto fault = method.essential ? method.essential->complaint() : std::nullopt) {
+    throw InputError("identify(" + title + "): essential: " + *fault);
+  }
+  if (const auto fault = method.robust ? method.robust->complaint() : std::nullopt) {
+    throw InputError("identify(" + title + "): robust: " + *fault);
+  }
+}
+
+// The estimate of the rows as they are.
+Estimate plain_estimate(const RowFactors& data, std::vector<double> weights, const Identification& out) {
+  Estimate estimate = {
+      .chi = {}, .weights = std::move(weights), .solution = {}, .unit_covariance = {}, .loss = {}};
+  estimate.solution = least_squares(data.groups, out.base.size(), estimate.weights);
+  estimate.chi = estimate.solution.chi;
+  const Residual weighted = residual(data.groups, estimate.chi, estimate.weights);
+  const auto freedom = static_cast<double>(weighted.rows - estimate.solution.rank);
+  if (freedom <= 0.0) {
+    throw InputError("identify(" + out.title + "): " + std::to_string(weighted.rows) + " rows for " +
+                     std::to_string(out.base.size()) +
+                     " base parameters; more rows than parameters are needed");
+  }
+  estimate.sigma = estimate.sigma_rho = deviation(weighted, freedom, out.signal.convention);
+  estimate.unit_covariance = estimate.solution.unit_covariance;
+  return estimate;
+}
+
+// The M-estimate in its place, with out.robust.
+template <typename Method>
+Estimate robust_estimate(const Robot& robot, std::span<const Log> logs, const Method& method,
+                         const RowFactors& data, const Estimate& plain, Weights weighting,
+                         Identification& out) {
+  detail::RobustLeastSquares found = detail::robust_least_squares(
+      robot, out.base, logs, out.signal, data, plain.chi, weighting == Weights::by_joint, *method.robust,
+      method.threads, method.progress);
+  detail::tell_robust(robot, *method.robust, found.loss, found.sums, found.rounds, found.settled, plain.chi,
+                      out);
+  return {.chi = std::move(found.chi),
+          .weights = std::move(found.weights),
+          .solution = std::move(found.information),
+          .sigma = found.sigma,
+          .unit_covariance = found.C / (found.sigma * found.sigma),
+          .sigma_rho = found.deviation,
+          .loss = std::move(found.loss)};
 }
 
 template <typename Method>
@@ -59,57 +134,47 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   Identification out;
   out.method = weighting == Weights::none ? "ols" : "wls";
   out.title = weighting == Weights::none ? "IDIM-OLS" : "IDIM-WLS";
-  if (logs.empty()) {
-    throw InputError("identify(" + out.title + "): no log is given");
-  }
-  if (const auto fault = method.covariance.complaint()) {
-    throw InputError("identify(" + out.title + "): " + *fault);
-  }
-  if (const auto fault = method.essential ? method.essential->complaint() : std::nullopt) {
-    throw InputError("identify(" + out.title + "): essential: " + *fault);
-  }
+  require_options(out.title, logs, method);
   out.signal = signal;
   out.base = base_parameters(robot);
+  out.columns = out.base.size();
   if (auto doubt = out.base.doubt()) {
     out.warnings.push_back(std::move(*doubt));
   }
   const RowFactors data = all_factors(robot, out.base, logs, signal, method.threads, method.progress);
 
-  out.weights.assign(data.groups.size(), 1.0);
-  if (weighting == Weights::by_joint) {
-    out.weights = joint_weights(("identify(" + out.title + ")").c_str(), robot, data);
-  }
-  const LeastSquares solution = least_squares(data.groups, out.base.size(), out.weights);
-  out.chi = solution.chi;
-  out.columns = out.base.size();
-  out.condition = solution.condition;
+  const std::vector<double> ones(data.groups.size(), 1.0);
+  Estimate estimate = plain_estimate(data,
+                                     weighting == Weights::by_joint
+                                         ? joint_weights(("identify(" + out.title + ")").c_str(), robot, data)
+                                         : ones,
+                                     out);
   if (weighting == Weights::none && data.undecimated.empty()) {
-    out.R_diagonal = solution.R.diagonal().cwiseAbs();
+    out.R_diagonal = estimate.solution.R.diagonal().cwiseAbs();
   } else {
     const std::vector<RowGroup>& groups = data.undecimated.empty() ? data.groups : data.undecimated;
-    const std::vector<double> ones(groups.size(), 1.0);
     out.R_diagonal = combined(groups, out.base.size(), ones).R().diagonal().cwiseAbs();
   }
+  if (method.robust) {
+    estimate = robust_estimate(robot, logs, method, data, estimate, weighting, out);
+  }
+  const LeastSquares& solution = estimate.solution;
+  out.chi = estimate.chi;
+  out.weights = estimate.weights;
+  out.condition = solution.condition;
   if (!solution.full_rank()) {
     explain_rank(solution.rank, solution.undetermined, "these data", out);
   }
-
-  const Residual weighted = residual(data.groups, out.chi, out.weights);
-  const auto freedom = static_cast<double>(weighted.rows - solution.rank);
-  if (freedom <= 0.0) {
-    throw InputError("identify(" + out.title + "): " + std::to_string(weighted.rows) + " rows for " +
-                     std::to_string(out.base.size()) +
-                     " base parameters; more rows than parameters are needed");
-  }
-  const double sigma = deviation(weighted, freedom, signal.convention);
-  tell_uncertainty(robot, logs, method, solution, sigma, freedom, out);
   out.fit = judged(robot, data, out.chi, solution.rank, signal.convention);
-  out.fit.sigma_rho = sigma;
+  out.fit.sigma_rho = estimate.sigma_rho;
+  const auto freedom = static_cast<double>(out.fit.rows - solution.rank);
+  tell_uncertainty(robot, logs, method, estimate, freedom, out);
   describe_parameters(robot, out);
-  detail::add_physical(robot, method.physical, data, solution.R / sigma, out);
+  detail::judge_robust(out);
+  detail::add_physical(robot, method.physical, data, solution.R / estimate.sigma, out);
   detail::judge_parameters(robot, logs, out);
   detail::add_essential(robot, method.essential, logs, data,
-                        detail::decimation_factor(signal) / sigma * solution.R, freedom, out);
+                        detail::decimation_factor(signal) / estimate.sigma * solution.R, freedom, out);
   return out;
 }
 

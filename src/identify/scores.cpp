@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "identify/prefilter.hpp"
 
@@ -18,6 +19,11 @@ constexpr double most_leverage = 0.9;
 // Takes the rows [V W Y] or [W Y] of a joint and keeps the sums over them.
 class ScoreSink final : public RowSink {
  public:
+  // What rows of the joint count.
+  struct Loss {
+    RobustLoss loss;
+    double scale = 0.0;
+  };
   // One estimator, the joint's own columns of it.
   struct Own {
     Vector chi;
@@ -27,7 +33,7 @@ class ScoreSink final : public RowSink {
 
   // stride    samples from one row to the next where none is left out
   ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> signs,
-            double samples_per_interval, Index intervals, Index stride)
+            double samples_per_interval, Index intervals, Index stride, std::optional<Loss> loss)
       : own_(own),
         W_at_(with_V ? own : 0),
         estimators_(std::move(estimators)),
@@ -35,8 +41,10 @@ class ScoreSink final : public RowSink {
         signs_(std::move(signs)),
         samples_per_interval_(samples_per_interval),
         stride_(stride),
+        loss_(loss),
         rows_(RowSource::most_wanted, W_at_ + own + 1) {
     sums_.assign(estimators_.size(), Matrix::Zero(intervals, own));
+    curvatures_.assign(loss_ ? estimators_.size() : 0, Matrix::Zero(own, own));
   }
 
   RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
@@ -55,9 +63,17 @@ class ScoreSink final : public RowSink {
         see(rho, samples);
       }
       const Index Z_at = estimator.instrumental ? 0 : W_at_;
+      const auto Z = rows_.topRows(count).middleCols(Z_at, own_);
+      Vector slope;
+      if (loss_) {
+        slope = psi(rho);
+        curvatures_[e].noalias() += weight_ * weight_ * (Z.transpose() * slope.asDiagonal() * W);
+      }
       if (estimator.bread.size() > 0) {
-        const auto Z = rows_.topRows(count).middleCols(Z_at, own_);
-        const Vector leverage = weight_ * weight_ * (W * estimator.bread).cwiseProduct(Z).rowwise().sum();
+        Vector leverage = weight_ * weight_ * (W * estimator.bread).cwiseProduct(Z).rowwise().sum();
+        if (loss_) {
+          leverage.array() *= slope.array();
+        }
         rho.array() /= 1.0 - leverage.array().cwiseMin(most_leverage);
       }
       for (Index c = 0; c < own_; ++c) {
@@ -75,8 +91,22 @@ class ScoreSink final : public RowSink {
       all.col(columns[static_cast<std::size_t>(c)]) += weight_ * weight_ * sums_[e].col(c);
     }
   }
+  void add_curvature_to(Matrix& all, const std::vector<Index>& columns, std::size_t e) const {
+    all(columns, columns) += curvatures_[e];
+  }
 
  private:
+  // Makes s ψ(ρ/s) of residuals; their ψ'.
+  [[nodiscard]] Vector psi(Vector& rho) const {
+    Vector slope(rho.size());
+    for (Index k = 0; k < rho.size(); ++k) {
+      const double u = rho[k] / loss_->scale;
+      slope[k] = loss_->loss.slope(u);
+      rho[k] *= loss_->loss.weight(u);
+    }
+    return slope;
+  }
+
   [[nodiscard]] Index interval_of(Index sample) const {
     constexpr double rounding = 1e-9;
     return static_cast<Index>(static_cast<double>(sample) / samples_per_interval_ + rounding);
@@ -112,8 +142,10 @@ class ScoreSink final : public RowSink {
   std::vector<Index> signs_;
   double samples_per_interval_;
   Index stride_;
+  std::optional<Loss> loss_;
   Matrix rows_;
   std::vector<Matrix> sums_;
+  std::vector<Matrix> curvatures_;
   ResidualMoments moments_;
   std::array<double, ResidualMoments::lags> before_{};  // the last residuals, in a ring
   std::size_t run_ = 0;                                 // residuals since the last gap
@@ -126,6 +158,10 @@ Index stride_of(const SignalOptions& signal) {
     out *= n_d;
   }
   return out;
+}
+
+std::optional<ScoreSink::Loss> loss_of(const RowLoss* loss, std::size_t j) {
+  return loss == nullptr ? std::nullopt : std::optional(ScoreSink::Loss{loss->loss, loss->scales[j]});
 }
 
 double interval_of(std::span<const ScoredLog> logs) {
@@ -153,11 +189,14 @@ void ResidualMoments::merge(const ResidualMoments& other) {
 Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
               std::span<const Estimator> estimators, std::span<const double> weights,
               const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
-              std::span<const Vector> whitening) {
+              std::span<const Vector> whitening, const RowLoss* loss) {
   Scores out;
   out.interval = interval_of(logs);
   out.series.resize(estimators.size());
   out.residuals.resize(robot.joints.size());
+  if (loss != nullptr) {
+    out.curvature.assign(estimators.size(), Matrix::Zero(base.size(), base.size()));
+  }
   for (const ScoredLog& each : logs) {
     RowSource source(robot, base, *each.log, *each.signal, team);
     const double samples_per_interval = out.interval * each.log->f_m;
@@ -175,10 +214,10 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
         own.push_back({estimator.chi(columns), estimator.instrumental,
                        estimator.bread.size() > 0 ? Matrix(estimator.bread(columns, columns)) : Matrix()});
       }
-      sinks.push_back(&own_sinks.emplace_back(static_cast<Index>(source.columns(j).size()),
-                                              each.instruments != nullptr, std::move(own), weights[j],
-                                              signs.empty() ? std::vector<Index>{} : signs[j],
-                                              samples_per_interval, intervals, stride_of(*each.signal)));
+      sinks.push_back(&own_sinks.emplace_back(
+          static_cast<Index>(source.columns(j).size()), each.instruments != nullptr, std::move(own),
+          weights[j], signs.empty() ? std::vector<Index>{} : signs[j], samples_per_interval, intervals,
+          stride_of(*each.signal), loss_of(loss, j)));
     }
     const WhitenedSinks whitened(sinks, whitening, widths);
     source.send(whitened.sinks(),
@@ -187,6 +226,9 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
       Matrix all = Matrix::Zero(intervals, base.size());
       for (std::size_t j = 0; j < source.joints(); ++j) {
         own_sinks[j].add_to(all, source.columns(j), e);
+        if (loss != nullptr) {
+          own_sinks[j].add_curvature_to(out.curvature[e], source.columns(j), e);
+        }
       }
       out.series[e].push_back(std::move(all));
     }

@@ -4,17 +4,20 @@
 #include <span>
 #include <vector>
 
+#include "identify/reweighting.hpp"
 #include "identify/row_source.hpp"
 #include "identify/thread_team.hpp"
 
 namespace rivid::detail {
 
-// The solution χ of Zᵀ Ω⁻¹ (Y − W χ) = 0, where Z are the instruments V or W itself.
+// The solution χ of Zᵀ Ω⁻¹ (Y − W χ) = 0, where Z are the instruments V or W itself; of an M-estimate with ψ of the residual
+// in its place.
 struct Estimator {
   Vector chi;  // (b)
   bool instrumental = false;
-  // A⁻¹ = (Zᵀ Ω⁻¹ W)⁻¹, (b × b), where residuals are to be corrected for the leverage of their rows: a row draws the
-  // estimate towards itself, and its residual falls short of its error by 1 − wᵀ A⁻¹ z / σ². Empty for none.
+  // A⁻¹ = (Zᵀ Ω⁻¹ W)⁻¹, (b × b), of an M-estimate that of RobustInformation, where residuals are to be corrected for the leverage of their rows: a row draws the
+  // estimate towards itself, and its residual falls short of its error by 1 − wᵀ A⁻¹ z / σ², with ψ' before the last term
+  // where a loss has one. Empty for none.
   Matrix bread;
 };
 
@@ -40,7 +43,9 @@ struct ResidualMoments {
 struct Scores {
   // Σ Z_tᵀ Ω⁻¹ ρ_t over the rows of each interval of time, (intervals × b): for each estimator one of each log.
   std::vector<std::vector<Matrix>> series;
-  double interval = 0.0;                   // [s]
+  double interval = 0.0;  // [s]
+  // Σ Z_tᵀ Ω⁻¹ ψ'_t W_t of each estimator, (b × b); empty without a loss.
+  std::vector<Matrix> curvature;
   std::vector<ResidualMoments> residuals;  // of the first estimator, one a joint
 };
 
@@ -57,11 +62,12 @@ struct ScoredLog {
 // weights     1/σ of each joint's rows, Ω = diag σ²
 // signs       columns of W, within each joint's own, that were taken from V
 // whitening   coefficients of the filter of each joint's rows, see WhitenedSink, (n); empty for none
+// loss        of M-estimates, or nullptr
 //
 // throws InputError where RowSource does
 [[nodiscard]] Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
                             std::span<const Estimator> estimators, std::span<const double> weights,
                             const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
-                            std::span<const Vector> whitening = {});
+                            std::span<const Vector> whitening = {}, const RowLoss* loss = nullptr);
 
 }  // namespace rivid::detail

@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 
+#include "identify/factor_sink.hpp"
 #include "identify/row_source.hpp"
 #include "rivid/error.hpp"
 #include "rivid/signal/decimate.hpp"
@@ -19,18 +20,6 @@ namespace {
 
 // Higher Butterworth orders ring at their cut-off and are of no use here.
 constexpr int highest_order = 20;
-// Takes the rows of a joint into its factor.
-class FactorSink final : public detail::RowSink {
- public:
-  explicit FactorSink(StreamingQr& qr) : qr_(qr) {}
-  RowsRoom room(Index wanted) override { return qr_.room(wanted); }
-  void commit(std::span<const Index> samples) override { qr_.commit(static_cast<Index>(samples.size())); }
-
- private:
-  StreamingQr& qr_;
-};
-static_assert(detail::RowSource::most_wanted == StreamingQr::most_rows);
-
 std::vector<RowGroup> empty_groups(const detail::RowSource& source) {
   std::vector<RowGroup> out;
   out.reserve(source.joints());
@@ -39,19 +28,6 @@ std::vector<RowGroup> empty_groups(const detail::RowSource& source) {
     out.push_back({own, StreamingQr(static_cast<Index>(own.size()))});
   }
   return out;
-}
-
-// Sends rows to the factors of all joints by `send`, which takes the sinks.
-template <typename Send>
-void factor(std::vector<RowGroup>& groups, const Send& send) {
-  std::vector<FactorSink> factor_sinks;
-  std::vector<detail::RowSink*> sinks;
-  factor_sinks.reserve(groups.size());
-  sinks.reserve(groups.size());
-  for (RowGroup& group : groups) {
-    sinks.push_back(&factor_sinks.emplace_back(group.qr));
-  }
-  send(std::span<detail::RowSink* const>(sinks));
 }
 
 // Threads that meet for every piece wait for each other at each of them, and on a busy machine for the processor as
@@ -84,7 +60,7 @@ std::vector<RowGroup> factored_in_stretches(const detail::RowSource& source, det
     };
     for (Index s = next++; s < stretches; s = next++) {
       std::vector<RowGroup> part = empty_groups(source);
-      factor(part, [&](auto sinks) { source.send_stretch(s, sinks, tell); });
+      source.send_stretch(s, detail::FactorSinks(part).sinks(), tell);
       for (const RowGroup& group : part) {
         static_cast<void>(group.qr.R());  // gives back the memory of rows that wait
       }
@@ -281,7 +257,7 @@ RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& lo
       out.groups = factored_in_stretches(source, team, progress);
     } else {
       out.groups = empty_groups(source);
-      factor(out.groups, [&](auto sinks) { source.send(sinks, {}, progress); });
+      source.send(detail::FactorSinks(out.groups).sinks(), {}, progress);
     }
     for (const RowGroup& group : out.groups) {
       out.left_out.push_back(source.rows() - group.qr.rows());

@@ -140,6 +140,9 @@ std::string parameters_section(const Identification& result) {
     out += element("p", "Standard deviations σ are taken " + escaped(in_words(result.covariance)) +
                             "; intervals are value ± " + number(result.covariance.quantile_975, 4) + " σ.");
   }
+  if (result.robust) {
+    out += element("p", escaped(in_words(*result.robust)) + ".");
+  }
   out += element("p",
                  legend_item("bar", "interval and value") +
                      legend_item("apriori", "a priori, from the robot description") +

@@ -189,6 +189,25 @@ Json prefilter(const PrefilterReport& report) {
           {"without", {{"chi", list(report.chi)}, {"sigma", list(report.sigma)}}}};
 }
 
+Json robust(const RobustReport& report) {
+  Json joints = Json::array();
+  for (const RobustJoint& joint : report.joints) {
+    joints.push_back({{"name", joint.name},
+                      {"scale", joint.scale},
+                      {"rows", joint.rows},
+                      {"below_one", joint.below_one},
+                      {"below_half", joint.below_half},
+                      {"rejected", joint.rejected}});
+  }
+  return {{"loss", name(report.options.kind)},
+          {"tuning", report.options.loss().tuning},
+          {"rounds", report.rounds},
+          {"joints", std::move(joints)},
+          {"largest_shift", report.largest_shift},
+          {"parameter", report.parameter},
+          {"without", {{"chi", list(report.chi)}}}};
+}
+
 Json signal_settings(const SignalOptions& s) {
   Json out = {{"rows", name(s.exact_rows() ? RowScheme::exact : RowScheme::paper)},
               {"torque_held", s.torque_held},
@@ -305,6 +324,9 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   }
   if (result.prefilter) {
     out["prefilter"] = prefilter(*result.prefilter);
+  }
+  if (result.robust) {
+    out["robust"] = robust(*result.robust);
   }
   if (result.essential) {
     out["essential"] = essential(result, *result.essential);

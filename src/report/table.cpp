@@ -288,6 +288,23 @@ void print_prefilter(std::ostream& out, const PrefilterReport& report) {
   out << " taken off " << report.rows << " rows, in " << counted(report.rounds, "round") << '\n';
 }
 
+void print_robust(std::ostream& out, const RobustReport& report) {
+  const bool rejects = report.options.kind == RobustKind::bisquare;
+  TextTable table({{"joint", Align::left},
+                   {"scale", Align::right},
+                   {rejects ? "no weight" : "weight below 1", Align::right},
+                   {"below 1/2", Align::right}});
+  for (const RobustJoint& joint : report.joints) {
+    const auto share = [&](Index rows) {
+      return percent(static_cast<double>(rows) / static_cast<double>(joint.rows));
+    };
+    table.add({joint.name, number(joint.scale, 4), share(rejects ? joint.rejected : joint.below_one),
+               share(joint.below_half)});
+  }
+  table.print(out);
+  out << "  " << in_words(report) << '\n';
+}
+
 // The residual of Y against the simulated regressor tells whether the assumed loop is the actual one.
 void print_iterations(std::ostream& out, const IvHistory& history) {
   TextTable table({{"k", Align::right},
@@ -332,6 +349,10 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
     if (result.diagnostics->hausman) {
       out << "  " << in_words(*result.diagnostics->hausman) << '\n';
     }
+  }
+  if (result.robust) {
+    out << "\nWeights of the rows\n";
+    print_robust(out, *result.robust);
   }
   for (const Validation& validation : result.validation) {
     out << "\nValidation on " << validation.file << "\n";

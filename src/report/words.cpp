@@ -75,4 +75,13 @@ std::string in_words(const HausmanTest& hausman) {
          figures;
 }
 
+std::string in_words(const RobustReport& robust) {
+  std::string out = robust.options.kind == RobustKind::huber ? "Huber's loss" : "Bisquare loss";
+  out += ", tuning " + number(robust.options.loss().tuning, 4) + ", in " + counted(robust.rounds, "round") +
+         "; against the estimate without it ";
+  return robust.parameter.empty()
+             ? out + "nothing moves"
+             : out + robust.parameter + " moves the most, by " + number(robust.largest_shift, 2) + " sigma";
+}
+
 }  // namespace rivid::detail

@@ -6,6 +6,7 @@
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/diagnostics.hpp"
 #include "rivid/identify/identification.hpp"
+#include "rivid/identify/robust.hpp"
 
 namespace rivid::detail {
 
@@ -21,5 +22,6 @@ namespace rivid::detail {
 // Where standard deviations come from.
 [[nodiscard]] std::string in_words(const CovarianceReport& covariance);
 [[nodiscard]] std::string in_words(const HausmanTest& hausman);
+[[nodiscard]] std::string in_words(const RobustReport& robust);
 
 }  // namespace rivid::detail

@@ -74,6 +74,7 @@ struct Experiment {
   std::optional<Physical>
       physical;  ///< whether the physically consistent model is wanted, and how, of any method
   std::optional<Essential> essential;  ///< whether the essential parameters are wanted, of any method
+  std::optional<Robust> robust;        ///< whether outliers are not to decide, of any method
   Iv iv;  ///< how Method::iv goes about it; what other sections say of signals and control is put in by run()
   LogSource validation;  ///< files may be empty
   std::optional<ControlLoop> control;

@@ -9,6 +9,7 @@
 #include "rivid/identify/diagnostics.hpp"
 #include "rivid/identify/essential.hpp"
 #include "rivid/identify/physical.hpp"
+#include "rivid/identify/robust.hpp"
 #include "rivid/identify/signal_options.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/closed_loop.hpp"
@@ -70,7 +71,8 @@ struct Fit {
   double relative_error = 0.0;          ///< ‖Y − W χ‖ / ‖Y‖
   double centred_relative_error = 0.0;  ///< the mean of each joint's Y taken off in the denominator
   double error_norm = 0.0;              ///< ‖Y − W χ‖
-  /// Standard deviation of the residual, (17). Of the weighted residual for WLS, where it is near 1.
+  /// Standard deviation of the residual, (17). Of the weighted residual for WLS, where it is near 1. Of robust estimates
+  /// that which it has but for the outliers.
   double sigma_rho = 0.0;
   Index rows = 0;
   std::vector<JointFit> joints;
@@ -158,7 +160,8 @@ struct PrefilterReport {
 /// What an identification found, the answer of identify().
 struct [[nodiscard]] Identification {
   std::string method;  ///< "ols", "wls", "iv"
-  std::string title;   ///< "IDIM-OLS", "IDIM-WLS", "IDIM-IV"
+  std::string
+      title;  ///< "IDIM-OLS", "IDIM-WLS", "IDIM-IV"; of robust ones "IDIM-OLS, Huber", "IDIM-OLS, bisquare"
   Status status = Status::identified;
   std::vector<std::string> reasons;   ///< why the status is not `identified`
   std::vector<std::string> warnings;  ///< what may make the result wrong
@@ -182,6 +185,7 @@ struct [[nodiscard]] Identification {
   std::vector<Validation> validation;
   std::optional<IvHistory> iv;               ///< of the methods that iterate
   std::optional<PrefilterReport> prefilter;  ///< where IDIM-IV was asked for it
+  std::optional<RobustReport> robust;        ///< where the method was asked for it
   std::optional<Diagnostics> diagnostics;    ///< where the covariance is that of CovarianceKind::hac
   /// Where the method was asked for it and all parameters are determined.
   std::optional<EssentialModel> essential;

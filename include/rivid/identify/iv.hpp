@@ -75,6 +75,8 @@ struct Iv {
   Progress progress = {};
   std::optional<Physical> physical = {};    ///< the physically consistent model as well
   std::optional<Essential> essential = {};  ///< the parameters that matter as well
+  /// An estimate that outliers do not decide, once the iteration has settled; not together with `prefilter`.
+  std::optional<Robust> robust = {};
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
 };

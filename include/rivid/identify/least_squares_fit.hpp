@@ -20,6 +20,7 @@ struct Ols {
   Progress progress = {};
   std::optional<Physical> physical = {};    ///< the physically consistent model as well
   std::optional<Essential> essential = {};  ///< the parameters that matter as well
+  std::optional<Robust> robust = {};        ///< an estimate that outliers do not decide
 };
 
 /// IDIM-WLS: each joint's rows divided by the standard deviation of the error of a fit to these rows alone,
@@ -31,6 +32,7 @@ struct Wls {
   Progress progress = {};
   std::optional<Physical> physical = {};    ///< the physically consistent model as well
   std::optional<Essential> essential = {};  ///< the parameters that matter as well
+  std::optional<Robust> robust = {};        ///< an estimate that outliers do not decide
 };
 
 /// Identifies the base parameters from logs of one robot; their rows are stacked.
