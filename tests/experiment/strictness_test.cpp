@@ -64,6 +64,28 @@ TEST(ReadExperiment, RefusesTheUnitOfAQuantityWhoseColumnsAreNotListed) {
       std::string::npos);
 }
 
+TEST(ReadExperiment, TakesTheLossOfRobustEstimation) {
+  const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\n";
+  const auto robust = [&](const std::string& keys) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "robust_options.toml";
+    std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n" << rest << keys;
+    const Experiment out = read_experiment(file);
+    std::filesystem::remove(file);
+    return out.robust;
+  };
+  EXPECT_FALSE(robust(""));
+  EXPECT_FALSE(robust("robust = \"off\"\n"));
+  EXPECT_EQ(robust("robust = \"huber\"\n").value().loss().tuning, 1.345);
+  EXPECT_EQ(robust("robust = \"bisquare\"\n").value().loss().tuning, 4.685);
+  EXPECT_EQ(robust("robust = \"bisquare\"\nrobust_tuning = 6\n").value().loss().tuning, 6.0);
+  for (const auto& [keys, words] :
+       {std::pair("robust = \"hubert\"\n", "robust is \"hubert\", must be one of"),
+        std::pair("robust = \"huber\"\nrobust_tuning = 0\n", "robust_tuning must be positive"),
+        std::pair("robust_tuning = 2\n", "robust_tuning needs robust = ")}) {
+    EXPECT_NE(refusal(rest + keys).find(words), std::string::npos) << refusal(rest + keys);
+  }
+}
+
 TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
   const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\n";
   const auto method = [&](const std::string& keys) {
