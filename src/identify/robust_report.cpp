@@ -59,8 +59,8 @@ void judge_robust(Identification& out) {
   if (!moved.empty()) {
     out.warnings.push_back(
         "outliers decide: weights on the rows move " + moved +
-        " by more than the 95 % intervals; look at the rows of little weight before either "
-        "estimate is trusted");
+        " by more than the 95 % intervals; rows of little weight may be outliers, or what the model "
+        "misses, friction at low speed say: look at them before either estimate is trusted");
   }
   for (const RobustJoint& joint : report.joints) {
     const double share = static_cast<double>(joint.below_half) / static_cast<double>(joint.rows);

@@ -230,9 +230,15 @@ TEST_F(RobustIvStatistics, StandWrongPositionsWhereLeastSquaresDoNot) {
     studies[2].add(identify(robot, log, by_instruments), truth);
     studies[3].add(identify(robot, log, robust_iv), truth);
   }
-  for (const Study& study : studies) {
-    std::cout << "RMSE in truths " << (study.squares / runs).cwiseSqrt().cwiseQuotient(truth).transpose()
-              << ", coverage " << study.coverage() << '\n';
+  std::cout << "coverage " << studies[0].coverage() << " WLS, " << studies[1].coverage() << " WLS bisquare, "
+            << studies[2].coverage() << " IV, " << studies[3].coverage() << " IV bisquare\n";
+  EXPECT_LT(studies[0].coverage(), 0.8);
+  EXPECT_LT(studies[1].coverage(), 0.8);
+  EXPECT_NEAR(studies[3].coverage(), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / runs));
+  for (const std::size_t other : {0U, 1U, 2U}) {
+    const Vector ratio = (studies[3].squares.array() / studies[other].squares.array()).sqrt();
+    std::cout << "RMSE of IV bisquare over the others: " << ratio.transpose() << '\n';
+    EXPECT_LT(ratio.maxCoeff(), 0.6);
   }
 }
 

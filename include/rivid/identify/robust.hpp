@@ -16,11 +16,11 @@ namespace rivid {
 ///
 /// The bisquare begins from Huber's estimate, with its default tuning.
 ///
-/// Positions that are wrong spoil W and V as well as Y: against these it does not help.
+/// Wrong positions spoil W and draw least squares by their leverage all the same; not so IDIM-IV, whose V is simulated.
 struct Robust {
   RobustKind kind = RobustKind::huber;
   std::optional<double> tuning = {};  ///< in units of s_j; default_tuning() of the kind without
-  int max_rounds = 50;                ///< of weights and parameters in turn, for each loss
+  int max_rounds = 200;               ///< of weights and parameters in turn, for each loss
   /// The rounds end when no parameter moves by more than so many of its standard deviations.
   double tolerance = 1e-3;
 
