@@ -76,7 +76,7 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
   }
   signs_ = simulated_signs ? sign_columns() : std::vector<std::vector<Index>>(joints.size());
   used_.clear();
-  if (simulated_signs || !whitening_.empty() || reweighting_) {
+  if (simulated_signs || !whitening_.empty() || reweighting_ != nullptr) {
     used_ = empty_groups(joints);
   }
   for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
@@ -91,7 +91,7 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
           &own_sinks.emplace_back(groups[j].qr, signs_[j], used_.empty() ? nullptr : &used_[j].qr));
       widths.push_back(2 * groups[j].qr.columns() + 1);
     }
-    const ReweightedSinks reweighted(sinks, reweighting_ ? &*reweighting_ : nullptr, joints, signs_);
+    const ReweightedSinks reweighted(sinks, reweighting_, joints, signs_);
     const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
     const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.method.signal);
     source.send(whitened.sinks(), std::span(&V, 1));

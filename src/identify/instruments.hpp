@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,9 +31,9 @@ class Instruments {
   // From now on rows are whitened, by the coefficients of each joint's prefilter.
   void whiten(std::vector<Vector> ar) { whitening_ = std::move(ar); }
 
-  // From now on rows are weighted by their residuals, or no longer.
-  void reweight(std::optional<Reweighting> by) { reweighting_ = std::move(by); }
-  [[nodiscard]] std::optional<Reweighting>& reweighting() { return reweighting_; }
+  // From now on rows are weighted by their residuals, or no longer: nullptr.
+  void reweight(Reweighting* by) { reweighting_ = by; }
+  [[nodiscard]] Reweighting* reweighting() const { return reweighting_; }
 
   // Of the last factors: [W Y] with the signs that they took, whitened or weighted; rows and ‖Y‖ of all joints together; and the
   // columns, within each joint's own, that were taken from V.
@@ -59,7 +58,7 @@ class Instruments {
   ThreadTeam& team_;
   std::vector<SignalOptions> signals_;  // one a log
   std::vector<Vector> whitening_;       // empty without
-  std::optional<Reweighting> reweighting_;
+  Reweighting* reweighting_ = nullptr;
   std::vector<RowGroup> used_;  // empty: those of the problem
   std::vector<std::vector<Index>> signs_;
   Index rows_ = 0;

@@ -1,7 +1,6 @@
 #include "identify/iv_robust.hpp"
 
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "identify/robust_covariance.hpp"
@@ -33,20 +32,22 @@ IvEstimate with_statistics(const IvProblem& problem, IvEstimate estimate, const 
 
 void make_robust(const IvProblem& problem, IvSolver& solver, Identification& out) {
   const std::optional<IvEstimate>& estimate = solver.estimate();
-  if (!estimate) {
+  const std::optional<Robust>& options = problem.method.robust;
+  if (!estimate || !options) {
     return;
   }
-  const Robust& options = *problem.method.robust;
   const Vector plain_chi = estimate->chi;
   const std::size_t plain_iterations = solver.history().size();
   Instruments& instruments = solver.instruments();
-  instruments.reweight(Reweighting(options, plain_chi, problem.data.groups.size()));
+  Reweighting reweighting(*options, plain_chi, problem.data.groups.size());
+  instruments.reweight(&reweighting);
   solver.iterate_again("the instruments with weights on the rows");
-  const Reweighting reweighting = *std::exchange(instruments.reweighting(), std::nullopt);
-  tell_robust(problem.robot, options, reweighting.loss(), reweighting.sums(), reweighting.rounds(),
+  instruments.reweight(nullptr);
+  tell_robust(problem.robot, *options, reweighting.loss(), reweighting.sums(), reweighting.rounds(),
               reweighting.settled(), plain_chi, out);
   const std::vector<InstrumentalGroup> plain = solver.factors(solver.last_loops());
-  if (solver.history().size() > plain_iterations) {
+  const std::vector<IvIteration>& history = solver.history();
+  if (history.size() > plain_iterations && history.back().chi == estimate->chi) {
     solver.replace_estimate(with_statistics(problem, *estimate, reweighting, plain));
   }
 }

@@ -209,8 +209,8 @@ Vector IvSolver::nearest_physical(const Vector& chi) const {
 std::vector<InstrumentalGroup> IvSolver::solve(const SimulatedLoops& loops, const Vector* weighted_by) {
   std::vector<InstrumentalGroup> groups;
   const auto make_rows = [&] { groups = factors(loops); };
-  std::optional<Reweighting>& reweighting = instruments_.reweighting();
-  if (!reweighting) {
+  Reweighting* const reweighting = instruments_.reweighting();
+  if (reweighting == nullptr) {
     make_rows();
     if (weighted_by != nullptr) {
       reweight(*weighted_by);
@@ -299,7 +299,7 @@ bool IvSolver::cycles(const Vector& next) const {
 // The weights of the next iteration: from what this estimate leaves of each joint's rows.
 void IvSolver::reweight(const Vector& chi) {
   // Weights that come with those of the rows are there already.
-  if (method_.weights == Iv::Weights::none || instruments_.reweighting()) {
+  if (method_.weights == Iv::Weights::none || instruments_.reweighting() != nullptr) {
     return;
   }
   for (std::size_t j = 0; j < weights_.size(); ++j) {
