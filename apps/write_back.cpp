@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "rivid/error.hpp"
+#include "rivid/identify/identified_model.hpp"
 #include "rivid/report/c_header.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/sidecar.hpp"
@@ -77,14 +78,15 @@ bool write_urdf(const WriteBack& options, const Experiment& experiment, const Id
 
 void write_header(const WriteBack& options, const Experiment& experiment, const Identification& result,
                   bool quiet) {
-  const DynamicModel model(experiment.robot, result.base, result.chi);
+  const DynamicModel model = identified_model(experiment.robot, result, {.force = options.force});
   if (!quiet && !model.clamped().empty()) {
     std::cerr << "warning: " << options.header.string() << ": " << listed(model.clamped())
               << " would drive and not brake; taken as zero\n";
   }
   write(options.header,
         c_header(model, c_identifier(options.header.stem().string()),
-                 result.title + " of " + experiment.file.filename().string()),
+                 result.title + " of " + experiment.file.filename().string() +
+                     (result.physical ? ", physically consistent parameters" : "")),
         quiet);
 }
 

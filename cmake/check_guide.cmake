@@ -55,7 +55,7 @@ file(WRITE ${OUTPUT}/ur10e.toml "${mended}")
 run(--dry-run ur10e.toml)
 run(ur10e.toml)
 run(ur10e.toml --physical --write-urdf ur10e_identified.urdf --diff)
-run(ur10e.toml --write-header ur10e.h)
+run(ur10e.toml --physical --write-header ur10e.h)
 
 if(C_COMPILER)
   blocks(c program)

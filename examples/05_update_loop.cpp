@@ -6,7 +6,7 @@
 
 // The loop of a controller in the manner of ros2_control: everything is made in on_configure(), and update(), which a
 // real-time thread calls every millisecond, neither allocates nor throws nor waits. The controller knows the SCARA of
-// data/scara as it was identified from a log; the robot that it moves here has the true parameters.
+// data/scara from the result.json of its identification; the robot that it moves here has the true parameters.
 
 namespace {
 
@@ -22,11 +22,18 @@ class ComputedTorque {
     Vector tau;               // command
   };
 
-  void on_configure(const rivid::InverseDynamics& dynamics, double omega_n) {
-    dynamics_ = std::make_unique<rivid::InverseDynamics>(dynamics);  // a copy of its own, with its scratch
+  // Reads the file, allocates, and throws where something is wrong with it: a result that is not identified, say.
+  void on_configure(const std::filesystem::path& result, double omega_n) {
+    configure(rivid::read_identified_model(result), omega_n);
+  }
+
+  void configure(const rivid::DynamicModel& model, double omega_n) {
+    const rivid::InverseDynamicsOptions smooth = {.smoothing_speed =
+                                                      Vector::Constant(model.size(), 0.01)};  // rad/s
+    dynamics_ = std::make_unique<rivid::InverseDynamics>(model, smooth);
     k_p_ = omega_n * omega_n;
     k_v_ = 2.0 * omega_n;
-    const Vector zeros = Vector::Zero(dynamics.size());
+    const Vector zeros = Vector::Zero(model.size());
     io = {zeros, zeros, zeros, zeros, zeros, zeros};
     qdd_ = zeros;
   }
@@ -45,13 +52,10 @@ class ComputedTorque {
   Vector qdd_;
 };
 
-rivid::Robot scara(const std::filesystem::path& data) {
-  rivid::Robot robot = rivid::read_urdf(data / "scara.urdf");
-  for (rivid::Joint& joint : robot.joints) {
-    joint.friction = rivid::Friction::coulomb;
-    joint.rotor_inertia = false;
-  }
-  return robot;
+// What `rivid_identify scara.toml --physical` writes.
+void write_result(const rivid::Experiment& experiment, const std::filesystem::path& file) {
+  const rivid::Identification result = rivid::run(experiment);
+  rivid::write_file(file, rivid::to_json(experiment.robot, result, rivid::Provenance()));
 }
 
 // Largest error of the joints' positions on the way of two seconds [rad].
@@ -82,24 +86,20 @@ double tracking_error(ComputedTorque& controller, const rivid::DynamicModel& tru
 
 int main(int argc, char** argv) {
   const std::filesystem::path data = argc > 1 ? argv[1] : "data/scara";
-  const rivid::Robot robot = scara(data);
-  const rivid::Log log = rivid::shift_torque(rivid::read_csv(data / "scara_s2.csv"), -0.5);
-  const rivid::SignalOptions signal = {
-      .cutoff_hz = 20.0, .decimation = {14}, .trim = {{20, 20}}, .velocity_threshold = {0.1, 0.1}};
-  const rivid::Identification result = rivid::identify(robot, log, rivid::Ols{signal});
+  rivid::Experiment experiment = rivid::read_experiment(data / "scara.toml");
+  experiment.physical = rivid::Physical{};
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "rivid_05_update_loop.json";
+  write_result(experiment, file);
 
-  // From a file instead: DynamicModel(robot, read_parameters("result.json", base_parameters(robot))).
-  const rivid::InverseDynamicsOptions smooth = {.smoothing_speed = Vector::Constant(2, 0.01)};  // rad/s
-  const rivid::InverseDynamics identified(robot, result.base, result.chi, smooth);
-  // A guess for comparison: half of everything.
-  const rivid::InverseDynamics guessed(robot, result.base, 0.5 * result.chi, smooth);
-
+  const rivid::Robot& robot = experiment.robot;
   const rivid::DynamicModel truth(robot, robot.chi_st());
   constexpr double omega_n = 10.0;  // rad/s
   ComputedTorque controller;
-  controller.on_configure(identified, omega_n);
+  controller.on_configure(file, omega_n);
   const double with_model = tracking_error(controller, truth);
-  controller.on_configure(guessed, omega_n);
+  std::filesystem::remove(file);
+  // A guess for comparison: half of everything.
+  controller.configure(rivid::DynamicModel(robot, 0.5 * robot.chi_st()), omega_n);
   const double with_guess = tracking_error(controller, truth);
   std::cout << "largest tracking error: " << 1e3 * with_model << " mrad with the identified model, "
             << 1e3 * with_guess << " mrad with half of it\n";

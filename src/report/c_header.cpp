@@ -137,7 +137,8 @@ static inline void @_gravity(const double q[@_JOINTS], double tau[@_JOINTS]) {
   @_newton_euler(q, (const double*)0, (const double*)0, tau);
 }
 
-/* Friction. smoothing_speed: null for sign(qd), 0 at rest; else v_s of each joint, positive, of tanh(qd / v_s). */
+/* Friction. smoothing_speed: null for sign(qd), 0 at rest; else v_s of each joint, positive, of tanh(qd / v_s). What was
+   identified with a smooth sign keeps its own. */
 static inline void @_friction(const double qd[@_JOINTS], const double* smoothing_speed, double tau[@_JOINTS]) {
   int i, j, e;
   for (i = 0; i < @_JOINTS; ++i) {
@@ -147,7 +148,7 @@ static inline void @_friction(const double qd[@_JOINTS], const double* smoothing
     }
   }
   for (e = 0; e < @_dry_count; ++e) {
-    /* Fc and Fv of the direction in which the speed is positive, then of the other. */
+    /* Fc of the direction in which the speed is positive and of the other, the same of Fv, v_s if identified smooth. */
     const double* const law = @_dry_law[e];
     double speed = 0.0, v_s = 0.0, forward, backward, lambda;
     for (j = 0; j < @_JOINTS; ++j) {
@@ -157,7 +158,9 @@ static inline void @_friction(const double qd[@_JOINTS], const double* smoothing
     }
     forward = v_s > 0.0 ? 0.5 + 0.5 * tanh(speed / v_s) : (speed > 0.0 ? 1.0 : 0.0);
     backward = v_s > 0.0 ? 1.0 - forward : (speed < 0.0 ? 1.0 : 0.0);
-    lambda = law[0] * forward - law[1] * backward + speed * (speed > 0.0 ? law[2] : law[3]);
+    lambda = law[4] > 0.0 ? (speed > 0.0 ? law[0] : law[1]) * tanh(speed / law[4])
+                          : law[0] * forward - law[1] * backward;
+    lambda += speed * (speed > 0.0 ? law[2] : law[3]);
     for (i = 0; i < @_JOINTS; ++i) {
       tau[i] += @_dry_torque[e][i] * lambda;
     }
@@ -250,21 +253,21 @@ std::string friction_tables(const DynamicModel& model) {
   for (const DryFriction& element : model.dry_friction()) {
     direction.push_back(row(element.direction));
     torque.push_back(row(element.torque));
-    law.push_back(
-        row(std::vector<double>{element.Fc_plus, element.Fc_minus, element.Fv_plus, element.Fv_minus}));
+    law.push_back(row(std::vector<double>{element.Fc_plus, element.Fc_minus, element.Fv_plus,
+                                          element.Fv_minus, element.sign_speed}));
   }
   const std::string count = std::to_string(law.size());
   if (law.empty()) {  // C has no arrays of nothing
     direction.push_back(row(Vector(Vector::Zero(model.size()))));
     torque = direction;
-    law.push_back(row(Vector(Vector::Zero(4))));
+    law.push_back(row(Vector(Vector::Zero(5))));
   }
   const std::string length = "[" + std::to_string(law.size()) + "]";
   return "/* Friction that depends on the sign of a velocity: speed = direction . qd. */\nenum { @_dry_count "
          "= " +
          count + " };\n" + table("double @_dry_direction" + length + "[@_JOINTS]", direction) +
          table("double @_dry_torque" + length + "[@_JOINTS]", torque) +
-         table("double @_dry_law" + length + "[4]", law);
+         table("double @_dry_law" + length + "[5]", law);
 }
 
 // A text that can stand in a comment.

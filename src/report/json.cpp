@@ -229,16 +229,36 @@ Json signal_settings(const SignalOptions& s) {
   return out;
 }
 
+std::vector<std::vector<double>> rows_of(const Matrix& x) {
+  std::vector<std::vector<double>> out;
+  for (const auto row : x.rowwise()) {
+    out.emplace_back(row.begin(), row.end());
+  }
+  return out;
+}
+
+// Of frame j in frame j − 1 at q_j = 0; the axes of the link frame as those of frame j, counted from 1, with their signs.
+Json frame(const Chain::Link& link) {
+  Json axes = Json::array();
+  for (std::size_t k = 0; k < 3; ++k) {
+    axes.push_back(link.signs[k] * (link.axes[k] + 1));
+  }
+  return {{"rotation", rows_of(link.R)}, {"origin", list(link.p)}, {"axes", std::move(axes)}};
+}
+
 Json joints(const Robot& robot) {
   Json out = Json::array();
-  for (const Joint& j : robot.joints) {
+  for (std::size_t k = 0; k < robot.joints.size(); ++k) {
+    const Joint& j = robot.joints[k];
     out.push_back({{"name", j.name},
                    {"link", j.link},
                    {"type", j.type == JointType::revolute ? "revolute" : "prismatic"},
                    {"friction", name(j.friction)},
+                   {"sign_speed", j.sign_speed},
                    {"rotor_inertia", j.rotor_inertia},
                    {"drive_gain", j.drive_gain},
-                   {"gear_ratio", j.gear_ratio}});
+                   {"gear_ratio", j.gear_ratio},
+                   {"frame", frame(robot.chain.links[k])}});
   }
   return out;
 }
@@ -264,11 +284,7 @@ Json couplings(const Robot& robot) {
 
 // Its rows; null without one.
 Json gear_matrix(const Robot& robot) {
-  Json out;
-  for (const auto row : robot.gear_matrix.rowwise()) {
-    out.push_back(std::vector<double>(row.begin(), row.end()));
-  }
-  return out;
+  return robot.gear_matrix.size() > 0 ? Json(rows_of(robot.gear_matrix)) : Json();
 }
 
 }  // namespace
@@ -305,6 +321,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
       {"robot",
        {{"name", robot.name},
         {"base", robot.base},
+        {"gravity", list(robot.chain.gravity)},
         {"joints", joints(robot)},
         {"coupling", couplings(robot)},
         {"gear_matrix", gear_matrix(robot)}}},

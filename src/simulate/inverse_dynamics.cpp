@@ -42,6 +42,9 @@ Vector smoothing_of(const DynamicModel& model, const Vector& speeds) {
 
 // Torque of one element along its direction.
 double dry(const DryFriction& element, double speed, double smoothing) {
+  if (element.sign_speed > 0.0) {  // it was identified smooth
+    return element.lambda(speed);
+  }
   const double forward = smoothing > 0.0 ? 0.5 + 0.5 * std::tanh(speed / smoothing) : speed > 0.0 ? 1.0 : 0.0;
   const double backward = smoothing > 0.0 ? 1.0 - forward : speed < 0.0 ? 1.0 : 0.0;
   return element.Fc_plus * forward - element.Fc_minus * backward +

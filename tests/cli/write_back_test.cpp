@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/experiment/parameter_file.hpp"
+#include "rivid/experiment/result_file.hpp"
+#include "rivid/report/c_header.hpp"
 #include "rivid/report/text_diff.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/identify_tool.hpp"
@@ -151,12 +152,20 @@ TEST_F(WriteBack, TheHeaderIsCalledAfterItsFile) {
   EXPECT_NE(header.find("static inline void my_scara_inverse_dynamics("), std::string::npos);
 }
 
+TEST_F(WriteBack, TheHeaderHasThePhysicalParametersWhereTheyWereAskedFor) {
+  const Outcome run = identify({"scara.toml", "--physical", "--write-header", "scara.h"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string header = folder().read("scara.h");
+  const std::string origin = "IDIM-WLS of scara.toml, physically consistent parameters";
+  EXPECT_NE(header.find(origin + ".\n"), std::string::npos) << header;
+  const rivid::DynamicModel model =
+      rivid::read_identified_model(folder().path() / "scara_result/result.json");
+  EXPECT_EQ(header, rivid::c_header(model, "scara", origin));
+}
+
 TEST_F(WriteBack, AControllerCanReadTheResult) {
   const Json result = result_of();
-  const rivid::Robot robot = rivid::read_experiment(folder().path() / "scara.toml").robot;
-  const rivid::BaseParameters base = rivid::base_parameters(robot);
-  const rivid::Vector chi_st = rivid::read_parameters(folder().path() / "scara_result/result.json", base);
-  rivid::InverseDynamics dynamics(rivid::DynamicModel(robot, chi_st));
+  rivid::InverseDynamics dynamics(rivid::read_identified_model(folder().path() / "scara_result/result.json"));
   const rivid::Vector zero = rivid::Vector::Zero(2);
   rivid::Vector tau(2);
   dynamics.torque(zero, zero, rivid::Vector::Unit(2, 0), tau);

@@ -151,6 +151,15 @@ TEST(CHeader, KnowsAsymmetricFrictionAndCoupledMotors) {
   expect_the_torques_of_the_library(robot, random);
 }
 
+TEST(CHeader, KnowsSignsThatWereIdentifiedSmooth) {
+  std::mt19937_64 random(7);
+  Robot robot = test::random_robot(3, random);
+  robot.joints[0].friction = Friction::asymmetric;
+  robot.joints[0].sign_speed = 0.7;
+  robot.joints[1].sign_speed = 0.3;
+  expect_the_torques_of_the_library(robot, random);
+}
+
 TEST(CHeader, OfARobotWithoutFrictionCompiles) {
   std::mt19937_64 random(5);
   Robot robot = test::random_robot(1, random);

@@ -91,6 +91,8 @@ TEST(InverseDynamics, GivesTheTorquesOfTheRegressorForEveryFrictionLaw) {
       for (Joint& joint : robot.joints) {
         joint.friction = law;
       }
+      robot.joints[1].sign_speed = 0.7;
+      robot.joints[3].sign_speed = 2.0;
       const Motion motion = test::random_motion(1, 5, random);
       const BaseParameters base = base_parameters(robot);
       Vector chi = base.from_standard(robot.chi_st());
@@ -163,6 +165,17 @@ TEST(InverseDynamics, SmoothsTheSignOfAVelocity) {
   EXPECT_EQ(tau[0], 3.0);
   sharp.friction(Vector::Zero(1), tau);
   EXPECT_EQ(tau[0], 0.0);
+}
+
+TEST(InverseDynamics, LeavesASignThatWasIdentifiedSmoothAsItIs) {
+  Robot robot = test::slider(Friction::coulomb);
+  robot.joints[0].sign_speed = 0.5;
+  robot.joints[0].Fc = 3.0;
+  InverseDynamics dynamics(DynamicModel(robot, robot.chi_st()),
+                           {.smoothing_speed = Vector::Constant(1, 0.01)});
+  Vector tau(1);
+  dynamics.friction(Vector::Constant(1, 0.2), tau);
+  EXPECT_DOUBLE_EQ(tau[0], 3.0 * std::tanh(0.4));
 }
 
 TEST(InverseDynamics, DoesNotAllocateOnceItIsMade) {

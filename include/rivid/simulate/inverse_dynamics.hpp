@@ -11,7 +11,7 @@ namespace rivid {
 struct InverseDynamicsOptions {
   /// v_s of each joint, (n) [rad/s | m/s], positive: sign(q̇) becomes tanh(q̇ / v_s). The sign of a measured velocity
   /// flickers about rest with the noise of the encoder, and the torque with it. A motor that several joints turn takes
-  /// Σ |c_k| v_s,k. Empty: sign(q̇) as it is identified, 0 at rest.
+  /// Σ |c_k| v_s,k. Empty: sign(q̇) as it is identified, 0 at rest. What has a Joint::sign_speed keeps that one.
   Vector smoothing_speed = {};
 };
 
@@ -35,9 +35,8 @@ class InverseDynamics {
   /// @throws InputError  where an option can not be used
   explicit InverseDynamics(const DynamicModel& model, const InverseDynamicsOptions& options = {});
 
-  /// From an identification: InverseDynamics(robot, result.base, result.chi). From its result.json:
-  /// InverseDynamics(DynamicModel(robot, read_parameters("result.json", base_parameters(robot)))), where the robot has
-  /// the friction laws of the experiment file.
+  /// From base parameters. Of an identification or its result.json take identified_model() or read_identified_model(),
+  /// which refuse what a controller should not have.
   ///
   /// @param chi  (b)
   /// @throws InputError  as DynamicModel does, and where an option can not be used

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+
+#include "rivid/identify/identified_model.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+
+namespace rivid {
+
+/// The identified robot of a result.json, all that a controller needs, in one call:
+///
+///   InverseDynamics dynamics(read_identified_model("my_robot_result/result.json"),
+///                            {.smoothing_speed = Vector::Constant(6, 0.01)});
+///
+/// Geometry, gravity and friction laws are in the file beside the numbers, so that none of them can be another's. Where
+/// the file has physically consistent parameters these are taken, see IdentifiedModelOptions. The torques are those of
+/// the result to rounding, save friction that would drive, see DynamicModel::clamped().
+///
+/// @param path  of a result.json that rivid_identify or to_json() wrote
+/// @throws InputError  "file: member …" for a file that can not be read or is none, for a result that is not identified
+///                     (unless options.force), for parameters that are missing, not determined or not those of the
+///                     robot, and for a set that is not there
+[[nodiscard]] DynamicModel read_identified_model(const std::filesystem::path& path,
+                                                 const IdentifiedModelOptions& options = {});
+
+/// The same, for a controller that has read a description of its robot by itself: the result must be that robot's. Joints
+/// are compared by name and type, frames and gravity to 1e-9 m, 1e-9 rad and 1e-9 m/s². Friction laws, rotors and coupled
+/// motors are those of the file, whatever `robot` says.
+///
+/// @throws InputError  as above, and where the result is that of another robot, with the joint and both values
+[[nodiscard]] DynamicModel read_identified_model(const std::filesystem::path& path, const Robot& robot,
+                                                 const IdentifiedModelOptions& options = {});
+
+}  // namespace rivid

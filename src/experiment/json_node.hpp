@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+/// A member of a JSON file that knows where it stands: messages are "file: robot.joints[2].friction …".
+class JsonNode {
+ public:
+  JsonNode(const nlohmann::json& json, std::string file, std::string path = {})
+      : json_(json), file_(std::move(file)), path_(std::move(path)) {}
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(file_ + ": " + (path_.empty() ? "the file" : path_) + " " + what);
+  }
+
+  [[nodiscard]] const std::string& file() const { return file_; }
+  [[nodiscard]] const nlohmann::json& json() const { return json_; }
+  [[nodiscard]] bool has(const char* key) const { return json_.is_object() && json_.contains(key); }
+
+  /// A member that must be there.
+  [[nodiscard]] JsonNode at(const char* key) const {
+    if (!has(key)) {
+      fail(std::string("has no ") + in_quotes(key));
+    }
+    return {json_.at(key), file_, path_.empty() ? key : path_ + "." + key};
+  }
+
+  /// The entries of a list.
+  [[nodiscard]] std::vector<JsonNode> list() const {
+    if (!json_.is_array()) {
+      fail("must be a list");
+    }
+    std::vector<JsonNode> out;
+    out.reserve(json_.size());
+    for (std::size_t i = 0; i < json_.size(); ++i) {
+      out.emplace_back(json_.at(i), file_, path_ + "[" + std::to_string(i) + "]");
+    }
+    return out;
+  }
+
+  [[nodiscard]] std::string text() const {
+    if (!json_.is_string()) {
+      fail("must be a string");
+    }
+    return json_.get<std::string>();
+  }
+  [[nodiscard]] bool boolean() const {
+    if (!json_.is_boolean()) {
+      fail("must be true or false");
+    }
+    return json_.get<bool>();
+  }
+  [[nodiscard]] double number() const {
+    if (!json_.is_number() || !std::isfinite(json_.get<double>())) {
+      fail("must be a finite number");
+    }
+    return json_.get<double>();
+  }
+
+  [[nodiscard]] std::vector<double> numbers() const {
+    std::vector<double> out;
+    for (const JsonNode& node : list()) {
+      out.push_back(node.number());
+    }
+    return out;
+  }
+  [[nodiscard]] std::vector<double> numbers(std::size_t count) const {
+    std::vector<double> out = numbers();
+    if (out.size() != count) {
+      fail("has " + std::to_string(out.size()) + " numbers, must have " + std::to_string(count));
+    }
+    return out;
+  }
+
+  /// One of a few values, by what name() calls them.
+  template <typename Value>
+  [[nodiscard]] Value choice(std::initializer_list<Value> values) const {
+    const std::string word = text();
+    std::vector<std::string> words;
+    for (const Value value : values) {
+      words.emplace_back(name(value));
+      if (words.back() == word) {
+        return value;
+      }
+    }
+    fail("is " + in_quotes(word) + ", must be one of " + quoted_list(words));
+  }
+
+ private:
+  const nlohmann::json& json_;
+  std::string file_;
+  std::string path_;
+};
+
+}  // namespace rivid::detail
