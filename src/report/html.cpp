@@ -11,7 +11,6 @@
 #include "report/markup.hpp"
 #include "report/words.hpp"
 #include "rivid/text.hpp"
-#include "rivid/version.hpp"
 
 namespace rivid {
 
@@ -20,7 +19,6 @@ namespace {
 using detail::bullets;
 using detail::element;
 using detail::escaped;
-using detail::HtmlTable;
 using detail::key_figure;
 using detail::percent;
 
@@ -61,43 +59,28 @@ std::string notes(const Identification& result) {
              : element("section", element("h2", "Notes", "id=\"notes\"") + bullets(result.notes, "notes"));
 }
 
-std::string provenance_section(const Robot& robot, const Identification& result,
-                               const Provenance& provenance) {
-  using Align = HtmlTable::Align;
-  HtmlTable settings({{"", Align::text}, {"", Align::text}});
-  const auto add = [&](const char* what, const std::string& value) { settings.add({what, escaped(value)}); };
-  add("Program", provenance.program + ", rivid " + version);
-  add("Robot", robot.name + ", " + counted(robot.size(), "joint"));
-  add("Method", result.title);
-  for (const auto& [what, value] : detail::row_settings(result.signal)) {
-    settings.add({what, escaped(value)});
-  }
-  for (const auto& [flag, value] : provenance.overrides) {
-    settings.add({"Flag --" + escaped(flag), escaped(value)});
-  }
-  return element("section", element("h2", "Provenance", "id=\"provenance\"") + settings.markup() +
-                                detail::inputs_table(provenance));
-}
-
-constexpr std::array<detail::PageSection, 8> sections = {{{"parameters", "Parameters"},
-                                                          {"physical", "Physical"},
-                                                          {"torques", "Torques"},
-                                                          {"residual", "Residual"},
-                                                          {"iterations", "Iterations"},
-                                                          {"conditioning", "Conditioning"},
-                                                          {"notes", "Notes"},
-                                                          {"provenance", "Provenance"}}};
+constexpr std::array<detail::PageSection, 10> sections = {{{"parameters", "Parameters"},
+                                                           {"prefilter", "Prefilter"},
+                                                           {"essential", "Essential"},
+                                                           {"physical", "Physical"},
+                                                           {"torques", "Torques"},
+                                                           {"residual", "Residual"},
+                                                           {"iterations", "Iterations"},
+                                                           {"conditioning", "Conditioning"},
+                                                           {"notes", "Notes"},
+                                                           {"provenance", "Provenance"}}};
 
 }  // namespace
 
 std::string html_report(const Robot& robot, const Identification& result,
                         std::span<const Prediction> predictions, const Provenance& provenance) {
   const std::string title = escaped(robot.name + " · " + result.title);
-  const std::string content = detail::parameters_section(result) + detail::physical_section(result) +
+  const std::string content = detail::parameters_section(result) + detail::prefilter_section(result) +
+                              detail::essential_section(result) + detail::physical_section(result) +
                               detail::torques_section(result, predictions) +
                               detail::residuals_section(result, predictions) +
                               detail::iterations_section(result) + detail::conditioning_section(result) +
-                              notes(result) + provenance_section(robot, result, provenance);
+                              notes(result) + detail::provenance_section(robot, result, provenance);
   std::string body = element(
       "header",
       element("h1", escaped(robot.name)) +

@@ -25,6 +25,23 @@ std::string head(const std::string& title, std::string_view styles) {
          element("style", report_css()) + "\n";
 }
 
+std::string decimation(const std::vector<int>& factors) {
+  std::string out;
+  for (const int n_d : factors) {
+    out += (out.empty() ? "by " : ", then by ") + std::to_string(n_d);
+  }
+  return out.empty() ? "none" : out;
+}
+
+std::string thresholds(const SignalOptions& signal) {
+  std::string out;
+  for (const double speed : signal.velocity_threshold) {
+    out += (out.empty() ? "" : ", ") + number(speed, 4);
+  }
+  return out.empty() ? std::string(signal.exact_rows() ? "about reversals and standstill" : "none")
+                     : "below " + out + " rad/s or m/s, joint by joint";
+}
+
 }  // namespace
 
 std::string html_page(const std::string& title, std::string_view styles, const std::string& body,
@@ -56,15 +73,22 @@ std::string key_figure(const std::string& value, const std::string& what) {
 }
 
 std::vector<std::pair<std::string, std::string>> row_settings(const SignalOptions& signal) {
-  std::string decimation;
-  for (const int n_d : signal.decimation) {
-    decimation += (decimation.empty() ? "by " : ", then by ") + std::to_string(n_d);
+  std::vector<std::pair<std::string, std::string>> out = {
+      {"Rows", std::string(name(signal.exact_rows() ? RowScheme::exact : RowScheme::paper)) +
+                   (signal.convention == Convention::matlab ? ", convention matlab" : "") +
+                   (signal.torque_held ? ", torques held between samples" : "")},
+      {"Filter of the positions", cutoff(signal.cutoff_hz, signal.order)},
+      {"Filter of the torques", cutoff(signal.torque_cutoff_hz, signal.torque_order)},
+      {"Decimation", decimation(signal.decimation)},
+      {"Left out", thresholds(signal)}};
+  if (signal.trim) {
+    out.emplace_back("Trimmed at either end", std::to_string((*signal.trim)[0]) + " and " +
+                                                  std::to_string((*signal.trim)[1]) + " samples");
   }
-  return {{"Rows", std::string(name(signal.exact_rows() ? RowScheme::exact : RowScheme::paper)) +
-                       (signal.convention == Convention::matlab ? ", convention matlab" : "")},
-          {"Filter of the positions", cutoff(signal.cutoff_hz, signal.order)},
-          {"Filter of the torques", cutoff(signal.torque_cutoff_hz, signal.torque_order)},
-          {"Decimation", decimation.empty() ? "none" : decimation}};
+  if (signal.window) {
+    out.emplace_back("Window", number((*signal.window)[0]) + " to " + number((*signal.window)[1]) + " s");
+  }
+  return out;
 }
 
 std::string inputs_table(const Provenance& provenance) {

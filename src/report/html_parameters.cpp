@@ -112,6 +112,31 @@ std::string path_of(const std::vector<IvIteration>& iterations, Index i, const P
                                            content));
 }
 
+// What the data do not tell well, and the motion that would help; folded where it is long.
+std::string advice(const std::vector<ParameterEstimate>& parameters) {
+  constexpr std::ptrdiff_t few = 10;
+  std::string list;
+  std::ptrdiff_t weak = 0;
+  std::ptrdiff_t unseen = 0;
+  for (const ParameterEstimate& p : parameters) {
+    if (p.verdict == Verdict::identified) {
+      continue;
+    }
+    ++(p.verdict == Verdict::weak ? weak : unseen);
+    list +=
+        element("li", element("b", escaped(p.name)) +
+                          (p.verdict == Verdict::weak ? " weak: " : " not excited: ") + escaped(p.advice));
+  }
+  if (list.empty()) {
+    return {};
+  }
+  const std::string title = std::to_string(weak) + " weak, " + std::to_string(unseen) + " not excited, of " +
+                            counted(std::ssize(parameters), "parameter") +
+                            ": why, and the motion that would help";
+  return element("details", element("summary", title) + element("ul", list, "class=\"advice\""),
+                 weak + unseen <= few ? "open" : "");
+}
+
 }  // namespace
 
 std::string parameters_section(const Identification& result) {
@@ -149,14 +174,7 @@ std::string parameters_section(const Identification& result) {
                      legend_item("zero", "zero") +
                      "Each bar has a scale of its own; it is red where the interval holds zero.",
                  "class=\"legend\"");
-  std::string advice;
-  for (const ParameterEstimate& p : result.parameters) {
-    if (p.verdict != Verdict::identified) {
-      advice += element("li", element("b", escaped(p.name)) + " " + escaped(std::string(name(p.verdict))) +
-                                  ": " + escaped(p.advice));
-    }
-  }
-  return element("section", out + table.markup() + (advice.empty() ? "" : element("ul", advice)));
+  return element("section", out + table.markup() + advice(result.parameters));
 }
 
 std::string parameter_paths(const std::vector<ParameterEstimate>& parameters,

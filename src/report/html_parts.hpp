@@ -1,17 +1,22 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/report/provenance.hpp"
 
 namespace rivid::detail {
 
 // Sections of the HTML report, as markup; empty where a result has nothing for them.
 
 [[nodiscard]] std::string parameters_section(const Identification& result);
+[[nodiscard]] std::string prefilter_section(const Identification& result);
+[[nodiscard]] std::string essential_section(const Identification& result);
 [[nodiscard]] std::string physical_section(const Identification& result);
 [[nodiscard]] std::string torques_section(const Identification& result,
                                           std::span<const Prediction> predictions);
@@ -22,6 +27,12 @@ namespace rivid::detail {
 [[nodiscard]] std::string parameter_paths(const std::vector<ParameterEstimate>& parameters,
                                           const std::vector<IvIteration>& iterations);
 [[nodiscard]] std::string conditioning_section(const Identification& result);
+[[nodiscard]] std::string provenance_section(const Robot& robot, const Identification& result,
+                                             const Provenance& provenance);
+
+// What another set of parameters than the estimate costs in fit, and on the logs of the validation.
+[[nodiscard]] std::string prices(const Identification& result, const Fit& fit,
+                                 std::optional<Fit> Validation::* of_validation, const std::string& title);
 
 // Samples of which one is kept, so that the page stays one that a browser opens.
 [[nodiscard]] Index thinning(std::span<const Prediction> predictions);

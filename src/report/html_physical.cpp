@@ -11,23 +11,6 @@ namespace {
 
 using Align = HtmlTable::Align;
 
-std::string price(const Fit& plain, const Fit& physical) {
-  HtmlTable table({{"joint", Align::text},
-                   {"relative error", Align::number},
-                   {"physical", Align::number},
-                   {"centred", Align::number},
-                   {"physical", Align::number}});
-  for (std::size_t j = 0; j < plain.joints.size(); ++j) {
-    table.add({escaped(plain.joints[j].name), percent(plain.joints[j].relative_error),
-               percent(physical.joints[j].relative_error), percent(plain.joints[j].centred_relative_error),
-               percent(physical.joints[j].centred_relative_error)});
-  }
-  table.add({"all", percent(plain.relative_error), percent(physical.relative_error),
-             percent(plain.centred_relative_error), percent(physical.centred_relative_error)},
-            "sum");
-  return table.markup();
-}
-
 std::string base_table(const Identification& result, const Vector& chi) {
   HtmlTable table({{"parameter", Align::text},
                    {"estimate", Align::number},
@@ -67,13 +50,7 @@ std::string physical_section(const Identification& result) {
                           number(model.options.weight, 4) + ", divergence " +
                           number(model.parameters.divergence, 4) + " from the robot description.");
   out += base_table(result, model.parameters.chi);
-  out += element("h3", "Their price in fit") + price(result.fit, model.fit);
-  for (const Validation& validation : result.validation) {
-    if (validation.physical) {
-      out += element("h3", "Their price on " + escaped(validation.file)) +
-             price(validation.fit, *validation.physical);
-    }
-  }
+  out += prices(result, model.fit, &Validation::physical, "physical");
   out += element("details", element("summary", "Standard parameters of all links") +
                                 standard_table(result, model.parameters.chi_st));
   return element("section", out);

@@ -166,6 +166,20 @@ document.documentElement.dataset.wide = document.documentElement.scrollWidth > w
   EXPECT_NE(shown.out.find("data-wide=\"0\""), std::string::npos);
 }
 
+TEST_F(InABrowser, PrefilterEssentialAndPhysicalParametersAreShown) {
+  folder().write("scara_iv.toml",
+                 rivid::test::content_of(std::filesystem::path(RIVID_DATA) / "scara" / "scara_iv.toml"));
+  edit("scara_iv.toml", "name = \"iv\"",
+       "name = \"iv\"\nprefilter = true\nessential = true\nphysical = true");
+  ASSERT_EQ(identify({"scara_iv.toml", "--report"}).exit_code, 0);
+  expect_plots("scara_iv_result/report.html", 15);
+  const std::string page = opened("scara_iv_result/report.html").out;
+  for (const char* const section : {"prefilter", "essential", "physical"}) {
+    EXPECT_EQ(count(page, "<h2 id=\"" + std::string(section) + "\""), 1U) << section;
+    EXPECT_EQ(count(page, "href=\"#" + std::string(section) + "\""), 1U) << section;
+  }
+}
+
 TEST_F(InABrowser, AResultThatIsNotIdentifiedIsShown) {
   // Joint 2 stands still.
   rewrite_rows("scara_s2.csv", [](std::string line) {

@@ -173,6 +173,97 @@ TEST(HtmlReport, ShowsThePhysicalModelWhereThereIsOne) {
   EXPECT_NE(page.find("<b>XX1</b></td><td class=\"number\">0.25</td>"), std::string::npos);
 }
 
+TEST(HtmlReport, ShowsWhichParametersAreEssentialBesideAllOfThem) {
+  Study study;
+  EXPECT_EQ(study.page().find("id=\"essential\""), std::string::npos);
+  const Index b = study.result.base.size();
+  EssentialModel model;
+  model.fit = study.result.fit;
+  model.fit.relative_error = 0.125;
+  model.parameters.chi = Vector::Constant(b, 1.25);
+  model.parameters.C_chi = 1e-4 * Matrix::Identity(b, b);
+  model.parameters.kept = {0, 1, 2, 3, 4, 6, 7};
+  study.result.essential = model;
+  EXPECT_NE(study.page().find("All 8 are needed"), std::string::npos);
+  study.result.essential->parameters.eliminated = {{.name = "MY2", .F = 0.75, .p = 0.3125}};
+  study.result.essential->parameters.held = {"ZZ2"};
+  study.result.validation = {
+      {.file = "other.csv", .fit = study.result.fit, .physical = std::nullopt, .essential = model.fit}};
+  const std::string page = study.page();
+  EXPECT_NE(page.find("href=\"#essential\""), std::string::npos);
+  EXPECT_NE(page.find("7 of 8 parameters are enough"), std::string::npos);
+  EXPECT_NE(page.find("no robot would move without: ZZ2."), std::string::npos);
+  EXPECT_EQ(count(page, "class=\"gone\""), 1U);
+  EXPECT_NE(page.find("removal 1: F = 0.75, p = 0.31"), std::string::npos);
+  EXPECT_EQ(count(page, "<td class=\"number\">1.25000</td><td class=\"number\">0.8</td>"), 7U);
+  EXPECT_NE(page.find("Their price on other.csv"), std::string::npos);
+  EXPECT_EQ(count(page, "12.500 %"), 2U);
+}
+
+TEST(HtmlReport, ShowsThePrefilterAndWhatItMoves) {
+  Study study;
+  EXPECT_EQ(study.page().find("id=\"prefilter\""), std::string::npos);
+  PrefilterReport report;
+  report.noise = {{.joint = "joint_1", .ar = Eigen::Vector3d(0.5, -0.25, 0.125), .innovation = 0.0625},
+                  {.joint = "joint_2", .ar = Vector(), .innovation = 1.5}};
+  report.rounds = 2;
+  report.rows = 4321;
+  report.chi = study.result.chi;
+  report.sigma = Vector::Constant(report.chi.size(), 0.5);
+  report.chi[3] += 2.0;
+  report.covariance.quantile_975 = 1.96;
+  study.result.prefilter = report;
+  const std::string page = study.page();
+  EXPECT_NE(page.find("href=\"#prefilter\""), std::string::npos);
+  EXPECT_NE(page.find("4321 rows"), std::string::npos);
+  EXPECT_NE(page.find("in 2 rounds"), std::string::npos);
+  EXPECT_NE(
+      page.find("<td>joint_1</td><td class=\"number\">3</td><td class=\"number\">0.0625</td><td>N·m</td>"
+                "<td>0.5, -0.25, 0.125</td>"),
+      std::string::npos);
+  EXPECT_NE(page.find("<td>joint_2</td><td class=\"number\">0</td>"), std::string::npos);
+  EXPECT_EQ(count(page, "<td class=\"number\">4.00 σ</td>"), 1U);
+  EXPECT_EQ(count(page, "<td class=\"number\">0.00 σ</td>"), 7U);
+  EXPECT_EQ(count(page, "class=\"undetermined\""), 1U) << "beyond the intervals";
+}
+
+TEST(HtmlReport, TellsTheMotionThatWouldHelpAWeakParameter) {
+  Study study;
+  for (ParameterEstimate& p : study.result.parameters) {
+    p.verdict = Verdict::identified;
+  }
+  EXPECT_EQ(study.page().find("class=\"advice\""), std::string::npos);
+  study.result.parameters[4].verdict = Verdict::weak;
+  study.result.parameters[4].advice = "needs to be <fast>";
+  study.result.parameters[5].verdict = Verdict::not_excited;
+  const std::string page = study.page();
+  EXPECT_NE(page.find("1 weak, 1 not excited, of 8 parameters"), std::string::npos);
+  EXPECT_NE(page.find("<b>MX2</b> weak: needs to be &lt;fast&gt;"), std::string::npos);
+  EXPECT_NE(page.find("<b>MY2</b> not excited"), std::string::npos);
+}
+
+TEST(HtmlReport, DescribesTheRobotAndTheSettings) {
+  Study study;
+  study.robot.joints[1].friction = Friction::asymmetric;
+  study.robot.joints[1].sign_speed = 0.03;
+  study.robot.joints[1].drive_gain = -12.5;
+  study.result.signal.trim = {{30, 40}};
+  study.result.signal.window = {{1.5, 9.25}};
+  study.result.signal.velocity_threshold = {0.1, 0.25};
+  Coupling coupling;
+  coupling.motor = 1;
+  coupling.joints = {0};
+  coupling.ratios = {-0.75};
+  study.robot.couplings = {coupling};
+  const std::string page = study.page();
+  for (const char* const words :
+       {"<td>asymmetric, smooth over 0.03</td>", "<td class=\"number\">-12.5</td>", "30 and 40 samples",
+        "1.5 to 9.25 s", "below 0.1, 0.25 rad/s or m/s", "The motor of joint_2 is turned by joint_1 (-0.75)",
+        "Gravity in the frame of the base: 0, 0, -9.80665 m/s²"}) {
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  }
+}
+
 TEST(HtmlReport, HasNoPredictionWithoutAnEstimate) {
   Study study;
   study.result.status = Status::not_simulable;
