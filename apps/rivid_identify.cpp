@@ -70,8 +70,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(
       "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
       "failure.\n"
-      "Before that: rivid_identify check EXPERIMENT.toml looks for faults, rivid_identify explain CODE tells "
-      "their cause and cure.\n"
+      "Before that: rivid_identify check EXPERIMENT.toml looks for faults.\n"
+      "rivid_identify explain CODE tells cause and cure of a fault, a warning or a status.\n"
       "The keys of an experiment file are listed in docs/experiment.md.");
 }
 
@@ -186,6 +186,9 @@ int identify_from(const Arguments& arguments) {
     print(arguments.json ? json : table.str());
     tell("note", result.notes);
     tell("warning", result.warnings);
+    if (result.status != Status::identified) {
+      std::cerr << "rivid_identify explain " << name(result.status) << " tells cause and cure\n";
+    }
     std::cerr << "wrote " << file.string() << '\n';
     if (arguments.report) {
       std::cerr << "wrote " << report.string() << '\n';

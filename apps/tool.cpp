@@ -51,6 +51,12 @@ void tell(std::string_view kind, const std::vector<std::string>& lines) {
   }
 }
 
+void tell(std::string_view kind, const std::vector<Warning>& warnings) {
+  for (const Warning& warning : warnings) {
+    std::cerr << kind << " [" << warning.code << "] " << warning.text << '\n';
+  }
+}
+
 std::filesystem::path output_folder(const std::filesystem::path& flag,
                                     const std::filesystem::path& experiment, std::string_view suffix) {
   return flag.empty() ? std::filesystem::path(experiment.stem().string() + std::string(suffix)) : flag;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "rivid/report/provenance.hpp"
+#include "rivid/warning.hpp"
 
 // What the command line tools share.
 namespace rivid::apps {
@@ -42,6 +43,8 @@ void print(const std::string& text);
 
 /// One line each on standard error: "warning: …".
 void tell(std::string_view kind, const std::vector<std::string>& lines);
+/// The same with codes: "warning [code] …".
+void tell(std::string_view kind, const std::vector<Warning>& warnings);
 
 /// Files for a result: the folder of the flag, or one beside the user that is called after the experiment.
 [[nodiscard]] std::filesystem::path output_folder(const std::filesystem::path& flag,

@@ -32,7 +32,7 @@ Path sidecar_file(const Path& urdf, const std::string& name) {
   return Path(urdf).replace_extension(extension(format_of(name)));
 }
 
-bool refuse(const Path& file, const std::vector<std::string>& reasons) {
+bool refuse(const Path& file, const std::vector<Warning>& reasons) {
   tell("error", reasons);
   std::cerr << "rivid_identify: " << file.string() << " is not written; --force does it nevertheless\n";
   return false;
@@ -48,7 +48,7 @@ void write(const Path& file, const std::string& content, bool quiet) {
 bool write_urdf(const WriteBack& options, const Experiment& experiment, const Identification& result,
                 bool quiet) {
   if (!result.physical) {
-    tell("error", {"there is no estimate that a URDF could be written from"});
+    std::cerr << "error: there is no estimate that a URDF could be written from\n";
     return false;
   }
   const Robot& robot = experiment.robot;
@@ -80,8 +80,8 @@ void write_header(const WriteBack& options, const Experiment& experiment, const 
                   bool quiet) {
   const DynamicModel model = identified_model(experiment.robot, result, {.force = options.force});
   if (!quiet && !model.clamped().empty()) {
-    std::cerr << "warning: " << options.header.string() << ": " << listed(model.clamped())
-              << " would drive and not brake; taken as zero\n";
+    tell("warning", {Warning{"driving_friction", options.header.string() + ": " + listed(model.clamped()) +
+                                                     " would drive and not brake; taken as zero"}});
   }
   write(options.header,
         c_header(model, c_identifier(options.header.stem().string()),
@@ -135,7 +135,8 @@ bool write_back(const WriteBack& options, const Experiment& experiment, const Id
     return true;
   }
   if (result.status != Status::identified && !options.force) {
-    return refuse(files.front(), {"the result is " + std::string(name(result.status)) + ", not identified"});
+    const std::string status(name(result.status));
+    return refuse(files.front(), {Warning{status, "the result is " + status + ", not identified"}});
   }
   const bool written = options.urdf.empty() || write_urdf(options, experiment, result, quiet);
   if (!options.header.empty()) {

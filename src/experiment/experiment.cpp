@@ -170,11 +170,13 @@ Identification run(const Experiment& experiment, const Progress& progress) {
         out.notes.push_back(log.source + ": " + note);
       }
       for (const std::string& warning : log.warnings) {
-        out.warnings.push_back(log.source + ": " + warning);
+        out.warnings.push_back(Warning{"log_warning", log.source + ": " + warning});
       }
     }
   };
-  out.warnings.insert(out.warnings.end(), experiment.robot.warnings.begin(), experiment.robot.warnings.end());
+  for (const std::string& doubt : experiment.robot.warnings) {
+    out.warnings.push_back(Warning{"robot_doubt", doubt});
+  }
   take_notes(logs);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
   for (const Log& log : others) {

@@ -136,7 +136,9 @@ SimulationRecord run_simulation(const Experiment& experiment, const Progress& pr
   out.seed = plan.noise.seed;
   out.control_hz = loop.sampling.period > 0.0 ? 1.0 / loop.sampling.period : 0.0;
   out.control_assumed = loop.assumed;
-  out.warnings = robot.warnings;
+  for (const std::string& doubt : robot.warnings) {
+    out.warnings.push_back(Warning{"robot_doubt", doubt});
+  }
 
   try {
     out.J = loop.inertia(model, reference_positions(*reference, options));
@@ -157,8 +159,9 @@ SimulationRecord run_simulation(const Experiment& experiment, const Progress& pr
   out.warnings.insert(out.warnings.end(), out.simulation.warnings.begin(), out.simulation.warnings.end());
   if (plan.added_control && plan.columns.control && !plan.columns.torque) {
     out.warnings.push_back(
-        "the log holds the controller's signal without what added_control adds to it; "
-        "record = [\"torque\", …] holds the torques of both");
+        Warning{"added_control_unrecorded",
+                "the log holds the controller's signal without what added_control adds to it; "
+                "record = [\"torque\", …] holds the torques of both"});
   }
   return out;
 }

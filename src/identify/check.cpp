@@ -133,7 +133,8 @@ std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::s
   }
   detail::Findings out;
   for (const std::string& warning : robot.warnings) {
-    out.add("robot_doubt", robot.name, warning);
+    out.add("robot_doubt", robot.name, warning,
+            Severity::note);  // geometry alone counts before there is a prior
   }
   const BaseParameters base = base_parameters(robot);
   if (auto doubt = base.doubt()) {

@@ -11,10 +11,11 @@ using enum Severity;
 
 constexpr std::array codes = {
     DiagnosticCode{
-        "robot_doubt", note, "The robot's description has something doubtful.",
+        "robot_doubt", warning, "The robot's description has something doubtful.",
         "The reader of the URDF noticed it: a link without inertial, an inertia that no body has, joints "
         "without limits.",
-        "Mend the file where a-priori values matter; the identification itself uses geometry alone."},
+        "Mend the file where a-priori values matter, as for physically consistent parameters; the estimate "
+        "itself uses geometry alone."},
     DiagnosticCode{
         "base_doubt", warning, "It is not clear how many base parameters the robot has.",
         "A column of the regressor is neither clearly independent of the others nor clearly dependent: "
@@ -148,6 +149,64 @@ constexpr std::array codes = {
                    "Where they matter, record the motion that the result's advice names."},
     DiagnosticCode{"forecast", note, "What an identification from these data will look like.",
                    "From a quick weighted fit.", "Nothing."},
+    DiagnosticCode{"weak_excitation", warning,
+                   "Warning of a result: the motion hardly tells some parameters apart.",
+                   "The observation matrix with columns of unit length has a condition number above 100, and "
+                   "most of the "
+                   "variance of the named parameters comes from its weak directions.",
+                   "Record a more exciting motion, add logs, or ask for the physically consistent parameters "
+                   "near the robot "
+                   "description."},
+    DiagnosticCode{"physical_unsettled", warning,
+                   "Warning of a result: the physically consistent parameters may not be the nearest ones.",
+                   "The search for them ended before their cost was known to be the least one. They are "
+                   "consistent all the "
+                   "same.",
+                   "Check the robot description and raise the weight in [method.physical]; from C++, raise "
+                   "Physical::max_steps."},
+    DiagnosticCode{"prefilter_shift", warning,
+                   "Warning of a result: the prefilter moves parameters by more than their intervals.",
+                   "Whitening amplifies frequencies at which the model of the robot is not right: "
+                   "flexibility, friction that "
+                   "is none of the laws, delays.",
+                   "Prefer the estimate without prefilter, which the result holds as well."},
+    DiagnosticCode{
+        "loop_mismatch", warning, "Warning of a result: the assumed controller does not explain the log.",
+        "The control law, fed with the measured motion, misses the recorded control signal, or the simulated "
+        "motion misses the measured one: other gains, another law, a delay. The instruments become weaker, "
+        "but "
+        "not wrong.",
+        "Come nearer to the actual controller in [control]; look at the strength of the instruments."},
+    DiagnosticCode{
+        "loop_bandwidth", warning,
+        "Warning of a result: the bandwidth of the assumed controller may be far from the actual one.",
+        "The torques fit the simulated motion much worse than the measured one.",
+        "Raise or lower omega_n in [control] until the two errors are alike."},
+    DiagnosticCode{
+        "driving_friction", warning, "Friction of a joint would drive instead of brake.",
+        "An estimate below zero, from data that hardly show the friction, or with a friction law that does "
+        "not "
+        "fit. Neither a simulation nor a URDF can take it: it counts as zero.",
+        "Take the physically consistent parameters, or another friction law, or excite that joint more."},
+    DiagnosticCode{
+        "no_body", error, "No body has the inertia that a link would get.",
+        "Its mass is not positive, or its principal moments of inertia violate the triangle inequality.",
+        "Write the physically consistent parameters; --force writes the link nevertheless."},
+    DiagnosticCode{
+        "urdf_has_no_place", warning, "A URDF can not say some of what was identified.",
+        "It knows neither rotor inertias nor friction offsets, asymmetric friction or coupled motors.",
+        "Write them beside it with --sidecar, or read result.json."},
+    DiagnosticCode{"lumped_links_scaled", warning,
+                   "Links that are fixed to a moving one were made lighter in the URDF.",
+                   "What was identified is their sum, which is less than what they weigh in the URDF.",
+                   "Correct the masses of these links in the URDF, and write it again."},
+    DiagnosticCode{"reference_limits", warning, "The reference of a simulation leaves the limits of a joint.",
+                   "A position beyond the limits that the URDF tells.",
+                   "Correct [reference], or the limits."},
+    DiagnosticCode{"added_control_unrecorded", warning,
+                   "The log of a simulation does not hold the whole torque.",
+                   "added_control comes after the controller's signal, which is all that is recorded.",
+                   "Add \"torque\" to record in [simulation]."},
     DiagnosticCode{
         "rank_deficient", error,
         "Status of a result: the data, or the instruments, do not determine all parameters.",

@@ -139,7 +139,7 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   out.base = base_parameters(robot);
   out.columns = out.base.size();
   if (auto doubt = out.base.doubt()) {
-    out.warnings.push_back(std::move(*doubt));
+    out.warnings.push_back(Warning{"base_doubt", std::move(*doubt)});
   }
   const RowFactors data = all_factors(robot, out.base, logs, signal, method.threads, method.progress);
 

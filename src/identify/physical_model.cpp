@@ -36,10 +36,12 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
       names.push_back(out.base.parameters[static_cast<std::size_t>(i)].name);
     }
   }
-  out.warnings.push_back("weak excitation: the data can hardly tell apart " + listed(names) + " (condition " +
-                         number(index, 3) + " with columns of unit length, severe above " + number(severe) +
-                         "), so the model may not carry over to other motions; more exciting logs, or the "
-                         "physically consistent parameters near the robot description, would settle them");
+  out.warnings.push_back(
+      Warning{"weak_excitation",
+              "weak excitation: the data can hardly tell apart " + listed(names) + " (condition " +
+                  number(index, 3) + " with columns of unit length, severe above " + number(severe) +
+                  "), so the model may not carry over to other motions; more exciting logs, or the "
+                  "physically consistent parameters near the robot description, would settle them"});
 }
 
 // The pull of the description may cost this part of the residual sum of squares.
@@ -95,10 +97,11 @@ void add_physical(const Robot& robot, const std::optional<Physical>& options, co
   model.fit = judged(robot, data, model.parameters.chi, out.base.size(), out.signal.convention);
   out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
   if (!model.parameters.reached) {
-    out.warnings.push_back("the search for the physically consistent parameters ended after " +
-                           counted(model.parameters.steps, "step") +
-                           ", before their cost was known to be the least to within " +
-                           number(options->tolerance) + " of itself; larger max_steps may help");
+    out.warnings.push_back(Warning{"physical_unsettled",
+                                   "the search for the physically consistent parameters ended after " +
+                                       counted(model.parameters.steps, "step") +
+                                       ", before their cost was known to be the least to within " +
+                                       number(options->tolerance) + " of itself; larger max_steps may help"});
   }
   out.physical = std::move(model);
 }

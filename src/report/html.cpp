@@ -10,6 +10,7 @@
 #include "report/html_parts.hpp"
 #include "report/markup.hpp"
 #include "report/words.hpp"
+#include "rivid/identify/diagnostic_codes.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -25,6 +26,19 @@ using detail::percent;
 std::string in_words(Status status) {
   return status == Status::identified ? "Identified"
                                       : "Not identified: " + std::string(detail::why_not(status));
+}
+
+// Each with its code, and what to do about it.
+std::string list_of(const std::vector<Warning>& warnings) {
+  std::string out;
+  for (const Warning& warning : warnings) {
+    std::string item = element("code", escaped(warning.code)) + " " + escaped(warning.text) + ".";
+    if (const std::optional<DiagnosticCode> code = diagnostic_code(warning.code)) {
+      item += " " + element("span", escaped(code->cure), "class=\"cure\"");
+    }
+    out += element("li", item) + "\n";
+  }
+  return element("ul", out, "class=\"warnings\"");
 }
 
 std::string verdict(const Identification& result) {
@@ -48,7 +62,7 @@ std::string verdict(const Identification& result) {
   out += element("div", figures, "class=\"figures\"");
   if (!result.warnings.empty()) {
     out += element("h3", counted(static_cast<std::ptrdiff_t>(result.warnings.size()), "warning")) +
-           bullets(result.warnings, "warnings");
+           list_of(result.warnings);
   }
   return element("section", out, std::string("class=\"verdict ") + (identified ? "good" : "bad") + "\"");
 }

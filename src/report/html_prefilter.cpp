@@ -12,14 +12,14 @@ namespace {
 
 using Align = HtmlTable::Align;
 
-std::string noise_table(const Identification& result) {
+std::string noise_table(const Identification& result, const PrefilterReport& report) {
   HtmlTable table({{"joint", Align::text},
                    {"order", Align::number},
                    {"σ of e", Align::number},
                    {"unit", Align::text},
                    {"a₁, a₂, …", Align::text}});
-  for (std::size_t j = 0; j < result.prefilter->noise.size(); ++j) {
-    const NoiseModel& model = result.prefilter->noise[j];
+  for (std::size_t j = 0; j < report.noise.size(); ++j) {
+    const NoiseModel& model = report.noise[j];
     std::string coefficients;
     for (const double a : model.ar) {
       coefficients += (coefficients.empty() ? "" : ", ") + number(a, 3);
@@ -31,8 +31,7 @@ std::string noise_table(const Identification& result) {
 }
 
 // The estimate beside the one without the prefilter; red where they are apart by more than both intervals.
-std::string shift_table(const Identification& result) {
-  const PrefilterReport& plain = *result.prefilter;
+std::string shift_table(const Identification& result, const PrefilterReport& plain) {
   HtmlTable table({{"parameter", Align::text},
                    {"without", Align::number},
                    {"σ", Align::number},
@@ -69,7 +68,7 @@ std::string prefilter_section(const Identification& result) {
                  "ρ<sub>t−i</sub> + e<sub>t</sub> with white e, and taken off " +
                      counted(report.rows, "row") + ". Noise models and parameters settled in " +
                      counted(report.rounds, "round") + ".") +
-         noise_table(result);
+         noise_table(result, report);
   if (report.chi.size() == static_cast<Index>(result.parameters.size())) {
     out += element("h3", "Against the estimate without it") +
            element(
@@ -77,7 +76,7 @@ std::string prefilter_section(const Identification& result) {
                "Whitening moves no parameter far where the model is right. How far they are apart is told in "
                "deviations of the estimate without the prefilter; red where that is beyond both 95 % "
                "intervals.") +
-           shift_table(result);
+           shift_table(result, report);
   }
   return element("section", out);
 }

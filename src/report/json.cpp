@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/provenance_json.hpp"
+#include "report/warnings_json.hpp"
 
 namespace rivid {
 
@@ -316,7 +317,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
       {"method", result.method},
       {"status", name(result.status)},
       {"reasons", result.reasons},
-      {"warnings", result.warnings},
+      {"warnings", detail::warnings_json(result.warnings)},
       {"notes", result.notes},
       {"robot",
        {{"name", robot.name},

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "report/provenance_json.hpp"
+#include "report/warnings_json.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -82,7 +83,7 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
   const Json out = {{"format", 1},
                     {"outcome", name(simulation.outcome)},
                     {"reason", simulation.reason},
-                    {"warnings", record.warnings},
+                    {"warnings", detail::warnings_json(record.warnings)},
                     {"robot", robot.name},
                     {"samples", record.log.samples()},
                     {"rate_hz", record.log.f_m},

@@ -239,7 +239,7 @@ class Writer {
     Inertial rest = close(whole, others) ? Inertial(Inertial::Zero()) : Inertial(whole - others);
     const std::string who = "link \"" + tree_.link(link).name + "\"";
     if (const auto complaint = body_complaint(whole)) {
-      faults_.push_back(who + ": " + *complaint);
+      faults_.push_back(Warning{"no_body", who + ": " + *complaint});
     } else if (!others.isZero(0.0) && body_complaint(rest)) {
       const double share = 0.5 * largest_share(others, whole);
       for (const Lumped& other : lumped) {
@@ -247,8 +247,9 @@ class Writer {
       }
       rest = whole - share * others;
       warnings_.push_back(
-          who + ": what is identified leaves no body to it beside the links that are fixed to it (" +
-          names(lumped) + "); their masses and inertias were scaled by " + number(share, 4));
+          Warning{"lumped_links_scaled",
+                  who + ": what is identified leaves no body to it beside the links that are fixed to it (" +
+                      names(lumped) + "); their masses and inertias were scaled by " + number(share, 4)});
     }
     write_inertial(link, rest);
   }
@@ -359,7 +360,8 @@ class Writer {
         return;
       }
       if (*value < 0.0) {
-        faults_.push_back(who + ": its " + attribute + " is " + number(*value, 4) + ", must not be negative");
+        faults_.push_back(Warning{"driving_friction", who + ": its " + attribute + " is " +
+                                                          number(*value, 4) + ", must not be negative"});
         value = 0.0;
       }
       if (node.attribute(attribute)) {
@@ -376,7 +378,8 @@ class Writer {
       splice_.insert_child(tag(joint.node), {"<dynamics" + added + "/>"});
     }
     if (const std::vector<std::string> unsaid = values.unsaid(true); !unsaid.empty()) {
-      warnings_.push_back(who + ": a URDF has no place for " + detail::joined(unsaid));
+      warnings_.push_back(
+          Warning{"urdf_has_no_place", who + ": a URDF has no place for " + detail::joined(unsaid)});
     }
   }
 
@@ -386,8 +389,8 @@ class Writer {
   const Robot& robot_;
   const Robot& as_read_;
   detail::Splice splice_;
-  std::vector<std::string> faults_;
-  std::vector<std::string> warnings_;
+  std::vector<Warning> faults_;
+  std::vector<Warning> warnings_;
 };
 
 }  // namespace

@@ -220,8 +220,10 @@ TEST_F(Simulate, WarnsOfAReferenceBeyondTheJointLimits) {
   set_line("via =", "via = [[0, 0], [4, 4]]");
   const Outcome run = simulate();
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.err.find("warning: the reference of joint \"joint_1\" reaches 4, beyond its limit 3.5"),
-            std::string::npos)
+  EXPECT_NE(
+      run.err.find(
+          "warning [reference_limits] the reference of joint \"joint_1\" reaches 4, beyond its limit 3.5"),
+      std::string::npos)
       << run.err;
 }
 

@@ -86,7 +86,7 @@ TEST_F(WriteBack, AResultThatIsNotIdentifiedIsNotWrittenUnlessForced) {
   hold_joint_2();
   const Outcome refused = identify({"scara.toml", "--write-urdf", "out.urdf", "--write-header", "out.h"});
   EXPECT_EQ(refused.exit_code, 1) << refused.err;
-  EXPECT_NE(refused.err.find("error: the result is rank_deficient, not identified\n"
+  EXPECT_NE(refused.err.find("error [rank_deficient] the result is rank_deficient, not identified\n"
                              "rivid_identify: out.urdf is not written; --force does it nevertheless\n"),
             std::string::npos)
       << refused.err;

@@ -113,12 +113,14 @@ TEST_F(IvOfTheScara, TellsOfAWrongController) {
   method.signal = filtered();
   const auto found = identify(robot, log(2.0, 1), method);
   ASSERT_FALSE(found.warnings.empty());
-  const auto told = [&](const char* what) {
-    return std::ranges::any_of(
-        found.warnings, [&](const std::string& warning) { return warning.find(what) != std::string::npos; });
+  const auto told = [&](const char* code, const char* what) {
+    return std::ranges::any_of(found.warnings, [&](const Warning& warning) {
+      return warning.code == code && warning.text.find(what) != std::string::npos;
+    });
   };
-  EXPECT_TRUE(told("the assumed controller may not be the actual one"));
-  EXPECT_TRUE(told("the bandwidth of the assumed controller may be far from the actual one"));
+  EXPECT_TRUE(told("loop_mismatch", "the assumed controller may not be the actual one"));
+  EXPECT_TRUE(
+      told("loop_bandwidth", "the bandwidth of the assumed controller may be far from the actual one"));
 }
 
 TEST_F(IvOfTheScara, WithoutAReferenceFollowsTheMeasuredMotion) {

@@ -250,8 +250,9 @@ TEST(PhysicalModel, IsWhatAWarningOfWeakExcitationAsksFor) {
   test::ScaraStudy scara;
   Log log = scara.log(2.0, 5);
   const auto warnings_of_weakness = [&](const Identification& found) {
-    return std::ranges::count_if(found.warnings, [](const std::string& warning) {
-      return warning.find("weak excitation: the data can hardly tell apart") != std::string::npos;
+    return std::ranges::count_if(found.warnings, [](const Warning& warning) {
+      return warning.code == "weak_excitation" &&
+             warning.text.find("the data can hardly tell apart") != std::string::npos;
     });
   };
   Ols method{.signal = test::ScaraStudy::filtered()};

@@ -137,7 +137,7 @@ TEST(RewrittenUrdf, ReadBackGivesTheSameTorques) {
     std::mt19937_64 random(seed);
     const Vector chi_st = test::random_urdf_parameters(robot, random);
     const RewrittenUrdf written = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
-    EXPECT_TRUE(written.faults.empty()) << written.faults.front();
+    EXPECT_TRUE(written.faults.empty()) << written.faults.front().text;
     test::expect_same_torques(written.text, robot, chi_st, random);
   }
 }
@@ -302,11 +302,11 @@ TEST(RewrittenUrdf, ScalesTheInertialsOfLumpedLinksThatLeaveNoBody) {
   const RewrittenUrdf written = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
   EXPECT_TRUE(written.faults.empty());
   ASSERT_EQ(written.warnings.size(), 1U);
-  EXPECT_NE(written.warnings[0].find(
+  EXPECT_NE(written.warnings[0].text.find(
                 "link \"wrist\": what is identified leaves no body to it beside the links that "
                 "are fixed to it (\"tool\"); their masses and inertias were scaled by 0."),
             std::string::npos)
-      << written.warnings[0];
+      << written.warnings[0].text;
   const Robot back = parse_urdf(written.text, "tree.urdf", of_wrist);
   EXPECT_LE((back.chi_st() - chi_st).cwiseAbs().maxCoeff(), 1e-14);
   // No warning of a reader: all of them are bodies.
@@ -339,12 +339,12 @@ TEST(RewrittenUrdf, RefusesWhatNoBodyCanHaveUnlessForced) {
   chi_st[place(robot, "Fc1")] = -0.5;
   const RewrittenUrdf refused = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
   EXPECT_EQ(refused.text, "");
-  const std::vector<std::string> expected = {
-      "link \"upper\": its mass is -1 kg, must be positive",
-      "joint \"a\": its friction is -0.5, must not be negative",
-      "link \"wrist\": no body has its inertia: its second moments about the centre of mass have the "
-      "eigenvalue "
-      "-0.1 kg·m², must not be negative"};
+  const std::vector<Warning> expected = {
+      {"no_body", "link \"upper\": its mass is -1 kg, must be positive"},
+      {"driving_friction", "joint \"a\": its friction is -0.5, must not be negative"},
+      {"no_body",
+       "link \"wrist\": no body has its inertia: its second moments about the centre of mass have the "
+       "eigenvalue -0.1 kg·m², must not be negative"}};
   EXPECT_EQ(refused.faults, expected);
   const RewrittenUrdf forced = rewritten_urdf(tree, "tree.urdf", robot, chi_st, {.force = true});
   EXPECT_EQ(forced.faults, expected);
@@ -362,9 +362,11 @@ TEST(RewrittenUrdf, NamesWhatAUrdfHasNoPlaceFor) {
   chi_st[place(robot, "Fv+3")] = 0.0;
   chi_st[place(robot, "Fv-3")] = 0.0;
   const RewrittenUrdf written = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
-  EXPECT_EQ(written.warnings, (std::vector<std::string>{
-                                  "joint \"a\": a URDF has no place for Ia1 = 0.5 kg·m², off1 = -0.25 N·m",
-                                  "joint \"c\": a URDF has no place for Fc+3 = 2 N·m, Fc-3 = 1 N·m"}));
+  EXPECT_EQ(
+      written.warnings,
+      (std::vector<Warning>{
+          {"urdf_has_no_place", "joint \"a\": a URDF has no place for Ia1 = 0.5 kg·m², off1 = -0.25 N·m"},
+          {"urdf_has_no_place", "joint \"c\": a URDF has no place for Fc+3 = 2 N·m, Fc-3 = 1 N·m"}}));
   EXPECT_NE(written.text.find("<dynamics friction=\"1.5\" damping=\"0\"/>"), std::string::npos);
 }
 

@@ -360,7 +360,8 @@ TEST(ClosedLoop, WarnsOfAReferenceBeyondTheLimits) {
   scara.robot.joints[1].upper = 1.8;
   const Simulation found = scara.run(scara_options(Integrator::adams, 1e-6));
   ASSERT_EQ(found.warnings.size(), 1U);
-  EXPECT_EQ(found.warnings[0], "the reference of joint \"joint_2\" reaches 2, beyond its limit 1.8");
+  EXPECT_EQ(found.warnings[0].code, "reference_limits");
+  EXPECT_EQ(found.warnings[0].text, "the reference of joint \"joint_2\" reaches 2, beyond its limit 1.8");
 }
 
 TEST(ClosedLoop, RefusesOptionsThatCanNotBeUsed) {

@@ -16,7 +16,7 @@ enum class Severity {
 /// "note", "warning", "error".
 [[nodiscard]] std::string_view name(Severity severity);
 
-/// What a finding of check() can be: docs/diagnostics.md shows the same table.
+/// What a finding of check(), a Warning or the status of a result can be: docs/diagnostics.md shows the same table.
 struct DiagnosticCode {
   std::string_view code;  ///< "torque_sign"
   Severity severity = Severity::note;

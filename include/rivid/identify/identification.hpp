@@ -15,6 +15,7 @@
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/control.hpp"
 #include "rivid/types.hpp"
+#include "rivid/warning.hpp"
 
 namespace rivid {
 
@@ -163,9 +164,9 @@ struct [[nodiscard]] Identification {
   std::string
       title;  ///< "IDIM-OLS", "IDIM-WLS", "IDIM-IV"; of robust ones "IDIM-OLS, Huber", "IDIM-OLS, bisquare"
   Status status = Status::identified;
-  std::vector<std::string> reasons;   ///< why the status is not `identified`
-  std::vector<std::string> warnings;  ///< what may make the result wrong
-  std::vector<std::string> notes;     ///< what was done to the data
+  std::vector<std::string> reasons;  ///< why the status is not `identified`
+  std::vector<Warning> warnings;     ///< what may make the result wrong
+  std::vector<std::string> notes;    ///< what was done to the data
 
   SignalOptions signal;  ///< that made the rows; a validation uses the same
   BaseParameters base;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rivid/model/robot.hpp"
+#include "rivid/warning.hpp"
 
 namespace rivid {
 
@@ -18,8 +19,8 @@ struct UrdfWriteOptions {
 struct [[nodiscard]] RewrittenUrdf {
   std::string text;  ///< empty where there are faults and force was not asked for
   /// Links whose mass is not positive or whose inertia no body has, joints whose friction would drive, in words.
-  std::vector<std::string> faults;
-  std::vector<std::string> warnings;  ///< what a URDF has no place for, and what was divided anew among links
+  std::vector<Warning> faults;
+  std::vector<Warning> warnings;  ///< what a URDF has no place for, and what was divided anew among links
 };
 
 /// The URDF that a robot was read from, with other standard parameters: the same bytes save numbers of `<inertial>` and

@@ -10,6 +10,7 @@
 #include "rivid/motion.hpp"
 #include "rivid/simulate/control.hpp"
 #include "rivid/simulate/reference.hpp"
+#include "rivid/warning.hpp"
 
 namespace rivid {
 
@@ -127,7 +128,7 @@ struct [[nodiscard]] Simulation {
   std::vector<std::string> element_names;  ///< dry friction elements
   std::vector<Index> element_changes;      ///< mode changes of each
   Vector max_tracking_error;               ///< largest |q_r − q| over the samples, (n) [rad | m]
-  std::vector<std::string> warnings;       ///< reference outside of the joint limits, clamped friction
+  std::vector<Warning> warnings;           ///< reference outside of the joint limits, clamped friction
   SimulationEffort effort;
 };
 

@@ -22,7 +22,7 @@ struct [[nodiscard]] SimulationRecord {
   double control_hz = 0.0;       ///< 0: the law is continuous [Hz]
   bool control_assumed = false;  ///< see ControlLoop
   std::uint64_t seed = 0;
-  std::vector<std::string> warnings;  ///< of robot, simulation and log together
+  std::vector<Warning> warnings;  ///< of robot, simulation and log together
 };
 
 }  // namespace rivid

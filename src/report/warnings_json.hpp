@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "rivid/warning.hpp"
+
+namespace rivid::detail {
+
+/// A list of objects with code and text.
+[[nodiscard]] nlohmann::ordered_json warnings_json(const std::vector<Warning>& warnings);
+
+}  // namespace rivid::detail
