@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <sstream>
 #include <thread>
 
@@ -29,6 +31,7 @@ struct Arguments {
   bool report = false;
   bool json = false;
   bool quiet = false;
+  bool dry_run = false;
 };
 
 void declare(CLI::App& app, Arguments& arguments) {
@@ -49,6 +52,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_flag("--report", arguments.report, "Write report.html beside summary.json: plots to look at");
   app.add_flag("--json", arguments.json, "Print the summary as JSON");
   app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
+  app.add_flag("--dry-run", arguments.dry_run,
+               "Read and check everything, tell what would be done, write nothing");
   app.set_version_flag("--version", std::string("rivid_montecarlo ") + version);
   app.footer(
       "A run that was finished is never made again: stopped and started anew, the program goes on, and ends "
@@ -91,12 +96,43 @@ std::string page_of(const Arguments& arguments, const MonteCarlo& plan,
       provenance_of("rivid_montecarlo", plan.experiment.inputs(Use::simulation), std::move(overrides)));
 }
 
+std::string in_words(const MonteCarlo& plan, const SimulationOutlook& one, std::ptrdiff_t there) {
+  std::string out = "simulation  " + counted(one.samples, "sample") + " at " + number(one.f_m) +
+                    " Hz, seeds from " + std::to_string(one.record.seed) + "\n";
+  if (!one.record.simulation.reason.empty()) {
+    out += "            " + one.record.simulation.reason + "\n";
+  }
+  return out + "trials      " + std::to_string(plan.trials.size()) + " a run\nruns        " +
+         std::to_string(plan.runs) + ", of which " + std::to_string(there) + " are done\n";
+}
+
+// What would be done.
+void dry_run(const Arguments& arguments, const MonteCarlo& plan, const std::filesystem::path& folder,
+             std::vector<std::filesystem::path> files) {
+  const auto held = arguments.restart ? std::map<int, std::vector<MonteCarloRow>>() : held_runs(folder, plan);
+  const auto there = std::ranges::count_if(held, [&](const auto& run) { return run.first < plan.runs; });
+  std::string out = in_words(plan, outlook(plan.experiment), there);
+  if (!arguments.report) {
+    files.pop_back();
+  }
+  for (const std::filesystem::path& file : files) {
+    out += "would write " + file.string() + "\n";
+  }
+  if (!arguments.quiet) {
+    print(out);
+  }
+}
+
 int run_from(const Arguments& arguments) {
   MonteCarlo plan = read_monte_carlo(arguments.experiment);
   plan.runs = arguments.runs.value_or(plan.runs);
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_montecarlo");
   const std::filesystem::path summary = folder / "summary.json";
   const std::filesystem::path report = folder / "report.html";
+  if (arguments.dry_run) {
+    dry_run(arguments, plan, folder, {folder / "runs.csv", summary, report});
+    return success;
+  }
   MonteCarloFile file(folder, plan, arguments.restart);
   ProgressBar bar(!arguments.quiet);
   make_missing(plan, file, arguments.threads, bar);

@@ -3,13 +3,16 @@
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <utility>
+#include <vector>
 
 #include "progress_bar.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/simulation_json.hpp"
+#include "rivid/text.hpp"
 #include "rivid/version.hpp"
 #include "tool.hpp"
 
@@ -25,6 +28,7 @@ struct Arguments {
   std::filesystem::path output;
   bool json = false;
   bool quiet = false;
+  bool dry_run = false;
 };
 
 void declare(CLI::App& app, Arguments& arguments) {
@@ -42,6 +46,8 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->type_name("DIR");
   app.add_flag("--json", arguments.json, "Print the summary as JSON");
   app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
+  app.add_flag("--dry-run", arguments.dry_run,
+               "Read and check everything, tell what would be done, write nothing");
   app.set_version_flag("--version", std::string("rivid_simulate ") + version);
   app.footer(
       "Exit codes: 0 simulated, 1 ended early (log.csv goes up to there), 2 bad input or usage, 3 numerical "
@@ -65,17 +71,48 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   return overrides;
 }
 
+std::string in_words(const Experiment& experiment, const SimulationOutlook& found,
+                     const std::vector<std::filesystem::path>& files) {
+  const Robot& robot = experiment.robot;
+  const SimulationRecord& record = found.record;
+  std::ostringstream out;
+  out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", "
+      << counted(robot.size(), "joint") << ", " << counted(record.base.size(), "base parameter") << '\n';
+  if (record.simulation.outcome != Outcome::completed) {
+    out << "            " << record.simulation.reason << '\n';
+  }
+  out << "control     " << record.control.law << ", "
+      << (record.control_hz > 0.0 ? number(record.control_hz) + " Hz" : std::string("continuous")) << '\n';
+  for (const Gain& gain : record.control.gains) {
+    out << "            " << gain.name << " " << gain.values.transpose() << '\n';
+  }
+  out << "simulation  " << counted(found.samples, "sample") << " at " << number(found.f_m) << " Hz, "
+      << number(static_cast<double>(found.samples - 1) / found.f_m, 4) << " s, seed " << record.seed << '\n';
+  for (const std::filesystem::path& file : files) {
+    out << "would write " << file.string() << '\n';
+  }
+  return out.str();
+}
+
 int simulate_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment, Use::simulation);
   const Overrides overrides = apply(arguments, experiment);
+  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_simulation");
+  const std::filesystem::path log = folder / "log.csv";
+  const std::filesystem::path file = folder / "simulation.json";
+  if (arguments.dry_run) {
+    const SimulationOutlook found = outlook(experiment);
+    if (!arguments.quiet) {
+      print(in_words(experiment, found, {log, file}));
+      tell("warning", found.record.warnings);
+    }
+    return found.record.simulation.outcome == Outcome::completed ? success : no_success;
+  }
   ProgressBar bar(!arguments.quiet);
   const SimulationRecord record =
       run_simulation(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
   bar.clear();
 
-  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_simulation");
-  const std::filesystem::path log = folder / "log.csv";
-  const std::filesystem::path file = folder / "simulation.json";
   const std::string json =
       to_json(experiment.robot, record,
               provenance_of("rivid_simulate", experiment.inputs(Use::simulation), overrides));

@@ -75,7 +75,11 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME rivid)
 set(CPACK_PACKAGE_VENDOR "The rivid authors")
-set(CPACK_PACKAGE_CONTACT "The rivid authors <rivid@localhost>")
+# Nobody reads mail at .invalid [RFC 2606]: who builds a package for others says who answers for it.
+set(RIVID_PACKAGE_MAINTAINER "rivid, built locally <unmaintained@rivid.invalid>"
+    CACHE STRING "Maintainer of the Debian package: Name <address>")
+mark_as_advanced(RIVID_PACKAGE_MAINTAINER)
+set(CPACK_PACKAGE_CONTACT "${RIVID_PACKAGE_MAINTAINER}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "identifies the dynamic parameters of robot arms")
 set(CPACK_PACKAGE_DESCRIPTION_FILE ${CMAKE_CURRENT_LIST_DIR}/package_description.txt)
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)

@@ -107,55 +107,94 @@ Log recorded(const SimulationRecord& record, const SimulationPlan& plan, const S
   return out;
 }
 
-}  // namespace
+// All that stands before the motion, read and checked.
+struct Setup {
+  explicit Setup(const Experiment& experiment);
 
-SimulationRecord run_simulation(const Experiment& experiment, const Progress& progress) {
+  const Robot& robot;
+  const SimulationPlan& plan;
+  SimulationRecord record;
+  Vector chi_st;
+  DynamicModel model;
+  std::unique_ptr<Reference> reference;
+  SimulationOptions options;
+  SimulationOptions disturbed;  // the same with noise
+  std::unique_ptr<ControlLaw>
+      law;  // none where the robot is no robot at the start, as the record's outcome tells
+};
+
+SimulationRecord record_of(const Robot& robot) {
+  SimulationRecord out;
+  out.base = base_parameters(robot);
+  return out;
+}
+
+const Experiment& complete(const Experiment& experiment) {
   if (!experiment.control || !experiment.reference || !experiment.simulation) {
     throw InputError("run_simulation: the experiment must have [control], [reference] and [simulation]");
   }
-  const Robot& robot = experiment.robot;
-  const SimulationPlan& plan = *experiment.simulation;
-  const ControlLoop& loop = *experiment.control;
-  SimulationRecord out;
-  out.base = base_parameters(robot);
-  const Vector chi_st = plan.parameters.empty() ? robot.chi_st() : read_parameters(plan.parameters, out.base);
-  out.chi = out.base.from_standard(chi_st);
-  const DynamicModel model(robot, chi_st);
-  const std::unique_ptr<Reference> reference = reference_of(experiment, *experiment.reference);
+  return experiment;
+}
 
-  SimulationOptions options = plan.options;
+Setup::Setup(const Experiment& experiment)
+    : robot(complete(experiment).robot),
+      plan(*experiment.simulation),
+      record(record_of(robot)),
+      chi_st(plan.parameters.empty() ? robot.chi_st() : read_parameters(plan.parameters, record.base)),
+      model(robot, chi_st),
+      reference(reference_of(experiment, *experiment.reference)),
+      options(plan.options) {
+  const ControlLoop& loop = *experiment.control;
+  record.chi = record.base.from_standard(chi_st);
   options.sampling = loop.sampling;
   options.samples = samples_of(plan, *reference);
   if (plan.added_control) {
     options.added_control = added_control(*plan.added_control);
   }
-  if (progress) {
-    options.progress = [&](double fraction) { progress("simulating", fraction); };
+  disturbed = with_noise(options, plan.noise, robot.size());
+  if (const auto fault = disturbed.complaint(robot.size())) {
+    throw InputError("simulate: " + *fault);
   }
-  const SimulationOptions disturbed = with_noise(options, plan.noise, robot.size());
-  out.seed = plan.noise.seed;
-  out.control_hz = loop.sampling.period > 0.0 ? 1.0 / loop.sampling.period : 0.0;
-  out.control_assumed = loop.assumed;
+  record.seed = plan.noise.seed;
+  record.control_hz = loop.sampling.period > 0.0 ? 1.0 / loop.sampling.period : 0.0;
+  record.control_assumed = loop.assumed;
   for (const std::string& doubt : robot.warnings) {
-    out.warnings.push_back(Warning{"robot_doubt", doubt});
+    record.warnings.push_back(Warning{"robot_doubt", doubt});
   }
-
   try {
-    out.J = loop.inertia(model, reference_positions(*reference, options));
+    record.J = loop.inertia(model, reference_positions(*reference, options));
   } catch (const NumericsError& e) {
-    out.simulation.outcome = Outcome::not_positive_definite;
-    out.simulation.reason = std::string("before the start: ") + e.what();
+    record.simulation.outcome = Outcome::not_positive_definite;
+    record.simulation.reason = std::string("before the start: ") + e.what();
+    return;
+  }
+  law = loop.control({robot, model, record.J});
+  record.control = law->description();
+}
+
+}  // namespace
+
+SimulationOutlook outlook(const Experiment& experiment) {
+  Setup setup(experiment);
+  return {std::move(setup.record), setup.options.samples, setup.options.f_m};
+}
+
+SimulationRecord run_simulation(const Experiment& experiment, const Progress& progress) {
+  Setup setup(experiment);
+  const SimulationPlan& plan = setup.plan;
+  SimulationRecord& out = setup.record;
+  if (progress) {
+    setup.disturbed.progress = [&](double fraction) { progress("simulating", fraction); };
+  }
+  if (setup.law) {
+    out.simulation = simulate(setup.robot, setup.model, *setup.law, *setup.reference, setup.disturbed);
+  } else {
     for (Matrix* m : {&out.simulation.motion.q, &out.simulation.v_tau, &out.simulation.tau,
                       &out.simulation.q_r, &out.simulation.qd_r, &out.simulation.q_measured}) {
-      m->resize(0, robot.size());
+      m->resize(0, setup.robot.size());
     }
   }
-  if (out.J.size() > 0) {
-    const std::unique_ptr<ControlLaw> law = loop.control({robot, model, out.J});
-    out.control = law->description();
-    out.simulation = simulate(robot, model, *law, *reference, disturbed);
-  }
-  out.log = recorded(out, plan, options);
+  out.log = recorded(out, plan, setup.options);
   out.warnings.insert(out.warnings.end(), out.simulation.warnings.begin(), out.simulation.warnings.end());
   if (plan.added_control && plan.columns.control && !plan.columns.torque) {
     out.warnings.push_back(
@@ -163,7 +202,7 @@ SimulationRecord run_simulation(const Experiment& experiment, const Progress& pr
                 "the log holds the controller's signal without what added_control adds to it; "
                 "record = [\"torque\", …] holds the torques of both"});
   }
-  return out;
+  return std::move(out);
 }
 
 }  // namespace rivid

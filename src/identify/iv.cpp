@@ -20,7 +20,7 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Iv&
   out.base = problem.base;
   out.columns = problem.base.size();
   if (auto doubt = problem.base.doubt()) {
-    out.warnings.push_back(std::move(*doubt));
+    out.warnings.push_back(Warning{"base_doubt", std::move(*doubt)});
   }
   detail::IvSolver solver(problem, team, out);
   const bool settled = solver.iterate(solver.start());

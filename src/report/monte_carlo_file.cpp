@@ -107,27 +107,38 @@ std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& pa
   return out;
 }
 
+std::map<int, std::vector<MonteCarloRow>> held_runs(const std::filesystem::path& folder,
+                                                    const MonteCarlo& plan) {
+  const std::filesystem::path runs = folder / "runs.csv";
+  const std::filesystem::path made_from = folder / "inputs.sha256";
+  std::map<int, std::vector<MonteCarloRow>> out;
+  if (!std::filesystem::exists(runs)) {
+    return out;
+  }
+  if (std::filesystem::exists(made_from) &&
+      detail::file_text(made_from, "the list of inputs") != fingerprint(plan)) {
+    throw InputError(folder.string() +
+                     ": holds runs of other input files, or of another version; --restart begins "
+                     "anew, --output names another folder");
+  }
+  for (const MonteCarloRow& row : read_monte_carlo_rows(runs, plan)) {
+    out[row.run].push_back(row);
+  }
+  std::erase_if(out, [&](const auto& run) { return run.second.size() != plan.trials.size(); });
+  return out;
+}
+
 MonteCarloFile::MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart)
     : path_(folder / "runs.csv"), runs_(plan.runs) {
-  const std::filesystem::path made_from = folder / "inputs.sha256";
-  const std::string inputs = fingerprint(plan);
   std::string content = csv_header(plan);
-  if (!restart && std::filesystem::exists(path_)) {
-    if (std::filesystem::exists(made_from) && detail::file_text(made_from, "the list of inputs") != inputs) {
-      throw InputError(folder.string() +
-                       ": holds runs of other input files, or of another version; --restart begins "
-                       "anew, --output names another folder");
-    }
-    for (const MonteCarloRow& row : read_monte_carlo_rows(path_, plan)) {
-      rows_[row.run].push_back(row);
-    }
-    std::erase_if(rows_, [&](const auto& run) { return run.second.size() != plan.trials.size(); });
+  if (!restart) {
+    rows_ = held_runs(folder, plan);
     for (const auto& [run, rows] : rows_) {
       content += lines_of(rows);
     }
   }
   write_file(path_, content);
-  write_file(made_from, inputs);
+  write_file(folder / "inputs.sha256", fingerprint(plan));
   out_.open(path_, std::ios::app);
 }
 

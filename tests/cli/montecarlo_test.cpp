@@ -54,6 +54,24 @@ TEST_F(MonteCarlo, GivesTheSameWhateverTheThreadsAndTheOrder) {
   EXPECT_EQ(summary_of({"--runs", "8"}), one);
 }
 
+TEST_F(MonteCarlo, ADryRunTellsWhatIsThereAndWritesNothing) {
+  const auto dry = [&] {
+    const auto before = folder().entries();
+    const Outcome run = outcome_of(command({"--runs", "5", "--dry-run"}), folder().path());
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(folder().entries(), before);
+    return run.out;
+  };
+  EXPECT_NE(dry().find("runs        5, of which 0 are done\n"), std::string::npos);
+  (void)summary_of({"--runs", "3"});
+  const std::string told = dry();
+  EXPECT_NE(told.find("runs        5, of which 3 are done\n"), std::string::npos) << told;
+  EXPECT_TRUE(
+      told.ends_with("would write montecarlo_s1_montecarlo/runs.csv\n"
+                     "would write montecarlo_s1_montecarlo/summary.json\n"))
+      << told;
+}
+
 TEST_F(MonteCarlo, GoesOnAfterAStopAndEndsWithTheSameBits) {
   const std::string whole = summary_of({"--runs", "12", "--report"});
   const std::string page = folder().read(report_file);

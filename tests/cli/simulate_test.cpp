@@ -227,6 +227,24 @@ TEST_F(Simulate, WarnsOfAReferenceBeyondTheJointLimits) {
       << run.err;
 }
 
+TEST_F(Simulate, ADryRunReadsAndChecksEverythingAndWritesNothing) {
+  const auto before = folder().entries();
+  const Outcome run = simulate({"simulate_s2.toml", "--dry-run", "--seed", "7", "--output", "made"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  EXPECT_NE(run.out.find("robot       scara.urdf: \"scara\", 2 joints, 8 base parameters\n"),
+            std::string::npos)
+      << run.out;
+  EXPECT_NE(run.out.find("simulation  4001 samples at 200 Hz, 20 s, seed 7\n"), std::string::npos) << run.out;
+  EXPECT_TRUE(run.out.ends_with("would write made/log.csv\nwould write made/simulation.json\n")) << run.out;
+  EXPECT_EQ(folder().entries(), before);
+  const Outcome quiet = simulate({"simulate_s2.toml", "--dry-run", "--quiet"});
+  EXPECT_EQ(quiet.out + quiet.err, "");
+  folder().write("wrong.csv", "name,value\nNOPE,1\n");
+  expect_refused({"\"NOPE\" is none of the robot's 8 base parameters"},
+                 {"simulate_s2.toml", "--dry-run", "--parameters", "wrong.csv"});
+}
+
 // Refusals
 
 TEST_F(Simulate, RefusesAMistypedKeyWithItsPlace) {

@@ -70,6 +70,7 @@ std::vector<std::string> found(const std::string& text, const char* pattern) {
 
 TEST(DiagnosticCodes, AreAllThatIsWarnedWithAndEachIsUsed) {
   std::set<std::string> used;
+  std::set<std::string> quoted;
   for (const Status status : {Status::rank_deficient, Status::not_converged, Status::cycling,
                               Status::weak_instruments, Status::not_simulable}) {
     used.emplace(name(status));
@@ -82,6 +83,9 @@ TEST(DiagnosticCodes, AreAllThatIsWarnedWithAndEachIsUsed) {
       }
     }
     used.insert(codes.begin(), codes.end());
+    if (!path.ends_with("diagnostic_codes.cpp")) {
+      std::ranges::move(found(text, R"re("([a-z_]+)")re"), std::inserter(quoted, quoted.end()));
+    }
     // Robots and logs have words alone: who reads them puts a code to them.
     if (!path.starts_with("src/model/") && !path.starts_with("src/data/")) {
       const auto pushed = found(text, R"re((?:warnings|faults)_?\.push_back\(\s*(.{8}))re");
@@ -94,7 +98,7 @@ TEST(DiagnosticCodes, AreAllThatIsWarnedWithAndEachIsUsed) {
     EXPECT_TRUE(diagnostic_code(code)) << code << " is not in the table";
   }
   for (const DiagnosticCode& c : diagnostic_codes()) {
-    EXPECT_TRUE(used.contains(std::string(c.code))) << c.code << " is never used";
+    EXPECT_TRUE(quoted.contains(std::string(c.code))) << c.code << " is never used";
   }
 }
 

@@ -119,6 +119,12 @@ Identification run(const Experiment& experiment, const Progress& progress = {});
 /// @throws InputError  where run() throws it
 [[nodiscard]] std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result);
 
+/// What run_simulation() will do: all files that it reads are read and checked, gains and design inertias are found, and
+/// nothing is simulated.
+///
+/// @throws InputError  as run_simulation() does
+[[nodiscard]] SimulationOutlook outlook(const Experiment& experiment);
+
 /// The simulation that the experiment file asks for, and its log. Outcomes that end it early are in the result, with the
 /// log up to there.
 ///

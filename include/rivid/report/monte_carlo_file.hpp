@@ -20,6 +20,12 @@ namespace rivid {
 [[nodiscard]] std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& path,
                                                                const MonteCarlo& plan);
 
+/// Rows of the runs that a folder holds whole, by the runs' numbers; none where there is no such folder. Nothing is written.
+///
+/// @throws InputError  where it holds runs of other input files or of another version
+[[nodiscard]] std::map<int, std::vector<MonteCarloRow>> held_runs(const std::filesystem::path& folder,
+                                                                  const MonteCarlo& plan);
+
 /// A folder with the rows of all runs that were ever made of a plan, runs.csv, and what they were made from,
 /// inputs.sha256: work that was stopped goes on from there.
 class MonteCarloFile {

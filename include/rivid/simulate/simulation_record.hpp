@@ -25,4 +25,11 @@ struct [[nodiscard]] SimulationRecord {
   std::vector<Warning> warnings;  ///< of robot, simulation and log together
 };
 
+/// What a simulation is going to be.
+struct SimulationOutlook {
+  SimulationRecord record;  ///< all that is known before the motion; the outcome where it can not even start
+  Index samples = 0;
+  double f_m = 0.0;  ///< [Hz]
+};
+
 }  // namespace rivid
