@@ -123,22 +123,39 @@ std::string iteration_table(const IvHistory& history) {
   return table.markup();
 }
 
-std::string loop_words(const LoopDiagnosis& loop, const std::vector<JointFit>& joints) {
-  HtmlTable table(
-      {{"joint", Align::text}, {"control signal", Align::number}, {"tracking ratio", Align::number}});
+// One number a joint; "-" where there is none.
+std::string of_joint(const Vector& values, Index joint) {
+  return joint < values.size() ? number(values[joint], 4) : "-";
+}
+
+// The loop as it was simulated last, and how far it is from the recorded one.
+std::string loop_words(const IvHistory& history, const std::vector<JointFit>& joints) {
+  const LoopDiagnosis& loop = history.loop;
+  const IvIteration& last = history.iterations.back();
+  std::vector<HtmlTable::Column> columns = {{"joint", Align::text}, {"design inertia", Align::number}};
+  for (const Gain& gain : last.gains) {
+    columns.push_back({escaped(gain.name), Align::number});
+  }
+  columns.push_back({"control signal", Align::number});
+  columns.push_back({"tracking ratio", Align::number});
+  HtmlTable table(columns);
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const auto at = static_cast<Index>(j);
-    table.add({escaped(joints[j].name),
-               at < loop.control_error.size() ? percent(loop.control_error[at]) : "-",
-               at < loop.tracking_ratio.size() ? number(loop.tracking_ratio[at], 3) : "-"});
+    std::vector<std::string> cells = {escaped(joints[j].name), of_joint(last.J, at)};
+    for (const Gain& gain : last.gains) {
+      cells.push_back(of_joint(gain.values, at));
+    }
+    cells.push_back(at < loop.control_error.size() ? percent(loop.control_error[at]) : "-");
+    cells.push_back(at < loop.tracking_ratio.size() ? number(loop.tracking_ratio[at], 3) : "-");
+    table.add(cells);
   }
   return element("h3", "The assumed controller") +
          element(
              "p",
-             "How far the control signal of the assumed law is from the recorded one, and how far the "
-             "simulated "
-             "positions are from the measured ones, compared with the reference. Both are small where the "
-             "assumed loop is the actual one.") +
+             "Design inertias and gains of the last simulation, SI units. Then how far the control signal of "
+             "the assumed law is from the recorded one, and how far the simulated positions are from the "
+             "measured ones, compared with the reference. Both are small where the assumed loop is the "
+             "actual one.") +
          table.markup();
 }
 
@@ -232,7 +249,7 @@ std::string iterations_section(const Identification& result) {
     motions +=
         element("div", element("h4", escaped(name)) + plot("motion-error", j, "Motion errors of " + name));
   }
-  out += element("div", motions, "class=\"pairs\"") + loop_words(result.iv->loop, result.fit.joints);
+  out += element("div", motions, "class=\"pairs\"") + loop_words(*result.iv, result.fit.joints);
   return element("section", out);
 }
 

@@ -203,6 +203,22 @@ TEST(HtmlReport, ShowsWhichParametersAreEssentialBesideAllOfThem) {
   EXPECT_EQ(count(page, "12.500 %"), 2U);
 }
 
+TEST(HtmlReport, ShowsTheGainsOfTheAssumedController) {
+  Study study;
+  IvIteration last;
+  last.chi = study.result.chi;
+  last.J = Eigen::Vector2d(3.5, 0.0625);
+  last.gains = {{.name = "k_p", .values = Eigen::Vector2d(0.5, 5.25)}};
+  study.result.iv = IvHistory();
+  study.result.iv->iterations = {last};
+  study.result.iv->loop.control_error = Eigen::Vector2d(0.25, 0.125);
+  const std::string page = study.page();
+  EXPECT_NE(page.find("<th class=\"number\">k_p</th>"), std::string::npos);
+  EXPECT_NE(page.find("<td>joint_2</td><td class=\"number\">0.0625</td><td class=\"number\">5.25</td>"
+                      "<td class=\"number\">12.500 %</td><td class=\"number\">-</td>"),
+            std::string::npos);
+}
+
 TEST(HtmlReport, ShowsThePrefilterAndWhatItMoves) {
   Study study;
   EXPECT_EQ(study.page().find("id=\"prefilter\""), std::string::npos);
