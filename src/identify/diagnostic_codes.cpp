@@ -183,6 +183,18 @@ constexpr std::array codes = {
         "The torques fit the simulated motion much worse than the measured one.",
         "Raise or lower omega_n in [control] until the two errors are alike."},
     DiagnosticCode{
+        "outliers_decide", warning,
+        "Warning of a result: the weights of a robust estimate move parameters by more than their intervals.",
+        "Rows of little weight pull the unweighted estimate elsewhere: they are outliers, or what the model "
+        "misses.",
+        "Look at these rows before either estimate is trusted; friction at low speed is the usual suspect."},
+    DiagnosticCode{"many_outliers", warning,
+                   "Warning of a result: too many rows of a joint have little weight in a robust estimate.",
+                   "That many are more than outliers: the model misses something there, or a decimation "
+                   "smears each outlier "
+                   "over many rows.",
+                   "Plot that torque beside the prediction; decimate less, or mend the model."},
+    DiagnosticCode{
         "driving_friction", warning, "Friction of a joint would drive instead of brake.",
         "An estimate below zero, from data that hardly show the friction, or with a friction law that does "
         "not "
@@ -212,7 +224,7 @@ constexpr std::array codes = {
         "Status of a result: the data, or the instruments, do not determine all parameters.",
         "The observation matrix has less than full rank; the reasons name the parameters.",
         "Record the motion that the parameters' advice names, or leave these parameters out of the model."},
-    DiagnosticCode{"not_converged", error, "Status of a result: IDIM-IV came to its limit of iterations.",
+    DiagnosticCode{"not_converged", error, "Status of a result: the iteration came to its limit.",
                    "The parameters still move by more than their tolerance.",
                    "Raise max_iterations in [method], start from least squares, or come nearer to the actual "
                    "controller."},

@@ -204,8 +204,9 @@ TEST(RobustLeastSquares, TellsWhatItRejectsAndThatOutliersDecide) {
   EXPECT_EQ(found.robust->parameter, "off1");
   EXPECT_GT(found.robust->largest_shift, 10.0);
   ASSERT_FALSE(found.warnings.empty());
-  EXPECT_NE(found.warnings.front().find("outliers decide: weights on the rows move"), std::string::npos)
-      << found.warnings.front();
+  EXPECT_NE(found.warnings.front().text.find("outliers decide: weights on the rows move"), std::string::npos)
+      << found.warnings.front().text;
+  EXPECT_EQ(found.warnings.front().code, "outliers_decide");
   for (Index i = 0; i < found.base.size(); ++i) {
     EXPECT_LT(std::abs(found.chi[i] - experiment.truth[i]), 4.0 * std::sqrt(found.C_chi(i, i))) << i;
   }
