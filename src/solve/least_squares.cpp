@@ -73,7 +73,7 @@ class Tridiagonal {
     }
     for (;;) {
       const double middle = 0.5 * (low + high);
-      if (!(middle > low && middle < high)) {
+      if (middle <= low || middle >= high) {
         return high;
       }
       (above_all(middle) ? high : low) = middle;
