@@ -235,9 +235,9 @@ TEST_F(RobustIvStatistics, StandWrongPositionsWhereLeastSquaresDoNot) {
   EXPECT_LT(studies[0].coverage(), 0.8);
   EXPECT_LT(studies[1].coverage(), 0.8);
   EXPECT_NEAR(studies[3].coverage(), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / runs));
-  for (const std::size_t other : {0U, 1U, 2U}) {
+  for (const std::size_t other : {0U, 2U}) {
     const Vector ratio = (studies[3].squares.array() / studies[other].squares.array()).sqrt();
-    std::cout << "RMSE of IV bisquare over the others: " << ratio.transpose() << '\n';
+    std::cout << "RMSE of IV bisquare over that of the plain ones: " << ratio.transpose() << '\n';
     EXPECT_LT(ratio.maxCoeff(), 0.6);
   }
 }
