@@ -495,14 +495,17 @@ std::optional<Essential> read_whether_essential(TomlReader& keys) {
 
 // `robust`, the name of a loss or "off", and its `robust_tuning`.
 std::optional<Robust> read_whether_robust(TomlReader& keys) {
-  const auto word =
-      keys.choice("robust", std::array<std::pair<std::string_view, std::string_view>, 3>{
-                                {{"huber", "huber"}, {"bisquare", "bisquare"}, {"off", "off"}}});
+  using Kind = std::optional<RobustKind>;
+  const Kind kind =
+      keys.choice(
+              "robust",
+              std::array<std::pair<std::string_view, Kind>, 3>{
+                  {{"huber", RobustKind::huber}, {"bisquare", RobustKind::bisquare}, {"off", std::nullopt}}})
+          .value_or(std::nullopt);
   const auto tuning = keys.number("robust_tuning");
-  if (tuning && !word) {
+  if (tuning && keys.find("robust") == nullptr) {
     keys.fail(*keys.find("robust_tuning"), "robust_tuning", "needs robust = \"huber\" or \"bisquare\"");
   }
-  const auto kind = robust_kind_named(word.value_or("off"));
   if (!kind) {
     return std::nullopt;
   }
