@@ -112,7 +112,7 @@ class Scale {
     const std::vector<double> leads = range > 3.0   ? std::vector<double>{1.0}
                                       : range > 0.8 ? std::vector<double>{1.0, 2.0, 5.0}
                                                     : std::vector<double>{1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0};
-    for (double decade = std::floor(low_); decade <= high_; ++decade) {
+    for (int decade = static_cast<int>(std::floor(low_)); decade <= high_; ++decade) {
       for (const double lead : leads) {
         const double tick = lead * std::pow(10.0, decade);
         if (number(tick) >= low_ && number(tick) <= high_) {
@@ -181,7 +181,8 @@ inline int legend_columns(double width) {
 
 inline double legend_height(const Panel& panel, double width) {
   const auto columns = static_cast<std::size_t>(legend_columns(width));
-  return legend_line * static_cast<double>((panel.series.size() + columns - 1) / columns);
+  const std::size_t lines = (panel.series.size() + columns - 1) / columns;
+  return legend_line * static_cast<double>(lines);
 }
 
 inline std::string drawn(const Panel& panel, double left, double top, double width, double height,
@@ -213,8 +214,9 @@ inline std::string drawn(const Panel& panel, double left, double top, double wid
   const int columns = legend_columns(width);
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
     const int at = static_cast<int>(i);
+    const int line_of_legend = at / columns;
     const double entry_x = x_0 + legend_column * (at % columns);
-    const double entry_y = top + margin_top + legend_line * (at / columns);
+    const double entry_y = top + margin_top + legend_line * line_of_legend;
     out += line(entry_x, entry_y, entry_x + 24.0, entry_y, stroke(panel.series[i]));
     if (panel.series[i].markers) {
       out += dot(entry_x + 12.0, entry_y, panel.series[i]);
