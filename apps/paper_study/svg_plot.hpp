@@ -276,8 +276,8 @@ text { fill: #e4e4e4 }
   out += detail::text(14.0, 24.0, "start", title, " class=\"head\"");
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const int at = static_cast<int>(i);
-    out += detail::drawn(panels[i], width * (at % columns), head + height * (at / columns), width, height,
-                         legend);
+    const int line = at / columns;
+    out += detail::drawn(panels[i], width * (at % columns), head + height * line, width, height, legend);
   }
   return out + "</svg>\n";
 }

@@ -15,10 +15,11 @@ std::vector<double> round_ticks(double low, double high, double least_step) {
                                                                   : 10.0));
   // A multiple that is missed by rounding alone counts as met.
   constexpr double rounding = 1e-9;
-  const double last = std::ceil(high / step - rounding);
+  const auto first = std::llround(std::floor(low / step + rounding));
+  const auto last = std::llround(std::ceil(high / step - rounding));
   std::vector<double> out;
-  for (double i = std::floor(low / step + rounding); i <= last; ++i) {
-    out.push_back(i * step);
+  for (auto i = first; i <= last; ++i) {
+    out.push_back(static_cast<double>(i) * step);
   }
   return out;
 }
