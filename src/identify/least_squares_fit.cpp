@@ -111,13 +111,12 @@ Estimate plain_estimate(const RowFactors& data, std::vector<double> weights, con
 // The M-estimate in its place, with out.robust.
 template <typename Method>
 Estimate robust_estimate(const Robot& robot, std::span<const Log> logs, const Method& method,
-                         const RowFactors& data, const Estimate& plain, Weights weighting,
-                         Identification& out) {
-  detail::RobustLeastSquares found = detail::robust_least_squares(
-      robot, out.base, logs, out.signal, data, plain.chi, weighting == Weights::by_joint, *method.robust,
-      method.threads, method.progress);
-  detail::tell_robust(robot, *method.robust, found.loss, found.sums, found.rounds, found.settled, plain.chi,
-                      out);
+                         const Robust& robust, const RowFactors& data, const Estimate& plain,
+                         Weights weighting, Identification& out) {
+  detail::RobustLeastSquares found =
+      detail::robust_least_squares(robot, out.base, logs, out.signal, data, plain.chi,
+                                   weighting == Weights::by_joint, robust, method.threads, method.progress);
+  detail::tell_robust(robot, robust, found.loss, found.sums, found.rounds, found.settled, plain.chi, out);
   return {.chi = std::move(found.chi),
           .weights = std::move(found.weights),
           .solution = std::move(found.information),
@@ -156,7 +155,7 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
     out.R_diagonal = combined(groups, out.base.size(), ones).R().diagonal().cwiseAbs();
   }
   if (method.robust) {
-    estimate = robust_estimate(robot, logs, method, data, estimate, weighting, out);
+    estimate = robust_estimate(robot, logs, method, *method.robust, data, estimate, weighting, out);
   }
   const LeastSquares& solution = estimate.solution;
   out.chi = estimate.chi;

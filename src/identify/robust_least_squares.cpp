@@ -37,7 +37,7 @@ RobustLeastSquares robust_least_squares(const Robot& robot, const BaseParameters
     groups = empty_groups(data.groups);
     for (std::size_t k = 0; k < logs.size(); ++k) {
       RowSource source(robot, base, logs[k], signal, team);
-      FactorSinks factors(groups);
+      const FactorSinks factors(groups);
       const ReweightedSinks weighted(factors.sinks(), &reweighting, groups, {});
       source.send(weighted.sinks());
       if (progress) {
