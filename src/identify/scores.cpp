@@ -66,7 +66,7 @@ class ScoreSink final : public RowSink {
       const auto Z = rows_.topRows(count).middleCols(Z_at, own_);
       Vector slope;
       if (loss_) {
-        slope = psi(rho);
+        slope = psi(*loss_, rho);
         curvatures_[e].noalias() += weight_ * weight_ * (Z.transpose() * slope.asDiagonal() * W);
       }
       if (estimator.bread.size() > 0) {
@@ -97,12 +97,12 @@ class ScoreSink final : public RowSink {
 
  private:
   // Makes s ψ(ρ/s) of residuals; their ψ'.
-  [[nodiscard]] Vector psi(Vector& rho) const {
+  [[nodiscard]] static Vector psi(const Loss& loss, Vector& rho) {
     Vector slope(rho.size());
     for (Index k = 0; k < rho.size(); ++k) {
-      const double u = rho[k] / loss_->scale;
-      slope[k] = loss_->loss.slope(u);
-      rho[k] *= loss_->loss.weight(u);
+      const double u = rho[k] / loss.scale;
+      slope[k] = loss.loss.slope(u);
+      rho[k] *= loss.loss.weight(u);
     }
     return slope;
   }

@@ -227,7 +227,8 @@ std::string error_histogram(const std::vector<std::vector<double>>& errors) {
                    bottom - y.at(density[k]));
   }
   std::vector<std::array<double, 2>> curve;
-  for (double at = -reach; at <= reach; at += 0.5 * bin) {
+  for (std::size_t k = 0; k <= 2 * bins; ++k) {
+    const double at = -reach + 0.5 * bin * static_cast<double>(k);
     curve.push_back({x.at(at), y.at(normal_density(at))});
   }
   out += polyline("curve", curve);
