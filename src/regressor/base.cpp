@@ -209,7 +209,7 @@ BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard
   for (const Index i : dropped) {
     base.dependent.push_back(scan.dropped[static_cast<std::size_t>(i)]);
   }
-  base.K = shown(kept, dropped);
+  base.K = shown(kept, dropped);  // for regrouping(), which the texts come from
   for (Index i = 0; i < base.K.rows(); ++i) {
     const StandardParameter& leading =
         base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(i)])];
@@ -307,13 +307,13 @@ std::optional<std::string> BaseParameters::doubt() const {
     return std::nullopt;
   }
   const auto name_of = [&](Index c) { return standard[static_cast<std::size_t>(c)].name(); };
-  if (rank_gap() >= clear_gap && smallest_kept < clearly_independent) {
+  if (rank_gap() >= clear_gap) {
+    if (smallest_kept >= clearly_independent) {
+      return std::nullopt;
+    }
     return "only " + number(smallest_kept, 2) + " of the torques of " + name_of(weakest_kept) +
            " tell it from the other parameters; if the digits of an angle make that difference (1.57 for "
            "1.570796327), write more of them, or set base_tolerance of the robot above it";
-  }
-  if (rank_gap() >= clear_gap) {
-    return std::nullopt;
   }
   std::string out = "the number of base parameters is not clear: of " + name_of(weakest_kept) + ", kept, " +
                     number(smallest_kept, 3) + " is independent of the other parameters";
