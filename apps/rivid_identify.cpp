@@ -5,7 +5,9 @@
 #include <sstream>
 
 #include "check_command.hpp"
+#include "init_command.hpp"
 #include "progress_bar.hpp"
+#include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/html.hpp"
@@ -70,7 +72,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(
       "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
       "failure.\n"
-      "Before that: rivid_identify check EXPERIMENT.toml looks for faults.\n"
+      "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
+      "rivid_identify check EXPERIMENT.toml looks for faults.\n"
       "rivid_identify explain CODE tells cause and cure of a fault, a warning or a status.\n"
       "The keys of an experiment file are listed in docs/experiment.md.");
 }
@@ -143,6 +146,11 @@ void print_plan(std::ostream& out, const Experiment& experiment,
 }
 
 int identify_from(const Arguments& arguments) {
+  if (arguments.experiment.extension() == ".urdf") {
+    throw InputError(arguments.experiment.string() +
+                     ": is a robot, an experiment file is required; rivid_identify init " +
+                     arguments.experiment.string() + " LOG.csv writes one");
+  }
   Experiment experiment = read_experiment(arguments.experiment);
   const auto overrides = apply(arguments, experiment);
   experiment.threads = arguments.threads;
@@ -205,6 +213,9 @@ int tool(int argc, char** argv) {
   }
   if (first == "explain") {
     return explain_command(argc - 1, argv + 1);
+  }
+  if (first == "init") {
+    return init_command(argc - 1, argv + 1);
   }
   CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
   Arguments arguments;

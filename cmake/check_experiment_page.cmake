@@ -6,8 +6,9 @@
 cmake_minimum_required(VERSION 3.25)
 
 set(code "")
-foreach(reader IN ITEMS column_reader.hpp column_reader.cpp read_experiment.cpp read_control.cpp read_monte_carlo.cpp read_simulation.cpp)
-  file(READ ${READERS}/${reader} text)
+file(GLOB readers ${READERS}/column_reader.* ${READERS}/read_*.cpp)
+foreach(reader IN LISTS readers)
+  file(READ ${reader} text)
   string(APPEND code "${text}")
 endforeach()
 file(READ ${PAGE} page)

@@ -13,6 +13,7 @@
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/data/units.hpp"
 #include "rivid/error.hpp"
+#include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 #include "rivid/experiment/parameter_file.hpp"

@@ -135,6 +135,33 @@ bool has_header(const std::vector<Line>& lines, char separator, const TableOptio
   return false;
 }
 
+// Names in a comment right above the first row, where numpy.savetxt() and rostopic write them; empty if they are not one
+// name for each field.
+std::vector<std::string> names_above(std::string_view text, const Line& row, char separator, Decimal decimal,
+                                     std::size_t fields) {
+  std::vector<std::string_view> cells;
+  if (row.begin > 0) {
+    const std::size_t end = row.begin - 1;  // of the line above
+    const std::size_t before = end == 0 ? std::string_view::npos : text.rfind('\n', end - 1);
+    const std::size_t begin = before == std::string_view::npos ? 0 : before + 1;
+    const std::string_view line = text.substr(begin, end - begin);
+    const std::size_t mark = line.find_first_of("#%");
+    if (mark != std::string_view::npos) {
+      split(line.substr(std::min(line.find_first_not_of("#%", mark), line.size())), separator, cells);
+    }
+  }
+  const auto names_nothing = [&](std::string_view cell) {
+    return cell.empty() || is_number(cell, separator, decimal);
+  };
+  if (cells.size() == fields + 1 && cells.back().empty()) {
+    cells.pop_back();
+  }
+  if (cells.size() != fields || std::ranges::any_of(cells, names_nothing)) {
+    return {};
+  }
+  return {cells.begin(), cells.end()};
+}
+
 void refuse_other_formats(std::string_view text, const std::string& source) {
   struct Format {
     std::string_view start;
@@ -263,7 +290,12 @@ Dialect dialect(std::string_view text, const std::string& source, const TableOpt
   const bool row_ends_empty = cells.size() > 1 && cells.back().empty();
   if (!out.header) {
     out.trailing = row_ends_empty;
-    for (std::size_t i = 1; i + static_cast<std::size_t>(out.trailing) <= cells.size(); ++i) {
+    if (options.header == Header::automatic) {
+      out.names =
+          names_above(text, row, out.separator, options.decimal, cells.size() - (out.trailing ? 1U : 0U));
+    }
+    for (std::size_t i = out.names.size() + 1; i + static_cast<std::size_t>(out.trailing) <= cells.size();
+         ++i) {
       out.names.push_back(field_name(i));
     }
     return out;

@@ -42,6 +42,13 @@ class Findings {
 // Each log by itself: units, columns, saturation, standstill, encoders, cut-off, reference.
 void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out);
 
+// The position filter against the motion and the noise of a log.
+void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log, const CheckOptions& options,
+                  Findings& out);
+
+// The motion of a log against its reference, with the delay between them.
+void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out);
+
 // The same data twice.
 void check_duplicates(std::span<const Log> logs, std::span<const Log> validation, Findings& out);
 

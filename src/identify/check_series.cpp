@@ -1,15 +1,14 @@
 // What a log tells by itself, joint by joint, without a model of the robot.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "identify/check_parts.hpp"
 #include "identify/noise_level.hpp"
+#include "identify/series.hpp"
 #include "rivid/identify/signal_chain.hpp"
 #include "rivid/signal/differentiate.hpp"
-#include "rivid/signal/filter.hpp"
 #include "rivid/signal/zero_phase.hpp"
 #include "rivid/text.hpp"
 
@@ -19,9 +18,6 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-// A joint stands still where its positions stay within so many deviations of their noise, or within this range.
-constexpr double still_sigmas = 12.0;
-constexpr double still_range = 1e-3;  // [rad | m]
 // A sample counts as standstill below this part of the joint's largest velocity.
 constexpr double slow = 0.01;
 constexpr double notable_standstill = 0.3;
@@ -37,33 +33,8 @@ constexpr double beyond_effort = 5.0;
 // Part of the samples at one extreme value, in runs of at least so many, that is saturation.
 constexpr double saturated_share = 0.005;
 constexpr Index saturated_run = 3;
-// Part of a motion that the position filter may take away, relative to the motion, and in deviations of the noise.
-constexpr double lost_share = 0.01;
-constexpr double lost_much = 0.05;
-constexpr double lost_sigmas = 5.0;
-// Noise of the accelerations relative to themselves.
-constexpr double noisy = 0.7;
-// Correlation of motion and reference, and of velocities with differences of positions, below which they do not belong
-// together; and the factor between them that is no longer a matter of gains.
-constexpr double alike = 0.8;
+// A recorded velocity this much larger or smaller than the differences of the positions is another one.
 constexpr double same_scale = 1.25;
-constexpr double other_unit = 5.0;
-// Search for delays of the motion behind its reference [s].
-constexpr double longest_lead = 0.5;
-constexpr double longest_delay = 5.0;
-constexpr Index compared_samples = 1500;
-
-double rms(const Eigen::Ref<const Vector>& x) {
-  return std::sqrt(x.squaredNorm() / static_cast<double>(std::max<Index>(x.size(), 1)));
-}
-
-Vector centred(const Eigen::Ref<const Vector>& x) { return x.array() - x.mean(); }
-
-double range(const Eigen::Ref<const Vector>& x) { return x.maxCoeff() - x.minCoeff(); }
-
-bool stands_still(const Eigen::Ref<const Vector>& q) {
-  return range(q) <= std::max(still_range, still_sigmas * noise_level(q));
-}
 
 // Least distance between two different values in a row: the quantum of an encoder, if there is one.
 double quantum(const Eigen::Ref<const Vector>& x) {
@@ -75,36 +46,6 @@ double quantum(const Eigen::Ref<const Vector>& x) {
     }
   }
   return least;
-}
-
-// What a low-pass does to positions.
-struct Effect {
-  double lost = 0.0;                // rms of what is taken away [rad | m]
-  double acceleration_noise = 0.0;  // part of the rms acceleration that is noise of the encoder
-};
-
-Effect effect(const Log& log, Index joint, double cutoff_hz, int order) {
-  const Matrix q = log.q.col(joint);
-  Matrix filtered = q;
-  Index border = 2;
-  double gain = log.f_m * log.f_m * std::sqrt(6.0) / 4.0;
-  if (cutoff_hz > 0.0) {
-    const Filter filter = butterworth(order, cutoff_hz, log.f_m);
-    filtered = zero_phase(q, filter);
-    border += std::min(settling_samples(filter), q.rows() / 4);
-    Matrix impulse = Matrix::Zero(2 * border + 2 * settling_samples(filter) + 1, 1);
-    impulse(impulse.rows() / 2, 0) = 1.0;
-    gain = differentiate(zero_phase(impulse, filter), log.f_m).qdd.norm();
-  }
-  const Index count = q.rows() - 2 * border;
-  if (count < 1) {
-    return {};
-  }
-  const Matrix qdd = differentiate(filtered, log.f_m).qdd;
-  const double acceleration = rms(qdd.col(0).segment(border, count));
-  const double noise = gain * noise_level(log.q.col(joint));
-  return {.lost = rms((q - filtered).col(0).segment(border, count)),
-          .acceleration_noise = acceleration > 0.0 ? noise / acceleration : 0.0};
 }
 
 void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log, Index j, Findings& out) {
@@ -202,19 +143,6 @@ void check_torque_values(const Robot& robot, std::span<const Log> logs, const Lo
   }
 }
 
-// Recorded velocities against differences of positions: v = factor q̇.
-struct Likeness {
-  double factor = 0.0;
-  double correlation = 0.0;
-};
-
-Likeness likeness(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
-  const Vector a = centred(x);
-  const Vector b = centred(y);
-  const double norms = a.norm() * b.norm();
-  return norms > 0.0 ? Likeness{a.dot(b) / a.squaredNorm(), a.dot(b) / norms} : Likeness{};
-}
-
 void check_velocities(const Robot& robot, std::span<const Log> logs, const Log& log, const Matrix& qd,
                       Findings& out) {
   std::vector<double> factors;
@@ -243,8 +171,9 @@ void check_velocities(const Robot& robot, std::span<const Log> logs, const Log& 
   }
   const auto off = [](double f) { return f > same_scale || f < 1.0 / same_scale; };
   const double first = factors.front();
-  const bool together = std::ranges::all_of(
-      compared, [&](const auto& c) { return c.second.correlation > alike && !off(c.second.factor / first); });
+  const bool together = std::ranges::all_of(compared, [&](const auto& c) {
+    return c.second.correlation > Likeness::alike && !off(c.second.factor / first);
+  });
   if (together && off(first) && !out.has("position_unit")) {
     out.add("time_scale", logs.size() == 1 ? "all joints" : log.source,
             "recorded velocities are " + number(first, 3) +
@@ -253,110 +182,12 @@ void check_velocities(const Robot& robot, std::span<const Log> logs, const Log& 
     return;
   }
   for (const auto& [j, found] : compared) {
-    if (found.correlation < alike || off(found.factor)) {
+    if (found.correlation < Likeness::alike || off(found.factor)) {
       out.add("velocity_mismatch", place(robot, logs, log, j),
               "recorded velocity is " + number(found.factor, 3) +
                   " times the derivative of the position, correlation " + number(found.correlation, 2));
     }
   }
-}
-
-void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log, const CheckOptions& options,
-                  Findings& out) {
-  const SignalOptions& signal = options.signal;
-  if (signal.cutoff_hz >= 0.5 * log.f_m) {
-    return;  // refused later, with a better message
-  }
-  for (Index j = 0; j < robot.size(); ++j) {
-    if (stands_still(log.q.col(j))) {
-      continue;
-    }
-    const Effect found = effect(log, j, signal.cutoff_hz, signal.order);
-    const double share = found.lost / rms(centred(log.q.col(j)));
-    if (share > lost_share && found.lost > lost_sigmas * noise_level(log.q.col(j))) {
-      out.add("cutoff_low", place(robot, logs, log, j),
-              "the filter at " + number(signal.cutoff_hz, 3) + " Hz takes " +
-                  number(100.0 * std::min(share, 1.0), 2) + " % of the motion away; try " +
-                  number(suitable_cutoff(log), 2) + " Hz",
-              share > lost_much ? Severity::error : Severity::warning);
-    }
-    if (found.acceleration_noise > noisy) {
-      out.add("cutoff_high", place(robot, logs, log, j),
-              (signal.cutoff_hz > 0.0 ? "at a cut-off of " + number(signal.cutoff_hz, 3) + " Hz "
-                                      : std::string("without a filter ")) +
-                  "noise makes " + number(100.0 * std::min(found.acceleration_noise, 1.0), 2) +
-                  " % of the accelerations; try " + number(suitable_cutoff(log), 2) + " Hz",
-              options.instrumental ? Severity::note : Severity::warning);
-    }
-  }
-}
-
-// The reference, and by how much the motion is behind it.
-struct Following {
-  double delay = 0.0;  // [s]
-  Likeness at_delay;   // q = factor q_r
-};
-
-Following following(const Log& log, Index j) {
-  const Index stride = std::max<Index>(1, log.samples() / compared_samples);
-  const Index count = log.samples() / stride;
-  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q(log.q.col(j).data(), count,
-                                                            Eigen::InnerStride<>(stride));
-  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q_r(log.q_r.col(j).data(), count,
-                                                              Eigen::InnerStride<>(stride));
-  const double step = static_cast<double>(stride) / log.f_m;
-  const auto lead = std::min(static_cast<Index>(longest_lead / step), count / 4);
-  const auto delay = std::min(static_cast<Index>(longest_delay / step), count / 4);
-  constexpr double shortness = 2e-3;  // correlation that a second less is worth [1/s]
-  Following best;
-  Following opposite;
-  double most = -2.0;
-  for (Index d = -lead; d <= delay; ++d) {
-    const Index overlap = count - std::abs(d);
-    const Likeness found =
-        likeness(q_r.segment(std::max<Index>(-d, 0), overlap), q.segment(std::max<Index>(d, 0), overlap));
-    // Of the delays that a periodic motion allows, the shortest.
-    const double merit = found.correlation - shortness * static_cast<double>(std::abs(d)) * step;
-    if (merit > most) {
-      most = merit;
-      best = {static_cast<double>(d) * step, found};
-    }
-    if (-found.correlation > -opposite.at_delay.correlation) {
-      opposite = {static_cast<double>(d) * step, found};
-    }
-  }
-  return best.at_delay.correlation < alike && -opposite.at_delay.correlation > alike ? opposite : best;
-}
-
-void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
-  if (log.q_r.cols() != robot.size() || log.q_r.rows() != log.q.rows()) {
-    return;
-  }
-  bool leads = true;
-  std::string delays;
-  for (Index j = 0; j < robot.size(); ++j) {
-    if (stands_still(log.q.col(j)) && stands_still(log.q_r.col(j))) {
-      continue;
-    }
-    const Following found = following(log, j);
-    const double factor = found.at_delay.factor;
-    const std::string subject = place(robot, logs, log, j);
-    leads = leads && found.delay < -2.0 / log.f_m;
-    delays += (delays.empty() ? "" : ", ") + robot.joints[static_cast<std::size_t>(j)].name + " " +
-              number(found.delay, 3) + " s";
-    if (std::abs(found.at_delay.correlation) < alike) {
-      out.add("reference_mismatch", subject,
-              "correlation of motion and reference is " + number(found.at_delay.correlation, 2) +
-                  " at best, should be above " + number(alike));
-    } else if (factor < 1.0 / other_unit || factor > other_unit) {
-      out.add("reference_unit", subject, "the motion is " + number(factor, 3) + " times its reference");
-    }
-  }
-  if (delays.empty()) {
-    return;
-  }
-  const std::string subject = logs.size() == 1 ? "all joints" : log.source;
-  out.add(leads ? "reference_leads" : "reference_delay", subject, "motion behind reference: " + delays);
 }
 
 void check_standstill(const Robot& robot, std::span<const Log> logs, const Log& log, const Matrix& qd,
@@ -425,44 +256,6 @@ bool check_motion(const Robot& robot, std::span<const Log> logs, Findings& out) 
 }
 
 }  // namespace
-
-double suitable_cutoff(const Log& log) {
-  // Filters that take no more away than noise, or a thousandth of the motion; with room for what accelerations need.
-  constexpr double first_hz = 0.2;
-  constexpr double step = 1.4;
-  constexpr double small_part = 1e-3;
-  constexpr double small_sigmas = 3.0;
-  constexpr double room = 4.0;
-  const double highest = 0.2 * log.f_m;
-  double cutoff_hz = first_hz;
-  for (Index j = 0; j < log.q.cols(); ++j) {
-    if (stands_still(log.q.col(j))) {
-      continue;
-    }
-    const double allowed =
-        std::max(small_sigmas * noise_level(log.q.col(j)), small_part * rms(centred(log.q.col(j))));
-    while (cutoff_hz < highest && effect(log, j, cutoff_hz, 4).lost > allowed) {
-      cutoff_hz *= step;
-    }
-  }
-  return std::min(room * cutoff_hz, highest);
-}
-
-bool cutoff_serves(const Log& log, const SignalOptions& signal) {
-  if (signal.cutoff_hz <= 0.0 || signal.cutoff_hz >= 0.5 * log.f_m) {
-    return false;
-  }
-  for (Index j = 0; j < log.q.cols(); ++j) {
-    if (stands_still(log.q.col(j))) {
-      continue;
-    }
-    const Effect found = effect(log, j, signal.cutoff_hz, signal.order);
-    if (found.lost > lost_share * rms(centred(log.q.col(j))) || found.acceleration_noise > 0.5) {
-      return false;
-    }
-  }
-  return true;
-}
 
 void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out) {
   const bool moves = check_motion(robot, logs, out);

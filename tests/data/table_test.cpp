@@ -101,6 +101,25 @@ TEST(ReadTable, FindsWhetherThereIsAHeader) {
   EXPECT_EQ(read("0,x\n1,y\n", {.columns = {"#1"}}).values, matrix({{0}, {1}}));
 }
 
+// numpy.savetxt(header=…) and rostopic echo -p.
+TEST(ReadTable, TakesNamesFromTheCommentAboveTheFirstRow) {
+  const auto names = [](const std::string& text, const TableOptions& options = {}) {
+    const TemporaryFile file(text);
+    return read_table(file.path(), options).names;
+  };
+  const std::vector<std::string> numbers = {"#1", "#2"};
+  EXPECT_EQ(names("# t q1\n0 1\n1 2\n"), (std::vector<std::string>{"t", "q1"}));
+  EXPECT_EQ(names("# made by hand\n%time,field.q\r\n0,1\r\n1,2\r\n"),
+            (std::vector<std::string>{"time", "field.q"}));
+  EXPECT_EQ(names("#t;q1;\n0;1;\n1;2;\n"), (std::vector<std::string>{"t", "q1"}));
+  EXPECT_EQ(names("# t q1 q2\n0 1\n1 2\n"), numbers);
+  EXPECT_EQ(names("# 0 1\n0 1\n1 2\n"), numbers) << "a row that was commented out";
+  EXPECT_EQ(names("# t q1\n\n0 1\n1 2\n"), numbers) << "not right above";
+  EXPECT_EQ(names("# t q1\n0 1\n1 2\n", {.header = Header::absent}), numbers);
+  EXPECT_EQ(names("# x y\nt q1\n0 1\n"), (std::vector<std::string>{"t", "q1"}));
+  EXPECT_EQ(names("# t q1\n0 1\n1 2\n", {.columns = {"#2"}}), std::vector<std::string>{"q1"});
+}
+
 TEST(ReadTable, DoesNotGuessWhetherAMixedLineIsAHeader) {
   EXPECT_TRUE(
       says(refusal("1,abc,3\n1,2,3\n"), "run1.csv:1:2: holds \"abc\" among numbers; if this line names"));

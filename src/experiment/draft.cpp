@@ -1,0 +1,319 @@
+#include "rivid/experiment/draft.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "experiment/mdh_file.hpp"
+#include "experiment/recognised_columns.hpp"
+#include "rivid/data/table.hpp"
+#include "rivid/data/time_stamps.hpp"
+#include "rivid/data/units.hpp"
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::RecognisedColumns;
+using Path = std::filesystem::path;
+
+constexpr double row_spacing = 0.02;  // [s], what one row of the fit stands for
+// No log of a moving arm is slower than that; what seems to be has its time in a smaller unit [Hz].
+constexpr double slowest_rate = 5.0;
+
+// A basic string of TOML.
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+    }
+    out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+  }
+  return out + '"';
+}
+
+std::string toml_strings(std::span<const std::string> items) {
+  std::string out;
+  for (const std::string& item : items) {
+    out += (out.empty() ? "" : ", ") + toml_string(item);
+  }
+  return "[" + out + "]";
+}
+
+// A path as it is written in a file of that folder: relative where both may move together.
+std::string from_folder(const Path& path, const Path& folder) {
+  std::error_code error;
+  const std::string relative =
+      std::filesystem::proximate(path, folder.empty() ? Path(".") : folder, error).generic_string();
+  return error || relative.starts_with("../../") ? std::filesystem::absolute(path).generic_string()
+                                                 : relative;
+}
+
+// The clock of a log.
+struct Clock {
+  std::string unit = "s";
+  double rate_hz = 0.0;
+  bool regular = true;
+  bool forward = true;
+  std::string summary;
+};
+
+Clock clock_of(const Path& log, const RecognisedColumns& time, std::vector<std::string>& doubts) {
+  const Table table = read_table(log, {.columns = time.columns});
+  Clock out;
+  const Vector stamps = table.values.col(0);
+  if (stamps.size() < 2) {
+    throw InputError(log.string() + ": the log has one sample, at least 2 are required");
+  }
+  if (time.unit) {
+    out.unit = *time.unit;
+  } else {
+    const double period = inspect_time(stamps).period;
+    constexpr std::array<std::string_view, 4> units = {"s", "ms", "us", "ns"};
+    const auto plausible = std::ranges::find_if(
+        units, [&](std::string_view unit) { return unit_scale(unit) * period * slowest_rate <= 1.0; });
+    out.unit = plausible == units.end() ? "s" : std::string(*plausible);
+    if (out.unit != "s") {
+      doubts.push_back("time is taken for " + out.unit + ": its steps are " + number(period, 4));
+    }
+  }
+  const TimeReport report = inspect_time(unit_scale(out.unit) * stamps);
+  out.rate_hz = report.rate_hz;
+  out.regular = report.regular;
+  out.forward = report.reversed.count == 0 && report.rate_hz > 0.0;
+  out.summary = report.summary();
+  return out;
+}
+
+// Whether a robot is a modified Denavit-Hartenberg table.
+bool is_table(const Path& robot) { return robot.extension() == ".csv"; }
+
+// Lines of the sections.
+class Writer {
+ public:
+  void line(std::string_view text = {}) { text_ += std::string(text) + '\n'; }
+  void key(std::string_view name, const std::string& value, const std::string& comment = {}) {
+    const std::string assignment = std::string(name) + " = " + value;
+    const std::size_t width = display_width(assignment);
+    line(comment.empty()
+             ? assignment
+             : assignment + std::string(width < comment_at ? comment_at - width : 1, ' ') + "# " + comment);
+  }
+  void comment(std::string_view text) { line("# " + std::string(text)); }
+
+  [[nodiscard]] std::string text() && { return std::move(text_); }
+
+ private:
+  static constexpr std::size_t comment_at = 34;
+
+  std::string text_;
+};
+
+// Names, all of them.
+std::string joined(std::span<const std::string> names) {
+  std::string out;
+  for (const std::string& name : names) {
+    out += (out.empty() ? "" : ", ") + on_one_line(name);
+  }
+  return out;
+}
+
+void write_robot(Writer& out, const Robot& robot, const std::string& file, const UrdfOptions& options,
+                 bool control) {
+  out.line("[robot]");
+  out.key(is_table(file) ? "mdh" : "urdf", toml_string(file));
+  if (!options.base.empty()) {
+    out.key("base", toml_string(options.base));
+  }
+  if (!options.tip.empty()) {
+    out.key("tip", toml_string(options.tip));
+  }
+  out.key("friction", toml_string("symmetric"), "Fv q̇ + Fc sign q̇ + offset, for every joint");
+  out.key("rotor_inertia", "true", "false behind joint torque sensors and for direct drives");
+  if (control) {
+    const std::vector<std::string> ones(robot.joints.size(), "1.0");
+    out.key("drive_gain", "[" + joined(ones) + "]",
+            "N·m (or N) for one unit of the control columns: fill in");
+  }
+  const Eigen::Vector3d& gravity = robot.chain.gravity;
+  out.comment("gravity = [" + number(gravity.x()) + ", " + number(gravity.y()) + ", " + number(gravity.z()) +
+              "]   # of the base frame; another one if the robot hangs or stands on a wall");
+  out.line();
+}
+
+void write_log(Writer& out, const detail::RecognisedLog& columns, const std::vector<std::string>& joints,
+               std::span<const std::string> files, const std::optional<Clock>& clock) {
+  out.line("[log]");
+  out.key("files", toml_strings(files));
+  if (clock) {
+    out.key("time", toml_string(columns.time.columns.front()), clock->summary);
+    if (!clock->regular) {
+      out.key("irregular", toml_string("resample"), "onto a uniform clock");
+    }
+  } else {
+    out.comment("time = \"…\"   # or rate_hz = 1000, where there is no column of time stamps");
+  }
+  out.comment("one column for each of " + joined(joints));
+  const auto list = [&](std::string_view key, const RecognisedColumns& found, const std::string& missing) {
+    if (!found.columns.empty()) {
+      out.key(key, toml_strings(found.columns));
+    } else if (!missing.empty()) {
+      out.comment(std::string(key) + " = [\"…\"]   # " + missing);
+    }
+  };
+  const bool torque = !columns.torque.columns.empty();
+  const bool control = !torque && !columns.control.columns.empty();
+  list("position", columns.position,
+       "measured positions: names or numbers (from 1) of " + counted(std::ssize(joints), "column"));
+  if (control) {
+    list("control", columns.control, {});
+  } else {
+    list("torque", columns.torque, "joint torques; or control = [\"…\"], motor currents or control signals");
+  }
+  list("velocity", columns.velocity, {});
+  list("reference", columns.reference, {});
+  list("reference_velocity", columns.reference_velocity, {});
+  std::string units;
+  const auto unit = [&](std::string_view quantity, const std::optional<std::string>& told, bool used) {
+    if (told && used && unit_scale(*told) != 1.0) {
+      units += (units.empty() ? "" : ", ") + std::string(quantity) + " = " + toml_string(*told);
+    }
+  };
+  unit("time", clock ? std::optional(clock->unit) : std::nullopt, clock.has_value());
+  unit("position", columns.position.unit, true);
+  unit("velocity", columns.velocity.unit, true);
+  unit("torque", columns.torque.unit, torque);
+  unit("control", columns.control.unit, control);
+  unit("reference", columns.reference.unit, true);
+  unit("reference_velocity", columns.reference_velocity.unit, true);
+  if (!units.empty()) {
+    out.key("units", "{ " + units + " }");
+  }
+  out.line();
+}
+
+void write_signal(Writer& out, const std::optional<Clock>& clock) {
+  out.line("[signal]");
+  out.key("cutoff_hz", toml_string("off"),
+          "no position filter: the decimation averages motion and torque alike");
+  const long decimation = clock ? std::lround(row_spacing * clock->rate_hz) : 1;
+  if (decimation > 1) {
+    out.key("decimation", std::to_string(decimation),
+            "a row every " + number(1e3 * static_cast<double>(decimation) / clock->rate_hz, 3) + " ms");
+  } else {
+    out.comment("decimation = 20   # rate of the log in Hz / 50: a row every 20 ms");
+  }
+  out.comment(
+      "torque_held = true   # where the torques are what the controller asked for, held until its next "
+      "sample");
+  out.line();
+}
+
+void write_control(Writer& out, const std::optional<Clock>& clock) {
+  out.comment(
+      "The log has a reference: with the control law, rivid_identify --method iv needs no filter that suits");
+  out.comment("the noise and is not biased by feedback (docs/control.md, docs/instrumental.md).");
+  out.comment("[control]");
+  out.comment("law = \"pd\"        # or \"pid\", \"cascade\", \"computed_torque\"");
+  out.comment("omega_n = 10      # rad/s: a guess of the bandwidth, one for all joints or a list");
+  out.comment("zeta = 1");
+  out.comment("rate_hz = " + (clock ? number(clock->rate_hz, 4) : std::string("1000")) +
+              "    # of the controller");
+}
+
+}  // namespace
+
+ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const UrdfOptions& options,
+                                 std::span<const Path> logs) {
+  if (logs.empty()) {
+    throw InputError("draft_experiment: no log is given, at least one is required");
+  }
+  if (is_table(robot_file) && (!options.base.empty() || !options.tip.empty())) {
+    throw InputError(robot_file.string() +
+                     ": base and tip go with a URDF; a table describes the whole chain");
+  }
+  const Robot robot =
+      is_table(robot_file) ? detail::read_mdh(robot_file, options.gravity) : read_urdf(robot_file, options);
+  std::vector<std::string> joints;
+  for (const Joint& joint : robot.joints) {
+    joints.push_back(joint.name);
+  }
+  const std::vector<std::string> names = column_names(logs.front());
+  const detail::RecognisedLog columns = detail::recognised_log(names, joints);
+  for (const Path& log : logs.subspan(1)) {
+    if (column_names(log) != names) {
+      throw InputError(log.string() + ": has other columns than " + logs.front().string() +
+                       "; all logs of an experiment file have the same");
+    }
+  }
+
+  ExperimentDraft out;
+  out.doubts = columns.doubts;
+  std::optional<Clock> clock;
+  if (!columns.time.columns.empty()) {
+    clock = clock_of(logs.front(), columns.time, out.doubts);
+    if (!clock->forward) {
+      out.doubts.push_back("time goes back: " + clock->summary);
+    }
+  }
+  const bool torques = !columns.torque.columns.empty() || !columns.control.columns.empty();
+  const std::string there_are = "; the columns are " + listed(names);
+  if (columns.position.columns.empty()) {
+    out.doubts.push_back("no columns of positions were recognised, one for each joint" + there_are);
+  }
+  if (!torques) {
+    out.doubts.push_back("no columns of torques or control signals were recognised, one for each joint" +
+                         there_are);
+  }
+  if (!clock) {
+    out.doubts.push_back("no column of time stamps was recognised" + there_are);
+  }
+  if (columns.torque.columns.empty() && torques) {
+    out.doubts.push_back(
+        "control signals are taken for torques in their own unit until [robot] drive_gain says what they "
+        "make");
+  }
+  out.complete = !columns.position.columns.empty() && torques && clock.has_value();
+
+  const Path folder = file.parent_path();
+  const std::size_t fitted = logs.size() > 1 ? logs.size() - 1 : 1;
+  std::vector<std::string> files;
+  for (const Path& log : logs) {
+    files.push_back(from_folder(log, folder));
+  }
+  const std::string name = file.filename().string();
+  Writer writer;
+  writer.comment("Look it over, then");
+  writer.comment("  rivid_identify check " + name + "      what is wrong with it, and what the log can tell");
+  writer.comment("  rivid_identify " + name + " --report   the parameters");
+  writer.comment("docs/experiment.md lists every key.");
+  writer.line();
+  write_robot(writer, robot, from_folder(robot_file, folder), options,
+              columns.torque.columns.empty() && torques);
+  write_log(writer, columns, joints, std::span(files).first(fitted), clock);
+  write_signal(writer, clock);
+  writer.line("[method]");
+  writer.key("name", toml_string("wls"), "each joint weighted by its own noise");
+  writer.line();
+  if (fitted < logs.size()) {
+    writer.line("[validation]");
+    writer.key("files", toml_strings(std::span(files).subspan(fitted)), "takes no part in the fit");
+  } else {
+    writer.comment("[validation]");
+    writer.comment("files = [\"another_run.csv\"]   # takes no part in the fit and judges it");
+  }
+  if (!columns.reference.columns.empty()) {
+    writer.line();
+    write_control(writer, clock);
+  }
+  out.text = std::move(writer).text();
+  return out;
+}
+
+}  // namespace rivid

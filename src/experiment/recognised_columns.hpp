@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// What the columns of a log hold, by their names alone.
+namespace rivid::detail {
+
+/// The columns of one quantity, one for each joint.
+struct RecognisedColumns {
+  std::vector<std::string> columns;  ///< base to tip; empty: none were found
+  std::optional<std::string> unit;   ///< that the names tell, as unit_scale() knows it
+};
+
+/// Sorted by the keys of a [log] section.
+struct RecognisedLog {
+  RecognisedColumns time;  ///< one column
+  RecognisedColumns position;
+  RecognisedColumns velocity;
+  RecognisedColumns torque;
+  RecognisedColumns control;
+  RecognisedColumns reference;
+  RecognisedColumns reference_velocity;
+  std::vector<std::string> doubts;  ///< choices that were not the only ones, and columns that almost fit
+};
+
+/// Names are taken apart into words ("actual_q_0", "/joint_states/elbow/position", "Axis1 Torque [Nm]"); a quantity is
+/// where they say the same of all joints, which are told by their names or by numbers from 0 or 1. Words that say that
+/// a column holds something else (accelerations, external torques, temperatures) rule it out.
+///
+/// @param names   of the columns of a file
+/// @param joints  their names, base to tip
+[[nodiscard]] RecognisedLog recognised_log(std::span<const std::string> names,
+                                           std::span<const std::string> joints);
+
+}  // namespace rivid::detail

@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <cmath>
+
+#include "identify/check_parts.hpp"
+#include "identify/noise_level.hpp"
+#include "identify/series.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/signal/zero_phase.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Part of a motion that the position filter may take away, relative to the motion, and in deviations of the noise.
+constexpr double lost_share = 0.01;
+constexpr double lost_much = 0.05;
+constexpr double lost_sigmas = 5.0;
+// Noise of the accelerations relative to themselves.
+constexpr double noisy = 0.7;
+
+// What a low-pass does to positions.
+struct Effect {
+  double lost = 0.0;                // rms of what is taken away [rad | m]
+  double acceleration_noise = 0.0;  // part of the rms acceleration that is noise of the encoder
+};
+
+Effect effect(const Log& log, Index joint, double cutoff_hz, int order) {
+  const Matrix q = log.q.col(joint);
+  Matrix filtered = q;
+  Index border = 2;
+  double gain = log.f_m * log.f_m * std::sqrt(6.0) / 4.0;
+  if (cutoff_hz > 0.0) {
+    const Filter filter = butterworth(order, cutoff_hz, log.f_m);
+    filtered = zero_phase(q, filter);
+    border += std::min(settling_samples(filter), q.rows() / 4);
+    Matrix impulse = Matrix::Zero(2 * border + 2 * settling_samples(filter) + 1, 1);
+    impulse(impulse.rows() / 2, 0) = 1.0;
+    gain = differentiate(zero_phase(impulse, filter), log.f_m).qdd.norm();
+  }
+  const Index count = q.rows() - 2 * border;
+  if (count < 1) {
+    return {};
+  }
+  const Matrix qdd = differentiate(filtered, log.f_m).qdd;
+  const double acceleration = rms(qdd.col(0).segment(border, count));
+  const double noise = gain * noise_level(log.q.col(joint));
+  return {.lost = rms((q - filtered).col(0).segment(border, count)),
+          .acceleration_noise = acceleration > 0.0 ? noise / acceleration : 0.0};
+}
+
+}  // namespace
+
+double suitable_cutoff(const Log& log) {
+  // Filters that take no more away than noise, or a thousandth of the motion; with room for what accelerations need.
+  constexpr double first_hz = 0.2;
+  constexpr double step = 1.4;
+  constexpr double small_part = 1e-3;
+  constexpr double small_sigmas = 3.0;
+  constexpr double room = 4.0;
+  const double highest = 0.2 * log.f_m;
+  double cutoff_hz = first_hz;
+  for (Index j = 0; j < log.q.cols(); ++j) {
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const double allowed =
+        std::max(small_sigmas * noise_level(log.q.col(j)), small_part * rms(centred(log.q.col(j))));
+    while (cutoff_hz < highest && effect(log, j, cutoff_hz, 4).lost > allowed) {
+      cutoff_hz *= step;
+    }
+  }
+  return std::min(room * cutoff_hz, highest);
+}
+
+bool cutoff_serves(const Log& log, const SignalOptions& signal) {
+  if (signal.cutoff_hz <= 0.0 || signal.cutoff_hz >= 0.5 * log.f_m) {
+    return false;
+  }
+  for (Index j = 0; j < log.q.cols(); ++j) {
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const Effect found = effect(log, j, signal.cutoff_hz, signal.order);
+    if (found.lost > lost_share * rms(centred(log.q.col(j))) || found.acceleration_noise > 0.5) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log, const CheckOptions& options,
+                  Findings& out) {
+  const SignalOptions& signal = options.signal;
+  if (signal.cutoff_hz >= 0.5 * log.f_m) {
+    return;  // refused later, with a better message
+  }
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const Effect found = effect(log, j, signal.cutoff_hz, signal.order);
+    const double share = found.lost / rms(centred(log.q.col(j)));
+    if (share > lost_share && found.lost > lost_sigmas * noise_level(log.q.col(j))) {
+      out.add("cutoff_low", place(robot, logs, log, j),
+              "the filter at " + number(signal.cutoff_hz, 3) + " Hz takes " +
+                  number(100.0 * std::min(share, 1.0), 2) + " % of the motion away; try " +
+                  number(suitable_cutoff(log), 2) + " Hz",
+              share > lost_much ? Severity::error : Severity::warning);
+    }
+    if (found.acceleration_noise > noisy) {
+      out.add("cutoff_high", place(robot, logs, log, j),
+              (signal.cutoff_hz > 0.0 ? "at a cut-off of " + number(signal.cutoff_hz, 3) + " Hz "
+                                      : std::string("without a filter ")) +
+                  "noise makes " + number(100.0 * std::min(found.acceleration_noise, 1.0), 2) +
+                  " % of the accelerations; try " + number(suitable_cutoff(log), 2) + " Hz",
+              options.instrumental ? Severity::note : Severity::warning);
+    }
+  }
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,58 @@
+// rivid_identify init: from a URDF and logs to an experiment file that is run as it is.
+
+#include <gtest/gtest.h>
+
+#include "support/identify_tool.hpp"
+
+namespace {
+
+using rivid::test::Outcome;
+
+class Init : public rivid::test::IdentifyTool {};
+
+TEST_F(Init, WritesAFileThatIsIdentifiedAsItIs) {
+  const Outcome made =
+      identify({"init", "scara.urdf", "scara_s2.csv", "scara_validation.csv", "--output", "new.toml"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(made.out, "");
+  EXPECT_NE(made.err.find("wrote new.toml\n"), std::string::npos) << made.err;
+  const Outcome run = identify({"new.toml"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("Validation on scara_validation.csv"), std::string::npos) << run.out;
+}
+
+TEST_F(Init, PrintsTheSameTextAndWritesNothing) {
+  EXPECT_EQ(identify({"init", "scara.urdf", "scara_s2.csv", "--output", "new.toml"}).exit_code, 0);
+  const std::vector<std::string> before = folder().entries();
+  const Outcome printed = identify({"init", "scara.urdf", "scara_s2.csv", "--output", "new.toml", "--print"});
+  EXPECT_EQ(printed.exit_code, 0);
+  EXPECT_EQ(printed.out, folder().read("new.toml"));
+  EXPECT_EQ(folder().entries(), before);
+}
+
+TEST_F(Init, WritesOverNothing) {
+  expect_refused({"scara.toml: is there already", "--force"}, {"init", "scara.urdf", "scara_s2.csv"});
+  EXPECT_EQ(identify({"init", "scara.urdf", "scara_s2.csv", "--force"}).exit_code, 0);
+  EXPECT_EQ(identify({"scara.toml"}).exit_code, 0);
+}
+
+TEST_F(Init, SaysWhatIsMissingAndExitsWithOne) {
+  folder().write("log.csv", "t,a1,a2\n0,1,2\n0.001,1,2\n");
+  const Outcome run = identify({"init", "scara.urdf", "log.csv", "--output", "new.toml"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.err.find("no columns of positions were recognised"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("wrote new.toml, incomplete\n"), std::string::npos) << run.err;
+}
+
+TEST_F(Init, IsNamedToWhoGivesARobotInstead) {
+  expect_refused({"scara.urdf: is a robot", "rivid_identify init scara.urdf LOG.csv"}, {"scara.urdf"});
+}
+
+TEST_F(Init, RefusesWhatCanNotBeRead) {
+  expect_refused({"missing.csv"}, {"init", "scara.urdf", "missing.csv", "--output", "new.toml"});
+  expect_refused({"missing.urdf"}, {"init", "missing.urdf", "scara_s2.csv", "--output", "new.toml"});
+  expect_refused({"no_link"},
+                 {"init", "scara.urdf", "scara_s2.csv", "--tip", "no_link", "--output", "new.toml"});
+}
+
+}  // namespace

@@ -1,0 +1,265 @@
+// An experiment file from a robot and the names of the columns of its log: what is recognised, in which order and unit.
+
+#include "rivid/experiment/draft.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "rivid/data/units.hpp"
+#include "rivid/error.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace rivid {
+namespace {
+
+using Names = std::vector<std::string>;
+
+// A URDF with one revolute joint after the other.
+std::string chain_of(const Names& joints) {
+  std::string urdf = "<robot name=\"chain\"><link name=\"base\"/>";
+  std::string parent = "base";
+  for (const std::string& joint : joints) {
+    const std::string link = joint + "_body";
+    urdf += "<joint name=\"" + joint + "\" type=\"continuous\"><parent link=\"" + parent +
+            "\"/><child link=\"" + link + "\"/><axis xyz=\"0 0 1\"/></joint><link name=\"" + link +
+            "\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" "
+            "iyz=\"0\"/></inertial></link>";
+    parent = link;
+  }
+  return urdf + "</robot>";
+}
+
+const Names numbered = {"joint_1", "joint_2", "joint_3"};
+const Names ur = {"shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint"};
+
+class Draft : public testing::Test {
+ protected:
+  // Ten rows at 1 kHz below a line of names, whatever they are; the first column counts in `step`.
+  void write_log(const std::string& header, const std::string& step = "0.001",
+                 const std::string& file = "log.csv") const {
+    std::string text = header + "\n";
+    const auto columns = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
+    for (int row = 0; row < 10; ++row) {
+      text += std::to_string(std::stod(step) * row);
+      for (std::size_t c = 1; c < columns; ++c) {
+        text += "," + std::to_string(c);
+      }
+      text += '\n';
+    }
+    folder_.write(file, text);
+  }
+
+  [[nodiscard]] ExperimentDraft draft(const Names& joints, const Names& logs = {"log.csv"},
+                                      const UrdfOptions& options = {}) const {
+    folder_.write("robot.urdf", chain_of(joints));
+    std::vector<std::filesystem::path> paths;
+    for (const std::string& log : logs) {
+      paths.push_back(folder_.path() / log);
+    }
+    return draft_experiment(folder_.path() / "robot.toml", folder_.path() / "robot.urdf", options, paths);
+  }
+
+  // A complete draft, as its reader understands it.
+  [[nodiscard]] Experiment read(const Names& joints, const Names& logs = {"log.csv"}) const {
+    const ExperimentDraft made = draft(joints, logs);
+    EXPECT_TRUE(made.complete) << made.text;
+    folder_.write("robot.toml", made.text);
+    return read_experiment(folder_.path() / "robot.toml");
+  }
+
+  [[nodiscard]] const test::TemporaryFolder& folder() const { return folder_; }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+Names names_of(const std::vector<Column>& columns) {
+  Names out;
+  for (const Column& column : columns) {
+    out.push_back(column.name);
+  }
+  return out;
+}
+
+TEST_F(Draft, KnowsTheDefaultNames) {
+  write_log("t,q1,q2,q3,qd1,qd2,qd3,tau1,tau2,tau3,v1,v2,v3,qref1,qref2,qref3");
+  const Experiment read = this->read(numbered);
+  const LogOptions& columns = read.log.columns;
+  EXPECT_EQ(names_of(columns.position), (Names{"q1", "q2", "q3"}));
+  EXPECT_EQ(names_of(columns.velocity), (Names{"qd1", "qd2", "qd3"}));
+  EXPECT_EQ(names_of(columns.torque), (Names{"tau1", "tau2", "tau3"}));
+  EXPECT_EQ(names_of(columns.reference), (Names{"qref1", "qref2", "qref3"}));
+  EXPECT_TRUE(columns.control.empty()) << "torques are at hand";
+  EXPECT_EQ(columns.time->name, "t");
+  EXPECT_EQ(read.signal.decimation, std::vector<int>{20}) << "a row every 20 ms";
+  EXPECT_EQ(read.signal.cutoff_hz, 0.0);
+}
+
+// Names that Universal Robots' real-time interface writes.
+TEST_F(Draft, KnowsTheNamesOfUniversalRobots) {
+  std::string header = "timestamp";
+  for (const char* const stem : {"target_q", "target_qd", "target_qdd", "target_current", "target_moment",
+                                 "actual_q", "actual_qd", "actual_current", "actual_joint_voltage",
+                                 "joint_temperatures", "actual_TCP_pose", "actual_TCP_force"}) {
+    for (const char* const number : {"_0", "_1", "_2"}) {
+      header += std::string(",") + stem + number;
+    }
+  }
+  write_log(header, "0.002");
+  const Experiment read = this->read(ur);
+  const LogOptions& columns = read.log.columns;
+  EXPECT_EQ(names_of(columns.position), (Names{"actual_q_0", "actual_q_1", "actual_q_2"}));
+  EXPECT_EQ(names_of(columns.velocity), (Names{"actual_qd_0", "actual_qd_1", "actual_qd_2"}));
+  EXPECT_EQ(names_of(columns.reference), (Names{"target_q_0", "target_q_1", "target_q_2"}));
+  EXPECT_EQ(names_of(columns.reference_velocity), (Names{"target_qd_0", "target_qd_1", "target_qd_2"}));
+  EXPECT_EQ(names_of(columns.control), (Names{"actual_current_0", "actual_current_1", "actual_current_2"}));
+  EXPECT_TRUE(columns.torque.empty());
+  EXPECT_EQ(read.signal.decimation, std::vector<int>{10});
+}
+
+// libfranka's: q_d is asked for, tau_ext_hat_filtered and tau_J_d are not what was measured.
+TEST_F(Draft, KnowsTheNamesOfFranka) {
+  std::string header = "time";
+  for (const char* const stem :
+       {"q_d", "dq_d", "ddq_d", "tau_J_d", "tau_ext_hat_filtered", "tau_J", "dq", "q"}) {
+    for (const char* const number : {"[0]", "[1]", "[2]"}) {
+      header += std::string(",") + stem + number;
+    }
+  }
+  write_log(header);
+  const LogOptions& columns = read(numbered).log.columns;
+  EXPECT_EQ(names_of(columns.position), (Names{"q[0]", "q[1]", "q[2]"}));
+  EXPECT_EQ(names_of(columns.velocity), (Names{"dq[0]", "dq[1]", "dq[2]"}));
+  EXPECT_EQ(names_of(columns.torque), (Names{"tau_J[0]", "tau_J[1]", "tau_J[2]"}));
+  EXPECT_EQ(names_of(columns.reference), (Names{"q_d[0]", "q_d[1]", "q_d[2]"}));
+  EXPECT_EQ(names_of(columns.reference_velocity), (Names{"dq_d[0]", "dq_d[1]", "dq_d[2]"}));
+}
+
+// Joint states that are told by name stand in the order of the chain, whatever the order of the columns.
+TEST_F(Draft, SortsColumnsThatAreNamedAfterJoints) {
+  write_log(
+      "__time,/joint_states/elbow_joint/effort,/joint_states/elbow_joint/position,"
+      "/joint_states/shoulder_lift_joint/effort,/joint_states/shoulder_lift_joint/position,"
+      "/joint_states/shoulder_pan_joint/effort,/joint_states/shoulder_pan_joint/position");
+  const LogOptions& columns = read(ur).log.columns;
+  EXPECT_EQ(names_of(columns.position),
+            (Names{"/joint_states/shoulder_pan_joint/position", "/joint_states/shoulder_lift_joint/position",
+                   "/joint_states/elbow_joint/position"}));
+  EXPECT_EQ(names_of(columns.torque),
+            (Names{"/joint_states/shoulder_pan_joint/effort", "/joint_states/shoulder_lift_joint/effort",
+                   "/joint_states/elbow_joint/effort"}));
+  EXPECT_EQ(columns.time->name, "__time");
+}
+
+TEST_F(Draft, KnowsJointsWithoutWhatTheirNamesShare) {
+  write_log(
+      "t,elbow_pos,shoulder_lift_pos,shoulder_pan_pos,elbow_torque,shoulder_lift_torque,shoulder_pan_torque");
+  const LogOptions& columns = read(ur).log.columns;
+  EXPECT_EQ(names_of(columns.position), (Names{"shoulder_pan_pos", "shoulder_lift_pos", "elbow_pos"}));
+  EXPECT_EQ(names_of(columns.torque), (Names{"shoulder_pan_torque", "shoulder_lift_torque", "elbow_torque"}));
+}
+
+TEST_F(Draft, TakesUnitsFromNames) {
+  write_log(
+      "Time (ms),Axis1 Position [deg],Axis2 Position [deg],Axis3 Position [deg],Axis1 Torque [mNm],"
+      "Axis2 Torque [mNm],Axis3 Torque [mNm],Axis1 Speed [deg/s],Axis2 Speed [deg/s],Axis3 Speed [deg/s]",
+      "1");
+  const Experiment read = this->read(numbered);
+  const LogOptions& columns = read.log.columns;
+  EXPECT_EQ(columns.time->scale, 1e-3);
+  ASSERT_EQ(columns.position.size(), 3U);
+  EXPECT_EQ(columns.position[0].name, "Axis1 Position [deg]");
+  EXPECT_EQ(columns.position[2].scale, unit_scale("deg"));
+  EXPECT_EQ(columns.torque[1].scale, 1e-3);
+  EXPECT_EQ(columns.velocity[1].scale, unit_scale("deg/s"));
+  EXPECT_EQ(read.signal.decimation, std::vector<int>{20});
+}
+
+TEST_F(Draft, TakesUnitsFromTheEndsOfNames) {
+  write_log("t_us,q1_deg,q2_deg,q3_deg,tau1_Nm,tau2_Nm,tau3_Nm,qd1_rad_s,qd2_rad_s,qd3_rad_s", "1000");
+  const LogOptions& columns = read(numbered).log.columns;
+  EXPECT_EQ(columns.time->scale, 1e-6);
+  EXPECT_EQ(columns.position[0].scale, unit_scale("deg"));
+  EXPECT_EQ(columns.torque[0].scale, 1.0);
+  EXPECT_EQ(columns.velocity[0].scale, 1.0);
+}
+
+// Steps of 1 and 1000000 are no seconds.
+TEST_F(Draft, GuessesTheUnitOfTimeFromItsSteps) {
+  for (const auto& [step, scale] : {std::pair{"1", 1e-3}, {"1000", 1e-6}, {"1000000", 1e-9}, {"0.1", 1.0}}) {
+    write_log("t,q1,q2,q3,tau1,tau2,tau3", step);
+    EXPECT_EQ(read(numbered).log.columns.time->scale, scale) << step;
+  }
+  write_log("t,q1,q2,q3,tau1,tau2,tau3", "1");
+  ASSERT_EQ(draft(numbered).doubts.size(), 1U);
+  EXPECT_EQ(draft(numbered).doubts[0], "time is taken for ms: its steps are 1");
+}
+
+TEST_F(Draft, NeedsNoNumbersForOneJoint) {
+  write_log("time,position,velocity,acceleration,motor_current");
+  const LogOptions& columns = read({"slide"}).log.columns;
+  EXPECT_EQ(names_of(columns.position), Names{"position"});
+  EXPECT_EQ(names_of(columns.velocity), Names{"velocity"});
+  EXPECT_EQ(names_of(columns.control), Names{"motor_current"});
+}
+
+TEST_F(Draft, PrefersTheJointSideAndTellsOfChoices) {
+  write_log(
+      "t,motor_q1,motor_q2,motor_q3,q1,q2,q3,left_tau1,left_tau2,left_tau3,right_tau1,right_tau2,right_tau3");
+  EXPECT_EQ(names_of(read(numbered).log.columns.position), (Names{"q1", "q2", "q3"}));
+  const ExperimentDraft made = draft(numbered);
+  ASSERT_EQ(made.doubts.size(), 1U);
+  EXPECT_EQ(made.doubts[0], "torque may be \"left_tau1\" … or \"right_tau1\" …; the first is taken");
+}
+
+TEST_F(Draft, KeepsTheLastOfSeveralLogsForValidation) {
+  for (const char* const file : {"a.csv", "b.csv", "c.csv"}) {
+    write_log("t,q1,q2,q3,tau1,tau2,tau3", "0.001", file);
+  }
+  const Experiment read = this->read(numbered, {"a.csv", "b.csv", "c.csv"});
+  EXPECT_EQ(read.log.files.size(), 2U);
+  ASSERT_EQ(read.validation.files.size(), 1U);
+  EXPECT_EQ(read.validation.files[0].filename(), "c.csv");
+  write_log("t,q1,q2,q3,tau_1,tau_2,tau_3", "0.001", "c.csv");
+  EXPECT_THROW((void)draft(numbered, {"a.csv", "c.csv"}), InputError);
+}
+
+TEST_F(Draft, ReadsNamesFromACommentAboveTheRows) {
+  write_log("# t,q1,q2,q3,tau1,tau2,tau3");
+  EXPECT_EQ(names_of(read(numbered).log.columns.torque), (Names{"tau1", "tau2", "tau3"}));
+}
+
+TEST_F(Draft, ResamplesIrregularClocks) {
+  folder().write("log.csv", "t,q,tau\n0,1,2\n0.01,1,2\n0.024,1,2\n0.03,1,2\n0.04,1,2\n0.05,1,2\n");
+  EXPECT_EQ(read({"slide"}).log.irregular, Irregular::resample);
+}
+
+TEST_F(Draft, SaysWhatIsLeftToFillIn) {
+  write_log("t,a1,a2,a3,tau1,tau2,tau3");
+  const ExperimentDraft no_position = draft(numbered);
+  EXPECT_FALSE(no_position.complete);
+  ASSERT_EQ(no_position.doubts.size(), 1U);
+  EXPECT_NE(no_position.doubts[0].find("no columns of positions were recognised"), std::string::npos);
+  EXPECT_NE(no_position.text.find("\n# position = [\"…\"]"), std::string::npos) << no_position.text;
+
+  write_log("0,1,2,3,4,5,6");
+  EXPECT_FALSE(draft(numbered).complete);
+  EXPECT_EQ(draft(numbered).doubts.size(), 3U) << "positions, torques, time";
+}
+
+// Seven columns are no six joints: the chain may end at the wrong link.
+TEST_F(Draft, TellsOfColumnsThatAlmostFit) {
+  write_log("t,q1,q2,q3,q4,tau1,tau2,tau3,tau4");
+  const ExperimentDraft made = draft(numbered);
+  EXPECT_FALSE(made.complete);
+  EXPECT_NE(made.doubts.at(0).find("\"q1\" to \"q4\" are 4 columns, the chain has 3 joints"),
+            std::string::npos)
+      << made.doubts.at(0);
+}
+
+}  // namespace
+}  // namespace rivid
