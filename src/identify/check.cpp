@@ -110,6 +110,11 @@ void check_excitation(const Robot& robot, std::span<const Log> logs, const Check
   if (const std::string weak = weak_ones(quick); !weak.empty()) {
     out.add("weak_parameters", all, weak);
   }
+  for (const Warning& warning : quick.warnings) {
+    if (warning.code == "torque_lag" && !out.has("torque_delay")) {
+      out.add(warning.code, all, warning.text);
+    }
+  }
   const auto identified =
       std::ranges::count(quick.parameters, Verdict::identified, &ParameterEstimate::verdict);
   out.add("forecast", all,

@@ -8,6 +8,7 @@
 #include "rivid/signal/filter.hpp"
 #include "rivid/signal/zero_phase.hpp"
 #include "rivid/text.hpp"
+#include "signal/window_decimator.hpp"
 
 namespace rivid::detail {
 
@@ -26,28 +27,51 @@ struct Effect {
   double acceleration_noise = 0.0;  // part of the rms acceleration that is noise of the encoder
 };
 
-Effect effect(const Log& log, Index joint, double cutoff_hz, int order) {
+// Σ_m h_m x[k + m] for each stride-th k that the window fits around.
+Vector averaged(const Eigen::Ref<const Vector>& x, const Vector& window, Index stride) {
+  Vector out((x.size() - window.size()) / stride + 1);
+  for (Index k = 0; k < out.size(); ++k) {
+    out[k] = window.dot(x.segment(k * stride, window.size()));
+  }
+  return out;
+}
+
+// n_d  of the window that a decimation averages accelerations by, 1 for none
+Effect effect(const Log& log, Index joint, double cutoff_hz, int order, Index n_d = 1) {
   const Matrix q = log.q.col(joint);
+  const Vector window = decimation_window(n_d);
   Matrix filtered = q;
   Index border = 2;
-  double gain = log.f_m * log.f_m * std::sqrt(6.0) / 4.0;
+  Matrix impulse = Matrix::Zero(2 * window.size() + 9, 1);
   if (cutoff_hz > 0.0) {
     const Filter filter = butterworth(order, cutoff_hz, log.f_m);
     filtered = zero_phase(q, filter);
     border += std::min(settling_samples(filter), q.rows() / 4);
-    Matrix impulse = Matrix::Zero(2 * border + 2 * settling_samples(filter) + 1, 1);
+    impulse = Matrix::Zero(impulse.rows() + 2 * (border + settling_samples(filter)), 1);
     impulse(impulse.rows() / 2, 0) = 1.0;
-    gain = differentiate(zero_phase(impulse, filter), log.f_m).qdd.norm();
+    impulse = zero_phase(impulse, filter);
+  } else {
+    impulse(impulse.rows() / 2, 0) = 1.0;
   }
   const Index count = q.rows() - 2 * border;
-  if (count < 1) {
+  if (count < window.size()) {
     return {};
   }
   const Matrix qdd = differentiate(filtered, log.f_m).qdd;
-  const double acceleration = rms(qdd.col(0).segment(border, count));
+  const double acceleration = rms(averaged(qdd.col(0).segment(border, count), window, n_d));
+  const double gain = averaged(differentiate(impulse, log.f_m).qdd.col(0), window, 1).norm();
   const double noise = gain * noise_level(log.q.col(joint));
   return {.lost = rms((q - filtered).col(0).segment(border, count)),
           .acceleration_noise = acceleration > 0.0 ? noise / acceleration : 0.0};
+}
+
+// Stride of the windows that average exact rows; the decimation of the others is left to its own filter.
+Index window_stride(const SignalOptions& signal) {
+  Index out = 1;
+  for (const int n_d : signal.decimation) {
+    out *= signal.exact_rows() ? n_d : 1;
+  }
+  return out;
 }
 
 }  // namespace
@@ -100,7 +124,7 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
     if (stands_still(log.q.col(j))) {
       continue;
     }
-    const Effect found = effect(log, j, signal.cutoff_hz, signal.order);
+    const Effect found = effect(log, j, signal.cutoff_hz, signal.order, window_stride(signal));
     const double share = found.lost / rms(centred(log.q.col(j)));
     if (share > lost_share && found.lost > lost_sigmas * noise_level(log.q.col(j))) {
       out.add("cutoff_low", place(robot, logs, log, j),

@@ -38,17 +38,17 @@ Index intervals(std::span<const Matrix> series) {
   return out;
 }
 
-Index lag_of(std::span<const Matrix> series, double interval, const CovarianceOptions& options) {
-  return options.lag > 0.0
-             ? std::min(static_cast<Index>(std::ceil(options.lag / interval)), intervals(series))
-             : bartlett_lag(series);
-}
-
 TestResult chi_square_test(double statistic, double freedom) {
   return {.statistic = statistic, .freedom = freedom, .p = chi_square_tail(statistic, freedom)};
 }
 
 }  // namespace
+
+Index lag_of(std::span<const Matrix> series, double interval, const CovarianceOptions& options) {
+  return options.lag > 0.0
+             ? std::min(static_cast<Index>(std::ceil(options.lag / interval)), intervals(series))
+             : bartlett_lag(series);
+}
 
 double decimation_factor(const SignalOptions& signal) {
   if (signal.decimation.empty() || signal.convention == Convention::matlab) {

@@ -28,6 +28,9 @@ struct Uncertainty {
 [[nodiscard]] Uncertainty classical_covariance(const SignalOptions& signal, double sigma,
                                                const Matrix& unit_covariance, double freedom);
 
+// Intervals that a long-run covariance counts as correlated.
+[[nodiscard]] Index lag_of(std::span<const Matrix> series, double interval, const CovarianceOptions& options);
+
 // A⁻¹ S A⁻ᵀ with S the long-run covariance of the scores Σ Zᵀ Ω⁻¹ ρ.
 //
 // series   one a log, (intervals × b)

@@ -105,6 +105,15 @@ constexpr std::array codes = {
                    "The torques fit the motion much better when they are shifted in time.",
                    "Set [log] torque_lag to the samples that the text tells."},
     DiagnosticCode{
+        "torque_lag", warning, "Torques look a little early or late beside the motion.",
+        "What the model leaves of the torques goes along with their rate, by more than chance, and by enough "
+        "to "
+        "take a parameter out of its interval: a torque that acts until the next sample, a filter in its "
+        "measurement, stamps of different clocks. Friction or elasticity that the model lacks can look so "
+        "too.",
+        "Set [signal] torque_held or [log] torque_lag as the text says, and see whether the residual and the "
+        "error on another log fall."},
+    DiagnosticCode{
         "torque_sign", error, "A torque has the wrong sign.",
         "With the other sign inertia and friction are positive and the torques of all joints agree.",
         "Set sign = -1 for that column in [log] torque or control, or make drive_gain negative."},

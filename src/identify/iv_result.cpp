@@ -105,7 +105,12 @@ void tell_uncertainty(const IvProblem& problem, const Instruments& instruments, 
       }
     }
     found = hac_covariance(found_scores.series[0], found_scores.interval, bread, method.covariance, freedom);
-    out.diagnostics = Diagnostics{.residuals = residual_tests(problem.robot, found_scores), .hausman = {}};
+    out.diagnostics = Diagnostics{
+        .residuals = residual_tests(problem.robot, found_scores), .hausman = {}, .torque_lag = {}};
+    if (loss == nullptr && method.signal.exact_rows()) {
+      out.diagnostics->torque_lag =
+          torque_lag(problem.base, found_scores, method.covariance, bread, found.C.diagonal().cwiseSqrt());
+    }
     if (ls.full_rank()) {
       out.diagnostics->hausman =
           hausman_test(problem.base, shift, found_scores.series[0], bread, found_scores.series[1], bread_ls,
@@ -136,6 +141,7 @@ void conclude(const IvProblem& problem, const IvSolver& solver, double with_V, I
   out.fit.sigma_rho = estimate.sigma_rho;
   describe_parameters(problem.robot, out);
   judge_robust(out);
+  judge_torque_lag(out);
   add_physical(problem.robot, problem.method.physical, problem.data, estimate.R_VW / estimate.sigma, out);
   judge_parameters(problem.robot, problem.logs, out);
   const double factor = decimation_factor(solver.instruments().signals().front());

@@ -11,6 +11,7 @@
 #include "identify/robust_covariance.hpp"
 #include "identify/robust_least_squares.hpp"
 #include "identify/robust_report.hpp"
+#include "identify/torque_lag.hpp"
 #include "identify/verdict.hpp"
 #include "rivid/error.hpp"
 
@@ -67,7 +68,12 @@ void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Metho
     }
     found = detail::hac_covariance(scores.series.front(), scores.interval, bread, method.covariance, freedom);
     found.C.diagonal() += undetermined;
-    out.diagnostics = Diagnostics{.residuals = detail::residual_tests(robot, scores), .hausman = {}};
+    out.diagnostics =
+        Diagnostics{.residuals = detail::residual_tests(robot, scores), .hausman = {}, .torque_lag = {}};
+    if (loss == nullptr && method.signal.exact_rows()) {
+      out.diagnostics->torque_lag =
+          detail::torque_lag(out.base, scores, method.covariance, bread, found.C.diagonal().cwiseSqrt());
+    }
   }
   out.C_chi = std::move(found.C);
   out.covariance = found.report;
@@ -170,6 +176,7 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   tell_uncertainty(robot, logs, method, estimate, freedom, out);
   describe_parameters(robot, out);
   detail::judge_robust(out);
+  detail::judge_torque_lag(out);
   detail::add_physical(robot, method.physical, data, solution.R / estimate.sigma, out);
   detail::judge_parameters(robot, logs, out);
   detail::add_essential(robot, method.essential, logs, data,

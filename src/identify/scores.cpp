@@ -42,28 +42,37 @@ class ScoreSink final : public RowSink {
         samples_per_interval_(samples_per_interval),
         stride_(stride),
         loss_(loss),
-        rows_(RowSource::most_wanted, W_at_ + own + 1) {
+        rows_(Matrix::Zero(LagSums::lead + RowSource::most_wanted, W_at_ + own + 1)),
+        rho_(Vector::Zero(LagSums::lead + RowSource::most_wanted)),
+        lag_(own, stride, intervals, samples_per_interval) {
     sums_.assign(estimators_.size(), Matrix::Zero(intervals, own));
     curvatures_.assign(loss_ ? estimators_.size() : 0, Matrix::Zero(own, own));
   }
 
-  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
+  RowsRoom room(Index /*wanted*/) override {
+    return {{rows_.data() + LagSums::lead, rows_.rows()}, RowSource::most_wanted};
+  }
 
   void commit(std::span<const Index> samples) override {
+    constexpr Index lead = LagSums::lead;
     const auto count = static_cast<Index>(samples.size());
+    const auto all = rows_.topRows(lead + count);
     for (const Index c : signs_) {
-      rows_.col(W_at_ + c).head(count) = rows_.col(c).head(count);
+      rows_.col(W_at_ + c).segment(lead, count) = rows_.col(c).segment(lead, count);
     }
-    const auto W = rows_.topRows(count).middleCols(W_at_, own_);
-    const auto Y = rows_.col(W_at_ + own_).head(count);
+    const auto W = all.middleCols(W_at_, own_).bottomRows(count);
+    const auto Y = all.col(W_at_ + own_).tail(count);
     for (std::size_t e = 0; e < estimators_.size(); ++e) {
       const Own& estimator = estimators_[e];
+      const auto all_Z = all.middleCols(estimator.instrumental ? 0 : W_at_, own_);
+      const auto Z = all_Z.bottomRows(count);
       Vector rho = Y - W * estimator.chi;
       if (e == 0) {
         see(rho, samples);
+        rho_.segment(lead, count) = rho;
+        lag_.add(all_Z, all.middleCols(W_at_, own_), all.col(W_at_ + own_), rho_.head(lead + count),
+                 estimator.chi, samples);
       }
-      const Index Z_at = estimator.instrumental ? 0 : W_at_;
-      const auto Z = rows_.topRows(count).middleCols(Z_at, own_);
       Vector slope;
       if (loss_) {
         slope = psi(*loss_, rho);
@@ -78,13 +87,26 @@ class ScoreSink final : public RowSink {
       }
       for (Index c = 0; c < own_; ++c) {
         for (Index k = 0; k < count; ++k) {
-          sums_[e](interval_of(samples[static_cast<std::size_t>(k)]), c) += rows_(k, Z_at + c) * rho[k];
+          sums_[e](interval_of(samples[static_cast<std::size_t>(k)], samples_per_interval_), c) +=
+              Z(k, c) * rho[k];
         }
       }
     }
+    // The neighbours of the next rows.
+    rows_.topRows(lead) = rows_.middleRows(count, lead).eval();
+    rho_.head(lead) = rho_.segment(count, lead).eval();
   }
 
   [[nodiscard]] const ResidualMoments& moments() const { return moments_; }
+  // Adds what LagSums has found to the sums of all joints; `at` is the joint, and the last sums by time are those of this log.
+  void add_rates_to(RateSums& all, const std::vector<Index>& columns, Index at) const {
+    const double w = weight_ * weight_;
+    all.WP(columns, at) += w * lag_.WP;
+    all.ZD(columns, at) += w * lag_.ZD.colwise().sum().transpose();
+    all.P_rho.back().col(at) = w * lag_.P_rho;
+    all.PD.back().col(at) = w * lag_.PD;
+    all.ZD_by_time.back()(Eigen::all, columns) += w * lag_.ZD;
+  }
   // Adds the scores of estimator e to those of all joints, (intervals × b).
   void add_to(Matrix& all, const std::vector<Index>& columns, std::size_t e) const {
     for (Index c = 0; c < own_; ++c) {
@@ -105,11 +127,6 @@ class ScoreSink final : public RowSink {
       rho[k] *= loss.loss.weight(u);
     }
     return slope;
-  }
-
-  [[nodiscard]] Index interval_of(Index sample) const {
-    constexpr double rounding = 1e-9;
-    return static_cast<Index>(static_cast<double>(sample) / samples_per_interval_ + rounding);
   }
 
   void see(const Vector& rho, std::span<const Index> samples) {
@@ -143,7 +160,9 @@ class ScoreSink final : public RowSink {
   double samples_per_interval_;
   Index stride_;
   std::optional<Loss> loss_;
-  Matrix rows_;
+  Matrix rows_;  // behind those of the call before that LagSums needs
+  Vector rho_;   // of the first estimator
+  LagSums lag_;
   std::vector<Matrix> sums_;
   std::vector<Matrix> curvatures_;
   ResidualMoments moments_;
@@ -164,7 +183,7 @@ std::optional<ScoreSink::Loss> loss_of(const RowLoss* loss, std::size_t j) {
   return loss == nullptr ? std::nullopt : std::optional(ScoreSink::Loss{loss->loss, loss->scales[j]});
 }
 
-double interval_of(std::span<const ScoredLog> logs) {
+double interval_for(std::span<const ScoredLog> logs) {
   double out = 0.0;
   for (const ScoredLog& each : logs) {
     const double f_m = each.log->f_m;
@@ -191,9 +210,10 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
               const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
               std::span<const Vector> whitening, const RowLoss* loss) {
   Scores out;
-  out.interval = interval_of(logs);
+  out.interval = interval_for(logs);
   out.series.resize(estimators.size());
   out.residuals.resize(robot.joints.size());
+  out.rates.WP = out.rates.ZD = Matrix::Zero(base.size(), robot.size());
   if (loss != nullptr) {
     out.curvature.assign(estimators.size(), Matrix::Zero(base.size(), base.size()));
   }
@@ -232,8 +252,12 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
       }
       out.series[e].push_back(std::move(all));
     }
+    out.rates.P_rho.emplace_back(intervals, robot.size());
+    out.rates.PD.emplace_back(intervals, robot.size());
+    out.rates.ZD_by_time.emplace_back(Matrix::Zero(intervals, base.size()));
     for (std::size_t j = 0; j < source.joints(); ++j) {
       out.residuals[j].merge(own_sinks[j].moments());
+      own_sinks[j].add_rates_to(out.rates, source.columns(j), static_cast<Index>(j));
     }
   }
   return out;

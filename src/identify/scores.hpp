@@ -7,6 +7,7 @@
 #include "identify/reweighting.hpp"
 #include "identify/row_source.hpp"
 #include "identify/thread_team.hpp"
+#include "identify/torque_lag.hpp"
 
 namespace rivid::detail {
 
@@ -47,6 +48,7 @@ struct Scores {
   // Σ Z_tᵀ Ω⁻¹ ψ'_t W_t of each estimator, (b × b); empty without a loss.
   std::vector<Matrix> curvature;
   std::vector<ResidualMoments> residuals;  // of the first estimator, one a joint
+  RateSums rates;                          // of the first estimator
 };
 
 // How the rows of a log are made.

@@ -103,6 +103,9 @@ std::string residual_tests(const Diagnostics& diagnostics) {
   if (diagnostics.hausman) {
     out += element("p", escaped(in_words(*diagnostics.hausman)) + ".");
   }
+  if (diagnostics.torque_lag) {
+    out += element("p", escaped(in_words(*diagnostics.torque_lag)) + ".");
+  }
   return out;
 }
 

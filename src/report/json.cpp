@@ -99,11 +99,17 @@ Json tests(const Diagnostics& d) {
                          {"skewness", r.skewness},
                          {"excess_kurtosis", r.excess_kurtosis}});
   }
-  Json out = {{"residuals", std::move(residuals)}, {"hausman", nullptr}};
+  Json out = {{"residuals", std::move(residuals)}, {"hausman", nullptr}, {"torque_lag", nullptr}};
   if (d.hausman) {
     out["hausman"] = test(d.hausman->test);
     out["hausman"]["largest_shift"] = d.hausman->largest_shift;
     out["hausman"]["parameter"] = d.hausman->parameter;
+  }
+  if (d.torque_lag) {
+    out["torque_lag"] = {{"samples", d.torque_lag->samples},
+                         {"sigma", d.torque_lag->sigma},
+                         {"largest_shift", d.torque_lag->largest_shift},
+                         {"parameter", d.torque_lag->parameter}};
   }
   return out;
 }

@@ -349,6 +349,9 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
     if (result.diagnostics->hausman) {
       out << "  " << in_words(*result.diagnostics->hausman) << '\n';
     }
+    if (result.diagnostics->torque_lag) {
+      out << "  " << in_words(*result.diagnostics->torque_lag) << '\n';
+    }
   }
   if (result.robust) {
     out << "\nWeights of the rows\n";

@@ -75,6 +75,11 @@ std::string in_words(const HausmanTest& hausman) {
          figures;
 }
 
+std::string in_words(const TorqueLag& lag) {
+  return "Torques lag the motion by " + fixed(lag.samples, 2) + " ± " + fixed(lag.sigma, 2) +
+         " samples, which moves " + lag.parameter + " by " + number(lag.largest_shift, 2) + " sigma";
+}
+
 std::string in_words(const RobustReport& robust) {
   std::string out = robust.options.kind == RobustKind::huber ? "Huber's loss" : "Bisquare loss";
   out += ", tuning " + number(robust.options.loss().tuning, 4) + ", in " + counted(robust.rounds, "round") +

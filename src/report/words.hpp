@@ -22,6 +22,7 @@ namespace rivid::detail {
 // Where standard deviations come from.
 [[nodiscard]] std::string in_words(const CovarianceReport& covariance);
 [[nodiscard]] std::string in_words(const HausmanTest& hausman);
+[[nodiscard]] std::string in_words(const TorqueLag& lag);
 [[nodiscard]] std::string in_words(const RobustReport& robust);
 
 }  // namespace rivid::detail

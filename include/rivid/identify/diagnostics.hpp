@@ -34,10 +34,20 @@ struct HausmanTest {
   std::string parameter;       ///< where it is
 };
 
+/// By how many samples the torques are late, beyond what the experiment says of it, from the residual's regression on the
+/// rate of the torques.
+struct TorqueLag {
+  double samples = 0.0;        ///< of all joints; positive: recorded late, as `torque_lag` counts it
+  double sigma = 0.0;          ///< its deviation, widened where the joints disagree
+  double largest_shift = 0.0;  ///< max |Δχ̂| / σ by that lag: the effect size
+  std::string parameter;       ///< where it is
+};
+
 /// Tests on a result. Small p-values with small effects are no reason for concern.
 struct Diagnostics {
   std::vector<ResidualTests> residuals;  ///< one a joint
   std::optional<HausmanTest> hausman;    ///< of IDIM-IV
+  std::optional<TorqueLag> torque_lag;   ///< of exact rows; not of a robust estimate
 };
 
 }  // namespace rivid
