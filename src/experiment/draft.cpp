@@ -58,13 +58,14 @@ std::string from_folder(const Path& path, const Path& folder) {
 // The clock of a log.
 struct Clock {
   std::string unit = "s";
+  bool guessed = false;  // by its steps
   double rate_hz = 0.0;
   bool regular = true;
   bool forward = true;
   std::string summary;
 };
 
-Clock clock_of(const Path& log, const RecognisedColumns& time, std::vector<std::string>& doubts) {
+Clock clock_of(const Path& log, const RecognisedColumns& time) {
   const Table table = read_table(log, {.columns = time.columns});
   Clock out;
   const Vector stamps = table.values.col(0);
@@ -79,9 +80,7 @@ Clock clock_of(const Path& log, const RecognisedColumns& time, std::vector<std::
     const auto plausible = std::ranges::find_if(
         units, [&](std::string_view unit) { return unit_scale(unit) * period * slowest_rate <= 1.0; });
     out.unit = plausible == units.end() ? "s" : std::string(*plausible);
-    if (out.unit != "s") {
-      doubts.push_back("time is taken for " + out.unit + ": its steps are " + number(period, 4));
-    }
+    out.guessed = out.unit != "s";
   }
   const TimeReport report = inspect_time(unit_scale(out.unit) * stamps);
   out.rate_hz = report.rate_hz;
@@ -202,10 +201,11 @@ void write_signal(Writer& out, const std::optional<Clock>& clock) {
   out.line("[signal]");
   out.key("cutoff_hz", toml_string("off"),
           "no position filter: the decimation averages motion and torque alike");
-  const long decimation = clock ? std::lround(row_spacing * clock->rate_hz) : 1;
+  const double rate_hz = clock ? clock->rate_hz : 0.0;
+  const long decimation = std::lround(row_spacing * rate_hz);
   if (decimation > 1) {
     out.key("decimation", std::to_string(decimation),
-            "a row every " + number(1e3 * static_cast<double>(decimation) / clock->rate_hz, 3) + " ms");
+            "a row every " + number(1e3 * static_cast<double>(decimation) / rate_hz, 3) + " ms");
   } else {
     out.comment("decimation = 20   # rate of the log in Hz / 50: a row every 20 ms");
   }
@@ -227,6 +227,86 @@ void write_control(Writer& out, const std::optional<Clock>& clock) {
               "    # of the controller");
 }
 
+// What a draft is made of.
+struct Findings {
+  Path robot_file;
+  UrdfOptions options;
+  Robot robot;
+  std::vector<std::string> joints;
+  std::vector<Path> logs;
+  std::vector<std::string> names;  // of their columns
+  detail::RecognisedLog columns;
+  std::optional<Clock> clock;
+
+  [[nodiscard]] bool by_control() const {
+    return columns.torque.columns.empty() && !columns.control.columns.empty();
+  }
+  [[nodiscard]] bool torques() const { return !columns.torque.columns.empty() || by_control(); }
+  [[nodiscard]] bool complete() const {
+    return !columns.position.columns.empty() && torques() && clock.has_value();
+  }
+};
+
+std::vector<std::string> doubts_about(const Findings& found) {
+  std::vector<std::string> out = found.columns.doubts;
+  const std::string there_are = "; the columns are " + listed(found.names);
+  if (found.columns.position.columns.empty()) {
+    out.push_back("no columns of positions were recognised, one for each joint" + there_are);
+  }
+  if (!found.torques()) {
+    out.push_back("no columns of torques or control signals were recognised, one for each joint" + there_are);
+  }
+  if (!found.clock) {
+    out.push_back("no column of time stamps was recognised" + there_are);
+  } else if (found.clock->guessed) {
+    out.push_back("time is taken for " + found.clock->unit + ": its stamps are then " + found.clock->summary);
+  }
+  if (found.clock && !found.clock->forward) {
+    out.push_back("time goes back: " + found.clock->summary);
+  }
+  if (found.by_control()) {
+    out.emplace_back(
+        "control signals are taken for torques in their own unit until [robot] drive_gain says what they "
+        "make");
+  }
+  return out;
+}
+
+std::string text_of(const Findings& found, const Path& file) {
+  const Path folder = file.parent_path();
+  const std::string name = file.filename().string();
+  const std::size_t fitted = found.logs.size() > 1 ? found.logs.size() - 1 : 1;
+  std::vector<std::string> files;
+  files.reserve(found.logs.size());
+  for (const Path& log : found.logs) {
+    files.push_back(from_folder(log, folder));
+  }
+  Writer out;
+  out.comment("Look it over, then");
+  out.comment("  rivid_identify check " + name + "      what is wrong with it, and what the log can tell");
+  out.comment("  rivid_identify " + name + " --report   the parameters");
+  out.comment("docs/experiment.md lists every key.");
+  out.line();
+  write_robot(out, found.robot, from_folder(found.robot_file, folder), found.options, found.by_control());
+  write_log(out, found.columns, found.joints, std::span(files).first(fitted), found.clock);
+  write_signal(out, found.clock);
+  out.line("[method]");
+  out.key("name", toml_string("wls"), "each joint weighted by its own noise");
+  out.line();
+  if (fitted < files.size()) {
+    out.line("[validation]");
+    out.key("files", toml_strings(std::span(files).subspan(fitted)), "takes no part in the fit");
+  } else {
+    out.comment("[validation]");
+    out.comment("files = [\"another_run.csv\"]   # takes no part in the fit and judges it");
+  }
+  if (!found.columns.reference.columns.empty()) {
+    out.line();
+    write_control(out, found.clock);
+  }
+  return std::move(out).text();
+}
+
 }  // namespace
 
 ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const UrdfOptions& options,
@@ -238,82 +318,28 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
     throw InputError(robot_file.string() +
                      ": base and tip go with a URDF; a table describes the whole chain");
   }
-  const Robot robot =
-      is_table(robot_file) ? detail::read_mdh(robot_file, options.gravity) : read_urdf(robot_file, options);
-  std::vector<std::string> joints;
-  for (const Joint& joint : robot.joints) {
-    joints.push_back(joint.name);
-  }
-  const std::vector<std::string> names = column_names(logs.front());
-  const detail::RecognisedLog columns = detail::recognised_log(names, joints);
+  Findings found;
+  found.robot_file = robot_file;
+  found.options = options;
+  found.logs.assign(logs.begin(), logs.end());
+  found.names = column_names(logs.front());
   for (const Path& log : logs.subspan(1)) {
-    if (column_names(log) != names) {
+    if (column_names(log) != found.names) {
       throw InputError(log.string() + ": has other columns than " + logs.front().string() +
                        "; all logs of an experiment file have the same");
     }
   }
-
-  ExperimentDraft out;
-  out.doubts = columns.doubts;
-  std::optional<Clock> clock;
-  if (!columns.time.columns.empty()) {
-    clock = clock_of(logs.front(), columns.time, out.doubts);
-    if (!clock->forward) {
-      out.doubts.push_back("time goes back: " + clock->summary);
-    }
+  found.robot =
+      is_table(robot_file) ? detail::read_mdh(robot_file, options.gravity) : read_urdf(robot_file, options);
+  found.joints.reserve(found.robot.joints.size());
+  for (const Joint& joint : found.robot.joints) {
+    found.joints.push_back(joint.name);
   }
-  const bool torques = !columns.torque.columns.empty() || !columns.control.columns.empty();
-  const std::string there_are = "; the columns are " + listed(names);
-  if (columns.position.columns.empty()) {
-    out.doubts.push_back("no columns of positions were recognised, one for each joint" + there_are);
+  found.columns = detail::recognised_log(found.names, found.joints);
+  if (!found.columns.time.columns.empty()) {
+    found.clock = clock_of(logs.front(), found.columns.time);
   }
-  if (!torques) {
-    out.doubts.push_back("no columns of torques or control signals were recognised, one for each joint" +
-                         there_are);
-  }
-  if (!clock) {
-    out.doubts.push_back("no column of time stamps was recognised" + there_are);
-  }
-  if (columns.torque.columns.empty() && torques) {
-    out.doubts.push_back(
-        "control signals are taken for torques in their own unit until [robot] drive_gain says what they "
-        "make");
-  }
-  out.complete = !columns.position.columns.empty() && torques && clock.has_value();
-
-  const Path folder = file.parent_path();
-  const std::size_t fitted = logs.size() > 1 ? logs.size() - 1 : 1;
-  std::vector<std::string> files;
-  for (const Path& log : logs) {
-    files.push_back(from_folder(log, folder));
-  }
-  const std::string name = file.filename().string();
-  Writer writer;
-  writer.comment("Look it over, then");
-  writer.comment("  rivid_identify check " + name + "      what is wrong with it, and what the log can tell");
-  writer.comment("  rivid_identify " + name + " --report   the parameters");
-  writer.comment("docs/experiment.md lists every key.");
-  writer.line();
-  write_robot(writer, robot, from_folder(robot_file, folder), options,
-              columns.torque.columns.empty() && torques);
-  write_log(writer, columns, joints, std::span(files).first(fitted), clock);
-  write_signal(writer, clock);
-  writer.line("[method]");
-  writer.key("name", toml_string("wls"), "each joint weighted by its own noise");
-  writer.line();
-  if (fitted < logs.size()) {
-    writer.line("[validation]");
-    writer.key("files", toml_strings(std::span(files).subspan(fitted)), "takes no part in the fit");
-  } else {
-    writer.comment("[validation]");
-    writer.comment("files = [\"another_run.csv\"]   # takes no part in the fit and judges it");
-  }
-  if (!columns.reference.columns.empty()) {
-    writer.line();
-    write_control(writer, clock);
-  }
-  out.text = std::move(writer).text();
-  return out;
+  return {.text = text_of(found, file), .complete = found.complete(), .doubts = doubts_about(found)};
 }
 
 }  // namespace rivid

@@ -106,9 +106,15 @@ void add_named(std::span<const std::string> names, std::span<const std::string> 
   }
 }
 
+// Columns of a quantity that are too many or too few.
+struct Misfit {
+  Kind kind;
+  std::string text;
+};
+
 // Columns that are counted from 0 or 1, by any of the numbers in their names.
 void add_numbered(std::span<const std::string> names, std::size_t joints, std::vector<Group>& out,
-                  std::vector<std::string>& doubts) {
+                  std::vector<Misfit>& misfits) {
   std::map<std::string, std::map<int, std::string>> by_pattern;
   for (const std::string& name : names) {
     for (std::size_t begin = 0; begin < name.size(); ++begin) {
@@ -132,10 +138,12 @@ void add_numbered(std::span<const std::string> names, std::size_t joints, std::v
     if (columns.size() != joints) {
       const Reading reading = reading_of(parts.words);
       if (columns.size() > 1 && reading.kind && *reading.kind != Kind::other && reading.strangeness == 0) {
-        doubts.push_back(in_quotes(columns.begin()->second) + " to " + in_quotes(columns.rbegin()->second) +
-                         " are " + counted(std::ssize(columns), "column") + ", the chain has " +
-                         counted(static_cast<std::ptrdiff_t>(joints), "joint") +
-                         ": is it the chain that was meant (base, tip)?");
+        misfits.push_back({.kind = *reading.kind,
+                           .text = in_quotes(columns.begin()->second) + " to " +
+                                   in_quotes(columns.rbegin()->second) + " are " +
+                                   counted(std::ssize(columns), "column") + ", the chain has " +
+                                   counted(static_cast<std::ptrdiff_t>(joints), "joint") +
+                                   ": is it the chain that was meant (base, tip)?"});
       }
       continue;
     }
@@ -195,18 +203,30 @@ RecognisedColumns time_column(std::span<const std::string> names, std::vector<st
 RecognisedLog recognised_log(std::span<const std::string> names, std::span<const std::string> joints) {
   RecognisedLog out;
   std::vector<Group> groups;
+  std::vector<Misfit> misfits;
   add_named(names, joints, groups);
-  add_numbered(names, joints.size(), groups, out.doubts);
+  add_numbered(names, joints.size(), groups, misfits);
   if (joints.size() == 1) {
     add_single(names, groups);
   }
+  const auto find = [&](Kind kind, std::string_view key) {
+    RecognisedColumns found = best(groups, kind, key, out.doubts);
+    for (const Misfit& misfit : misfits) {
+      if (found.columns.empty() && misfit.kind == kind) {
+        out.doubts.push_back(misfit.text);
+      }
+    }
+    return found;
+  };
   out.time = time_column(names, out.doubts);
-  out.position = best(groups, Kind::position, "position", out.doubts);
-  out.velocity = best(groups, Kind::velocity, "velocity", out.doubts);
-  out.torque = best(groups, Kind::torque, "torque", out.doubts);
-  out.control = best(groups, Kind::control, "control", out.doubts);
-  out.reference = best(groups, Kind::reference, "reference", out.doubts);
-  out.reference_velocity = best(groups, Kind::reference_velocity, "reference_velocity", out.doubts);
+  out.position = find(Kind::position, "position");
+  out.velocity = find(Kind::velocity, "velocity");
+  out.torque = find(Kind::torque, "torque");
+  if (out.torque.columns.empty()) {
+    out.control = find(Kind::control, "control");
+  }
+  out.reference = find(Kind::reference, "reference");
+  out.reference_velocity = find(Kind::reference_velocity, "reference_velocity");
   return out;
 }
 

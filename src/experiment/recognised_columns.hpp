@@ -21,7 +21,7 @@ struct RecognisedLog {
   RecognisedColumns position;
   RecognisedColumns velocity;
   RecognisedColumns torque;
-  RecognisedColumns control;
+  RecognisedColumns control;  ///< looked for where there are no torques
   RecognisedColumns reference;
   RecognisedColumns reference_velocity;
   std::vector<std::string> doubts;  ///< choices that were not the only ones, and columns that almost fit
