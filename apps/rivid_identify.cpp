@@ -146,11 +146,6 @@ void print_plan(std::ostream& out, const Experiment& experiment,
 }
 
 int identify_from(const Arguments& arguments) {
-  if (arguments.experiment.extension() == ".urdf") {
-    throw InputError(arguments.experiment.string() +
-                     ": is a robot, an experiment file is required; rivid_identify init " +
-                     arguments.experiment.string() + " LOG.csv writes one");
-  }
   Experiment experiment = read_experiment(arguments.experiment);
   const auto overrides = apply(arguments, experiment);
   experiment.threads = arguments.threads;
@@ -216,6 +211,11 @@ int tool(int argc, char** argv) {
   }
   if (first == "init") {
     return init_command(argc - 1, argv + 1);
+  }
+  if (first.ends_with(".urdf")) {
+    const std::string robot(first);
+    throw InputError(robot + ": is a robot, an experiment file is required; rivid_identify init " + robot +
+                     " " + (argc > 2 ? argv[2] : "LOG.csv") + " writes one");
   }
   CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
   Arguments arguments;

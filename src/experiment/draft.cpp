@@ -314,6 +314,11 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
   if (logs.empty()) {
     throw InputError("draft_experiment: no log is given, at least one is required");
   }
+  for (const Path& log : logs) {
+    if (log.extension() == ".urdf") {
+      throw InputError(log.string() + ": is a robot, which comes before the logs");
+    }
+  }
   if (is_table(robot_file) && (!options.base.empty() || !options.tip.empty())) {
     throw InputError(robot_file.string() +
                      ": base and tip go with a URDF; a table describes the whole chain");

@@ -146,6 +146,7 @@ HausmanTest hausman_test(const BaseParameters& base, const Vector& shift, std::s
   // What each interval adds to the difference of the estimates, in deviations of the estimate.
   const Vector scale = sigma.cwiseInverse();
   std::vector<Matrix> influence;
+  influence.reserve(by_iv.size());
   for (std::size_t k = 0; k < by_iv.size(); ++k) {
     influence.emplace_back((by_iv[k] * bread_iv.transpose() - by_ls[k] * bread_ls.transpose()) *
                            scale.asDiagonal());

@@ -144,6 +144,19 @@ Index total_rows(std::span<const RowGroup> groups) {
                          [](Index sum, const RowGroup& g) { return sum + g.qr.rows(); });
 }
 
+// Norm of each parameter's column over the rows of all groups.
+Vector column_norms(std::span<const RowGroup> groups) {
+  Index count = 0;
+  for (const RowGroup& group : groups) {
+    count = std::max(count, group.columns.empty() ? Index{0} : std::ranges::max(group.columns) + 1);
+  }
+  Vector squares = Vector::Zero(count);
+  for (const RowGroup& group : groups) {
+    squares(group.columns) += group.qr.R().colwise().squaredNorm().transpose();
+  }
+  return squares.cwiseSqrt();
+}
+
 }  // namespace
 
 StreamingQr combined(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
@@ -206,6 +219,7 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
 }
 
 std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
+  const Vector norms = column_norms(groups);
   std::vector<double> out;
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
@@ -213,7 +227,15 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
       out.push_back(1.0);
       continue;
     }
-    const Matrix R = group.qr.R();
+    Matrix R = group.qr.R();
+    for (Index c = 0; c < R.cols(); ++c) {
+      // What is rounding errors beside the same parameter's column in other groups, such as gravity about an axis that
+      // points up, would else be brought to norm 1 and count.
+      constexpr double nothing = 1e-12;
+      if (R.col(c).norm() <= nothing * norms[group.columns[static_cast<std::size_t>(c)]]) {
+        R.col(c).setZero();
+      }
+    }
     const ColumnScaled scaled = column_scaled(R);
     const double tolerance = rank_tolerance(rows, group.qr.columns());
     Index rank = group.qr.columns();

@@ -46,6 +46,9 @@ TEST_F(Init, SaysWhatIsMissingAndExitsWithOne) {
 
 TEST_F(Init, IsNamedToWhoGivesARobotInstead) {
   expect_refused({"scara.urdf: is a robot", "rivid_identify init scara.urdf LOG.csv"}, {"scara.urdf"});
+  expect_refused({"rivid_identify init scara.urdf scara_s2.csv writes"}, {"scara.urdf", "scara_s2.csv"});
+  expect_refused({"scara.urdf: is a robot, which comes before the logs"},
+                 {"init", "scara_s2.csv", "scara.urdf", "--output", "new.toml"});
 }
 
 TEST_F(Init, RefusesWhatCanNotBeRead) {

@@ -132,6 +132,19 @@ TEST(GroupSigmas, CountTheRankOfTheGroupNotItsColumns) {
   EXPECT_NEAR(group_sigmas(groups)[0], (Y - independent * own).norm() / std::sqrt(48.0), 1e-12);
 }
 
+// Gravity about a vertical axis: a column of rounding errors, which must not be taken for one that fits something.
+TEST(GroupSigmas, TakeColumnsOfRoundingErrorsForZero) {
+  Matrix W = random_matrix(50, 3, 53);
+  const Vector Y = random_matrix(50, 1, 54);
+  const Matrix independent = W.leftCols(2);
+  const Vector own = (independent.transpose() * independent).inverse() * (independent.transpose() * Y);
+  W.col(2) *= 1e-16;
+  std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}, {{2}, StreamingQr(1)}};
+  groups[0].qr.add(W, Y);
+  groups[1].qr.add(Matrix::Ones(50, 1), Y);
+  EXPECT_NEAR(group_sigmas(groups)[0], (Y - independent * own).norm() / std::sqrt(48.0), 1e-12);
+}
+
 TEST(GroupSigmas, AreNeverZero) {
   const Matrix W = random_matrix(50, 3, 61);
   std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}};
