@@ -44,10 +44,10 @@ class LagSums {
            const Eigen::Ref<const Vector>& Y, const Eigen::Ref<const Vector>& rho,
            const Eigen::Ref<const Vector>& chi, std::span<const Index> samples);
 
-  Vector PD;     // of each interval
-  Vector P_rho;  // of each interval
-  Vector WP;     // (own)
-  Matrix ZD;     // of each interval, (intervals × own)
+  Vector PD;     // Pᵀ D of each interval of time
+  Vector P_rho;  // Pᵀ ρ of each
+  Vector WP;     // Wᵀ P, (own)
+  Matrix ZD;     // Zᵀ D of each, (intervals × own)
 
  private:
   static constexpr Index none = std::numeric_limits<Index>::min() / 2;
