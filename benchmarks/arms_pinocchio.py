@@ -97,6 +97,11 @@ class Arm:
         friction = self.Fv * v + self.Fc * np.tanh(v / FRICTION_SPEED) + self.off
         return pin.aba(self.model, self.data, self.full(q), v, tau - friction)
 
+    def step(self, q, v, tau, h):
+        """The midpoint rule. Euler's is half a step late, which a fit tells from 20 s of data."""
+        middle = v + self.acceleration(q, v, tau) * h / 2
+        return q + middle * h, v + self.acceleration(q + v * h / 2, middle, tau) * h
+
     def reference(self, t, random):
         harmonics = 2 * np.pi / 10 * np.arange(1, 6)
         sines, cosines = random.normal(size=(2, self.n, len(harmonics)))
@@ -118,8 +123,7 @@ class Arm:
             rows.append(np.concatenate([[t[k]], measured, tau, wanted[k]]))
             disturbed = tau + DISTURBANCE * self.Fc * random.normal(size=self.n)
             for _ in range(STEPS):
-                v = v + self.acceleration(q, v, disturbed) / (RATE * STEPS)
-                q = q + v / (RATE * STEPS)
+                q, v = self.step(q, v, disturbed, 1 / (RATE * STEPS))
         header = ["t"] + [f"{what}{j + 1}" for what in ("q", "tau", "qref") for j in range(self.n)]
         np.savetxt(path, rows, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
 
