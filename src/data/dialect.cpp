@@ -43,8 +43,8 @@ std::vector<Line> first_lines(std::string_view text, std::size_t begin) {
 bool is_number(std::string_view cell, char separator, Decimal decimal) {
   double value = 0.0;
   const auto reads = [&](char mark) {
-    const Reading reading = read_cell(cell, mark, value);
-    return reading != Reading::words && reading != Reading::empty;
+    const CellReading reading = read_cell(cell, mark, value);
+    return reading != CellReading::words && reading != CellReading::empty;
   };
   return (decimal != Decimal::comma && reads('.')) ||
          (decimal != Decimal::point && separator != ',' && reads(','));
@@ -234,16 +234,16 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
   }
 }
 
-Reading read_cell(std::string_view cell, char mark, double& value) {
+CellReading read_cell(std::string_view cell, char mark, double& value) {
   if (cell.empty()) {
-    return Reading::empty;
+    return CellReading::empty;
   }
   const std::string_view digits = cell.substr(cell.front() == '+' ? 1 : 0);
   std::optional<std::string> with_point;
   std::string_view text = digits;
   if (mark != '.') {
     if (digits.find('.') != std::string_view::npos) {
-      return Reading::words;
+      return CellReading::words;
     }
     with_point.emplace(digits);
     std::replace(with_point->begin(), with_point->end(), mark, '.');
@@ -254,16 +254,16 @@ Reading read_cell(std::string_view cell, char mark, double& value) {
   double read = 0.0;
   const auto [end, error] = std::from_chars(first, last, read);
   if (end != last || error == std::errc::invalid_argument || (cell.front() == '+' && text.starts_with('-'))) {
-    return Reading::words;
+    return CellReading::words;
   }
   if (error == std::errc::result_out_of_range) {
-    return Reading::out_of_range;
+    return CellReading::out_of_range;
   }
   if (!std::isfinite(read)) {
-    return Reading::not_finite;
+    return CellReading::not_finite;
   }
   value = read;
-  return Reading::number;
+  return CellReading::number;
 }
 
 Dialect dialect(std::string_view text, const std::string& source, const TableOptions& options) {

@@ -32,9 +32,9 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
 [[nodiscard]] std::string field_name(std::size_t number);
 
 /// How a cell reads.
-enum class Reading { number, not_finite, out_of_range, empty, words };
+enum class CellReading { number, not_finite, out_of_range, empty, words };
 
 /// Reads a whole cell as a number; `value` is written where it is one.
-[[nodiscard]] Reading read_cell(std::string_view cell, char mark, double& value);
+[[nodiscard]] CellReading read_cell(std::string_view cell, char mark, double& value);
 
 }  // namespace rivid::detail

@@ -15,8 +15,8 @@ namespace rivid {
 
 namespace {
 
+using detail::CellReading;
 using detail::Dialect;
-using detail::Reading;
 
 constexpr std::size_t progress_step = std::size_t{8} << 20U;  // bytes
 
@@ -253,14 +253,14 @@ class Reader {
         continue;
       }
       const std::string_view cell = cells_[field];
-      const Reading reading = detail::read_cell(cell, mark_, targets_[field][row_]);
-      if (reading == Reading::number) {
+      const CellReading reading = detail::read_cell(cell, mark_, targets_[field][row_]);
+      if (reading == CellReading::number) {
         continue;
       }
       double value = 0.0;
       const bool may_switch =
           mark_ == '.' && options_.decimal == Decimal::automatic && dialect_.separator != ',';
-      if (may_switch && detail::read_cell(cell, ',', value) == Reading::number) {
+      if (may_switch && detail::read_cell(cell, ',', value) == CellReading::number) {
         comma_line_ = line_;
         return Row::comma_found;
       }
@@ -283,7 +283,7 @@ class Reader {
                      std::to_string(required) + (required == 1 ? " is" : " are") + " required" + why);
   }
 
-  [[noreturn]] void refuse_cell(std::size_t field, std::string_view cell, Reading reading) const {
+  [[noreturn]] void refuse_cell(std::size_t field, std::string_view cell, CellReading reading) const {
     const std::string& name = dialect_.names[field];
     const bool named = dialect_.header && !name.empty();
     const std::string column = place() + ":" + std::to_string(field + 1) + ": column " +
@@ -291,21 +291,21 @@ class Reader {
     const std::string content = " holds " + in_quotes(cell);
     double value = 0.0;
     switch (reading) {
-      case Reading::empty:
+      case CellReading::empty:
         throw InputError(column + " is empty; a number is required");
-      case Reading::not_finite:
+      case CellReading::not_finite:
         throw InputError(column + content + "; values must be finite");
-      case Reading::out_of_range:
+      case CellReading::out_of_range:
         throw InputError(column + content + ", which is outside the range of a double");
       default:
         break;
     }
-    if (mark_ == ',' && detail::read_cell(cell, '.', value) == Reading::number) {
+    if (mark_ == ',' && detail::read_cell(cell, '.', value) == CellReading::number) {
       throw InputError(column + content + ", but the decimal mark is a comma" +
                        (comma_line_ > 0 ? " in line " + std::to_string(comma_line_) : "") +
                        "; one file must use one mark");
     }
-    if (mark_ == '.' && detail::read_cell(cell, ',', value) == Reading::number) {
+    if (mark_ == '.' && detail::read_cell(cell, ',', value) == CellReading::number) {
       throw InputError(column + content + "; the decimal mark must be a point, or say that it is a comma");
     }
     throw InputError(column + content + ", which is not a number");

@@ -137,9 +137,9 @@ ColumnName parted(std::string_view name) {
   return out;
 }
 
-Reading reading_of(const std::vector<std::string>& words) {
+ColumnMeaning meaning_of(const std::vector<std::string>& words) {
   std::array<bool, static_cast<std::size_t>(Word::other_quantity) + 1> says{};
-  Reading out;
+  ColumnMeaning out;
   for (const std::string& word : words) {
     const auto known = std::ranges::find_if(meanings, [&](const Meaning& meaning) {
       return meaning.words.find(' ' + word + ' ') != std::string_view::npos;
@@ -161,15 +161,15 @@ Reading reading_of(const std::vector<std::string>& words) {
   }
   const bool wanted = has(Word::wanted);
   if (has(Word::position)) {
-    out.kind = wanted ? Kind::reference : Kind::position;
+    out.kind = wanted ? ColumnKind::reference : ColumnKind::position;
   } else if (has(Word::velocity)) {
-    out.kind = wanted ? Kind::reference_velocity : Kind::velocity;
+    out.kind = wanted ? ColumnKind::reference_velocity : ColumnKind::velocity;
   } else if (has(Word::torque)) {
-    out.kind = wanted ? Kind::other : Kind::torque;
+    out.kind = wanted ? ColumnKind::other : ColumnKind::torque;
   } else if (has(Word::control)) {  // last: "current_position" is no current
-    out.kind = wanted ? Kind::other : Kind::control;
+    out.kind = wanted ? ColumnKind::other : ColumnKind::control;
   } else if (has(Word::time)) {
-    out.kind = Kind::time;
+    out.kind = ColumnKind::time;
   }
   return out;
 }

@@ -5,13 +5,14 @@
 #include <string_view>
 #include <vector>
 
+#include "data/number.hpp"
+
 // The words that names of columns are made of.
 namespace rivid::detail {
 
 /// ASCII capitals as small letters.
 [[nodiscard]] std::string lower(std::string_view text);
 
-[[nodiscard]] inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /// Bytes of characters beyond ASCII are letters too.
 [[nodiscard]] inline bool is_letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80;
@@ -26,14 +27,14 @@ struct ColumnName {
 [[nodiscard]] ColumnName parted(std::string_view name);
 
 /// What a column holds; `other` is something that no key of a [log] section takes.
-enum class Kind { position, velocity, torque, control, reference, reference_velocity, time, other };
+enum class ColumnKind { position, velocity, torque, control, reference, reference_velocity, time, other };
 
 /// What the words of a name say together.
-struct Reading {
-  std::optional<Kind> kind;  ///< none: no quantity, or more than one
-  int strangeness = 0;       ///< words that say something else besides
+struct ColumnMeaning {
+  std::optional<ColumnKind> kind;  ///< none: no quantity, or more than one
+  int strangeness = 0;             ///< words that say something else besides
 };
 
-[[nodiscard]] Reading reading_of(const std::vector<std::string>& words);
+[[nodiscard]] ColumnMeaning meaning_of(const std::vector<std::string>& words);
 
 }  // namespace rivid::detail

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
+#include "experiment/identification_sections.hpp"
 #include "experiment/mdh_file.hpp"
 #include "experiment/recognised_columns.hpp"
 #include "rivid/data/table.hpp"
@@ -28,14 +30,13 @@ constexpr double slowest_rate = 5.0;
 
 // A basic string of TOML.
 std::string toml_string(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-    }
-    out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-  }
-  return out + '"';
+  const toml::value<std::string> value{std::string(text)};
+  constexpr toml::format_flags flags =
+      toml::toml_formatter::default_flags &
+      ~(toml::format_flags::allow_literal_strings | toml::format_flags::allow_multi_line_strings);
+  std::ostringstream out;
+  out << toml::toml_formatter(value, flags);
+  return out.str();
 }
 
 std::string toml_strings(std::span<const std::string> items) {
@@ -228,7 +229,7 @@ void write_control(Writer& out, const std::optional<Clock>& clock) {
 }
 
 // What a draft is made of.
-struct Findings {
+struct Parts {
   Path robot_file;
   UrdfOptions options;
   Robot robot;
@@ -247,7 +248,7 @@ struct Findings {
   }
 };
 
-std::vector<std::string> doubts_about(const Findings& found) {
+std::vector<std::string> doubts_about(const Parts& found) {
   std::vector<std::string> out = found.columns.doubts;
   const std::string there_are = "; the columns are " + listed(found.names);
   if (found.columns.position.columns.empty()) {
@@ -272,7 +273,7 @@ std::vector<std::string> doubts_about(const Findings& found) {
   return out;
 }
 
-std::string text_of(const Findings& found, const Path& file) {
+std::string text_of(const Parts& found, const Path& file) {
   const Path folder = file.parent_path();
   const std::string name = file.filename().string();
   const std::size_t fitted = found.logs.size() > 1 ? found.logs.size() - 1 : 1;
@@ -323,7 +324,7 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
     throw InputError(robot_file.string() +
                      ": base and tip go with a URDF; a table describes the whole chain");
   }
-  Findings found;
+  Parts found;
   found.robot_file = robot_file;
   found.options = options;
   found.logs.assign(logs.begin(), logs.end());
@@ -336,10 +337,7 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
   }
   found.robot =
       is_table(robot_file) ? detail::read_mdh(robot_file, options.gravity) : read_urdf(robot_file, options);
-  found.joints.reserve(found.robot.joints.size());
-  for (const Joint& joint : found.robot.joints) {
-    found.joints.push_back(joint.name);
-  }
+  found.joints = detail::joint_names(found.robot);
   found.columns = detail::recognised_log(found.names, found.joints);
   if (!found.columns.time.columns.empty()) {
     found.clock = clock_of(logs.front(), found.columns.time);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "experiment/toml_reader.hpp"
 #include "rivid/experiment/experiment.hpp"
@@ -16,6 +17,9 @@ namespace rivid::detail {
 /// @param robot_file  is set to the URDF or the table that the section names
 [[nodiscard]] Robot read_robot(TomlReader keys, const std::filesystem::path& folder,
                                std::filesystem::path& robot_file);
+
+/// Base to tip.
+[[nodiscard]] std::vector<std::string> joint_names(const Robot& robot);
 
 /// The joint of that name, which `key` in `keys` gives.
 [[nodiscard]] Index joint_index(const TomlReader& keys, const toml::node& node, std::string_view key,

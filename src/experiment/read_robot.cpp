@@ -63,15 +63,6 @@ void read_joint(TomlReader keys, Joint& joint) {
   keys.finish();
 }
 
-std::vector<std::string> joint_names(const Robot& robot) {
-  std::vector<std::string> out;
-  out.reserve(robot.joints.size());
-  for (const Joint& joint : robot.joints) {
-    out.push_back(joint.name);
-  }
-  return out;
-}
-
 Coupling read_coupling(TomlReader keys, const Robot& robot) {
   const auto joint = [&](const toml::node& node, std::string_view key) {
     return static_cast<int>(joint_index(keys, node, key, keys.as_text(node, key), robot));
@@ -131,6 +122,15 @@ void read_couplings(TomlReader& keys, Robot& robot) {
 }
 
 }  // namespace
+
+std::vector<std::string> joint_names(const Robot& robot) {
+  std::vector<std::string> out;
+  out.reserve(robot.joints.size());
+  for (const Joint& joint : robot.joints) {
+    out.push_back(joint.name);
+  }
+  return out;
+}
 
 Index joint_index(const TomlReader& keys, const toml::node& node, std::string_view key,
                   const std::string& name, const Robot& robot) {

@@ -108,7 +108,7 @@ void add_named(std::span<const std::string> names, std::span<const std::string> 
 
 // Columns of a quantity that are too many or too few.
 struct Misfit {
-  Kind kind;
+  ColumnKind kind;
   std::string text;
 };
 
@@ -136,8 +136,9 @@ void add_numbered(std::span<const std::string> names, std::size_t joints, std::v
     }
     ColumnName parts = parted(pattern);
     if (columns.size() != joints) {
-      const Reading reading = reading_of(parts.words);
-      if (columns.size() > 1 && reading.kind && *reading.kind != Kind::other && reading.strangeness == 0) {
+      const ColumnMeaning reading = meaning_of(parts.words);
+      if (columns.size() > 1 && reading.kind && *reading.kind != ColumnKind::other &&
+          reading.strangeness == 0) {
         misfits.push_back({.kind = *reading.kind,
                            .text = in_quotes(columns.begin()->second) + " to " +
                                    in_quotes(columns.rbegin()->second) + " are " +
@@ -164,13 +165,13 @@ void add_single(std::span<const std::string> names, std::vector<Group>& out) {
 }
 
 // The group of a kind with the fewest strange words.
-RecognisedColumns best(const std::vector<Group>& groups, Kind kind, std::string_view key,
+RecognisedColumns best(const std::vector<Group>& groups, ColumnKind kind, std::string_view key,
                        std::vector<std::string>& doubts) {
   const Group* found = nullptr;
   const Group* other = nullptr;
   int least = 0;
   for (const Group& group : groups) {
-    const Reading reading = reading_of(group.words);
+    const ColumnMeaning reading = meaning_of(group.words);
     if (reading.kind != kind) {
       continue;
     }
@@ -195,7 +196,7 @@ RecognisedColumns best(const std::vector<Group>& groups, Kind kind, std::string_
 RecognisedColumns time_column(std::span<const std::string> names, std::vector<std::string>& doubts) {
   std::vector<Group> groups;
   add_single(names, groups);
-  return best(groups, Kind::time, "time", doubts);
+  return best(groups, ColumnKind::time, "time", doubts);
 }
 
 }  // namespace
@@ -209,7 +210,7 @@ RecognisedLog recognised_log(std::span<const std::string> names, std::span<const
   if (joints.size() == 1) {
     add_single(names, groups);
   }
-  const auto find = [&](Kind kind, std::string_view key) {
+  const auto find = [&](ColumnKind kind, std::string_view key) {
     RecognisedColumns found = best(groups, kind, key, out.doubts);
     for (const Misfit& misfit : misfits) {
       if (found.columns.empty() && misfit.kind == kind) {
@@ -219,14 +220,14 @@ RecognisedLog recognised_log(std::span<const std::string> names, std::span<const
     return found;
   };
   out.time = time_column(names, out.doubts);
-  out.position = find(Kind::position, "position");
-  out.velocity = find(Kind::velocity, "velocity");
-  out.torque = find(Kind::torque, "torque");
+  out.position = find(ColumnKind::position, "position");
+  out.velocity = find(ColumnKind::velocity, "velocity");
+  out.torque = find(ColumnKind::torque, "torque");
   if (out.torque.columns.empty()) {
-    out.control = find(Kind::control, "control");
+    out.control = find(ColumnKind::control, "control");
   }
-  out.reference = find(Kind::reference, "reference");
-  out.reference_velocity = find(Kind::reference_velocity, "reference_velocity");
+  out.reference = find(ColumnKind::reference, "reference");
+  out.reference_velocity = find(ColumnKind::reference_velocity, "reference_velocity");
   return out;
 }
 

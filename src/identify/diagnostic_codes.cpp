@@ -107,8 +107,7 @@ constexpr std::array codes = {
     DiagnosticCode{
         "torque_lag", warning, "Torques look a little early or late beside the motion.",
         "What the model leaves of the torques goes along with their rate, by more than chance, and by enough "
-        "to "
-        "take a parameter out of its interval: a torque that acts until the next sample, a filter in its "
+        "to take a parameter out of its interval: a torque that acts until the next sample, a filter in its "
         "measurement, stamps of different clocks. Friction or elasticity that the model lacks can look so "
         "too.",
         "Set [signal] torque_held or [log] torque_lag as the text says, and see whether the residual and the "
