@@ -8,7 +8,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/report/findings.hpp"
+#include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
 

@@ -12,7 +12,7 @@
 #include "rivid/report/file.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
-#include "rivid/report/table.hpp"
+#include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 #include "tool.hpp"

@@ -11,7 +11,7 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
-#include "rivid/report/simulation_json.hpp"
+#include "rivid/report/json.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 #include "tool.hpp"

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "rivid/report/provenance.hpp"
-#include "rivid/warning.hpp"
+#include "rivid/finding.hpp"
+#include "rivid/report/json.hpp"
 
 // What the command line tools share.
 namespace rivid::apps {

@@ -5,12 +5,10 @@
 #include <utility>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/identified_model.hpp"
-#include "rivid/report/c_header.hpp"
+#include "rivid/export/c_header.hpp"
+#include "rivid/export/urdf.hpp"
+#include "rivid/identify/prediction.hpp"
 #include "rivid/report/file.hpp"
-#include "rivid/report/sidecar.hpp"
-#include "rivid/report/text_diff.hpp"
-#include "rivid/report/urdf_write.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
 

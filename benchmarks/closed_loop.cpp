@@ -23,10 +23,9 @@
 #include <random>
 #include <string>
 
-#include "rivid/simulate/fourier_reference.hpp"
-#include "rivid/simulate/inertia.hpp"
-#include "rivid/simulate/pd_control.hpp"
-#include "rivid/simulate/point_to_point_reference.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/birdy.hpp"
 #include "support/robots.hpp"
 #include "turns.hpp"

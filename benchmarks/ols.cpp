@@ -18,7 +18,7 @@
 #include "rivid/regressor/batch.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/differentiate.hpp"
-#include "rivid/signal/zero_phase.hpp"
+#include "rivid/signal/filter.hpp"
 #include "robots.hpp"
 #include "turns.hpp"
 

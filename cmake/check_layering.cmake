@@ -6,7 +6,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(modules model signal data solve regressor simulate identify excite experiment report)
+set(modules model signal data solve regressor simulate identify excite experiment report export)
 set(model_may_include "")
 set(signal_may_include "")
 set(data_may_include "")
@@ -17,6 +17,7 @@ set(identify_may_include model regressor signal data solve simulate)
 set(excite_may_include model regressor solve)
 set(experiment_may_include model regressor signal data identify simulate)
 set(report_may_include model regressor data identify simulate experiment)
+set(export_may_include model regressor data identify simulate experiment report)
 
 if(NOT IS_DIRECTORY "${SOURCE_DIR}/include/rivid")
   message(FATAL_ERROR "check_layering: SOURCE_DIR is \"${SOURCE_DIR}\", which has no include/rivid")

@@ -12,13 +12,6 @@ rivid_script_test(
   layering_finds_violations ${CMAKE_CURRENT_SOURCE_DIR}/layering/violations.cmake unit
   -DCHECK=${PROJECT_SOURCE_DIR}/cmake/check_layering.cmake -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/layering)
 
-get_target_property(header_set rivid HEADER_SET)
-list(JOIN header_set "\n" header_lines)
-file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/header_set.txt "${header_lines}\n")
-rivid_script_test(
-  headers_are_listed ${PROJECT_SOURCE_DIR}/cmake/check_header_set.cmake unit
-  -DINCLUDE_DIR=${PROJECT_SOURCE_DIR}/include -DHEADER_SET=${CMAKE_CURRENT_BINARY_DIR}/header_set.txt)
-
 rivid_script_test(public_face ${PROJECT_SOURCE_DIR}/cmake/check_public_face.cmake unit
                   -DINCLUDE_DIR=${PROJECT_SOURCE_DIR}/include)
 

@@ -22,4 +22,27 @@ struct EigenHeapAlignment {
     &EigenHeapAlignment<EIGEN_DEFAULT_ALIGN_BYTES>::caller_and_librivid_must_use_the_same_simd_flags;
 
 }  // namespace detail
+
+/// A motion of n joints at n_m instants: one row a sample, one column a joint.
+struct Motion {
+  Matrix q;    ///< positions, (n_m × n) [rad | m]
+  Matrix qd;   ///< velocities, (n_m × n) [rad/s | m/s]
+  Matrix qdd;  ///< accelerations, (n_m × n) [rad/s² | m/s²]
+
+  [[nodiscard]] Index samples() const { return q.rows(); }
+  [[nodiscard]] Index joints() const { return q.cols(); }
+};
+
+/// Rows in memory of somebody else's: entry (row, column) is data[row + column * ld].
+struct RowsTarget {
+  double* data = nullptr;
+  Index ld = 0;
+};
+
+/// Room for rows in the memory of whoever consumes them, so that a producer writes each row once.
+struct RowsRoom {
+  RowsTarget target;
+  Index rows = 0;  ///< that fit
+};
+
 }  // namespace rivid

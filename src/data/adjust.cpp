@@ -6,7 +6,6 @@
 #include <iterator>
 #include <vector>
 
-#include "rivid/data/interpolate.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 

@@ -1,8 +1,7 @@
-#include "rivid/data/interpolate.hpp"
-
 #include <algorithm>
 #include <string>
 
+#include "rivid/data/adjust.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "log_columns.hpp"
-#include "rivid/data/interpolate.hpp"
+#include "rivid/data/adjust.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 

@@ -1,10 +1,9 @@
-#include "rivid/data/units.hpp"
-
 #include <array>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "rivid/data/log.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 

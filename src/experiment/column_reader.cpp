@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rivid/data/units.hpp"
+#include "rivid/data/log.hpp"
 
 namespace rivid::detail {
 

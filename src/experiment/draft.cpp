@@ -11,9 +11,9 @@
 #include "experiment/identification_sections.hpp"
 #include "experiment/mdh_file.hpp"
 #include "experiment/recognised_columns.hpp"
+#include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
 #include "rivid/data/time_stamps.hpp"
-#include "rivid/data/units.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 

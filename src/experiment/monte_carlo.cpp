@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "rivid/error.hpp"
-#include "rivid/experiment/parameter_file.hpp"
-#include "rivid/identify/deviation_bound.hpp"
+#include "rivid/experiment/result_file.hpp"
+#include "rivid/identify/covariance.hpp"
 
 namespace rivid {
 

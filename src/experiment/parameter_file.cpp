@@ -1,11 +1,10 @@
-#include "rivid/experiment/parameter_file.hpp"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "experiment/named_values.hpp"
 #include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

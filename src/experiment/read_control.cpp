@@ -5,11 +5,8 @@
 
 #include "experiment/column_reader.hpp"
 #include "experiment/simulation_sections.hpp"
-#include "rivid/simulate/cascade_control.hpp"
-#include "rivid/simulate/computed_torque.hpp"
-#include "rivid/simulate/inertia.hpp"
-#include "rivid/simulate/pd_control.hpp"
-#include "rivid/simulate/pid_control.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 
 namespace rivid {
 

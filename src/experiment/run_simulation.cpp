@@ -3,8 +3,8 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/experiment/parameter_file.hpp"
-#include "rivid/simulate/logged_reference.hpp"
+#include "rivid/experiment/result_file.hpp"
+#include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

@@ -4,8 +4,7 @@
 #include <optional>
 
 #include "experiment/toml_reader.hpp"
-#include "rivid/experiment/control_loop.hpp"
-#include "rivid/experiment/simulation_plan.hpp"
+#include "rivid/experiment/experiment.hpp"
 
 // The sections of an experiment file that a simulated loop is made of.
 namespace rivid::detail {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "rivid/model/pseudo_inertia.hpp"
+#include "rivid/model/parameters.hpp"
 
 namespace rivid::detail {
 

@@ -6,7 +6,6 @@
 #include "identify/series.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
-#include "rivid/signal/zero_phase.hpp"
 #include "rivid/text.hpp"
 #include "signal/window_decimator.hpp"
 

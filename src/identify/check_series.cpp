@@ -7,9 +7,9 @@
 #include "identify/check_parts.hpp"
 #include "identify/noise_level.hpp"
 #include "identify/series.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/signal/differentiate.hpp"
-#include "rivid/signal/zero_phase.hpp"
+#include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

@@ -8,7 +8,6 @@
 #include "rivid/signal/decimate.hpp"
 #include "rivid/solve/distributions.hpp"
 #include "rivid/solve/long_run.hpp"
-#include "rivid/solve/student.hpp"
 #include "rivid/text.hpp"
 #include "signal/window_decimator.hpp"
 

@@ -6,7 +6,7 @@
 #include "identify/scores.hpp"
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/diagnostics.hpp"
-#include "rivid/identify/signal_options.hpp"
+#include "rivid/identify/rows.hpp"
 
 namespace rivid::detail {
 

@@ -1,6 +1,5 @@
-#include "rivid/identify/deviation_bound.hpp"
-
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/covariance.hpp"
+#include "rivid/identify/rows.hpp"
 
 namespace rivid {
 

@@ -7,7 +7,6 @@
 #include "identify/noise_level.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
-#include "rivid/signal/zero_phase.hpp"
 
 namespace rivid::detail {
 

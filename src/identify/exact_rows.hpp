@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "rivid/identify/signal_options.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/model/robot.hpp"
-#include "rivid/motion.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid::detail {
 

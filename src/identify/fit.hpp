@@ -7,7 +7,7 @@
 
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/solve/least_squares.hpp"
 
 namespace rivid::detail {

@@ -1,10 +1,9 @@
-#include "rivid/identify/identified_model.hpp"
-
 #include <algorithm>
 #include <string>
 
 #include "identify/parameter_set.hpp"
 #include "rivid/error.hpp"
+#include "rivid/identify/prediction.hpp"
 
 namespace rivid {
 

@@ -8,7 +8,7 @@
 #include "identify/factor_sink.hpp"
 #include "identify/prefilter.hpp"
 #include "identify/row_source.hpp"
-#include "rivid/signal/zero_phase.hpp"
+#include "rivid/signal/filter.hpp"
 
 namespace rivid::detail {
 

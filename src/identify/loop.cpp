@@ -6,8 +6,8 @@
 
 #include "rivid/error.hpp"
 #include "rivid/signal/differentiate.hpp"
-#include "rivid/signal/zero_phase.hpp"
-#include "rivid/simulate/logged_reference.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/simulate/references.hpp"
 #include "simulate/sampled_controller.hpp"
 
 namespace rivid::detail {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/motion.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid::detail {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "rivid/model/pseudo_inertia.hpp"
+#include "rivid/model/parameters.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "rivid/identify/identified_model.hpp"
+#include "rivid/identify/prediction.hpp"
 
 namespace rivid::detail {
 

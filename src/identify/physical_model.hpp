@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 
 namespace rivid::detail {
 

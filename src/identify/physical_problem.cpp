@@ -6,7 +6,7 @@
 #include <map>
 
 #include "identify/nominal_bodies.hpp"
-#include "rivid/model/pseudo_inertia.hpp"
+#include "rivid/model/parameters.hpp"
 
 namespace rivid::detail {
 

@@ -6,7 +6,7 @@
 
 #include "identify/reweighting.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 
 namespace rivid::detail {
 

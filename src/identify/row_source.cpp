@@ -9,12 +9,10 @@
 #include <variant>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
-#include "rivid/signal/streaming_decimator.hpp"
-#include "rivid/signal/zero_phase.hpp"
 #include "rivid/text.hpp"
 #include "signal/window_decimator.hpp"
 

@@ -7,12 +7,11 @@
 #include "identify/exact_rows.hpp"
 #include "identify/thread_team.hpp"
 #include "rivid/data/log.hpp"
-#include "rivid/identify/signal_options.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/model/robot.hpp"
-#include "rivid/motion.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
-#include "rivid/rows_target.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid::detail {
 

@@ -1,5 +1,3 @@
-#include "rivid/identify/signal_chain.hpp"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -11,6 +9,7 @@
 #include "identify/factor_sink.hpp"
 #include "identify/row_source.hpp"
 #include "rivid/error.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/text.hpp"
 

@@ -6,11 +6,10 @@
 #include <random>
 
 #include "identify/check_parts.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
-#include "rivid/signal/zero_phase.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 
 namespace rivid::detail {

@@ -9,8 +9,8 @@
 #include "rivid/data/log.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/model/robot.hpp"
-#include "rivid/motion.hpp"
 #include "rivid/regressor/base.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid::detail {
 

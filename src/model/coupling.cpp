@@ -1,6 +1,6 @@
-#include "rivid/model/coupling.hpp"
-
 #include <array>
+
+#include "rivid/model/robot.hpp"
 
 namespace rivid {
 

@@ -1,4 +1,4 @@
-#include "rivid/model/pseudo_inertia.hpp"
+#include "rivid/model/parameters.hpp"
 
 namespace rivid {
 

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 
-#include "rivid/regressor/frame_motion.hpp"
+#include "rivid/regressor/kinematics.hpp"
 #include "rivid/regressor/pack.hpp"
-#include "rivid/regressor/turn.hpp"
+#include "rivid/regressor/vec3.hpp"
 
 // The generator of rivid/regressor/regressor.hpp once more, for packs of samples and with all that is known of a
 // chain beforehand put to use: which rotations between neighbours are quarter turns, which offsets are zero, which

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "rivid/regressor/turn.hpp"
+#include "rivid/regressor/vec3.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid::detail {

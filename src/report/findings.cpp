@@ -1,8 +1,7 @@
-#include "rivid/report/findings.hpp"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

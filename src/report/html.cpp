@@ -10,7 +10,7 @@
 #include "report/html_parts.hpp"
 #include "report/markup.hpp"
 #include "report/words.hpp"
-#include "rivid/identify/diagnostic_codes.hpp"
+#include "rivid/finding.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

@@ -7,7 +7,7 @@
 #include "report/html_page.hpp"
 #include "report/markup.hpp"
 #include "report/words.hpp"
-#include "rivid/report/monte_carlo_report.hpp"
+#include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "rivid/identify/signal_options.hpp"
-#include "rivid/report/provenance.hpp"
+#include "rivid/identify/rows.hpp"
+#include "rivid/report/json.hpp"
 
 // The frame that the HTML pages share, and parts that stand in all of them.
 namespace rivid::detail {

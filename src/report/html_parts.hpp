@@ -8,7 +8,7 @@
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
-#include "rivid/report/provenance.hpp"
+#include "rivid/report/json.hpp"
 
 namespace rivid::detail {
 

@@ -1,5 +1,3 @@
-#include "rivid/report/monte_carlo_file.hpp"
-
 #include <charconv>
 #include <fstream>
 #include <sstream>
@@ -7,7 +5,8 @@
 #include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
 #include "rivid/report/file.hpp"
-#include "rivid/report/provenance.hpp"
+#include "rivid/report/json.hpp"
+#include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 

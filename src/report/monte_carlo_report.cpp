@@ -1,9 +1,8 @@
-#include "rivid/report/monte_carlo_report.hpp"
-
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

@@ -1,11 +1,10 @@
-#include "rivid/report/provenance.hpp"
-
 #include <sha2.h>
 #include <sys/types.h>
 
 #include <array>
 
 #include "rivid/error.hpp"
+#include "rivid/report/json.hpp"
 
 namespace rivid {
 

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "rivid/report/provenance.hpp"
+#include "rivid/report/json.hpp"
 
 namespace rivid::detail {
 

@@ -1,10 +1,9 @@
-#include "rivid/report/simulation_json.hpp"
-
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "report/provenance_json.hpp"
 #include "report/warnings_json.hpp"
+#include "rivid/report/json.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

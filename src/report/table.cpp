@@ -1,5 +1,3 @@
-#include "rivid/report/table.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "report/words.hpp"
+#include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "rivid/warning.hpp"
+#include "rivid/finding.hpp"
 
 namespace rivid::detail {
 

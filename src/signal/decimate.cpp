@@ -6,7 +6,6 @@
 #include "forward_backward.hpp"
 #include "message.hpp"
 #include "rivid/error.hpp"
-#include "rivid/signal/streaming_decimator.hpp"
 
 namespace rivid {
 

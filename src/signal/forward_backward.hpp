@@ -1,6 +1,5 @@
 #pragma once
 
-#include "rivid/signal/convention.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/types.hpp"
 

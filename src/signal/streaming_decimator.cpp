@@ -1,5 +1,3 @@
-#include "rivid/signal/streaming_decimator.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "rivid/rows_target.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid::detail {

@@ -1,6 +1,5 @@
-#include "rivid/signal/zero_phase.hpp"
-
 #include "forward_backward.hpp"
+#include "rivid/signal/filter.hpp"
 
 namespace rivid {
 

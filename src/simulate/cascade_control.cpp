@@ -1,9 +1,8 @@
-#include "rivid/simulate/cascade_control.hpp"
-
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "rivid/simulate/control_laws.hpp"
 #include "rivid/text.hpp"
 #include "simulate/gains.hpp"
 #include "simulate/linear_law.hpp"

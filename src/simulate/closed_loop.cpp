@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "rivid/error.hpp"
-#include "rivid/simulate/dynamics_batch.hpp"
+#include "rivid/simulate/dynamics.hpp"
 #include "rivid/text.hpp"
 #include "simulate/integrator.hpp"
 #include "simulate/loop_ode.hpp"

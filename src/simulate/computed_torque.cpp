@@ -1,11 +1,10 @@
-#include "rivid/simulate/computed_torque.hpp"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/dynamics.hpp"
 #include "rivid/text.hpp"
 #include "simulate/gains.hpp"

@@ -1,9 +1,8 @@
-#include "rivid/simulate/dynamics_batch.hpp"
-
 #include <algorithm>
 #include <string>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/dynamics.hpp"
 #include "simulate/dynamics_batch_kernel.hpp"
 
 namespace rivid {

@@ -1,10 +1,9 @@
-#include "rivid/simulate/fourier_reference.hpp"
-
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
 #include "simulate/reference_time.hpp"
 

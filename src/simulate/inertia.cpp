@@ -1,5 +1,3 @@
-#include "rivid/simulate/inertia.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +8,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/regressor/pack.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/dynamics.hpp"
 #include "rivid/text.hpp"
 

@@ -1,9 +1,8 @@
-#include "rivid/simulate/logged_reference.hpp"
-
 #include <cmath>
 #include <string>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
 #include "simulate/reference_time.hpp"
 

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "rivid/error.hpp"
-#include "rivid/simulate/noise.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

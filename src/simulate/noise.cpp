@@ -1,6 +1,6 @@
-#include "rivid/simulate/noise.hpp"
-
 #include <cmath>
+
+#include "rivid/simulate/measurement.hpp"
 
 // Compiled without contraction to fused operations (src/CMakeLists.txt): they would round in another way where the
 // machine has them.

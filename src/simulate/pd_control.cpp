@@ -1,7 +1,6 @@
-#include "rivid/simulate/pd_control.hpp"
-
 #include <utility>
 
+#include "rivid/simulate/control_laws.hpp"
 #include "simulate/gains.hpp"
 #include "simulate/linear_law.hpp"
 

@@ -1,8 +1,7 @@
-#include "rivid/simulate/pid_control.hpp"
-
 #include <cmath>
 #include <utility>
 
+#include "rivid/simulate/control_laws.hpp"
 #include "simulate/gains.hpp"
 #include "simulate/linear_law.hpp"
 

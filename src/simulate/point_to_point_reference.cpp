@@ -1,11 +1,10 @@
-#include "rivid/simulate/point_to_point_reference.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
 #include "simulate/reference_time.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "rivid/simulate/reference.hpp"
+#include "rivid/simulate/references.hpp"
 
 namespace rivid::detail {
 

@@ -1,5 +1,3 @@
-#include "rivid/solve/streaming_qr_file.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,6 +7,7 @@
 #include <sstream>
 
 #include "rivid/error.hpp"
+#include "rivid/solve/streaming_qr.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

@@ -1,7 +1,7 @@
-#include "rivid/solve/student.hpp"
-
 #include <cmath>
 #include <numbers>
+
+#include "rivid/solve/distributions.hpp"
 
 namespace rivid {
 

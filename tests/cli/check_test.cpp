@@ -8,7 +8,7 @@
 #include <functional>
 #include <sstream>
 
-#include "rivid/identify/diagnostic_codes.hpp"
+#include "rivid/finding.hpp"
 #include "support/identify_tool.hpp"
 
 namespace {

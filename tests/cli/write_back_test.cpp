@@ -4,8 +4,8 @@
 
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/result_file.hpp"
-#include "rivid/report/c_header.hpp"
-#include "rivid/report/text_diff.hpp"
+#include "rivid/export/c_header.hpp"
+#include "rivid/export/urdf.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/identify_tool.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "data/files.hpp"
-#include "rivid/data/units.hpp"
+#include "rivid/data/log.hpp"
 
 namespace rivid {
 namespace {

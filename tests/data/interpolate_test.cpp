@@ -1,11 +1,10 @@
-#include "rivid/data/interpolate.hpp"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <vector>
 
 #include "data/files.hpp"
+#include "rivid/data/adjust.hpp"
 #include "rivid/data/table.hpp"
 
 namespace rivid {

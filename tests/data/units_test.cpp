@@ -1,10 +1,9 @@
-#include "rivid/data/units.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "data/files.hpp"
+#include "rivid/data/log.hpp"
 
 namespace rivid {
 namespace {

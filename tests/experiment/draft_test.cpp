@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "rivid/data/units.hpp"
+#include "rivid/data/log.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "support/temporary_folder.hpp"

@@ -1,8 +1,7 @@
-#include "rivid/experiment/parameter_file.hpp"
-
 #include <gtest/gtest.h>
 
 #include "rivid/error.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/model/urdf.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

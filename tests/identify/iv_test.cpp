@@ -6,8 +6,8 @@
 #include <random>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/dynamics.hpp"
-#include "rivid/simulate/pd_control.hpp"
 #include "support/scara_study.hpp"
 
 namespace {

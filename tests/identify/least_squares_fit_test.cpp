@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "rivid/error.hpp"
-#include "rivid/report/table.hpp"
+#include "rivid/report/text.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "support/robots.hpp"
 

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "rivid/identify/physical.hpp"
-#include "rivid/model/pseudo_inertia.hpp"
+#include "rivid/model/parameters.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/experiment/parameter_file.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/simulate/dynamics.hpp"
 
 namespace rivid {

@@ -7,7 +7,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
-#include "rivid/model/pseudo_inertia.hpp"
+#include "rivid/model/parameters.hpp"
 #include "support/robots.hpp"
 #include "support/scara_study.hpp"
 #include "support/tx40.hpp"

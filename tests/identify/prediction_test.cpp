@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"
 

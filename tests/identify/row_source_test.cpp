@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"

@@ -1,5 +1,3 @@
-#include "rivid/identify/signal_chain.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/error.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/model/urdf.hpp"
 #include "support/robots.hpp"
 

@@ -1,7 +1,6 @@
-#include "rivid/model/coupling.hpp"
-
 #include <gtest/gtest.h>
 
+#include "rivid/model/robot.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 

@@ -1,10 +1,9 @@
-#include "rivid/model/pseudo_inertia.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <random>
 
+#include "rivid/model/parameters.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "rivid/identify/iv.hpp"
-#include "rivid/simulate/inertia.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "rivid/identify/deviation_bound.hpp"
+#include "rivid/identify/covariance.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "support/scara_study.hpp"
 

@@ -8,7 +8,7 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/identify/iv.hpp"
 #include "rivid/model/urdf.hpp"
-#include "rivid/simulate/pd_control.hpp"
+#include "rivid/simulate/control_laws.hpp"
 #include "support/real_data.hpp"
 
 namespace {

@@ -7,10 +7,10 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/signal/differentiate.hpp"
-#include "rivid/signal/zero_phase.hpp"
+#include "rivid/signal/filter.hpp"
 #include "rivid/simulate/closed_loop.hpp"
-#include "rivid/simulate/logged_reference.hpp"
-#include "rivid/simulate/pd_control.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/real_data.hpp"
 
 namespace {

@@ -6,10 +6,10 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/signal/zero_phase.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/dynamics.hpp"
-#include "rivid/simulate/inertia.hpp"
-#include "rivid/simulate/logged_reference.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/real_experiment.hpp"
 
 namespace rivid {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "rivid/data/csv.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/model/mdh.hpp"
 #include "support/real_experiment.hpp"
 

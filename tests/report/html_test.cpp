@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "report/html_parts.hpp"
-#include "rivid/identify/diagnostic_codes.hpp"
+#include "rivid/finding.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "rivid/signal/differentiate.hpp"

@@ -1,12 +1,11 @@
 // The page, the JSON and the table of runs that are made up.
 
-#include "rivid/report/monte_carlo_report.hpp"
-
 #include <gtest/gtest.h>
 
 #include <sstream>
 
 #include "report/html_monte_carlo.hpp"
+#include "rivid/report/monte_carlo.hpp"
 #include "support/monte_carlo_rows.hpp"
 
 namespace rivid {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rivid/error.hpp"
-#include "rivid/signal/zero_phase.hpp"
+#include "rivid/signal/filter.hpp"
 #include "signal/probe.hpp"
 
 namespace rivid {

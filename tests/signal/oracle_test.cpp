@@ -9,7 +9,6 @@
 
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/filter.hpp"
-#include "rivid/signal/zero_phase.hpp"
 #include "signal/probe.hpp"
 
 // oracle.csv is what SciPy makes of the same filters and the same series; oracle.py wrote it.

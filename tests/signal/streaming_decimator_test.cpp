@@ -1,5 +1,3 @@
-#include "rivid/signal/streaming_decimator.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/signal/decimate.hpp"
-#include "rivid/signal/zero_phase.hpp"
+#include "rivid/signal/filter.hpp"
 
 namespace rivid {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "rivid/error.hpp"
 #include "rivid/regressor/observation.hpp"
-#include "rivid/simulate/inertia.hpp"
-#include "rivid/simulate/pd_control.hpp"
-#include "rivid/simulate/point_to_point_reference.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/scara_study.hpp"
 
 namespace {

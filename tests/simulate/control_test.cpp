@@ -10,12 +10,9 @@
 #include <vector>
 
 #include "data/files.hpp"
-#include "rivid/simulate/cascade_control.hpp"
-#include "rivid/simulate/computed_torque.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/dynamics.hpp"
-#include "rivid/simulate/inertia.hpp"
-#include "rivid/simulate/pd_control.hpp"
-#include "rivid/simulate/pid_control.hpp"
 #include "support/mallocs.hpp"
 #include "support/robots.hpp"
 

@@ -15,7 +15,6 @@
 #include "rivid/model/kdl.hpp"
 #include "rivid/model/mdh.hpp"
 #include "rivid/regressor/observation.hpp"
-#include "rivid/simulate/dynamics_batch.hpp"
 #include "support/allocations.hpp"
 #include "support/chain_dynamics.hpp"
 #include "support/robots.hpp"

@@ -1,11 +1,10 @@
-#include "rivid/simulate/inertia.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "data/files.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/dynamics.hpp"
 #include "support/robots.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "rivid/error.hpp"
-#include "rivid/simulate/pd_control.hpp"
-#include "rivid/simulate/point_to_point_reference.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

@@ -1,9 +1,9 @@
-#include "rivid/simulate/noise.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "rivid/simulate/measurement.hpp"
 
 namespace rivid {
 namespace {

@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "data/files.hpp"
-#include "rivid/simulate/fourier_reference.hpp"
-#include "rivid/simulate/logged_reference.hpp"
-#include "rivid/simulate/point_to_point_reference.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/mallocs.hpp"
 #include "support/random_matrix.hpp"
 

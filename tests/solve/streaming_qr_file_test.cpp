@@ -1,11 +1,10 @@
-#include "rivid/solve/streaming_qr_file.hpp"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "rivid/error.hpp"
 #include "rivid/report/file.hpp"
+#include "rivid/solve/streaming_qr.hpp"
 #include "support/random_matrix.hpp"
 
 namespace rivid {

@@ -10,8 +10,8 @@
 #include "rivid/data/table.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/closed_loop.hpp"
-#include "rivid/simulate/fourier_reference.hpp"
-#include "rivid/simulate/pd_control.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/tx40.hpp"
 
 namespace rivid::test {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "rivid/model/robot.hpp"
-#include "rivid/motion.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid::test {
 

@@ -5,9 +5,9 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/identify/iv.hpp"
-#include "rivid/simulate/noise.hpp"
-#include "rivid/simulate/pd_control.hpp"
-#include "rivid/simulate/point_to_point_reference.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/measurement.hpp"
+#include "rivid/simulate/references.hpp"
 #include "support/robots.hpp"
 
 namespace rivid::test {

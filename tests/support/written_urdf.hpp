@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <string>
 
+#include "rivid/export/urdf.hpp"
 #include "rivid/model/urdf.hpp"
-#include "rivid/report/urdf_write.hpp"
 #include "rivid/simulate/dynamics.hpp"
 #include "support/robots.hpp"
 

@@ -5,20 +5,87 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/data/time_stamps.hpp"
-#include "rivid/experiment/control_loop.hpp"
-#include "rivid/experiment/simulation_plan.hpp"
 #include "rivid/identify/iv.hpp"
 #include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
-#include "rivid/simulate/simulation_record.hpp"
+#include "rivid/simulate/closed_loop.hpp"
+#include "rivid/simulate/measurement.hpp"
+#include "rivid/simulate/references.hpp"
 
 namespace rivid {
+
+/// The controller of an experiment, [control]: its law, and how it is sampled. A simulation runs it, and the auxiliary
+/// loop of the instrumental variables (3.4 of [RIV]) is made of it.
+struct ControlLoop {
+  /// Positions that design inertias (38) are the maximum over.
+  enum class InertiaOver {
+    reference,  ///< those of the reference motion, which is what the loop meets
+    all         ///< all within the limits
+  };
+
+  Control control;
+  Sampling sampling;
+  InertiaOver design_inertia = InertiaOver::reference;
+  /// Whether law and gains are a guess, by a bandwidth, rather than those known of the actual controller.
+  bool assumed = false;
+  Vector omega_n;  ///< natural frequencies that the law is given by, (n); empty: it is given by gains [rad/s]
+
+  /// Design inertias J (38) that the gains of `control` are matched to, (n) [kg·m² | kg].
+  ///
+  /// @param q_r  reference positions, (n_m × n) [rad | m]
+  /// @throws InputError, NumericsError  as design_inertia()
+  [[nodiscard]] Vector inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>& q_r) const;
+};
+
+/// Reference columns of a file.
+struct LoggedMotion {
+  enum class Interpolation {
+    spline,  ///< LoggedReference
+    linear   ///< LinearReference
+  };
+
+  LogOptions columns;
+  Interpolation interpolation = Interpolation::spline;
+};
+
+/// The motion that a simulated robot is asked for, [reference].
+struct ReferenceSource {
+  std::variant<LoggedMotion, FourierSeries, PointToPoint> motion;
+  /// That it is read from: columns, or the coefficients of the series. Empty where the experiment file tells the motion
+  /// itself; a logged one without it is that of the first log.
+  std::filesystem::path file;
+};
+
+/// What is simulated, [simulation].
+struct SimulationPlan {
+  /// Control signals added behind the controller, one row a control period.
+  struct AddedControl {
+    std::filesystem::path file;
+    std::vector<Column> columns;
+  };
+  /// What the log holds beside time and positions.
+  struct Columns {
+    bool torque = false;
+    bool control = false;
+    bool reference = false;
+    bool reference_velocity = false;
+  };
+
+  std::filesystem::path parameters;  ///< see read_parameters(); empty: the a-priori values of the robot
+  double duration = 0.0;             ///< 0: that of the reference [s]
+  /// Without what comes from elsewhere: samples, sampling, added control, noise.
+  SimulationOptions options;
+  NoiseOptions noise;
+  std::optional<AddedControl> added_control;
+  Columns columns = {.torque = false, .control = true, .reference = true, .reference_velocity = false};
+};
 
 /// Log files of one experiment and what is done to each on the way in.
 struct LogSource {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "rivid/data/log.hpp"
-#include "rivid/identify/diagnostic_codes.hpp"
-#include "rivid/identify/signal_options.hpp"
+#include "rivid/finding.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/model/robot.hpp"
 
 namespace rivid {

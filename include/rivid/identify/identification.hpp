@@ -5,17 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "rivid/finding.hpp"
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/diagnostics.hpp"
 #include "rivid/identify/essential.hpp"
 #include "rivid/identify/physical.hpp"
 #include "rivid/identify/robust.hpp"
-#include "rivid/identify/signal_options.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/control.hpp"
 #include "rivid/types.hpp"
-#include "rivid/warning.hpp"
 
 namespace rivid {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/identify/signal_chain.hpp"
+#include "rivid/identify/rows.hpp"
 
 namespace rivid {
 

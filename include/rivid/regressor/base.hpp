@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rivid/model/robot.hpp"
-#include "rivid/motion.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid {
 

@@ -8,9 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "rivid/motion.hpp"
 #include "rivid/regressor/columns.hpp"
-#include "rivid/rows_target.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid {
 

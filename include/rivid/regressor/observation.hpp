@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "rivid/motion.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/regressor/columns.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid {
 

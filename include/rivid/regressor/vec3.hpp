@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 namespace rivid::detail {
 
 // Three numbers of any Scalar. Eigen's own vectors carry alignment and expression templates that a pack of
@@ -40,5 +42,102 @@ struct Mat3 {
             r0.z * v.x + r1.z * v.y + r2.z * v.z};
   }
 };
+
+}  // namespace rivid::detail
+
+// The step from frame j−1 to frame j where what is known of the chain beforehand is put to use: which rotations are
+// quarter turns, which offsets are zero. Like vec3.hpp for the vector kernels: nothing from Eigen, nothing out of line.
+namespace rivid::detail {
+
+// Rotation from frame j−1 to frame j at q_j = 0, apart from a constant angle about z_j.
+enum class Turn : int {
+  none,     // axes as before
+  plus,     // a quarter about x
+  minus,    // a quarter about −x
+  about_x,  // any angle about x: tables of modified Denavit-Hartenberg parameters
+  any
+};
+
+// Sine and cosine together; a Scalar with a faster way than two calls has its own overload.
+template <typename Scalar>
+[[gnu::always_inline]] inline void sin_cos(const Scalar& q, Scalar& s, Scalar& c) {
+  using std::cos;
+  using std::sin;
+  s = sin(q);
+  c = cos(q);
+}
+
+template <typename Scalar>
+struct CosSin {
+  Scalar c, s;
+};
+
+template <typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> constant(const double* v) {
+  return {Scalar(v[0]), Scalar(v[1]), Scalar(v[2])};
+}
+
+// Joint j's own rotation, after the constant one.
+template <typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> rotated(const Vec3<Scalar>& a, const Scalar& c, const Scalar& s) {
+  return {c * a.x + s * a.y, c * a.y - s * a.x, a.z};
+}
+
+template <Turn turn, typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> turned(const double* R, const Vec3<Scalar>& v) {
+  if constexpr (turn == Turn::none) {
+    return v;
+  } else if constexpr (turn == Turn::plus) {
+    return {v.x, v.z, -v.y};
+  } else if constexpr (turn == Turn::minus) {
+    return {v.x, -v.z, v.y};
+  } else if constexpr (turn == Turn::about_x) {
+    return {v.x, Scalar(R[4]) * v.y + Scalar(R[7]) * v.z, Scalar(R[5]) * v.y + Scalar(R[8]) * v.z};
+  } else {
+    return {Scalar(R[0]) * v.x + Scalar(R[3]) * v.y + Scalar(R[6]) * v.z,
+            Scalar(R[1]) * v.x + Scalar(R[4]) * v.y + Scalar(R[7]) * v.z,
+            Scalar(R[2]) * v.x + Scalar(R[5]) * v.y + Scalar(R[8]) * v.z};
+  }
+}
+
+// v + w × p, where bits 0, 1, 2 of `offsets` tell which of the components of p are not zero.
+template <unsigned offsets, typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> shifted(const Vec3<Scalar>& v, const Vec3<Scalar>& w,
+                                                   const double* p) {
+  Vec3<Scalar> out = v;
+  if constexpr ((offsets & 1U) != 0U) {
+    out.y = out.y + w.z * Scalar(p[0]);
+    out.z = out.z - w.y * Scalar(p[0]);
+  }
+  if constexpr ((offsets & 2U) != 0U) {
+    out.x = out.x - w.z * Scalar(p[1]);
+    out.z = out.z + w.x * Scalar(p[1]);
+  }
+  if constexpr ((offsets & 4U) != 0U) {
+    out.x = out.x + w.y * Scalar(p[2]);
+    out.y = out.y - w.x * Scalar(p[2]);
+  }
+  return out;
+}
+
+// a + U p.
+template <unsigned offsets, typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> accelerated(const Vec3<Scalar>& a, const Mat3<Scalar>& U,
+                                                       const double* p) {
+  Vec3<Scalar> out = a;
+  if constexpr ((offsets & 1U) != 0U) {
+    const auto x = Scalar(p[0]);
+    out = {out.x + U.r0.x * x, out.y + U.r1.x * x, out.z + U.r2.x * x};
+  }
+  if constexpr ((offsets & 2U) != 0U) {
+    const auto y = Scalar(p[1]);
+    out = {out.x + U.r0.y * y, out.y + U.r1.y * y, out.z + U.r2.y * y};
+  }
+  if constexpr ((offsets & 4U) != 0U) {
+    const auto z = Scalar(p[2]);
+    out = {out.x + U.r0.z * z, out.y + U.r1.z * z, out.z + U.r2.z * z};
+  }
+  return out;
+}
 
 }  // namespace rivid::detail

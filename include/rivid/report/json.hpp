@@ -1,16 +1,44 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/robot.hpp"
-#include "rivid/report/provenance.hpp"
+#include "rivid/simulate/closed_loop.hpp"
 
 namespace rivid {
+
+/// A file that a result was made from.
+struct InputFile {
+  std::string path;    ///< as the user named it
+  std::string sha256;  ///< of its content, 64 hexadecimal digits
+};
+
+/// @throws InputError where the file can not be read
+[[nodiscard]] InputFile input_file(const std::filesystem::path& path);
+
+/// Where a result comes from: enough to make it again.
+struct Provenance {
+  std::string program;            ///< "rivid_identify"
+  std::vector<InputFile> inputs;  ///< experiment, robot, logs
+  std::vector<std::pair<std::string, std::string>>
+      overrides;  ///< command line flags that changed the experiment
+};
 
 /// A result as JSON, the content of result.json; docs/result.md describes its members. Numbers are written so that
 /// they read back bit by bit; what is not a number or infinite becomes null.
 [[nodiscard]] std::string to_json(const Robot& robot, const Identification& result,
                                   const Provenance& provenance);
+
+/// What rivid_simulate tells of a simulation, the content of simulation.json; docs/simulation.md describes its members.
+/// read_parameters() reads it as a parameter file. Numbers are written so that they read back bit by bit; what is not a
+/// number becomes null.
+[[nodiscard]] std::string to_json(const Robot& robot, const SimulationRecord& record,
+                                  const Provenance& provenance);
+
+/// The same for people: verdict, tracking and friction joint by joint, effort. UTF-8, at most 110 columns wide.
+[[nodiscard]] std::string summary(const Robot& robot, const SimulationRecord& record);
 
 }  // namespace rivid

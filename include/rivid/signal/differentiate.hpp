@@ -1,6 +1,5 @@
 #pragma once
 
-#include "rivid/motion.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 
-#include "rivid/regressor/frame_motion.hpp"
+#include "rivid/regressor/kinematics.hpp"
 #include "rivid/regressor/pack.hpp"
-#include "rivid/regressor/turn.hpp"
+#include "rivid/regressor/vec3.hpp"
 
 // M(q) and N(q, q̇) of a serial chain: Newton-Euler with q̈ = 0 for N, composite bodies for M, both in the frames of the
 // links with z along the axes, and both in one pass from base to tip and one back.

@@ -13,4 +13,9 @@ namespace rivid {
 /// @param freedom_2  of the denominator, positive
 [[nodiscard]] double f_tail(double x, double freedom_1, double freedom_2);
 
+/// The 97.5 % quantile of Student's t distribution: half the width of a 95 % interval in standard deviations.
+///
+/// @param freedom  degrees of freedom, at least 1
+[[nodiscard]] double student_quantile_975(double freedom);
+
 }  // namespace rivid

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <iosfwd>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/report/json.hpp"
+
+namespace rivid {
+
+/// Rows as lines of a CSV file; numbers are written so that they read back bit by bit.
+[[nodiscard]] std::string csv_header(const MonteCarlo& plan);
+[[nodiscard]] std::string to_csv(const MonteCarloRow& row);
+
+/// Rows of such a file. A last line without an end, where a program was stopped, is passed over.
+///
+/// @throws InputError  for any other fault: the message names file and line
+[[nodiscard]] std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& path,
+                                                               const MonteCarlo& plan);
+
+/// Rows of the runs that a folder holds whole, by the runs' numbers; none where there is no such folder. Nothing is written.
+///
+/// @throws InputError  where it holds runs of other input files or of another version
+[[nodiscard]] std::map<int, std::vector<MonteCarloRow>> held_runs(const std::filesystem::path& folder,
+                                                                  const MonteCarlo& plan);
+
+/// A folder with the rows of all runs that were ever made of a plan, runs.csv, and what they were made from,
+/// inputs.sha256: work that was stopped goes on from there.
+class MonteCarloFile {
+ public:
+  /// Opens or makes the folder. Of a run that was cut short nothing is kept.
+  ///
+  /// @param restart  forget what is in the folder
+  /// @throws InputError  where it holds runs of other input files or of another version, or can not be used
+  MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart);
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+  /// Numbers of the runs of the plan that are not there yet.
+  [[nodiscard]] std::vector<int> missing() const;
+
+  /// Adds the rows of one run. They are on their way to the disk when this returns.
+  ///
+  /// @throws InputError  where the file can not be written to
+  void add(const std::vector<MonteCarloRow>& rows);
+
+  /// Rows of the runs of the plan, in the order of the runs; the folder may hold more.
+  [[nodiscard]] std::vector<MonteCarloRow> rows() const;
+
+ private:
+  std::filesystem::path path_;
+  int runs_;
+  std::map<int, std::vector<MonteCarloRow>> rows_;
+  std::ofstream out_;
+};
+
+/// Summaries as a table for people.
+std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries);
+
+/// Summaries as JSON, the content of summary.json. It holds no times, so that the same runs give the same file.
+[[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries);
+
+/// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md tells what it
+/// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. It
+/// needs no script. The same runs give the same page.
+///
+/// @param rows  in any order
+[[nodiscard]] std::string html_report(const MonteCarlo& plan, std::span<const MonteCarloSummary> summaries,
+                                      std::span<const MonteCarloRow> rows, const Provenance& provenance);
+
+}  // namespace rivid

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <ostream>
+#include <span>
+#include <string>
+
+#include "rivid/identify/check.hpp"
+#include "rivid/identify/identification.hpp"
+
+namespace rivid {
+
+/// Prints a result for people: verdict, parameters with their statistics and regrouping, fit joint by joint,
+/// validation, the physically consistent parameters and their price. UTF-8, at most some 110 columns wide.
+std::ostream& operator<<(std::ostream& out, const Identification& result);
+
+/// Findings for the screen: one line each, the gravest first, and a last line that counts them.
+[[nodiscard]] std::string in_words(std::span<const Finding> findings);
+
+/// Findings as JSON: docs/diagnostics.md lists the members.
+[[nodiscard]] std::string to_json(std::span<const Finding> findings);
+
+/// A code in one line for a list, and all that is known of it.
+[[nodiscard]] std::string in_one_line(const DiagnosticCode& code);
+[[nodiscard]] std::string explained(const DiagnosticCode& code);
+
+}  // namespace rivid

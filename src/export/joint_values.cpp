@@ -1,0 +1,91 @@
+#include "export/joint_values.hpp"
+
+#include <cmath>
+
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+void take(JointValues& to, const StandardParameter& parameter, double value, JointType type) {
+  const auto text = [&] {
+    return parameter.name() + " = " + number(value, 4) + ' ' + std::string(unit(parameter.kind, type));
+  };
+  const auto rest = [&] {
+    if (value != 0.0) {
+      to.rest.push_back(text());
+    }
+  };
+  switch (parameter.kind) {
+    case ParameterKind::Ia:
+      to.Ia = value;
+      to.rotor = value != 0.0 ? text() : std::string();
+      break;
+    case ParameterKind::Fv:
+      to.damping = value;
+      break;
+    case ParameterKind::Fc:
+      to.friction = value;
+      break;
+    case ParameterKind::Fv_plus:
+    case ParameterKind::Fv_minus:
+      to.damping = to.damping.value_or(0.0) + 0.5 * value;
+      rest();
+      break;
+    case ParameterKind::Fc_plus:
+    case ParameterKind::Fc_minus:
+      to.friction = to.friction.value_or(0.0) + 0.5 * value;
+      rest();
+      break;
+    case ParameterKind::off:
+    case ParameterKind::Iam:
+    case ParameterKind::Fvm:
+    case ParameterKind::Fcm:
+      rest();
+      break;
+    default:
+      to.inertial[static_cast<Index>(parameter.kind)] = value;
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> JointValues::unsaid(bool with_rotor) const {
+  std::vector<std::string> out = rest;
+  if (with_rotor && !rotor.empty()) {
+    out.insert(out.begin(), rotor);
+  }
+  return out;
+}
+
+std::vector<JointValues> joint_values(const Robot& robot, const Eigen::Ref<const Vector>& chi_st,
+                                      std::string_view who) {
+  const std::vector<StandardParameter> parameters = robot.standard_parameters();
+  if (chi_st.size() != static_cast<Index>(parameters.size())) {
+    throw InputError(std::string(who) + ": chi_st has " + std::to_string(chi_st.size()) +
+                     " values, the robot has " + std::to_string(parameters.size()) + " standard parameters");
+  }
+  std::vector<JointValues> out(robot.joints.size());
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double value = chi_st[static_cast<Index>(i)];
+    if (!std::isfinite(value)) {
+      throw InputError(std::string(who) + ": " + parameters[i].name() + " is " + number(value) +
+                       ", must be finite");
+    }
+    const auto joint = static_cast<std::size_t>(parameters[i].joint);
+    take(out[joint], parameters[i], value, robot.joints[joint].type);
+  }
+  return out;
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string out;
+  for (const std::string& part : parts) {
+    out.append(out.empty() ? "" : ", ").append(part);
+  }
+  return out;
+}
+
+}  // namespace rivid::detail

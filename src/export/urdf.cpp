@@ -1,0 +1,441 @@
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "model/urdf_document.hpp"
+#include "model/urdf_topology.hpp"
+#include "export/joint_values.hpp"
+#include "export/xml_splice.hpp"
+#include "rivid/error.hpp"
+#include "rivid/export/urdf.hpp"
+#include "rivid/model/urdf.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::StartTag;
+using detail::UrdfTopology;
+
+// Of a group of numbers with one unit, such as those of a tensor: what rounding makes of numbers that did not change.
+constexpr double rounding = 64 * std::numeric_limits<double>::epsilon();
+// Of the largest second moment: figures of thin bodies are printed with few digits.
+constexpr double body_tolerance = 1e-9;
+// A frame turned for an oblique axis is turned by more than the reader's 1e-9 rad.
+constexpr double same_axes = 1e-10;
+
+constexpr std::array<const char*, 6> tensor_names = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
+
+Eigen::Matrix3d tensor(const Inertial& inertial) {
+  Eigen::Matrix3d I;
+  I << inertial[0], inertial[1], inertial[2], inertial[1], inertial[3], inertial[4], inertial[2], inertial[4],
+      inertial[5];
+  return I;
+}
+
+// A body as a URDF tells it.
+struct Body {
+  double mass = 0.0;
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d I_com = Eigen::Matrix3d::Zero();  // in the axes of the link
+
+  static Body of(const Inertial& inertial) {
+    Body out;
+    out.mass = inertial[9];
+    if (out.mass != 0.0) {
+      const Eigen::Vector3d c = inertial.segment<3>(6) / out.mass;
+      out.com = c;
+      out.I_com =
+          tensor(inertial) - out.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+    } else {
+      out.I_com = tensor(inertial);
+    }
+    return out;
+  }
+
+  [[nodiscard]] Eigen::Matrix3d second_moments() const {
+    return 0.5 * I_com.trace() * Eigen::Matrix3d::Identity() - I_com;
+  }
+};
+
+// ∫ (r 1)(r 1)ᵀ dm, positive definite for any body that is not flat.
+Eigen::Matrix4d pseudo_inertia(const Inertial& inertial) {
+  const Eigen::Matrix3d I = tensor(inertial);
+  Eigen::Matrix4d J;
+  J << 0.5 * I.trace() * Eigen::Matrix3d::Identity() - I, inertial.segment<3>(6),
+      inertial.segment<3>(6).transpose(), inertial[9];
+  return J;
+}
+
+bool close(const Inertial& a, const Inertial& b) {
+  const auto within = [&](Index from, Index count) {
+    const double scale =
+        std::max(a.segment(from, count).cwiseAbs().maxCoeff(), b.segment(from, count).cwiseAbs().maxCoeff());
+    return (a - b).segment(from, count).cwiseAbs().maxCoeff() <= rounding * scale;
+  };
+  return within(0, 6) && within(6, 3) && within(9, 1);
+}
+
+Eigen::Matrix3d rotation(const Eigen::Vector3d& rpy) {
+  return (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+using rivid::exact;
+
+std::string exact(const Eigen::Vector3d& v) { return exact(v.x()) + ' ' + exact(v.y()) + ' ' + exact(v.z()); }
+
+std::array<double, 6> entries(const Eigen::Matrix3d& I) {
+  return {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
+}
+
+bool same_chain(const Robot& a, const Robot& b) {
+  return std::ranges::equal(a.joints, b.joints,
+                            [](const Joint& x, const Joint& y) {
+                              return x.name == y.name && x.link == y.link && x.type == y.type;
+                            }) &&
+         std::ranges::equal(a.chain.links, b.chain.links, [](const Chain::Link& x, const Chain::Link& y) {
+           return x.R == y.R && x.p == y.p && x.axes == y.axes && x.signs == y.signs;
+         });
+}
+
+// The robot as the text tells it.
+Robot read_again(std::string_view xml, const std::string& source, const Robot& robot) {
+  if (robot.base.empty() || robot.joints.empty()) {
+    throw InputError("rewritten_urdf: robot \"" + robot.name +
+                     "\" was not read from a URDF, so there is none to write back");
+  }
+  // What hangs behind the last moving link is lumped into it, whatever tip the robot was read with.
+  const Robot again = parse_urdf(
+      xml, source, {.base = robot.base, .tip = robot.joints.back().link, .gravity = robot.chain.gravity});
+  if (!same_chain(again, robot)) {
+    throw InputError("rewritten_urdf: robot \"" + robot.name + "\" was not read from " + source +
+                     ": its joints, links or frames differ");
+  }
+  return again;
+}
+
+// Puts new numbers into a URDF, link by link and joint by joint.
+class Writer {
+ public:
+  Writer(std::string_view xml, const std::string& source, const Robot& robot, const Robot& as_read)
+      : document_(xml, source),
+        tree_(detail::urdf_topology(document_)),
+        path_(detail::urdf_path(document_, tree_, {.base = robot.base, .tip = robot.joints.back().link})),
+        robot_(robot),
+        as_read_(as_read),
+        splice_(xml) {}
+
+  RewrittenUrdf run(const std::vector<detail::JointValues>& values) {
+    // Rotations from rivid's link frames to those of the URDF come from both chains at q = 0.
+    Eigen::Matrix3d previous = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d previous_axes = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d passed = Eigen::Matrix3d::Identity();
+    std::size_t j = 0;
+    for (const int place : path_.joints) {
+      const UrdfTopology::Joint& joint = tree_.joint(place);
+      passed = passed * pose_of(joint.node).linear();
+      if (!joint.moves()) {
+        continue;
+      }
+      const Chain::Link& link = robot_.chain.links[j];
+      const Eigen::Matrix3d axes = link_axes(link);
+      Eigen::Matrix3d turn = passed.transpose() * previous * previous_axes * link.R * axes.transpose();
+      if (turn.isIdentity(same_axes)) {
+        turn.setIdentity();
+      }
+      write_group(joint.child, values[j].inertial, as_read_.inertials[j], turn);
+      write_dynamics(joint, values[j]);
+      previous = turn;
+      previous_axes = axes;
+      passed.setIdentity();
+      ++j;
+    }
+    return {splice_.result(), std::move(faults_), std::move(warnings_)};
+  }
+
+ private:
+  struct Lumped {
+    int link;
+    Eigen::Isometry3d pose;  // in the frame of the moving link
+  };
+
+  [[nodiscard]] Eigen::Isometry3d pose_of(pugi::xml_node node) const {
+    const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+    const pugi::xml_node origin = node.child("origin");
+    Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+    out.linear() = rotation(document_.triple_or(zero, origin, "rpy", "origin"));
+    out.translation() = document_.triple_or(zero, origin, "xyz", "origin");
+    return out;
+  }
+
+  [[nodiscard]] StartTag tag(pugi::xml_node node) const {
+    const std::ptrdiff_t at = node.offset_debug();
+    const std::string_view name = node.name();
+    if (at < 0 || splice_.text().substr(static_cast<std::size_t>(at), name.size()) != name) {
+      throw InputError(document_.source() + ": can not be written back, it is not encoded in UTF-8");
+    }
+    return detail::start_tag(splice_.text(), static_cast<std::size_t>(at));
+  }
+
+  // The <inertial> of a link, in the link's frame; zeros where there is none.
+  [[nodiscard]] Inertial inertial_of(int link) const {
+    const pugi::xml_node node = tree_.link(link).node.child("inertial");
+    if (!node) {
+      return Inertial::Zero();
+    }
+    const Eigen::Isometry3d pose = pose_of(node);
+    std::array<double, 6> I{};
+    for (std::size_t k = 0; k < I.size(); ++k) {
+      I[k] = document_.number(node.child("inertia"), tensor_names[k], "inertia");
+    }
+    Inertial at_com;
+    at_com << I[0], I[1], I[2], I[3], I[4], I[5], 0.0, 0.0, 0.0,
+        document_.number(node.child("mass"), "value", "mass");
+    return transformed(at_com, pose.linear(), pose.translation());
+  }
+
+  // Links that stand still on a moving one while the joints of branches are at zero.
+  [[nodiscard]] std::vector<Lumped> lumped_into(int moving) const {
+    std::vector<Lumped> out = {{moving, Eigen::Isometry3d::Identity()}};
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      for (const int place : tree_.link(out[i].link).children) {
+        const UrdfTopology::Joint& joint = tree_.joint(place);
+        if (!joint.moves() || std::ranges::find(path_.joints, place) == path_.joints.end()) {
+          out.push_back({joint.child, out[i].pose * pose_of(joint.node)});
+        }
+      }
+    }
+    out.erase(out.begin());
+    return out;
+  }
+
+  // A moving link and what is lumped into it: together they get the inertial `target`.
+  void write_group(int link, const Inertial& target, const Inertial& before, const Eigen::Matrix3d& turn) {
+    if (close(target, before)) {
+      return;
+    }
+    const auto in_link = [&](const Inertial& x) {
+      return turn.isIdentity(0.0) ? x : transformed(x, turn, Eigen::Vector3d::Zero());
+    };
+    const Inertial whole = in_link(target);
+    const std::vector<Lumped> lumped = lumped_into(link);
+    Inertial others = Inertial::Zero();
+    for (const Lumped& other : lumped) {
+      others += transformed(inertial_of(other.link), other.pose.linear(), other.pose.translation());
+    }
+    Inertial rest = close(whole, others) ? Inertial(Inertial::Zero()) : Inertial(whole - others);
+    const std::string who = "link \"" + tree_.link(link).name + "\"";
+    if (const auto complaint = body_complaint(whole)) {
+      faults_.push_back(Warning{"no_body", who + ": " + *complaint});
+    } else if (!others.isZero(0.0) && body_complaint(rest)) {
+      const double share = 0.5 * largest_share(others, whole);
+      for (const Lumped& other : lumped) {
+        write_inertial(other.link, share * inertial_of(other.link));
+      }
+      rest = whole - share * others;
+      warnings_.push_back(
+          Warning{"lumped_links_scaled",
+                  who + ": what is identified leaves no body to it beside the links that are fixed to it (" +
+                      names(lumped) + "); their masses and inertias were scaled by " + number(share, 4)});
+    }
+    write_inertial(link, rest);
+  }
+
+  [[nodiscard]] std::string names(const std::vector<Lumped>& links) const {
+    std::vector<std::string> out;
+    for (const Lumped& each : links) {
+      if (tree_.link(each.link).node.child("inertial")) {
+        out.push_back(tree_.link(each.link).name);
+      }
+    }
+    return quoted_list(out);
+  }
+
+  // The largest s for which whole − s part is a body; zero where whole is flat.
+  static double largest_share(const Inertial& part, const Inertial& whole) {
+    const Eigen::Matrix4d J = pseudo_inertia(whole);
+    if (Eigen::LLT<Eigen::Matrix4d>(J).info() != Eigen::Success) {
+      return 0.0;
+    }
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix4d> eigen(pseudo_inertia(part), J,
+                                                                          Eigen::EigenvaluesOnly);
+    const double largest = eigen.eigenvalues().maxCoeff();
+    return largest > 1.0 ? 1.0 / largest : 1.0;
+  }
+
+  void write_inertial(int link, const Inertial& inertial) {
+    const pugi::xml_node link_node = tree_.link(link).node;
+    const pugi::xml_node node = link_node.child("inertial");
+    const Body body = Body::of(inertial);
+    if (body.mass == 0.0 && !inertial.segment<3>(6).isZero(0.0)) {
+      throw InputError("rewritten_urdf: link \"" + tree_.link(link).name +
+                       "\" has a first moment but no mass; a URDF can not say that");
+    }
+    if (!node) {
+      if (!inertial.isZero(0.0)) {
+        add_inertial(link_node, body);
+      }
+      return;
+    }
+    const pugi::xml_node origin = node.child("origin");
+    const Eigen::Matrix3d R = pose_of(node).linear();
+    const std::array<double, 6> I = entries(R.isIdentity(0.0) ? body.I_com : R.transpose() * body.I_com * R);
+    const double size = body.I_com.cwiseAbs().maxCoeff();
+    set_numbers(node.child("mass"), "value", {&body.mass, 1}, std::abs(body.mass));
+    for (std::size_t k = 0; k < I.size(); ++k) {
+      set_numbers(node.child("inertia"), tensor_names[k], {&I[k], 1}, size);
+    }
+    const bool told = body.mass != 0.0 && (origin || !body.com.isZero(0.0));
+    if (told && !origin) {
+      splice_.insert_child(tag(node), {"<origin xyz=\"" + exact(body.com) + "\"/>"});
+    } else if (told) {
+      const double length = std::max(body.com.cwiseAbs().maxCoeff(), std::sqrt(size / std::abs(body.mass)));
+      set_numbers(origin, "xyz", {body.com.data(), 3}, length);
+    }
+  }
+
+  void add_inertial(pugi::xml_node link, const Body& body) {
+    const std::array<double, 6> I = entries(body.I_com);
+    std::string inertia = "  <inertia";
+    for (std::size_t k = 0; k < I.size(); ++k) {
+      inertia.append(" ").append(tensor_names[k]).append("=\"").append(exact(I[k])).append("\"");
+    }
+    splice_.insert_child(tag(link),
+                         {"<inertial>", "  <origin xyz=\"" + exact(body.com) + "\" rpy=\"0 0 0\"/>",
+                          "  <mass value=\"" + exact(body.mass) + "\"/>", inertia + "/>", "</inertial>"});
+  }
+
+  // Replaces those numbers of an attribute that are more than rounding away from the new ones.
+  void set_numbers(pugi::xml_node node, const char* name, std::span<const double> values, double scale) {
+    const StartTag at = tag(node);
+    const StartTag::Attribute* const attribute = at.attribute(name);
+    std::vector<std::pair<std::size_t, std::string_view>> words;  // offset, text
+    if (attribute != nullptr) {
+      constexpr std::string_view blanks = " \t\r\n";
+      const std::string_view text = attribute->value;
+      for (std::size_t i = text.find_first_not_of(blanks); i != std::string_view::npos;) {
+        const std::size_t end = std::min(text.find_first_of(blanks, i), text.size());
+        words.emplace_back(attribute->begin + i, text.substr(i, end - i));
+        i = text.find_first_not_of(blanks, end);
+      }
+    }
+    if (words.size() != values.size()) {  // not there, or blanks written as entities
+      std::string all;
+      for (const double value : values) {
+        all += (all.empty() ? "" : " ") + exact(value);
+      }
+      splice_.set(at, name, all);
+      return;
+    }
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const auto& [begin, word] = words[i];
+      const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+      double old = std::numeric_limits<double>::quiet_NaN();
+      std::from_chars(digits.data(), digits.data() + digits.size(), old);
+      if (!(std::abs(old - values[i]) <= rounding * scale)) {
+        splice_.replace(begin, word.size(), exact(values[i]));
+      }
+    }
+  }
+
+  void write_dynamics(const UrdfTopology::Joint& joint, const detail::JointValues& values) {
+    const std::string who = "joint \"" + joint.name + "\"";
+    const pugi::xml_node node = joint.node.child("dynamics");
+    std::string added;
+    const auto write = [&](const char* attribute, std::optional<double> value) {
+      if (!value) {
+        return;
+      }
+      if (*value < 0.0) {
+        faults_.push_back(Warning{"driving_friction", who + ": its " + attribute + " is " +
+                                                          number(*value, 4) + ", must not be negative"});
+        value = 0.0;
+      }
+      if (node.attribute(attribute)) {
+        set_numbers(node, attribute, {&*value, 1}, *value);
+      } else if (*value > 0.0 && node) {
+        splice_.set(tag(node), attribute, exact(*value));
+      } else if (*value > 0.0) {
+        added.append(" ").append(attribute).append("=\"").append(exact(*value)).append("\"");
+      }
+    };
+    write("damping", values.damping);
+    write("friction", values.friction);
+    if (!added.empty()) {
+      splice_.insert_child(tag(joint.node), {"<dynamics" + added + "/>"});
+    }
+    if (const std::vector<std::string> unsaid = values.unsaid(true); !unsaid.empty()) {
+      warnings_.push_back(
+          Warning{"urdf_has_no_place", who + ": a URDF has no place for " + detail::joined(unsaid)});
+    }
+  }
+
+  detail::UrdfDocument document_;
+  UrdfTopology tree_;
+  detail::UrdfPath path_;
+  const Robot& robot_;
+  const Robot& as_read_;
+  detail::Splice splice_;
+  std::vector<Warning> faults_;
+  std::vector<Warning> warnings_;
+};
+
+}  // namespace
+
+std::optional<std::string> body_complaint(const Inertial& inertial) {
+  if (inertial.isZero(0.0)) {
+    return std::nullopt;
+  }
+  const Body body = Body::of(inertial);
+  if (!(body.mass > 0.0)) {
+    return "its mass is " + number(body.mass, 4) + " kg, must be positive";
+  }
+  const Eigen::Vector3d moments =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.second_moments(), Eigen::EigenvaluesOnly)
+          .eigenvalues();
+  // Rounding of the step from the link's origin to the centre of mass counts, too.
+  const double size = std::max(moments.cwiseAbs().maxCoeff(), inertial.head<6>().cwiseAbs().maxCoeff());
+  if (moments[0] < -body_tolerance * size) {
+    return "no body has its inertia: its second moments about the centre of mass have the eigenvalue " +
+           number(moments[0], 4) + " kg·m², must not be negative";
+  }
+  return std::nullopt;
+}
+
+RewrittenUrdf rewritten_urdf(std::string_view xml, const std::string& source, const Robot& robot,
+                             const Eigen::Ref<const Vector>& chi_st, const UrdfWriteOptions& options) {
+  const Robot as_read = read_again(xml, source, robot);
+  const std::vector<detail::JointValues> values = detail::joint_values(robot, chi_st, "rewritten_urdf");
+  RewrittenUrdf out = Writer(xml, source, robot, as_read).run(values);
+  if (!out.faults.empty() && !options.force) {
+    out.text.clear();
+  }
+  return out;
+}
+
+std::string urdf_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw InputError("urdf_text: " + path.string() + " can not be read");
+  }
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+RewrittenUrdf rewritten_urdf(const std::filesystem::path& path, const Robot& robot,
+                             const Eigen::Ref<const Vector>& chi_st, const UrdfWriteOptions& options) {
+  return rewritten_urdf(urdf_text(path), path.string(), robot, chi_st, options);
+}
+
+}  // namespace rivid

@@ -1,0 +1,181 @@
+#include "rivid/export/c_header.hpp"
+
+#include <gtest/gtest.h>
+
+#include <iomanip>
+#include <sstream>
+
+#include "rivid/error.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
+#include "support/process.hpp"
+#include "support/robots.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace rivid {
+namespace {
+
+// The same numbers in another order, relative to the largest torque.
+constexpr double tolerance = 1e-12;
+constexpr int states = 5;
+
+// Reads states until the end, prints the torques of each function, one line each.
+constexpr const char* program = R"(#include <stdio.h>
+#include "robot.h"
+
+static void show(const double tau[robot_JOINTS]) {
+  int j;
+  for (j = 0; j < robot_JOINTS; ++j) {
+    printf("%.17g ", tau[j]);
+  }
+  printf("\n");
+}
+
+int main(void) {
+  double x[4][robot_JOINTS];
+  double tau[robot_JOINTS];
+  int k = 0;
+  FILE* file = fopen("states.txt", "r");
+  while (file != 0 && fscanf(file, "%lf", &x[k / robot_JOINTS][k % robot_JOINTS]) == 1) {
+    if (++k == 4 * robot_JOINTS) {
+      k = 0;
+      robot_inverse_dynamics(x[0], x[1], x[2], tau);
+      show(tau);
+      robot_rigid_body(x[0], x[1], x[2], tau);
+      show(tau);
+      robot_gravity(x[0], tau);
+      show(tau);
+      robot_friction(x[1], 0, tau);
+      show(tau);
+      robot_friction(x[1], x[3], tau);
+      show(tau);
+    }
+  }
+  return 0;
+}
+)";
+
+struct Compiler {
+  std::string name;
+  std::vector<std::string> command;
+};
+
+std::vector<Compiler> compilers() {
+  const std::vector<std::string> strict = {"-Wall", "-Wextra", "-Werror", "-pedantic", "-O1"};
+  std::vector<Compiler> out;
+  const auto add = [&](const std::string& name, std::vector<std::string> command) {
+    command.insert(command.end(), strict.begin(), strict.end());
+    out.push_back({name, std::move(command)});
+  };
+  const std::string c = RIVID_C_COMPILER;
+  if (!c.empty()) {
+    add("C99", {c, "-std=c99", "-x", "c"});
+  }
+  for (const char* const standard : {"-std=c++98", "-std=c++20"}) {
+    add(standard, {RIVID_CXX_COMPILER, standard, "-x", "c++"});
+  }
+  return out;
+}
+
+// Torques of the compiled header, five lines a state.
+Matrix compiled_torques(const Compiler& compiler, const test::TemporaryFolder& folder, Index n) {
+  std::vector<std::string> command = compiler.command;
+  command.insert(command.end(), {"main.c", "-o", "torques", "-lm"});
+  const test::Outcome compiled = test::outcome_of(command, folder.path());
+  EXPECT_EQ(compiled.exit_code, 0) << compiled.err;
+  const test::Outcome run = test::outcome_of({(folder.path() / "torques").string()}, folder.path());
+  EXPECT_EQ(run.exit_code, 0);
+  std::istringstream in(run.out);
+  Matrix out = Matrix::Constant(n, 5 * states, std::nan(""));
+  for (double& value : out.reshaped()) {
+    in >> value;
+  }
+  EXPECT_TRUE(in) << run.out;
+  return out;
+}
+
+void expect_the_torques_of_the_library(const Robot& robot, std::mt19937_64& random) {
+  const Index n = robot.size();
+  const DynamicModel model(robot, robot.chi_st());
+  const test::TemporaryFolder folder;
+  folder.write("robot.h", c_header(model, "robot", "a test */ \n"));
+  folder.write("main.c", program);
+  std::ostringstream text;
+  text << std::setprecision(17);
+  Matrix expected(n, 5 * states);
+  for (int k = 0; k < states; ++k) {
+    const Motion motion = test::random_motion(1, n, random);
+    const Vector q = motion.q.transpose();
+    const Vector qd = motion.qd.transpose();
+    const Vector qdd = motion.qdd.transpose();
+    const Vector v_s = qd.cwiseAbs();
+    text << q.transpose() << '\n'
+         << qd.transpose() << '\n'
+         << qdd.transpose() << '\n'
+         << v_s.transpose() << '\n';
+    InverseDynamics sharp(model);
+    InverseDynamics smooth(model, {.smoothing_speed = v_s});
+    sharp.torque(q, qd, qdd, expected.col(5 * k));
+    sharp.gravity(q, expected.col(5 * k + 2));
+    sharp.friction(qd, expected.col(5 * k + 3));
+    smooth.friction(qd, expected.col(5 * k + 4));
+    expected.col(5 * k + 1) = expected.col(5 * k) - expected.col(5 * k + 3);
+  }
+  folder.write("states.txt", text.str());
+  for (const Compiler& compiler : compilers()) {
+    SCOPED_TRACE(compiler.name);
+    const Matrix found = compiled_torques(compiler, folder, n);
+    EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), tolerance * expected.cwiseAbs().maxCoeff());
+  }
+}
+
+TEST(CHeader, GivesTheTorquesOfTheLibraryInEveryLanguage) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937_64 random(seed);
+    expect_the_torques_of_the_library(test::random_robot(static_cast<int>(2 * seed), random), random);
+  }
+}
+
+TEST(CHeader, KnowsAsymmetricFrictionAndCoupledMotors) {
+  std::mt19937_64 random(4);
+  Robot robot = test::random_robot(3, random);
+  robot.joints[0].friction = Friction::asymmetric;
+  Coupling coupling;
+  coupling.motor = 2;
+  coupling.joints = {1};
+  coupling.ratios = {-0.5};
+  coupling.Iam = 0.2;
+  coupling.Fvm = 0.1;
+  coupling.Fcm = 0.3;
+  robot.couplings = {coupling};
+  expect_the_torques_of_the_library(robot, random);
+}
+
+TEST(CHeader, KnowsSignsThatWereIdentifiedSmooth) {
+  std::mt19937_64 random(7);
+  Robot robot = test::random_robot(3, random);
+  robot.joints[0].friction = Friction::asymmetric;
+  robot.joints[0].sign_speed = 0.7;
+  robot.joints[1].sign_speed = 0.3;
+  expect_the_torques_of_the_library(robot, random);
+}
+
+TEST(CHeader, OfARobotWithoutFrictionCompiles) {
+  std::mt19937_64 random(5);
+  Robot robot = test::random_robot(1, random);
+  robot.joints[0].friction = Friction::none;
+  expect_the_torques_of_the_library(robot, random);
+}
+
+TEST(CHeader, RefusesANameThatIsNoIdentifier) {
+  std::mt19937_64 random(6);
+  const Robot robot = test::random_robot(1, random);
+  const DynamicModel model(robot, robot.chi_st());
+  for (const char* const name : {"", "1st", "my robot", "größe"}) {
+    EXPECT_THROW(static_cast<void>(c_header(model, name)), InputError) << name;
+  }
+  EXPECT_EQ(c_identifier("1 robot.v2"), "_1_robot_v2");
+}
+
+}  // namespace
+}  // namespace rivid
