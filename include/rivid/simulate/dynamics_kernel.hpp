@@ -2,7 +2,6 @@
 
 #include <cstddef>
 
-#include "rivid/regressor/kinematics.hpp"
 #include "rivid/regressor/pack.hpp"
 #include "rivid/regressor/vec3.hpp"
 
