@@ -72,6 +72,9 @@ struct Counted {
   friend Counted operator+(const Counted& a, const Counted& b) { return sum(a, b); }
   friend Counted operator-(const Counted& a, const Counted& b) { return sum(a, b); }
   friend Counted operator-(const Counted& a) { return a; }
+  // Friction that is smooth at reversals, which no robot here has.
+  friend Counted operator/(const Counted& a, const Counted&) { return a; }
+  friend Counted tanh(const Counted& a) { return a; }
   friend bool operator>(const Counted&, const Counted&) { return false; }
   friend bool operator<(const Counted&, const Counted&) { return false; }
   friend Counted select(bool, const Counted&, const Counted&) { return {}; }

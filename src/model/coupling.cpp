@@ -24,14 +24,9 @@ Matrix weights(const Coupling& coupling, const Vector& c, ParameterKind kind) {
 }
 
 CoupledEntry::Quantity quantity(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::Fvm:
-      return CoupledEntry::Quantity::velocity;
-    case ParameterKind::Fcm:
-      return CoupledEntry::Quantity::single_signs;
-    default:
-      return CoupledEntry::Quantity::acceleration;
-  }
+  return role(kind) == Role::rotor     ? CoupledEntry::Quantity::acceleration
+         : role(kind) == Role::viscous ? CoupledEntry::Quantity::velocity
+                                       : CoupledEntry::Quantity::single_signs;
 }
 
 std::vector<CoupledEntry::Term> terms(const auto& weights) {

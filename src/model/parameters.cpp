@@ -2,43 +2,6 @@
 
 namespace rivid {
 
-std::string_view symbol(ParameterKind kind) {
-  static constexpr std::array<std::string_view, 21> names = {"XX",  "XY",  "XZ",  "YY",  "YZ",  "ZZ",  "MX",
-                                                             "MY",  "MZ",  "M",   "Ia",  "Fv",  "Fc",  "off",
-                                                             "Fv+", "Fc+", "Fv-", "Fc-", "Iam", "Fvm", "Fcm"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
-std::string StandardParameter::name() const { return std::string(symbol(kind)) + std::to_string(joint + 1); }
-
-std::string_view unit(ParameterKind kind, JointType type) {
-  const bool revolute = type == JointType::revolute;
-  switch (kind) {
-    case ParameterKind::MX:
-    case ParameterKind::MY:
-    case ParameterKind::MZ:
-      return "kg·m";
-    case ParameterKind::M:
-      return "kg";
-    case ParameterKind::Ia:
-    case ParameterKind::Iam:
-      return revolute ? "kg·m²" : "kg";
-    case ParameterKind::Fv:
-    case ParameterKind::Fv_plus:
-    case ParameterKind::Fv_minus:
-    case ParameterKind::Fvm:
-      return revolute ? "N·m·s/rad" : "N·s/m";
-    case ParameterKind::Fc:
-    case ParameterKind::Fc_plus:
-    case ParameterKind::Fc_minus:
-    case ParameterKind::Fcm:
-    case ParameterKind::off:
-      return revolute ? "N·m" : "N";
-    default:
-      return "kg·m²";
-  }
-}
-
 namespace {
 
 // Parallel-axis term: inertia of a point mass m at c about the origin.
@@ -68,6 +31,28 @@ Inertial transformed(const Inertial& inertial, const Eigen::Matrix3d& R, const E
   const Eigen::Matrix3d cross =
       2.0 * p.dot(h) * Eigen::Matrix3d::Identity() - p * h.transpose() - h * p.transpose();
   return packed(R * I * R.transpose() + cross + point_mass(m, p), h + m * p, m);
+}
+
+Eigen::Matrix4d pseudo_inertia(const Inertial& inertial) {
+  const Inertial& p = inertial;
+  Eigen::Matrix3d I;
+  I << p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5];
+  Eigen::Matrix4d P;
+  P.topLeftCorner<3, 3>() = 0.5 * I.trace() * Eigen::Matrix3d::Identity() - I;
+  P.topRightCorner<3, 1>() = p.segment<3>(6);
+  P.bottomLeftCorner<1, 3>() = p.segment<3>(6).transpose();
+  P(3, 3) = p[9];
+  return P;
+}
+
+Inertial inertial_from_pseudo_inertia(const Eigen::Matrix4d& P) {
+  const Eigen::Matrix3d second = P.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d I = second.trace() * Eigen::Matrix3d::Identity() - second;
+  Inertial p;
+  p.head<6>() << I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2);
+  p.segment<3>(6) = P.topRightCorner<3, 1>();
+  p[9] = P(3, 3);
+  return p;
 }
 
 }  // namespace rivid

@@ -14,15 +14,36 @@ namespace {
 constexpr double largest_length = 1e6;
 constexpr double largest_gravity = 1e6;
 
-double coupled_value(const Coupling& coupling, ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::Iam:
-      return coupling.Iam;
-    case ParameterKind::Fvm:
-      return coupling.Fvm;
-    default:
-      return coupling.Fcm;
+double a_priori(const Robot& robot, const StandardParameter& parameter) {
+  const auto j = static_cast<std::size_t>(parameter.joint);
+  const Joint& joint = robot.joints[j];
+  const auto coupling = [&]() -> const Coupling& {
+    return *std::ranges::find(robot.couplings, parameter.joint, &Coupling::motor);
+  };
+  switch (about(parameter.kind).a_priori) {
+    case APriori::inertials:
+      return robot.inertials[j][static_cast<Index>(parameter.kind)];
+    case APriori::Ia:
+      return joint.Ia;
+    case APriori::Fv:
+      return joint.Fv;
+    case APriori::Fc:
+      return joint.Fc;
+    case APriori::Iam:
+      return coupling().Iam;
+    case APriori::Fvm:
+      return coupling().Fvm;
+    case APriori::Fcm:
+      return coupling().Fcm;
+    case APriori::zero:
+      break;
   }
+  return 0.0;
+}
+
+// Whether a law has a parameter of this function of the velocity.
+bool has(Friction law, Basis basis) {
+  return std::ranges::any_of(parameters(law), [&](ParameterKind kind) { return about(kind).basis == basis; });
 }
 
 std::string in_words(const Matrix& x) {
@@ -87,11 +108,10 @@ std::optional<std::string> own_terms_complaint(const Robot& robot, const Couplin
     if (coupling.inertia != Coupling::Inertia::none && !joint.rotor_inertia) {
       return without(joint, "Ia", "give it rotor_inertia");
     }
-    if (coupling.viscous && joint.friction == Friction::none) {
+    if (coupling.viscous && !has(joint.friction, Basis::speed)) {
       return without(joint, "Fv", "give it friction");
     }
-    if (coupling.coulomb == Coupling::Coulomb::single &&
-        (joint.friction == Friction::none || joint.friction == Friction::viscous)) {
+    if (coupling.coulomb == Coupling::Coulomb::single && !has(joint.friction, Basis::sign)) {
       return without(joint, "Fc", "give it Coulomb friction");
     }
   }
@@ -219,34 +239,7 @@ Vector Robot::chi_st() const {
   const std::vector<StandardParameter> list = standard_parameters();
   Vector chi(static_cast<Index>(list.size()));
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const auto j = static_cast<std::size_t>(list[i].joint);
-    const Joint& joint = joints[j];
-    double value = 0.0;
-    switch (list[i].kind) {
-      case ParameterKind::Ia:
-        value = joint.Ia;
-        break;
-      case ParameterKind::Fv:
-      case ParameterKind::Fv_plus:
-      case ParameterKind::Fv_minus:
-        value = joint.Fv;
-        break;
-      case ParameterKind::Fc:
-      case ParameterKind::Fc_plus:
-      case ParameterKind::Fc_minus:
-        value = joint.Fc;
-        break;
-      case ParameterKind::off:
-        break;
-      case ParameterKind::Iam:
-      case ParameterKind::Fvm:
-      case ParameterKind::Fcm:
-        value = coupled_value(*std::ranges::find(couplings, list[i].joint, &Coupling::motor), list[i].kind);
-        break;
-      default:
-        value = inertials[j][static_cast<Index>(list[i].kind)];
-    }
-    chi[static_cast<Index>(i)] = value;
+    chi[static_cast<Index>(i)] = a_priori(*this, list[i]);
   }
   return chi;
 }

@@ -26,10 +26,9 @@ struct ScanPlace {
 };
 
 ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
-  if (p.kind >= ParameterKind::Ia) {
-    const bool coupled = p.kind >= ParameterKind::Iam;
-    const bool inertia = p.kind == ParameterKind::Ia || p.kind == ParameterKind::Iam;
-    return {2 + (inertia ? 0 : 2) + (coupled ? 1 : 0), p.joint, static_cast<int>(p.kind)};
+  if (role(p.kind) != Role::inertial) {
+    return {2 + (role(p.kind) == Role::rotor ? 0 : 2) + (about(p.kind).coupled ? 1 : 0), p.joint,
+            static_cast<int>(p.kind)};
   }
   // By the axes of frame j, whose z is the joint's: the rules speak of those, whatever the link frame calls them.
   const int column = inertial_column(robot.chain.links[static_cast<std::size_t>(p.joint)], p.kind).index;

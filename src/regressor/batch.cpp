@@ -78,27 +78,6 @@ detail::LinkPlan link_plan(const Chain& chain, std::size_t j, InertialMask mask)
   return out;
 }
 
-detail::OwnKind own_kind(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::Ia:
-      return detail::OwnKind::acceleration;
-    case ParameterKind::Fv:
-      return detail::OwnKind::velocity;
-    case ParameterKind::Fc:
-      return detail::OwnKind::sign;
-    case ParameterKind::Fv_plus:
-      return detail::OwnKind::positive;
-    case ParameterKind::Fv_minus:
-      return detail::OwnKind::negative;
-    case ParameterKind::Fc_plus:
-      return detail::OwnKind::positive_sign;
-    case ParameterKind::Fc_minus:
-      return detail::OwnKind::negative_sign;
-    default:
-      return detail::OwnKind::one;
-  }
-}
-
 }  // namespace
 
 std::string_view name(Simd simd) {
@@ -174,7 +153,7 @@ RegressorBatch::RegressorBatch(const Robot& robot, std::span<const StandardParam
   }
   for (std::size_t j = 0; j < n; ++j) {
     for (const RegressorColumns::JointEntry& e : columns_.of_own(j)) {
-      plan.own.push_back({static_cast<int>(j), own_kind(e.kind)});
+      plan.own.push_back({static_cast<int>(j), e.basis, e.direction, e.sign_speed});
       plan.entries.push_back({j, e.column});
     }
   }
@@ -242,7 +221,6 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::s
   if (rest > 0) {
     fill_rest(motion, first + packs * lanes, rest, packs * lanes, workspace);
   }
-  fill_smooth(motion, first, count, targets, row);
   fill_coupled(motion, first, count, targets, row, workspace);
 }
 
@@ -268,23 +246,6 @@ void RegressorBatch::fill_rest(const Motion& motion, Index sample, Index rest, I
                     workspace.scratch_.get());
   for (std::size_t e = 0; e < plan.entries.size(); ++e) {
     std::copy_n(workspace.tail_columns_[e], rest, workspace.columns_[e] + row);
-  }
-}
-
-// Signs that a model smooths at reversals: in place of what the kernels have put there, which know the sign alone.
-void RegressorBatch::fill_smooth(const Motion& motion, Index first, Index count,
-                                 std::span<const RowsTarget> targets, Index row) const {
-  for (std::size_t j = 0; j < joints(); ++j) {
-    for (const RegressorColumns::JointEntry& e : columns_.of_own(j)) {
-      using enum ParameterKind;
-      if (e.sign_speed > 0.0 && (e.kind == Fc || e.kind == Fc_plus || e.kind == Fc_minus)) {
-        const double* const qd = motion.qd.col(static_cast<Index>(j)).data() + first;
-        double* const column = targets[j].data + e.column * targets[j].ld + row;
-        for (Index k = 0; k < count; ++k) {
-          column[k] = friction_entry(e.kind, qd[k], e.sign_speed);
-        }
-      }
-    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "rivid/model/kinds.hpp"
 #include "rivid/regressor/pack.hpp"
 #include "rivid/regressor/vec3.hpp"
 
@@ -31,21 +32,12 @@ struct LinkPlan {
   bool revolute, shifted_angle;     // θ is not zero
 };
 
-// Own parameters of a joint, in the order of their columns.
-enum class OwnKind : int {
-  acceleration,
-  velocity,
-  sign,
-  one,
-  positive,
-  negative,
-  positive_sign,
-  negative_sign
-};
-
+// An own parameter of a joint, in the order of their columns.
 struct OwnEntry {
   int joint;
-  OwnKind kind;
+  Basis basis;
+  Direction direction;
+  double sign_speed;
 };
 
 struct BatchPlan {
@@ -288,28 +280,10 @@ template <bool revolute, typename Scalar>
 }
 
 template <typename Scalar>
-[[gnu::always_inline]] inline Scalar own_entry(OwnKind kind, const Scalar& qd, const Scalar& qdd) {
-  const Scalar zero(0.0);
-  const Scalar one(1.0);
-  switch (kind) {
-    case OwnKind::acceleration:
-      return qdd;
-    case OwnKind::velocity:
-      return qd;
-    case OwnKind::sign:
-      return select(qd > zero, one, select(qd < zero, Scalar(-1.0), zero));
-    case OwnKind::one:
-      return one;
-    case OwnKind::positive:
-      return select(qd > zero, qd, zero);
-    case OwnKind::negative:
-      return select(qd < zero, qd, zero);
-    case OwnKind::positive_sign:
-      return select(qd > zero, one, zero);
-    case OwnKind::negative_sign:
-      return select(qd < zero, Scalar(-1.0), zero);
-  }
-  return zero;
+[[gnu::always_inline]] inline Scalar own_entry(const OwnEntry& entry, const Scalar& qd, const Scalar& qdd) {
+  return entry.basis == Basis::acceleration
+             ? qdd
+             : friction_entry(entry.basis, entry.direction, qd, entry.sign_speed);
 }
 
 template <typename Scalar>
@@ -397,7 +371,7 @@ void fill_packs(const BatchPlan& plan, const BatchInput& input, std::size_t pack
       const std::ptrdiff_t joint = plan.own[e].joint;
       const Scalar qd = Scalar::load(input.qd + joint * input.qd_stride + out.row);
       const Scalar qdd = Scalar::load(input.qdd + joint * input.qdd_stride + out.row);
-      put(out, own_entry(plan.own[e].kind, qd, qdd));
+      put(out, own_entry(plan.own[e], qd, qdd));
     }
   }
 }

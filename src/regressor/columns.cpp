@@ -7,8 +7,8 @@ namespace {
 // The coupling that a parameter belongs to, if it is felt by more joints than its own.
 const Coupling* coupling_of(const Robot& robot, const StandardParameter& p) {
   for (const Coupling& coupling : robot.couplings) {
-    const bool coupled = p.kind >= ParameterKind::Iam ||
-                         (p.kind == ParameterKind::Ia && coupling.inertia == Coupling::Inertia::tied);
+    const bool coupled =
+        about(p.kind).coupled || (p.kind == ParameterKind::Ia && coupling.inertia == Coupling::Inertia::tied);
     if (coupling.motor == p.joint && coupled) {
       return &coupling;
     }
@@ -40,9 +40,10 @@ RegressorColumns::RegressorColumns(const Robot& robot, std::span<const StandardP
       }
       continue;
     }
-    if (parameters[c].kind >= ParameterKind::Ia) {
-      joints_[j].own.push_back(
-          {parameters[c].kind, static_cast<Index>(joints_[j].columns.size()), robot.joints[j].sign_speed});
+    if (role(parameters[c].kind) != Role::inertial) {
+      const KindRow& row = about(parameters[c].kind);
+      joints_[j].own.push_back({row.basis, row.direction, static_cast<Index>(joints_[j].columns.size()),
+                                robot.joints[j].sign_speed});
       joints_[j].columns.push_back(static_cast<Index>(c));
       continue;
     }

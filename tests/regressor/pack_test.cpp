@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "rivid/model/friction.hpp"
+#include "rivid/model/kinds.hpp"
 
 namespace rivid {
 namespace {

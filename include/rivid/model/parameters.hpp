@@ -1,40 +1,11 @@
 #pragma once
 
-#include <array>
 #include <string>
-#include <string_view>
 
+#include "rivid/model/kinds.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
-
-enum class JointType { revolute, prismatic };
-
-/// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction, the
-/// last three belong to a motor that several joints turn, see Coupling.
-enum class ParameterKind {
-  XX,
-  XY,
-  XZ,
-  YY,
-  YZ,
-  ZZ,
-  MX,
-  MY,
-  MZ,
-  M,
-  Ia,
-  Fv,
-  Fc,
-  off,
-  Fv_plus,
-  Fc_plus,
-  Fv_minus,
-  Fc_minus,
-  Iam,
-  Fvm,
-  Fcm
-};
 
 /// Number of inertial parameters of a link: XX XY XZ YY YZ ZZ MX MY MZ M.
 inline constexpr int inertial_count = 10;
@@ -49,14 +20,8 @@ struct StandardParameter {
   int joint = 0;  ///< counted from 0; the name counts from 1, as the field does
 
   /// "ZZ1", "Ia2", "Fv+1", "Iam6", …
-  [[nodiscard]] std::string name() const;
+  [[nodiscard]] std::string name() const { return std::string(symbol(kind)) + std::to_string(joint + 1); }
 };
-
-/// "XX", "Ia", "Fv+", …
-[[nodiscard]] std::string_view symbol(ParameterKind kind);
-
-/// SI unit of a parameter of that kind on the joint side: "kg·m²", "N·m·s/rad", …
-[[nodiscard]] std::string_view unit(ParameterKind kind, JointType type);
 
 /// Inertial parameters from what a CAD system or a URDF tells.
 ///

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "rivid/model/chain.hpp"
-#include "rivid/model/friction.hpp"
+#include "rivid/model/kinds.hpp"
 #include "rivid/model/parameters.hpp"
 
 namespace rivid {

@@ -98,8 +98,6 @@ class RegressorBatch {
   struct Plan;
 
   void fill_rest(const Motion& motion, Index sample, Index rest, Index row, BatchWorkspace& workspace) const;
-  void fill_smooth(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets,
-                   Index row) const;
   void fill_coupled(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets,
                     Index row, BatchWorkspace& workspace) const;
 

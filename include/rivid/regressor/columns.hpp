@@ -22,7 +22,8 @@ class RegressorColumns {
   };
   /// Entry of joint i's row from its own rotor inertia or friction.
   struct JointEntry {
-    ParameterKind kind = ParameterKind::Ia;
+    Basis basis = Basis::acceleration;
+    Direction direction = Direction::both;
     Index column = 0;
     double sign_speed = 0.0;  ///< Joint::sign_speed
   };
@@ -88,8 +89,9 @@ class RegressorColumns {
     for (std::size_t i = 0; i < n; ++i) {
       for (const JointEntry& e : joints_[i].own) {
         put(i, e.column,
-            e.kind == ParameterKind::Ia ? state.qdd[i]
-                                        : friction_entry<Scalar>(e.kind, state.qd[i], e.sign_speed));
+            e.basis == Basis::acceleration
+                ? state.qdd[i]
+                : friction_entry<Scalar>(e.basis, e.direction, state.qd[i], e.sign_speed));
       }
       for (const MotorEntry& e : joints_[i].coupled) {
         put(i, e.column, coupled_value(e.entry, state));
