@@ -1,12 +1,10 @@
-#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <optional>
 #include <sstream>
 
-#include "check_command.hpp"
-#include "init_command.hpp"
-#include "progress_bar.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
@@ -14,7 +12,7 @@
 #include "rivid/report/json.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
-#include "rivid/version.hpp"
+#include "subcommands.hpp"
 #include "tool.hpp"
 #include "write_back.hpp"
 
@@ -39,43 +37,41 @@ struct Arguments {
   WriteBack write_back;
 };
 
-void declare(CLI::App& app, Arguments& arguments) {
-  app.add_option("experiment", arguments.experiment,
-                 "Experiment file (TOML): robot, log, signal chain, method")
-      ->required()
-      ->type_name("EXPERIMENT.toml");
-  app.add_option("--method", arguments.method, "Method instead of the experiment file's")
-      ->check(CLI::IsMember({"ols", "wls", "iv"}))
-      ->type_name("ols|wls|iv");
-  app.add_option("--robust", arguments.robust,
-                 "Loss of robust estimation instead of the experiment file's, or off")
-      ->check(CLI::IsMember({"huber", "bisquare", "off"}))
-      ->type_name("huber|bisquare|off");
-  app.add_flag(
-      "--physical", arguments.physical,
-      "The physically consistent standard parameters as well, as [method] physical says or by default");
-  app.add_option("--log", arguments.logs, "Log files instead of the experiment file's")->type_name("FILE");
-  app.add_option("--validate", arguments.validate, "Validation logs instead of the experiment file's")
-      ->type_name("FILE");
-  app.add_option("--output", arguments.output, "Folder for result.json; default: EXPERIMENT_result")
-      ->type_name("DIR");
-  app.add_flag("--report", arguments.report, "Write report.html beside result.json: plots to look at");
-  app.add_option("--threads", arguments.threads, "Threads that share the work; no result depends on them")
-      ->check(CLI::PositiveNumber)
-      ->type_name("N");
-  app.add_flag("--json", arguments.json, "Print the result as JSON instead of the table");
-  app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
-  app.add_flag("--dry-run", arguments.dry_run,
-               "Read and check everything, tell what would be done, write nothing");
-  declare(app, arguments.write_back);
-  app.set_version_flag("--version", std::string("rivid_identify ") + version);
-  app.footer(
-      "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
-      "failure.\n"
-      "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
-      "rivid_identify check EXPERIMENT.toml looks for faults.\n"
-      "rivid_identify explain CODE tells cause and cure of a fault, a warning or a status.\n"
-      "The keys of an experiment file are listed in docs/experiment.md.");
+Command command_of(Arguments& to) {
+  Command out{
+      .name = "rivid_identify",
+      .description = "Identifies the dynamic parameters of a robot from logs of its motion.",
+      .arguments =
+          {{.name = "experiment",
+            .value = "EXPERIMENT.toml",
+            .text = "Experiment file (TOML): robot, log, signal chain, method",
+            .target = &to.experiment,
+            .required = true},
+           {"--method", "ols|wls|iv", "Method instead of the experiment file's", &to.method},
+           {"--robust", "huber|bisquare|off",
+            "Loss of robust estimation instead of the experiment file's, or off", &to.robust},
+           {"--physical", "",
+            "The physically consistent standard parameters as well, as [method] physical says or by default",
+            &to.physical},
+           {"--log", "FILE", "Log files instead of the experiment file's", &to.logs},
+           {"--validate", "FILE", "Validation logs instead of the experiment file's", &to.validate},
+           {"--output", "DIR", "Folder for result.json; default: EXPERIMENT_result", &to.output},
+           {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
+           {"--threads", "N", "Threads that share the work; no result depends on them", &to.threads,
+            thread_range},
+           {"--json", "", "Print the result as JSON instead of the table", &to.json},
+           {"--quiet", "", "Print nothing but errors", &to.quiet},
+           {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+            &to.dry_run}},
+      .footer =
+          "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
+          "failure.\n"
+          "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
+          "rivid_identify check EXPERIMENT.toml looks for faults.\n"
+          "rivid_identify explain CODE tells cause and cure of a fault, a warning or a status.\n"
+          "The keys of an experiment file are listed in docs/experiment.md."};
+  std::ranges::move(arguments(to.write_back), std::back_inserter(out.arguments));
+  return out;
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
@@ -140,9 +136,7 @@ void print_plan(std::ostream& out, const Experiment& experiment,
   print_logs("log         ", experiment.log);
   print_logs("validation  ", experiment.validation);
   out << "method      " << name(experiment.method) << '\n';
-  for (const std::filesystem::path& file : files) {
-    out << "would write " << file.string() << '\n';
-  }
+  out << would_write(files);
 }
 
 int identify_from(const Arguments& arguments) {
@@ -171,8 +165,7 @@ int identify_from(const Arguments& arguments) {
   }
 
   ProgressBar bar(!arguments.quiet);
-  const Identification result =
-      run(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
+  const Identification result = run(experiment, std::ref(bar));
   const std::vector<Prediction> predicted =
       arguments.report ? predictions(experiment, result) : std::vector<Prediction>();
   bar.clear();
@@ -217,13 +210,8 @@ int tool(int argc, char** argv) {
     throw InputError(robot + ": is a robot, an experiment file is required; rivid_identify init " + robot +
                      " " + (argc > 2 ? argv[2] : "LOG.csv") + " writes one");
   }
-  CLI::App app("Identifies the dynamic parameters of a robot from logs of its motion.", "rivid_identify");
   Arguments arguments;
-  declare(app, arguments);
-  if (const std::optional<int> ended = parse(app, argc, argv)) {
-    return *ended;
-  }
-  return identify_from(arguments);
+  return run_command(command_of(arguments), argc, argv, [&] { return identify_from(arguments); });
 }
 
 }  // namespace

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -7,12 +6,10 @@
 #include <sstream>
 #include <thread>
 
-#include "progress_bar.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"
-#include "rivid/version.hpp"
 #include "tool.hpp"
 
 namespace {
@@ -33,32 +30,35 @@ struct Arguments {
   bool dry_run = false;
 };
 
-void declare(CLI::App& app, Arguments& arguments) {
-  app.add_option("experiment", arguments.experiment,
-                 "Experiment file (TOML): robot, control, reference, simulation, montecarlo")
-      ->required()
-      ->type_name("EXPERIMENT.toml");
-  app.add_option("--runs", arguments.runs, "Runs instead of the experiment file's")
-      ->check(CLI::Range(1, 1'000'000'000))
-      ->type_name("NUMBER");
-  app.add_option("--threads", arguments.threads, "Runs at a time; default: one for each processor")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("NUMBER");
-  app.add_option("--output", arguments.output,
-                 "Folder for runs.csv and summary.json; default: EXPERIMENT_montecarlo")
-      ->type_name("DIR");
-  app.add_flag("--restart", arguments.restart, "Begin anew instead of going on with the runs in the folder");
-  app.add_flag("--report", arguments.report, "Write report.html beside summary.json: plots to look at");
-  app.add_flag("--json", arguments.json, "Print the summary as JSON");
-  app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
-  app.add_flag("--dry-run", arguments.dry_run,
-               "Read and check everything, tell what would be done, write nothing");
-  app.set_version_flag("--version", std::string("rivid_montecarlo ") + version);
-  app.footer(
-      "A run that was finished is never made again: stopped and started anew, the program goes on, and ends "
-      "with the\n"
-      "same summary. Run k has the seed of the file plus k, whatever the threads.\n"
-      "Exit codes: 0 all runs done, 2 bad input or usage, 3 numerical failure.");
+Command command_of(Arguments& to) {
+  return {
+      .name = "rivid_montecarlo",
+      .description =
+          "Simulates an experiment many times, identifies each, and tells how far the results can be "
+          "trusted.",
+      .arguments = {{.name = "experiment",
+                     .value = "EXPERIMENT.toml",
+                     .text = "Experiment file (TOML): robot, control, reference, simulation, montecarlo",
+                     .target = &to.experiment,
+                     .required = true},
+                    {"--runs", "NUMBER", "Runs instead of the experiment file's", &to.runs,
+                     IntegerRange{1, 1'000'000'000}},
+                    {"--threads", "NUMBER", "Runs at a time; default: one for each processor", &to.threads,
+                     thread_range},
+                    {"--output", "DIR",
+                     "Folder for runs.csv and summary.json; default: EXPERIMENT_montecarlo", &to.output},
+                    {"--restart", "", "Begin anew instead of going on with the runs in the folder",
+                     &to.restart},
+                    {"--report", "", "Write report.html beside summary.json: plots to look at", &to.report},
+                    {"--json", "", "Print the summary as JSON", &to.json},
+                    {"--quiet", "", "Print nothing but errors", &to.quiet},
+                    {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+                     &to.dry_run}},
+      .footer =
+          "A run that was finished is never made again: stopped and started anew, the program goes on, and "
+          "ends with the\n"
+          "same summary. Run k has the seed of the file plus k, whatever the threads.\n"
+          "Exit codes: 0 all runs done, 2 bad input or usage, 3 numerical failure."};
 }
 
 std::string time_left(Clock::time_point begin, int done, int missing) {
@@ -76,8 +76,7 @@ void make_missing(const MonteCarlo& plan, MonteCarloFile& file, int threads, Pro
   monte_carlo_runs(plan, missing, threads, [&](const std::vector<MonteCarloRow>& rows) {
     file.add(rows);
     ++done;
-    bar.show(
-        std::to_string(done) + " of " + std::to_string(wanted) + " runs, " + time_left(begin, done, wanted),
+    bar(std::to_string(done) + " of " + std::to_string(wanted) + " runs, " + time_left(begin, done, wanted),
         static_cast<double>(done) / static_cast<double>(wanted));
   });
   bar.clear();
@@ -110,15 +109,12 @@ void dry_run(const Arguments& arguments, const MonteCarlo& plan, const std::file
              std::vector<std::filesystem::path> files) {
   const auto held = arguments.restart ? std::map<int, std::vector<MonteCarloRow>>() : held_runs(folder, plan);
   const auto there = std::ranges::count_if(held, [&](const auto& run) { return run.first < plan.runs; });
-  std::string out = in_words(plan, outlook(plan.experiment), there);
+  const SimulationOutlook one = outlook(plan.experiment);
   if (!arguments.report) {
     files.pop_back();
   }
-  for (const std::filesystem::path& file : files) {
-    out += "would write " + file.string() + "\n";
-  }
   if (!arguments.quiet) {
-    print(out);
+    print(in_words(plan, one, there) + would_write(files));
   }
 }
 
@@ -156,15 +152,8 @@ int run_from(const Arguments& arguments) {
 }
 
 int tool(int argc, char** argv) {
-  CLI::App app(
-      "Simulates an experiment many times, identifies each, and tells how far the results can be trusted.",
-      "rivid_montecarlo");
   Arguments arguments;
-  declare(app, arguments);
-  if (const std::optional<int> ended = parse(app, argc, argv)) {
-    return *ended;
-  }
-  return run_from(arguments);
+  return run_command(command_of(arguments), argc, argv, [&] { return run_from(arguments); });
 }
 
 }  // namespace

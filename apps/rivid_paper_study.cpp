@@ -1,10 +1,8 @@
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 
 #include "paper_study/study.hpp"
-#include "rivid/version.hpp"
 #include "tool.hpp"
 
 namespace {
@@ -14,21 +12,7 @@ using namespace rivid::apps;
 
 // The case study of [RIV], sections 4.2 to 5: its SCARA in simulation, identified by IDIM-OLS and IDIM-IV, beside the
 // numbers that the paper prints.
-int run(int argc, char** argv) {
-  std::filesystem::path folder = "paper_study";
-  std::uint64_t seeds = 20;
-  CLI::App app("The case study of the paper, its tables and figures on a simulated SCARA",
-               "rivid_paper_study");
-  app.add_option("folder", folder, "Folder for the tables and figures; default: paper_study")
-      ->type_name("DIR");
-  app.add_option("--seeds", seeds, "Number of logs, which differ in their noise; default: 20")
-      ->check(CLI::Range(1, 1000))
-      ->type_name("NUMBER");
-  app.set_version_flag("--version", std::string("rivid_paper_study ") + version);
-  app.footer("Exit codes: 0 all that it claims holds, 1 a claim does not, 2 bad input or usage.");
-  if (const auto code = parse(app, argc, argv)) {
-    return *code;
-  }
+int study_in(const std::filesystem::path& folder, std::uint64_t seeds) {
   const study::Scara scara;
   study::Report report(folder);
   report.print("SCARA of [RIV], section 4, in simulation: means over " +
@@ -44,6 +28,19 @@ int run(int argc, char** argv) {
   return report.all_hold() ? success : no_success;
 }
 
+int tool(int argc, char** argv) {
+  std::filesystem::path folder = "paper_study";
+  std::uint64_t seeds = 20;
+  return run_command(
+      {.name = "rivid_paper_study",
+       .description = "The case study of the paper, its tables and figures on a simulated SCARA",
+       .arguments = {{"folder", "DIR", "Folder for the tables and figures; default: paper_study", &folder},
+                     {"--seeds", "NUMBER", "Number of logs, which differ in their noise; default: 20", &seeds,
+                      IntegerRange{1, 1000}}},
+       .footer = "Exit codes: 0 all that it claims holds, 1 a claim does not, 2 bad input or usage."},
+      argc, argv, [&] { return study_in(folder, seeds); });
+}
+
 }  // namespace
 
-int main(int argc, char** argv) { return run_tool("rivid_paper_study", run, argc, argv); }
+int main(int argc, char** argv) { return run_tool("rivid_paper_study", tool, argc, argv); }

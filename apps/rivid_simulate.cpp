@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -7,13 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "progress_bar.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/text.hpp"
-#include "rivid/version.hpp"
 #include "tool.hpp"
 
 namespace {
@@ -31,28 +28,29 @@ struct Arguments {
   bool dry_run = false;
 };
 
-void declare(CLI::App& app, Arguments& arguments) {
-  app.add_option("experiment", arguments.experiment,
-                 "Experiment file (TOML): robot, control, reference, simulation")
-      ->required()
-      ->type_name("EXPERIMENT.toml");
-  app.add_option("--seed", arguments.seed, "Seed instead of the experiment file's")
-      ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()))
-      ->type_name("NUMBER");
-  app.add_option("--parameters", arguments.parameters, "Parameter file instead of the experiment file's")
-      ->type_name("FILE");
-  app.add_option("--output", arguments.output,
-                 "Folder for log.csv and simulation.json; default: EXPERIMENT_simulation")
-      ->type_name("DIR");
-  app.add_flag("--json", arguments.json, "Print the summary as JSON");
-  app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
-  app.add_flag("--dry-run", arguments.dry_run,
-               "Read and check everything, tell what would be done, write nothing");
-  app.set_version_flag("--version", std::string("rivid_simulate ") + version);
-  app.footer(
-      "Exit codes: 0 simulated, 1 ended early (log.csv goes up to there), 2 bad input or usage, 3 numerical "
-      "failure.\n"
-      "The keys of an experiment file are listed in docs/experiment.md.");
+Command command_of(Arguments& to) {
+  return {
+      .name = "rivid_simulate",
+      .description = "Simulates a robot in its closed loop, and writes the log of its motion.",
+      .arguments = {{.name = "experiment",
+                     .value = "EXPERIMENT.toml",
+                     .text = "Experiment file (TOML): robot, control, reference, simulation",
+                     .target = &to.experiment,
+                     .required = true},
+                    {"--seed", "NUMBER", "Seed instead of the experiment file's", &to.seed,
+                     IntegerRange{0, std::numeric_limits<std::int64_t>::max()}},
+                    {"--parameters", "FILE", "Parameter file instead of the experiment file's",
+                     &to.parameters},
+                    {"--output", "DIR",
+                     "Folder for log.csv and simulation.json; default: EXPERIMENT_simulation", &to.output},
+                    {"--json", "", "Print the summary as JSON", &to.json},
+                    {"--quiet", "", "Print nothing but errors", &to.quiet},
+                    {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+                     &to.dry_run}},
+      .footer =
+          "Exit codes: 0 simulated, 1 ended early (log.csv goes up to there), 2 bad input or usage, 3 "
+          "numerical failure.\n"
+          "The keys of an experiment file are listed in docs/experiment.md."};
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
@@ -88,9 +86,7 @@ std::string in_words(const Experiment& experiment, const SimulationOutlook& foun
   }
   out << "simulation  " << counted(found.samples, "sample") << " at " << number(found.f_m) << " Hz, "
       << number(static_cast<double>(found.samples - 1) / found.f_m, 4) << " s, seed " << record.seed << '\n';
-  for (const std::filesystem::path& file : files) {
-    out << "would write " << file.string() << '\n';
-  }
+  out << would_write(files);
   return out.str();
 }
 
@@ -109,8 +105,7 @@ int simulate_from(const Arguments& arguments) {
     return found.record.simulation.outcome == Outcome::completed ? success : no_success;
   }
   ProgressBar bar(!arguments.quiet);
-  const SimulationRecord record =
-      run_simulation(experiment, [&](std::string_view stage, double fraction) { bar.show(stage, fraction); });
+  const SimulationRecord record = run_simulation(experiment, std::ref(bar));
   bar.clear();
 
   const std::string json =
@@ -127,13 +122,8 @@ int simulate_from(const Arguments& arguments) {
 }
 
 int tool(int argc, char** argv) {
-  CLI::App app("Simulates a robot in its closed loop, and writes the log of its motion.", "rivid_simulate");
   Arguments arguments;
-  declare(app, arguments);
-  if (const std::optional<int> ended = parse(app, argc, argv)) {
-    return *ended;
-  }
-  return simulate_from(arguments);
+  return run_command(command_of(arguments), argc, argv, [&] { return simulate_from(arguments); });
 }
 
 }  // namespace

@@ -1,9 +1,16 @@
 #include "tool.hpp"
 
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
 #include <iostream>
+#include <type_traits>
 
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
+#include "rivid/version.hpp"
 
 namespace rivid::apps {
 
@@ -13,7 +20,62 @@ void complain(std::string_view name, std::string_view kind, std::string_view wha
   std::cerr << name << ": " << kind << ": " << on_one_line(what) << '\n';
 }
 
+CLI::Option* added(CLI::App& app, const Argument& argument) {
+  return std::visit(
+      [&](auto* target) {
+        if constexpr (std::is_same_v<decltype(target), bool*>) {
+          return app.add_flag(argument.name, *target, argument.text);
+        } else {
+          return app.add_option(argument.name, *target, argument.text)->type_name(argument.value);
+        }
+      },
+      argument.target);
+}
+
+void declare(CLI::App& app, const Argument& argument) {
+  CLI::Option* const option = added(app, argument)->required(argument.required);
+  if (argument.value.find('|') != std::string::npos) {
+    option->check(CLI::IsMember(CLI::detail::split(argument.value, '|')));
+  }
+  if (argument.range) {
+    option->check(CLI::Range(argument.range->lowest, argument.range->highest));
+  }
+  if (!argument.needs.empty()) {
+    option->needs(argument.needs);
+  }
+  if (!argument.excludes.empty()) {
+    option->excludes(argument.excludes);
+  }
+}
+
+// An exit code where help or version were asked for.
+std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) {
+      return app.exit(e);
+    }
+    throw InputError(std::string(e.what()) + "; --help tells the usage");
+  }
+  return std::nullopt;
+}
+
 }  // namespace
+
+int run_command(const Command& command, int argc, char** argv, const std::function<int()>& run) {
+  CLI::App app(command.description, command.name);
+  for (const Argument& argument : command.arguments) {
+    declare(app, argument);
+  }
+  const bool subcommand = command.name.find(' ') != std::string::npos;
+  if (!subcommand) {
+    app.set_version_flag("--version", command.name + " " + version);
+  }
+  app.footer(command.footer);
+  const std::optional<int> ended = parse(app, argc, argv);
+  return ended ? *ended : run();
+}
 
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv) {
   try {
@@ -25,18 +87,6 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
     complain(name, "failure", e.what());
     return numerics;
   }
-}
-
-std::optional<int> parse(CLI::App& app, int argc, char** argv) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) {  // --help, --version
-      return app.exit(e);
-    }
-    throw InputError(std::string(e.what()) + "; --help tells the usage");
-  }
-  return std::nullopt;
 }
 
 void print(const std::string& text) {
@@ -57,6 +107,14 @@ void tell(std::string_view kind, const std::vector<Warning>& warnings) {
   }
 }
 
+std::string would_write(const std::vector<std::filesystem::path>& files) {
+  std::string out;
+  for (const std::filesystem::path& file : files) {
+    out += "would write " + file.string() + "\n";
+  }
+  return out;
+}
+
 std::filesystem::path output_folder(const std::filesystem::path& flag,
                                     const std::filesystem::path& experiment, std::string_view suffix) {
   return flag.empty() ? std::filesystem::path(experiment.stem().string() + std::string(suffix)) : flag;
@@ -69,6 +127,42 @@ Provenance provenance_of(const std::string& program, const std::vector<std::file
     out.inputs.push_back(input_file(input));
   }
   return out;
+}
+
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto patience = 1s;
+constexpr auto redraw = 100ms;
+constexpr int bar_width = 30;
+
+}  // namespace
+
+ProgressBar::ProgressBar(bool wanted)
+    : wanted_(wanted && ::isatty(STDERR_FILENO) == 1), next_(Clock::now() + patience) {}
+
+ProgressBar::~ProgressBar() { clear(); }
+
+void ProgressBar::operator()(std::string_view stage, double fraction) {
+  const Clock::time_point now = Clock::now();
+  if (!wanted_ || now < next_) {
+    return;
+  }
+  next_ = now + redraw;
+  drawn_ = true;
+  const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * bar_width);
+  const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
+                          std::string(static_cast<std::size_t>(bar_width - filled), '.');
+  std::fprintf(stderr, "\r\033[K[%s] %3.0f %%  %.*s", bar.c_str(), 100.0 * fraction,
+               static_cast<int>(stage.size()), stage.data());
+  std::fflush(stderr);
+}
+
+void ProgressBar::clear() {
+  if (drawn_) {
+    std::fputs("\r\033[K", stderr);
+    drawn_ = false;
+  }
 }
 
 }  // namespace rivid::apps

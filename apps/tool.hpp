@@ -1,17 +1,20 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "rivid/finding.hpp"
 #include "rivid/report/json.hpp"
 
-// What the command line tools share.
+// What the command line tools share. tool.cpp alone includes the parser of command lines, which takes long to compile.
 namespace rivid::apps {
 
 /// How a tool ends.
@@ -22,19 +25,46 @@ enum ExitCode {
   numerics = 3
 };
 
-/// Command line flags that changed the experiment, and their values.
-using Overrides = std::vector<std::pair<std::string, std::string>>;
+/// Integers that an argument may be.
+struct IntegerRange {
+  std::int64_t lowest = 0;
+  std::int64_t highest = 0;
+};
+inline constexpr IntegerRange thread_range{1, 1024};
+
+/// One positional or option of a command line, and the variable that it sets. A vector takes several values.
+struct Argument {
+  using Target = std::variant<bool*, int*, std::uint64_t*, std::optional<int>*, std::optional<std::int64_t>*,
+                              std::string*, std::filesystem::path*, std::vector<std::string>*,
+                              std::vector<std::filesystem::path>*>;
+  std::string name;  ///< "--log", or "experiment" for a positional
+  std::string
+      value;  ///< what stands for the value in --help: "FILE", or its words: "ols|wls|iv"; empty: a flag
+  std::string text = {};
+  Target target = {};
+  std::optional<IntegerRange> range = std::nullopt;
+  bool required = false;
+  std::string needs = {};     ///< option without which this one is refused
+  std::string excludes = {};  ///< option with which this one is refused
+};
+
+struct Command {
+  std::string name;  ///< "rivid_identify", or "rivid_identify check" for a subcommand
+  std::string description;
+  std::vector<Argument> arguments;
+  std::string footer;
+};
+
+/// Parses the command line, then runs the command, whose exit code is returned.
+///
+/// @throws InputError  where the command line can not be understood
+int run_command(const Command& command, int argc, char** argv, const std::function<int()>& run);
 
 /// Runs a tool, whose exit code is what `tool` returns, and turns what it throws into a message on standard error and an
 /// exit code.
 ///
 /// @param name  of the tool, for messages
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv);
-
-/// Parses the command line. An exit code where the tool ends with that, because help or version were asked for.
-///
-/// @throws InputError  where the command line can not be understood
-[[nodiscard]] std::optional<int> parse(CLI::App& app, int argc, char** argv);
 
 /// Standard output.
 ///
@@ -46,13 +76,39 @@ void tell(std::string_view kind, const std::vector<std::string>& lines);
 /// The same with codes: "warning [code] …".
 void tell(std::string_view kind, const std::vector<Warning>& warnings);
 
+/// "would write FILE", one line each: the end of what --dry-run prints.
+[[nodiscard]] std::string would_write(const std::vector<std::filesystem::path>& files);
+
 /// Files for a result: the folder of the flag, or one beside the user that is called after the experiment.
 [[nodiscard]] std::filesystem::path output_folder(const std::filesystem::path& flag,
                                                   const std::filesystem::path& experiment,
                                                   std::string_view suffix);
 
+/// Command line flags that changed the experiment, and their values.
+using Overrides = std::vector<std::pair<std::string, std::string>>;
+
 /// @throws InputError  where an input can not be read
 [[nodiscard]] Provenance provenance_of(const std::string& program,
                                        const std::vector<std::filesystem::path>& inputs, Overrides overrides);
+
+/// A progress bar on standard error: on a terminal only, and only for work that takes longer than a second.
+class ProgressBar {
+ public:
+  /// @param wanted  false never draws
+  explicit ProgressBar(bool wanted);
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+  ~ProgressBar();
+
+  void operator()(std::string_view stage, double fraction);
+  /// Takes the bar off the terminal, so that other output can follow.
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool wanted_;
+  bool drawn_ = false;
+  Clock::time_point next_;
+};
 
 }  // namespace rivid::apps

@@ -10,7 +10,6 @@
 #include "rivid/identify/prediction.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/text.hpp"
-#include "tool.hpp"
 
 namespace rivid::apps {
 
@@ -104,19 +103,23 @@ std::vector<Path> WriteBack::files() const {
   return out;
 }
 
-void declare(CLI::App& app, WriteBack& options) {
-  CLI::Option* const urdf = app.add_option("--write-urdf", options.urdf,
-                                           "The robot's URDF with the identified numbers, else as it is")
-                                ->type_name("FILE");
-  app.add_flag("--diff", options.diff, "Print what changes in the URDF")->needs(urdf)->excludes("--json");
-  app.add_option("--sidecar", options.sidecars, "What a URDF can not say, beside it, for these programs")
-      ->check(CLI::IsMember({"mujoco", "drake", "pinocchio"}))
-      ->type_name("mujoco|drake|pinocchio")
-      ->needs(urdf);
-  app.add_option("--write-header", options.header, "C header with the torques of the identified robot")
-      ->type_name("FILE.h");
-  app.add_flag("--force", options.force,
-               "Write these files even if the result is not identified or no body has such inertias");
+std::vector<Argument> arguments(WriteBack& options) {
+  return {
+      {"--write-urdf", "FILE", "The robot's URDF with the identified numbers, else as it is", &options.urdf},
+      {.name = "--diff",
+       .value = "",
+       .text = "Print what changes in the URDF",
+       .target = &options.diff,
+       .needs = "--write-urdf",
+       .excludes = "--json"},
+      {.name = "--sidecar",
+       .value = "mujoco|drake|pinocchio",
+       .text = "What a URDF can not say, beside it, for these programs",
+       .target = &options.sidecars,
+       .needs = "--write-urdf"},
+      {"--write-header", "FILE.h", "C header with the torques of the identified robot", &options.header},
+      {"--force", "", "Write these files even if the result is not identified or no body has such inertias",
+       &options.force}};
 }
 
 void check(const WriteBack& options, const Experiment& experiment) {

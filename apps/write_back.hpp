@@ -1,11 +1,11 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "rivid/experiment/experiment.hpp"
+#include "tool.hpp"
 
 // What rivid_identify writes beside its result: the robot's URDF with the identified numbers, and code for controllers.
 namespace rivid::apps {
@@ -21,7 +21,8 @@ struct WriteBack {
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 };
 
-void declare(CLI::App& app, WriteBack& options);
+/// Arguments of the command line that set them.
+[[nodiscard]] std::vector<Argument> arguments(WriteBack& options);
 
 /// Before anything is computed.
 ///

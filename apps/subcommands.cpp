@@ -1,0 +1,154 @@
+#include "subcommands.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/experiment/draft.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/report/file.hpp"
+#include "rivid/report/text.hpp"
+#include "rivid/text.hpp"
+#include "tool.hpp"
+
+namespace rivid::apps {
+
+namespace {
+
+struct InitArguments {
+  std::filesystem::path robot;
+  std::vector<std::filesystem::path> logs;
+  std::filesystem::path output;
+  UrdfOptions options;
+  bool print_only = false;
+  bool force = false;
+};
+
+int init(InitArguments arguments) {
+  std::filesystem::path& output = arguments.output;
+  if (output.empty()) {
+    output = arguments.robot.filename().replace_extension(".toml");
+  }
+  if (!arguments.print_only && !arguments.force && std::filesystem::exists(output)) {
+    throw InputError(output.string() +
+                     ": is there already; --output names another file, --force writes over it");
+  }
+  const ExperimentDraft draft = draft_experiment(output, arguments.robot, arguments.options, arguments.logs);
+  if (arguments.print_only) {
+    print(draft.text);
+  } else {
+    write_file(output, draft.text);
+  }
+  tell("note", draft.doubts);
+  if (!arguments.print_only) {
+    std::cerr << "wrote " << output.string() << (draft.complete ? "" : ", incomplete") << '\n'
+              << "next: rivid_identify check " << output.string() << '\n';
+  }
+  return draft.complete ? success : no_success;
+}
+
+struct CheckArguments {
+  std::filesystem::path experiment;
+  int threads = 1;
+  bool json = false;
+  bool quiet = false;
+};
+
+int check(const CheckArguments& arguments) {
+  const Experiment experiment = read_experiment(arguments.experiment);
+  const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
+  const std::vector<Log> validation = read_logs(experiment.validation, experiment.robot);
+  const std::vector<Finding> findings = check(experiment.robot, logs, validation,
+                                              {.signal = experiment.signal,
+                                               .instrumental = experiment.method == Method::iv,
+                                               .threads = arguments.threads});
+  if (!arguments.quiet) {
+    print(arguments.json ? to_json(findings) : in_words(findings));
+  }
+  const bool useless = std::ranges::any_of(
+      findings, [](const Finding& finding) { return finding.severity == Severity::error; });
+  return useless ? no_success : success;
+}
+
+int explain(const std::string& code) {
+  if (code.empty()) {
+    std::string list;
+    for (const DiagnosticCode& known : diagnostic_codes()) {
+      list += in_one_line(known);
+    }
+    print(list);
+    return success;
+  }
+  if (const std::optional<DiagnosticCode> known = diagnostic_code(code)) {
+    print(explained(*known));
+    return success;
+  }
+  std::vector<std::string> names;
+  for (const DiagnosticCode& known : diagnostic_codes()) {
+    names.emplace_back(known.code);
+  }
+  throw InputError("explain: nothing is called " + in_quotes(code) + did_you_mean(code, names) +
+                   "; rivid_identify explain lists all codes");
+}
+
+}  // namespace
+
+int init_command(int argc, char** argv) {
+  InitArguments to;
+  return run_command(
+      {.name = "rivid_identify init",
+       .description = "Writes an experiment file to begin with, from a robot and its logs.",
+       .arguments =
+           {{.name = "robot",
+             .value = "ROBOT.urdf",
+             .text = "The robot: a URDF, or a table of modified Denavit-Hartenberg parameters (.csv)",
+             .target = &to.robot,
+             .required = true},
+            {.name = "logs",
+             .value = "LOG.csv",
+             .text = "Logs of its motion; the last of several is kept for validation",
+             .target = &to.logs,
+             .required = true},
+            {"--base", "LINK", "Link that stands still; default: the root", &to.options.base},
+            {"--tip", "LINK", "Last link of the arm; needed where the robot branches", &to.options.tip},
+            {"--output", "FILE.toml", "The experiment file; default: ROBOT.toml in this folder", &to.output},
+            {"--print", "", "Print it instead", &to.print_only},
+            {"--force", "", "Write it over a file that is there", &to.force}},
+       .footer = "Columns are recognised by their names: q1 or actual_q_0 or elbow_joint/position [deg].\n"
+                 "Exit codes: 0 complete; 1 something is left to be filled in; 2 bad input or usage."},
+      argc, argv, [&] { return init(to); });
+}
+
+int check_command(int argc, char** argv) {
+  CheckArguments to;
+  return run_command(
+      {.name = "rivid_identify check",
+       .description = "Looks for faults of robot, logs and motion before anything is identified.",
+       .arguments = {{.name = "experiment",
+                      .value = "EXPERIMENT.toml",
+                      .text = "Experiment file (TOML): robot, log, signal chain, method",
+                      .target = &to.experiment,
+                      .required = true},
+                     {"--threads", "N", "Threads that share the work", &to.threads, thread_range},
+                     {"--json", "", "Print the findings as JSON", &to.json},
+                     {"--quiet", "", "Print nothing but errors; the exit code tells", &to.quiet}},
+       .footer =
+           "Exit codes: 0 fine, warnings allowed; 1 a finding makes an identification useless; 2 bad input "
+           "or usage; 3 numerical failure.\n"
+           "rivid_identify explain CODE tells cause and cure of a finding."},
+      argc, argv, [&] { return check(to); });
+}
+
+int explain_command(int argc, char** argv) {
+  std::string code;
+  return run_command({.name = "rivid_identify explain",
+                      .description = "Tells cause and cure of what rivid_identify finds.",
+                      .arguments = {{"code", "CODE", "Code of a finding; default: list them all", &code}},
+                      .footer = ""},
+                     argc, argv, [&] { return explain(code); });
+}
+
+}  // namespace rivid::apps
