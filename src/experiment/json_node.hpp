@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cmath>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <ranges>
 #include <span>
 #include <string>
 #include <string_view>
@@ -84,9 +86,13 @@ class JsonNode {
   /// One of a few values, by what name() calls them.
   template <typename Value>
   [[nodiscard]] Value choice(std::initializer_list<Value> values) const {
+    return choice(std::span(values));
+  }
+  template <std::ranges::range Values>
+  [[nodiscard]] auto choice(const Values& values) const {
     const std::string word = text();
     std::vector<std::string> words;
-    for (const Value value : values) {
+    for (const auto value : values) {
       words.emplace_back(name(value));
       if (words.back() == word) {
         return value;

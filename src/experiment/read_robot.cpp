@@ -10,12 +10,12 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, Friction>, 5> friction_words = {
-    {{"none", Friction::none},
-     {"viscous", Friction::viscous},
-     {"coulomb", Friction::coulomb},
-     {"symmetric", Friction::symmetric},
-     {"asymmetric", Friction::asymmetric}}};
+constexpr auto friction_words = [] {
+  std::array<std::pair<std::string_view, Friction>, friction_rows.size()> out;
+  std::ranges::transform(friction_rows, out.begin(),
+                         [](const FrictionRow& row) { return std::pair(row.name, row.law); });
+  return out;
+}();
 
 // A value for each joint: one number for all, or a list.
 template <typename Value, typename Read>

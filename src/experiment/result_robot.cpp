@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 namespace rivid::detail {
@@ -68,9 +69,7 @@ Joint joint(const JsonNode& node) {
   out.name = node.at("name").text();
   out.link = node.at("link").text();
   out.type = joint_type(node.at("type"));
-  out.friction = node.at("friction")
-                     .choice({Friction::none, Friction::viscous, Friction::coulomb, Friction::symmetric,
-                              Friction::asymmetric});
+  out.friction = node.at("friction").choice(friction_rows | std::views::transform(&FrictionRow::law));
   out.sign_speed = node.at("sign_speed").number();
   out.rotor_inertia = node.at("rotor_inertia").boolean();
   out.drive_gain = node.at("drive_gain").number();

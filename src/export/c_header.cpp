@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -148,8 +149,7 @@ static inline void @_friction(const double qd[@_JOINTS], const double* smoothing
     }
   }
   for (e = 0; e < @_dry_count; ++e) {
-    /* Fc of the direction in which the speed is positive and of the other, the same of Fv, v_s if identified smooth. */
-    const double* const law = @_dry_law[e];
+    const double own = @_dry_sign_speed[e];
     double speed = 0.0, v_s = 0.0, forward, backward, lambda;
     for (j = 0; j < @_JOINTS; ++j) {
       const double c = @_dry_direction[e][j];
@@ -158,9 +158,9 @@ static inline void @_friction(const double qd[@_JOINTS], const double* smoothing
     }
     forward = v_s > 0.0 ? 0.5 + 0.5 * tanh(speed / v_s) : (speed > 0.0 ? 1.0 : 0.0);
     backward = v_s > 0.0 ? 1.0 - forward : (speed < 0.0 ? 1.0 : 0.0);
-    lambda = law[4] > 0.0 ? (speed > 0.0 ? law[0] : law[1]) * tanh(speed / law[4])
-                          : law[0] * forward - law[1] * backward;
-    lambda += speed * (speed > 0.0 ? law[2] : law[3]);
+    lambda = own > 0.0 ? @_dry(e, speed > 0.0, speed, tanh(speed / own))
+                       : @_dry(e, 1, speed, 1.0) * forward + @_dry(e, 0, speed, -1.0) * backward;
+    lambda += @_by_speed(e, speed > 0.0, speed);
     for (i = 0; i < @_JOINTS; ++i) {
       tau[i] += @_dry_torque[e][i] * lambda;
     }
@@ -248,26 +248,69 @@ std::string link_tables(const DynamicModel& model) {
          row(base_acceleration(tables)) + ";\n";
 }
 
+// Σ c φ over the functions of dry friction, or over the others.
+std::string friction_sum(std::span<const BasisRow> phi, bool dry) {
+  std::string out;
+  for (std::size_t k = 0; k < phi.size(); ++k) {
+    if ((phi[k].role == Role::dry) == dry) {
+      out.append(out.empty() ? "" : " + ").append("c[" + std::to_string(k) + "] * (");
+      out.append(phi[k].in_c).append(")");
+    }
+  }
+  return out.empty() ? "0.0 * c[0]" : out;
+}
+
+// Coefficients of an element by function, of one direction.
+Vector coefficients(const DryFriction& element, std::span<const BasisRow> phi,
+                    double DryFriction::Term::* direction) {
+  Vector out = Vector::Zero(static_cast<Index>(phi.size()));
+  for (const DryFriction::Term& term : element.terms) {
+    out[std::ranges::find(phi, term.basis, &BasisRow::basis) - phi.begin()] = term.*direction;
+  }
+  return out;
+}
+
 std::string friction_tables(const DynamicModel& model) {
+  std::vector<BasisRow> phi;
+  std::ranges::copy_if(basis_rows, std::back_inserter(phi), [](const BasisRow& row) {
+    return row.role == Role::dry || row.role == Role::viscous;
+  });
   std::vector<std::string> direction, torque, law;
+  std::vector<double> sign_speed;
   for (const DryFriction& element : model.dry_friction()) {
     direction.push_back(row(element.direction));
     torque.push_back(row(element.torque));
-    law.push_back(row(std::vector<double>{element.Fc_plus, element.Fc_minus, element.Fv_plus,
-                                          element.Fv_minus, element.sign_speed}));
+    law.push_back("{" + row(coefficients(element, phi, &DryFriction::Term::minus)) + ", " +
+                  row(coefficients(element, phi, &DryFriction::Term::plus)) + "}");
+    sign_speed.push_back(element.sign_speed);
   }
   const std::string count = std::to_string(law.size());
   if (law.empty()) {  // C has no arrays of nothing
+    const Vector none = Vector::Zero(static_cast<Index>(phi.size()));
     direction.push_back(row(Vector(Vector::Zero(model.size()))));
     torque = direction;
-    law.push_back(row(Vector(Vector::Zero(5))));
+    law.push_back("{" + row(none) + ", " + row(none) + "}");
+    sign_speed.push_back(0.0);
   }
   const std::string length = "[" + std::to_string(law.size()) + "]";
   return "/* Friction that depends on the sign of a velocity: speed = direction . qd. */\nenum { @_dry_count "
          "= " +
          count + " };\n" + table("double @_dry_direction" + length + "[@_JOINTS]", direction) +
          table("double @_dry_torque" + length + "[@_JOINTS]", torque) +
-         table("double @_dry_law" + length + "[5]", law);
+         "/* v_s of tanh(speed / v_s), where friction was identified smooth. */\nstatic const double "
+         "@_dry_sign_speed" +
+         length + " = " + row(sign_speed) +
+         ";\n/* Coefficients while the speed is negative, and while it is positive. */\n" +
+         table("double @_dry_law" + length + "[2][" + std::to_string(phi.size()) + "]", law) +
+         "\n/* What follows the sign of the speed, which may be smooth. */\n"
+         "static inline double @_dry(int e, int plus, double speed, double sign) {\n"
+         "  const double* const c = @_dry_law[e][plus];\n  (void)speed;\n  return " +
+         friction_sum(phi, true) +
+         ";\n}\n/* What follows the speed. */\n"
+         "static inline double @_by_speed(int e, int plus, double speed) {\n"
+         "  const double* const c = @_dry_law[e][plus];\n  const double sign = plus ? 1.0 : -1.0;\n"
+         "  (void)sign;\n  return " +
+         friction_sum(phi, false) + ";\n}\n";
 }
 
 // A text that can stand in a comment.

@@ -13,40 +13,36 @@ void take(JointValues& to, const StandardParameter& parameter, double value, Joi
   const auto text = [&] {
     return parameter.name() + " = " + number(value, 4) + ' ' + std::string(unit(parameter.kind, type));
   };
-  const auto rest = [&] {
-    if (value != 0.0) {
-      to.rest.push_back(text());
-    }
-  };
-  switch (parameter.kind) {
-    case ParameterKind::Ia:
-      to.Ia = value;
-      to.rotor = value != 0.0 ? text() : std::string();
-      break;
-    case ParameterKind::Fv:
-      to.damping = value;
-      break;
-    case ParameterKind::Fc:
-      to.friction = value;
-      break;
-    case ParameterKind::Fv_plus:
-    case ParameterKind::Fv_minus:
-      to.damping = to.damping.value_or(0.0) + 0.5 * value;
-      rest();
-      break;
-    case ParameterKind::Fc_plus:
-    case ParameterKind::Fc_minus:
-      to.friction = to.friction.value_or(0.0) + 0.5 * value;
-      rest();
-      break;
-    case ParameterKind::off:
-    case ParameterKind::Iam:
-    case ParameterKind::Fvm:
-    case ParameterKind::Fcm:
-      rest();
-      break;
-    default:
+  const KindRow& row = about(parameter.kind);
+  switch (role(parameter.kind)) {
+    case Role::inertial:
       to.inertial[static_cast<Index>(parameter.kind)] = value;
+      return;
+    case Role::rotor:
+      if (!row.coupled) {
+        to.Ia = value;
+        to.rotor = value != 0.0 ? text() : std::string();
+        return;
+      }
+      break;
+    case Role::viscous:
+    case Role::dry:
+    case Role::constant:
+      break;
+  }
+  std::optional<double>* const place = row.coupled                 ? nullptr
+                                       : row.basis == Basis::speed ? &to.damping
+                                       : row.basis == Basis::sign  ? &to.friction
+                                                                   : nullptr;
+  if (place != nullptr && row.direction == Direction::both) {
+    *place = value;
+    return;
+  }
+  if (place != nullptr) {
+    *place = place->value_or(0.0) + 0.5 * value;
+  }
+  if (value != 0.0) {
+    to.rest.push_back(text());
   }
 }
 

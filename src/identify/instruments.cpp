@@ -14,11 +14,6 @@ namespace rivid::detail {
 
 namespace {
 
-bool is_sign(ParameterKind kind) {
-  using enum ParameterKind;
-  return kind == Fc || kind == Fc_plus || kind == Fc_minus || kind == Fcm;
-}
-
 // Takes rows [V W Y] of a joint into the factor of the instruments.
 class InstrumentSink final : public RowSink {
  public:
@@ -121,7 +116,7 @@ std::vector<std::vector<Index>> Instruments::sign_columns() const {
   for (const RowGroup& joint : problem_.data.groups) {
     std::vector<Index>& signs = out.emplace_back();
     for (std::size_t c = 0; c < joint.columns.size(); ++c) {
-      if (is_sign(columns[static_cast<std::size_t>(joint.columns[c])].kind)) {
+      if (role(columns[static_cast<std::size_t>(joint.columns[c])].kind) == Role::dry) {
         signs.push_back(static_cast<Index>(c));
       }
     }

@@ -37,16 +37,17 @@ class Places {
 };
 
 // What couplings take of a joint's own parameter: own ≥ Σ c² coupled.
-LinearBound own_bound(const Robot& robot, const Places& place, ParameterKind own, ParameterKind coupled,
-                      int joint) {
-  LinearBound out{.terms = {{place(own, joint), 1.0}}};
+LinearBound own_bound(const Robot& robot, const Places& place, const KindRow& own, int joint) {
+  const auto coupled = std::ranges::find_if(
+      kind_rows, [&](const KindRow& row) { return row.coupled && row.basis == own.basis; });
+  LinearBound out{.terms = {{place(own.kind, joint), 1.0}}};
   for (const Coupling& coupling : robot.couplings) {
     if (coupling.terms != Coupling::Terms::cross) {
       continue;
     }
     const double c = coupling.row(robot.size())[joint];
-    const bool tied = coupled == Iam && coupling.inertia == Coupling::Inertia::tied;
-    const Index at = place(tied ? Ia : coupled, coupling.motor);
+    const bool tied = own.kind == Ia && coupling.inertia == Coupling::Inertia::tied;
+    const Index at = place(tied ? Ia : coupled->kind, coupling.motor);
     if (at >= 0 && c != 0.0 && at != out.terms.front().first) {
       out.terms.emplace_back(at, -c * c);
     }
@@ -167,7 +168,7 @@ std::vector<LinearBound> sign_bounds(const Robot& robot, const BaseParameters& b
   };
   for (std::size_t i = 0; i < base.standard.size(); ++i) {
     const auto [kind, joint] = base.standard[i];
-    if (kind == Iam || kind == Fvm || (kind == Fcm && !single(joint))) {
+    if (about(kind).coupled && !(role(kind) == Role::dry && single(joint))) {
       positive(static_cast<Index>(i));
     }
   }
@@ -178,19 +179,25 @@ std::vector<LinearBound> sign_bounds(const Robot& robot, const BaseParameters& b
     }
   }
   for (int joint = 0; joint < static_cast<int>(robot.size()); ++joint) {
-    if (place(Ia, joint) >= 0) {
-      out.push_back(own_bound(robot, place, Ia, Iam, joint));
-    }
-    for (const ParameterKind viscous : {Fv, Fv_plus, Fv_minus}) {
-      if (place(viscous, joint) >= 0) {
-        out.push_back(own_bound(robot, place, viscous, Fvm, joint));
+    for (const KindRow& row : kind_rows) {
+      const bool shared = row.basis == Basis::acceleration || row.basis == Basis::speed;
+      if (shared && !row.coupled && place(row.kind, joint) >= 0) {
+        out.push_back(own_bound(robot, place, row, joint));
       }
     }
-    if (place(Fc, joint) >= 0) {
-      positive(place(Fc, joint));
-    }
-    if (place(Fc_plus, joint) >= 0) {
-      out.push_back({.terms = {{place(Fc_plus, joint), 1.0}, {place(Fc_minus, joint), 1.0}}});
+    for (const KindRow& row : kind_rows) {
+      const Index at = place(row.kind, joint);
+      if (at < 0 || row.coupled || row.basis == Basis::acceleration || row.basis == Basis::speed) {
+        continue;
+      }
+      if (row.bound == Bound::zero) {
+        positive(at);
+      } else if (row.bound == Bound::mean_zero && row.direction == Direction::positive) {
+        const auto other = std::ranges::find_if(kind_rows, [&](const KindRow& b) {
+          return b.basis == row.basis && b.direction == Direction::negative;
+        });
+        out.push_back({.terms = {{at, 1.0}, {place(other->kind, joint), 1.0}}});
+      }
     }
   }
   return out;
@@ -240,7 +247,7 @@ PhysicalProblem physical_problem(const Robot& robot, const BaseParameters& base,
     const ParameterKind kind = base.standard[static_cast<std::size_t>(i)].kind;
     if (kind == XX) {
       barrier.bodies.push_back(i);
-    } else if (kind > M) {
+    } else if (role(kind) != Role::inertial) {
       others.push_back(i);
     }
   }

@@ -200,37 +200,24 @@ Score TorqueProbe::score(const Reading& reading, const std::vector<JointFactor>&
 }
 
 bool TorqueProbe::dissipates(const Vector& chi, Index joint, const Reading& reading) const {
-  double speed = 0.0;
-  double square = 0.0;
+  // Of each function of friction, per unit of its coefficient.
+  std::array<double, basis_rows.size()> power_of{};
   for (const ProbedLog& log : probed_) {
     const auto v = log.motion.qd.col(reading.position[static_cast<std::size_t>(joint)]);
-    speed += v.cwiseAbs().mean();
-    square += v.squaredNorm() / static_cast<double>(v.size());
+    for (const BasisRow& row : basis_rows) {
+      if (row.role == Role::viscous || row.role == Role::dry) {
+        power_of[static_cast<std::size_t>(row.basis)] +=
+            v.unaryExpr([&](double x) { return x * friction_function(row.basis, x, sign(x)); }).mean();
+      }
+    }
   }
   double power = 0.0;
   for (std::size_t i = 0; i < base_.parameters.size(); ++i) {
     const StandardParameter& p = base_.parameters[i].leading;
-    if (p.joint != joint) {
-      continue;
-    }
-    switch (p.kind) {
-      using enum ParameterKind;
-      case Fv:
-        power += chi[static_cast<Index>(i)] * square;
-        break;
-      case Fc:
-        power += chi[static_cast<Index>(i)] * speed;
-        break;
-      case Fv_plus:
-      case Fv_minus:
-        power += 0.5 * chi[static_cast<Index>(i)] * square;
-        break;
-      case Fc_plus:
-      case Fc_minus:
-        power += 0.5 * chi[static_cast<Index>(i)] * speed;
-        break;
-      default:
-        break;
+    const KindRow& row = about(p.kind);
+    if (p.joint == joint && !row.coupled) {
+      const double share = row.direction == Direction::both ? 1.0 : 0.5;
+      power += share * chi[static_cast<Index>(i)] * power_of[static_cast<std::size_t>(row.basis)];
     }
   }
   return power > 0.0;

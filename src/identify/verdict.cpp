@@ -99,24 +99,6 @@ Ways ways(const Robot& robot, const BaseParameters& base) {
   return out;
 }
 
-bool of_friction(ParameterKind kind) {
-  switch (kind) {
-    using enum ParameterKind;
-    case Fv:
-    case Fc:
-    case off:
-    case Fv_plus:
-    case Fc_plus:
-    case Fv_minus:
-    case Fc_minus:
-    case Fvm:
-    case Fcm:
-      return true;
-    default:
-      return false;
-  }
-}
-
 bool holds_zero(const ParameterEstimate& p) { return p.interval_95[0] <= 0.0 && p.interval_95[1] >= 0.0; }
 
 // Largest value that is seen, or known a priori, among the parameters of a unit that belong to the same joint. Friction,
@@ -127,7 +109,7 @@ double usual_size(const Identification& out, std::size_t i) {
   for (std::size_t k = 0; k < out.parameters.size(); ++k) {
     const ParameterEstimate& p = out.parameters[k];
     const StandardParameter& other = out.base.parameters[k].leading;
-    const bool near = other.joint == own.joint || (of_friction(own.kind) && of_friction(other.kind));
+    const bool near = other.joint == own.joint || (is_friction(own.kind) && is_friction(other.kind));
     if (near && p.unit == out.parameters[i].unit) {
       const bool seen = std::isfinite(p.sigma) && !holds_zero(p);
       size = std::max({size, seen ? std::abs(p.value) : 0.0, std::abs(p.a_priori)});
@@ -200,26 +182,19 @@ std::string inertial_motion(const Robot& robot, const Ways& ways, Index i, Index
 std::string helpful_motion(const Robot& robot, const StandardParameter& leading, const Ways& ways, Index i,
                            const std::vector<std::uint8_t>& still) {
   const std::string joint = called(robot, leading.joint, still);
-  switch (leading.kind) {
-    using enum ParameterKind;
-    case Fv:
-    case Fvm:
-    case Fv_plus:
-    case Fv_minus:
+  switch (role(leading.kind)) {
+    case Role::viscous:
       return "slow and fast motion of " + joint;
-    case Fc:
-    case Fcm:
-    case Fc_plus:
-    case Fc_minus:
+    case Role::dry:
       return "steady motion of " + joint + " both ways";
-    case off:
+    case Role::constant:
       return "motion of " + joint + " both ways over the same positions";
-    case Ia:
-    case Iam:
+    case Role::rotor:
       return "larger accelerations of " + joint;
-    default:
-      return inertial_motion(robot, ways, i, leading.joint, still);
+    case Role::inertial:
+      break;
   }
+  return inertial_motion(robot, ways, i, leading.joint, still);
 }
 
 std::string reason(const Identification& out, std::size_t i) {

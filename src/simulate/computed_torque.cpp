@@ -55,9 +55,7 @@ class ComputedTorqueLaw final : public ControlLaw {
     for (const DryFriction& element : dry_friction_) {
       const double speed = element.direction.dot(input.qd);
       const double part = std::tanh(element.direction.dot(input.qd_r) / coulomb_velocity_);
-      const double coulomb = part * (part > 0.0 ? element.Fc_plus : element.Fc_minus);
-      const double viscous = speed * (speed > 0.0 ? element.Fv_plus : element.Fv_minus);
-      v_tau += (coulomb + viscous) * element.torque;
+      v_tau += (element.dry(part > 0.0, speed, part) + element.viscous(speed > 0.0, speed)) * element.torque;
     }
     v_tau = v_tau.cwiseMin(v_tau_max_).cwiseMax(-v_tau_max_);
   }

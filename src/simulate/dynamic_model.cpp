@@ -2,7 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -34,7 +37,11 @@ struct Directions {
   double minus = 0.0;
 
   [[nodiscard]] double mean() const { return 0.5 * (plus + minus); }
+  [[nodiscard]] bool drive() const { return plus < 0.0 || minus < 0.0; }
 };
+
+constexpr auto at_speed = static_cast<std::size_t>(Basis::speed);
+constexpr auto at_sign = static_cast<std::size_t>(Basis::sign);
 
 // Sums up the parameters of a robot before signs are looked at.
 struct Sums {
@@ -43,18 +50,18 @@ struct Sums {
         viscous(Matrix::Zero(n, n)),
         single_signs(Matrix::Zero(n, n)),
         offset(Vector::Zero(n)),
-        Fv(static_cast<std::size_t>(n)),
-        Fc(static_cast<std::size_t>(n)),
+        friction(static_cast<std::size_t>(n)),
         inertials(static_cast<std::size_t>(n), Inertial::Zero()) {}
 
   void take(const Robot& robot, const StandardParameter& parameter, double value);
+  void take_friction(const Robot& robot, const StandardParameter& parameter, double value);
 
   Matrix rotor;
   Matrix viscous;
   Matrix single_signs;  // torque of joint i per sign of q̇_k
   Vector offset;
-  std::vector<Directions> Fv;  // asymmetric laws alone
-  std::vector<Directions> Fc;
+  // By Basis; of Basis::speed that which differs by direction alone.
+  std::vector<std::array<Directions, basis_rows.size()>> friction;
   std::vector<Inertial> inertials;  // in frames j
   struct Motor {
     const Coupling* coupling;
@@ -63,58 +70,57 @@ struct Sums {
   std::vector<Motor> motors;  // with the sign of their own velocity
 };
 
+const Coupling& coupling_of(const Robot& robot, int motor) {
+  return *std::ranges::find(robot.couplings, motor, &Coupling::motor);
+}
+
 void Sums::take(const Robot& robot, const StandardParameter& parameter, double value) {
-  const Index n = robot.size();
   const Index j = parameter.joint;
-  const auto at = static_cast<std::size_t>(j);
-  const auto coupling = std::ranges::find(robot.couplings, parameter.joint, &Coupling::motor);
-  const auto entries = [&] { return coupled_entries(*coupling, parameter.kind, n); };
-  switch (parameter.kind) {
-    case Ia:
-      if (coupling != robot.couplings.end() && coupling->inertia == Coupling::Inertia::tied) {
-        add(rotor, entries(), value);
+  switch (role(parameter.kind)) {
+    case Role::inertial: {
+      const auto at = static_cast<std::size_t>(j);
+      const InertialColumn column = inertial_column(robot.chain.links[at], parameter.kind);
+      inertials[at][column.index] = column.sign * value;
+      break;
+    }
+    case Role::rotor: {
+      const bool tied = std::ranges::any_of(robot.couplings, [&](const Coupling& coupling) {
+        return coupling.motor == j && coupling.inertia == Coupling::Inertia::tied;
+      });
+      if (tied || about(parameter.kind).coupled) {
+        add(rotor, coupled_entries(coupling_of(robot, parameter.joint), parameter.kind, robot.size()), value);
       } else {
         rotor(j, j) += value;
       }
       break;
-    case Iam:
-      add(rotor, entries(), value);
-      break;
-    case ParameterKind::Fv:
-      viscous(j, j) += value;
-      break;
-    case Fvm:
-      add(viscous, entries(), value);
-      break;
-    case ParameterKind::Fc:
-      Fc[at] = {value, value};
-      break;
-    case Fcm:
-      if (coupling->coulomb == Coupling::Coulomb::sum) {
-        motors.push_back({&*coupling, value});
-      } else {
-        add(single_signs, entries(), value);
-      }
-      break;
-    case off:
-      offset[j] = value;
-      break;
-    case Fv_plus:
-      Fv[at].plus = value;
-      break;
-    case Fv_minus:
-      Fv[at].minus = value;
-      break;
-    case Fc_plus:
-      Fc[at].plus = value;
-      break;
-    case Fc_minus:
-      Fc[at].minus = value;
-      break;
-    default: {
-      const InertialColumn column = inertial_column(robot.chain.links[at], parameter.kind);
-      inertials[at][column.index] = column.sign * value;
     }
+    case Role::viscous:
+    case Role::dry:
+    case Role::constant:
+      take_friction(robot, parameter, value);
+      break;
+  }
+}
+
+void Sums::take_friction(const Robot& robot, const StandardParameter& parameter, double value) {
+  const Index j = parameter.joint;
+  const KindRow& row = about(parameter.kind);
+  if (row.coupled) {
+    const Coupling& coupling = coupling_of(robot, parameter.joint);
+    if (row.basis == Basis::sign && coupling.coulomb == Coupling::Coulomb::sum) {
+      motors.push_back({&coupling, value});
+    } else {
+      add(row.basis == Basis::sign ? single_signs : viscous,
+          coupled_entries(coupling, parameter.kind, robot.size()), value);
+    }
+  } else if (row.basis == Basis::one) {
+    offset[j] += value;
+  } else if (row.basis == Basis::speed && row.direction == Direction::both) {
+    viscous(j, j) += value;
+  } else {
+    Directions& to = friction[static_cast<std::size_t>(j)][static_cast<std::size_t>(row.basis)];
+    to.plus += row.direction != Direction::negative ? value : 0.0;
+    to.minus += row.direction != Direction::positive ? value : 0.0;
   }
 }
 
@@ -136,7 +142,7 @@ bool clamp_eigenvalues(Matrix& A) {
 bool has(Friction law, ParameterKind kind) { return std::ranges::count(parameters(law), kind) > 0; }
 
 // Positive semidefinite viscous friction, and the names of what had to change for it.
-std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, std::span<const Directions> Fv) {
+std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, const Sums& sums) {
   const Matrix before = viscous;
   std::vector<std::string> names;
   if (!clamp_eigenvalues(viscous)) {
@@ -147,7 +153,7 @@ std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, std:
   for (Index j = 0; j < robot.size(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     // Of an asymmetric law, the direction that has nothing beside what is in the matrix.
-    for (const ParameterKind kind : {ParameterKind::Fv, Fv[at].plus > 0.0 ? Fv_minus : Fv_plus}) {
+    for (const ParameterKind kind : {Fv, sums.friction[at][at_speed].plus > 0.0 ? Fv_minus : Fv_plus}) {
       if (change(j, j) > rounding && has(robot.joints[at].friction, kind)) {
         names.push_back(parameter_name(kind, j));
       }
@@ -158,6 +164,42 @@ std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, std:
         std::ranges::any_of(coupling.joints, [&](int k) { return change(coupling.motor, k) > rounding; });
     if (coupling.viscous && changed) {
       names.push_back(parameter_name(Fvm, coupling.motor));
+    }
+  }
+  return names;
+}
+
+// Whether all that a law has beside Fv is Fc and off.
+bool follows_one_sign(Friction law) {
+  return std::ranges::all_of(parameters(law), [](ParameterKind kind) {
+    const KindRow& row = about(kind);
+    return row.direction == Direction::both &&
+           (row.basis == Basis::speed || row.basis == Basis::sign || row.basis == Basis::one);
+  });
+}
+
+// Friction without what would drive, and the names of that. Directions of dry friction may be shifted by an offset.
+std::vector<std::string> clamp_friction(Sums& sums, Friction law, Index joint) {
+  std::vector<std::string> names;
+  for (const BasisRow& row : basis_rows) {
+    Directions& own = sums.friction[static_cast<std::size_t>(joint)][static_cast<std::size_t>(row.basis)];
+    if (!own.drive()) {
+      continue;
+    }
+    const Directions before = own;
+    if (row.basis == Basis::sign) {
+      sums.offset[joint] += 0.5 * (own.plus - own.minus);
+      own = {std::max(own.mean(), 0.0), std::max(own.mean(), 0.0)};
+    } else {
+      own = {std::max(own.plus, 0.0), std::max(own.minus, 0.0)};
+    }
+    for (const ParameterKind kind : parameters(law)) {
+      const KindRow& k = about(kind);
+      const double value = k.direction == Direction::negative ? before.minus : before.plus;
+      const bool brakes = k.bound == Bound::mean_zero && before.mean() >= 0.0;
+      if (k.basis == row.basis && value < 0.0 && !brakes) {
+        names.push_back(parameter_name(kind, joint));
+      }
     }
   }
   return names;
@@ -192,6 +234,29 @@ Vector standard_of(const Robot& robot, const BaseParameters& base, const Eigen::
   return base.to_standard(chi);
 }
 
+// The friction of a joint that is not in the viscous matrix.
+//
+// single_signs: torques on all joints that follow the sign of this joint's velocity, beside its own
+std::optional<DryFriction> element(const Joint& joint, Index k, const Sums& sums, Vector single_signs) {
+  DryFriction out{joint.name, Vector::Unit(single_signs.size(), k), {}, {}, 0.0, 0.0, joint.sign_speed};
+  const auto& own = sums.friction[static_cast<std::size_t>(k)];
+  for (const BasisRow& row : basis_rows) {
+    const Directions& c = own[static_cast<std::size_t>(row.basis)];
+    if (c.plus > 0.0 || c.minus > 0.0) {
+      out.terms.push_back({row.basis, c.plus, c.minus});
+    }
+  }
+  if (out.terms.empty()) {
+    return std::nullopt;
+  }
+  out.Fc_plus = out.dry(true, 0.0, 1.0);
+  out.Fc_minus = -out.dry(false, 0.0, -1.0);
+  // Only the sign alone is coupled: its two coefficients are the same.
+  out.torque = single_signs.isZero(0.0) ? std::move(single_signs) : Vector(single_signs / out.Fc_plus);
+  out.torque[k] = 1.0;
+  return out;
+}
+
 }  // namespace
 
 DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& chi_st)
@@ -205,50 +270,28 @@ DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& c
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     sums.take(robot, parameters[i], chi_st[static_cast<Index>(i)]);
   }
-  inertials_ = std::move(sums.inertials);
-  rotor_ = std::move(sums.rotor);
-  viscous_ = std::move(sums.viscous);
-  offset_ = std::move(sums.offset);
-
   // What both directions of an asymmetric law have is viscous friction like any other: the coupled friction of a motor
   // has its diagonal there.
   for (Index j = 0; j < n; ++j) {
-    Directions& Fv = sums.Fv[static_cast<std::size_t>(j)];
+    Directions& Fv = sums.friction[static_cast<std::size_t>(j)][at_speed];
     const double common = std::min(Fv.plus, Fv.minus);
-    viscous_(j, j) += common;
+    sums.viscous(j, j) += common;
     Fv = {Fv.plus - common, Fv.minus - common};
   }
-  clamped_ = clamp_viscous(viscous_, robot, sums.Fv);
-
+  clamped_ = clamp_viscous(sums.viscous, robot, sums);
   for (Index k = 0; k < n; ++k) {
-    const auto joint = static_cast<std::size_t>(k);
-    const bool coupled = !sums.single_signs.col(k).isZero(0.0);
-    const bool asymmetric = joints_[joint].friction == Friction::asymmetric;
-    if (coupled && asymmetric) {
-      throw InputError(
-          "DynamicModel: joint \"" + joints_[joint].name +
-          "\" has asymmetric friction, and a coupled motor follows the sign of its velocity; take "
-          "symmetric friction or coulomb = \"sum\"");
+    const Joint& joint = joints_[static_cast<std::size_t>(k)];
+    const Vector torque = sums.single_signs.col(k);
+    if (!torque.isZero(0.0) && !follows_one_sign(joint.friction)) {
+      throw InputError("DynamicModel: joint \"" + joint.name + "\" has " + std::string(name(joint.friction)) +
+                       " friction, and a coupled motor follows the sign of its velocity; take "
+                       "symmetric friction or coulomb = \"sum\"");
     }
-    Vector torque = sums.single_signs.col(k);
-    Directions Fc = {sums.Fc[joint].plus + torque[k], sums.Fc[joint].minus + torque[k]};
-    if (Fc.plus < 0.0 || Fc.minus < 0.0) {
-      offset_[k] += 0.5 * (Fc.plus - Fc.minus);
-      const double mean = Fc.mean();
-      Fc = {std::max(mean, 0.0), std::max(mean, 0.0)};
-      for (const ParameterKind kind : {ParameterKind::Fc, sums.Fc[joint].plus < 0.0 ? Fc_plus : Fc_minus}) {
-        if (mean < 0.0 && has(joints_[joint].friction, kind)) {
-          clamped_.push_back(parameter_name(kind, k));
-        }
-      }
-    }
-    const Directions& Fv = sums.Fv[joint];
-    if (Fc.mean() > 0.0 || Fv.mean() > 0.0) {
-      // Only a symmetric law is coupled: its two coefficients are the same.
-      torque = coupled ? Vector(torque / Fc.plus) : Vector(Vector::Zero(n));
-      torque[k] = 1.0;
-      dry_friction_.push_back({joints_[joint].name, Vector::Unit(n, k), std::move(torque), Fc.plus, Fc.minus,
-                               Fv.plus, Fv.minus, joints_[joint].sign_speed});
+    Directions& Fc = sums.friction[static_cast<std::size_t>(k)][at_sign];
+    Fc = {Fc.plus + torque[k], Fc.minus + torque[k]};
+    std::ranges::move(clamp_friction(sums, joint.friction, k), std::back_inserter(clamped_));
+    if (auto dry = element(joint, k, sums, torque)) {
+      dry_friction_.push_back(std::move(*dry));
     }
   }
   for (const Sums::Motor& motor : sums.motors) {
@@ -257,10 +300,19 @@ DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& c
     } else if (motor.Fcm > 0.0) {
       const Vector c = motor.coupling->row(n);
       const Joint& joint = joints_[static_cast<std::size_t>(motor.coupling->motor)];
-      dry_friction_.push_back(
-          {"motor of " + joint.name, c, c, motor.Fcm, motor.Fcm, 0.0, 0.0, joint.sign_speed});
+      dry_friction_.push_back({"motor of " + joint.name,
+                               c,
+                               c,
+                               {{Basis::sign, motor.Fcm, motor.Fcm}},
+                               motor.Fcm,
+                               motor.Fcm,
+                               joint.sign_speed});
     }
   }
+  inertials_ = std::move(sums.inertials);
+  rotor_ = std::move(sums.rotor);
+  viscous_ = std::move(sums.viscous);
+  offset_ = std::move(sums.offset);
 }
 
 DynamicModel::DynamicModel(const Robot& robot, const BaseParameters& base,

@@ -47,8 +47,8 @@ double dry(const DryFriction& element, double speed, double smoothing) {
   }
   const double forward = smoothing > 0.0 ? 0.5 + 0.5 * std::tanh(speed / smoothing) : speed > 0.0 ? 1.0 : 0.0;
   const double backward = smoothing > 0.0 ? 1.0 - forward : speed < 0.0 ? 1.0 : 0.0;
-  return element.Fc_plus * forward - element.Fc_minus * backward +
-         speed * (speed > 0.0 ? element.Fv_plus : element.Fv_minus);
+  return element.dry(true, speed, 1.0) * forward + element.dry(false, speed, -1.0) * backward +
+         element.viscous(speed > 0.0, speed);
 }
 
 // A vector of frame j−1 in the axes of frame j.

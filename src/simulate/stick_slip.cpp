@@ -86,8 +86,8 @@ void StickSlip::reset(std::span<const double> qd) {
 }
 
 double StickSlip::slipping_lambda(const Element& element, double speed) const {
-  return element.mode == FrictionMode::slip_plus ? element.law.Fc_plus + element.law.Fv_plus * speed
-                                                 : -element.law.Fc_minus + element.law.Fv_minus * speed;
+  const bool plus = element.mode == FrictionMode::slip_plus;
+  return element.law.dry(plus, speed, plus ? 1.0 : -1.0) + element.law.viscous(plus, speed);
 }
 
 // M⁻¹ b_e of the given elements, and c_eᵀ M⁻¹ b_l among them.

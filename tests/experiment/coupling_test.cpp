@@ -36,6 +36,14 @@ class CoupledExperiment : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
+TEST_F(CoupledExperiment, MayHaveEveryFrictionLaw) {
+  for (const FrictionRow& law : friction_rows) {
+    const Experiment experiment = read("friction = \"" + std::string(law.name) + "\"\n");
+    EXPECT_EQ(experiment.robot.joints[1].friction, law.law) << law.name;
+  }
+  expect_refused("friction = \"coulom\"\n", "did you mean");
+}
+
 TEST_F(CoupledExperiment, SaysBothReadings) {
   const Experiment experiment = read(
       "[[robot.coupling]]\nmotor = \"joint_3\"\njoints = [\"joint_2\"]\n"

@@ -95,7 +95,7 @@ Matrix compiled_torques(const Compiler& compiler, const test::TemporaryFolder& f
 
 void expect_the_torques_of_the_library(const Robot& robot, std::mt19937_64& random) {
   const Index n = robot.size();
-  const DynamicModel model(robot, robot.chi_st());
+  const DynamicModel model(robot, test::distinct_friction(robot));
   const test::TemporaryFolder folder;
   folder.write("robot.h", c_header(model, "robot", "a test */ \n"));
   folder.write("main.c", program);
@@ -134,6 +134,17 @@ TEST(CHeader, GivesTheTorquesOfTheLibraryInEveryLanguage) {
     std::mt19937_64 random(seed);
     expect_the_torques_of_the_library(test::random_robot(static_cast<int>(2 * seed), random), random);
   }
+}
+
+TEST(CHeader, KnowsEveryFrictionLaw) {
+  std::mt19937_64 random(8);
+  const auto n = static_cast<int>(friction_rows.size());
+  Robot robot = test::random_robot(2 * n, random);
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    robot.joints[j].friction = friction_rows[j % friction_rows.size()].law;
+    robot.joints[j].sign_speed = j < friction_rows.size() ? 0.0 : 0.4;
+  }
+  expect_the_torques_of_the_library(robot, random);
 }
 
 TEST(CHeader, KnowsAsymmetricFrictionAndCoupledMotors) {

@@ -90,6 +90,37 @@ TEST(RegressorBatch, IsTheRegressorOfEachSampleByEveryInstructionSet) {
   }
 }
 
+TEST(RegressorBatch, IsTheRegressorOfEachSampleUnderEveryFrictionLaw) {
+  for (const FrictionRow& law : friction_rows) {
+    for (const double sign_speed : {0.0, 0.6}) {
+      SCOPED_TRACE(std::string(law.name) + ", sign_speed " + std::to_string(sign_speed));
+      std::mt19937_64 random(1040);
+      Robot robot = test::random_robot(3, random);
+      for (Joint& joint : robot.joints) {
+        joint.friction = law.law;
+        joint.sign_speed = sign_speed;
+      }
+      Motion motion = test::random_motion(21, 3, random);
+      motion.qd.row(5).setZero();
+      expect_all_sets_agree(robot, robot.standard_parameters(), motion);
+      // Each column is that of its kind.
+      const std::vector<StandardParameter> parameters = robot.standard_parameters();
+      const std::vector<Matrix> W = one_by_one(robot, parameters, motion);
+      const RegressorColumns columns(robot, parameters);
+      for (std::size_t j = 0; j < 3; ++j) {
+        for (std::size_t c = 0; c < columns.of_joint(j).size(); ++c) {
+          const StandardParameter& p = parameters[static_cast<std::size_t>(columns.of_joint(j)[c])];
+          for (Index k = 0; k < 21 && is_friction(p.kind); ++k) {
+            EXPECT_EQ(W[j](k, static_cast<Index>(c)),
+                      friction_entry(p.kind, motion.qd(k, static_cast<Index>(j)), sign_speed))
+                << p.name();
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(RegressorBatch, SmoothsTheSignsOfAJointThatAsksForIt) {
   std::mt19937_64 random(1050);
   Robot robot = test::random_robot(3, random);

@@ -90,11 +90,13 @@ TEST(Pack, CalculatesLaneByLane) {
 
 TEST(Pack, KnowsEveryFrictionLaw) {
   const Lanes qd = {1.5, -2.0, 0.0, -0.0, 1e-300, -1e-300, 3.0, -4.0};
-  using enum ParameterKind;
-  for (const ParameterKind kind : {Fv, Fc, off, Fv_plus, Fc_plus, Fv_minus, Fc_minus}) {
-    const Pack entry = friction_entry(kind, Pack::load(qd.data()));
-    for (int i = 0; i < Pack::lanes; ++i) {
-      EXPECT_EQ(entry[i], friction_entry(kind, qd[static_cast<std::size_t>(i)])) << symbol(kind) << ' ' << i;
+  for (const KindRow& row : kind_rows) {
+    for (const double sign_speed : {0.0, 0.4}) {
+      const Pack entry = friction_entry(row.kind, Pack::load(qd.data()), sign_speed);
+      for (int i = 0; i < Pack::lanes; ++i) {
+        EXPECT_EQ(entry[i], friction_entry(row.kind, qd[static_cast<std::size_t>(i)], sign_speed))
+            << row.symbol << ' ' << i;
+      }
     }
   }
 }

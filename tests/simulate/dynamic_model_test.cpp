@@ -56,27 +56,16 @@ void expect_regressor_torques(const Robot& robot, const Vector& chi_st, std::uin
       << robot.name << ", seed " << seed;
 }
 
-// Friction parameters that differ from each other, all of them braking.
-Vector distinct_friction(const Robot& robot, Vector chi_st) {
-  const std::vector<StandardParameter> parameters = robot.standard_parameters();
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (parameters[i].kind > ParameterKind::Ia) {
-      chi_st[static_cast<Index>(i)] = 2.0 + 0.1 * static_cast<double>(i % 17);
-    }
-  }
-  return chi_st;
-}
-
 TEST(DynamicModel, HasTheTorquesOfTheRegressorUnderEveryFrictionLaw) {
-  for (const Friction law :
-       {Friction::none, Friction::viscous, Friction::coulomb, Friction::symmetric, Friction::asymmetric}) {
+  for (const FrictionRow& law : friction_rows) {
+    SCOPED_TRACE(law.name);
     std::mt19937_64 random(31);
     Robot robot = test::random_robot(6, random);
     for (Joint& joint : robot.joints) {
-      joint.friction = law;
+      joint.friction = law.law;
     }
     robot.joints[2].rotor_inertia = false;
-    expect_regressor_torques(robot, distinct_friction(robot, robot.chi_st()), 32);
+    expect_regressor_torques(robot, test::distinct_friction(robot), 32);
   }
 }
 
@@ -94,7 +83,7 @@ TEST(DynamicModel, HasTheTorquesOfTheRegressorWithCoupledMotors) {
       for (Joint& joint : robot.joints) {
         joint.Ia = 0.7;
       }
-      Vector chi_st = distinct_friction(robot, robot.chi_st());
+      Vector chi_st = test::distinct_friction(robot);
       if (wrist.inertia == Coupling::Inertia::free) {
         set(robot, chi_st, "Iam6", 0.2);
       }
@@ -159,8 +148,8 @@ TEST(DynamicModel, GivesAnAsymmetricLawWithTheSameCoefficientsTheParametersOfThe
   ASSERT_EQ(model.dry_friction().size(), 1U);
   const DryFriction& element = model.dry_friction()[0];
   EXPECT_EQ(model.viscous()(0, 0), 2.0);
-  EXPECT_EQ(element.Fv_plus, 0.0);
-  EXPECT_EQ(element.Fv_minus, 1.0);
+  EXPECT_EQ(element.viscous(true, 2.0), 0.0);
+  EXPECT_EQ(element.viscous(false, -2.0), -2.0);
   EXPECT_EQ(element.Fc_plus, 1.0);
   EXPECT_EQ(element.Fc_minus, 1.0);
   EXPECT_EQ(model.offset()[0], 2.0);

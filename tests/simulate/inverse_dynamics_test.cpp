@@ -82,20 +82,19 @@ TEST(InverseDynamics, OfBaseParametersGivesTheTorquesOfKdl) {
 }
 
 TEST(InverseDynamics, GivesTheTorquesOfTheRegressorForEveryFrictionLaw) {
-  for (const Friction law :
-       {Friction::none, Friction::viscous, Friction::coulomb, Friction::symmetric, Friction::asymmetric}) {
+  for (const FrictionRow& row : friction_rows) {
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-      SCOPED_TRACE(std::string(name(law)) + ", seed " + std::to_string(seed));
+      SCOPED_TRACE(std::string(row.name) + ", seed " + std::to_string(seed));
       std::mt19937_64 random(seed);
       Robot robot = test::random_robot(5, random);
       for (Joint& joint : robot.joints) {
-        joint.friction = law;
+        joint.friction = row.law;
       }
       robot.joints[1].sign_speed = 0.7;
       robot.joints[3].sign_speed = 2.0;
       const Motion motion = test::random_motion(1, 5, random);
       const BaseParameters base = base_parameters(robot);
-      Vector chi = base.from_standard(robot.chi_st());
+      Vector chi = base.from_standard(test::distinct_friction(robot));
       const Vector expected = observation(robot, base, motion).dense() * chi;
       InverseDynamics dynamics(robot, base, chi);
       expect_close(torque(dynamics, {motion.q.transpose(), motion.qd.transpose(), motion.qdd.transpose()}),

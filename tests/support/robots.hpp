@@ -111,6 +111,20 @@ inline Robot random_robot(int n, std::mt19937_64& random) {
   return robot;
 }
 
+/// Standard parameters with friction that differs from kind to kind, all of it braking.
+inline Vector distinct_friction(const Robot& robot) {
+  Vector chi_st = robot.chi_st();
+  const std::vector<StandardParameter> parameters = robot.standard_parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (is_friction(parameters[i].kind)) {
+      // Little of a coupled motor: its friction lies beside that of the joints it couples.
+      const double scale = about(parameters[i].kind).coupled ? 0.1 : 1.0;
+      chi_st[static_cast<Index>(i)] = scale * (2.0 + 0.1 * static_cast<double>(i % 17));
+    }
+  }
+  return chi_st;
+}
+
 /// A motion of independent random samples.
 inline Motion random_motion(Index samples, Index joints, std::mt19937_64& random) {
   std::uniform_real_distribution<double> symmetric(-1.0, 1.0);

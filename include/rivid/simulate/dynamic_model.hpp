@@ -9,28 +9,53 @@
 
 namespace rivid {
 
-/// Coulomb friction along one direction of the joint velocities: of a joint, or of a motor that several joints turn.
+/// Friction along one direction of the joint velocities that is no matter of the viscous matrix alone: of a joint, or of a
+/// motor that several joints turn.
 ///
-/// While the speed s = directionᵀ q̇ is positive it brakes with λ = Fc_plus + Fv_plus s, while negative with
-/// λ = −Fc_minus + Fv_minus s, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it there; the torques on the
-/// joints are −torque λ. The two vectors are the same but for Coupling::Coulomb::single.
+/// At the speed s = directionᵀ q̇ it brakes with λ(s) = Σ c φ(s, sign s) over its terms, which have a coefficient c for
+/// each direction of motion, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it there; the torques on the joints
+/// are −torque λ. The two vectors are the same but for Coupling::Coulomb::single.
 struct DryFriction {
-  std::string name;       ///< of the joint; of a motor that several joints turn, "motor of <joint>"
-  Vector direction;       ///< c, (n)
-  Vector torque;          ///< b, (n)
-  double Fc_plus = 0.0;   ///< [N·m | N], ≥ 0
-  double Fc_minus = 0.0;  ///< [N·m | N], ≥ 0
-  /// What a direction of the asymmetric law has beyond the other one, which is in DynamicModel::viscous(); one of the
-  /// two at least is zero [N·m·s/rad | N·s/m], ≥ 0.
-  double Fv_plus = 0.0;
-  double Fv_minus = 0.0;
-  /// Joint::sign_speed: where it is not 0, Fc_± tanh(s / sign_speed) takes the place of ±Fc_±, and nothing sticks.
+  /// Coefficients of one function while the speed is positive, and while it is negative; ≥ 0. Of Basis::speed, what a
+  /// direction has beyond the other one, which is in DynamicModel::viscous().
+  struct Term {
+    Basis basis = Basis::sign;
+    double plus = 0.0;
+    double minus = 0.0;
+  };
+
+  std::string name;  ///< of the joint; of a motor that several joints turn, "motor of <joint>"
+  Vector direction;  ///< c, (n)
+  Vector torque;     ///< b, (n)
+  std::vector<Term> terms;
+  double Fc_plus = 0.0;   ///< λ where a positive speed begins, dry(true, 0, 1) [N·m | N], ≥ 0
+  double Fc_minus = 0.0;  ///< −λ where a negative one begins [N·m | N], ≥ 0
+  /// Joint::sign_speed: where it is not 0, tanh(s / sign_speed) takes the place of sign s, and nothing sticks.
   double sign_speed = 0.0;
 
+  /// What follows the sign in λ, of one direction of motion. `sign`: ±1, or what smooths it.
+  [[nodiscard]] double dry(bool plus, double speed, double sign) const {
+    return sum(plus, speed, sign, true);
+  }
+  /// What follows the speed in λ, of one direction of motion.
+  [[nodiscard]] double viscous(bool plus, double speed) const {
+    return sum(plus, speed, plus ? 1.0 : -1.0, false);
+  }
   /// λ of a speed, with `smallest` for a sign_speed of 0; 0 is the sign itself, and silent at rest.
   [[nodiscard]] double lambda(double speed, double smallest = 0.0) const {
-    const double part = sign(speed, sign_speed > 0.0 ? sign_speed : smallest);
-    return speed > 0.0 ? Fc_plus * part + Fv_plus * speed : Fc_minus * part + Fv_minus * speed;
+    return dry(speed > 0.0, speed, sign(speed, sign_speed > 0.0 ? sign_speed : smallest)) +
+           viscous(speed > 0.0, speed);
+  }
+
+ private:
+  [[nodiscard]] double sum(bool plus, double speed, double sign, bool of_dry) const {
+    double out = 0.0;
+    for (const Term& term : terms) {
+      if ((about(term.basis).role == Role::dry) == of_dry) {
+        out += (plus ? term.plus : term.minus) * friction_function(term.basis, speed, sign);
+      }
+    }
+    return out;
   }
 };
 
@@ -38,8 +63,8 @@ struct DryFriction {
 ///
 ///   M(q) q̈ + N(q, q̇) + viscous q̇ + offset + Σ torque_e λ_e = τ,   M(q) = M_links(q) + rotor.
 ///
-/// Friction that would drive instead of brake can not be simulated: negative Coulomb coefficients count as zero, and
-/// the viscous matrix loses its negative eigenvalues; clamped() names what was changed. An asymmetric law is negative
+/// Friction that would drive instead of brake can not be simulated: negative coefficients count as zero, and the viscous
+/// matrix loses its negative eigenvalues; clamped() names what was changed. An asymmetric law is negative
 /// where the mean of its directions is: Fc+ = 3 and Fc− = −1 are a friction of 1 with an offset of 2. The coupled
 /// friction of Coupling::Coulomb::single is taken with either sign; where joint k itself does not brake, what follows
 /// the sign of its velocity is left out, since at rest it would have no value.
@@ -49,8 +74,8 @@ struct DryFriction {
 class DynamicModel {
  public:
   /// @param chi_st  values of robot.standard_parameters(), (N_s) [SI, joint side]
-  /// @throws InputError  the robot's complaint(); where the size differs or a value is not finite; asymmetric friction
-  ///                     of a joint whose velocity's sign is that of a coupled motor, too
+  /// @throws InputError  the robot's complaint(); where the size differs or a value is not finite; friction of
+  ///                     another law than Fv, Fc, off of a joint whose velocity's sign is that of a coupled motor, too
   DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& chi_st);
 
   /// From base parameters alone, by BaseParameters::to_standard().
@@ -71,8 +96,7 @@ class DynamicModel {
   [[nodiscard]] const Matrix& viscous() const { return viscous_; }
   /// Friction offsets, (n) [N·m | N].
   [[nodiscard]] const Vector& offset() const { return offset_; }
-  /// Friction that depends on the sign of a velocity; only elements with Fc_plus + Fc_minus > 0, which can stick, or
-  /// with viscous friction that differs by direction.
+  /// Friction that depends on the sign of a velocity, or not in proportion to it; only elements that brake at all.
   [[nodiscard]] const std::vector<DryFriction>& dry_friction() const { return dry_friction_; }
   /// Names of the friction parameters that were taken as zero for their sign.
   [[nodiscard]] const std::vector<std::string>& clamped() const { return clamped_; }
