@@ -84,21 +84,22 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
     }
     return out;
   };
-  if (const std::optional<Method> method = method_named(arguments.method)) {
-    experiment.method = *method;
+  if (!arguments.method.empty()) {
+    experiment.take_method(arguments.method);
     overrides.emplace_back("method", arguments.method);
   }
   if (!arguments.robust.empty()) {
     const std::optional<RobustKind> kind = robust_kind_named(arguments.robust);
+    std::optional<Robust>& robust = experiment.estimation.robust;
     if (!kind) {
-      experiment.robust.reset();
-    } else if (!experiment.robust || experiment.robust->kind != *kind) {
-      experiment.robust = Robust{.kind = *kind};
+      robust.reset();
+    } else if (!robust || robust->kind != *kind) {
+      robust = Robust{.kind = *kind};
     }
     overrides.emplace_back("robust", arguments.robust);
   }
-  if (arguments.physical && !experiment.physical) {
-    experiment.physical = Physical{};
+  if (arguments.physical && !experiment.estimation.physical) {
+    experiment.estimation.physical = Physical{};
     overrides.emplace_back("physical", "true");
   }
   if (!arguments.logs.empty()) {
@@ -130,22 +131,22 @@ void print_plan(std::ostream& out, const Experiment& experiment,
       for (const std::string& note : log.notes) {
         out << "            " << note << '\n';
       }
-      (void)rows(robot, base, log, experiment.signal);
+      (void)rows(robot, base, log, experiment.estimation.signal);
     }
   };
   print_logs("log         ", experiment.log);
   print_logs("validation  ", experiment.validation);
-  out << "method      " << name(experiment.method) << '\n';
+  out << "method      " << name(experiment.estimation.method) << '\n';
   out << would_write(files);
 }
 
 int identify_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment);
   const auto overrides = apply(arguments, experiment);
-  experiment.threads = arguments.threads;
+  experiment.estimation.threads = arguments.threads;
   check(arguments.write_back, experiment);
-  if (!arguments.write_back.urdf.empty() && !experiment.physical) {
-    experiment.physical.emplace();  // a URDF describes bodies
+  if (!arguments.write_back.urdf.empty() && !experiment.estimation.physical) {
+    experiment.estimation.physical.emplace();  // a URDF describes bodies
   }
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   const std::filesystem::path file = folder / "result.json";

@@ -61,10 +61,11 @@ int check(const CheckArguments& arguments) {
   const Experiment experiment = read_experiment(arguments.experiment);
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
   const std::vector<Log> validation = read_logs(experiment.validation, experiment.robot);
-  const std::vector<Finding> findings = check(experiment.robot, logs, validation,
-                                              {.signal = experiment.signal,
-                                               .instrumental = experiment.method == Method::iv,
-                                               .threads = arguments.threads});
+  const std::vector<Finding> findings =
+      check(experiment.robot, logs, validation,
+            {.signal = experiment.estimation.signal,
+             .instrumental = std::holds_alternative<Iv>(experiment.estimation.method),
+             .threads = arguments.threads});
   if (!arguments.quiet) {
     print(arguments.json ? to_json(findings) : in_words(findings));
   }

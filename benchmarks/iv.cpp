@@ -2,8 +2,6 @@
 // reference of the passes is what is usually written down: V and W as dense matrices, Eigen's HouseholderQR of V, and
 // Q_Vᵀ [W Y] (34). Times are medians of runs that take turns, in seconds of the processor for one thread.
 
-#include "rivid/identify/iv.hpp"
-
 #include <benchmark/benchmark.h>
 
 #include <Eigen/QR>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "identify/row_source.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
@@ -123,11 +122,11 @@ void passes(benchmark::State& state) {
   }
 }
 
-void whole(benchmark::State& state, const Robot& robot, const Log& log, const Iv& method) {
+void whole(benchmark::State& state, const Robot& robot, const Log& log, const Estimation& method) {
   Identification found;
   const auto iv = [&] { found = identify(robot, log, method); };
   const auto ols = [&] {
-    benchmark::DoNotOptimize(identify(robot, log, Ols{.signal = method.signal}).chi.data());
+    benchmark::DoNotOptimize(identify(robot, log, {.method = Ols{}, .signal = method.signal}).chi.data());
   };
   for (auto _ : state) {
     const auto times = turns<2>(repetitions, {iv, ols}, Clock::processor);
@@ -174,7 +173,7 @@ struct Scara {
 
 void scara(benchmark::State& state, bool filtered) {
   const Scara scara;
-  Iv method = scara.study.iv();
+  Estimation method = scara.study.iv();
   if (filtered) {
     method.signal = test::ScaraStudy::filtered();
   }
@@ -204,10 +203,7 @@ void tx40(benchmark::State& state, bool filtered, double period) {
   log.q = run.q_measured + white_noise(2, 1, rows, Vector::Constant(6, period > 0.0 ? 0.0 : 1e-6));
   log.tau = run.tau;
   log.q_r = run.q_r;
-  Iv method;
-  method.control = control;
-  method.sampling = options.sampling;
-  method.sampling.position_noise.resize(0, 0);
+  Estimation method{.method = Iv{.control = control, .sampling = {.period = period}}};
   if (filtered) {
     method.signal = {.cutoff_hz = 50.0, .decimation = {10}};
   }

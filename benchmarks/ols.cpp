@@ -14,7 +14,7 @@
 #include <fstream>
 #include <string>
 
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/differentiate.hpp"
@@ -71,14 +71,14 @@ Log moving_log(const Robot& robot, Index n_m) {
 }
 
 // What the others compute: the paper's rows and classical deviations.
-Ols method(std::vector<int> decimation, int threads) {
+Estimation method(std::vector<int> decimation, int threads) {
   return {.signal = {.rows = RowScheme::paper, .cutoff_hz = cutoff_hz, .decimation = std::move(decimation)},
           .covariance = {.kind = CovarianceKind::classical},
           .threads = threads};
 }
 
 // What rivid does unless told otherwise: exact rows, and deviations from a second look at them.
-Ols by_default(const Ols& other) {
+Estimation by_default(const Estimation& other) {
   return {.signal = {.cutoff_hz = cutoff_hz, .decimation = other.signal.decimation}};
 }
 
@@ -163,8 +163,8 @@ void ols(benchmark::State& state, const std::vector<int>& decimation) {
   const Robot robot = benchmarks::panda();
   const Log log = moving_log(robot, samples);
   const BaseParameters base = base_parameters(robot);
-  const Ols one = method(decimation, 1);
-  const Ols two = method(decimation, 2);
+  const Estimation one = method(decimation, 1);
+  const Estimation two = method(decimation, 2);
   Vector chi;
   const auto ours = [&] { chi = identify(robot, log, one).chi; };
   const auto two_threads = [&] { benchmark::DoNotOptimize(identify(robot, log, two).chi.data()); };

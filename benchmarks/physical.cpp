@@ -11,7 +11,7 @@
 #include <array>
 #include <random>
 
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "robots.hpp"
@@ -84,7 +84,7 @@ void physical_parameters(benchmark::State& state) {
   const Robot robot = arm();
   const BaseParameters base = base_parameters(robot);
   const Log log = log_of(robot, base);
-  const Wls method{.signal = {.cutoff_hz = 20.0}};
+  const Estimation method{.method = Wls{}, .signal = {.cutoff_hz = 20.0}};
   const Identification plain = identify(robot, log, method);
   const Matrix root = plain.C_chi.llt().matrixL().solve(Matrix::Identity(base.size(), base.size()));
 

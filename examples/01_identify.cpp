@@ -17,5 +17,5 @@ int main(int argc, char** argv) {
   const rivid::SignalOptions signal = {.torque_held = true,  // v acts from t_k to t_{k+1}
                                        .cutoff_hz = 20.0,
                                        .decimation = {20}};
-  std::cout << rivid::identify(robot, log, rivid::Ols{signal});
+  std::cout << rivid::identify(robot, log, {.method = rivid::Ols{}, .signal = signal});
 }

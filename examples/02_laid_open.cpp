@@ -41,8 +41,8 @@ int main(int argc, char** argv) {
 
   const SignalOptions signal = {
       .rows = RowScheme::paper, .cutoff_hz = cutoff_hz, .decimation = {n_d}, .trim = {{border, border}}};
-  const Identification answer =
-      identify(robot, log, Ols{.signal = signal, .covariance = {.kind = CovarianceKind::classical}});
+  const Identification answer = identify(
+      robot, log, {.method = Ols{}, .signal = signal, .covariance = {.kind = CovarianceKind::classical}});
   for (Index i = 0; i < b; ++i) {
     std::cout << base.parameters[static_cast<std::size_t>(i)].name << ": " << chi[i] << " and "
               << answer.chi[i] << ", sigma " << std::sqrt(C_chi(i, i)) << " and "

@@ -16,8 +16,10 @@ int main(int argc, char** argv) {
   const rivid::SignalOptions signal = {.torque_held = true,  // v acts from t_k to t_{k+1}
                                        .cutoff_hz = 20.0,
                                        .decimation = {20}};
-  const rivid::Identification ols = rivid::identify(robot, training, rivid::Ols{signal});
-  const rivid::Identification wls = rivid::identify(robot, training, rivid::Wls{signal});
+  const rivid::Identification ols =
+      rivid::identify(robot, training, {.method = rivid::Ols{}, .signal = signal});
+  const rivid::Identification wls =
+      rivid::identify(robot, training, {.method = rivid::Wls{}, .signal = signal});
 
   std::cout << "parameter: OLS (sigma), WLS (sigma)\n";
   for (std::size_t i = 0; i < ols.parameters.size(); ++i) {

@@ -87,7 +87,7 @@ double tracking_error(ComputedTorque& controller, const rivid::DynamicModel& tru
 int main(int argc, char** argv) {
   const std::filesystem::path data = argc > 1 ? argv[1] : "data/scara";
   rivid::Experiment experiment = rivid::read_experiment(data / "scara.toml");
-  experiment.physical = rivid::Physical{};
+  experiment.estimation.physical = rivid::Physical{};
   const std::filesystem::path file = std::filesystem::temp_directory_path() / "rivid_05_update_loop.json";
   write_result(experiment, file);
 

@@ -42,7 +42,7 @@ void cutoff(const Scara& scara, std::uint64_t seeds, Report& report) {
     const Log log = scara.log(S2, seed);
     for (std::size_t c = 0; c < cutoffs.size(); ++c) {
       const SignalOptions signal = {.rows = RowScheme::paper, .cutoff_hz = cutoffs[c]};
-      ols[c].push_back(identify(scara.robot, log, Ols{.signal = signal}));
+      ols[c].push_back(identify(scara.robot, log, {.method = Ols{}, .signal = signal}));
       iv[c].push_back(identify(scara.robot, log, scara.iv(signal)));
     }
   }

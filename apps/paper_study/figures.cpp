@@ -103,7 +103,7 @@ void figure_parameters(const Identification& found, Report& report) {
 }
 
 void figure_torque_errors(const Scara& scara, const Log& log, const Identification& found, Report& report) {
-  const Rows rows = rivid::rows(scara.robot, scara.base, log, found.signal);
+  const Rows rows = rivid::rows(scara.robot, scara.base, log, found.estimation.signal);
   std::vector<svg::Panel> panels;
   for (Index j = 0; j < 2; ++j) {
     const auto at = static_cast<std::size_t>(j);

@@ -30,14 +30,14 @@ All identified_all(const Scara& scara, std::uint64_t seeds) {
   All out;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Log s2 = scara.log(S2, seed);
-    out.ols.push_back(identify(scara.robot, s2, Ols{.signal = filtered()}));
-    Iv from_ols = scara.iv(filtered());
-    from_ols.chi_0 = out.ols.back().chi;
+    out.ols.push_back(identify(scara.robot, s2, {.method = Ols{}, .signal = filtered()}));
+    Estimation from_ols = scara.iv(filtered());
+    std::get<Iv>(from_ols.method).chi_0 = out.ols.back().chi;
     out.good_start.push_back(identify(scara.robot, s2, from_ols));
     out.regular_start.push_back(identify(scara.robot, s2, scara.iv(filtered())));
     // A torque that is held for a sample acts half a sample late.
     out.clean_rows.push_back(identify(scara.robot, shift_torque(s2, -0.5), scara.iv(moving)));
-    out.raw_ols.push_back(identify(scara.robot, s2, Ols{.signal = raw()}));
+    out.raw_ols.push_back(identify(scara.robot, s2, {.method = Ols{}, .signal = raw()}));
     out.raw_iv.push_back(identify(scara.robot, s2, scara.iv(raw())));
     out.half.push_back(identify(scara.robot, s2, scara.iv(filtered(), 0.5)));
     const Log s1 = scara.log(S1, seed);

@@ -57,7 +57,7 @@ void length_of_the_log(const Scara& scara, std::uint64_t seeds, Report& report) 
       for (const Log& whole : logs) {
         const Log log = beginning(whole, length);
         runs.push_back(method.iv ? identify(scara.robot, log, scara.iv(method.signal))
-                                 : identify(scara.robot, log, Ols{.signal = method.signal}));
+                                 : identify(scara.robot, log, {.method = Ols{}, .signal = method.signal}));
       }
       const Runs good = only_identified(runs);
       method.errors.push_back(good.empty() ? std::nan("") : inertia_error(good));

@@ -10,7 +10,7 @@ void reference_regressor(const Scara& scara, std::uint64_t seeds, Report& report
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     Log log = scara.log(S2, seed);
     log.q = log.q_r;
-    runs.push_back(identify(scara.robot, log, Ols{.signal = filtered()}));
+    runs.push_back(identify(scara.robot, log, {.method = Ols{}, .signal = filtered()}));
   }
   report.print(beside("Section 4.3, IDIM-OLS, filtered, W from the reference trajectory (paper: Table 1)",
                       table_1, runs));

@@ -56,9 +56,9 @@ void replay(const Scara& scara, std::uint64_t seeds, Report& report) {
     const Log log = scara.log(S2, seed);
     const std::vector<Model> models = {
         {what[0], 2, scara.chi},
-        {what[1], 3, identify(scara.robot, log, Ols{.signal = filtered()}).chi},
+        {what[1], 3, identify(scara.robot, log, {.method = Ols{}, .signal = filtered()}).chi},
         {what[2], 4, identify(scara.robot, log, scara.iv(filtered())).chi},
-        {what[3], 1, identify(scara.robot, log, Ols{.signal = raw()}).chi},
+        {what[3], 1, identify(scara.robot, log, {.method = Ols{}, .signal = raw()}).chi},
         {what[4], 0, identify(scara.robot, log, scara.iv(raw())).chi}};
     const Log unused = scara.log(reference, seeds + seed, {});
     const Matrix qd = differentiate(zero_phase(unused.q, unused.f_m, 20.0), unused.f_m).qd;

@@ -65,12 +65,10 @@ Log Scara::log(const PointToPointReference& reference, std::uint64_t seed, const
   return out;
 }
 
-Iv Scara::iv(const SignalOptions& signal, double bandwidth) const {
-  Iv out;
-  out.signal = signal;
-  out.control = PdControl{.omega_n = bandwidth * control.omega_n, .zeta = control.zeta};
-  out.sampling = sampling;
-  return out;
+Estimation Scara::iv(const SignalOptions& signal, double bandwidth) const {
+  return {.method = Iv{.control = PdControl{.omega_n = bandwidth * control.omega_n, .zeta = control.zeta},
+                       .sampling = sampling},
+          .signal = signal};
 }
 
 SignalOptions filtered() { return {.rows = RowScheme::paper, .cutoff_hz = 20.0, .decimation = {20}}; }

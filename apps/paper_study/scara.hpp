@@ -46,7 +46,7 @@ struct Scara {
   [[nodiscard]] Log log(double size, std::uint64_t seed) const { return log(moves(size), seed, {}); }
 
   /// IDIM-IV that knows the control law, its bandwidth scaled.
-  [[nodiscard]] Iv iv(const SignalOptions& signal, double bandwidth = 1.0) const;
+  [[nodiscard]] Estimation iv(const SignalOptions& signal, double bandwidth = 1.0) const;
 };
 
 /// The signal chain of section 4.2: Butterworth at 20 Hz, decimation by 20.

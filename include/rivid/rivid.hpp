@@ -4,7 +4,7 @@
 ///
 ///   const rivid::Robot robot = rivid::read_urdf("scara.urdf");
 ///   const rivid::Log log = rivid::read_csv("scara_s2.csv");
-///   std::cout << rivid::identify(robot, log, rivid::Ols{.signal = {.cutoff_hz = 20.0, .decimation = {20}}});
+///   std::cout << rivid::identify(robot, log, {.signal = {.cutoff_hz = 20.0, .decimation = {20}}});
 ///
 /// rivid/model/kdl.hpp is not included here: who starts from a KDL::Chain includes it and links KDL.
 
@@ -22,8 +22,7 @@
 #include "rivid/identify/check.hpp"
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/essential.hpp"
-#include "rivid/identify/iv.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/identify/physical.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/mdh.hpp"

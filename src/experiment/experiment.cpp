@@ -1,7 +1,6 @@
 #include "rivid/experiment/experiment.hpp"
 
 #include <algorithm>
-#include <array>
 #include <variant>
 
 #include "rivid/error.hpp"
@@ -9,8 +8,6 @@
 namespace rivid {
 
 namespace {
-
-constexpr std::array<std::string_view, 3> method_names = {"ols", "wls", "iv"};
 
 void append_inputs(const LogSource& source, std::vector<std::filesystem::path>& out) {
   out.insert(out.end(), source.files.begin(), source.files.end());
@@ -75,47 +72,29 @@ Log adjusted(Log log, const LogSource& source, const Robot& robot) {
 
 Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
                              const Progress& progress) {
-  switch (experiment.method) {
-    case Method::ols:
-      break;
-    case Method::wls:
-      return identify(experiment.robot, logs,
-                      Wls{experiment.signal, experiment.covariance, experiment.threads, progress,
-                          experiment.physical, experiment.essential, experiment.robust});
-    case Method::iv: {
-      if (!experiment.control) {
-        throw InputError(
-            experiment.file.string() +
-            ": section [control] is missing; method \"iv\" simulates the closed loop and needs its "
-            "control law, or a guess of its bandwidth");
-      }
-      Iv method = experiment.iv;
-      method.signal = experiment.signal;
-      method.covariance = experiment.covariance;
-      method.control = experiment.control->control;
-      method.sampling = experiment.control->sampling;
-      method.threads = experiment.threads;
-      method.progress = progress;
-      method.physical = experiment.physical;
-      method.essential = experiment.essential;
-      method.robust = experiment.robust;
-      return identify(experiment.robot, logs, method);
+  Estimation estimation = experiment.estimation;
+  estimation.progress = progress;
+  if (Iv* const iv = std::get_if<Iv>(&estimation.method)) {
+    if (!experiment.control) {
+      throw InputError(
+          experiment.file.string() +
+          ": section [control] is missing; method \"iv\" simulates the closed loop and needs its "
+          "control law, or a guess of its bandwidth");
     }
+    iv->control = experiment.control->control;
+    iv->sampling = experiment.control->sampling;
   }
-  return identify(experiment.robot, logs,
-                  Ols{experiment.signal, experiment.covariance, experiment.threads, progress,
-                      experiment.physical, experiment.essential, experiment.robust});
+  return identify(experiment.robot, logs, estimation);
 }
 
-std::string_view name(Method method) { return method_names[static_cast<std::size_t>(method)]; }
-
-std::optional<Method> method_named(std::string_view name) {
-  for (std::size_t i = 0; i < method_names.size(); ++i) {
-    if (method_names[i] == name) {
-      return static_cast<Method>(i);
+void Experiment::take_method(std::string_view name) {
+  for (const Method& method : {Method(Ols{}), Method(Wls{}), Method(iv)}) {
+    if (rivid::name(method) == name) {
+      estimation.method = method;
+      return;
     }
   }
-  return std::nullopt;
+  throw InputError("Experiment: there is no method \"" + std::string(name) + "\", only ols, wls and iv");
 }
 
 std::vector<std::filesystem::path> Experiment::inputs(Use use) const {
@@ -180,7 +159,7 @@ Identification run(const Experiment& experiment, const Progress& progress) {
   take_notes(logs);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
   for (const Log& log : others) {
-    out.validation.push_back(validate(experiment.robot, out, log, experiment.threads));
+    out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
   }
   take_notes(others);
   return out;

@@ -45,7 +45,7 @@ Experiment read_experiment(const std::filesystem::path& path, Use use) {
     out.log = detail::read_log_source(*log, {}, folder, out.robot);
   }
   if (signal) {
-    out.signal = detail::read_signal(*signal, out.robot.size());
+    out.estimation.signal = detail::read_signal(*signal, out.robot.size());
   }
   if (method) {
     detail::read_method(*method, out);

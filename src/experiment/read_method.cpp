@@ -133,20 +133,19 @@ void read_method(TomlReader keys, Experiment& out) {
       value = *given;
     }
   };
-  out.method = keys.choice("name",
-                           std::array<std::pair<std::string_view, Method>, 3>{
-                               {{"ols", Method::ols}, {"wls", Method::wls}, {"iv", Method::iv}}})
-                   .value_or(out.method);
-  out.covariance.kind = keys.choice("covariance",
-                                    std::array<std::pair<std::string_view, CovarianceKind>, 3>{
-                                        {{"automatic", CovarianceKind::automatic},
-                                         {"classical", CovarianceKind::classical},
-                                         {"hac", CovarianceKind::hac}}})
-                            .value_or(out.covariance.kind);
-  positive("covariance_lag", out.covariance.lag);
-  out.physical = read_whether_physical(keys, out.robot);
-  out.essential = read_whether_essential(keys);
-  out.robust = read_whether_robust(keys);
+  using Word = std::pair<std::string_view, std::string_view>;
+  const auto method =
+      keys.choice("name", std::array<Word, 3>{{{"ols", "ols"}, {"wls", "wls"}, {"iv", "iv"}}});
+  out.estimation.covariance.kind = keys.choice("covariance",
+                                               std::array<std::pair<std::string_view, CovarianceKind>, 3>{
+                                                   {{"automatic", CovarianceKind::automatic},
+                                                    {"classical", CovarianceKind::classical},
+                                                    {"hac", CovarianceKind::hac}}})
+                                       .value_or(out.estimation.covariance.kind);
+  positive("covariance_lag", out.estimation.covariance.lag);
+  out.estimation.physical = read_whether_physical(keys, out.robot);
+  out.estimation.essential = read_whether_essential(keys);
+  out.estimation.robust = read_whether_robust(keys);
   Iv& iv = out.iv;
   iv.start = keys.choice("start",
                          std::array<std::pair<std::string_view, Iv::Start>, 3>{
@@ -185,6 +184,7 @@ void read_method(TomlReader keys, Experiment& out) {
   positive("parameter_tolerance", iv.parameter_tolerance);
   iv.max_iterations = keys.count("max_iterations").value_or(iv.max_iterations);
   keys.finish();
+  out.take_method(method.value_or(name(out.estimation.method)));
 }
 
 }  // namespace rivid::detail

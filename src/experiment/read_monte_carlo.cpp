@@ -25,7 +25,7 @@ MonteCarlo::Trial read_trial(TomlReader keys, const MonteCarlo& plan, bool has_s
     keys.fail(*label, "label", "\"" + out.label + "\" is that of another trial");
   }
   if (const auto signal = keys.section("signal")) {
-    out.experiment.signal = detail::read_signal(*signal, out.experiment.robot.size());
+    out.experiment.estimation.signal = detail::read_signal(*signal, out.experiment.robot.size());
   } else if (!has_signal) {
     keys.fail("must have a table signal, since there is no section [signal] for all trials");
   }

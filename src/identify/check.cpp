@@ -6,7 +6,7 @@
 
 #include "identify/check_parts.hpp"
 #include "rivid/error.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -86,7 +86,7 @@ void check_excitation(const Robot& robot, std::span<const Log> logs, const Check
                       Findings& out) {
   Identification quick;
   try {
-    quick = identify(robot, logs, Wls{.signal = options.signal, .threads = options.threads});
+    quick = identify(robot, logs, {.method = Wls{}, .signal = options.signal, .threads = options.threads});
   } catch (const InputError& e) {
     out.add("rows_unusable", "signal", e.what());
     return;

@@ -41,7 +41,8 @@ ClosedLoops::ClosedLoops(const IvProblem& problem)
       mean_speed_(Vector::Zero(problem.joints())),
       mean_square_(Vector::Zero(problem.joints())) {
   for (const Log& log : problem.logs) {
-    loops_.push_back(std::make_unique<AuxiliaryLoop>(problem.robot, log, problem.method));
+    loops_.push_back(
+        std::make_unique<AuxiliaryLoop>(problem.robot, log, problem.estimation.signal, problem.method));
   }
   for (const auto& loop : loops_) {
     const auto share = 1.0 / static_cast<double>(loops_.size());
@@ -72,9 +73,9 @@ SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvItera
         return out;
       }
       out.motions.push_back(std::move(simulation.motion));
-      if (method.progress) {
-        method.progress("iteration " + std::to_string(earlier.size()),
-                        static_cast<double>(k + 1) / static_cast<double>(loops_.size()));
+      if (problem_.estimation.progress) {
+        problem_.estimation.progress("iteration " + std::to_string(earlier.size()),
+                                     static_cast<double>(k + 1) / static_cast<double>(loops_.size()));
       }
     }
   } catch (const NumericsError& error) {

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/iv.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/simulate/dynamics.hpp"
 #include "rivid/solve/distributions.hpp"
 #include "rivid/text.hpp"

@@ -21,7 +21,7 @@ void add_essential(const Robot& robot, const std::optional<Essential>& options, 
   model.options = *options;
   model.parameters = essential(robot, out.base, out.chi, out.C_chi, root, freedom, q, *options);
   model.fit = judged(robot, data, model.parameters.chi, static_cast<Index>(model.parameters.kept.size()),
-                     out.signal.convention);
+                     out.estimation.signal.convention);
   out.essential = std::move(model);
 }
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/solve/least_squares.hpp"
 

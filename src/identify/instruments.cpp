@@ -88,7 +88,7 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
     }
     const ReweightedSinks reweighted(sinks, reweighting_, joints, signs_);
     const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
-    const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.method.signal);
+    const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
     source.send(whitened.sinks(), std::span(&V, 1));
   }
   count_rows();
@@ -99,7 +99,7 @@ std::vector<Motion> Instruments::motions(std::span<const Motion> simulated) cons
   std::vector<Motion> out;
   out.reserve(simulated.size());
   for (std::size_t k = 0; k < simulated.size(); ++k) {
-    out.push_back(instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.method.signal));
+    out.push_back(instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal));
   }
   return out;
 }

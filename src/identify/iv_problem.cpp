@@ -12,11 +12,10 @@ namespace rivid::detail {
 
 namespace {
 
-SignalOptions without_transient(const Log& log, const Iv& method) {
-  SignalOptions signal = method.signal;
-  if (method.transient > 0.0) {
+SignalOptions without_transient(const Log& log, SignalOptions signal, double transient) {
+  if (transient > 0.0) {
     auto window = signal.window.value_or(std::array{log.t[0], log.t[log.samples() - 1]});
-    window[0] = std::max(window[0], log.t[0] + method.transient);
+    window[0] = std::max(window[0], log.t[0] + transient);
     signal.window = window;
   }
   return signal;
@@ -24,14 +23,11 @@ SignalOptions without_transient(const Log& log, const Iv& method) {
 
 }  // namespace
 
-IvProblem::IvProblem(const Robot& its_robot, std::span<const Log> its_logs, const Iv& its_method)
-    : robot(its_robot), logs(its_logs), method(its_method) {
-  if (logs.empty()) {
-    throw InputError("identify(IDIM-IV): no log is given");
-  }
-  if (const auto fault = method.complaint(robot)) {
-    throw InputError("identify(IDIM-IV): " + *fault);
-  }
+IvProblem::IvProblem(const Robot& its_robot, std::span<const Log> its_logs, const Estimation& its_estimation)
+    : robot(its_robot),
+      logs(its_logs),
+      estimation(its_estimation),
+      method(std::get<Iv>(its_estimation.method)) {
   base = base_parameters(robot);
   if (method.chi_0.size() > 0 && (method.chi_0.size() != base.size() || !method.chi_0.allFinite())) {
     throw InputError("identify(IDIM-IV): chi_0 has " + counted(method.chi_0.size(), "value") +
@@ -42,8 +38,8 @@ IvProblem::IvProblem(const Robot& its_robot, std::span<const Log> its_logs, cons
     if (const auto fault = log.complaint()) {
       throw InputError(*fault);
     }
-    signals.push_back(without_transient(log, method));
-    add_factors(data, factors(robot, base, log, signals.back(), method.threads));
+    signals.push_back(without_transient(log, estimation.signal, method.transient));
+    add_factors(data, factors(robot, base, log, signals.back(), estimation.threads));
   }
   Index rows = 0;
   for (const RowGroup& group : data.groups) {

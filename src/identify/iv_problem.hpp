@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "rivid/identify/iv.hpp"
+#include "rivid/identify/identification.hpp"
 
 namespace rivid::detail {
 
@@ -12,11 +12,12 @@ struct IvProblem {
   // All are referred to, not copied.
   //
   // throws InputError where they do not fit together
-  IvProblem(const Robot& robot, std::span<const Log> logs, const Iv& method);
+  IvProblem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation);
 
   const Robot& robot;
   std::span<const Log> logs;
-  const Iv& method;
+  const Estimation& estimation;
+  const Iv& method;  // that of the estimation
   BaseParameters base;
   std::vector<SignalOptions> signals;  // one a log: the transient is left out
   RowFactors data;                     // of [W Y]

@@ -40,7 +40,7 @@ void conclude_without_estimate(const IvProblem& problem, const IvSolver& solver,
   out.condition = std::numeric_limits<double>::infinity();
   out.chi = Vector::Constant(b, std::numeric_limits<double>::quiet_NaN());
   out.C_chi = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
-  out.fit = judged(problem.robot, problem.data, Vector::Zero(b), b, out.signal.convention);
+  out.fit = judged(problem.robot, problem.data, Vector::Zero(b), b, out.estimation.signal.convention);
   forget_errors(out.fit);
   describe_parameters(problem.robot, out);
   judge_parameters(problem.robot, problem.logs, out);
@@ -71,7 +71,7 @@ void judge_instruments(const Vector& F, Identification& out) {
 
 void tell_uncertainty(const IvProblem& problem, const Instruments& instruments, const IvEstimate& estimate,
                       Identification& out) {
-  const Iv& method = problem.method;
+  const Estimation& method = problem.estimation;
   const std::vector<SignalOptions>& signals = instruments.signals();
   const double freedom = instruments.freedom();
   const Index b = problem.base.size();
@@ -137,15 +137,15 @@ void conclude(const IvProblem& problem, const IvSolver& solver, double with_V, I
   out.condition = estimate.condition_VW;
   out.chi = estimate.chi;
   tell_uncertainty(problem, solver.instruments(), estimate, out);
-  out.fit = judged(problem.robot, problem.data, estimate.chi, b, out.signal.convention);
+  out.fit = judged(problem.robot, problem.data, estimate.chi, b, out.estimation.signal.convention);
   out.fit.sigma_rho = estimate.sigma_rho;
   describe_parameters(problem.robot, out);
   judge_robust(out);
   judge_torque_lag(out);
-  add_physical(problem.robot, problem.method.physical, problem.data, estimate.R_VW / estimate.sigma, out);
+  add_physical(problem.robot, problem.estimation.physical, problem.data, estimate.R_VW / estimate.sigma, out);
   judge_parameters(problem.robot, problem.logs, out);
   const double factor = decimation_factor(solver.instruments().signals().front());
-  add_essential(problem.robot, problem.method.essential, problem.logs, problem.data,
+  add_essential(problem.robot, problem.estimation.essential, problem.logs, problem.data,
                 factor / estimate.sigma * estimate.R_VW, solver.instruments().freedom(), out);
   history.first_stage_F = estimate.first_stage_F;
   judge_instruments(history.first_stage_F, out);

@@ -32,7 +32,7 @@ IvEstimate with_statistics(const IvProblem& problem, IvEstimate estimate, const 
 
 void make_robust(const IvProblem& problem, IvSolver& solver, Identification& out) {
   const std::optional<IvEstimate>& estimate = solver.estimate();
-  const std::optional<Robust>& options = problem.method.robust;
+  const std::optional<Robust>& options = problem.estimation.robust;
   if (!estimate || !options) {
     return;
   }

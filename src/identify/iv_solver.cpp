@@ -138,8 +138,8 @@ bool IvSolver::simulated_signs() const {
     return false;
   }
   return method_.signs == Iv::Signs::simulated ||
-         (method_.signs == Iv::Signs::automatic && method_.signal.cutoff_hz == 0.0 &&
-          !method_.signal.exact_rows());
+         (method_.signs == Iv::Signs::automatic && problem_.estimation.signal.cutoff_hz == 0.0 &&
+          !problem_.estimation.signal.exact_rows());
 }
 
 std::vector<InstrumentalGroup> IvSolver::factors(const SimulatedLoops& loops) {
@@ -197,7 +197,7 @@ Vector IvSolver::nearest_physical(const Vector& chi) const {
   // The motion only has to be near the actual one: a body twice as heavy or half as heavy as described may cost some
   // per cent of the residual. Without that pull a link may end with next to no inertia, and gains that follow it.
   constexpr double share_of_rows = 0.01;
-  Physical options = method_.physical.value_or(Physical{});
+  Physical options = problem_.estimation.physical.value_or(Physical{});
   options.weight = std::max(options.weight, share_of_rows * static_cast<double>(instruments_.rows()));
   return physical(problem_.robot, base(), chi, root, options).chi;
 }
@@ -331,7 +331,7 @@ void IvSolver::keep(const Vector& chi) {
 
 double IvSolver::deviation_of(const Vector& chi) const {
   return deviation(residual(instruments_.used(), chi, weights_), instruments_.freedom(),
-                   method_.signal.convention);
+                   problem_.estimation.signal.convention);
 }
 
 // R_VW⁻¹ R_VV⁻ᵀ.

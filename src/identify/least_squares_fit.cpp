@@ -1,4 +1,4 @@
-#include "rivid/identify/least_squares_fit.hpp"
+#include "identify/least_squares_fit.hpp"
 
 #include <cmath>
 #include <optional>
@@ -40,8 +40,7 @@ struct Estimate {
 };
 
 // out.C_chi and what comes with a second look at the rows.
-template <typename Method>
-void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Method& method,
+void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Estimation& method,
                       const Estimate& estimate, double freedom, Identification& out) {
   detail::Uncertainty found =
       detail::classical_covariance(method.signal, estimate.sigma, estimate.unit_covariance, freedom);
@@ -79,23 +78,6 @@ void tell_uncertainty(const Robot& robot, std::span<const Log> logs, const Metho
   out.covariance = found.report;
 }
 
-// throws InputError for options that can not be meant
-template <typename Method>
-void require_options(const std::string& title, std::span<const Log> logs, const Method& method) {
-  if (logs.empty()) {
-    throw InputError("identify(" + title + "): no log is given");
-  }
-  if (const auto fault = method.covariance.complaint()) {
-    throw InputError("identify(" + title + "): " + *fault);
-  }
-  if (const auto fault = method.essential ? method.essential->complaint() : std::nullopt) {
-    throw InputError("identify(" + title + "): essential: " + *fault);
-  }
-  if (const auto fault = method.robust ? method.robust->complaint() : std::nullopt) {
-    throw InputError("identify(" + title + "): robust: " + *fault);
-  }
-}
-
 // The estimate of the rows as they are.
 Estimate plain_estimate(const RowFactors& data, std::vector<double> weights, const Identification& out) {
   Estimate estimate = {
@@ -109,18 +91,17 @@ Estimate plain_estimate(const RowFactors& data, std::vector<double> weights, con
                      std::to_string(out.base.size()) +
                      " base parameters; more rows than parameters are needed");
   }
-  estimate.sigma = estimate.sigma_rho = deviation(weighted, freedom, out.signal.convention);
+  estimate.sigma = estimate.sigma_rho = deviation(weighted, freedom, out.estimation.signal.convention);
   estimate.unit_covariance = estimate.solution.unit_covariance;
   return estimate;
 }
 
 // The M-estimate in its place, with out.robust.
-template <typename Method>
-Estimate robust_estimate(const Robot& robot, std::span<const Log> logs, const Method& method,
+Estimate robust_estimate(const Robot& robot, std::span<const Log> logs, const Estimation& method,
                          const Robust& robust, const RowFactors& data, const Estimate& plain,
                          Weights weighting, Identification& out) {
   detail::RobustLeastSquares found =
-      detail::robust_least_squares(robot, out.base, logs, out.signal, data, plain.chi,
+      detail::robust_least_squares(robot, out.base, logs, out.estimation.signal, data, plain.chi,
                                    weighting == Weights::by_joint, robust, method.threads, method.progress);
   detail::tell_robust(robot, robust, found.loss, found.sums, found.rounds, found.settled, plain.chi, out);
   return {.chi = std::move(found.chi),
@@ -132,20 +113,12 @@ Estimate robust_estimate(const Robot& robot, std::span<const Log> logs, const Me
           .loss = std::move(found.loss)};
 }
 
-template <typename Method>
-Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, const Method& method,
-                                 Weights weighting) {
+}  // namespace
+
+void detail::least_squares_fit(const Robot& robot, std::span<const Log> logs, const Estimation& method,
+                               Identification& out) {
   const SignalOptions& signal = method.signal;
-  Identification out;
-  out.method = weighting == Weights::none ? "ols" : "wls";
-  out.title = weighting == Weights::none ? "IDIM-OLS" : "IDIM-WLS";
-  require_options(out.title, logs, method);
-  out.signal = signal;
-  out.base = base_parameters(robot);
-  out.columns = out.base.size();
-  if (auto doubt = out.base.doubt()) {
-    out.warnings.push_back(Warning{"base_doubt", std::move(*doubt)});
-  }
+  const Weights weighting = std::holds_alternative<Wls>(method.method) ? Weights::by_joint : Weights::none;
   const RowFactors data = all_factors(robot, out.base, logs, signal, method.threads, method.progress);
 
   const std::vector<double> ones(data.groups.size(), 1.0);
@@ -181,30 +154,6 @@ Identification least_squares_fit(const Robot& robot, std::span<const Log> logs, 
   detail::judge_parameters(robot, logs, out);
   detail::add_essential(robot, method.essential, logs, data,
                         detail::decimation_factor(signal) / estimate.sigma * solution.R, freedom, out);
-  return out;
-}
-
-}  // namespace
-
-Identification identify(const Robot& robot, std::span<const Log> logs, const Ols& method) {
-  return least_squares_fit(robot, logs, method, Weights::none);
-}
-
-Identification identify(const Robot& robot, std::span<const Log> logs, const Wls& method) {
-  return least_squares_fit(robot, logs, method, Weights::by_joint);
-}
-
-Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
-  const SignalOptions& signal = identification.signal;
-  const RowFactors data = all_factors(robot, identification.base, std::span(&log, 1), signal, threads, {});
-  Validation out{log.source, judged(robot, data, identification.chi, 0, signal.convention), {}, {}};
-  if (identification.physical) {
-    out.physical = judged(robot, data, identification.physical->parameters.chi, 0, signal.convention);
-  }
-  if (identification.essential) {
-    out.essential = judged(robot, data, identification.essential->parameters.chi, 0, signal.convention);
-  }
-  return out;
 }
 
 }  // namespace rivid

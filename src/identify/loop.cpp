@@ -41,11 +41,10 @@ Vector instants(const Log& log) {
   return Vector::NullaryExpr(log.samples(), [&](Index k) { return static_cast<double>(k) / log.f_m; });
 }
 
-std::unique_ptr<Reference> reference_of(const Log& log, const Iv& method) {
+std::unique_ptr<Reference> reference_of(const Log& log, const SignalOptions& signal, const Iv& method) {
   if (method.follows == Iv::Follows::measured) {
-    const double cutoff_hz =
-        method.reference_cutoff_hz > 0.0 ? method.reference_cutoff_hz : method.signal.cutoff_hz;
-    return std::make_unique<LoggedReference>(instants(log), filtered(log, cutoff_hz, method.signal));
+    const double cutoff_hz = method.reference_cutoff_hz > 0.0 ? method.reference_cutoff_hz : signal.cutoff_hz;
+    return std::make_unique<LoggedReference>(instants(log), filtered(log, cutoff_hz, signal));
   }
   if (log.q_r.size() == 0) {
     throw InputError(
@@ -58,8 +57,9 @@ std::unique_ptr<Reference> reference_of(const Log& log, const Iv& method) {
 
 }  // namespace
 
-AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& method)
-    : robot_(robot), log_(log), reference_(reference_of(log, method)), options_(method.simulation) {
+AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal,
+                             const Iv& method)
+    : robot_(robot), log_(log), reference_(reference_of(log, signal, method)), options_(method.simulation) {
   const Index n = robot.size();
   options_.f_m = log.f_m;
   options_.samples = log.samples();
@@ -73,7 +73,7 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& metho
   if (!method.start_on_reference) {
     measured_start(log, options_.q_0, options_.qd_0);
   }
-  measured_ = differentiate(filtered(log, method.signal.cutoff_hz, method.signal), log.f_m);
+  measured_ = differentiate(filtered(log, signal.cutoff_hz, signal), log.f_m);
   Vector q(n);
   Vector qd(n);
   Vector qdd(n);

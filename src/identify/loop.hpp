@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "rivid/identify/iv.hpp"
+#include "rivid/identify/identification.hpp"
 
 namespace rivid::detail {
 
@@ -12,7 +12,7 @@ class AuxiliaryLoop {
   // The log is referred to, not copied.
   //
   // throws InputError where the log lacks what the loop follows
-  AuxiliaryLoop(const Robot& robot, const Log& log, const Iv& method);
+  AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal, const Iv& method);
 
   // most_steps: of the integrator, beside the budgets of the options.
   [[nodiscard]] Simulation simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const;

@@ -94,7 +94,7 @@ void add_physical(const Robot& robot, const std::optional<Physical>& options, co
         "parameters follow it with the weight " +
         number(model.options.weight, 3) + " instead of " + number(options->weight, 3));
   }
-  model.fit = judged(robot, data, model.parameters.chi, out.base.size(), out.signal.convention);
+  model.fit = judged(robot, data, model.parameters.chi, out.base.size(), out.estimation.signal.convention);
   out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
   if (!model.parameters.reached) {
     out.warnings.push_back(Warning{"physical_unsettled",

@@ -56,7 +56,7 @@ std::vector<PredictionSink> predictions(detail::RowSource& source, const Vector&
 }  // namespace
 
 Prediction predict(const Robot& robot, const Identification& identification, const Log& log) {
-  const SignalOptions& fitted = identification.signal;
+  const SignalOptions& fitted = identification.estimation.signal;
   SignalOptions plain = fitted;
   plain.decimation.clear();
   detail::ThreadTeam alone(1);

@@ -1,4 +1,4 @@
-#include "rivid/identify/iv.hpp"
+#include "rivid/identify/identification.hpp"
 
 namespace rivid {
 

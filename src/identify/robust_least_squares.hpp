@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "identify/reweighting.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/identify/rows.hpp"
 
 namespace rivid::detail {

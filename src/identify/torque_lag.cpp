@@ -141,9 +141,9 @@ void judge_torque_lag(Identification& out) {
   }
   const auto is = [&](double samples) { return std::abs(lag.samples - samples) < 2.0 * lag.sigma; };
   std::string cure = "add " + fixed(lag.samples, 2) + " to [log] torque_lag";
-  if (!out.signal.torque_held && is(-0.5)) {
+  if (!out.estimation.signal.torque_held && is(-0.5)) {
     cure = "so are torques that a controller holds until its next sample: [signal] torque_held = true";
-  } else if (out.signal.torque_held && is(0.5)) {
+  } else if (out.estimation.signal.torque_held && is(0.5)) {
     cure = "so are torques that were measured at their samples: [signal] torque_held = false";
   }
   out.warnings.push_back(

@@ -241,14 +241,14 @@ std::string provenance_section(const MonteCarlo& plan, const Provenance& provena
     add("Flag --" + flag, value);
   }
   std::vector<HtmlTable::Column> columns = {{"", Align::text}, {"Method", Align::text}};
-  for (const auto& [what, value] : detail::row_settings(plan.trials.front().experiment.signal)) {
+  for (const auto& [what, value] : detail::row_settings(plan.trials.front().experiment.estimation.signal)) {
     columns.push_back({what, Align::text});
   }
   HtmlTable trials(columns);
   for (const MonteCarlo::Trial& trial : plan.trials) {
     std::vector<std::string> cells = {element("b", escaped(trial.label)),
-                                      std::string(name(trial.experiment.method))};
-    for (const auto& [what, value] : detail::row_settings(trial.experiment.signal)) {
+                                      std::string(name(trial.experiment.estimation.method))};
+    for (const auto& [what, value] : detail::row_settings(trial.experiment.estimation.signal)) {
       cells.push_back(escaped(value));
     }
     trials.add(cells);

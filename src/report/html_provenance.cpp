@@ -17,7 +17,7 @@ std::string settings_table(const Identification& result, const Provenance& prove
   };
   add("Program", provenance.program + ", rivid " + version);
   add("Method", result.title);
-  for (const auto& [what, value] : row_settings(result.signal)) {
+  for (const auto& [what, value] : row_settings(result.estimation.signal)) {
     add(what, value);
   }
   for (const auto& [flag, value] : provenance.overrides) {

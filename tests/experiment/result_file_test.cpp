@@ -139,7 +139,8 @@ TEST_F(ResultFile, GivesTheTorquesOfTheRegressorForEveryRobotAndFrictionLaw) {
 class IdentifiedScara : public ResultFile {
  protected:
   IdentifiedScara() : experiment_(read_experiment(scara_file)) {
-    experiment_.physical = Physical{.weight = 1e4};  // far enough from the estimate to tell the two apart
+    experiment_.estimation.physical =
+        Physical{.weight = 1e4};  // far enough from the estimate to tell the two apart
     result_ = run(experiment_);
     write(experiment_.robot, result_);
   }
@@ -148,7 +149,7 @@ class IdentifiedScara : public ResultFile {
   [[nodiscard]] std::pair<Motion, Matrix> predicted(const Vector& chi) const {
     const Log log = read_logs(experiment_.validation, experiment_.robot).front();
     Identification result = result_;
-    result.signal = {.rows = RowScheme::paper, .trim = {{0, 0}}};
+    result.estimation.signal = {.rows = RowScheme::paper, .trim = {{0, 0}}};
     result.chi = chi;
     const Prediction prediction = predict(experiment_.robot, result, log);
     Matrix tau(prediction.samples(), experiment_.robot.size());

@@ -71,7 +71,7 @@ TEST(ReadExperiment, TakesTheLossOfRobustEstimation) {
     std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n" << rest << keys;
     const Experiment out = read_experiment(file);
     std::filesystem::remove(file);
-    return out.robust;
+    return out.estimation.robust;
   };
   EXPECT_FALSE(robust(""));
   EXPECT_FALSE(robust("robust = \"off\"\n"));
@@ -99,9 +99,9 @@ TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
   EXPECT_TRUE(method("prefilter = true\n").iv.prefilter);
   EXPECT_EQ(method("prefilter = true\n").iv.prefilter_order, 0);
   EXPECT_EQ(method("prefilter = 12\n").iv.prefilter_order, 12);
-  EXPECT_FALSE(method("essential = false\n").essential);
-  EXPECT_EQ(method("essential = true\n").essential.value().significance, 0.05);
-  EXPECT_EQ(method("essential = { significance = 0.01 }\n").essential.value().significance, 0.01);
+  EXPECT_FALSE(method("essential = false\n").estimation.essential);
+  EXPECT_EQ(method("essential = true\n").estimation.essential.value().significance, 0.05);
+  EXPECT_EQ(method("essential = { significance = 0.01 }\n").estimation.essential.value().significance, 0.01);
   EXPECT_NE(refusal(rest + "prefilter = 31\n")
                 .find("prefilter is 31, must be true, false or an order from 1 to 30"),
             std::string::npos)

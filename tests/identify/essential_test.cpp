@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/solve/distributions.hpp"
 #include "support/scara_study.hpp"
 
@@ -32,9 +32,11 @@ struct EssentialScara : public ::testing::Test, public test::ScaraStudy {
 TEST_F(EssentialScara, AreThoseOfAFitToTheirColumns) {
   set("MY2", 0.0);
   const Log log = this->log(1.0, 3);
-  const Identification found =
-      identify(robot, log,
-               Ols{.signal = exact(), .covariance = {CovarianceKind::classical}, .essential = Essential{}});
+  const Identification found = identify(robot, log,
+                                        {.method = Ols{},
+                                         .signal = exact(),
+                                         .covariance = {CovarianceKind::classical},
+                                         .essential = Essential{}});
   ASSERT_TRUE(found.essential);
   const EssentialParameters& essential = found.essential->parameters;
   ASSERT_EQ(names(essential).front(), "MY2");
@@ -81,7 +83,7 @@ TEST_F(EssentialScara, LoseWhatIsNotThere) {
   int lost = 0;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     const Identification found =
-        identify(robot, this->log(1.0, seed), Wls{.signal = exact(), .essential = Essential{}});
+        identify(robot, this->log(1.0, seed), {.method = Wls{}, .signal = exact(), .essential = Essential{}});
     ASSERT_TRUE(found.essential);
     const std::vector<std::string> gone = names(found.essential->parameters);
     lost += static_cast<int>(std::ranges::count(gone, "MY2") + std::ranges::count(gone, "Fv2"));
@@ -101,11 +103,12 @@ TEST_F(EssentialScara, LoseWhatIsNotThere) {
 TEST_F(EssentialScara, OfInstrumentsAreThoseOfLeastSquaresOnGoodRows) {
   set("MY2", 0.0);
   const Log log = this->log(1.0, 2);
-  Iv method = iv();
+  Estimation method = iv();
   method.signal = exact();
   method.essential = Essential{};
   const Identification by_iv = identify(robot, log, method);
-  const Identification by_wls = identify(robot, log, Wls{.signal = exact(), .essential = Essential{}});
+  const Identification by_wls =
+      identify(robot, log, {.method = Wls{}, .signal = exact(), .essential = Essential{}});
   ASSERT_TRUE(by_iv.essential && by_wls.essential);
   EXPECT_EQ(by_iv.essential->parameters.kept, by_wls.essential->parameters.kept);
   for (const Index i : by_iv.essential->parameters.kept) {
@@ -141,8 +144,8 @@ TEST_F(EssentialScara, KeepWhatTheMassMatrixNeeds) {
 TEST_F(EssentialScara, RefuseASignificanceThatIsNone) {
   const Log log = this->log(1.0, 1);
   try {
-    static_cast<void>(
-        identify(robot, log, Wls{.signal = exact(), .essential = Essential{.significance = 1.5}}));
+    static_cast<void>(identify(
+        robot, log, {.method = Wls{}, .signal = exact(), .essential = Essential{.significance = 1.5}}));
     FAIL();
   } catch (const InputError& error) {
     EXPECT_EQ(std::string(error.what()),

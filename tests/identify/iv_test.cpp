@@ -1,11 +1,10 @@
-#include "rivid/identify/iv.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
 #include "rivid/error.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/dynamics.hpp"
 #include "support/scara_study.hpp"
@@ -13,6 +12,7 @@
 namespace {
 
 using rivid::BaseParameters;
+using rivid::Estimation;
 using rivid::Index;
 using rivid::Iv;
 using rivid::Matrix;
@@ -55,7 +55,7 @@ TEST(RegularStart, MakesTheMassMatrixOfAnyRobotPositiveDefinite) {
 }
 
 struct IvOfTheScara : public ::testing::Test, public rivid::test::ScaraStudy {
-  std::string refusal(const Iv& method, const rivid::Log& log) const {
+  std::string refusal(const Estimation& method, const rivid::Log& log) const {
     try {
       static_cast<void>(identify(robot, log, method));
     } catch (const rivid::InputError& e) {
@@ -89,7 +89,7 @@ TEST_F(IvOfTheScara, SeveralLogsCountTogether) {
 
 TEST_F(IvOfTheScara, IsTheSameWithAnyNumberOfThreads) {
   const rivid::Log log = this->log(2.0, 1);
-  Iv method = iv();
+  Estimation method = iv();
   const auto one = identify(robot, log, method);
   method.threads = 3;
   const auto three = identify(robot, log, method);
@@ -109,7 +109,7 @@ TEST_F(IvOfTheScara, ScalesWithTheDriveGain) {
 }
 
 TEST_F(IvOfTheScara, TellsOfAWrongController) {
-  Iv method = iv(0.5);
+  Estimation method = iv(0.5);
   method.signal = filtered();
   const auto found = identify(robot, log(2.0, 1), method);
   ASSERT_FALSE(found.warnings.empty());
@@ -126,13 +126,13 @@ TEST_F(IvOfTheScara, TellsOfAWrongController) {
 TEST_F(IvOfTheScara, WithoutAReferenceFollowsTheMeasuredMotion) {
   rivid::Log log = this->log(2.0, 1);
   log.q_r.resize(0, 0);
-  Iv method = iv(20.0);
-  method.control = rivid::PdControl{
+  Estimation method = iv(20.0);
+  std::get<Iv>(method.method).control = rivid::PdControl{
       .omega_n = Eigen::Vector2d(20, 20), .zeta = Eigen::Vector2d(1, 1), .reference_velocity = true};
-  method.sampling = {};
+  std::get<Iv>(method.method).sampling = {};
   EXPECT_NE(refusal(method, log).find("no reference columns"), std::string::npos);
-  method.follows = Iv::Follows::measured;
-  method.reference_cutoff_hz = 5.0;
+  std::get<Iv>(method.method).follows = Iv::Follows::measured;
+  std::get<Iv>(method.method).reference_cutoff_hz = 5.0;
   const auto found = identify(robot, log, method);
   ASSERT_EQ(found.status, Status::identified);
   EXPECT_NEAR(found.chi[index("ZZ1R")], 3.44, 0.03 * 3.44);
@@ -140,25 +140,25 @@ TEST_F(IvOfTheScara, WithoutAReferenceFollowsTheMeasuredMotion) {
 
 TEST_F(IvOfTheScara, RefusesWhatItCanNotUse) {
   const rivid::Log log = this->log(1.0, 1);
-  Iv method = iv();
-  method.control = {};
+  Estimation method = iv();
+  std::get<Iv>(method.method).control = {};
   EXPECT_NE(refusal(method, log).find("control is not set"), std::string::npos);
   method = iv();
-  method.tolerance = 0.0;
+  std::get<Iv>(method.method).tolerance = 0.0;
   EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): tolerance is 0, must be positive");
   method = iv();
-  method.max_iterations = 0;
+  std::get<Iv>(method.method).max_iterations = 0;
   EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): max_iterations is 0, must be at least 1");
   method = iv();
-  method.chi_0 = Vector::Zero(3);
+  std::get<Iv>(method.method).chi_0 = Vector::Zero(3);
   EXPECT_EQ(refusal(method, log),
             "identify(IDIM-IV): chi_0 has 3 values, must have one, finite, for each of 8 base parameters");
 }
 
 TEST_F(IvOfTheScara, AStartThatIsNoRobotIsToldOrMended) {
-  Iv method = iv();
-  method.chi_0 = truth;
-  method.chi_0[index("ZZ2")] = -0.5;
+  Estimation method = iv();
+  std::get<Iv>(method.method).chi_0 = truth;
+  std::get<Iv>(method.method).chi_0[index("ZZ2")] = -0.5;
   const auto found = identify(robot, log(2.0, 1), method);
   if (found.status == Status::identified) {
     EXPECT_NE(found.iv->iterations.front().safeguard.find("must be positive"), std::string::npos)

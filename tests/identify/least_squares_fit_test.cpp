@@ -1,11 +1,10 @@
-#include "rivid/identify/least_squares_fit.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <sstream>
 
 #include "rivid/error.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "support/robots.hpp"
@@ -39,7 +38,8 @@ template <typename Method>
 class LeastSquaresFit : public ::testing::Test {
  public:
   static Identification identified(const Log& log) {
-    return identify(test::scara(), log, Method{.signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
+    return identify(test::scara(), log,
+                    {.method = Method{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
   }
 };
 using Methods = ::testing::Types<Ols, Wls>;
@@ -69,8 +69,8 @@ TYPED_TEST(LeastSquaresFit, OfTwoHalvesOfALogIsThatOfTheWhole) {
   // The differences reach over two samples, which each half brings along and trims.
   const std::vector<Log> halves = {excerpt(log, 0, 1002), excerpt(log, 998, 1003)};
   const Identification whole = this->identified(log);
-  const Identification split =
-      identify(test::scara(), halves, TypeParam{.signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
+  const Identification split = identify(
+      test::scara(), halves, {.method = TypeParam{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
   EXPECT_EQ(split.fit.rows, whole.fit.rows);
   EXPECT_LT((split.chi - whole.chi).norm(), 1e-10);
   EXPECT_NEAR(split.fit.error_norm, whole.fit.error_norm, 1e-10);
@@ -106,8 +106,10 @@ TEST(Wls, BeatsOlsWhereJointsHaveUnequalNoise) {
   // One deviation for all rows is what classical deviations of OLS suffer from.
   const SignalOptions signal = {.rows = RowScheme::paper, .trim = {{2, 2}}};
   const CovarianceOptions classical = {.kind = CovarianceKind::classical};
-  const Identification ols = identify(robot, log, Ols{.signal = signal, .covariance = classical});
-  const Identification wls = identify(robot, log, Wls{.signal = signal, .covariance = classical});
+  const Identification ols =
+      identify(robot, log, {.method = Ols{}, .signal = signal, .covariance = classical});
+  const Identification wls =
+      identify(robot, log, {.method = Wls{}, .signal = signal, .covariance = classical});
   EXPECT_LT(wls.parameters[7].sigma, 0.5 * ols.parameters[7].sigma) << "Fc2 is seen by the quiet joint alone";
   EXPECT_NEAR(wls.fit.sigma_rho, 1.0, 0.05) << "weighted rows have unit deviation";
   EXPECT_NEAR(1.0 / wls.weights[0], 0.3, 0.03);
@@ -117,7 +119,8 @@ TEST(Wls, BeatsOlsWhereJointsHaveUnequalNoise) {
 
 TEST(Ols, ReportsTheFitOfEachJoint) {
   const Identification found =
-      identify(test::scara(), scara_log(0.3, 8), Ols{.signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
+      identify(test::scara(), scara_log(0.3, 8),
+               {.method = Ols{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
   ASSERT_EQ(found.fit.joints.size(), 2U);
   EXPECT_EQ(found.fit.rows, 2 * 1997);
   EXPECT_EQ(found.fit.joints[0].name, "joint_1");
@@ -131,7 +134,7 @@ TEST(Ols, NamesWhatALogCanNotTell) {
   Log log = scara_log(0.1, 9);
   log.q.col(1).setConstant(0.4);  // joint 2 never moves: ZZ2, MX2, MY2 act like ZZ1R, no friction of joint 2
   const Identification found =
-      identify(test::scara(), log, Ols{.signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
+      identify(test::scara(), log, {.method = Ols{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
   EXPECT_EQ(found.status, Status::rank_deficient);
   ASSERT_FALSE(found.reasons.empty());
   std::string all;
@@ -151,7 +154,8 @@ TEST(Ols, NamesWhatALogCanNotTell) {
 TEST(Ols, RefusesFewerRowsThanParameters) {
   Log log = excerpt(scara_log(0.1, 10), 0, 8);
   try {
-    (void)identify(test::scara(), log, Ols{.signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
+    (void)identify(test::scara(), log,
+                   {.method = Ols{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
     FAIL() << "eight rows were enough for eight parameters";
   } catch (const InputError& e) {
     EXPECT_STREQ(e.what(),
@@ -162,7 +166,7 @@ TEST(Ols, RefusesFewerRowsThanParameters) {
 TEST(Validate, TellsTheErrorOfTheModelOnAnotherLog) {
   const Robot robot = test::scara();
   const SignalOptions signal{.rows = RowScheme::paper, .trim = {{2, 2}}};
-  const Identification found = identify(robot, scara_log(0.3, 11), Ols{.signal = signal});
+  const Identification found = identify(robot, scara_log(0.3, 11), {.method = Ols{}, .signal = signal});
   const Validation other = validate(robot, found, scara_log(0.3, 12, 1.0));
   EXPECT_EQ(other.file, "made.csv");
   EXPECT_NEAR(other.fit.joints[0].sigma_rho, 0.3, 0.02);

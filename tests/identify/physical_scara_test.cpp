@@ -12,7 +12,7 @@ namespace {
 class PhysicalScara : public testing::Test {
  protected:
   PhysicalScara() : experiment_(read_experiment(RIVID_DATA "/scara/scara.toml")) {
-    experiment_.physical = Physical{};
+    experiment_.estimation.physical = Physical{};
   }
 
   void expect_truth_in_the_intervals() const {
@@ -51,7 +51,7 @@ TEST_F(PhysicalScara, HasTheTruthWithinItsIntervalsWithAWrongDescription) {
 
 TEST_F(PhysicalScara, HasAPositiveDefiniteMassMatrixEverywhere) {
   for (const Physical::Prior prior : {Physical::Prior::log_det, Physical::Prior::ridge}) {
-    experiment_.physical->prior = prior;
+    experiment_.estimation.physical->prior = prior;
     const Identification found = run(experiment_);
     const DynamicModel model(experiment_.robot, found.physical->parameters.chi_st);
     constexpr int positions = 720;  // M depends on q2 alone

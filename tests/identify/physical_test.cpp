@@ -6,7 +6,7 @@
 #include <random>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/model/parameters.hpp"
 #include "support/robots.hpp"
 #include "support/scara_study.hpp"
@@ -223,9 +223,9 @@ TEST(PhysicalModel, IsCarriedByEveryMethodBesideThePlainEstimate) {
   test::ScaraStudy scara;
   const Log log = scara.log(2.0, 5);
   const SignalOptions signal = test::ScaraStudy::filtered();
-  Iv iv = scara.iv();
+  Estimation iv = scara.iv();
   iv.signal = signal;
-  const auto both = [&](auto method) {
+  const auto both = [&](Estimation method) {
     const Identification plain = identify(scara.robot, log, method);
     EXPECT_FALSE(plain.physical);
     method.physical = Physical{};
@@ -233,7 +233,8 @@ TEST(PhysicalModel, IsCarriedByEveryMethodBesideThePlainEstimate) {
     EXPECT_EQ(found.chi, plain.chi) << found.title;
     return found;
   };
-  for (const Identification& found : {both(Ols{.signal = signal}), both(Wls{.signal = signal}), both(iv)}) {
+  for (const Identification& found :
+       {both({.method = Ols{}, .signal = signal}), both({.method = Wls{}, .signal = signal}), both(iv)}) {
     ASSERT_TRUE(found.physical) << found.title;
     EXPECT_TRUE(found.physical->parameters.reached);
     EXPECT_EQ(found.physical->fit.rows, found.fit.rows);
@@ -255,7 +256,7 @@ TEST(PhysicalModel, IsWhatAWarningOfWeakExcitationAsksFor) {
              warning.text.find("the data can hardly tell apart") != std::string::npos;
     });
   };
-  Ols method{.signal = test::ScaraStudy::filtered()};
+  Estimation method{.signal = test::ScaraStudy::filtered()};
   EXPECT_EQ(warnings_of_weakness(identify(scara.robot, log, method)), 0);
   // Joint 2 hardly moves against joint 1: its own inertia and that which it carries look alike.
   log.q.col(1) = 0.005 * log.q.col(1).array() + 0.1;

@@ -31,7 +31,7 @@ Log swinging_log() {
 Identification some_result(const Robot& robot, const SignalOptions& signal) {
   Identification out;
   out.base = base_parameters(robot);
-  out.signal = signal;
+  out.estimation.signal = signal;
   out.chi = Vector::LinSpaced(out.base.size(), -1.0, 2.0);
   return out;
 }

@@ -135,9 +135,9 @@ struct PrefilteredIv : public ::testing::Test, public test::ScaraStudy {
     encoder_noise = 2e-5;
     method = iv();
     method.signal = {.rows = RowScheme::exact, .torque_held = true, .decimation = {20}};
-    method.prefilter = true;
+    std::get<Iv>(method.method).prefilter = true;
   }
-  Iv method;
+  Estimation method{.method = Iv{}};
 };
 
 TEST_F(PrefilteredIv, TellsItsNoiseModelsAndWhatItBeganWith) {
@@ -150,8 +150,8 @@ TEST_F(PrefilteredIv, TellsItsNoiseModelsAndWhatItBeganWith) {
     EXPECT_GT(noise.ar.size(), 0);
     EXPECT_GT(noise.innovation, 0.0);
   }
-  Iv plain = method;
-  plain.prefilter = false;
+  Estimation plain = method;
+  std::get<Iv>(plain.method).prefilter = false;
   const Identification before = identify(robot, log, plain);
   EXPECT_EQ(found.prefilter->chi, before.chi);
   for (Index i = 0; i < base.size(); ++i) {
@@ -164,7 +164,7 @@ TEST_F(PrefilteredIv, TellsItsNoiseModelsAndWhatItBeganWith) {
 
 TEST_F(PrefilteredIv, IsTheSameWhateverTheThreads) {
   const Log log = this->log(1.0, 2);
-  method.prefilter_order = 12;
+  std::get<Iv>(method.method).prefilter_order = 12;
   const Identification one = identify(robot, log, method);
   method.threads = 3;
   const Identification three = identify(robot, log, method);

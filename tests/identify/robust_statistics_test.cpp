@@ -59,7 +59,7 @@ TEST(RobustStatistics, LoseFivePerCentWithoutOutliers) {
     experiment.disturb(errors(100 + static_cast<std::uint64_t>(run), sigma, 0.0, 1.0));
     const auto found = [&](std::optional<Robust> options) {
       return identify(experiment.robot, experiment.log,
-                      Wls{.signal = plain_rows(), .covariance = classical, .robust = options});
+                      {.method = Wls{}, .signal = plain_rows(), .covariance = classical, .robust = options});
     };
     wls.add(found({}), experiment.truth);
     huber.add(found(robust(RobustKind::huber)), experiment.truth);
@@ -82,8 +82,9 @@ TEST(RobustStatistics, IntervalsHoldWithFivePerCentOfOutliers) {
     for (int run = 0; run < study_runs; ++run) {
       experiment.disturb(errors(1000 + static_cast<std::uint64_t>(run), sigma, 0.05, 20.0));
       const auto found = [&](std::optional<Robust> options) {
-        return identify(experiment.robot, experiment.log,
-                        Wls{.signal = plain_rows(), .covariance = {covariance}, .robust = options});
+        return identify(
+            experiment.robot, experiment.log,
+            {.method = Wls{}, .signal = plain_rows(), .covariance = {covariance}, .robust = options});
       };
       wls.add(found({}), experiment.truth);
       studies[0].add(found(robust(RobustKind::huber)), experiment.truth);
@@ -134,7 +135,7 @@ TEST(RobustStatistics, DependOnHowManyRowsASpikeReaches) {
       const SignalOptions signal = {
           .rows = RowScheme::exact, .torque_held = true, .cutoff_hz = 0.0, .decimation = decimation};
       const auto found = [&](std::optional<Robust> options) {
-        return identify(scara_study.robot, log, Wls{.signal = signal, .robust = options});
+        return identify(scara_study.robot, log, {.method = Wls{}, .signal = signal, .robust = options});
       };
       wls.add(found({}), scara_study.truth);
       huber.add(found(robust(RobustKind::huber)), scara_study.truth);
@@ -170,9 +171,9 @@ TEST_F(RobustIvStatistics, IsNearPlainIvWithoutOutliers) {
       Vector ratio = Vector::Zero(8);
       for (int run = 0; run < runs; ++run) {
         const Log log = this->log(1.0, static_cast<std::uint64_t>(11 + run));
-        Iv plain_method = method({});
+        Estimation plain_method = method({});
         plain_method.covariance.kind = covariance;
-        Iv robust_method = plain_method;
+        Estimation robust_method = plain_method;
         robust_method.robust = robust(kind);
         const Identification plain = identify(robot, log, plain_method);
         const Identification found = identify(robot, log, robust_method);
@@ -222,11 +223,12 @@ TEST_F(RobustIvStatistics, StandWrongPositionsWhereLeastSquaresDoNot) {
         log.q(k, j) += wrong(random) ? 0.01 : 0.0;
       }
     }
-    const Iv by_instruments = method({});
-    const Iv robust_iv = method(robust(RobustKind::bisquare));
-    studies[0].add(identify(robot, log, Wls{.signal = by_instruments.signal}), truth);
-    studies[1].add(identify(robot, log, Wls{.signal = by_instruments.signal, .robust = robust_iv.robust}),
-                   truth);
+    const Estimation by_instruments = method({});
+    const Estimation robust_iv = method(robust(RobustKind::bisquare));
+    studies[0].add(identify(robot, log, {.method = Wls{}, .signal = by_instruments.signal}), truth);
+    studies[1].add(
+        identify(robot, log, {.method = Wls{}, .signal = by_instruments.signal, .robust = robust_iv.robust}),
+        truth);
     studies[2].add(identify(robot, log, by_instruments), truth);
     studies[3].add(identify(robot, log, robust_iv), truth);
   }

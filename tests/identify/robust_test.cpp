@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "rivid/error.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "support/robots.hpp"
 #include "support/robust_study.hpp"
 
@@ -93,8 +93,8 @@ TEST(RobustOracle, IsTheEstimateOfStatsmodels) {
   for (const RobustKind kind : {RobustKind::huber, RobustKind::bisquare}) {
     // Far below the deviations, so that two ways to the same end agree.
     const Robust options = {.kind = kind, .tuning = {}, .max_rounds = 500, .tolerance = 1e-12};
-    const Identification found =
-        identify(robot, log, Ols{.signal = plain_rows(), .covariance = classical, .robust = options});
+    const Identification found = identify(
+        robot, log, {.method = Ols{}, .signal = plain_rows(), .covariance = classical, .robust = options});
     const std::string which(name(kind));
     ASSERT_EQ(found.status, Status::identified) << which;
     constexpr double same = 1e-8;  // relative; iterations end there
@@ -127,8 +127,8 @@ TEST(RobustLeastSquares, SolvesItsEquations) {
     const Robust options = {.kind = kind, .tuning = {}, .max_rounds = 500, .tolerance = 1e-11};
     for (const bool by_joint : {false, true}) {
       const Identification found =
-          by_joint ? identify(experiment.robot, logs, Wls{.signal = signal, .robust = options})
-                   : identify(experiment.robot, logs, Ols{.signal = signal, .robust = options});
+          by_joint ? identify(experiment.robot, logs, {.method = Wls{}, .signal = signal, .robust = options})
+                   : identify(experiment.robot, logs, {.method = Ols{}, .signal = signal, .robust = options});
       ASSERT_EQ(found.status, Status::identified);
       Vector sum = Vector::Zero(found.base.size());
       Vector magnitudes = sum;
@@ -163,11 +163,11 @@ TEST(RobustLeastSquares, OfAnEndlessTuningIsLeastSquares) {
   experiment.disturb(errors(5, Vector::Constant(1, 0.3), 0.05, 10.0));
   const Robust endless = {.kind = RobustKind::huber, .tuning = 1e9};
   for (const CovarianceKind kind : {CovarianceKind::classical, CovarianceKind::hac}) {
-    const Identification plain =
-        identify(experiment.robot, experiment.log, Ols{.signal = plain_rows(), .covariance = {kind}});
+    const Identification plain = identify(experiment.robot, experiment.log,
+                                          {.method = Ols{}, .signal = plain_rows(), .covariance = {kind}});
     const Identification found =
         identify(experiment.robot, experiment.log,
-                 Ols{.signal = plain_rows(), .covariance = {kind}, .robust = endless});
+                 {.method = Ols{}, .signal = plain_rows(), .covariance = {kind}, .robust = endless});
     constexpr double rounding = 1e-10;
     EXPECT_LT((found.chi - plain.chi).norm(), rounding * plain.chi.norm());
     EXPECT_LT((found.C_chi - plain.C_chi).norm(), rounding * plain.C_chi.norm());
@@ -178,8 +178,8 @@ TEST(RobustLeastSquares, OfAnEndlessTuningIsLeastSquares) {
 TEST(RobustLeastSquares, IsTheSameWithAnyNumberOfThreads) {
   SineExperiment experiment(scara());
   experiment.disturb(errors(6, Eigen::Vector2d(0.2, 0.05), 0.1, 20.0));
-  const Wls one = {.signal = plain_rows(), .robust = robust(RobustKind::bisquare)};
-  Wls three = one;
+  const Estimation one = {.method = Wls{}, .signal = plain_rows(), .robust = robust(RobustKind::bisquare)};
+  Estimation three = one;
   three.threads = 3;
   const Identification a = identify(experiment.robot, experiment.log, one);
   const Identification b = identify(experiment.robot, experiment.log, three);
@@ -196,8 +196,9 @@ TEST(RobustLeastSquares, TellsWhatItRejectsAndThatOutliersDecide) {
     error(5 + 9 * k, 0) += 10.0;
   }
   experiment.disturb(error);
-  const Identification found = identify(experiment.robot, experiment.log,
-                                        Ols{.signal = plain_rows(), .robust = robust(RobustKind::bisquare)});
+  const Identification found =
+      identify(experiment.robot, experiment.log,
+               {.method = Ols{}, .signal = plain_rows(), .robust = robust(RobustKind::bisquare)});
   EXPECT_EQ(found.title, "IDIM-OLS, bisquare");
   ASSERT_TRUE(found.robust);
   EXPECT_EQ(found.robust->joints[0].rejected, outliers);
@@ -215,8 +216,8 @@ TEST(RobustLeastSquares, TellsWhatItRejectsAndThatOutliersDecide) {
 TEST(RobustLeastSquares, OfPerfectRowsIsTheTruth) {
   const SineExperiment experiment(scara());
   for (const RobustKind kind : {RobustKind::huber, RobustKind::bisquare}) {
-    const Identification found =
-        identify(experiment.robot, experiment.log, Wls{.signal = plain_rows(), .robust = robust(kind)});
+    const Identification found = identify(experiment.robot, experiment.log,
+                                          {.method = Wls{}, .signal = plain_rows(), .robust = robust(kind)});
     EXPECT_LT((found.chi - experiment.truth).norm(), 1e-10) << name(kind);
   }
 }
@@ -225,8 +226,8 @@ TEST(RobustLeastSquares, RefusesWhatCanNotBeMeant) {
   const SineExperiment experiment(slider());
   const auto refusal = [&](const Robust& options) -> std::string {
     try {
-      static_cast<void>(
-          identify(experiment.robot, experiment.log, Ols{.signal = plain_rows(), .robust = options}));
+      static_cast<void>(identify(experiment.robot, experiment.log,
+                                 {.method = Ols{}, .signal = plain_rows(), .robust = options}));
     } catch (const InputError& error) {
       return error.what();
     }
@@ -241,9 +242,9 @@ struct RobustIv : public ::testing::Test, public test::RobustScara {};
 
 TEST_F(RobustIv, OfAnEndlessTuningIsPlainIv) {
   const Log log = this->log(1.0, 12);
-  Iv plain_method = method({});
-  plain_method.weights = Iv::Weights::none;
-  Iv endless = plain_method;
+  Estimation plain_method = method({});
+  std::get<Iv>(plain_method.method).weights = Iv::Weights::none;
+  Estimation endless = plain_method;
   endless.robust = Robust{.kind = RobustKind::huber, .tuning = 1e9};
   const Identification plain = identify(robot, log, plain_method);
   const Identification found = identify(robot, log, endless);
@@ -255,8 +256,8 @@ TEST_F(RobustIv, OfAnEndlessTuningIsPlainIv) {
 
 TEST_F(RobustIv, RefusesThePrefilterBeside) {
   const Log log = this->log(1.0, 13);
-  Iv both = method(robust(RobustKind::huber));
-  both.prefilter = true;
+  Estimation both = method(robust(RobustKind::huber));
+  std::get<Iv>(both.method).prefilter = true;
   try {
     static_cast<void>(identify(robot, log, both));
     FAIL() << "not refused";

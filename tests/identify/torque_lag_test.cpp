@@ -8,7 +8,7 @@
 #include <string>
 
 #include "rivid/data/adjust.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "support/scara_study.hpp"
 
 namespace rivid {
@@ -34,10 +34,10 @@ std::string warning(const Identification& result) {
 class Lag : public testing::Test {
  protected:
   [[nodiscard]] Identification wls(const Log& log, const SignalOptions& options) const {
-    return identify(study_.robot, log, Wls{.signal = options});
+    return identify(study_.robot, log, {.method = Wls{}, .signal = options});
   }
   [[nodiscard]] Identification iv(const Log& log, const SignalOptions& options) const {
-    Iv method = study_.iv();
+    Estimation method = study_.iv();
     method.signal = options;
     return identify(study_.robot, log, method);
   }
@@ -95,8 +95,8 @@ TEST_F(Lag, IsNotToldWhereItIsNotTheMatter) {
   const Identification paper = wls(log, test::ScaraStudy::filtered());
   ASSERT_TRUE(paper.diagnostics);
   EXPECT_FALSE(paper.diagnostics->torque_lag);
-  const Identification robust =
-      identify(study().robot, log, Wls{.signal = signal, .robust = Robust{.kind = RobustKind::huber}});
+  const Identification robust = identify(
+      study().robot, log, {.method = Wls{}, .signal = signal, .robust = Robust{.kind = RobustKind::huber}});
   ASSERT_TRUE(robust.diagnostics);
   EXPECT_FALSE(robust.diagnostics->torque_lag);
 }

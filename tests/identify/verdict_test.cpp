@@ -7,8 +7,7 @@
 #include <optional>
 #include <random>
 
-#include "rivid/identify/iv.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "support/robots.hpp"
 
@@ -39,7 +38,7 @@ Log scara_log(double torque_noise, std::optional<Index> still = {}, const Vector
 }
 
 Identification identified(const Log& log) {
-  return identify(test::scara(), log, Wls{.signal = {.trim = {{2, 2}}}});
+  return identify(test::scara(), log, {.method = Wls{}, .signal = {.trim = {{2, 2}}}});
 }
 
 const ParameterEstimate& named(const Identification& result, std::string_view name) {

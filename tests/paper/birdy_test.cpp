@@ -8,11 +8,12 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "rivid/identify/iv.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 
 namespace {
 
+using rivid::Estimation;
 using rivid::Identification;
 using rivid::Index;
 using rivid::Iv;
@@ -50,18 +51,14 @@ class Birdy : public ::testing::Test {
   }
 
   // Its controller, known; the signs of W are those of the data, as it has them.
-  [[nodiscard]] Iv iv(const Log& log, const SignalOptions& signal, bool adapted = true) const {
+  [[nodiscard]] Estimation iv(const Log& log, const SignalOptions& signal, bool adapted = true) const {
     PdControl control = scenario_.control;
     if (adapted) {
       control.J_apriori = rivid::design_inertia(rivid::DynamicModel(robot_, robot_.chi_st()), log.q);
     }
-    Iv out;
-    out.signal = signal;
-    out.control = control;
-    out.sampling = BirdyTx40::loop(0.0, 0).sampling;
-    out.sampling.position_noise.resize(0, 0);
-    out.signs = Iv::Signs::measured;
-    return out;
+    Iv iv{.control = control, .sampling = BirdyTx40::loop(0.0, 0).sampling, .signs = Iv::Signs::measured};
+    iv.sampling.position_noise.resize(0, 0);
+    return {.method = iv, .signal = signal};
   }
 
   // Nothing known but rotors of 10 kg·m².
@@ -84,9 +81,9 @@ class Birdy : public ::testing::Test {
         EXPECT_EQ(result.status, Status::identified) << result.title << ", seed " << seed;
         to += error(result.chi) / static_cast<double>(seeds);
       };
-      add(found.ols, identify(robot_, log, Ols{.signal = raw()}));
-      add(found.ols_filtered, identify(robot_, log, Ols{.signal = filtered()}));
-      add(found.wls_filtered, identify(robot_, log, Wls{.signal = filtered()}));
+      add(found.ols, identify(robot_, log, {.method = Ols{}, .signal = raw()}));
+      add(found.ols_filtered, identify(robot_, log, {.method = Ols{}, .signal = filtered()}));
+      add(found.wls_filtered, identify(robot_, log, {.method = Wls{}, .signal = filtered()}));
       add(found.iv, identify(robot_, log, iv(log, raw())));
       add(found.iv_filtered, identify(robot_, log, iv(log, filtered())));
     }
@@ -135,9 +132,9 @@ TEST_F(Birdy, FromRotorsMuchTooHeavyAdaptedGainsNeedNoHelpAndFixedOnesMostlyDo) 
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const Log log = this->log(BirdyTx40::standard_noise, seed);
-    Iv method = iv(log, raw());
+    Estimation method = iv(log, raw());
     const Identification known = identify(robot_, log, method);
-    method.chi_0 = heavy_rotors();
+    std::get<Iv>(method.method).chi_0 = heavy_rotors();
     const Identification adapted = identify(robot_, log, method);
     ASSERT_EQ(adapted.status, Status::identified);
     EXPECT_LE(adapted.iv->iterations.size(), 5U);
@@ -146,7 +143,7 @@ TEST_F(Birdy, FromRotorsMuchTooHeavyAdaptedGainsNeedNoHelpAndFixedOnesMostlyDo) 
       EXPECT_EQ(iteration.safeguard, "");
     }
     method = iv(log, raw(), false);
-    method.chi_0 = heavy_rotors();
+    std::get<Iv>(method.method).chi_0 = heavy_rotors();
     const Identification fixed = identify(robot_, log, method);
     helped += std::ranges::any_of(fixed.iv->iterations, [](const rivid::IvIteration& iteration) {
       return iteration.safeguard.find("nearest physical parameters") != std::string::npos;

@@ -10,6 +10,7 @@
 
 namespace {
 
+using rivid::Estimation;
 using rivid::Identification;
 using rivid::Index;
 using rivid::Iv;
@@ -37,11 +38,11 @@ TEST_F(Study, WithDataFilteringIvAgreesWithLeastSquaresFromAnyStart) {
   Vector mean_iv = Vector::Zero(8);
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Log log = this->log(S2, seed);
-    const Identification ols = identify(robot, log, Ols{.signal = filtered()});
-    Iv method = iv();
+    const Identification ols = identify(robot, log, {.method = Ols{}, .signal = filtered()});
+    Estimation method = iv();
     method.signal = filtered();
     const Identification regular = identify(robot, log, method);
-    method.chi_0 = truth;
+    std::get<Iv>(method.method).chi_0 = truth;
     const Identification good = identify(robot, log, method);
     ASSERT_EQ(regular.status, Status::identified) << "seed " << seed;
     ASSERT_EQ(good.status, Status::identified) << "seed " << seed;
@@ -71,7 +72,7 @@ TEST_F(Study, WithoutDataFilteringLeastSquaresFailsAndIvDoesNot) {
   std::vector<std::size_t> counts;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Log log = this->log(S2, seed);
-    const Identification ols = identify(robot, log, Ols{.signal = unfiltered()});
+    const Identification ols = identify(robot, log, {.method = Ols{}, .signal = unfiltered()});
     const Identification found = identify(robot, log, iv());
     ASSERT_EQ(found.status, Status::identified) << "seed " << seed;
     EXPECT_LT(ols.chi[index("ZZ1R")], 0.5 * truth[index("ZZ1R")]) << "seed " << seed;
@@ -97,9 +98,9 @@ TEST_F(Study, WithoutDataFilteringLeastSquaresFailsAndIvDoesNot) {
 TEST_F(Study, HalfTheBandwidthIsEnough) {
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Log log = this->log(S2, seed);
-    Iv full = iv();
+    Estimation full = iv();
     full.signal = filtered();
-    Iv half = iv(0.5);
+    Estimation half = iv(0.5);
     half.signal = filtered();
     const Identification of_full = identify(robot, log, full);
     const Identification of_half = identify(robot, log, half);
@@ -114,12 +115,12 @@ TEST_F(Study, TheLimitOfTheBandwidthIsToldAndNotHidden) {
   int locked = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Log log = this->log(S1, seed);
-    Iv enough = iv(0.40);
+    Estimation enough = iv(0.40);
     enough.signal = filtered();
     const Identification good = identify(robot, log, enough);
     EXPECT_EQ(good.status, Status::identified) << "seed " << seed;
     EXPECT_LT(off(good, truth, index("ZZ1R")), 0.05) << "seed " << seed;
-    Iv little = iv(0.28);
+    Estimation little = iv(0.28);
     little.signal = filtered();
     const Identification bad = identify(robot, log, little);
     EXPECT_NE(bad.status, Status::identified) << "seed " << seed;
@@ -138,9 +139,9 @@ TEST_F(Study, TheLimitOfTheBandwidthIsToldAndNotHidden) {
 // (46): a start that is ten times too heavy, with gains that follow.
 TEST_F(Study, AdaptedGainsKeepTheSimulatedMotionNearTheMeasuredOne) {
   const Log log = this->log(S2, 1);
-  Iv method = iv();
+  Estimation method = iv();
   method.signal = filtered();
-  method.chi_0 = 10.0 * regular_start(robot, base);
+  std::get<Iv>(method.method).chi_0 = 10.0 * regular_start(robot, base);
   const Identification found = identify(robot, log, method);
   EXPECT_EQ(found.status, Status::identified);
   EXPECT_LT(off(found, truth, index("ZZ1R")), 0.02);

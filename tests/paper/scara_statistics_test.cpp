@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "rivid/identify/covariance.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "support/scara_study.hpp"
 
 namespace {
 
 using rivid::CovarianceKind;
 using rivid::CovarianceOptions;
+using rivid::Estimation;
 using rivid::Identification;
 using rivid::Index;
 using rivid::Iv;
@@ -37,7 +38,7 @@ struct Statistics : public ::testing::Test, public ScaraStudy {
 
   [[nodiscard]] Identification by_instruments(const Log& log, const SignalOptions& signal,
                                               double bandwidth = 1.0) const {
-    Iv method = iv(bandwidth);
+    Estimation method = iv(bandwidth);
     method.signal = signal;
     return identify(robot, log, method);
   }
@@ -64,7 +65,7 @@ TEST_F(Statistics, ExactRowsHaveNoFloor) {
     }
   };
   for (const std::vector<int>& decimation : {std::vector<int>{}, std::vector<int>{20}}) {
-    expect_truth(identify(robot, log, Wls{.signal = exact(decimation)}));
+    expect_truth(identify(robot, log, {.method = Wls{}, .signal = exact(decimation)}));
     expect_truth(by_instruments(log, exact(decimation)));
     expect_truth(by_instruments(log, exact(decimation), 0.5));
   }
@@ -96,7 +97,7 @@ TEST_F(Statistics, IntervalsMeanWhatTheySay) {
   MonteCarlo iv(runs);
   for (Index run = 0; run < runs; ++run) {
     const Log log = this->log(S1, static_cast<std::uint64_t>(run) + 1);
-    wls.add(run, identify(robot, log, Wls{.signal = exact()}), truth);
+    wls.add(run, identify(robot, log, {.method = Wls{}, .signal = exact()}), truth);
     const Identification found = by_instruments(log, exact());
     ASSERT_EQ(found.status, Status::identified) << "seed " << run + 1;
     iv.add(run, found, truth);
@@ -121,9 +122,9 @@ TEST_F(Statistics, PrefilteredIntervalsMeanWhatTheySay) {
   Index warned = 0;
   for (Index run = 0; run < runs; ++run) {
     const Log log = this->log(S1, static_cast<std::uint64_t>(run) + 1);
-    Iv method = iv();
+    Estimation method = iv();
     method.signal = exact();
-    method.prefilter = true;
+    std::get<Iv>(method.method).prefilter = true;
     const Identification found = identify(robot, log, method);
     ASSERT_EQ(found.status, Status::identified) << "seed " << run + 1;
     warned += found.warnings.empty() ? 0 : 1;

@@ -69,7 +69,7 @@ TEST_F(Ur10e, IsIdentifiedByInstrumentalVariablesWithAGuessedController) {
 }
 
 TEST_F(Ur10e, NeedsNoFilterWithInstrumentalVariables) {
-  const auto [found, judged] = unfiltered(experiment(), rivid::Method::iv);
+  const auto [found, judged] = unfiltered(experiment(), "iv");
   ASSERT_EQ(found.status, rivid::Status::identified);
   EXPECT_LT(judged.at(0), 1.1 * 0.040621);
 }
@@ -115,7 +115,7 @@ TEST_F(KukaKr300, IsIdentifiedByInstrumentalVariablesWithAGuessedController) {
 }
 
 TEST_F(KukaKr300, NeedsNoFilterWithInstrumentalVariables) {
-  const auto [found, judged] = unfiltered(experiment(), rivid::Method::iv);
+  const auto [found, judged] = unfiltered(experiment(), "iv");
   ASSERT_EQ(found.status, rivid::Status::identified);
   EXPECT_LT(judged.at(0), 1.03 * 0.027163);
   EXPECT_LT(judged.at(1), 1.03 * 0.031211);

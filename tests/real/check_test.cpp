@@ -20,7 +20,8 @@ class Checked : public rivid::test::RealExperiment {
   [[nodiscard]] std::vector<rivid::Finding> findings() const {
     const rivid::Experiment e = experiment();
     return check(e.robot, read_logs(e.log, e.robot), read_logs(e.validation, e.robot),
-                 {.signal = e.signal, .instrumental = e.method == rivid::Method::iv});
+                 {.signal = e.estimation.signal,
+                  .instrumental = std::holds_alternative<rivid::Iv>(e.estimation.method)});
   }
 
   void expect_sound() const {

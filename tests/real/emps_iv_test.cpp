@@ -6,13 +6,14 @@
 #include <cmath>
 
 #include "rivid/data/csv.hpp"
-#include "rivid/identify/iv.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "support/real_data.hpp"
 
 namespace {
 
+using rivid::Estimation;
 using rivid::Identification;
 using rivid::Index;
 using rivid::Iv;
@@ -32,10 +33,10 @@ class EmpsIv : public rivid::test::RealData {
     robot = rivid::read_urdf(path("emps.urdf"));
     robot.joints[0].rotor_inertia = false;
     robot.joints[0].drive_gain = 35.15065188;
-    method.control = rivid::PdControl{.k_p = Vector::Constant(1, 160.18),
-                                      .k_v = Vector::Constant(1, 243.45),
-                                      .v_tau_max = Vector::Constant(1, 10.0)};
-    method.sampling = {.period = 1e-3, .velocity_filter = {0.5, 0.0, -0.5}};
+    method.method = Iv{.control = rivid::PdControl{.k_p = Vector::Constant(1, 160.18),
+                                                   .k_v = Vector::Constant(1, 243.45),
+                                                   .v_tau_max = Vector::Constant(1, 10.0)},
+                       .sampling = {.period = 1e-3, .velocity_filter = {0.5, 0.0, -0.5}}};
   }
 
   [[nodiscard]] Log log(const std::string& file) const {
@@ -46,7 +47,7 @@ class EmpsIv : public rivid::test::RealData {
   }
 
   rivid::Robot robot;
-  Iv method;
+  Estimation method;
 };
 
 // From M = 1 and nothing else; the values of least squares are published as 95.1089 203.5034 20.3935 −3.1648.
@@ -79,7 +80,7 @@ TEST_F(EmpsIv, ConvergesFromTheRegularStart) {
 TEST_F(EmpsIv, PrefilterThatMovesFrictionIsToldOf) {
   const Log ident = log("emps_ident.csv");
   method.signal = {.rows = rivid::RowScheme::exact, .torque_held = true, .decimation = {10}};
-  method.prefilter = true;
+  std::get<Iv>(method.method).prefilter = true;
   const Identification found = identify(robot, ident, method);
   ASSERT_EQ(found.status, Status::identified);
   ASSERT_TRUE(found.prefilter);
@@ -101,7 +102,7 @@ TEST_F(EmpsIv, NeedsNoFilterWithCoarseEncoders) {
     EXPECT_NEAR(found.chi[0], 95.11, 0.01 * 95.11) << quantum;
     EXPECT_NEAR(found.chi[1], 203.5, 0.05 * 203.5) << quantum;
     if (quantum == 1e-6) {
-      const Identification ols = identify(robot, ident, rivid::Ols{});
+      const Identification ols = identify(robot, ident, {});
       EXPECT_LT(ols.chi[0], 0.9 * 95.11);
     }
   }

@@ -45,13 +45,13 @@ TEST_F(PhysicalPanda, CostsLittleThoughThePlainFitIsNoRobot) {
 
 TEST_F(PhysicalPanda, RunsTheWholeReferenceWhereThePlainFitCanNot) {
   Experiment experiment = this->experiment();
-  experiment.method = Method::wls;
-  experiment.physical = Physical{};
+  experiment.estimation.method = Wls{};
+  experiment.estimation.physical = Physical{};
   const Identification found = run(experiment);
   ASSERT_TRUE(found.physical);
   const Robot& robot = experiment.robot;
   const Log log = read_logs(experiment.log, robot).at(0);
-  const Matrix followed = zero_phase(log.q, log.f_m, experiment.signal.cutoff_hz);
+  const Matrix followed = zero_phase(log.q, log.f_m, experiment.estimation.signal.cutoff_hz);
 
   EXPECT_THROW((void)design_inertia(DynamicModel(robot, found.base, found.chi), followed), NumericsError);
 
@@ -73,14 +73,14 @@ TEST_F(PhysicalPanda, RunsTheWholeReferenceWhereThePlainFitCanNot) {
 // Nothing is filtered but the motion that the loop follows; judged on the filtered rows, as WLS is.
 TEST_F(PhysicalPanda, NeedsNoFilterWithInstrumentalVariables) {
   Experiment experiment = this->experiment();
-  const SignalOptions filtered = experiment.signal;
-  experiment.method = Method::wls;
+  const SignalOptions filtered = experiment.estimation.signal;
+  experiment.estimation.method = Wls{};
   const double of_wls = run(experiment).fit.relative_error;
-  experiment.method = Method::iv;
-  experiment.signal = {.trim = filtered.trim};
+  experiment.take_method("iv");
+  experiment.estimation.signal = {.trim = filtered.trim};
   Identification found = run(experiment);
   ASSERT_EQ(found.status, Status::identified);
-  found.signal = filtered;
+  found.estimation.signal = filtered;
   const auto logs = read_logs(experiment.log, experiment.robot);
   EXPECT_LT(validate(experiment.robot, found, logs.at(0)).fit.relative_error, 1.1 * of_wls);
 }

@@ -35,8 +35,8 @@ class ExactRows : public rivid::test::RealExperiment, public ::testing::WithPara
   // Relative error on the fit's own rows and on the paper's rows of the logs to judge on.
   static Judged judged(Experiment experiment, const SignalOptions& signal, const SignalOptions& paper,
                        const std::vector<Log>& logs) {
-    experiment.method = rivid::Method::wls;
-    experiment.signal = signal;
+    experiment.estimation.method = rivid::Wls{};
+    experiment.estimation.signal = signal;
     experiment.validation.files.clear();
     Identification found = run(experiment);
     Judged out = {.own = found.fit.relative_error};
@@ -45,7 +45,7 @@ class ExactRows : public rivid::test::RealExperiment, public ::testing::WithPara
       left_out += joint.left_out;
     }
     out.left_out = static_cast<double>(left_out) / static_cast<double>(left_out + found.fit.rows);
-    found.signal = paper;
+    found.estimation.signal = paper;
     for (const Log& log : logs) {
       out.others +=
           validate(experiment.robot, found, log).fit.relative_error / static_cast<double>(logs.size());
@@ -56,7 +56,7 @@ class ExactRows : public rivid::test::RealExperiment, public ::testing::WithPara
 
 TEST_P(ExactRows, CarryOverAsWellAsThePapers) {
   const Experiment experiment = this->experiment();
-  const SignalOptions paper = experiment.signal;
+  const SignalOptions paper = experiment.estimation.signal;
   const std::vector<Log> logs = read_logs(
       experiment.validation.files.empty() ? experiment.log : experiment.validation, experiment.robot);
   SignalOptions exact = paper;

@@ -14,8 +14,8 @@ class LagOfAPhysicsEngine : public rivid::test::RealExperiment {
 
 TEST_F(LagOfAPhysicsEngine, IsFoundAndTakenBackTheErrorFalls) {
   rivid::Experiment experiment = this->experiment();
-  experiment.method = rivid::Method::wls;
-  experiment.signal = {};
+  experiment.estimation.method = rivid::Wls{};
+  experiment.estimation.signal = {};
   const rivid::Identification before = run(experiment);
   ASSERT_TRUE(before.diagnostics && before.diagnostics->torque_lag);
   const rivid::TorqueLag lag = *before.diagnostics->torque_lag;

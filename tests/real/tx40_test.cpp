@@ -75,10 +75,10 @@ TEST_F(Tx40, IsIdentifiedByInstrumentalVariablesWithAGuessedController) {
 // Iterate after iterate is no robot, and the nearest physical one is simulated: worse than with a filter, but far from
 // what least squares makes of the same rows.
 TEST_F(Tx40, WithoutAFilterIsIdentifiedByInstrumentalVariablesAlone) {
-  const auto [found, judged] = test::unfiltered(experiment(), Method::iv);
+  const auto [found, judged] = test::unfiltered(experiment(), "iv");
   EXPECT_EQ(found.status, Status::identified);
   EXPECT_LT(judged.at(0), 0.06);
-  const auto [ols, of_ols] = test::unfiltered(experiment(), Method::ols);
+  const auto [ols, of_ols] = test::unfiltered(experiment(), "ols");
   EXPECT_GT(of_ols.at(0), 2.0 * judged[0]);
 }
 

@@ -7,7 +7,7 @@
 
 #include "report/html_parts.hpp"
 #include "rivid/finding.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "support/random_matrix.hpp"
@@ -48,7 +48,7 @@ struct Study {
     const Vector Y = observation(robot, base, differentiate(log.q, log.f_m)).dense() *
                      Vector::LinSpaced(base.size(), 0.5, 2.0);
     log.tau = Y.reshaped(samples, 2) + 0.1 * test::random_matrix(samples, 2, 7);
-    result = identify(robot, log, Ols{.signal = {.cutoff_hz = 20.0, .decimation = {10}}});
+    result = identify(robot, log, {.method = Ols{}, .signal = {.cutoff_hz = 20.0, .decimation = {10}}});
     predictions.push_back(predict(robot, result, log));
   }
 
@@ -266,9 +266,9 @@ TEST(HtmlReport, DescribesTheRobotAndTheSettings) {
   study.robot.joints[1].friction = Friction::asymmetric;
   study.robot.joints[1].sign_speed = 0.03;
   study.robot.joints[1].drive_gain = -12.5;
-  study.result.signal.trim = {{30, 40}};
-  study.result.signal.window = {{1.5, 9.25}};
-  study.result.signal.velocity_threshold = {0.1, 0.25};
+  study.result.estimation.signal.trim = {{30, 40}};
+  study.result.estimation.signal.window = {{1.5, 9.25}};
+  study.result.estimation.signal.velocity_threshold = {0.1, 0.25};
   Coupling coupling;
   coupling.motor = 1;
   coupling.joints = {0};

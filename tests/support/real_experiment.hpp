@@ -65,13 +65,14 @@ class RealExperiment : public RealData {
 
 /// An identification without any filter but that of the motion which a simulated loop follows, and its relative errors
 /// on the filtered rows of the validation logs, or of its own where there are none.
-inline std::pair<Identification, std::vector<double>> unfiltered(Experiment experiment, Method method) {
-  experiment.method = method;
-  const SignalOptions filtered = experiment.signal;
-  experiment.signal = {
+inline std::pair<Identification, std::vector<double>> unfiltered(Experiment experiment,
+                                                                 std::string_view method) {
+  experiment.take_method(method);
+  const SignalOptions filtered = experiment.estimation.signal;
+  experiment.estimation.signal = {
       .trim = filtered.trim, .velocity_threshold = filtered.velocity_threshold, .window = filtered.window};
   Identification found = run(experiment);
-  found.signal = filtered;
+  found.estimation.signal = filtered;
   std::vector<double> errors;
   const LogSource& judges = experiment.validation.files.empty() ? experiment.log : experiment.validation;
   for (const Log& log : read_logs(judges, experiment.robot)) {

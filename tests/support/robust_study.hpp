@@ -5,7 +5,7 @@
 #include <random>
 #include <utility>
 
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "support/scara_study.hpp"
 
 namespace rivid::test {
@@ -66,8 +66,8 @@ inline Matrix errors(std::uint64_t seed, const Vector& sigma, double part, doubl
 struct RobustScara : public ScaraStudy {
   RobustScara() { encoder_noise = 2e-5; }
 
-  [[nodiscard]] Iv method(std::optional<Robust> options) const {
-    Iv out = iv();
+  [[nodiscard]] Estimation method(std::optional<Robust> options) const {
+    Estimation out = iv();
     out.signal = {.rows = RowScheme::exact, .torque_held = true, .decimation = {4}};
     out.robust = options;
     return out;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "rivid/data/log.hpp"
-#include "rivid/identify/iv.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/measurement.hpp"
 #include "rivid/simulate/references.hpp"
@@ -74,12 +74,10 @@ struct ScaraStudy {
   }
 
   /// IDIM-IV with the controller known, its poles scaled.
-  [[nodiscard]] Iv iv(double bandwidth = 1.0) const {
-    Iv out;
-    out.control = PdControl{.omega_n = bandwidth * control.omega_n, .zeta = control.zeta};
-    out.sampling = computer();
-    out.signal = unfiltered();
-    return out;
+  [[nodiscard]] Estimation iv(double bandwidth = 1.0) const {
+    return {.method = Iv{.control = PdControl{.omega_n = bandwidth * control.omega_n, .zeta = control.zeta},
+                         .sampling = computer()},
+            .signal = unfiltered()};
   }
 
   /// The signal chain of section 4: Butterworth at 20 Hz, decimation by 20.

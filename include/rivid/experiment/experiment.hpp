@@ -11,8 +11,7 @@
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/data/time_stamps.hpp"
-#include "rivid/identify/iv.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/simulate/closed_loop.hpp"
@@ -117,12 +116,6 @@ struct LogSource {
   std::optional<Reference> reference;
 };
 
-enum class Method { ols, wls, iv };
-
-/// "ols", "wls", "iv".
-[[nodiscard]] std::string_view name(Method method);
-[[nodiscard]] std::optional<Method> method_named(std::string_view name);
-
 /// What an experiment file is read for, which tells the sections that it must have.
 enum class Use {
   identification,  ///< [robot], [log], [signal]
@@ -135,19 +128,19 @@ struct Experiment {
   std::filesystem::path robot_file;  ///< URDF or modified Denavit-Hartenberg table
   Robot robot;
   LogSource log;
-  SignalOptions signal;
-  Method method = Method::ols;
-  CovarianceOptions covariance;  ///< of any method
-  std::optional<Physical>
-      physical;  ///< whether the physically consistent model is wanted, and how, of any method
-  std::optional<Essential> essential;  ///< whether the essential parameters are wanted, of any method
-  std::optional<Robust> robust;        ///< whether outliers are not to decide, of any method
-  Iv iv;  ///< how Method::iv goes about it; what other sections say of signals and control is put in by run()
+  /// [signal] and [method]. Control and sampling of IDIM-IV are those of [control], which identify_logs() puts in; threads
+  /// are no key of the file, since no result depends on them.
+  Estimation estimation;
+  Iv iv;                 ///< what [method] says of IDIM-IV, whatever method it names; see take_method()
   LogSource validation;  ///< files may be empty
   std::optional<ControlLoop> control;
   std::optional<ReferenceSource> reference;
   std::optional<SimulationPlan> simulation;
-  int threads = 1;  ///< that run() takes; not a key of the file, since no result depends on it
+
+  /// Takes another method than the file names: "ols", "wls" or "iv".
+  ///
+  /// @throws InputError  where there is none of that name
+  void take_method(std::string_view name);
 
   /// All files that a use of the experiment reads, itself first.
   [[nodiscard]] std::vector<std::filesystem::path> inputs(Use use = Use::identification) const;

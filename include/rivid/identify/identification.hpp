@@ -2,16 +2,14 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "rivid/data/log.hpp"
 #include "rivid/finding.hpp"
-#include "rivid/identify/covariance.hpp"
 #include "rivid/identify/diagnostics.hpp"
-#include "rivid/identify/essential.hpp"
-#include "rivid/identify/physical.hpp"
-#include "rivid/identify/robust.hpp"
-#include "rivid/identify/rows.hpp"
+#include "rivid/identify/estimation.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/control.hpp"
@@ -168,7 +166,7 @@ struct [[nodiscard]] Identification {
   std::vector<Warning> warnings;     ///< what may make the result wrong
   std::vector<std::string> notes;    ///< what was done to the data
 
-  SignalOptions signal;  ///< that made the rows; a validation uses the same
+  Estimation estimation;  ///< that was asked for, without `progress`; a validation uses its signal
   BaseParameters base;
   /// (b), Eq. (15), one of many solutions if rank deficient. Of IDIM-IV (29): the last iterate whose own instruments
   /// could be solved for, not a number where there is none.
@@ -192,5 +190,20 @@ struct [[nodiscard]] Identification {
   std::optional<EssentialModel> essential;
   std::optional<PhysicalModel> physical;  ///< where the method was asked for it
 };
+
+/// Identifies the base parameters from logs of one robot; their rows are stacked.
+///
+/// Where the data do not determine all parameters, and where IDIM-IV comes to no end (a loop that can not be simulated,
+/// cycling, instruments that are too weak), that is a status of the result with its reasons.
+///
+/// @throws InputError where robot, logs and options do not fit together; the message names the culprit
+Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& estimation);
+/// The same from one log.
+Identification identify(const Robot& robot, const Log& log, const Estimation& estimation);
+
+/// Cross-validation: the torques of a log that took no part in the fit, against the identified model on it, by the
+/// same signal chain.
+[[nodiscard]] Validation validate(const Robot& robot, const Identification& identification, const Log& log,
+                                  int threads = 1);
 
 }  // namespace rivid

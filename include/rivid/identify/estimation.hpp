@@ -1,14 +1,28 @@
 #pragma once
 
+#include <functional>
 #include <optional>
-#include <span>
+#include <string>
 #include <string_view>
+#include <variant>
 
-#include "rivid/identify/identification.hpp"
-#include "rivid/identify/least_squares_fit.hpp"
+#include "rivid/identify/covariance.hpp"
+#include "rivid/identify/essential.hpp"
+#include "rivid/identify/physical.hpp"
+#include "rivid/identify/robust.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/simulate/closed_loop.hpp"
+#include "rivid/simulate/control.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid {
+
+/// IDIM-OLS: ordinary least squares, Eqs. (15–19) of [RIV].
+struct Ols {};
+
+/// IDIM-WLS: each joint's rows divided by the standard deviation of the error of a fit to these rows alone,
+/// Eq. (20) of [RIV].
+struct Wls {};
 
 /// IDIM-IV: the instrumental-variable method of [RIV], Eqs. (27–34). The instruments V are the regressor along the motion
 /// of the simulated closed loop with the parameters of the last iteration; gains follow these, (46), so that the loop
@@ -37,12 +51,10 @@ struct Iv {
     by_joint  ///< each joint's rows of V, W and Y divided by the standard deviation of its error, (20)
   };
 
-  SignalOptions signal = {};
-  CovarianceOptions covariance = {};
   Control control = {};    ///< of the actual robot, as far as it is known
   Sampling sampling = {};  ///< of that control
   Follows follows = Follows::reference;
-  double reference_cutoff_hz = 0.0;  ///< of Follows::measured [Hz]; 0: that of `signal`
+  double reference_cutoff_hz = 0.0;  ///< of Follows::measured [Hz]; 0: that of the estimation's signal
 
   Start start = Start::regular;
   Vector chi_0 = {};  ///< (b) values to begin with instead, or empty
@@ -70,15 +82,7 @@ struct Iv {
   static constexpr int most_prefilter_order = 30;
 
   SimulationOptions simulation =
-      {};           ///< tolerances, integrator and budgets; its sampling and samples are not used
-  int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
-  Progress progress = {};
-  std::optional<Physical> physical = {};    ///< the physically consistent model as well
-  std::optional<Essential> essential = {};  ///< the parameters that matter as well
-  /// An estimate that outliers do not decide, once the iteration has settled; not together with `prefilter`.
-  std::optional<Robust> robust = {};
-
-  [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
+      {};  ///< tolerances, integrator and budgets; its sampling and samples are not used
 };
 
 /// "regular", "a_priori", "least_squares".
@@ -87,12 +91,29 @@ struct Iv {
 /// Base parameters to begin with that make M(q) regular without any knowledge of the robot, (48) and (51) of [RIV].
 [[nodiscard]] Vector regular_start(const Robot& robot, const BaseParameters& base);
 
-/// Identifies the base parameters by IDIM-IV; see the other identify().
-///
-/// A loop that can not be simulated, cycling, and instruments that are too weak are a status of the result with its
-/// reasons, and the history tells how it came to that.
-///
-/// @throws InputError  where robot, logs and options do not fit together; the message names the culprit
-Identification identify(const Robot& robot, std::span<const Log> logs, const Iv& method);
+/// How an estimate is made of the rows; what belongs to one method alone is a member of its struct.
+using Method = std::variant<Ols, Wls, Iv>;
+
+/// "ols", "wls", "iv".
+[[nodiscard]] std::string_view name(const Method& method);
+/// "IDIM-OLS", "IDIM-WLS", "IDIM-IV".
+[[nodiscard]] std::string_view title(const Method& method);
+
+/// Called on the way through a long computation with a name and the fraction done, 0 to 1.
+using Progress = std::function<void(std::string_view stage, double fraction)>;
+
+/// What identify() does: rows by `signal`, an estimate of them by `method`, and what is inferred from it.
+struct Estimation {
+  Method method = Ols{};
+  SignalOptions signal = {};
+  CovarianceOptions covariance = {};
+  std::optional<Physical> physical = {};    ///< the physically consistent model as well
+  std::optional<Essential> essential = {};  ///< the parameters that matter as well
+  std::optional<Robust> robust = {};  ///< robust against outliers in the torques; not with Iv::prefilter
+  int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
+  Progress progress = {};
+
+  [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
+};
 
 }  // namespace rivid

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <span>
+
+#include "rivid/identify/identification.hpp"
+
+namespace rivid::detail {
+
+// Everything in `out` that follows from least squares, be they weighted or not.
+void least_squares_fit(const Robot& robot, std::span<const Log> logs, const Estimation& method,
+                       Identification& out);
+
+}  // namespace rivid::detail
