@@ -182,7 +182,9 @@ int identify_from(const Arguments& arguments) {
     table << result;
     print(arguments.json ? json : table.str());
     tell("note", result.notes);
-    tell("warning", result.warnings);
+    if (arguments.json) {
+      tell(result.warnings);
+    }
     if (result.status != Status::identified) {
       std::cerr << "rivid_identify explain " << name(result.status) << " tells cause and cure\n";
     }

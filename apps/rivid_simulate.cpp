@@ -100,7 +100,7 @@ int simulate_from(const Arguments& arguments) {
     const SimulationOutlook found = outlook(experiment);
     if (!arguments.quiet) {
       print(in_words(experiment, found, {log, file}));
-      tell("warning", found.record.warnings);
+      tell(found.record.warnings);
     }
     return found.record.simulation.outcome == Outcome::completed ? success : no_success;
   }
@@ -115,7 +115,7 @@ int simulate_from(const Arguments& arguments) {
   write_file(file, json);
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(experiment.robot, record));
-    tell("warning", record.warnings);
+    tell(record.warnings);
     std::cerr << "wrote " << log.string() << " and " << file.string() << '\n';
   }
   return record.simulation.outcome == Outcome::completed ? success : no_success;

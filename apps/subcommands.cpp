@@ -70,7 +70,7 @@ int check(const CheckArguments& arguments) {
     print(arguments.json ? to_json(findings) : in_words(findings));
   }
   const bool useless = std::ranges::any_of(
-      findings, [](const Finding& finding) { return finding.severity == Severity::error; });
+      findings, [](const Finding& finding) { return severity(finding) == Severity::error; });
   return useless ? no_success : success;
 }
 

@@ -101,9 +101,9 @@ void tell(std::string_view kind, const std::vector<std::string>& lines) {
   }
 }
 
-void tell(std::string_view kind, const std::vector<Warning>& warnings) {
-  for (const Warning& warning : warnings) {
-    std::cerr << kind << " [" << warning.code << "] " << warning.text << '\n';
+void tell(const std::vector<Finding>& findings) {
+  for (const Finding& finding : findings) {
+    std::cerr << in_words(finding) << '\n';
   }
 }
 

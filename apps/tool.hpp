@@ -73,8 +73,8 @@ void print(const std::string& text);
 
 /// One line each on standard error: "warning: …".
 void tell(std::string_view kind, const std::vector<std::string>& lines);
-/// The same with codes: "warning [code] …".
-void tell(std::string_view kind, const std::vector<Warning>& warnings);
+/// The same of findings: "warning [code] …".
+void tell(const std::vector<Finding>& findings);
 
 /// "would write FILE", one line each: the end of what --dry-run prints.
 [[nodiscard]] std::string would_write(const std::vector<std::filesystem::path>& files);

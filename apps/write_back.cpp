@@ -29,8 +29,8 @@ Path sidecar_file(const Path& urdf, const std::string& name) {
   return Path(urdf).replace_extension(extension(format_of(name)));
 }
 
-bool refuse(const Path& file, const std::vector<Warning>& reasons) {
-  tell("error", reasons);
+bool refuse(const Path& file, const std::vector<Finding>& reasons) {
+  tell(reasons);
   std::cerr << "rivid_identify: " << file.string() << " is not written; --force does it nevertheless\n";
   return false;
 }
@@ -61,8 +61,8 @@ bool write_urdf(const WriteBack& options, const Experiment& experiment, const Id
     files.emplace_back(sidecar_file(options.urdf, name), sidecar(format_of(name), robot, chi_st));
   }
   if (!quiet) {
-    tell("warning", urdf.faults);
-    tell("warning", urdf.warnings);
+    tell(urdf.faults);
+    tell(urdf.warnings);
   }
   if (options.diff && !quiet) {
     print(unified_diff(before, urdf.text, input, options.urdf.string()));
@@ -77,8 +77,10 @@ void write_header(const WriteBack& options, const Experiment& experiment, const 
                   bool quiet) {
   const DynamicModel model = identified_model(experiment.robot, result, {.force = options.force});
   if (!quiet && !model.clamped().empty()) {
-    tell("warning", {Warning{"driving_friction", options.header.string() + ": " + listed(model.clamped()) +
-                                                     " would drive and not brake; taken as zero"}});
+    tell({Finding{"driving_friction",
+                  {},
+                  options.header.string() + ": " + listed(model.clamped()) +
+                      " would drive and not brake; taken as zero"}});
   }
   write(options.header,
         c_header(model, c_identifier(options.header.stem().string()),
@@ -137,7 +139,7 @@ bool write_back(const WriteBack& options, const Experiment& experiment, const Id
   }
   if (result.status != Status::identified && !options.force) {
     const std::string status(name(result.status));
-    return refuse(files.front(), {Warning{status, "the result is " + status + ", not identified"}});
+    return refuse(files.front(), {Finding{status, {}, "the result is " + status + ", not identified"}});
   }
   const bool written = options.urdf.empty() || write_urdf(options, experiment, result, quiet);
   if (!options.header.empty()) {

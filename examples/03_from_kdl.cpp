@@ -31,8 +31,8 @@ int main() {
     std::cout << (p.regrouped == p.name ? p.name : p.name + " = " + p.regrouped) << " = " << chi[i] << ' '
               << p.unit << '\n';
   }
-  for (const std::string& warning : robot.warnings) {
-    std::cout << warning << '\n';
+  for (const rivid::Finding& doubt : robot.warnings) {
+    std::cout << in_words(doubt) << '\n';
   }
 
   // One instant: W χ of its three rows is what KDL's recursive Newton-Euler says.

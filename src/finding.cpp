@@ -1,7 +1,7 @@
+#include "rivid/finding.hpp"
+
 #include <algorithm>
 #include <array>
-
-#include "rivid/finding.hpp"
 
 namespace rivid {
 
@@ -11,7 +11,7 @@ using enum Severity;
 
 constexpr std::array codes = {
     DiagnosticCode{
-        "robot_doubt", warning, "The robot's description has something doubtful.",
+        "robot_doubt", note, "The robot's description has something doubtful.",
         "The reader of the URDF noticed it: a link without inertial, an inertia that no body has, joints "
         "without limits.",
         "Mend the file where a-priori values matter, as for physically consistent parameters; the estimate "
@@ -23,8 +23,9 @@ constexpr std::array codes = {
         "Round the angles and lengths of the geometry to what they are meant to be."},
     DiagnosticCode{"log_note", note, "Something about a log is worth knowing.",
                    "The reader noticed it, or did it to the log.", "Nothing, if it is what you expect."},
-    DiagnosticCode{"log_warning", warning, "A log has something that may make a result wrong.",
-                   "The reader noticed it.", "See the text."},
+    DiagnosticCode{"stated_rate", warning, "The time stamps contradict the stated sampling rate.",
+                   "[log] rate_hz is that of another log, or the stamps are in another unit.",
+                   "Correct [log] rate_hz, or leave it out where the time stamps are right."},
     DiagnosticCode{"at_rest", error, "No joint moves in any log.",
                    "Every position stays within its noise: the wrong file, the wrong columns, or a robot "
                    "that was not started.",
@@ -41,6 +42,9 @@ constexpr std::array codes = {
                    "They leave the limits of the joint, or turn too often, and degrees taken for radians, or "
                    "millimetres for metres, explain that; or the other way round.",
                    "State the unit in [log] units: position = \"deg\" or \"mm\"."},
+    DiagnosticCode{"small_motion", warning, "No joint turns by more than a small angle.",
+                   "Positions that are radians already, but are read as degrees, look like that.",
+                   "Check the unit in [log] units: position."},
     DiagnosticCode{
         "position_limits", warning, "Positions leave the limits of the joint.",
         "The limits of the URDF do not hold for this log: an offset of the zero, another robot, columns in "
@@ -63,9 +67,11 @@ constexpr std::array codes = {
                    "All their samples are equal.", "Name one column for each joint in [log]."},
     DiagnosticCode{
         "duplicate_log", warning, "The same data stand in two logs.",
-        "All their positions are equal. In the fit they count twice, which makes the deviations too small; "
-        "in the validation they validate nothing.",
+        "All their positions are equal. In the fit they count twice, which makes the deviations too small.",
         "Leave one of them out."},
+    DiagnosticCode{"validation_log_used", note, "A log of the validation is one of the identification.",
+                   "All their positions are equal. Its error is that of the fit and validates nothing.",
+                   "Validate on a log of another motion."},
     DiagnosticCode{"dead_torque", error, "A torque does not change.",
                    "Its column is constant: a signal that was not connected, or the wrong column.",
                    "Check [log] torque or control."},
@@ -86,9 +92,16 @@ constexpr std::array codes = {
         "cutoff_low", error, "The cut-off frequency takes part of the motion away.",
         "What the filter removes from a position is a large part of its motion, and far above its noise.",
         "Raise [signal] cutoff_hz to ten times the highest frequency of the motion."},
+    DiagnosticCode{
+        "cutoff_lowish", warning, "The cut-off frequency takes a part of the motion away.",
+        "What the filter removes from a position is far above its noise, but a small part of its motion.",
+        "Raise [signal] cutoff_hz to ten times the highest frequency of the motion."},
     DiagnosticCode{"cutoff_high", warning, "Accelerations are mostly noise.",
                    "The noise of the encoder, differentiated twice, exceeds the accelerations of the motion.",
                    "Lower [signal] cutoff_hz, decimate, or use method \"iv\"."},
+    DiagnosticCode{"cutoff_high_iv", note, "Accelerations are mostly noise, which does not bias IDIM-IV.",
+                   "The noise of the encoder, differentiated twice, exceeds the accelerations of the motion.",
+                   "Nothing; a lower [signal] cutoff_hz gives the iteration a better start."},
     DiagnosticCode{"reference_mismatch", error, "The motion does not follow the reference.",
                    "At no delay do the two resemble each other: the reference of another log, or columns in "
                    "another order.",
@@ -103,7 +116,10 @@ constexpr std::array codes = {
                    "Where their cross-correlation is largest.", "Nothing, if it is that of your controller."},
     DiagnosticCode{"torque_delay", error, "Torques and positions are not simultaneous.",
                    "The torques fit the motion much better when they are shifted in time.",
-                   "Set [log] torque_lag to the samples that the text tells."},
+                   "Change [log] torque_lag by the samples that the text tells."},
+    DiagnosticCode{"small_torque_delay", note, "Torques and positions are a little apart in time.",
+                   "The torques fit the motion better when they are shifted in time, but well without it.",
+                   "Nothing, or change [log] torque_lag by the samples that the text tells."},
     DiagnosticCode{
         "torque_lag", warning, "Torques look a little early or late beside the motion.",
         "What the model leaves of the torques goes along with their rate, by more than chance, and by enough "
@@ -145,6 +161,9 @@ constexpr std::array codes = {
     DiagnosticCode{"not_excited", error, "These data do not show some parameters.",
                    "Their columns of the observation matrix are zero, or combinations of the others.",
                    "Record the motion that the text names, or leave these parameters out of the model."},
+    DiagnosticCode{"hardly_excited", note, "These data hardly show some parameters.",
+                   "A parameter as large as any of its kind would pass unnoticed.",
+                   "Record the motion that the text names where these parameters matter."},
     DiagnosticCode{"poor_condition", warning, "The motion excites the parameters badly.",
                    "The condition number of the observation matrix is large: small errors of the model move "
                    "the parameters "
@@ -263,6 +282,24 @@ std::span<const DiagnosticCode> diagnostic_codes() { return codes; }
 std::optional<DiagnosticCode> diagnostic_code(std::string_view code) {
   const auto* const at = std::ranges::find(codes, code, &DiagnosticCode::code);
   return at == codes.end() ? std::nullopt : std::optional<DiagnosticCode>(*at);
+}
+
+Severity severity(const Finding& finding) {
+  const std::optional<DiagnosticCode> known = diagnostic_code(finding.code);
+  return known ? known->severity : Severity::warning;
+}
+
+std::string_view cure(const Finding& finding) {
+  const std::optional<DiagnosticCode> known = diagnostic_code(finding.code);
+  return known ? known->cure : std::string_view();
+}
+
+std::string sentence(const Finding& finding) {
+  return finding.subject.empty() ? finding.text : finding.subject + ": " + finding.text;
+}
+
+std::string in_words(const Finding& finding) {
+  return std::string(name(severity(finding))) + " [" + finding.code + "] " + sentence(finding);
 }
 
 }  // namespace rivid

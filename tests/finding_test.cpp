@@ -76,7 +76,7 @@ TEST(DiagnosticCodes, AreAllThatIsWarnedWithAndEachIsUsed) {
     used.emplace(name(status));
   }
   for (const auto& [path, text] : sources()) {
-    std::vector<std::string> codes = found(text, R"re(\bWarning\{\s*"([^"]*)")re");
+    std::vector<std::string> codes = found(text, R"re(\bFinding\{\s*"([^"]*)")re");
     if (path.find("identify/check") != std::string::npos) {
       for (const char* const pattern : {R"re(\badd\(\s*"([^"]*)")re", R"re(push_back\(\{\s*"([^"]*)")re"}) {
         std::ranges::move(found(text, pattern), std::back_inserter(codes));
@@ -86,12 +86,8 @@ TEST(DiagnosticCodes, AreAllThatIsWarnedWithAndEachIsUsed) {
     if (!path.ends_with("src/finding.cpp")) {
       std::ranges::move(found(text, R"re("([a-z_]+)")re"), std::inserter(quoted, quoted.end()));
     }
-    // Robots and logs have words alone: who reads them puts a code to them.
-    if (!path.starts_with("src/model/") && !path.starts_with("src/data/")) {
-      const auto pushed = found(text, R"re((?:warnings|faults)_?\.push_back\(\s*(.{8}))re");
-      for (const std::string& what : pushed) {
-        EXPECT_EQ(what, "Warning{") << path << ": a warning without a code";
-      }
+    for (const std::string& what : found(text, R"re((?:warnings|faults)_?\.push_back\(\s*(.{8}))re")) {
+      EXPECT_EQ(what, "Finding{") << path << ": a warning without a code";
     }
   }
   for (const std::string& code : used) {
@@ -100,6 +96,14 @@ TEST(DiagnosticCodes, AreAllThatIsWarnedWithAndEachIsUsed) {
   for (const DiagnosticCode& c : diagnostic_codes()) {
     EXPECT_TRUE(quoted.contains(std::string(c.code))) << c.code << " is never used";
   }
+}
+
+TEST(Finding, TakesSeverityAndCureFromTheTable) {
+  const Finding finding{"torque_sign", "joint_1", "its torque has the other sign"};
+  EXPECT_EQ(severity(finding), Severity::error);
+  EXPECT_EQ(cure(finding), diagnostic_code("torque_sign")->cure);
+  EXPECT_EQ(in_words(finding), "error [torque_sign] joint_1: its torque has the other sign");
+  EXPECT_EQ(in_words(Finding{"log_note", "", "the text"}), "note [log_note] the text");
 }
 
 }  // namespace

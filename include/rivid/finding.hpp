@@ -17,7 +17,7 @@ enum class Severity {
 /// "note", "warning", "error".
 [[nodiscard]] std::string_view name(Severity severity);
 
-/// What a finding of check(), a Warning or the status of a result can be: docs/diagnostics.md shows the same table.
+/// What a Finding or the status of a result can be: docs/diagnostics.md shows the same table.
 struct DiagnosticCode {
   std::string_view code;  ///< "torque_sign"
   Severity severity = Severity::note;
@@ -32,12 +32,25 @@ struct DiagnosticCode {
 /// The one of that name.
 [[nodiscard]] std::optional<DiagnosticCode> diagnostic_code(std::string_view code);
 
-/// Something that may make a result wrong.
-struct Warning {
-  std::string code;  ///< one of diagnostic_codes(), which tell cause and cure
-  std::string text;  ///< what it is about, the value that was found, and what is required
+/// What readers of robots and logs, simulations, methods, check() and the write-back report.
+struct Finding {
+  std::string code = {};     ///< one of diagnostic_codes(), which tell severity, cause and cure
+  std::string subject = {};  ///< joint, log or parameter that it is about; empty where the text names it
+  std::string text = {};     ///< the value that was found, and what is required
 
-  [[nodiscard]] bool operator==(const Warning& other) const = default;
+  [[nodiscard]] bool operator==(const Finding& other) const = default;
 };
+
+/// How much it matters, as the table of codes says; `warning` for a code that it does not hold.
+[[nodiscard]] Severity severity(const Finding& finding);
+
+/// What to do, as the table of codes says.
+[[nodiscard]] std::string_view cure(const Finding& finding);
+
+/// "joint_1: its torque has the other sign", without the full stop.
+[[nodiscard]] std::string sentence(const Finding& finding);
+
+/// One line: "error [torque_sign] joint_1: its torque has the other sign".
+[[nodiscard]] std::string in_words(const Finding& finding);
 
 }  // namespace rivid

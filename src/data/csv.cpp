@@ -171,8 +171,9 @@ void set_clock(Log& log, Index samples, const std::optional<Vector>& stamps, std
       log.notes.push_back("time stamps are irregular: " + report.summary() +
                           (rate_hz ? "; the stated rate of " + number(*rate_hz) + " Hz is used" : ""));
     } else if (rate_hz && std::abs(report.rate_hz - *rate_hz) > rate_tolerance * *rate_hz) {
-      log.warnings.push_back("the time stamps tell " + number(report.rate_hz) + " Hz; the stated rate of " +
-                             number(*rate_hz) + " Hz is used");
+      log.warnings.push_back(Finding{"stated_rate", log.source,
+                                     "the time stamps tell " + number(report.rate_hz) +
+                                         " Hz; the stated rate of " + number(*rate_hz) + " Hz is used"});
     }
     if (!rate_hz && report.rate_hz <= 0.0) {
       throw InputError(log.source + ": the time stamps do not go forward; state the rate");

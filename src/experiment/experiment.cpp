@@ -148,14 +148,11 @@ Identification run(const Experiment& experiment, const Progress& progress) {
       for (const std::string& note : log.notes) {
         out.notes.push_back(log.source + ": " + note);
       }
-      for (const std::string& warning : log.warnings) {
-        out.warnings.push_back(Warning{"log_warning", log.source + ": " + warning});
-      }
+      out.warnings.insert(out.warnings.end(), log.warnings.begin(), log.warnings.end());
     }
   };
-  for (const std::string& doubt : experiment.robot.warnings) {
-    out.warnings.push_back(Warning{"robot_doubt", doubt});
-  }
+  const std::vector<Finding>& doubts = experiment.robot.warnings;
+  out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
   take_notes(logs);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
   for (const Log& log : others) {

@@ -166,9 +166,7 @@ Setup::Setup(const Experiment& experiment, const Sections& sections)
   record.seed = plan.noise.seed;
   record.control_hz = loop.sampling.period > 0.0 ? 1.0 / loop.sampling.period : 0.0;
   record.control_assumed = loop.assumed;
-  for (const std::string& doubt : robot.warnings) {
-    record.warnings.push_back(Warning{"robot_doubt", doubt});
-  }
+  record.warnings = robot.warnings;
   try {
     record.J = loop.inertia(model, reference_positions(*reference, options));
   } catch (const NumericsError& e) {
@@ -206,7 +204,8 @@ SimulationRecord run_simulation(const Experiment& experiment, const Progress& pr
   out.warnings.insert(out.warnings.end(), out.simulation.warnings.begin(), out.simulation.warnings.end());
   if (plan.added_control && plan.columns.control && !plan.columns.torque) {
     out.warnings.push_back(
-        Warning{"added_control_unrecorded",
+        Finding{"added_control_unrecorded",
+                {},
                 "the log holds the controller's signal without what added_control adds to it; "
                 "record = [\"torque\", …] holds the torques of both"});
   }

@@ -1,3 +1,5 @@
+#include "rivid/export/urdf.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,12 +12,11 @@
 #include <span>
 #include <utility>
 
-#include "model/urdf_document.hpp"
-#include "model/urdf_topology.hpp"
 #include "export/joint_values.hpp"
 #include "export/xml_splice.hpp"
+#include "model/urdf_document.hpp"
+#include "model/urdf_topology.hpp"
 #include "rivid/error.hpp"
-#include "rivid/export/urdf.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/text.hpp"
 
@@ -238,7 +239,7 @@ class Writer {
     Inertial rest = close(whole, others) ? Inertial(Inertial::Zero()) : Inertial(whole - others);
     const std::string who = "link \"" + tree_.link(link).name + "\"";
     if (const auto complaint = body_complaint(whole)) {
-      faults_.push_back(Warning{"no_body", who + ": " + *complaint});
+      faults_.push_back(Finding{"no_body", {}, who + ": " + *complaint});
     } else if (!others.isZero(0.0) && body_complaint(rest)) {
       const double share = 0.5 * largest_share(others, whole);
       for (const Lumped& other : lumped) {
@@ -246,7 +247,8 @@ class Writer {
       }
       rest = whole - share * others;
       warnings_.push_back(
-          Warning{"lumped_links_scaled",
+          Finding{"lumped_links_scaled",
+                  {},
                   who + ": what is identified leaves no body to it beside the links that are fixed to it (" +
                       names(lumped) + "); their masses and inertias were scaled by " + number(share, 4)});
     }
@@ -359,8 +361,10 @@ class Writer {
         return;
       }
       if (*value < 0.0) {
-        faults_.push_back(Warning{"driving_friction", who + ": its " + attribute + " is " +
-                                                          number(*value, 4) + ", must not be negative"});
+        faults_.push_back(
+            Finding{"driving_friction",
+                    {},
+                    who + ": its " + attribute + " is " + number(*value, 4) + ", must not be negative"});
         value = 0.0;
       }
       if (node.attribute(attribute)) {
@@ -378,7 +382,7 @@ class Writer {
     }
     if (const std::vector<std::string> unsaid = values.unsaid(true); !unsaid.empty()) {
       warnings_.push_back(
-          Warning{"urdf_has_no_place", who + ": a URDF has no place for " + detail::joined(unsaid)});
+          Finding{"urdf_has_no_place", {}, who + ": a URDF has no place for " + detail::joined(unsaid)});
     }
   }
 
@@ -388,8 +392,8 @@ class Writer {
   const Robot& robot_;
   const Robot& as_read_;
   detail::Splice splice_;
-  std::vector<Warning> faults_;
-  std::vector<Warning> warnings_;
+  std::vector<Finding> faults_;
+  std::vector<Finding> warnings_;
 };
 
 }  // namespace

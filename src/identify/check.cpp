@@ -31,16 +31,9 @@ std::string weak_ones(const Identification& result) {
 
 }  // namespace
 
-void Findings::add(std::string_view code, std::string subject, std::string text,
-                   std::optional<Severity> severity, std::string advice) {
-  const std::span<const DiagnosticCode> codes = diagnostic_codes();
-  const auto known = std::ranges::find(codes, code, &DiagnosticCode::code);
-  assert(known != codes.end());
-  all_.push_back({.severity = severity.value_or(known->severity),
-                  .code = std::string(code),
-                  .subject = std::move(subject),
-                  .text = std::move(text),
-                  .advice = advice.empty() ? std::string(known->cure) : std::move(advice)});
+void Findings::add(std::string_view code, std::string subject, std::string text) {
+  assert(diagnostic_code(code));
+  all_.push_back(Finding{std::string(code), std::move(subject), std::move(text)});
 }
 
 bool Findings::has(std::string_view code, std::string_view subject) const {
@@ -48,13 +41,8 @@ bool Findings::has(std::string_view code, std::string_view subject) const {
       all_, [&](const Finding& f) { return f.code == code && (subject.empty() || f.subject == subject); });
 }
 
-bool Findings::has_error(std::string_view code) const {
-  return std::ranges::any_of(
-      all_, [&](const Finding& f) { return f.code == code && f.severity == Severity::error; });
-}
-
 std::vector<Finding> Findings::sorted() && {
-  std::ranges::stable_sort(all_, std::ranges::greater(), &Finding::severity);
+  std::ranges::stable_sort(all_, std::ranges::greater(), severity);
   return std::move(all_);
 }
 
@@ -75,8 +63,7 @@ void check_duplicates(std::span<const Log> logs, std::span<const Log> validation
     }
     for (const Log& other : validation) {
       if (same(logs[k], other)) {
-        out.add("duplicate_log", other.source, "of the validation is a log of the identification",
-                Severity::note);
+        out.add("validation_log_used", other.source, "of the validation is a log of the identification");
       }
     }
   }
@@ -99,7 +86,7 @@ void check_excitation(const Robot& robot, std::span<const Log> logs, const Check
   }
   for (const ParameterEstimate& p : quick.parameters) {
     if (p.verdict == Verdict::not_excited) {
-      out.add("not_excited", p.name, p.advice, std::isfinite(p.sigma) ? Severity::note : Severity::error);
+      out.add(std::isfinite(p.sigma) ? "hardly_excited" : "not_excited", p.name, p.advice);
     }
   }
   if (quick.status == Status::identified && quick.condition > poor_condition) {
@@ -110,7 +97,7 @@ void check_excitation(const Robot& robot, std::span<const Log> logs, const Check
   if (const std::string weak = weak_ones(quick); !weak.empty()) {
     out.add("weak_parameters", all, weak);
   }
-  for (const Warning& warning : quick.warnings) {
+  for (const Finding& warning : quick.warnings) {
     if (warning.code == "torque_lag" && !out.has("torque_delay")) {
       out.add(warning.code, all, warning.text);
     }
@@ -137,9 +124,8 @@ std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::s
     throw InputError("check: " + *complaint);
   }
   detail::Findings out;
-  for (const std::string& warning : robot.warnings) {
-    out.add("robot_doubt", robot.name, warning,
-            Severity::note);  // geometry alone counts before there is a prior
+  for (const Finding& doubt : robot.warnings) {
+    out.add(doubt.code, robot.name, doubt.text);
   }
   const BaseParameters base = base_parameters(robot);
   if (auto doubt = base.doubt()) {
@@ -152,8 +138,8 @@ std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::s
     for (const std::string& note : log.notes) {
       out.add("log_note", log.source, note);
     }
-    for (const std::string& warning : log.warnings) {
-      out.add("log_warning", log.source, warning);
+    for (const Finding& warning : log.warnings) {
+      out.add(warning.code, log.source, warning.text);
     }
   }
   detail::check_duplicates(logs, validation, out);

@@ -126,19 +126,17 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
     const Effect found = effect(log, j, signal.cutoff_hz, signal.order, window_stride(signal));
     const double share = found.lost / rms(centred(log.q.col(j)));
     if (share > lost_share && found.lost > lost_sigmas * noise_level(log.q.col(j))) {
-      out.add("cutoff_low", place(robot, logs, log, j),
+      out.add(share > lost_much ? "cutoff_low" : "cutoff_lowish", place(robot, logs, log, j),
               "the filter at " + number(signal.cutoff_hz, 3) + " Hz takes " +
                   number(100.0 * std::min(share, 1.0), 2) + " % of the motion away; try " +
-                  number(suitable_cutoff(log), 2) + " Hz",
-              share > lost_much ? Severity::error : Severity::warning);
+                  number(suitable_cutoff(log), 2) + " Hz");
     }
     if (found.acceleration_noise > noisy) {
-      out.add("cutoff_high", place(robot, logs, log, j),
+      out.add(options.instrumental ? "cutoff_high_iv" : "cutoff_high", place(robot, logs, log, j),
               (signal.cutoff_hz > 0.0 ? "at a cut-off of " + number(signal.cutoff_hz, 3) + " Hz "
                                       : std::string("without a filter ")) +
                   "noise makes " + number(100.0 * std::min(found.acceleration_noise, 1.0), 2) +
-                  " % of the accelerations; try " + number(suitable_cutoff(log), 2) + " Hz",
-              options.instrumental ? Severity::note : Severity::warning);
+                  " % of the accelerations; try " + number(suitable_cutoff(log), 2) + " Hz");
     }
   }
 }

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rivid/identify/check.hpp"
@@ -17,12 +17,9 @@ struct Reading;
 // What check() has found so far.
 class Findings {
  public:
-  // Severity and advice are those of the code, unless told otherwise.
-  void add(std::string_view code, std::string subject, std::string text,
-           std::optional<Severity> severity = {}, std::string advice = {});
+  void add(std::string_view code, std::string subject, std::string text);
 
   [[nodiscard]] bool has(std::string_view code, std::string_view subject = {}) const;
-  [[nodiscard]] bool has_error(std::string_view code) const;
   // Sorted by severity, in the order in which they came.
   [[nodiscard]] std::vector<Finding> sorted() &&;
 

@@ -223,9 +223,8 @@ void check_smallness(const Robot& robot, std::span<const Log> logs, Findings& ou
     }
   }
   if (most > 0.0 && most < smallest_motion) {
-    out.add("position_unit", "all joints",
-            "no joint turns by more than " + number(most, 2) + " rad, as radians taken for degrees would",
-            Severity::warning);
+    out.add("small_motion", "all joints",
+            "no joint turns by more than " + number(most, 2) + " rad, as radians taken for degrees would");
   }
 }
 

@@ -210,7 +210,7 @@ Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
     }
     // A unit is told once, even where single joints were seen to leave their limits.
     const bool told =
-        best->code == "position_unit" ? out.has_error(best->code) : out.has(best->code, best->subject);
+        best->code == "position_unit" ? out.has(best->code) : out.has(best->code, best->subject);
     if (!told) {
       out.add(best->code, best->subject,
               best->text + ": the model then leaves " + number(100.0 * std::sqrt(best_score.total), 2) +
@@ -264,16 +264,14 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
   }
   // Where the torques are explained well all the same, a delay changes little.
   const bool harms = now > harmless_delay || found.left < harmful_gain * now;
-  const Severity severity = harms ? Severity::error : Severity::note;
-  out.add("torque_delay", "all joints",
-          "torques are " + counted(std::abs(found.samples), "sample") + " (" +
-              number(std::abs(static_cast<double>(found.samples)) / f_m, 2) + " s) " +
-              (found.samples > 0 ? "behind" : "ahead of") + " the motion: the model then leaves " +
+  const std::string samples = counted(std::abs(found.samples), "sample");
+  const bool behind = found.samples > 0;
+  out.add(harms ? "torque_delay" : "small_torque_delay", "all joints",
+          "torques are " + samples + " (" + number(std::abs(static_cast<double>(found.samples)) / f_m, 2) +
+              " s) " + (behind ? "behind" : "ahead of") + " the motion: the model then leaves " +
               number(100.0 * std::sqrt(found.left), 2) + " % of them instead of " +
-              number(100.0 * std::sqrt(now), 2) + " %",
-          severity,
-          (found.samples > 0 ? "Add " : "Take ") + std::to_string(std::abs(found.samples)) +
-              (found.samples > 0 ? " to" : " from") + " [log] torque_lag.");
+              number(100.0 * std::sqrt(now), 2) + " %; " +
+              (behind ? "add " + samples + " to" : "take " + samples + " from") + " [log] torque_lag");
 }
 
 void check_unexplained(const Robot& robot, const Score& score, Findings& out) {

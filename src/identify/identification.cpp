@@ -36,7 +36,7 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   out.base = base_parameters(robot);
   out.columns = out.base.size();
   if (auto doubt = out.base.doubt()) {
-    out.warnings.push_back(Warning{"base_doubt", std::move(*doubt)});
+    out.warnings.push_back(Finding{"base_doubt", {}, std::move(*doubt)});
   }
   if (std::holds_alternative<Iv>(estimation.method)) {
     detail::instrumental_fit(robot, logs, estimation, out);

@@ -92,7 +92,8 @@ LoopDiagnosis diagnosed_loop(const IvProblem& problem, const ClosedLoops& all, c
     for (Index j = 0; j < error.size(); ++j) {
       if (error[j] > limit) {
         out.warnings.push_back(
-            Warning{"loop_mismatch",
+            Finding{"loop_mismatch",
+                    {},
                     "joint \"" + problem.robot.joints[static_cast<std::size_t>(j)].name +
                         "\": " + std::string(what) + " by " + number(100.0 * error[j], 3) +
                         " %; the assumed controller may not be the actual one, which makes the instruments "
@@ -109,10 +110,12 @@ LoopDiagnosis diagnosed_loop(const IvProblem& problem, const ClosedLoops& all, c
 void diagnose_bandwidth(double with_V, Identification& out) {
   const double with_W = out.fit.relative_error;
   if (with_V > doubtful_residual && with_V > doubtful_ratio * with_W) {
-    out.warnings.push_back(Warning{
-        "loop_bandwidth", "the simulated motion misses " + number(100.0 * with_V, 3) +
-                              " % of the torques, the measured one " + number(100.0 * with_W, 3) +
-                              " %: the bandwidth of the assumed controller may be far from the actual one"});
+    out.warnings.push_back(
+        Finding{"loop_bandwidth",
+                {},
+                "the simulated motion misses " + number(100.0 * with_V, 3) +
+                    " % of the torques, the measured one " + number(100.0 * with_W, 3) +
+                    " %: the bandwidth of the assumed controller may be far from the actual one"});
   }
 }
 

@@ -98,7 +98,8 @@ void judge_prefilter(Identification& out) {
   }
   if (!moved.empty()) {
     out.warnings.push_back(
-        Warning{"prefilter_shift",
+        Finding{"prefilter_shift",
+                {},
                 "the prefilter moves " + moved +
                     " by more than the 95 % intervals: the model of the robot is not right at the "
                     "frequencies that whitening amplifies; prefer the estimate without prefilter"});

@@ -37,7 +37,8 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
     }
   }
   out.warnings.push_back(
-      Warning{"weak_excitation",
+      Finding{"weak_excitation",
+              {},
               "weak excitation: the data can hardly tell apart " + listed(names) + " (condition " +
                   number(index, 3) + " with columns of unit length, severe above " + number(severe) +
                   "), so the model may not carry over to other motions; more exciting logs, or the "
@@ -97,7 +98,8 @@ void add_physical(const Robot& robot, const std::optional<Physical>& options, co
   model.fit = judged(robot, data, model.parameters.chi, out.base.size(), out.estimation.signal.convention);
   out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
   if (!model.parameters.reached) {
-    out.warnings.push_back(Warning{"physical_unsettled",
+    out.warnings.push_back(Finding{"physical_unsettled",
+                                   {},
                                    "the search for the physically consistent parameters ended after " +
                                        counted(model.parameters.steps, "step") +
                                        ", before their cost was known to be the least to within " +

@@ -57,8 +57,9 @@ void judge_robust(Identification& out) {
     }
   }
   if (!moved.empty()) {
-    out.warnings.push_back(Warning{
+    out.warnings.push_back(Finding{
         "outliers_decide",
+        {},
         "outliers decide: weights on the rows move " + moved +
             " by more than the 95 % intervals; rows of little weight may be outliers, or what the model "
             "misses, friction at low speed say: look at them before either estimate is trusted"});
@@ -67,7 +68,8 @@ void judge_robust(Identification& out) {
     const double share = static_cast<double>(joint.below_half) / static_cast<double>(joint.rows);
     if (share > too_many) {
       out.warnings.push_back(
-          Warning{"many_outliers",
+          Finding{"many_outliers",
+                  {},
                   "joint \"" + joint.name + "\": " + number(100.0 * share, 3) +
                       " % of its rows have less than half their weight, which is more than outliers: "
                       "the model misses something there, or a decimation smears each outlier over "

@@ -146,11 +146,12 @@ void judge_torque_lag(Identification& out) {
   } else if (out.estimation.signal.torque_held && is(0.5)) {
     cure = "so are torques that were measured at their samples: [signal] torque_held = false";
   }
-  out.warnings.push_back(
-      Warning{"torque_lag", "torques look " + fixed(std::abs(lag.samples), 2) + " ± " + fixed(lag.sigma, 2) +
-                                " samples " + (lag.samples > 0.0 ? "late" : "early") +
-                                " beside the motion, which moves " + lag.parameter + " by " +
-                                number(lag.largest_shift, 2) + " of its standard deviations; " + cure});
+  out.warnings.push_back(Finding{
+      "torque_lag",
+      {},
+      "torques look " + fixed(std::abs(lag.samples), 2) + " ± " + fixed(lag.sigma, 2) + " samples " +
+          (lag.samples > 0.0 ? "late" : "early") + " beside the motion, which moves " + lag.parameter +
+          " by " + number(lag.largest_shift, 2) + " of its standard deviations; " + cure});
 }
 
 }  // namespace rivid::detail

@@ -225,14 +225,15 @@ Robot robot_from(const KDL::Chain& chain, const Eigen::Vector3d& gravity) {
       throw InputError("robot_from: " + who + "its inertia or damping is not finite");
     }
     if (kdl_joint.getStiffness() != 0.0) {
-      robot.warnings.push_back(who + "its stiffness is ignored: joints are rigid here");
+      robot.warnings.push_back(
+          Finding{"robot_doubt", {}, who + "its stiffness is ignored: joints are rigid here"});
     }
 
     // After the axis, since an axis of zeros spoils the tip as well.
     const Eigen::Isometry3d tip = checked_tip(segment, segment_who);
     const LinkFrame frame = link_frame(tip, eigen(kdl_joint.JointOrigin()), axis, joint.type, who);
     if (!frame.warning.empty()) {
-      robot.warnings.push_back(frame.warning);
+      robot.warnings.push_back(Finding{"robot_doubt", {}, frame.warning});
     }
     Chain::Link link;
     link.type = joint.type;

@@ -136,11 +136,10 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
   for (Joint& joint : robot.joints) {
     take_limits_and_friction(joint, *model->getJoint(joint.name));
   }
-  std::vector<std::string> warnings = checked.warnings;
-  for (const std::string& warning : robot.warnings) {
-    warnings.push_back(std::string(source).append(": ").append(warning));
+  for (Finding& warning : robot.warnings) {
+    warning.text.insert(0, source + ": ");
   }
-  robot.warnings = std::move(warnings);
+  robot.warnings.insert(robot.warnings.begin(), checked.warnings.begin(), checked.warnings.end());
   return robot;
 }
 

@@ -88,7 +88,7 @@ class Checker {
   enum class Role { elsewhere, chain };
 
   void warn(pugi::xml_node node, const std::string& message) {
-    warnings_.push_back(document_.where(node) + message);
+    warnings_.push_back(Finding{"robot_doubt", {}, document_.where(node) + message});
   }
 
   void write_origin(pugi::xml_node to, pugi::xml_node from, const std::string& who) {
@@ -373,7 +373,7 @@ class Checker {
   std::vector<Role> role_;
   std::vector<bool> counts_;  // links whose bodies move with the chain
   pugi::xml_document plain_;
-  std::vector<std::string> warnings_;
+  std::vector<Finding> warnings_;
 };
 
 }  // namespace

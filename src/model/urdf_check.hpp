@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/finding.hpp"
 #include "urdf_document.hpp"
 #include "urdf_topology.hpp"
 
@@ -18,7 +19,7 @@ struct CheckedUrdf {
   std::string xml;
   std::string base;
   std::string tip;
-  std::vector<std::string> warnings;
+  std::vector<Finding> warnings;
 };
 
 /// @throws InputError  see read_urdf()

@@ -8,8 +8,8 @@ namespace rivid {
 
 namespace {
 
-std::ptrdiff_t count(std::span<const Finding> findings, Severity severity) {
-  return std::ranges::count(findings, severity, &Finding::severity);
+std::ptrdiff_t count(std::span<const Finding> findings, Severity wanted) {
+  return std::ranges::count(findings, wanted, severity);
 }
 
 std::string counts(std::span<const Finding> findings) {
@@ -20,15 +20,18 @@ std::string counts(std::span<const Finding> findings) {
 
 }  // namespace
 
+std::string with_cure(const Finding& finding) {
+  std::string out = in_words(finding) + ".";
+  if (const std::string_view known = cure(finding); severity(finding) != Severity::note && !known.empty()) {
+    out.append(" ").append(known);
+  }
+  return out;
+}
+
 std::string in_words(std::span<const Finding> findings) {
   std::string out;
   for (const Finding& f : findings) {
-    out.append(name(f.severity)).append(" [").append(f.code).append("] ");
-    out.append(f.subject).append(": ").append(f.text);
-    if (f.severity != Severity::note) {
-      out.append(". ").append(f.advice);
-    }
-    out.append(out.ends_with('.') ? "\n" : ".\n");
+    out.append(with_cure(f)).append("\n");
   }
   return out + counts(findings) + '\n';
 }
@@ -37,11 +40,11 @@ std::string to_json(std::span<const Finding> findings) {
   using Json = nlohmann::ordered_json;
   Json list = Json::array();
   for (const Finding& f : findings) {
-    list.push_back({{"severity", name(f.severity)},
+    list.push_back({{"severity", name(severity(f))},
                     {"code", f.code},
                     {"subject", f.subject},
                     {"text", f.text},
-                    {"advice", f.advice}});
+                    {"advice", cure(f)}});
   }
   const Json out = {{"format", 1},
                     {"usable", count(findings, Severity::error) == 0},

@@ -29,13 +29,11 @@ std::string in_words(Status status) {
 }
 
 // Each with its code, and what to do about it.
-std::string list_of(const std::vector<Warning>& warnings) {
+std::string list_of(const std::vector<Finding>& warnings) {
   std::string out;
-  for (const Warning& warning : warnings) {
-    std::string item = element("code", escaped(warning.code)) + " " + escaped(warning.text) + ".";
-    if (const std::optional<DiagnosticCode> code = diagnostic_code(warning.code)) {
-      item += " " + element("span", escaped(code->cure), "class=\"cure\"");
-    }
+  for (const Finding& warning : warnings) {
+    const std::string item = element("code", escaped(warning.code)) + " " + escaped(sentence(warning)) +
+                             ". " + element("span", escaped(cure(warning)), "class=\"cure\"");
     out += element("li", item) + "\n";
   }
   return element("ul", out, "class=\"warnings\"");

@@ -330,6 +330,11 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
   for (const std::string& reason : result.reasons) {
     out << "  " << reason << '\n';
   }
+  TextTable findings({{"", Align::left}});
+  for (const Finding& warning : result.warnings) {
+    findings.add({with_cure(warning)});
+  }
+  findings.print_body(out);
   out << '\n';
   print_parameters(out, result);
   print_covariance(out, result.covariance);

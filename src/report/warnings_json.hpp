@@ -8,6 +8,6 @@
 namespace rivid::detail {
 
 /// A list of objects with code and text.
-[[nodiscard]] nlohmann::ordered_json warnings_json(const std::vector<Warning>& warnings);
+[[nodiscard]] nlohmann::ordered_json warnings_json(const std::vector<Finding>& warnings);
 
 }  // namespace rivid::detail

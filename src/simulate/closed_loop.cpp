@@ -79,8 +79,8 @@ class Run {
 
   void note_clamped(const DynamicModel& model) {
     if (!model.clamped().empty()) {
-      out_.warnings.push_back(Warning{
-          "driving_friction", "friction that would drive counts as zero: " + listed(model.clamped())});
+      out_.warnings.push_back(Finding{
+          "driving_friction", {}, "friction that would drive counts as zero: " + listed(model.clamped())});
     }
   }
 
@@ -367,10 +367,11 @@ class Run {
       const double most = out_.q_r.col(j).maxCoeff();
       if (least < joint.lower || most > joint.upper) {
         const bool below = least < joint.lower;
-        out_.warnings.push_back(Warning{"reference_limits", "the reference of joint \"" + joint.name +
-                                                                "\" reaches " + number(below ? least : most) +
-                                                                ", beyond its limit " +
-                                                                number(below ? joint.lower : joint.upper)});
+        out_.warnings.push_back(Finding{"reference_limits",
+                                        {},
+                                        "the reference of joint \"" + joint.name + "\" reaches " +
+                                            number(below ? least : most) + ", beyond its limit " +
+                                            number(below ? joint.lower : joint.upper)});
       }
     }
   }

@@ -222,7 +222,7 @@ TEST_F(Check, NamesAMissingFilterOnlyForLeastSquares) {
   replace("name = \"wls\"", "name = \"iv\"");
   folder().write("scara.toml", folder().read("scara.toml") +
                                    "\n[control]\nlaw = \"pd\"\nomega_n = [1, 10]\nzeta = 1\nrate_hz = 200\n");
-  expect_finding(findings(0), "note", "cutoff_high", "joint_1");
+  expect_finding(findings(0), "note", "cutoff_high_iv", "joint_1");
 }
 
 TEST_F(Check, NamesALogThatCountsTwice) {

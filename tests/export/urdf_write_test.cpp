@@ -338,7 +338,7 @@ TEST(RewrittenUrdf, RefusesWhatNoBodyCanHaveUnlessForced) {
   chi_st[place(robot, "Fc1")] = -0.5;
   const RewrittenUrdf refused = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
   EXPECT_EQ(refused.text, "");
-  const std::vector<Warning> expected = {
+  const std::vector<Finding> expected = {
       {"no_body", "link \"upper\": its mass is -1 kg, must be positive"},
       {"driving_friction", "joint \"a\": its friction is -0.5, must not be negative"},
       {"no_body",
@@ -363,7 +363,7 @@ TEST(RewrittenUrdf, NamesWhatAUrdfHasNoPlaceFor) {
   const RewrittenUrdf written = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
   EXPECT_EQ(
       written.warnings,
-      (std::vector<Warning>{
+      (std::vector<Finding>{
           {"urdf_has_no_place", "joint \"a\": a URDF has no place for Ia1 = 0.5 kg·m², off1 = -0.25 N·m"},
           {"urdf_has_no_place", "joint \"c\": a URDF has no place for Fc+3 = 2 N·m, Fc-3 = 1 N·m"}}));
   EXPECT_NE(written.text.find("<dynamics friction=\"1.5\" damping=\"0\"/>"), std::string::npos);

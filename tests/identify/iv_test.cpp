@@ -114,7 +114,7 @@ TEST_F(IvOfTheScara, TellsOfAWrongController) {
   const auto found = identify(robot, log(2.0, 1), method);
   ASSERT_FALSE(found.warnings.empty());
   const auto told = [&](const char* code, const char* what) {
-    return std::ranges::any_of(found.warnings, [&](const rivid::Warning& warning) {
+    return std::ranges::any_of(found.warnings, [&](const rivid::Finding& warning) {
       return warning.code == code && warning.text.find(what) != std::string::npos;
     });
   };

@@ -251,7 +251,7 @@ TEST(PhysicalModel, IsWhatAWarningOfWeakExcitationAsksFor) {
   test::ScaraStudy scara;
   Log log = scara.log(2.0, 5);
   const auto warnings_of_weakness = [&](const Identification& found) {
-    return std::ranges::count_if(found.warnings, [](const Warning& warning) {
+    return std::ranges::count_if(found.warnings, [](const Finding& warning) {
       return warning.code == "weak_excitation" &&
              warning.text.find("the data can hardly tell apart") != std::string::npos;
     });

@@ -27,7 +27,7 @@ TorqueLag lag_of(const Identification& result) {
 
 // What a result warns of its lag, if it does.
 std::string warning(const Identification& result) {
-  const auto found = std::ranges::find(result.warnings, "torque_lag", &Warning::code);
+  const auto found = std::ranges::find(result.warnings, "torque_lag", &Finding::code);
   return found == result.warnings.end() ? "" : found->text;
 }
 

@@ -59,8 +59,8 @@ std::vector<Eigen::Isometry3d> tips(const KDL::Chain& chain, const Vector& q) {
 }
 
 bool is_told_in_the_tip_frame(const Robot& robot, std::size_t j) {
-  for (const std::string& warning : robot.warnings) {
-    if (warning.find("joint \"" + robot.joints[j].name + "\"") != std::string::npos) {
+  for (const Finding& warning : robot.warnings) {
+    if (warning.text.find("joint \"" + robot.joints[j].name + "\"") != std::string::npos) {
       return false;
     }
   }
@@ -239,7 +239,7 @@ TEST(RobotFromKdl, WarnsOfAnObliqueAxis) {
       one_segment(KDL::Joint("elbow", KDL::Vector::Zero(), KDL::Vector(3, 0, 4), KDL::Joint::RotAxis)));
   ASSERT_EQ(robot.warnings.size(), 1U);
   EXPECT_EQ(
-      robot.warnings[0],
+      robot.warnings[0].text,
       "joint \"elbow\": its axis (0.6, 0, 0.8) is oblique in the link frame; the parameters of its link are "
       "told in a frame with the same origin that is turned to have z along the axis");
 }
@@ -255,7 +255,7 @@ TEST(RobotFromKdl, TellsTheParametersOfADenavitHartenbergSegmentAtTheJoint) {
   EXPECT_TRUE(robot.inertials[0].isApprox(told, same_quantity));
   ASSERT_EQ(robot.warnings.size(), 1U);
   EXPECT_EQ(
-      robot.warnings[0],
+      robot.warnings[0].text,
       "joint \"elbow\": the tip of its segment is off the joint's axis; the parameters of its link are told "
       "in a frame at the joint's origin with the axes of the segment's root");
 }
@@ -302,7 +302,7 @@ TEST(RobotFromKdl, TakesInertiaAndDampingOfTheJointAndWarnsOfItsStiffness) {
   EXPECT_EQ(robot.joints[0].Ia, 0.3);
   EXPECT_EQ(robot.joints[0].Fv, 0.2);
   ASSERT_EQ(robot.warnings.size(), 1U);
-  EXPECT_EQ(robot.warnings[0], "joint \"elbow\": its stiffness is ignored: joints are rigid here");
+  EXPECT_EQ(robot.warnings[0].text, "joint \"elbow\": its stiffness is ignored: joints are rigid here");
 }
 
 TEST(RobotFromKdl, NeedsNoCareForTheOffsetOfAJoint) {

@@ -75,8 +75,8 @@ TEST_F(RealModels, AreReadWithoutComplaint) {
     const Robot robot = read_urdf(path);
     EXPECT_EQ(robot.complaint(), std::nullopt);
     EXPECT_GT(robot.chi_st().norm(), 0.0);
-    for (const std::string& warning : robot.warnings) {
-      EXPECT_NE(warning.find("no body has its inertia"), std::string::npos) << warning;
+    for (const Finding& warning : robot.warnings) {
+      EXPECT_NE(warning.text.find("no body has its inertia"), std::string::npos) << warning.text;
     }
   }
 }

@@ -26,7 +26,7 @@ class Checked : public rivid::test::RealExperiment {
 
   void expect_sound() const {
     for (const rivid::Finding& f : findings()) {
-      EXPECT_EQ(f.severity, Severity::note) << f.code << " " << f.subject << ": " << f.text;
+      EXPECT_EQ(severity(f), Severity::note) << f.code << " " << f.subject << ": " << f.text;
     }
   }
 
@@ -34,7 +34,7 @@ class Checked : public rivid::test::RealExperiment {
     const std::vector<rivid::Finding> found = findings();
     EXPECT_TRUE(std::ranges::any_of(found,
                                     [&](const rivid::Finding& f) {
-                                      return f.severity == Severity::error && f.code == code &&
+                                      return severity(f) == Severity::error && f.code == code &&
                                              f.subject == subject;
                                     }))
         << "no " << code << " of " << subject << "; the first finding is " << found.front().code << " of "
@@ -101,7 +101,7 @@ TEST_F(CheckedKuka, WarnsOfOneLogAlone) {
        "files = [\"kuka_kr300/kr300_A.csv\"]");
   const auto found = findings();
   EXPECT_TRUE(std::ranges::any_of(found, [](const rivid::Finding& f) {
-    return f.severity == Severity::warning && f.code == "poor_condition";
+    return severity(f) == Severity::warning && f.code == "poor_condition";
   }));
 }
 

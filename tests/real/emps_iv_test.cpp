@@ -86,7 +86,7 @@ TEST_F(EmpsIv, PrefilterThatMovesFrictionIsToldOf) {
   ASSERT_TRUE(found.prefilter);
   EXPECT_NEAR(found.prefilter->chi[1], 203.5034, 0.01 * 203.5034);
   EXPECT_NEAR(found.chi[1], 238.0, found.parameters[1].sigma);
-  const auto told = std::ranges::find_if(found.warnings, [](const rivid::Warning& warning) {
+  const auto told = std::ranges::find_if(found.warnings, [](const rivid::Finding& warning) {
     return warning.code == "prefilter_shift" && warning.text.find("Fv1 (202.8 to ") != std::string::npos;
   });
   EXPECT_NE(told, found.warnings.end());

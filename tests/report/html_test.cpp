@@ -77,7 +77,8 @@ TEST(HtmlReport, EscapesWhatOthersWrote) {
   study.robot.name = hostile + "robot";
   study.predictions[0].source = hostile + "log";
   study.result.reasons = {hostile + "reason"};
-  study.result.warnings = {{.code = hostile + "code", .text = hostile + "warning"}};
+  study.result.warnings = {
+      {.code = hostile + "code", .subject = hostile + "subject", .text = hostile + "warning"}};
   study.result.notes = {hostile + "note"};
   study.result.parameters[0].name = hostile + "name";
   study.result.parameters[0].unit = hostile + "unit";
@@ -86,8 +87,8 @@ TEST(HtmlReport, EscapesWhatOthersWrote) {
   study.provenance.overrides = {{hostile + "flag", hostile + "value"}};
   const std::string page = study.page();
   EXPECT_EQ(page.find(hostile), std::string::npos);
-  for (const char* const what : {"robot", "log", "reason", "code", "warning", "note", "name", "unit",
-                                 "regrouped", "path", "flag", "value"}) {
+  for (const char* const what : {"robot", "log", "reason", "code", "subject", "warning", "note", "name",
+                                 "unit", "regrouped", "path", "flag", "value"}) {
     EXPECT_NE(page.find(harmless + what), std::string::npos) << what;
   }
   EXPECT_NE(page.find("<h4>" + harmless), std::string::npos);
@@ -126,7 +127,7 @@ TEST(HtmlReport, LoadsNothing) {
 TEST(HtmlReport, BeginsWithTheVerdict) {
   Study study;
   study.result.reasons = {"the reason"};
-  study.result.warnings = {{.code = "base_doubt", .text = "the warning"}};
+  study.result.warnings = {{.code = "base_doubt", .subject = "arm", .text = "the warning"}};
   const std::vector<std::pair<Status, std::string>> words = {
       {Status::identified, "Identified"},
       {Status::rank_deficient, "the data do not determine all parameters"},
@@ -139,7 +140,7 @@ TEST(HtmlReport, BeginsWithTheVerdict) {
     const std::string page = study.page();
     const std::string before = page.substr(0, page.find("id=\"parameters\""));
     for (const std::string& text :
-         {sentence, std::string("the reason"), std::string("<code>base_doubt</code> the warning. "),
+         {sentence, std::string("the reason"), std::string("<code>base_doubt</code> arm: the warning. "),
           std::string(diagnostic_code("base_doubt").value().cure)}) {
       EXPECT_NE(before.find(text), std::string::npos) << text;
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rivid/data/table.hpp"
+#include "rivid/finding.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -14,18 +15,18 @@ namespace rivid {
 /// What was recorded while a robot moved: n_m samples of n joints, one row a sample, one column a joint, in
 /// SI units on the joint side. Matrices of what was not recorded are empty.
 struct Log {
-  std::string source;                 ///< the file, as messages name it
-  Vector t;                           ///< instants, (n_m) [s]
-  double f_m = 0.0;                   ///< measuring rate [Hz]
-  Matrix q;                           ///< measured positions, (n_m × n) [rad | m]
-  Matrix qd;                          ///< measured velocities, (n_m × n) or empty [rad/s | m/s]
-  Matrix tau;                         ///< joint-side torques, (n_m × n) or empty [N·m | N]
-  Matrix v_tau;                       ///< control signals, (n_m × n) or empty [as recorded]
-  Matrix q_r;                         ///< reference positions, (n_m × n) or empty [rad | m]
-  Matrix qd_r;                        ///< reference velocities, (n_m × n) or empty [rad/s | m/s]
-  LineNumbers lines;                  ///< of the file, while the rows are those of the file; else empty
-  std::vector<std::string> notes;     ///< what was found or done and the user should know
-  std::vector<std::string> warnings;  ///< what may make a result wrong
+  std::string source;              ///< the file, as messages name it
+  Vector t;                        ///< instants, (n_m) [s]
+  double f_m = 0.0;                ///< measuring rate [Hz]
+  Matrix q;                        ///< measured positions, (n_m × n) [rad | m]
+  Matrix qd;                       ///< measured velocities, (n_m × n) or empty [rad/s | m/s]
+  Matrix tau;                      ///< joint-side torques, (n_m × n) or empty [N·m | N]
+  Matrix v_tau;                    ///< control signals, (n_m × n) or empty [as recorded]
+  Matrix q_r;                      ///< reference positions, (n_m × n) or empty [rad | m]
+  Matrix qd_r;                     ///< reference velocities, (n_m × n) or empty [rad/s | m/s]
+  LineNumbers lines;               ///< of the file, while the rows are those of the file; else empty
+  std::vector<std::string> notes;  ///< what was found or done and the user should know
+  std::vector<Finding> warnings;   ///< what may make a result wrong
 
   [[nodiscard]] Index samples() const { return t.size(); }
   [[nodiscard]] Index joints() const { return q.cols() > 0 ? q.cols() : q_r.cols(); }

@@ -19,8 +19,8 @@ struct UrdfWriteOptions {
 struct [[nodiscard]] RewrittenUrdf {
   std::string text;  ///< empty where there are faults and force was not asked for
   /// Links whose mass is not positive or whose inertia no body has, joints whose friction would drive, in words.
-  std::vector<Warning> faults;
-  std::vector<Warning> warnings;  ///< what a URDF has no place for, and what was divided anew among links
+  std::vector<Finding> faults;
+  std::vector<Finding> warnings;  ///< what a URDF has no place for, and what was divided anew among links
 };
 
 /// The URDF that a robot was read from, with other standard parameters: the same bytes save numbers of `<inertial>` and

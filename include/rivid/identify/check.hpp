@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "rivid/data/log.hpp"
@@ -10,15 +9,6 @@
 #include "rivid/model/robot.hpp"
 
 namespace rivid {
-
-/// Something that check() found.
-struct Finding {
-  Severity severity = Severity::note;
-  std::string code;     ///< one of diagnostic_codes()
-  std::string subject;  ///< joint, log or parameter that it is about
-  std::string text;     ///< the value that was found, and what is required
-  std::string advice;   ///< what to do
-};
 
 struct CheckOptions {
   SignalOptions signal = {};

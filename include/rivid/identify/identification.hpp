@@ -163,7 +163,7 @@ struct [[nodiscard]] Identification {
       title;  ///< "IDIM-OLS", "IDIM-WLS", "IDIM-IV"; of robust ones "IDIM-OLS, Huber", "IDIM-OLS, bisquare"
   Status status = Status::identified;
   std::vector<std::string> reasons;  ///< why the status is not `identified`
-  std::vector<Warning> warnings;     ///< what may make the result wrong
+  std::vector<Finding> warnings;     ///< what may make the result wrong
   std::vector<std::string> notes;    ///< what was done to the data
 
   Estimation estimation;  ///< that was asked for, without `progress`; a validation uses its signal

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "rivid/finding.hpp"
 #include "rivid/model/chain.hpp"
 #include "rivid/model/kinds.hpp"
 #include "rivid/model/parameters.hpp"
@@ -153,7 +154,7 @@ struct Robot {
   /// column of the same unit, between 0 and 1. Angles that are written with few digits tell parameters apart that the
   /// robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry tells apart is a few hundredths.
   double base_tolerance = 1e-5;
-  std::vector<std::string> warnings;  ///< what the reader noticed and the user should know
+  std::vector<Finding> warnings;  ///< what the reader noticed and the user should know
 
   [[nodiscard]] Index size() const { return chain.joints(); }
 

@@ -9,9 +9,12 @@
 
 namespace rivid {
 
-/// Prints a result for people: verdict, parameters with their statistics and regrouping, fit joint by joint,
+/// Prints a result for people: verdict, findings, parameters with their statistics and regrouping, fit joint by joint,
 /// validation, the physically consistent parameters and their price. UTF-8, at most some 110 columns wide.
 std::ostream& operator<<(std::ostream& out, const Identification& result);
+
+/// in_words() of a finding as a full sentence and, unless it is a note, what to do.
+[[nodiscard]] std::string with_cure(const Finding& finding);
 
 /// Findings for the screen: one line each, the gravest first, and a last line that counts them.
 [[nodiscard]] std::string in_words(std::span<const Finding> findings);

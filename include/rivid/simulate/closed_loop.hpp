@@ -131,7 +131,7 @@ struct [[nodiscard]] Simulation {
   std::vector<std::string> element_names;  ///< dry friction elements
   std::vector<Index> element_changes;      ///< mode changes of each
   Vector max_tracking_error;               ///< largest |q_r − q| over the samples, (n) [rad | m]
-  std::vector<Warning> warnings;           ///< reference outside of the joint limits, clamped friction
+  std::vector<Finding> warnings;           ///< reference outside of the joint limits, clamped friction
   SimulationEffort effort;
 };
 
@@ -167,7 +167,7 @@ struct [[nodiscard]] SimulationRecord {
   double control_hz = 0.0;       ///< 0: the law is continuous [Hz]
   bool control_assumed = false;  ///< see ControlLoop
   std::uint64_t seed = 0;
-  std::vector<Warning> warnings;  ///< of robot, simulation and log together
+  std::vector<Finding> warnings;  ///< of robot, simulation and log together
 };
 
 /// What a simulation is going to be.
