@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "report/document.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 
@@ -21,11 +22,8 @@ std::string counts(std::span<const Finding> findings) {
 }  // namespace
 
 std::string with_cure(const Finding& finding) {
-  std::string out = in_words(finding) + ".";
-  if (const std::string_view known = cure(finding); severity(finding) != Severity::note && !known.empty()) {
-    out.append(" ").append(known);
-  }
-  return out;
+  const std::string_view known = detail::advice(finding);
+  return in_words(finding) + (known.empty() ? "." : ". " + std::string(known));
 }
 
 std::string in_words(std::span<const Finding> findings) {

@@ -1,113 +1,250 @@
 #include "rivid/report/html.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <filesystem>
 
+#include "report/documents.hpp"
 #include "report/html_assets.hpp"
-#include "report/html_page.hpp"
-#include "report/html_parts.hpp"
 #include "report/markup.hpp"
-#include "report/words.hpp"
-#include "rivid/finding.hpp"
+#include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
 
+namespace detail {
+
 namespace {
 
-using detail::bullets;
-using detail::element;
-using detail::escaped;
-using detail::key_figure;
-using detail::percent;
-
-std::string in_words(Status status) {
-  return status == Status::identified ? "Identified"
-                                      : "Not identified: " + std::string(detail::why_not(status));
+std::string attribute(std::string_view name, std::string_view value) {
+  return std::string(name) + "=\"" + escaped(value) + "\"";
 }
 
-// Each with its code, and what to do about it.
-std::string list_of(const std::vector<Finding>& warnings) {
-  std::string out;
-  for (const Finding& warning : warnings) {
-    const std::string item = element("code", escaped(warning.code)) + " " + escaped(sentence(warning)) +
-                             ". " + element("span", escaped(cure(warning)), "class=\"cure\"");
-    out += element("li", item) + "\n";
+std::string css_class(std::string_view names) {
+  return names.empty() ? std::string() : attribute("class", names);
+}
+
+// A mark in front of or behind what it is about.
+std::string badge(Mark mark) {
+  return sign(mark).empty() ? std::string()
+                            : element("span", sign(mark), css_class("sign " + std::string(name(mark))));
+}
+
+std::string in_fold(const Fold& fold, const std::string& content) {
+  return fold.title.empty()
+             ? content
+             : element("details", element("summary", escaped(fold.title)) + content, fold.open ? "open" : "");
+}
+
+std::string cell_markup(const Column& column, const Cell& cell) {
+  if (const auto* const interval = std::get_if<Interval>(&cell.value)) {
+    return markup_of(*interval);
   }
-  return element("ul", out, "class=\"warnings\"");
+  if (column.format.kind == Format::Kind::share) {
+    constexpr double width = 220.0;
+    return element(
+        "span", "",
+        "class=\"pivot\" style=\"width:" + fixed(width * std::get<double>(cell.value), 1) + "px\"");
+  }
+  const std::string text = escaped(shown(column, cell));
+  return column.format.kind == Format::Kind::name ? element("b", text) : text;
 }
 
-std::string verdict(const Identification& result) {
-  const bool identified = result.status == Status::identified;
+class HtmlRenderer {
+ public:
+  std::string operator()(const Sentence& sentence) const {
+    return element("p", escaped(sentence.text) + ".");
+  }
+
+  std::string operator()(const Heading& heading) const { return element("h3", escaped(heading.text)); }
+
+  std::string operator()(const Table& table) const {
+    const auto line = [&](std::string_view tag, const auto& cell, std::string_view behind, Mark mark) {
+      std::string out;
+      for (std::size_t c = 0; c < table.columns.size(); ++c) {
+        if (is_on(Shown::page, table.columns[c].shown)) {
+          out += element(tag, cell(c) + (out.empty() ? std::string(behind) : ""),
+                         table.columns[c].format.number() ? "class=\"number\"" : "");
+        }
+      }
+      return element("tr", out, css_class(name(mark))) + "\n";
+    };
+    std::string head;
+    for (const Column& column : table.columns) {
+      head += column.heading;
+    }
+    if (!head.empty()) {
+      head = element("thead", line(
+                                  "th", [&](std::size_t c) { return escaped(table.columns[c].heading); }, "",
+                                  Mark::none)) +
+             "\n";
+    }
+    std::string body;
+    for (const Row& row : table.rows) {
+      const std::string mark = badge(row.mark);
+      body += line(
+          "td", [&](std::size_t c) { return cell_markup(table.columns[c], row.cells[c]); },
+          mark.empty() ? mark : " " + mark, row.mark);
+    }
+    return in_fold(
+        table.fold,
+        element("div", element("table", head + element("tbody", body)), css_class("scroll")) + "\n");
+  }
+
+  std::string operator()(const List& list) const {
+    std::string out;
+    for (const Item& item : list.items) {
+      const std::string mark = badge(item.mark);
+      out += element("li", (mark.empty() ? mark : mark + " ") +
+                               (item.name.empty() ? "" : element("b", escaped(item.name))) +
+                               escaped(item.text)) +
+             "\n";
+    }
+    return out.empty() ? out : in_fold(list.fold, element("ul", out, css_class(list.kind)));
+  }
+
+  std::string operator()(const FindingList& list) const {
+    std::string out;
+    for (const Finding& finding : list.findings) {
+      out += element("li", escaped(name(severity(finding))) + " " + element("code", escaped(finding.code)) +
+                               " " + escaped(sentence(finding)) + ". " +
+                               element("span", escaped(advice(finding)), css_class("cure"))) +
+             "\n";
+    }
+    return out.empty() ? out
+                       : element("h3", counted(std::ssize(list.findings), "finding")) +
+                             element("ul", out, css_class("warnings"));
+  }
+
+  std::string operator()(const KeyFigures& list) const {
+    std::string out;
+    for (const auto& [value, what] : list.figures) {
+      out += element("div", element("b", escaped(value)) + element("span", escaped(what)));
+    }
+    return element("div", out, css_class("figures"));
+  }
+
+  std::string operator()(const Legend& legend) const {
+    std::string out;
+    for (const auto& [key, meaning] : legend.keys) {
+      out += element("span", element("span", "", css_class("key " + key)) + escaped(meaning),
+                     css_class("item")) +
+             "\n";
+    }
+    return element("p", out + escaped(legend.remark), css_class("legend"));
+  }
+
+  std::string operator()(const Plots& plots) const {
+    std::string out;
+    for (const Plots::Group& group : plots.groups) {
+      std::string content;
+      if (!group.heading.empty()) {
+        content = element("h4", escaped(group.heading) +
+                                    (group.remark.empty() ? "" : element("small", escaped(group.remark))));
+      }
+      for (const Plot& plot : group.plots) {
+        content += markup_of(plot);
+      }
+      out += plots.layout == "pairs" ? element("div", content) : content;
+    }
+    return (plots.log ? toolbar(*plots.log) : "") +
+           (plots.layout.empty() ? out : element("div", out, css_class(plots.layout)));
+  }
+
+  [[nodiscard]] std::string of(const std::vector<Block>& blocks) const {
+    std::string out;
+    for (const Block& block : blocks) {
+      out += is_on(Shown::page, block.shown) ? std::visit(*this, block.content) : std::string();
+    }
+    return out;
+  }
+
+ private:
+  static std::string toolbar(std::size_t log) {
+    struct Button {
+      const char* move;
+      const char* sign;
+      const char* label;
+    };
+    constexpr std::array<Button, 5> buttons = {{{"in", "+", "Zoom in"},
+                                                {"out", "−", "Zoom out"},
+                                                {"back", "‹", "Earlier"},
+                                                {"forward", "›", "Later"},
+                                                {"all", "all", "The whole log"}}};
+    std::string out;
+    for (const Button& b : buttons) {
+      out += element("button", b.sign,
+                     "type=\"button\" data-move=\"" + std::string(b.move) + "\" aria-label=\"" + b.label +
+                         "\" title=\"" + b.label + "\"");
+    }
+    return element("div", out + element("span", "Drag over a plot to zoom, double-click to see all."),
+                   "class=\"toolbar\" data-log=\"" + std::to_string(log) + "\"");
+  }
+};
+
+// Nothing but what stands in the page may be used.
+std::string head(const Document& document) {
+  return "<meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+         "<meta name=\"color-scheme\" content=\"light dark\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+         "'unsafe-inline'; script-src 'unsafe-inline'\">\n" +
+         element("title", escaped(document.title)) + "\n" +
+         (document.data.empty() ? "" : element("style", uplot_css()) + "\n") +
+         element("style", report_css()) + "\n";
+}
+
+std::string verdict(const Document& document) {
+  const std::string title = badge(document.verdict) + " " + escaped(document.headline);
+  return element("section", element("h2", title) + HtmlRenderer().of(document.opening),
+                 css_class("verdict " + std::string(name(document.verdict))));
+}
+
+std::string scripts(const Document& document) {
+  if (document.data.empty()) {
+    return {};
+  }
   std::string out =
-      element("h2", element("span", identified ? "✓" : "✗", "class=\"sign\" aria-hidden=\"true\"") + " " +
-                        in_words(result.status));
-  out += bullets(result.reasons, "reasons");
-  std::string figures = key_figure(std::to_string(result.columns), "base parameters") +
-                        key_figure(std::to_string(result.fit.rows), "rows");
-  if (detail::predicted(result)) {
-    figures += key_figure(percent(result.fit.relative_error), "torque error of the fit");
-  }
-  for (const Validation& validation : result.validation) {
-    figures +=
-        key_figure(percent(validation.fit.relative_error),
-                   "torque error on " + escaped(std::filesystem::path(validation.file).filename().string()));
-  }
-  figures += key_figure(std::isfinite(result.condition) ? number(result.condition, 3) : "infinite",
-                        "condition number");
-  out += element("div", figures, "class=\"figures\"");
-  if (!result.warnings.empty()) {
-    out += element("h3", counted(static_cast<std::ptrdiff_t>(result.warnings.size()), "warning")) +
-           list_of(result.warnings);
-  }
-  return element("section", out, std::string("class=\"verdict ") + (identified ? "good" : "bad") + "\"");
+      element("script", document.data, "type=\"application/json\" id=\"data\"") + "\n<!-- uPlot:\n";
+  out.append(uplot_licence()).append("\n-->\n");
+  return out + element("script", uplot_js()) + "\n" + element("script", report_js()) + "\n";
 }
-
-std::string notes(const Identification& result) {
-  return result.notes.empty()
-             ? std::string()
-             : element("section", element("h2", "Notes", "id=\"notes\"") + bullets(result.notes, "notes"));
-}
-
-constexpr std::array<detail::PageSection, 10> sections = {{{"parameters", "Parameters"},
-                                                           {"prefilter", "Prefilter"},
-                                                           {"essential", "Essential"},
-                                                           {"physical", "Physical"},
-                                                           {"torques", "Torques"},
-                                                           {"residual", "Residual"},
-                                                           {"iterations", "Iterations"},
-                                                           {"conditioning", "Conditioning"},
-                                                           {"notes", "Notes"},
-                                                           {"provenance", "Provenance"}}};
 
 }  // namespace
 
+std::string html_of(const Document& document) {
+  const HtmlRenderer html;
+  std::string links;
+  std::string content;
+  for (const Section& section : document.sections) {
+    if (is_on(Shown::page, section.shown)) {
+      if (!section.title.empty()) {
+        links += element("a", escaped(section.title), attribute("href", "#" + section.id));
+      }
+      const std::string title =
+          element("h2", escaped(section.heading), section.id.empty() ? "" : attribute("id", section.id));
+      content += element("section", title + html.of(section.blocks));
+    }
+  }
+  const std::string header =
+      element("header", element("h1", escaped(document.heading)) + element("p", escaped(document.subtitle)));
+  const std::string without_script =
+      document.data.empty()
+          ? ""
+          : "<noscript><p>The plots need JavaScript; everything else is here without it.</p></noscript>\n";
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n" + element("head", head(document)) + "\n<body>\n" +
+         element("main", header + verdict(document) + element("nav", links) + without_script + content) +
+         "\n" + scripts(document) + "</body>\n</html>\n";
+}
+
+}  // namespace detail
+
 std::string html_report(const Robot& robot, const Identification& result,
                         std::span<const Prediction> predictions, const Provenance& provenance) {
-  const std::string title = escaped(robot.name + " · " + result.title);
-  const std::string content = detail::parameters_section(result) + detail::prefilter_section(result) +
-                              detail::essential_section(result) + detail::physical_section(result) +
-                              detail::torques_section(result, predictions) +
-                              detail::residuals_section(result, predictions) +
-                              detail::iterations_section(result) + detail::conditioning_section(result) +
-                              notes(result) + detail::provenance_section(robot, result, provenance);
-  std::string body = element(
-      "header",
-      element("h1", escaped(robot.name)) +
-          element("p", escaped(result.title) + (provenance.inputs.empty()
-                                                    ? std::string()
-                                                    : " · " + escaped(provenance.inputs.front().path))));
-  body += verdict(result) + detail::navigation(sections, content) +
-          "<noscript><p>The plots need JavaScript; everything else is here without it.</p></noscript>\n" +
-          content;
-  std::string scripts =
-      element("script", detail::plot_data(result, predictions), "type=\"application/json\" id=\"data\"") +
-      "\n";
-  scripts.append("<!-- uPlot:\n").append(detail::uplot_licence()).append("\n-->\n");
-  scripts += element("script", detail::uplot_js()) + "\n" + element("script", detail::report_js()) + "\n";
-  return detail::html_page(title, detail::uplot_css(), body, scripts);
+  return detail::html_of(detail::document_of(robot, result, predictions, provenance));
+}
+
+std::string html_report(const MonteCarlo& plan, std::span<const MonteCarloSummary> summaries,
+                        std::span<const MonteCarloRow> rows, const Provenance& provenance) {
+  return detail::html_of(detail::document_of(plan, summaries, rows, provenance));
 }
 
 }  // namespace rivid

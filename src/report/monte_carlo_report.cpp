@@ -1,48 +1,8 @@
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <ostream>
 
 #include "rivid/report/monte_carlo.hpp"
-#include "rivid/text.hpp"
 
 namespace rivid {
-
-namespace {
-
-std::string padded(const std::string& text, std::size_t width) {
-  const std::size_t shown = display_width(text);
-  return shown < width ? std::string(width - shown, ' ') + text : text;
-}
-
-}  // namespace
-
-std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries) {
-  constexpr std::size_t name_width = 10;
-  constexpr std::size_t width = 14;
-  for (const MonteCarloSummary& s : summaries) {
-    out << s.label << ": " << s.identified << " of " << counted(s.runs, "run") << " identified";
-    if (s.mean_iterations > 0.0) {
-      out << ", " << fixed(s.mean_iterations, 1) << " iterations";
-    }
-    out << ", " << number(s.mean_seconds, 2) << " s each";
-    out << '\n' << padded("parameter", name_width);
-    for (const char* const title :
-         {"truth", "bias", "bias/spread", "RMSE/bound", "sigma/spread", "coverage"}) {
-      out << padded(title, width);
-    }
-    out << '\n';
-    for (const MonteCarloParameter& p : s.parameters) {
-      constexpr int digits = 4;
-      out << padded(p.name, name_width) << padded(number(p.truth, digits), width)
-          << padded(number(p.bias, digits), width) << padded(fixed(p.bias_in_spreads, 2), width)
-          << padded(fixed(p.rmse_over_bound, 2), width) << padded(fixed(p.sigma_over_spread, 2), width)
-          << padded(fixed(100.0 * p.coverage, 1) + " %", width) << '\n';
-    }
-    out << padded("mean", name_width) << padded(fixed(100.0 * s.mean_coverage, 1) + " %", 6 * width)
-        << "\n\n";
-  }
-  return out;
-}
 
 std::string to_json(std::span<const MonteCarloSummary> summaries) {
   using Json = nlohmann::ordered_json;

@@ -119,7 +119,9 @@ setTimeout(() => {
       return t.filter((x) => x >= min - 1e-9 && x <= max + 1e-9).length + " of " + t.length;
     };
     document.documentElement.dataset.shown =
-        [shown("torque", 0, 0), shown("residual", 0, 1), shown("torque", 1, 0)].join(", ");
+        [shown("torque", 0, 0), shown("torque", 0, 1), shown("torque", 1, 0)].join(", ");
+    const ranges = [...document.querySelectorAll(`.torque[data-log="0"], .residual[data-log="0"]`)].map(({ plot }) => JSON.stringify([plot.scales.x.min, plot.scales.x.max]));
+    document.documentElement.dataset.ranges = new Set(ranges).size;
   }, 1000);
 }, 1000);
 </script>)");
@@ -134,6 +136,8 @@ setTimeout(() => {
   EXPECT_TRUE(shown.starts_with("data-shown=\"5 of 3961, 5 of 3961, 3961 of 3961\"") ||
               shown.starts_with("data-shown=\"4 of 3961, 4 of 3961, 3961 of 3961\""))
       << shown;
+  // Residuals have fewer points, one a row, and show the same time.
+  EXPECT_NE(run.out.find("data-ranges=\"1\""), std::string::npos);
 }
 
 TEST_F(InABrowser, AllPlotsOfInstrumentalVariablesAreMade) {

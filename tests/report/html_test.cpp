@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "report/html_parts.hpp"
+#include "report/documents.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/observation.hpp"
@@ -199,7 +199,7 @@ TEST(HtmlReport, ShowsWhichParametersAreEssentialBesideAllOfThem) {
   EXPECT_NE(page.find("no robot would move without: ZZ2."), std::string::npos);
   EXPECT_EQ(count(page, "class=\"gone\""), 1U);
   EXPECT_NE(page.find("removal 1: F = 0.75, p = 0.31"), std::string::npos);
-  EXPECT_EQ(count(page, "<td class=\"number\">1.25000</td><td class=\"number\">0.8</td>"), 7U);
+  EXPECT_EQ(count(page, "<td class=\"number\">1.25000</td><td class=\"number\">0.800</td>"), 7U);
   EXPECT_NE(page.find("Their price on other.csv"), std::string::npos);
   EXPECT_EQ(count(page, "12.500 %"), 2U);
 }
@@ -244,7 +244,7 @@ TEST(HtmlReport, ShowsThePrefilterAndWhatItMoves) {
   EXPECT_NE(page.find("<td>joint_2</td><td class=\"number\">0</td>"), std::string::npos);
   EXPECT_EQ(count(page, "<td class=\"number\">4.00 σ</td>"), 1U);
   EXPECT_EQ(count(page, "<td class=\"number\">0.00 σ</td>"), 7U);
-  EXPECT_EQ(count(page, "class=\"undetermined\""), 1U) << "beyond the intervals";
+  EXPECT_EQ(count(page, "class=\"apart\""), 1U) << "beyond the intervals";
 }
 
 TEST(HtmlReport, TellsTheMotionThatWouldHelpAWeakParameter) {

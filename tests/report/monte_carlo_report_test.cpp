@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "report/html_monte_carlo.hpp"
+#include "report/documents.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "support/monte_carlo_rows.hpp"
 

@@ -47,13 +47,27 @@
       const from = data.logs[log].joints[joint];
       const measured = decoded(from.measured);
       const predicted = from.predicted === null ? null : decoded(from.predicted);
-      known[joint] = {
-        measured,
-        predicted,
-        residual: predicted && measured.map((value, k) => value - predicted[k]),
-      };
+      known[joint] = { measured, predicted };
     }
     return known[joint];
+  }
+  // Instants and residuals of the rows of the fit, with a gap where rows are left out between them.
+  function residuals(log, joint) {
+    const { start, joints } = data.logs[log];
+    const { step, per_sample, runs, residual } = joints[joint].rows;
+    const values = decoded(residual);
+    const t = [];
+    const r = [];
+    for (let k = 0, at = 0; k < runs.length; k += 2) {
+      const first = start + runs[k] * per_sample;
+      for (let i = 0; i < runs[k + 1]; ++i, ++at) {
+        t.push(first + i * step);
+        r.push(values[at]);
+      }
+      t.push(first + (runs[k + 1] - 0.5) * step);
+      r.push(null);
+    }
+    return [t, r];
   }
 
   // ------------------------------------------------------------------ parts of plots
@@ -126,9 +140,9 @@
     };
   }
 
-  function time_plot(log, joint, height, x_label, label, series, values) {
-    const t = times(log);
-    const range = logs[log].range || { min: t[0], max: t[t.length - 1] };
+  function time_plot(log, joint, height, x_label, label, series, values, t = times(log)) {
+    const all = times(log);
+    const range = logs[log].range || { min: all[0], max: all[all.length - 1] };
     return {
       options: {
         height,
@@ -164,8 +178,6 @@
     };
   }
 
-  const percent = (list) => list.map((v) => (v === null ? null : 100 * v));
-
   const roughness = (list) => list.reduce((sum, v, k) => sum + (k > 0 ? (v - list[k - 1]) ** 2 : 0), 0);
 
   // ------------------------------------------------------------------ kinds of plots
@@ -191,18 +203,13 @@
 
     residual(log, joint) {
       const unit = data.joints[joint].unit;
-      return time_plot(log, joint, 130, "t [s]", "[" + unit + "]", [line("residual", colours.residual, { width: 1 })], [
-        torques(log, joint).residual,
-      ]);
+      const [t, values] = residuals(log, joint);
+      return time_plot(log, joint, 130, "t [s]", "[" + unit + "]", [line("residual of rows", colours.residual, { width: 1 })], [values], t);
     },
 
     histogram(log, joint) {
       const shape = data.residuals[joint];
       const centres = shape.counts.map((_, k) => shape.first_edge + (k + 0.5) * shape.bin);
-      const normal = centres.map((x) => {
-        const z = (x - shape.mean) / shape.sigma;
-        return ((shape.rows * shape.bin) / (shape.sigma * Math.sqrt(2 * Math.PI))) * Math.exp(-0.5 * z * z);
-      });
       return {
         options: {
           height: 170,
@@ -218,13 +225,12 @@
             line("normal", colours.predicted, { paths: uPlot.paths.spline(), points: { show: false } }),
           ],
         },
-        values: [centres, shape.counts, normal],
+        values: [centres, shape.counts, shape.normal],
       };
     },
 
     autocorrelation(log, joint) {
-      const { autocorrelation, rows } = data.residuals[joint];
-      const bound = 1.96 / Math.sqrt(rows);
+      const { autocorrelation, white_noise: bound } = data.residuals[joint];
       const level = (value) => autocorrelation.map(() => value);
       const dashed = { dash: [4, 4], width: 1, points: { show: false } };
       return {
@@ -251,8 +257,7 @@
     },
 
     "torque-error"() {
-      const { relative_error, error_norm, joint_error_norm } = data.iterations;
-      const of_all = (list) => list.map((v, k) => (v === null ? null : (100 * v * relative_error[k]) / error_norm[k]));
+      const { error, joint_error } = data.iterations;
       return over_iterations(
         260,
         "error [%]",
@@ -260,7 +265,7 @@
           line("all", colours.text, { width: 2 }),
           ...data.joints.map((joint, j) => line(joint.name, series_colour(j), { dash: [6, 3] })),
         ],
-        [percent(relative_error), ...joint_error_norm.map(of_all)],
+        [error, ...joint_error],
         true,
       );
     },
@@ -275,7 +280,7 @@
           ...orders.map((q, i) => line(q, series_colour(i))),
           ...orders.map((q, i) => line(q + " ref.", series_colour(i), { dash: [5, 4] })),
         ],
-        [...to_measured, ...to_reference].map((order) => percent(order[joint])),
+        [...to_measured, ...to_reference].map((order) => order[joint]),
         true,
       );
     },

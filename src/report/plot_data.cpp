@@ -5,8 +5,9 @@
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
-#include "report/html_parts.hpp"
+#include "report/documents.hpp"
 
 namespace rivid::detail {
 
@@ -57,12 +58,42 @@ std::vector<Index> left_out(const std::vector<std::uint8_t>& kept, Index stride)
   return out;
 }
 
+// Runs of rows that lie evenly: first sample and number, alternating. Of rows that are thinned every few are left.
+std::vector<Index> runs_of(const std::vector<Index>& rows, Index thin, Index step) {
+  std::vector<Index> out;
+  Index expected = -1;
+  for (std::size_t k = 0; k < rows.size(); k += static_cast<std::size_t>(thin)) {
+    if (rows[k] != expected) {
+      out.insert(out.end(), {rows[k], 0});
+    }
+    ++out.back();
+    expected = rows[k] + step;
+  }
+  return out;
+}
+
+// Torques of all samples; the residual of the rows of the fit, which may be fewer.
+Json joint_data(const Prediction& log, const JointPrediction& joint, Index stride, bool with_predicted) {
+  Json out = {{"measured", encoded(joint.measured, stride)},
+              {"predicted", nullptr},
+              {"left_out", left_out(joint.kept, stride)}};
+  if (with_predicted) {
+    // Rows that are as dense as the samples are thinned like these.
+    const Index thin = (stride + log.row_stride - 1) / log.row_stride;
+    const Index step = thin * log.row_stride;
+    out["predicted"] = encoded(joint.predicted, stride);
+    out["rows"] = {{"step", static_cast<double>(step) / log.f_m},
+                   {"per_sample", 1.0 / log.f_m},
+                   {"runs", runs_of(joint.rows, thin, step)},
+                   {"residual", encoded(joint.residual, thin)}};
+  }
+  return out;
+}
+
 Json log_data(const Prediction& log, Index stride, bool with_predicted) {
   Json joints = Json::array();
   for (const JointPrediction& joint : log.joints) {
-    joints.push_back({{"measured", encoded(joint.measured, stride)},
-                      {"predicted", with_predicted ? Json(encoded(joint.predicted, stride)) : Json()},
-                      {"left_out", left_out(joint.kept, stride)}});
+    joints.push_back(joint_data(log, joint, stride, with_predicted));
   }
   return {{"start", log.start},
           {"step", static_cast<double>(stride) / log.f_m},
@@ -70,25 +101,37 @@ Json log_data(const Prediction& log, Index stride, bool with_predicted) {
           {"joints", std::move(joints)}};
 }
 
-Json residual_data(const ResidualShape& shape) {
-  return {{"rows", shape.rows},
-          {"mean", shape.mean},
-          {"sigma", shape.sigma},
-          {"first_edge", shape.first_edge},
-          {"bin", shape.bin},
-          {"counts", shape.counts},
-          {"autocorrelation", shape.autocorrelation}};
+// Rows in each bin if the residual were normal.
+std::vector<double> normal_counts(const ResidualShape& shape) {
+  std::vector<double> out;
+  for (std::size_t k = 0; k < shape.counts.size(); ++k) {
+    const double z =
+        (shape.first_edge + (static_cast<double>(k) + 0.5) * shape.bin - shape.mean) / shape.sigma;
+    out.push_back(static_cast<double>(shape.rows) * shape.bin /
+                  (shape.sigma * std::sqrt(2.0 * std::numbers::pi)) * std::exp(-0.5 * z * z));
+  }
+  return out;
 }
 
-// One list a joint of a quantity of each iterate.
+Json residual_data(const ResidualShape& shape) {
+  constexpr double quantile_975 = 1.96;
+  return {{"first_edge", shape.first_edge},
+          {"bin", shape.bin},
+          {"counts", shape.counts},
+          {"normal", normal_counts(shape)},
+          {"autocorrelation", shape.autocorrelation},
+          {"white_noise", shape.rows > 0 ? quantile_975 / std::sqrt(static_cast<double>(shape.rows)) : 0.0}};
+}
+
+// A quantity of each iterate in per cent, one list a joint.
 template <typename Of>
 Json by_joint(const std::vector<IvIteration>& iterations, Index n, const Of& of) {
   Json out = Json::array();
   for (Index j = 0; j < n; ++j) {
     Json series = Json::array();
     for (const IvIteration& i : iterations) {
-      const Vector& values = of(i);
-      series.push_back(j < values.size() ? Json(values[j]) : Json());
+      const Vector values = of(i);
+      series.push_back(j < values.size() ? Json(100.0 * values[j]) : Json());
     }
     out.push_back(std::move(series));
   }
@@ -106,17 +149,17 @@ Json motion_data(const std::vector<IvIteration>& iterations, Index n, MotionErro
   return out;
 }
 
+// Errors of torques and motions in per cent; of a joint's torques the share in the norm of all.
 Json iteration_data(const std::vector<IvIteration>& iterations, Index n) {
   Json total = Json::array();
-  Json norm = Json::array();
   for (const IvIteration& i : iterations) {
-    total.push_back(i.relative_error);
-    norm.push_back(i.error_norm);
+    total.push_back(100.0 * i.relative_error);
   }
-  return {{"relative_error", std::move(total)},
-          {"error_norm", std::move(norm)},
-          {"joint_error_norm",
-           by_joint(iterations, n, [](const IvIteration& i) -> const Vector& { return i.joint_error_norm; })},
+  return {{"error", std::move(total)},
+          {"joint_error", by_joint(iterations, n,
+                                   [](const IvIteration& i) -> Vector {
+                                     return i.joint_error_norm * (i.relative_error / i.error_norm);
+                                   })},
           {"to_measured", motion_data(iterations, n, &IvIteration::to_measured)},
           {"to_reference", motion_data(iterations, n, &IvIteration::to_reference)}};
 }

@@ -1,0 +1,86 @@
+#include "report/document.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+struct MarkWords {
+  std::string_view sign;
+  std::string_view name;
+};
+
+constexpr std::array<MarkWords, static_cast<std::size_t>(Mark::bad) + 1> marks = {{{"", ""},
+                                                                                   {"?", "weak"},
+                                                                                   {"x", "unseen"},
+                                                                                   {"!", "apart"},
+                                                                                   {"-", "gone"},
+                                                                                   {"", "sum"},
+                                                                                   {"✓", "good"},
+                                                                                   {"✗", "mixed"},
+                                                                                   {"✗", "bad"}}};
+
+// A value shows as many decimals as its deviation has four significant digits; more would be noise.
+int decimals_for(double sigma) {
+  constexpr int significant = 4;
+  constexpr int most = 9;
+  return std::clamp(significant - 1 - static_cast<int>(std::floor(std::log10(sigma))), 0, most);
+}
+
+std::string in_format(const Format& format, double value, double sigma) {
+  switch (format.kind) {
+    case Format::Kind::fixed:
+      return fixed(value, format.digits);
+    case Format::Kind::percent:
+      return fixed(100.0 * value, format.digits) + " %";
+    case Format::Kind::deviation:
+      return with_decimals_of(value, sigma);
+    case Format::Kind::significant:
+    case Format::Kind::text:
+    case Format::Kind::name:
+    case Format::Kind::interval:
+    case Format::Kind::share:
+      break;
+  }
+  return number(value, format.digits);
+}
+
+}  // namespace
+
+std::string_view sign(Mark mark) { return marks[static_cast<std::size_t>(mark)].sign; }
+
+std::string_view name(Mark mark) { return marks[static_cast<std::size_t>(mark)].name; }
+
+std::string shown(const Column& column, const Cell& cell) {
+  if (const auto* const text = std::get_if<std::string>(&cell.value)) {
+    return *text;
+  }
+  const auto* const value = std::get_if<double>(&cell.value);
+  if (value == nullptr || column.format.drawn()) {
+    return {};
+  }
+  if (!std::isfinite(*value)) {
+    return "-";
+  }
+  return in_format(column.format, *value, cell.sigma) + (column.unit.empty() ? "" : " " + column.unit);
+}
+
+std::string_view advice(const Finding& finding) {
+  return severity(finding) == Severity::note ? std::string_view() : cure(finding);
+}
+
+std::string percent(double fraction) { return shown({{}, format::percent}, fraction); }
+
+std::string with_decimals_of(double value, double sigma) {
+  if (!std::isfinite(value)) {
+    return "-";
+  }
+  const bool plain = std::isfinite(sigma) && sigma > 1e-6 && std::abs(value) < 1e9;
+  return plain ? fixed(value, decimals_for(sigma)) : number(value, 6);
+}
+
+}  // namespace rivid::detail

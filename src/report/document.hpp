@@ -1,0 +1,292 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <ranges>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "rivid/finding.hpp"
+
+// What a result says: sections of typed tables, sentences, findings and plots. Who makes a document decides every word,
+// number and mark; text.cpp and html.cpp show it and decide nothing but how it looks.
+namespace rivid::detail {
+
+// A screen is narrow and has no plots, a page has them all.
+enum class Shown { everywhere, screen, page };
+
+// What a row or an item is singled out for.
+enum class Mark {
+  none,
+  weak,    // the data hardly tell it
+  unseen,  // the data do not show it
+  apart,   // farther from another estimate than the intervals are wide
+  gone,    // taken out of the model
+  sum,     // of the rows above
+  good,
+  mixed,
+  bad
+};
+
+// What stands for a mark in text: "?", "x", "!", "-", "✓", "✗"; nothing for sums.
+[[nodiscard]] std::string_view sign(Mark mark);
+// "weak", as style sheets call it.
+[[nodiscard]] std::string_view name(Mark mark);
+
+// How the cells of a column become text. Numbers stand at the right, everything else at the left.
+struct Format {
+  enum class Kind {
+    text,
+    name,         // a text that the row is called by
+    significant,  // so many digits
+    fixed,        // so many decimals
+    percent,      // of a fraction, with so many decimals
+    deviation,    // as many decimals as the deviation of the value asks for
+    interval,     // drawn
+    share         // drawn
+  };
+  Kind kind = Kind::text;
+  int digits = 0;
+
+  [[nodiscard]] bool number() const { return kind >= Kind::significant && kind <= Kind::deviation; }
+  [[nodiscard]] bool drawn() const { return kind >= Kind::interval; }
+};
+
+namespace format {
+inline constexpr Format text = {};
+inline constexpr Format name = {Format::Kind::name};
+inline constexpr Format count = {Format::Kind::fixed, 0};
+inline constexpr Format percent = {Format::Kind::percent, 3};
+inline constexpr Format deviation = {Format::Kind::deviation};
+inline constexpr Format interval = {Format::Kind::interval};
+inline constexpr Format share = {Format::Kind::share};
+constexpr Format significant(int digits) { return {Format::Kind::significant, digits}; }
+constexpr Format fixed(int decimals) { return {Format::Kind::fixed, decimals}; }
+constexpr Format percents(int decimals) { return {Format::Kind::percent, decimals}; }
+}  // namespace format
+
+struct Column {
+  std::string heading;
+  Format format = format::text;
+  std::string unit = {};  // behind each of its numbers
+  Shown shown = Shown::everywhere;
+};
+
+// An interval on an axis of its own, with a value in it and one to compare it with.
+struct Interval {
+  double low = 0.0;
+  double high = 0.0;
+  double value = 0.0;
+  double reference = std::numeric_limits<double>::quiet_NaN();
+  std::string label = {};
+};
+
+struct Cell {
+  std::variant<std::string, double, Interval> value;
+  double sigma = std::numeric_limits<double>::quiet_NaN();  // deviation of the value, for its decimals
+
+  Cell(std::string text) : value(std::move(text)) {}
+  Cell(const char* text) : value(std::string(text)) {}
+  Cell(double number) : value(number) {}
+  Cell(double number, double deviation) : value(number), sigma(deviation) {}
+  Cell(Interval drawn) : value(std::move(drawn)) {}
+};
+
+struct Row {
+  std::vector<Cell> cells;  // one a column
+  Mark mark = Mark::none;
+};
+
+// A block that a page folds away under this title; nothing: not folded.
+struct Fold {
+  std::string title = {};
+  bool open = false;
+};
+
+struct Table {
+  std::vector<Column> columns;
+  std::vector<Row> rows = {};
+  Fold fold = {};
+};
+
+// One column of a table with a row for each of some records: what it is called, how it is shown, where it comes from.
+template <typename Record>
+struct ColumnOf {
+  Column column;
+  std::function<Cell(const Record&)> cell;
+};
+
+// @param mark  of a record's row
+template <typename Records, typename Record = std::ranges::range_value_t<Records>>
+[[nodiscard]] Table table_of(const Records& records, const std::vector<ColumnOf<Record>>& fields,
+                             const std::type_identity_t<std::function<Mark(const Record&)>>& mark = {}) {
+  Table out;
+  for (const ColumnOf<Record>& field : fields) {
+    out.columns.push_back(field.column);
+  }
+  for (const auto& record : records) {
+    Row& row = out.rows.emplace_back(Row{{}, mark ? mark(record) : Mark::none});
+    for (const ColumnOf<Record>& field : fields) {
+      row.cells.push_back(field.cell(record));
+    }
+  }
+  return out;
+}
+
+// One thought, without its full stop.
+struct Sentence {
+  std::string text;
+};
+
+// A title within a section.
+struct Heading {
+  std::string text;
+};
+
+struct Item {
+  std::string name = {};  // what the text is about; it follows at once
+  std::string text = {};
+  Mark mark = Mark::none;
+};
+
+struct List {
+  std::string kind;  // "reasons", as style sheets call it
+  std::vector<Item> items = {};
+  Fold fold = {};
+};
+
+struct FindingList {
+  std::vector<Finding> findings;
+};
+
+// Values that are shown large, each with what it is.
+struct KeyFigures {
+  std::vector<std::pair<std::string, std::string>> figures;
+};
+
+// What the colours of plots mean, by their names in style sheets.
+struct Legend {
+  std::vector<std::pair<std::string, std::string>> keys;
+  std::string remark = {};
+};
+
+// Drawn by report.js from Document::data: torques and residuals of a log, histograms, iterations.
+struct InteractivePlot {
+  std::string kind;
+  std::size_t joint = 0;
+  std::size_t log = 0;
+  std::string label;  // for a reader who does not see it
+};
+
+// One row a value, with its interval and what it should be.
+struct DotPlot {
+  struct Dot {
+    std::string name;
+    Interval interval;
+    Mark mark = Mark::none;
+  };
+  std::string title;
+  std::string what;
+  std::string label;  // of the abscissa
+  double reference = 0.0;
+  std::array<double, 2> wanted = {};
+  std::vector<Dot> dots = {};
+};
+
+struct Line {
+  std::string kind;  // as style sheets call it
+  std::vector<std::array<double, 2>> points;
+};
+
+// Bars and lines over an abscissa.
+struct LinePlot {
+  std::string title;
+  std::string what;
+  std::string label;
+  std::array<double, 2> x = {};
+  std::array<double, 2> y = {};
+  double bar = 0.0;                              // width
+  std::vector<std::array<double, 2>> bars = {};  // left edge and height
+  std::vector<Line> lines = {};
+};
+
+// How a value came to its interval, step by step.
+struct PathPlot {
+  std::string name;
+  std::string value;  // that it came to
+  std::string label;
+  std::vector<double> steps;
+  std::optional<std::array<double, 2>> interval = {};
+};
+
+using Plot = std::variant<InteractivePlot, DotPlot, LinePlot, PathPlot>;
+
+struct Plots {
+  struct Group {
+    std::string heading = {};
+    std::string remark = {};
+    std::vector<Plot> plots = {};
+  };
+  std::string layout;                   // "pairs", "panels", "paths" or one under the other
+  std::optional<std::size_t> log = {};  // whose time the reader can move along
+  std::vector<Group> groups = {};
+};
+
+struct Block {
+  std::variant<Sentence, Heading, Table, List, FindingList, KeyFigures, Legend, Plots> content;
+  Shown shown = Shown::everywhere;
+};
+
+struct Section {
+  std::string id = {};     // for links
+  std::string title = {};  // of the link; none without
+  std::string heading;
+  std::vector<Block> blocks = {};
+  Shown shown = Shown::everywhere;
+};
+
+struct Document {
+  std::string title;     // of the page
+  std::string heading;   // what it is about
+  std::string subtitle;  // what was done to it
+  std::string line;      // the verdict on a screen
+  std::string headline;  // and on a page
+  Mark verdict = Mark::none;
+  std::vector<Block> opening = {};  // what belongs to the verdict
+  std::vector<Section> sections = {};
+  std::string data =
+      {};  // of interactive plots, as JSON that may stand in a <script>; empty where there are none
+};
+
+// The text of a cell; "-" for what is not a finite number.
+[[nodiscard]] std::string shown(const Column& column, const Cell& cell);
+
+// Whether something shown so is shown there.
+[[nodiscard]] constexpr bool is_on(Shown place, Shown where) {
+  return where == Shown::everywhere || where == place;
+}
+
+// How the documents look. The text is UTF-8 and, tables of many columns aside, at most 110 columns wide.
+[[nodiscard]] std::string text_of(const Document& document);
+[[nodiscard]] std::string html_of(const Document& document);
+// A plot as markup: a place where report.js draws, or a picture in SVG; report.css says how its classes look.
+[[nodiscard]] std::string markup_of(const Plot& plot);
+// An interval on an axis of its own, as small as a cell of a table.
+[[nodiscard]] std::string markup_of(const Interval& interval);
+
+// What to do about a finding; nothing about a note.
+[[nodiscard]] std::string_view advice(const Finding& finding);
+
+// A fraction in per cent; "-" where it is not finite.
+[[nodiscard]] std::string percent(double fraction);
+// A value with as many decimals as its deviation asks for; "-" where it is not finite.
+[[nodiscard]] std::string with_decimals_of(double value, double sigma);
+
+}  // namespace rivid::detail

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/document.hpp"
+#include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/identify/identification.hpp"
+#include "rivid/identify/prediction.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/report/json.hpp"
+
+// The documents of rivid, and what they are made of.
+namespace rivid::detail {
+
+// What a result says of itself.
+[[nodiscard]] Document document_of(const Identification& result);
+// The same with plots of its torques, its robot and where it comes from.
+[[nodiscard]] Document document_of(const Robot& robot, const Identification& result,
+                                   std::span<const Prediction> predictions, const Provenance& provenance);
+
+// One way to identify, on many simulated experiments.
+[[nodiscard]] Document document_of(const MonteCarloSummary& summary);
+// All ways of a plan with plots of their errors and where they come from.
+[[nodiscard]] Document document_of(const MonteCarlo& plan, std::span<const MonteCarloSummary> summaries,
+                                   std::span<const MonteCarloRow> rows, const Provenance& provenance);
+
+// What keeps a result from being identified; nothing where it is.
+[[nodiscard]] std::string_view why_not(Status status);
+
+// How rows are made of the samples: what, and its setting.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> row_settings(const SignalOptions& signal);
+
+// A table without titles: what, and its value.
+[[nodiscard]] Table settings_table(const std::vector<std::pair<std::string, std::string>>& settings);
+
+// The files with their SHA-256.
+[[nodiscard]] Table inputs_table(const Provenance& provenance);
+
+// Errors of the identified runs of one trial in their standard deviations, (estimate − truth) / σ: one list a parameter.
+[[nodiscard]] std::vector<std::vector<double>> standardised_errors(const MonteCarloSummary& summary,
+                                                                   std::span<const MonteCarloRow> rows);
+
+// Whether there is anything to draw beside what was measured.
+[[nodiscard]] inline bool predicted(const Identification& result) { return result.chi.allFinite(); }
+
+// Samples of which one is kept, so that the page stays one that a browser opens.
+[[nodiscard]] Index thinning(std::span<const Prediction> predictions);
+
+// What report.js draws, as JSON that may stand in a <script>.
+[[nodiscard]] std::string plot_data(const Identification& result, std::span<const Prediction> predictions);
+
+// The residual of one joint's rows over the logs of the identification.
+struct ResidualShape {
+  Index rows = 0;
+  double mean = 0.0;
+  double sigma = 0.0;
+  double first_edge = 0.0;  // of the histogram …
+  double bin = 0.0;         // … and the width of its bins
+  std::vector<double> counts;
+  Index outside = 0;                    // rows beyond the histogram
+  std::vector<double> autocorrelation;  // at lags of 1, 2 … rows; empty where rows are few
+};
+
+[[nodiscard]] ResidualShape residual_shape(std::span<const Prediction> predictions, std::size_t joint);
+
+}  // namespace rivid::detail

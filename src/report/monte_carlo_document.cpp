@@ -1,0 +1,407 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "report/documents.hpp"
+#include "rivid/text.hpp"
+#include "rivid/version.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+using enum Shown;
+using P = MonteCarloParameter;
+
+std::string share(double fraction) { return shown({{}, format::percents(1)}, fraction); }
+
+// The parameter with the largest value of a figure; nothing where no value is a number.
+template <typename Figure>
+const P* worst(const MonteCarloSummary& summary, Figure figure) {
+  const P* out = nullptr;
+  for (const P& p : summary.parameters) {
+    if (std::isfinite(figure(p)) && (out == nullptr || figure(p) > figure(*out))) {
+      out = &p;
+    }
+  }
+  return out;
+}
+
+const P* most_biased(const MonteCarloSummary& summary) {
+  return worst(summary, [](const P& p) { return std::abs(p.bias_in_spreads); });
+}
+
+const P* least_covered(const MonteCarloSummary& summary) {
+  return worst(summary, [](const P& p) { return -p.coverage; });
+}
+
+const P* least_precise(const MonteCarloSummary& summary) {
+  return worst(summary, [](const P& p) { return p.rmse_over_bound; });
+}
+
+double mean_rmse(const MonteCarloSummary& summary) {
+  double out = 0.0;
+  for (const P& p : summary.parameters) {
+    out += p.rmse_over_bound / static_cast<double>(summary.parameters.size());
+  }
+  return out;
+}
+
+// Enough runs for their figures to say something.
+bool judged(const MonteCarloSummary& summary) {
+  return summary.identified >= 2 && most_biased(summary) != nullptr;
+}
+
+Mark mark_of(const MonteCarloSummary& summary) {
+  return summary.verdict.unbiased && summary.verdict.honest ? Mark::good : Mark::bad;
+}
+
+std::string in_words(const MonteCarloSummary& s) {
+  if (!judged(s)) {
+    return "too few runs are identified to say anything";
+  }
+  const P& bias = *most_biased(s);
+  std::string out = std::string(s.verdict.unbiased ? "unbiased" : "biased") + " (at most " +
+                    fixed(std::abs(bias.bias_in_spreads), 2) + " deviations, " + bias.name + "); ";
+  const P& coverage = *least_covered(s);
+  out += "error bars are " + std::string(s.verdict.honest ? "honest" : "not honest") + " (" +
+         share(s.mean_coverage) + " of the 95 % intervals hold the truth, of " + coverage.name + " " +
+         share(coverage.coverage) + ")";
+  if (s.verdict.efficient) {
+    const P& rmse = *least_precise(s);
+    out += "; " + std::string(*s.verdict.efficient ? "efficient" : "not efficient") + " (errors are " +
+           fixed(mean_rmse(s), 2) + " times their bound on average, of " + rmse.name + " " +
+           fixed(rmse.rmse_over_bound, 2) + " times)";
+  }
+  return out;
+}
+
+std::string criteria() {
+  using V = MonteCarloVerdict;
+  return "Unbiased: no bias above " + number(V::largest_bias) +
+         " standard deviations of the estimates. Honest: " + number(100.0 * V::mean_coverage[0]) + " to " +
+         number(100.0 * V::mean_coverage[1]) + " % of the 95 % intervals hold the truth on average, and " +
+         number(100.0 * V::least_coverage) +
+         " % or more for each parameter. Efficient: no root mean square error above " +
+         number(V::largest_rmse) +
+         " times that of weighted least squares on regressors without noise. A figure counts only where the "
+         "whole interval that so many runs leave open is beyond that";
+}
+
+// ---------------------------------------------------------------------------------------------- tables
+
+Section comparison(std::span<const MonteCarloSummary> summaries) {
+  using S = MonteCarloSummary;
+  const auto if_judged = [](auto figure) {
+    return [=](const S& s) { return judged(s) ? Cell(figure(s)) : Cell("-"); };
+  };
+  const auto if_bound = [](auto figure) {
+    return [=](const S& s) { return s.verdict.efficient ? Cell(figure(s)) : Cell("-"); };
+  };
+  Section out{"ways", "Ways to identify", "Ways to identify"};
+  out.blocks = {
+      {table_of(
+          summaries,
+          {{{"", format::name}, [](const S& s) { return s.label; }},
+           {{"identified"},
+            [](const S& s) { return std::to_string(s.identified) + " of " + std::to_string(s.runs); }},
+           {{"iterations", format::fixed(1)},
+            [](const S& s) { return s.most_iterations > 0 ? Cell(s.mean_iterations) : Cell(""); }},
+           {{"largest bias", format::fixed(2)},
+            if_judged([](const S& s) { return std::abs(most_biased(s)->bias_in_spreads); })},
+           {{"mean coverage", format::percents(1)}, if_judged([](const S& s) { return s.mean_coverage; })},
+           {{"least", format::percents(1)}, if_judged([](const S& s) { return least_covered(s)->coverage; })},
+           {{"mean RMSE / bound", format::fixed(2)}, if_bound(mean_rmse)},
+           {{"largest", format::fixed(2)},
+            if_bound([](const S& s) { return least_precise(s)->rmse_over_bound; })}})},
+      {Sentence{criteria()}},
+      {Legend{{{"dot", "a parameter, with the 95 % interval that so many runs leave open"},
+               {"off", "beyond what is wanted, by more than that"},
+               {"reference", "what it should be"},
+               {"left-out", "what counts as good enough"}}}}};
+  return out;
+}
+
+// One line a column.
+Table parameters_table(const MonteCarloSummary& summary) {
+  Table out = table_of(summary.parameters,
+                       {{{"parameter", format::name}, [](const P& p) { return p.name; }},
+                        {{"truth", format::significant(4)}, [](const P& p) { return p.truth; }},
+                        {{"unit"}, [](const P& p) { return p.unit; }},
+                        {{"bias", format::significant(4)}, [](const P& p) { return p.bias; }},
+                        {{"bias/spread", format::fixed(2)}, [](const P& p) { return p.bias_in_spreads; }},
+                        {{"spread", format::significant(4), "", page}, [](const P& p) { return p.spread; }},
+                        {{"RMSE/bound", format::fixed(2)}, [](const P& p) { return p.rmse_over_bound; }},
+                        {{"sigma/spread", format::fixed(2)}, [](const P& p) { return p.sigma_over_spread; }},
+                        {{"coverage", format::percents(1)}, [](const P& p) { return p.coverage; }},
+                        {{"its 95 % interval", format::text, "", page}, [](const P& p) {
+                           return "[" + share(p.coverage_95[0]) + ", " + share(p.coverage_95[1]) + "]";
+                         }}});
+  out.rows.push_back({{"mean", "", "", "", "", "", "", "", summary.mean_coverage, ""}, Mark::sum});
+  out.fold = {"All figures"};
+  return out;
+}
+
+// Why runs are not identified, the most frequent reason first.
+List other_outcomes(const MonteCarloSummary& summary) {
+  std::vector<std::pair<std::string, int>> outcomes(summary.outcomes.begin(), summary.outcomes.end());
+  std::ranges::stable_sort(outcomes, std::greater(), &std::pair<std::string, int>::second);
+  List out{"reasons"};
+  for (const auto& [outcome, runs] : outcomes) {
+    std::string why = outcome == "not_simulated" ? "the experiment itself could not be simulated"
+                      : outcome == "refused"     ? "the log could not be used"
+                                                 : "";
+    for (int k = 0; k <= static_cast<int>(Status::not_simulable); ++k) {
+      if (outcome == name(static_cast<Status>(k))) {
+        why = why_not(static_cast<Status>(k));
+      }
+    }
+    if (outcome != name(Status::identified)) {
+      out.items.push_back({.text = counted(runs, "run") + " " + outcome + ": " + why});
+    }
+  }
+  return out;
+}
+
+// ---------------------------------------------------------------------------------------------- plots
+
+double normal_density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi); }
+
+double normal_distribution(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+// Fills in a dot for each parameter, which is bad where all of its interval is beyond what is wanted.
+template <typename Figure>
+DotPlot dot_plot(const MonteCarloSummary& summary, DotPlot plot, const Figure& figure) {
+  for (const P& p : summary.parameters) {
+    const Interval interval = figure(p);
+    const bool off = interval.low > plot.wanted[1] || interval.high < plot.wanted[0];
+    plot.dots.push_back({p.name, interval, off ? Mark::bad : Mark::none});
+  }
+  return plot;
+}
+
+Plots figure_plots(const MonteCarloSummary& summary) {
+  using V = MonteCarloVerdict;
+  Plots out{"panels"};
+  std::vector<Plot>& plots = out.groups.emplace_back().plots;
+  plots.emplace_back(dot_plot(summary,
+                              {"Bias",
+                               "mean error in deviations of the estimate; should be 0",
+                               "bias / spread",
+                               0.0,
+                               {-V::largest_bias, V::largest_bias}},
+                              [](const P& p) {
+                                return Interval{p.bias_in_spreads_95[0], p.bias_in_spreads_95[1],
+                                                p.bias_in_spreads};
+                              }));
+  plots.emplace_back(dot_plot(summary,
+                              {"Coverage",
+                               "share of 95 % intervals that hold the truth; should be 95 %",
+                               "coverage [%]",
+                               95.0,
+                               {100.0 * V::least_coverage, 100.0}},
+                              [](const P& p) {
+                                return Interval{100.0 * p.coverage_95[0], 100.0 * p.coverage_95[1],
+                                                100.0 * p.coverage};
+                              }));
+  if (summary.verdict.efficient) {
+    plots.emplace_back(
+        dot_plot(summary,
+                 {"Precision",
+                  "root mean square error over the bound that no method can beat by much; should be 1",
+                  "RMSE / bound",
+                  1.0,
+                  {0.0, V::largest_rmse}},
+                 [](const P& p) {
+                   return Interval{p.rmse_over_bound_95[0], p.rmse_over_bound_95[1], p.rmse_over_bound};
+                 }));
+  }
+  return out;
+}
+
+std::vector<double> together(const std::vector<std::vector<double>>& errors) {
+  std::vector<double> out;
+  for (const std::vector<double>& list : errors) {
+    out.insert(out.end(), list.begin(), list.end());
+  }
+  return out;
+}
+
+// All errors together beside the standard normal distribution.
+LinePlot error_histogram(const std::vector<double>& errors) {
+  constexpr double reach = 4.0;
+  constexpr double bin = 0.25;
+  constexpr auto bins = static_cast<std::size_t>(2.0 * reach / bin);
+  LinePlot out{"Distribution",
+               "of the errors of all parameters, beside the standard normal one",
+               "(estimate − truth) / σ",
+               {-reach, reach},
+               {0.0, normal_density(0.0)},
+               bin};
+  Line normal{"curve", {}};
+  for (std::size_t k = 0; k < bins; ++k) {
+    out.bars.push_back({-reach + bin * static_cast<double>(k), 0.0});
+  }
+  for (std::size_t k = 0; k <= 2 * bins; ++k) {
+    const double x = -reach + 0.5 * bin * static_cast<double>(k);
+    normal.points.push_back({x, normal_density(x)});
+  }
+  std::ptrdiff_t outside = 0;
+  for (const double error : errors) {
+    const double place = std::floor((error + reach) / bin);
+    if (place >= 0.0 && place < static_cast<double>(bins)) {
+      double& density = out.bars[static_cast<std::size_t>(place)][1];
+      density += 1.0 / (bin * static_cast<double>(errors.size()));
+      out.y[1] = std::max(out.y[1], density);
+    } else {
+      ++outside;
+    }
+  }
+  out.lines = {std::move(normal)};
+  out.what += outside > 0 ? "; " + counted(outside, "error") + " beyond four σ" : "";
+  return out;
+}
+
+// Quantiles of a sample at the probabilities of normal ones, as far as it reaches.
+Line quantiles(std::string kind, std::vector<double> sample) {
+  constexpr int steps = 14;  // to either side
+  constexpr double step = 0.25;
+  std::ranges::sort(sample);
+  Line out{std::move(kind), {}};
+  for (int k = -steps; k <= steps; ++k) {
+    const double x = step * k;
+    const double at = normal_distribution(x) * static_cast<double>(sample.size()) - 0.5;
+    const double below = std::floor(at);
+    if (below >= 0.0 && below + 1.0 < static_cast<double>(sample.size())) {
+      const auto i = static_cast<std::size_t>(below);
+      out.points.push_back({x, sample[i] + (at - below) * (sample[i + 1] - sample[i])});
+    }
+  }
+  return out;
+}
+
+// Quantiles of the errors over those of the normal distribution, a line for each parameter and one for all.
+LinePlot quantile_plot(const std::vector<std::vector<double>>& errors) {
+  constexpr double ends = 4.0;
+  LinePlot out{"Quantiles",
+               "of the errors in σ: a thin line for each parameter, a thick one for all",
+               "quantile of the normal distribution",
+               {-ends, ends},
+               {-ends, ends}};
+  out.lines.push_back({"reference", {{-ends, -ends}, {ends, ends}}});
+  for (const std::vector<double>& list : errors) {
+    out.lines.push_back(quantiles("one", list));
+  }
+  out.lines.push_back(quantiles("all", together(errors)));
+  for (const Line& line : out.lines) {
+    for (const auto& [x, y] : line.points) {
+      out.y = {std::min(out.y[0], -std::abs(y)), std::max(out.y[1], std::abs(y))};
+    }
+  }
+  return out;
+}
+
+// ---------------------------------------------------------------------------------------------- sections
+
+std::string run_words(const MonteCarloSummary& summary) {
+  std::string out =
+      std::to_string(summary.identified) + " of " + counted(summary.runs, "run") + " identified";
+  if (summary.most_iterations > 0) {
+    out += ", in " + fixed(summary.mean_iterations, 1) + " iterations on average, " +
+           std::to_string(summary.most_iterations) + " at most";
+  }
+  return out;
+}
+
+Section trial_section(const MonteCarloSummary& summary, std::span<const MonteCarloRow> rows, std::size_t k) {
+  Section out{"way_" + std::to_string(k + 1), summary.label, summary.label};
+  out.blocks = {{Sentence{run_words(summary)}}, {other_outcomes(summary)}};
+  if (judged(summary)) {
+    const auto errors = standardised_errors(summary, rows);
+    out.blocks.push_back({figure_plots(summary)});
+    out.blocks.push_back(
+        {Plots{"panels", {}, {{"", "", {error_histogram(together(errors)), quantile_plot(errors)}}}}});
+    out.blocks.push_back({parameters_table(summary)});
+  }
+  return out;
+}
+
+Section provenance_section(const MonteCarlo& plan, const Provenance& provenance) {
+  const Robot& robot = plan.experiment.robot;
+  std::vector<std::pair<std::string, std::string>> settings = {
+      {"Program", provenance.program + ", rivid " + std::string(version)},
+      {"Robot", robot.name + ", " + counted(robot.size(), "joint")},
+      {"Runs", std::to_string(plan.runs) + "; run k, counted from 0, has the seed " +
+                   std::to_string(plan.seed) + " + k"}};
+  for (const auto& [flag, value] : provenance.overrides) {
+    settings.emplace_back("Flag --" + flag, value);
+  }
+  Table trials{{{"", format::name}, {"Method"}}};
+  for (const MonteCarlo::Trial& trial : plan.trials) {
+    const Estimation& estimation = trial.experiment.estimation;
+    Row& row = trials.rows.emplace_back(Row{{trial.label, std::string(name(estimation.method))}});
+    for (const auto& [what, value] : row_settings(estimation.signal)) {
+      if (trials.rows.size() == 1) {
+        trials.columns.push_back({what});
+      }
+      row.cells.emplace_back(value);
+    }
+  }
+  return {"provenance",
+          "Provenance",
+          "Provenance",
+          {{settings_table(settings)}, {std::move(trials)}, {inputs_table(provenance)}}};
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> standardised_errors(const MonteCarloSummary& summary,
+                                                     std::span<const MonteCarloRow> rows) {
+  std::vector<std::vector<double>> out(summary.parameters.size());
+  for (const MonteCarloRow& row : rows) {
+    if (row.label == summary.label && row.status == name(Status::identified)) {
+      for (std::size_t i = 0; i < out.size(); ++i) {
+        const auto at = static_cast<Index>(i);
+        out[i].push_back((row.value[at] - summary.parameters[i].truth) / row.sigma[at]);
+      }
+    }
+  }
+  return out;
+}
+
+Document document_of(const MonteCarloSummary& summary) {
+  Document out;
+  out.line = summary.label + ": " + run_words(summary) + ", " + number(summary.mean_seconds, 2) + " s each";
+  out.sections = {{"", "", summary.label, {{parameters_table(summary)}}}};
+  return out;
+}
+
+Document document_of(const MonteCarlo& plan, std::span<const MonteCarloSummary> summaries,
+                     std::span<const MonteCarloRow> rows, const Provenance& provenance) {
+  const std::ptrdiff_t passed = std::ranges::count(summaries, Mark::good, mark_of);
+  const auto trials = std::ssize(summaries);
+  Document out;
+  out.heading = plan.experiment.robot.name;
+  out.title = out.heading + " · Monte Carlo";
+  out.subtitle = "Monte Carlo" + (provenance.inputs.empty() ? "" : " · " + provenance.inputs.front().path);
+  out.verdict = passed == trials ? Mark::good : passed > 0 ? Mark::mixed : Mark::bad;
+  out.headline = passed == trials ? "Unbiased, and error bars mean what they say"
+                                  : std::to_string(passed) + " of " + counted(trials, "way") +
+                                        " to identify can be trusted";
+  List verdicts{"trials"};
+  out.sections.push_back(comparison(summaries));
+  for (std::size_t k = 0; k < summaries.size(); ++k) {
+    const MonteCarloSummary& s = summaries[k];
+    verdicts.items.push_back({s.label, ": " + in_words(s), mark_of(s)});
+    out.sections.push_back(trial_section(s, rows, k));
+  }
+  out.sections.push_back(provenance_section(plan, provenance));
+  out.opening = {
+      {std::move(verdicts)},
+      {KeyFigures{{{std::to_string(plan.runs), "simulated experiments"},
+                   {std::to_string(trials), "ways to identify each"},
+                   {std::to_string(base_parameters(plan.experiment.robot).size()), "base parameters"}}}}};
+  return out;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,276 @@
+#include <algorithm>
+#include <cmath>
+
+#include "report/document.hpp"
+#include "report/markup.hpp"
+#include "rivid/report/ticks.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+std::vector<double> round_ticks(double low, double high, double least_step) {
+  const double wanted = (high - low) / 5.0;
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  const double lead = wanted / decade;
+  const double step = std::max(least_step, decade * (lead < 1.5   ? 1.0
+                                                     : lead < 3.5 ? 2.0
+                                                     : lead < 7.5 ? 5.0
+                                                                  : 10.0));
+  // A multiple that is missed by rounding alone counts as met.
+  constexpr double rounding = 1e-9;
+  const auto first = std::llround(std::floor(low / step + rounding));
+  const auto last = std::llround(std::ceil(high / step - rounding));
+  std::vector<double> out;
+  for (auto i = first; i <= last; ++i) {
+    out.push_back(static_cast<double>(i) * step);
+  }
+  return out;
+}
+
+namespace detail {
+
+namespace {
+
+constexpr double width = 350.0;
+constexpr double right = width - 12.0;
+constexpr double top = 8.0;
+constexpr double below = 36.0;  // ticks and label of the abscissa
+
+using Point = std::array<double, 2>;
+
+// ---------------------------------------------------------------------------------------------- elements
+
+std::string coordinate(double x) { return fixed(x, 1); }
+
+std::string line(std::string_view kind, Point from, Point to) {
+  return "<line class=\"" + std::string(kind) + "\" x1=\"" + coordinate(from[0]) + "\" y1=\"" +
+         coordinate(from[1]) + "\" x2=\"" + coordinate(to[0]) + "\" y2=\"" + coordinate(to[1]) + "\"/>";
+}
+
+std::string dot(std::string_view kind, Point at, double r) {
+  return "<circle class=\"" + std::string(kind) + "\" cx=\"" + coordinate(at[0]) + "\" cy=\"" +
+         coordinate(at[1]) + "\" r=\"" + coordinate(r) + "\"/>";
+}
+
+// Between two corners.
+std::string box(std::string_view kind, Point a, Point b) {
+  return "<rect class=\"" + std::string(kind) + "\" x=\"" + coordinate(std::min(a[0], b[0])) + "\" y=\"" +
+         coordinate(std::min(a[1], b[1])) + "\" width=\"" + coordinate(std::abs(b[0] - a[0])) +
+         "\" height=\"" + coordinate(std::abs(b[1] - a[1])) + "\"/>";
+}
+
+// @param anchor  "start", "middle" or "end": what of the text is at the point
+std::string text(std::string_view anchor, Point at, std::string_view content) {
+  return element("text", escaped(content),
+                 "text-anchor=\"" + std::string(anchor) + "\" x=\"" + coordinate(at[0]) + "\" y=\"" +
+                     coordinate(at[1]) + "\"");
+}
+
+std::string polyline(std::string_view kind, const std::vector<Point>& points) {
+  std::string list;
+  for (const auto& [x, y] : points) {
+    list += coordinate(x) + "," + coordinate(y) + " ";
+  }
+  return "<polyline class=\"" + std::string(kind) + "\" points=\"" + list + "\"/>";
+}
+
+// @param label  what a reader who does not see it is told
+std::string picture(Point size, const std::string& label, const std::string& content) {
+  const std::string w = number(size[0]);
+  const std::string h = number(size[1]);
+  return element("svg", element("title", escaped(label)) + content,
+                 "role=\"img\" width=\"" + w + "\" height=\"" + h + "\" viewBox=\"0 0 " + w + " " + h + "\"");
+}
+
+std::string figure(const std::string& name, const std::string& what, const std::string& content) {
+  return element("figure",
+                 element("figcaption", element("b", escaped(name)) + " " + escaped(what)) + content);
+}
+
+// ---------------------------------------------------------------------------------------------- axes
+
+// The smallest range that holds all values it is shown, and how it lies along a length.
+class Range {
+ public:
+  void show(double value) {
+    if (std::isfinite(value)) {
+      least_ = std::min(least_, value);
+      most_ = std::max(most_, value);
+    }
+  }
+  [[nodiscard]] bool empty() const { return least_ > most_; }
+  // Along a length, with some room at either end.
+  [[nodiscard]] double at(double value, double length) const {
+    constexpr double margin = 6.0;
+    const double span = most_ > least_ ? most_ - least_ : 1.0;
+    return margin + (value - least_) / span * (length - 2.0 * margin);
+  }
+
+ private:
+  double least_ = std::numeric_limits<double>::infinity();
+  double most_ = -std::numeric_limits<double>::infinity();
+};
+
+// An axis whose ends are ticks, along the pixels from … to.
+class Axis {
+ public:
+  Axis(double low, double high, double from, double to)
+      : ticks_(round_ticks(low, high > low ? high : low + 1.0)), from_(from), to_(to) {}
+
+  [[nodiscard]] const std::vector<double>& ticks() const { return ticks_; }
+  [[nodiscard]] double at(double value) const {
+    const double inside = std::clamp(value, ticks_.front(), ticks_.back());
+    return from_ + (inside - ticks_.front()) / (ticks_.back() - ticks_.front()) * (to_ - from_);
+  }
+
+ private:
+  std::vector<double> ticks_;
+  double from_;
+  double to_;
+};
+
+// Grid, ticks and label of the abscissa.
+std::string abscissa(const Axis& x, double bottom, const std::string& label) {
+  std::string out;
+  for (const double tick : x.ticks()) {
+    out += line("grid", {x.at(tick), top}, {x.at(tick), bottom}) +
+           text("middle", {x.at(tick), bottom + 14.0}, number(tick, 6));
+  }
+  const double middle = 0.5 * (x.at(x.ticks().front()) + x.at(x.ticks().back()));
+  return out + text("middle", {middle, bottom + 30.0}, label);
+}
+
+std::string ordinate(const Axis& y, double left) {
+  std::string out;
+  for (const double tick : y.ticks()) {
+    out += line("grid", {left, y.at(tick)}, {right, y.at(tick)}) +
+           text("end", {left - 5.0, y.at(tick) + 4.0}, number(tick, 6));
+  }
+  return out;
+}
+
+// ---------------------------------------------------------------------------------------------- plots
+
+std::string drawn(const InteractivePlot& plot) {
+  return element("div", "",
+                 "class=\"plot " + plot.kind + "\" data-kind=\"" + plot.kind + "\" data-joint=\"" +
+                     std::to_string(plot.joint) + "\" data-log=\"" + std::to_string(plot.log) +
+                     "\" role=\"img\" aria-label=\"" + escaped(plot.label) + "\"") +
+         "\n";
+}
+
+std::string drawn(const DotPlot& plot) {
+  constexpr double left = 58.0;
+  constexpr double row = 17.0;
+  double least = plot.reference;
+  double most = plot.reference;
+  for (const DotPlot::Dot& each : plot.dots) {
+    if (std::isfinite(each.interval.value)) {
+      least = std::min(least, each.interval.low);
+      most = std::max(most, each.interval.high);
+    }
+  }
+  const double bottom = top + row * static_cast<double>(plot.dots.size()) + 4.0;
+  const Axis x(least, most, left, right);
+  std::string out = abscissa(x, bottom, plot.label);
+  out += box("band", {x.at(plot.wanted[0]), top}, {x.at(plot.wanted[1]), bottom});
+  out += line("reference", {x.at(plot.reference), top}, {x.at(plot.reference), bottom});
+  for (std::size_t i = 0; i < plot.dots.size(); ++i) {
+    const double y = top + row * (static_cast<double>(i) + 0.5) + 2.0;
+    const auto& [name, interval, mark] = plot.dots[i];
+    out += text("end", {left - 6.0, y + 4.0}, name);
+    if (std::isfinite(interval.value)) {
+      const std::string off = mark == Mark::bad ? " off" : "";
+      out += line("whisker" + off, {x.at(interval.low), y}, {x.at(interval.high), y}) +
+             dot("dot" + off, {x.at(interval.value), y}, 3.2);
+    }
+  }
+  return figure(plot.title, plot.what, picture({width, bottom + below}, plot.title, out));
+}
+
+std::string drawn(const LinePlot& plot) {
+  constexpr double left = 44.0;
+  constexpr double height = 250.0;
+  constexpr double bottom = height - below;
+  constexpr double between = 0.5;  // bars
+  const Axis x(plot.x[0], plot.x[1], left, right);
+  const Axis y(plot.y[0], plot.y[1], bottom, top);
+  std::string out = abscissa(x, bottom, plot.label) + ordinate(y, left);
+  for (const auto& [from, value] : plot.bars) {
+    out += box("bar", {x.at(from), y.at(value)}, {x.at(from + plot.bar) - between, bottom});
+  }
+  for (const Line& each : plot.lines) {
+    std::vector<Point> points;
+    for (const auto& [at, value] : each.points) {
+      points.push_back({x.at(at), y.at(value)});
+    }
+    out += polyline(each.kind, points);
+  }
+  return figure(plot.title, plot.what, picture({width, height}, plot.title, out));
+}
+
+std::string drawn(const PathPlot& plot) {
+  constexpr double wide = 170.0;
+  constexpr double height = 64.0;
+  Range range;
+  for (const double value : plot.steps) {
+    range.show(value);
+  }
+  if (plot.interval) {
+    range.show((*plot.interval)[0]);
+    range.show((*plot.interval)[1]);
+  }
+  if (range.empty()) {
+    return {};
+  }
+  const auto y = [&](double value) { return height - range.at(value, height); };
+  std::string content;
+  if (plot.interval) {
+    const double high = y((*plot.interval)[1]);
+    content += box("band", {0.0, high}, {wide, std::max(y((*plot.interval)[0]), high + 1.0)});
+  }
+  Range steps;
+  steps.show(0.0);
+  steps.show(static_cast<double>(plot.steps.size() - 1));
+  std::vector<Point> points;
+  std::string dots;
+  for (std::size_t k = 0; k < plot.steps.size(); ++k) {
+    if (std::isfinite(plot.steps[k])) {
+      points.push_back({steps.at(static_cast<double>(k), wide), y(plot.steps[k])});
+      dots += dot("value", points.back(), 2.0);
+    }
+  }
+  content += polyline("path", points) + dots;
+  return figure(plot.name, plot.value, picture({wide, height}, plot.label, content));
+}
+
+}  // namespace
+
+std::string markup_of(const Plot& plot) {
+  return std::visit([](const auto& each) { return drawn(each); }, plot);
+}
+
+std::string markup_of(const Interval& interval) {
+  constexpr double wide = 140.0;
+  constexpr double height = 18.0;
+  constexpr double middle = 0.5 * height;
+  Range range;
+  for (const double value : {interval.low, interval.high, interval.reference}) {
+    range.show(value);
+  }
+  const auto x = [&](double value) { return range.at(value, wide); };
+  std::string content = line("axis", {0.0, middle}, {wide, middle});
+  if (x(0.0) >= 0.0 && x(0.0) <= wide) {
+    content += line("zero", {x(0.0), 1.0}, {x(0.0), height - 1.0});
+  }
+  if (std::isfinite(interval.reference)) {
+    content += line("apriori", {x(interval.reference), 3.0}, {x(interval.reference), height - 3.0});
+  }
+  content += line("interval", {x(interval.low), middle}, {x(interval.high), middle}) +
+             dot("value", {x(interval.value), middle}, 2.6);
+  return picture({wide, height}, interval.label, content);
+}
+
+}  // namespace detail
+
+}  // namespace rivid

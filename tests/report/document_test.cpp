@@ -1,0 +1,216 @@
+// One document, shown as text and as a page: both say the same.
+
+#include "report/document.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <regex>
+
+#include "report/documents.hpp"
+#include "report/markup.hpp"
+
+namespace rivid::detail {
+namespace {
+
+constexpr std::array marks = {Mark::none, Mark::weak, Mark::unseen, Mark::apart, Mark::gone,
+                              Mark::sum,  Mark::good, Mark::mixed,  Mark::bad};
+
+// A row for each mark, a column for each format.
+Table table_of_everything() {
+  Table out{{{"what", format::name},
+             {"words"},
+             {"count", format::count},
+             {"digits", format::significant(3)},
+             {"decimals", format::fixed(2), "σ"},
+             {"share", format::percent},
+             {"estimate", format::deviation}}};
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    const double x = 1.0 + static_cast<double>(k);
+    out.rows.push_back({{"row" + std::string(k, 'i'), "word", 1000.0 * x, 12.3456 * x, -0.125 * x, 0.0625 * x,
+                         Cell(3.25 * x, 0.01)},
+                        marks[k]});
+  }
+  out.rows.back().cells[3] = std::numeric_limits<double>::infinity();
+  return out;
+}
+
+// Every kind of block that has words.
+Document document_of_everything() {
+  Document out;
+  out.line = out.headline = "the verdict";
+  out.verdict = Mark::mixed;
+  out.opening = {{KeyFigures{{{"17 %", "of something"}}}},
+                 {FindingList{{{"torque_sign", "joint_1", "found 41"}, {"log_note", "", "noted 42"}}}}};
+  List list{"reasons"};
+  for (const Mark mark : marks) {
+    list.items.push_back({"item", ": " + std::to_string(50 + static_cast<int>(mark)), mark});
+  }
+  out.sections = {
+      {"first", "First", "The first", {{table_of_everything()}, {Sentence{"A sentence with 61"}}}},
+      {"second", "Second", "The second", {{Heading{"Of 71"}}, {list}}}};
+  out.sections[1].blocks.push_back({Table{{{""}, {""}}, {{{"left 81", "right 82"}}}, {"folded", true}}});
+  return out;
+}
+
+// The words of a page without what only looks.
+std::string words_of(std::string page) {
+  page = page.substr(page.find("<main>"));
+  page =
+      std::regex_replace(page, std::regex("<svg[^]*?</svg>|<nav>[^]*?</nav>|<summary>[^]*?</summary>"), " ");
+  return std::regex_replace(page, std::regex("<[^>]*>"), " ");
+}
+
+std::vector<std::string> numbers_in(const std::string& text) {
+  const std::regex number("[-+]?[0-9]+(\\.[0-9]+)?");
+  std::vector<std::string> out;
+  for (std::sregex_iterator at(text.begin(), text.end(), number); at != std::sregex_iterator(); ++at) {
+    out.push_back(at->str());
+  }
+  std::ranges::sort(out);
+  return out;
+}
+
+TEST(Document, TextAndPageShowTheSameNumbers) {
+  const Document document = document_of_everything();
+  // The list of findings counts itself on a page.
+  std::vector<std::string> of_text = numbers_in(text_of(document));
+  of_text.emplace_back("2");
+  std::ranges::sort(of_text);
+  EXPECT_GT(of_text.size(), 50U);
+  EXPECT_EQ(numbers_in(words_of(html_of(document))), of_text);
+}
+
+TEST(Document, TextAndPageShowTheSameMarks) {
+  const Document document = document_of_everything();
+  const std::string text = text_of(document);
+  const std::string page = html_of(document);
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    const std::string name = "row" + std::string(k, 'i');
+    const std::string sign(rivid::detail::sign(marks[k]));
+    const std::string kind(rivid::detail::name(marks[k]));
+    EXPECT_NE(text.find("  " + name + (sign.empty() ? "  " : " " + sign)), std::string::npos) << text;
+    const std::string badge = sign.empty() ? "" : "<span class=\"sign " + kind + "\">" + sign + "</span>";
+    EXPECT_NE(page.find((kind.empty() ? "<tr><td><b>" : "<tr class=\"" + kind + "\"><td><b>") + name +
+                        "</b>" + (badge.empty() ? "" : " ") + badge + "</td>"),
+              std::string::npos)
+        << name;
+    const std::string item = ": " + std::to_string(50 + static_cast<int>(marks[k]));
+    EXPECT_NE(text.find("  " + (sign.empty() ? "" : sign + " ") + "item" + item), std::string::npos) << text;
+    EXPECT_NE(page.find("<li>" + badge + (badge.empty() ? "" : " ") + "<b>item</b>" + item),
+              std::string::npos);
+  }
+}
+
+TEST(Document, TextAndPageShowFindingsInTheSameWords) {
+  const Document document = document_of_everything();
+  const std::string cure(diagnostic_code("torque_sign").value().cure);
+  const std::string text = std::regex_replace(text_of(document), std::regex("\\s+"), " ");
+  EXPECT_NE(text.find("error [torque_sign] joint_1: found 41. " + cure), std::string::npos) << text;
+  // A note needs no cure.
+  EXPECT_NE(text.find("note [log_note] noted 42. what words"), std::string::npos) << text;
+  const std::string page = html_of(document);
+  EXPECT_NE(
+      page.find("error <code>torque_sign</code> joint_1: found 41. <span class=\"cure\">" + escaped(cure)),
+      std::string::npos);
+  EXPECT_NE(page.find("note <code>log_note</code> noted 42. "), std::string::npos);
+}
+
+TEST(Document, WhatIsForOnePlaceIsNotShownAtTheOther) {
+  Document document;
+  document.sections = {
+      {"a", "A", "A", {{Sentence{"screen alone"}, Shown::screen}, {Sentence{"page alone"}, Shown::page}}},
+      {"b", "B", "the page's section", {}, Shown::page}};
+  Table table{
+      {{"left"}, {"middle", format::text, "", Shown::page}, {"right", format::text, "", Shown::screen}}};
+  table.rows.push_back({{"both", "for the page", "for the screen"}});
+  document.sections[0].blocks.push_back({table});
+  const std::string text = text_of(document);
+  const std::string page = html_of(document);
+  for (const char* const words : {"screen alone", "for the screen"}) {
+    EXPECT_NE(text.find(words), std::string::npos) << words;
+    EXPECT_EQ(page.find(words), std::string::npos) << words;
+  }
+  for (const char* const words : {"page alone", "for the page", "the page&#39;s section"}) {
+    EXPECT_EQ(text.find(words), std::string::npos) << words;
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  }
+}
+
+TEST(Document, PlotsStandOnThePageWithTheirMarks) {
+  DotPlot dots{"Bias", "of <this>", "bias", 0.0, {-1.0, 1.0}};
+  dots.dots = {{"Fv1", {-0.5, 0.5, 0.1}, Mark::none}, {"Fv2", {1.5, 2.5, 2.0}, Mark::bad}};
+  LinePlot lines{"Distribution", "",  "x",           {0.0, 2.0},
+                 {0.0, 1.0},     0.5, {{0.0, 0.25}}, {{"curve", {{0.0, 0.0}, {2.0, 1.0}}}}};
+  PathPlot path{"ZZ1R", "3.5 kg·m²", "ZZ1R from 1 to 3.5", {1.0, 3.0, 3.5}, {{3.25, 3.75}}};
+  Document document;
+  document.data = "{}";
+  document.sections = {
+      {"plots",
+       "Plots",
+       "Plots",
+       {{Legend{{{"dot", "a parameter"}}, "a remark"}},
+        {Plots{"",
+               0,
+               {{"joint_1", "7 rows", {InteractivePlot{"torque", 1, 0, "Torque"}, dots, lines, path}}}}}}}};
+  const std::string page = html_of(document);
+  EXPECT_NE(page.find("data-kind=\"torque\" data-joint=\"1\" data-log=\"0\""), std::string::npos);
+  EXPECT_NE(page.find("class=\"toolbar\" data-log=\"0\""), std::string::npos);
+  EXPECT_NE(page.find("of &lt;this&gt;"), std::string::npos);
+  EXPECT_NE(page.find("class=\"dot off\""), std::string::npos);
+  EXPECT_EQ(page.find("class=\"dot off\""), page.rfind("class=\"dot off\""));
+  EXPECT_NE(page.find("class=\"curve\""), std::string::npos);
+  EXPECT_NE(page.find("<title>ZZ1R from 1 to 3.5</title>"), std::string::npos);
+  EXPECT_EQ(text_of(document).find("joint_1"), std::string::npos);
+}
+
+// A parameter whose interval holds zero, and one whose does not: the verdict alone marks them.
+Identification judged(Verdict first, Verdict second) {
+  Identification out;
+  out.parameters = {{.name = "YY6",
+                     .unit = "kg·m²",
+                     .regrouped = "YY6",
+                     .value = 0.1,
+                     .sigma = 0.2,
+                     .relative_sigma_percent = 200.0,
+                     .interval_95 = {-0.3, 0.5},
+                     .verdict = first,
+                     .advice = "why"},
+                    {.name = "Fv1",
+                     .unit = "N·m",
+                     .regrouped = "Fv1",
+                     .value = 4.0,
+                     .sigma = 0.1,
+                     .relative_sigma_percent = 2.5,
+                     .interval_95 = {3.8, 4.2},
+                     .verdict = second,
+                     .advice = "why"}};
+  return out;
+}
+
+TEST(Document, MarksParametersByTheirVerdictOnScreenAndPageAlike) {
+  const std::vector<std::pair<Verdict, std::string>> verdicts = {
+      {Verdict::identified, ""}, {Verdict::weak, "?"}, {Verdict::not_excited, "x"}};
+  for (const auto& [verdict, sign] : verdicts) {
+    for (const Identification& result :
+         {judged(verdict, Verdict::identified), judged(Verdict::identified, verdict)}) {
+      const std::string name = result.parameters[0].verdict == verdict ? "YY6" : "Fv1";
+      const std::string text = text_of(document_of(result));
+      const std::string page = html_of(document_of(Robot(), result, {}, {}));
+      EXPECT_EQ(text.find("\n  " + name + " " + sign + " ") != std::string::npos, true) << text;
+      EXPECT_EQ(page.find("<b>" + name + "</b> <span class=\"sign ") != std::string::npos, !sign.empty());
+      EXPECT_EQ(page.find("<tr class=\"weak\">") != std::string::npos, verdict == Verdict::weak);
+      EXPECT_EQ(page.find("<tr class=\"unseen\">") != std::string::npos, verdict == Verdict::not_excited);
+    }
+  }
+}
+
+TEST(Document, OfAResultShowsItsFindings) {
+  Identification result = judged(Verdict::identified, Verdict::identified);
+  result.warnings = {{"base_doubt", "", "the doubt"}};
+  EXPECT_NE(text_of(document_of(result)).find("\n  warning [base_doubt] the doubt. Round the angles"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace rivid::detail
