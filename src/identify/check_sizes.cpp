@@ -1,11 +1,11 @@
 // Torques against the a-priori model, or against the mass that any arm of that length may have: another unit or another
 // clock shows as a factor.
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "dense.hpp"
 #include "identify/check_parts.hpp"
 #include "identify/torque_probe.hpp"
 #include "rivid/regressor/observation.hpp"
@@ -104,10 +104,8 @@ Vector solved(const StreamingQr& qr) {
   const Matrix R = qr.R();
   Vector norms = R.colwise().norm();
   norms = norms.unaryExpr([](double x) { return x > 0.0 ? x : 1.0; });
-  Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
-  solver.setThreshold(independent);
-  solver.compute(R * norms.cwiseInverse().asDiagonal());
-  return norms.cwiseInverse().cwiseProduct(solver.solve(qr.qty()));
+  return norms.cwiseInverse().cwiseProduct(
+      minimum_norm_solution(R * norms.cwiseInverse().asDiagonal(), qr.qty(), independent));
 }
 
 // One factor for the a-priori gravity and one for the a-priori inertia of all joints, beside friction and rotor inertia

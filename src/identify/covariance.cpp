@@ -1,10 +1,10 @@
 #include "identify/covariance.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "dense.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/solve/distributions.hpp"
 #include "rivid/solve/long_run.hpp"
@@ -154,13 +154,13 @@ HausmanTest hausman_test(const BaseParameters& base, const Vector& shift, std::s
   const Matrix D = long_run_covariance(influence, lag_of(influence, interval, options));
   // Directions in which both estimates agree by construction tell nothing.
   constexpr double least = 1e-10;
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(D);
-  const Vector along = eigen.eigenvectors().transpose() * scale.cwiseProduct(shift);
+  const SymmetricEigen eigen = symmetric_eigen(D);
+  const Vector along = eigen.vectors.transpose() * scale.cwiseProduct(shift);
   double statistic = 0.0;
   double freedom = 0.0;
   for (Index i = 0; i < along.size(); ++i) {
-    if (eigen.eigenvalues()[i] > least * eigen.eigenvalues().maxCoeff()) {
-      statistic += along[i] * along[i] / eigen.eigenvalues()[i];
+    if (eigen.values[i] > least * eigen.values.maxCoeff()) {
+      statistic += along[i] * along[i] / eigen.values[i];
       ++freedom;
     }
   }

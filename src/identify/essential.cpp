@@ -1,10 +1,10 @@
 #include "rivid/identify/essential.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "dense.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/simulate/dynamics.hpp"
@@ -50,11 +50,9 @@ Reduced reduced(const Eigen::Ref<const Matrix>& root, const Vector& chi, const s
   Reduced out;
   const Matrix columns = root(Eigen::all, kept);
   const auto m = static_cast<Index>(kept.size());
-  const Eigen::HouseholderQR<Matrix> qr(columns);
-  const Matrix inverse =
-      qr.matrixQR().topRows(m).triangularView<Eigen::Upper>().solve(Matrix::Identity(m, m));
-  const Matrix thin_Q = qr.householderQ() * Matrix::Identity(root.rows(), m);
-  out.from = inverse * (thin_Q.transpose() * root);
+  const detail::ThinQr qr = detail::thin_qr(columns);
+  const Matrix inverse = qr.R.triangularView<Eigen::Upper>().solve(Matrix::Identity(m, m));
+  out.from = inverse * (qr.Q.transpose() * root);
   out.chi = out.from * chi;
   out.spread = inverse.rowwise().norm();
   out.loss = (root * chi - columns * out.chi).squaredNorm();

@@ -1,11 +1,11 @@
 #include "identify/iv_solver.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "dense.hpp"
 #include "identify/fit.hpp"
 #include "identify/iv_mismatch.hpp"
 #include "identify/motion_distance.hpp"
@@ -337,8 +337,8 @@ double IvSolver::deviation_of(const Vector& chi) const {
 // R_VW⁻¹ R_VV⁻ᵀ.
 Matrix bread_of(const InstrumentalVariables& solution) {
   const Index b = solution.R_VV.rows();
-  return solution.R_VW.partialPivLu().solve(
-      Matrix(solution.R_VV.transpose().triangularView<Eigen::Lower>().solve(Matrix::Identity(b, b))));
+  return solve(solution.R_VW,
+               solution.R_VV.transpose().triangularView<Eigen::Lower>().solve(Matrix::Identity(b, b)));
 }
 
 // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on

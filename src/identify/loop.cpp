@@ -1,9 +1,9 @@
 #include "identify/loop.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "dense.hpp"
 #include "rivid/error.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
@@ -27,7 +27,7 @@ void measured_start(const Log& log, Vector& q, Vector& qd) {
     const double t = static_cast<double>(k) / log.f_m;
     powers.row(k) << 1.0, t, t * t;
   }
-  const Matrix coefficients = powers.householderQr().solve(log.q.topRows(m));
+  const Matrix coefficients = least_squares_solution(powers, log.q.topRows(m));
   q = coefficients.row(0);
   qd = coefficients.row(1);
 }

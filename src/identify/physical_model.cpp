@@ -1,9 +1,9 @@
 #include "identify/physical_model.hpp"
 
-#include <Eigen/SVD>
 #include <string>
 #include <vector>
 
+#include "dense.hpp"
 #include "identify/fit.hpp"
 #include "rivid/text.hpp"
 
@@ -21,15 +21,15 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
     return;
   }
   const Matrix scaled = root * root.colwise().norm().cwiseInverse().asDiagonal();
-  const Eigen::BDCSVD<Matrix> svd(scaled, Eigen::ComputeThinV);
-  const Vector& s = svd.singularValues();
+  const Svd factors = svd(scaled, Eigen::ComputeThinV);
+  const Vector& s = factors.values;
   const Index size = s.size();
   const double index = s[0] / s[size - 1];
   if (!(index > severe)) {
     return;
   }
   const Index weak = (s.array() * severe < s[0]).count();
-  const Matrix shares = (svd.matrixV() * s.cwiseInverse().asDiagonal()).cwiseAbs2();
+  const Matrix shares = (factors.V * s.cwiseInverse().asDiagonal()).cwiseAbs2();
   std::vector<std::string> names;
   for (Index i = 0; i < size; ++i) {
     if (shares.row(i).tail(weak).sum() > most_of_the_variance * shares.row(i).sum()) {

@@ -1,7 +1,8 @@
 #include "identify/robust_covariance.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
+
+#include "dense.hpp"
 
 namespace rivid::detail {
 
@@ -49,7 +50,7 @@ RobustInformation robust_information(std::span<const RobustSums> sums, const Row
 }
 
 Matrix bread_from_slopes(const Matrix& curvature, const Matrix& bread) {
-  return Matrix(bread * curvature).partialPivLu().solve(bread);
+  return solve(bread * curvature, bread);
 }
 
 double robust_deviation(std::span<const RobustSums> sums, const RowLoss& loss,

@@ -1,4 +1,3 @@
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -6,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include "dense.hpp"
 #include "identify/factor_sink.hpp"
 #include "identify/row_source.hpp"
 #include "rivid/error.hpp"
@@ -174,7 +174,7 @@ Log joint_side(const Robot& robot, Log log) {
   }
   // One row a sample: everything is multiplied from the right.
   const Matrix R = robot.gears();
-  const Matrix from_motor = R.inverse().transpose();
+  const Matrix from_motor = detail::inverse(R).transpose();
   const auto turn = [&](const char* what, Matrix& x, const Matrix& by) {
     if (x.size() == 0) {
       return;

@@ -1,10 +1,10 @@
 #include "identify/torque_probe.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "dense.hpp"
 #include "identify/check_parts.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/regressor/observation.hpp"
@@ -170,11 +170,10 @@ Score TorqueProbe::score(const Reading& reading, const std::vector<JointFactor>&
   }
   Vector scale = A.colwise().norm();
   scale = scale.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; });
-  Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
-  solver.setThreshold(1e-6);
-  solver.compute(A.topRows(std::max<Index>(row, 1)) * scale.cwiseInverse().asDiagonal());
+  const Index rows = std::max<Index>(row, 1);
   Score out;
-  out.chi = scale.cwiseInverse().cwiseProduct(solver.solve(y.head(std::max<Index>(row, 1))));
+  out.chi = scale.cwiseInverse().cwiseProduct(
+      minimum_norm_solution(A.topRows(rows) * scale.cwiseInverse().asDiagonal(), y.head(rows), 1e-6));
   out.left = Vector::Constant(n, -1.0);
   out.wrong.assign(factors.size(), 0);
   const Vector M = inertias(out.chi).diagonal();

@@ -1,6 +1,5 @@
 #include "rivid/regressor/base.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <numeric>
 #include <random>
 
+#include "dense.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/columns.hpp"
 #include "rivid/regressor/observation.hpp"
@@ -238,10 +238,7 @@ Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard,
     const Matrix W = observation(robot, all, Motion{cut(motion.q), cut(motion.qd), cut(motion.qdd)}).dense();
     Matrix stacked(columns + W.rows(), columns);
     stacked << R, W;
-    R = Eigen::HouseholderQR<Eigen::Ref<Matrix>>(stacked)
-            .matrixQR()
-            .topRows(columns)
-            .triangularView<Eigen::Upper>();
+    R = detail::triangular_factor(stacked);
     first += count;
   } while (first < motion.samples());
   return R;

@@ -1,11 +1,11 @@
 #include "rivid/simulate/closed_loop.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
 
+#include "dense.hpp"
 #include "rivid/error.hpp"
 #include "rivid/simulate/dynamics.hpp"
 #include "rivid/text.hpp"
@@ -316,8 +316,7 @@ class Run {
     }
     std::string why = "M(q) is not positive definite";
     if (M.allFinite() && joint >= 0) {
-      const double eigenvalue =
-          Eigen::SelfAdjointEigenSolver<Matrix>(M, Eigen::EigenvaluesOnly).eigenvalues()[0];
+      const double eigenvalue = detail::symmetric_eigenvalues(M)[0];
       why += ", its smallest eigenvalue is " + number(eigenvalue, 4) + "; joint \"" +
              robot_.joints[static_cast<std::size_t>(joint)].name + "\" has no positive inertia left";
     }

@@ -1,9 +1,8 @@
 #include "rivid/solve/instrumental.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <limits>
 
+#include "dense.hpp"
 #include "solve/rank.hpp"
 
 namespace rivid {
@@ -36,10 +35,9 @@ InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> 
   out.condition_V = detail::condition_number(out.R_VV);
   out.condition_VW = detail::condition_number(out.R_VW);
   const detail::ColumnScaled scaled = detail::column_scaled(out.R_VW);
-  Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
-  pivoted.setThreshold(detail::rank_tolerance(rows, columns));
+  const detail::PivotedQr pivoted(scaled.R, detail::rank_tolerance(rows, columns));
   out.rank = pivoted.rank();
-  out.smallest_pivot = std::abs(pivoted.matrixR()(columns - 1, columns - 1));
+  out.smallest_pivot = pivoted.last_pivot();
   if (out.rank == columns) {
     out.chi = scaled.norms.cwiseInverse().asDiagonal() * pivoted.solve(all.qty());
     const Matrix inverse =
@@ -51,16 +49,16 @@ InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> 
   out.unit_covariance = Matrix::Constant(columns, columns, std::numeric_limits<double>::infinity());
   // A joint that never moves, a direction that never turns shows in V itself.
   const detail::ColumnScaled V_scaled = detail::column_scaled(out.R_VV);
-  const Eigen::BDCSVD<Matrix> of_V(V_scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vector& singular = of_V.singularValues();
+  const detail::Svd of_V = detail::svd(V_scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vector& singular = of_V.values;
   const double noise = detail::rank_tolerance(rows, columns) * singular[0];
   const Index missing = (singular.array() <= noise).count();
   if (missing > 0) {
-    out.undetermined = detail::tied_columns(of_V.matrixV().rightCols(missing));
+    out.undetermined = detail::tied_columns(of_V.V.rightCols(missing));
     return out;
   }
-  const Eigen::BDCSVD<Matrix> of_VW(scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  out.undetermined = detail::tied_columns(of_VW.matrixV().rightCols(columns - out.rank));
+  const detail::Svd of_VW = detail::svd(scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  out.undetermined = detail::tied_columns(of_VW.V.rightCols(columns - out.rank));
   return out;
 }
 

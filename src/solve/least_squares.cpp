@@ -1,13 +1,12 @@
 #include "rivid/solve/least_squares.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <random>
 
+#include "dense.hpp"
 #include "solve/rank.hpp"
 
 namespace rivid {
@@ -187,10 +186,9 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   if (surely_full(out.smallest_pivot, tolerance)) {
     out.rank = columns;
   } else {
-    Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
-    pivoted.setThreshold(tolerance);
+    const detail::PivotedQr pivoted(scaled.R, tolerance);
     out.rank = pivoted.rank();
-    out.smallest_pivot = std::abs(pivoted.matrixR()(columns - 1, columns - 1));
+    out.smallest_pivot = pivoted.last_pivot();
   }
   if (out.rank == columns) {
     out.chi = out.R.triangularView<Eigen::Upper>().solve(qty);
@@ -203,13 +201,13 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   }
   out.condition = detail::condition_number(out.R);
   // What lies in the null space can not be told; the other entries are unique all the same.
-  const Eigen::BDCSVD<Matrix> svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
-  const Matrix V = svd.matrixV().leftCols(out.rank);
-  const Vector s = svd.singularValues().head(out.rank);
+  const detail::Svd svd = detail::svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
+  const Matrix V = svd.V.leftCols(out.rank);
+  const Vector s = svd.values.head(out.rank);
   const Matrix pseudo = scaled.norms.cwiseInverse().asDiagonal() * V * s.cwiseInverse().asDiagonal();
-  out.chi = pseudo * (svd.matrixU().leftCols(out.rank).transpose() * qty);
+  out.chi = pseudo * (svd.U.leftCols(out.rank).transpose() * qty);
   out.unit_covariance = pseudo * pseudo.transpose();
-  out.undetermined = tied_columns(svd.matrixV().rightCols(columns - out.rank));
+  out.undetermined = tied_columns(svd.V.rightCols(columns - out.rank));
   for (const std::vector<Index>& set : out.undetermined) {
     for (const Index c : set) {
       out.unit_covariance(c, c) = std::numeric_limits<double>::infinity();
@@ -241,12 +239,10 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
     Index rank = group.qr.columns();
     double norm = group.qr.unreachable_norm();
     if (!surely_full(least_pivot(scaled, upper_inverse(R)), tolerance)) {
-      Eigen::ColPivHouseholderQR<Matrix> pivoted(scaled.R);
-      pivoted.setThreshold(tolerance);
+      const detail::PivotedQr pivoted(scaled.R, tolerance);
       rank = pivoted.rank();
       // What the dependent columns' pivots, mere rounding errors, would take of Y belongs to the residual.
-      Vector qty = group.qr.qty();
-      qty.applyOnTheLeft(pivoted.householderQ().adjoint());
+      const Vector qty = pivoted.Qt_times(group.qr.qty());
       norm = std::hypot(qty.tail(qty.size() - rank).norm(), norm);
     }
     const auto freedom = static_cast<double>(std::max<Index>(rows - rank, 1));

@@ -1,9 +1,10 @@
 #include "solve/rank.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "dense.hpp"
 
 namespace rivid::detail {
 
@@ -46,7 +47,7 @@ std::vector<std::vector<Index>> tied_columns(const Matrix& null_space) {
 }
 
 double condition_number(const Matrix& R) {
-  const Vector singular = Eigen::BDCSVD<Matrix>(R).singularValues();
+  const Vector singular = singular_values(R);
   const double least = singular[singular.size() - 1];
   return least > 0.0 ? singular[0] / least : std::numeric_limits<double>::infinity();
 }
