@@ -160,14 +160,18 @@ TEST_F(Statistics, HausmanAcceptsLeastSquaresWhereTheEncoderIsPerfect) {
   disturbance.setZero();
   constexpr int runs = 200;
   int rejected = 0;
+  double sum = 0.0;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     Log log = this->log(S1, seed);
     log.v_tau += rivid::white_noise(seed, 5, log.samples(), Vector(Eigen::Vector2d(0.06, 0.015)));
     const Identification found = by_instruments(log, exact());
     ASSERT_TRUE(found.diagnostics && found.diagnostics->hausman) << "seed " << seed;
     rejected += found.diagnostics->hausman->test.p < 0.05 ? 1 : 0;
+    sum += found.diagnostics->hausman->test.statistic;
   }
   EXPECT_LE(rejected, 16);
+  // The mean of F is about one: the covariance is that of the difference of the estimates, not of their sum.
+  EXPECT_NEAR(sum / runs, 1.0, 0.25);
 }
 
 TEST_F(Statistics, HausmanRejectsLeastSquaresWhereTheEncoderIsCoarse) {
