@@ -10,7 +10,8 @@ function(rivid_developer_flags target)
     PRIVATE -Wall
             -Wextra
             -Wpedantic
-            -Wshadow
+            # Files that are compiled as one see each other's unnamed namespaces.
+            $<$<NOT:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wshadow>
             -Wconversion
             -Wsign-conversion
             -Wold-style-cast
