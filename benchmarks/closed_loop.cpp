@@ -24,6 +24,7 @@
 #include <string>
 
 #include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/references.hpp"
 #include "support/birdy.hpp"

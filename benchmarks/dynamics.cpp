@@ -1,8 +1,6 @@
 // Direct dynamics, q̈ = M⁻¹ (τ − N): one sample at a time and packs of samples by each instruction set, against the
 // articulated-body algorithm of Pinocchio (where it was found), and KDL's mass matrix and direct dynamics.
 
-#include "rivid/simulate/dynamics.hpp"
-
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -18,6 +16,8 @@
 
 #include "bodies.hpp"
 #include "rivid/model/kdl.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/dynamics_batch.hpp"
 #include "robots.hpp"
 
 namespace {

@@ -10,6 +10,7 @@
 
 #include "bodies.hpp"
 #include "rivid/model/kdl.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "robots.hpp"
 #include "turns.hpp"
 

@@ -13,6 +13,7 @@
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/observation.hpp"
 #include "rivid/signal/differentiate.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/references.hpp"
 #include "rivid/solve/instrumental.hpp"

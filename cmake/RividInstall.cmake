@@ -7,16 +7,23 @@ include(CMakePackageConfigHelpers)
 set(RIVID_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/rivid)
 
 install(
+  TARGETS rivid_headers
+  EXPORT rividHeadersTargets
+  FILE_SET HEADERS
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(
   TARGETS rivid
   EXPORT rividTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   FILE_SET HEADERS
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(
-  EXPORT rividTargets
-  NAMESPACE rivid::
-  DESTINATION ${RIVID_INSTALL_CMAKEDIR})
+foreach(export IN ITEMS rividHeadersTargets rividTargets)
+  install(
+    EXPORT ${export}
+    NAMESPACE rivid::
+    DESTINATION ${RIVID_INSTALL_CMAKEDIR})
+endforeach()
 
 set(RIVID_PUBLIC_DEPENDENCIES_ONLY OFF)
 if(BUILD_SHARED_LIBS)
@@ -57,8 +64,10 @@ if(NOT BUILD_SHARED_LIBS)
   endforeach()
   string(APPEND RIVID_PC_LIBS_PRIVATE "-pthread -lm")
 endif()
-configure_file(${CMAKE_CURRENT_LIST_DIR}/rivid.pc.in ${PROJECT_BINARY_DIR}/rivid.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/rivid.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+foreach(file IN ITEMS rivid.pc rivid-headers.pc)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/${file}.in ${PROJECT_BINARY_DIR}/${file} @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${file} DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endforeach()
 
 # Robots to try the tools on; the first is that of the demo.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scara ${PROJECT_SOURCE_DIR}/data/six_axis

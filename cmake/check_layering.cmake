@@ -19,6 +19,8 @@ set(experiment_may_include model regressor signal data identify simulate)
 set(report_may_include model regressor data identify simulate experiment)
 set(export_may_include model regressor data identify simulate experiment report)
 
+include(${CMAKE_CURRENT_LIST_DIR}/RividHeaders.cmake)
+
 if(NOT IS_DIRECTORY "${SOURCE_DIR}/include/rivid")
   message(FATAL_ERROR "check_layering: SOURCE_DIR is \"${SOURCE_DIR}\", which has no include/rivid")
 endif()
@@ -70,6 +72,11 @@ foreach(file IN LISTS files)
     endif()
     set(quote "${CMAKE_MATCH_1}")
     set(included "${CMAKE_MATCH_2}")
+    if("${SOURCE_DIR}/${file}" IN_LIST RIVID_HEADERS
+       AND included MATCHES "^rivid/"
+       AND NOT "${SOURCE_DIR}/include/${included}" IN_LIST RIVID_HEADERS)
+      fault("${file}:${number}" "${included} is no header of rivid::headers, as this one is")
+    endif()
     if(included MATCHES "^rivid/([^/]+)/")
       set(target ${CMAKE_MATCH_1})
       if(NOT target IN_LIST modules)

@@ -4,7 +4,6 @@
 #include <array>
 #include <cctype>
 #include <charconv>
-#include <cstdio>
 #include <iomanip>
 #include <numeric>
 #include <sstream>
@@ -57,12 +56,6 @@ std::string cut_short(std::string list, std::size_t length) {
 
 }  // namespace
 
-std::string number(double value, int digits) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
-}
-
 std::string exact(double value) {
   std::array<char, 32> buffer{};
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value + 0.0).ptr};
@@ -81,17 +74,6 @@ std::string on_one_line(std::string_view content) {
 }
 
 std::string in_quotes(std::string_view content) { return "\"" + shown(content) + "\""; }
-
-std::string counted(std::ptrdiff_t count, std::string_view noun) {
-  std::string out = std::to_string(count) + " " + std::string(noun);
-  if (count == 1) {
-    return out;
-  }
-  if (out.ends_with("ry")) {
-    out.replace(out.size() - 1, 1, "ie");
-  }
-  return out + "s";
-}
 
 std::string listed(std::span<const std::string> names) {
   std::string out;

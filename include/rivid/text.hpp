@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdio>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,7 +12,11 @@ namespace rivid {
 /// A number as messages and tables print it.
 ///
 /// @param digits  significant ones
-[[nodiscard]] std::string number(double value, int digits = 9);
+[[nodiscard]] inline std::string number(double value, int digits = 9) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
+}
 
 /// The shortest text that reads back as the same number, whatever the locale; no negative zero.
 [[nodiscard]] std::string exact(double value);
@@ -25,7 +31,16 @@ namespace rivid {
 [[nodiscard]] std::string in_quotes(std::string_view content);
 
 /// "1 row", "2 rows", "3 entries".
-[[nodiscard]] std::string counted(std::ptrdiff_t count, std::string_view noun);
+[[nodiscard]] inline std::string counted(std::ptrdiff_t count, std::string_view noun) {
+  std::string out = std::to_string(count) + " " + std::string(noun);
+  if (count == 1) {
+    return out;
+  }
+  if (out.ends_with("ry")) {
+    out.replace(out.size() - 1, 1, "ie");
+  }
+  return out + "s";
+}
 
 /// `t, q1, q2`, each name like in_quotes() shows it, and how many more where the list is long.
 [[nodiscard]] std::string listed(std::span<const std::string> names);

@@ -2,12 +2,22 @@
 
 #include <Eigen/Core>
 
+// Users of rivid::rivid have RIVID_LIBRARY defined: the headers declare what its archive holds, which src/simulate/headers.cpp
+// fills. Users of rivid::headers have not: the headers define what they declare.
+#ifndef RIVID_LIBRARY
+#define RIVID_DEFINITIONS
+#define RIVID_INLINE inline
+#else
+#define RIVID_INLINE
+#endif
+
 namespace rivid {
 
 using Index = Eigen::Index;
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
+#ifdef RIVID_LIBRARY
 namespace detail {
 
 /// Defined for the one alignment that the library was compiled with.
@@ -22,6 +32,7 @@ struct EigenHeapAlignment {
     &EigenHeapAlignment<EIGEN_DEFAULT_ALIGN_BYTES>::caller_and_librivid_must_use_the_same_simd_flags;
 
 }  // namespace detail
+#endif
 
 /// A motion of n joints at n_m instants: one row a sample, one column a joint.
 struct Motion {

@@ -6,6 +6,7 @@
 #include "experiment/column_reader.hpp"
 #include "experiment/simulation_sections.hpp"
 #include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 
 namespace rivid {

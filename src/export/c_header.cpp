@@ -8,7 +8,7 @@
 
 #include "export/joint_values.hpp"
 #include "rivid/error.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

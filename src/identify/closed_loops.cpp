@@ -6,6 +6,7 @@
 
 #include "identify/dissipative.hpp"
 #include "rivid/error.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 
 namespace rivid::detail {

@@ -7,7 +7,7 @@
 #include "dense.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/solve/distributions.hpp"
 #include "rivid/text.hpp"
 

@@ -8,7 +8,7 @@
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/simulate/references.hpp"
-#include "simulate/sampled_controller.hpp"
+#include "simulate/loop.hpp"
 
 namespace rivid::detail {
 

@@ -8,8 +8,8 @@
 #include <new>
 
 #include "regressor/batch_kernel.hpp"
-#include "regressor/turn_and_angle.hpp"
 #include "rivid/error.hpp"
+#include "rivid/regressor/turn_and_angle.hpp"
 
 namespace rivid {
 

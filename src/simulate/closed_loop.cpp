@@ -7,11 +7,11 @@
 
 #include "dense.hpp"
 #include "rivid/error.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/dynamics_batch.hpp"
 #include "rivid/text.hpp"
 #include "simulate/integrator.hpp"
-#include "simulate/loop_ode.hpp"
-#include "simulate/sampled_controller.hpp"
+#include "simulate/loop.hpp"
 
 namespace rivid {
 

@@ -1,8 +1,10 @@
+#include "rivid/simulate/dynamics_batch.hpp"
+
 #include <algorithm>
 #include <string>
 
 #include "rivid/error.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "simulate/dynamics_batch_kernel.hpp"
 
 namespace rivid {
@@ -33,7 +35,7 @@ Simd usable(Simd simd) {
 
 }  // namespace
 
-DynamicsBatch::DynamicsBatch(const DynamicModel& model, Simd simd)
+DynamicsBatch::DynamicsBatch(const ModelData& model, Simd simd)
     : simd_(usable(simd)), kernel_(&kernel_of(simd_)), tables_(model), one_(model) {
   const auto n = static_cast<std::size_t>(joints());
   const auto lanes = static_cast<std::size_t>(kernel_->lanes);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "simulate/loop_ode.hpp"
+#include "simulate/loop.hpp"
 
 namespace rivid::detail {
 

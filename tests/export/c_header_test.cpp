@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/process.hpp"
 #include "support/robots.hpp"

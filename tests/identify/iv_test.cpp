@@ -6,7 +6,7 @@
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/simulate/control_laws.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "support/scara_study.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/result_file.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 
 namespace rivid {
 namespace {

@@ -7,24 +7,27 @@ rivid_script_test(
   -DSTAGING=${CMAKE_CURRENT_BINARY_DIR}/install/staging -DPREFIX=${prefix})
 set_tests_properties(install_to_a_moved_prefix PROPERTIES FIXTURES_SETUP moved_prefix RESOURCE_LOCK build_tree)
 
-# rivid_consumer_test(NAME FLAGS -DRUN_SAYS=… | -DLINK_SAYS=…): builds consumer/ with FLAGS; RUN_SAYS is what the
+# rivid_consumer_test(NAME PROJECT FLAGS -DRUN_SAYS=… | -DLINK_SAYS=…): builds PROJECT with FLAGS; RUN_SAYS is what the
 # program must print, LINK_SAYS what the linker must say when it refuses.
-function(rivid_consumer_test name flags)
+function(rivid_consumer_test name project flags)
   string(PREPEND flags "${CMAKE_CXX_FLAGS} ")
   if(RIVID_SANITIZE)
     string(APPEND flags " -fsanitize=address,undefined")
   endif()
   rivid_script_test(
     ${name} ${PROJECT_SOURCE_DIR}/tests/install/build_consumer.cmake package
-    -DCONSUMER=${PROJECT_SOURCE_DIR}/tests/install/consumer -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/install/${name}
+    -DCONSUMER=${PROJECT_SOURCE_DIR}/tests/install/${project}
+    -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/install/${name}
     -DPREFIX=${prefix} -DGENERATOR=${CMAKE_GENERATOR} -DCOMPILER=${CMAKE_CXX_COMPILER} "-DFLAGS=${flags}" ${ARGN})
   set_tests_properties(${name} PROPERTIES FIXTURES_REQUIRED moved_prefix)
 endfunction()
 
-rivid_consumer_test(consumer_project "" "-DRUN_SAYS=rivid [0-9.]+: 13 base parameters of 28 standard ones")
+rivid_consumer_test(consumer_project consumer "" "-DRUN_SAYS=rivid [0-9.]+: 13 base parameters of 28 standard ones")
+rivid_consumer_test(consumer_of_the_headers headers_consumer ""
+                    "-DRUN_SAYS=rivid [0-9.]+: 13 base parameters of 2 joints, dynamics agree")
 # A crash at run time otherwise: see include/rivid/types.hpp. The program is linked, never run.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CMAKE_CXX_FLAGS MATCHES "-m(arch|avx)")
-  rivid_consumer_test(consumer_with_other_simd_flags "-mavx2"
+  rivid_consumer_test(consumer_with_other_simd_flags consumer "-mavx2"
                       -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags)
 endif()
 

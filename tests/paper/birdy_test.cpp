@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "rivid/identify/identification.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 
 namespace {

@@ -7,8 +7,8 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/signal/filter.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
-#include "rivid/simulate/dynamics.hpp"
 #include "rivid/simulate/references.hpp"
 #include "support/real_experiment.hpp"
 

@@ -11,8 +11,8 @@
 
 #include "data/files.hpp"
 #include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
-#include "rivid/simulate/dynamics.hpp"
 #include "support/mallocs.hpp"
 #include "support/robots.hpp"
 

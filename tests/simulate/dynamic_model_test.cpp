@@ -7,7 +7,6 @@
 
 #include "rivid/error.hpp"
 #include "rivid/regressor/observation.hpp"
-#include "rivid/simulate/dynamics.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 

@@ -1,5 +1,3 @@
-#include "rivid/simulate/dynamics.hpp"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -15,6 +13,8 @@
 #include "rivid/model/kdl.hpp"
 #include "rivid/model/mdh.hpp"
 #include "rivid/regressor/observation.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/dynamics_batch.hpp"
 #include "support/allocations.hpp"
 #include "support/chain_dynamics.hpp"
 #include "support/robots.hpp"

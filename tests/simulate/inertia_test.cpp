@@ -4,8 +4,8 @@
 #include <random>
 
 #include "data/files.hpp"
+#include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
-#include "rivid/simulate/dynamics.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

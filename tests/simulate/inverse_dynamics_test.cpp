@@ -9,6 +9,7 @@
 #include "rivid/error.hpp"
 #include "rivid/model/kdl.hpp"
 #include "rivid/regressor/observation.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "support/mallocs.hpp"
 #include "support/random_chain.hpp"
 #include "support/robots.hpp"
@@ -68,7 +69,7 @@ TEST(InverseDynamics, OfBaseParametersGivesTheTorquesOfKdl) {
       joint.friction = Friction::none;
     }
     const BaseParameters base = base_parameters(robot);
-    InverseDynamics dynamics(robot, base, base.from_standard(robot.chi_st()));
+    InverseDynamics dynamics(DynamicModel(robot, base, base.from_standard(robot.chi_st())));
     InverseDynamics of_all(DynamicModel(robot, robot.chi_st()));
     std::mt19937_64 random(seed);
     const State3 state = random_state(robot.size(), random);
@@ -96,7 +97,8 @@ TEST(InverseDynamics, GivesTheTorquesOfTheRegressorForEveryFrictionLaw) {
       const BaseParameters base = base_parameters(robot);
       Vector chi = base.from_standard(test::distinct_friction(robot));
       const Vector expected = observation(robot, base, motion).dense() * chi;
-      InverseDynamics dynamics(robot, base, chi);
+      const DynamicModel model(robot, base, chi);
+      InverseDynamics dynamics(model);
       expect_close(torque(dynamics, {motion.q.transpose(), motion.qd.transpose(), motion.qdd.transpose()}),
                    expected, expected.cwiseAbs().maxCoeff());
     }
@@ -116,7 +118,8 @@ TEST(InverseDynamics, IsTheSumOfItsParts) {
     coupling.Fvm = 0.1;
     coupling.Fcm = 0.3;
     robot.couplings = {coupling};
-    InverseDynamics dynamics(DynamicModel(robot, robot.chi_st()));
+    const DynamicModel model(robot, robot.chi_st());
+    InverseDynamics dynamics(model);
     const State3 state = random_state(6, random);
     const Vector tau = torque(dynamics, state);
     Matrix M(6, 6);
@@ -129,9 +132,9 @@ TEST(InverseDynamics, IsTheSumOfItsParts) {
     const double scale = tau.cwiseAbs().maxCoeff();
     expect_close(M * state.qdd + coriolis + gravity + friction, tau, scale);
     expect_close(coriolis + gravity, bias, scale);
-    expect_close(bias, rivid::bias(dynamics.model(), state.q, state.qd), scale);
-    expect_close(friction, friction_torque(dynamics.model(), state.qd), scale);
-    expect_close(tau, inverse_dynamics(dynamics.model(), state.q, state.qd, state.qdd), scale);
+    expect_close(bias, rivid::bias(model, state.q, state.qd), scale);
+    expect_close(friction, friction_torque(model, state.qd), scale);
+    expect_close(tau, inverse_dynamics(model, state.q, state.qd, state.qdd), scale);
     EXPECT_TRUE(M.isApprox(M.transpose()));
   }
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 

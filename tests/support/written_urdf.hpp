@@ -7,7 +7,7 @@
 
 #include "rivid/export/urdf.hpp"
 #include "rivid/model/urdf.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "support/robots.hpp"
 
 namespace rivid::test {

@@ -177,3 +177,7 @@ struct Robot {
 };
 
 }  // namespace rivid
+
+#ifdef RIVID_DEFINITIONS
+#include "rivid/model/robot_inline.hpp"
+#endif

@@ -79,22 +79,23 @@ struct BaseParametersOptions {
 /// @throws InputError where the robot or an option can not be used
 [[nodiscard]] BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options = {});
 
-/// Base parameters that one motion can show: the same scan on IDM_st along the motion instead of at random states. A
-/// joint that stands still, or an arm that moves in a plane, shows fewer parameters, and regroups more of them, than
-/// the robot has; the names and the regrouping say which. Meant for judging an excitation, and for models of robots
-/// that can move in no other way; a fit with the structural base parameters tells the same as `rank_deficient`.
-///
-/// What counts is the independent part of a column relative to the largest column of the same unit: a parameter is
-/// seen if a value of 1 moves the torques at least `tolerance` times as much as the best-seen parameter of its unit.
-///
-/// The motion is used as it is. Filter it first and leave out its borders, as rows() does: noise is independent
-/// of everything, and a joint's Coulomb column is ±1 for any velocity but zero.
-///
-/// Memory is that of one block of samples and a triangle of (N_s × N_s), however long the motion is.
-///
-/// @param motion     (n_m × n)
-/// @param tolerance  between 0 and 1: about 1e-9 for a motion that is computed, 1e-3 to 1e-2 for a measured one
-/// @throws InputError where the robot, the motion or the tolerance can not be used
-[[nodiscard]] BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance);
+namespace detail {
+
+// Coefficients of K of which so little is seen that they are no part of a regrouping's name.
+enum class SmallCoefficients {
+  kept,    // for the torques
+  dropped  // they are noise
+};
+
+// From IDM_st at some states, or its triangular factor: columns are those of Robot::standard_parameters(). No parameter at
+// all where nothing is seen.
+[[nodiscard]] BaseParameters base_of(const Robot& robot, const Matrix& W, double tolerance,
+                                     SmallCoefficients small);
+
+}  // namespace detail
 
 }  // namespace rivid
+
+#ifdef RIVID_DEFINITIONS
+#include "rivid/regressor/base_inline.hpp"
+#endif

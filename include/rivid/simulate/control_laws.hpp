@@ -138,3 +138,7 @@ struct ComputedTorqueControl {
 };
 
 }  // namespace rivid
+
+#ifdef RIVID_DEFINITIONS
+#include "rivid/simulate/control_laws_inline.hpp"
+#endif

@@ -4,19 +4,95 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "rivid/regressor/batch.hpp"
-#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/model/chain.hpp"
+#include "rivid/regressor/turn_and_angle.hpp"
 #include "rivid/simulate/dynamics_kernel.hpp"
 
 namespace rivid {
+
+/// Friction along one direction of the joint velocities that is no matter of the viscous matrix alone: of a joint, or of a
+/// motor that several joints turn.
+///
+/// At the speed s = directionᵀ q̇ it brakes with λ(s) = Σ c φ(s, sign s) over its terms, which have a coefficient c for
+/// each direction of motion, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it there; the torques on the joints
+/// are −torque λ. The two vectors are the same but for Coupling::Coulomb::single.
+struct DryFriction {
+  /// Coefficients of one function while the speed is positive, and while it is negative; ≥ 0. Of Basis::speed, what a
+  /// direction has beyond the other one, which is in DynamicModel::viscous().
+  struct Term {
+    Basis basis = Basis::sign;
+    double plus = 0.0;
+    double minus = 0.0;
+  };
+
+  std::string name;  ///< of the joint; of a motor that several joints turn, "motor of <joint>"
+  Vector direction;  ///< c, (n)
+  Vector torque;     ///< b, (n)
+  std::vector<Term> terms;
+  double Fc_plus = 0.0;   ///< λ where a positive speed begins, dry(true, 0, 1) [N·m | N], ≥ 0
+  double Fc_minus = 0.0;  ///< −λ where a negative one begins [N·m | N], ≥ 0
+  /// Joint::sign_speed: where it is not 0, tanh(s / sign_speed) takes the place of sign s, and nothing sticks.
+  double sign_speed = 0.0;
+
+  /// What follows the sign in λ, of one direction of motion. `sign`: ±1, or what smooths it.
+  template <typename Scalar>
+  [[nodiscard]] Scalar dry(bool plus, const Scalar& speed, const Scalar& sign) const {
+    return sum(plus, speed, sign, true);
+  }
+  /// What follows the speed in λ, of one direction of motion.
+  template <typename Scalar>
+  [[nodiscard]] Scalar viscous(bool plus, const Scalar& speed) const {
+    return sum(plus, speed, Scalar(plus ? 1.0 : -1.0), false);
+  }
+  /// λ of a speed, with `smallest` for a sign_speed of 0; 0 is the sign itself, and silent at rest.
+  template <typename Scalar>
+  [[nodiscard]] Scalar lambda(const Scalar& speed, double smallest = 0.0) const {
+    const bool plus = speed > Scalar(0.0);
+    return dry(plus, speed, sign(speed, sign_speed > 0.0 ? sign_speed : smallest)) + viscous(plus, speed);
+  }
+
+ private:
+  template <typename Scalar>
+  [[nodiscard]] Scalar sum(bool plus, const Scalar& speed, const Scalar& sign, bool of_dry) const {
+    Scalar out(0.0);
+    for (const Term& term : terms) {
+      if ((about(term.basis).role == Role::dry) == of_dry) {
+        out = out + Scalar(plus ? term.plus : term.minus) * friction_function(term.basis, speed, sign);
+      }
+    }
+    return out;
+  }
+};
+
+/// What a controller has of a robot: the numbers of its dynamics (21) of [RIV],
+///
+///   M(q) q̈ + N(q, q̇) + viscous q̇ + offset + Σ torque_e λ_e = τ,   M(q) = M_links(q) + rotor.
+///
+/// A DynamicModel makes them from a robot and its identified parameters; a controller may as well fill them by itself. One
+/// entry a joint everywhere.
+struct ModelData {
+  Chain chain;
+  std::vector<std::string> names;   ///< of the joints, for messages
+  std::vector<Inertial> inertials;  ///< of the links in the frames j of the chain
+  Matrix
+      rotor;  ///< what rotors add to M(q): Ia on the diagonal, Iam of coupled motors, symmetric [kg·m² | kg]
+  Matrix viscous;  ///< Fv on the diagonal, Fvm of coupled motors, symmetric, positive semidefinite
+  Vector offset;   ///< friction offsets [N·m | N]
+  std::vector<DryFriction> dry_friction =
+      {};  ///< friction that is not in proportion to the velocities, if any
+
+  [[nodiscard]] Index size() const { return chain.joints(); }
+};
 
 namespace detail {
 
 // What the kernels read of a model.
 struct DynamicsTables {
-  explicit DynamicsTables(const DynamicModel& model);
+  explicit DynamicsTables(const ModelData& model);
 
   std::vector<DynamicsLink> links;
   std::array<double, 3> accel{};
@@ -41,7 +117,7 @@ struct DynamicsTables {
 template <typename Scalar>
 class Dynamics {
  public:
-  explicit Dynamics(const DynamicModel& model);
+  explicit Dynamics(const ModelData& model);
 
   [[nodiscard]] Index size() const { return static_cast<Index>(n_); }
 
@@ -86,7 +162,7 @@ class Dynamics {
 };
 
 template <typename Scalar>
-Dynamics<Scalar>::Dynamics(const DynamicModel& model)
+Dynamics<Scalar>::Dynamics(const ModelData& model)
     : n_(static_cast<std::size_t>(model.size())),
       stride_(detail::dynamics_stride(n_)),
       tables_(model),
@@ -117,104 +193,106 @@ void Dynamics<Scalar>::solve(std::span<Scalar> b) const {
   detail::solve_factored(n_, stride_, L_.data(), inverse_D_.data(), b.data());
 }
 
+#ifdef RIVID_LIBRARY
 extern template class Dynamics<double>;
+#endif
 
-/// M(q) of Eq. (21) of [RIV], links and rotors, (n × n) [kg·m² | kg·m | kg].
-///
-/// @param q  (n) [rad | m]
-/// @throws InputError  where a size differs
-[[nodiscard]] Matrix mass_matrix(const DynamicModel& model, const Eigen::Ref<const Vector>& q);
-
-/// N(q, q̇) of Eq. (21) of [RIV]: Coriolis, centrifugal and gravity torques without any friction, (n) [N·m | N].
-///
-/// @param q   (n) [rad | m]
-/// @param qd  (n) [rad/s | m/s]
-/// @throws InputError  where a size differs
-[[nodiscard]] Vector bias(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
-                          const Eigen::Ref<const Vector>& qd);
-
-/// Friction torques of a motion, viscous q̇ + offset + Σ torque_e λ_e, (n) [N·m | N].
-///
-/// Elements at rest are silent, as sign(0) = 0 in the regressor. What they hold depends on the other torques.
-///
-/// @param qd  (n) [rad/s | m/s]
-/// @throws InputError  where a size differs
-[[nodiscard]] Vector friction_torque(const DynamicModel& model, const Eigen::Ref<const Vector>& qd);
-
-/// τ = M q̈ + N + friction_torque(), (n) [N·m | N]: Eq. (1) of [RIV] with numbers, the torques of the regressor.
-///
-/// @param q    (n) [rad | m]
-/// @param qd   (n) [rad/s | m/s]
-/// @param qdd  (n) [rad/s² | m/s²]
-/// @throws InputError  where a size differs
-[[nodiscard]] Vector inverse_dynamics(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
-                                      const Eigen::Ref<const Vector>& qd,
-                                      const Eigen::Ref<const Vector>& qdd);
-
-/// q̈ = M⁻¹ (τ − N − friction_torque()), Eq. (21) of [RIV], (n) [rad/s² | m/s²], the inverse of inverse_dynamics().
-///
-/// Away from rest this is the motion; a joint at rest moves as if it had no Coulomb friction, so whoever integrates
-/// through reversals must say which joints stick.
-///
-/// @param q    (n) [rad | m]
-/// @param qd   (n) [rad/s | m/s]
-/// @param tau  (n) [N·m | N]
-/// @throws InputError  where a size differs
-/// @throws NumericsError  where M is not positive definite, with joint and eigenvalue
-[[nodiscard]] Vector direct_dynamics(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
-                                     const Eigen::Ref<const Vector>& qd, const Eigen::Ref<const Vector>& tau);
-
-/// Smallest eigenvalue of M(q), for messages about an M that is not positive definite. (Where revolute and prismatic
-/// joints meet, its size depends on the units, its sign does not.)
-///
-/// @param q  (n) [rad | m]
-/// @throws InputError  where a size differs
-[[nodiscard]] double smallest_eigenvalue(const DynamicModel& model, const Eigen::Ref<const Vector>& q);
+#ifdef RIVID_DEFINITIONS
 
 namespace detail {
-struct DynamicsBatchKernel;
+
+// Parameters in frame j that joint j turns or slides without showing it, by the rules of Gautier & Khalil (1990).
+inline Inertial unseen(const Inertial& inertial, JointType type) {
+  constexpr Index XX = 0, YY = 3, MZ = 8, M = 9;
+  Inertial out = Inertial::Zero();
+  if (type == JointType::prismatic) {
+    out.head<6>() = inertial.head<6>();
+  } else {
+    out[XX] = out[YY] = inertial[YY];
+    out[MZ] = inertial[MZ];
+    out[M] = inertial[M];
+  }
+  return out;
 }
 
-/// Where M(q) of a batch of samples is not positive definite.
-struct IndefiniteMass {
-  Index sample = 0;
-  Index joint = 0;  ///< counted from 0, see Dynamics::failed_joint()
+struct DynamicsBodies {
+  Chain chain;
+  std::vector<Inertial> inertials;
 };
 
-/// Direct dynamics of many samples at once, q̈ = M⁻¹ (τ − N): several samples in the lanes of a vector register, by the
-/// widest instruction set of the machine, which is chosen when the program runs.
-///
-/// It has scratch: each thread needs one of its own. The model need not outlive the constructor.
-class DynamicsBatch {
- public:
-  /// @throws InputError  where the machine has not the instruction set asked for
-  explicit DynamicsBatch(const DynamicModel& model, Simd simd = Simd::best);
+// The same robot in frames that are turned about their own z axes, so that the z axis of each lies in the y-z plane of the
+// one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ).
+inline DynamicsBodies turned_about_z(const ModelData& model) {
+  DynamicsBodies out{model.chain, model.inertials};
+  for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
+    Chain::Link& link = out.chain.links[j];
+    if (turn_and_angle(link.R).turn != Turn::any) {
+      continue;
+    }
+    // Frame j−1 turns until the axis of joint j has no x component.
+    const Eigen::Vector3d z = link.R.col(2);
+    const double length = z.head<2>().norm();
+    const double c = z.y() / length;
+    const double s = -z.x() / length;
+    const Eigen::Matrix3d back = (Eigen::Matrix3d() << c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0).finished();
+    link.R = product(back, link.R);
+    link.R(0, 2) = 0.0;
+    link.p = applied(back, link.p);
+    if (j == 0) {
+      out.chain.gravity = applied(back, out.chain.gravity);
+    } else {
+      out.chain.links[j - 1].R = product(out.chain.links[j - 1].R, back.transpose());
+      Inertial& inertial = out.inertials[j - 1];
+      inertial = transformed(inertial, back, Eigen::Vector3d::Zero());
+    }
+  }
+  return out;
+}
 
-  [[nodiscard]] Index joints() const { return one_.size(); }
-  /// The instruction set in use, never `best`.
-  [[nodiscard]] Simd simd() const { return simd_; }
+RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
+  auto [chain, inertials] = turned_about_z(model);
+  const std::size_t n = chain.links.size();
+  links.resize(n);
+  bool with_mass = false;
+  for (std::size_t j = n; j-- > 0;) {
+    const Chain::Link& from = chain.links[j];
+    DynamicsLink& to = links[j];
+    const Inertial moved = unseen(inertials[j], from.type);
+    inertials[j] -= moved;
+    if (j > 0) {
+      inertials[j - 1] += transformed(moved, from.R, from.p);
+    }
+    Inertial::Map(to.inertial) = inertials[j];
 
-  /// Accelerations without friction: whoever knows its torques, by friction_torque() or by what holds a joint, takes
-  /// them off `tau`. No allocation.
-  ///
-  /// @param q    (n_m × n) [rad | m]
-  /// @param qd   (n_m × n) [rad/s | m/s]
-  /// @param tau  (n_m × n) [N·m | N]
-  /// @param qdd  (n_m × n), overwritten: all rows, or those before the sample that is returned [rad/s² | m/s²]
-  /// @return     the first sample whose M is not positive definite; nothing where all are
-  /// @throws InputError  where a size differs
-  std::optional<IndefiniteMass> accelerations(const Eigen::Ref<const Matrix>& q,
-                                              const Eigen::Ref<const Matrix>& qd,
-                                              const Eigen::Ref<const Matrix>& tau, Eigen::Ref<Matrix> qdd);
+    const TurnAndAngle turn = turn_and_angle(from.R);
+    const Eigen::Matrix3d turned = turn.R.transpose();
+    Eigen::Matrix3d::Map(to.R) = turned;
+    Eigen::Vector3d::Map(to.p) = from.p;
+    to.cos_theta = turn.cos_theta;
+    to.sin_theta = turn.sin_theta;
+    to.shifted_angle = turn.sin_theta != 0.0 || turn.cos_theta != 1.0;
+    to.revolute = from.type == JointType::revolute;
+    with_mass = with_mass || !to.revolute;
+    unsigned offsets = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      offsets |= to.p[k] != 0.0 ? 1U << k : 0U;
+    }
+    to.step = !to.revolute ? prismatic_step : with_mass ? revolute_step : dynamics_step(turn.turn, offsets);
+    if (j == 0) {
+      Eigen::Vector3d::Map(accel.data()) = applied(turned, -chain.gravity);
+    }
+  }
+  const std::size_t stride = dynamics_stride(n);
+  rotor.assign(n * stride, 0.0);
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t k = 0; k <= r; ++k) {
+      rotor[r * stride + k] = model.rotor(static_cast<Index>(n - 1 - r), static_cast<Index>(n - 1 - k));
+    }
+  }
+}
 
- private:
-  Simd simd_;
-  const detail::DynamicsBatchKernel* kernel_;
-  detail::DynamicsTables tables_;
-  detail::AlignedDoubles scratch_;
-  detail::AlignedDoubles tail_;  // inputs and outputs of samples that fill no whole pack
-  Dynamics<double> one_;         // for packs whose M is not positive definite in all lanes
-  std::vector<double> state_;
-};
+}  // namespace detail
+
+#endif
 
 }  // namespace rivid

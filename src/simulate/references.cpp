@@ -1,16 +1,67 @@
+#include "rivid/simulate/references.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <string>
 #include <utility>
 
 #include "rivid/error.hpp"
-#include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
-#include "simulate/reference_time.hpp"
 
 namespace rivid {
 
 namespace {
+
+// Where in its motion a reference is, and whether it rests before or after it.
+struct ReferenceTime {
+  double t = 0.0;  // [s], between begin and end
+  bool rests = false;
+
+  ReferenceTime(const Reference& reference, double asked) {
+    // An instant that rounding put beyond an end, the sum of many periods say, still belongs to the motion.
+    constexpr double rounding = 1e-9;
+    const double begin = reference.begin();
+    const double slack = rounding * reference.duration();
+    const double end = begin + reference.duration();
+    t = std::clamp(asked, begin, end);
+    rests = asked < begin - slack || asked > end + slack;
+  }
+};
+
+using Samples = Eigen::Ref<const Matrix>;
+
+// The samples, once it is known that a motion leads through them.
+Samples checked(const std::string& who, const Eigen::Ref<const Vector>& t, const Samples& q_r) {
+  if (t.size() != q_r.rows()) {
+    throw InputError(who + ": t has " + std::to_string(t.size()) + " instants, q_r has " +
+                     std::to_string(q_r.rows()) + " rows; they must be as many");
+  }
+  if (t.size() < 2 || q_r.cols() < 1) {
+    throw InputError(who + ": q_r is (" + std::to_string(q_r.rows()) + " x " + std::to_string(q_r.cols()) +
+                     "), must have two samples and one joint at least");
+  }
+  for (Index k = 0; k < t.size(); ++k) {
+    if (!std::isfinite(t[k])) {
+      throw InputError(who + ": t is " + number(t[k]) + " at index " + std::to_string(k) +
+                       ", must be finite");
+    }
+    if (k > 0 && !(t[k] > t[k - 1])) {
+      throw InputError(who + ": t must increase, but goes from " + number(t[k - 1]) + " to " + number(t[k]) +
+                       " s at index " + std::to_string(k));
+    }
+  }
+  for (Index j = 0; j < q_r.cols(); ++j) {
+    for (Index k = 0; k < q_r.rows(); ++k) {
+      if (!std::isfinite(q_r(k, j))) {
+        throw InputError(who + ": the reference of joint " + std::to_string(j + 1) + " is " +
+                         number(q_r(k, j)) + " at index " + std::to_string(k) + ", must be finite");
+      }
+    }
+  }
+  return q_r;
+}
 
 // Part of a move that is done, and its derivatives by time.
 struct Progress {
@@ -143,6 +194,100 @@ std::optional<std::string> limit_complaint(const char* name, const Vector& limit
 
 }  // namespace
 
+std::optional<std::string> FourierSeries::complaint() const {
+  const auto size = [](const Matrix& x) {
+    return "(" + std::to_string(x.rows()) + " x " + std::to_string(x.cols()) + ")";
+  };
+  if (!(omega_f > 0.0) || !std::isfinite(omega_f)) {
+    return "omega_f is " + number(omega_f) + " rad/s, must be positive and finite";
+  }
+  if (A.size() == 0 || A.rows() != B.rows() || A.cols() != B.cols()) {
+    return "A is " + size(A) + " and B is " + size(B) +
+           "; both must be (n x L): one row a joint, one column a harmonic";
+  }
+  if (q0.size() != 0 && q0.size() != A.rows()) {
+    return "q0 has " + std::to_string(q0.size()) + " entries for " + std::to_string(A.rows()) + " joints";
+  }
+  for (Index j = 0; j < A.rows(); ++j) {
+    if (!A.row(j).allFinite() || !B.row(j).allFinite() || (q0.size() > 0 && !std::isfinite(q0[j]))) {
+      return "the coefficients of joint " + std::to_string(j + 1) + " must be finite";
+    }
+  }
+  if (!(duration >= 0.0) || !std::isfinite(duration)) {
+    return "duration is " + number(duration) + " s, must be positive and finite, or 0 for one period";
+  }
+  return std::nullopt;
+}
+
+FourierReference::FourierReference(FourierSeries series) : series_(std::move(series)) {
+  if (const auto complaint = series_.complaint()) {
+    throw InputError("FourierReference: " + *complaint);
+  }
+  if (series_.q0.size() == 0) {
+    series_.q0 = Vector::Zero(joints());
+  }
+  if (series_.duration == 0.0) {
+    series_.duration = 2.0 * std::numbers::pi / series_.omega_f;
+  }
+}
+
+void FourierReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
+                          Eigen::Ref<Vector> qdd_r) const {
+  const ReferenceTime time(*this, t);
+  q_r = series_.q0;
+  qd_r.setZero();
+  qdd_r.setZero();
+  // The sines of one harmonic follow from those of the last, to some l roundings: a call of sin and cos for each would
+  // take most of the time.
+  const double s_1 = std::sin(series_.omega_f * time.t);
+  const double c_1 = std::cos(series_.omega_f * time.t);
+  const double moves = time.rests ? 0.0 : 1.0;
+  double s = s_1;
+  double c = c_1;
+  for (Index l = 0; l < series_.A.cols(); ++l) {
+    const double omega = static_cast<double>(l + 1) * series_.omega_f;
+    const double length = 1.0 / omega;
+    for (Index j = 0; j < series_.A.rows(); ++j) {
+      const double along = s * series_.A(j, l) - c * series_.B(j, l);
+      q_r[j] += length * along;
+      qd_r[j] += moves * (c * series_.A(j, l) + s * series_.B(j, l));
+      qdd_r[j] -= moves * omega * along;
+    }
+    const double last = s;
+    s = last * c_1 + c * s_1;
+    c = c * c_1 - last * s_1;
+  }
+}
+
+LoggedReference::LoggedReference(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Matrix>& q_r)
+    : spline_(t, checked("LoggedReference", t, q_r)) {}
+
+void LoggedReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
+                         Eigen::Ref<Vector> qdd_r) const {
+  const ReferenceTime time(*this, t);
+  spline_.at(time.t, q_r, qd_r, qdd_r);
+  if (time.rests) {
+    qd_r.setZero();
+    qdd_r.setZero();
+  }
+}
+
+LinearReference::LinearReference(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Matrix>& q_r)
+    : t_(t), q_r_(checked("LinearReference", t, q_r)) {}
+
+void LinearReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
+                         Eigen::Ref<Vector> qdd_r) const {
+  const ReferenceTime time(*this, t);
+  const Index i = detail::interval(t_, time.t);
+  const double h = t_[i + 1] - t_[i];
+  const double part = (time.t - t_[i]) / h;
+  for (Index j = 0; j < q_r_.cols(); ++j) {
+    q_r[j] = (1.0 - part) * q_r_(i, j) + part * q_r_(i + 1, j);
+    qd_r[j] = time.rests ? 0.0 : (q_r_(i + 1, j) - q_r_(i, j)) / h;
+  }
+  qdd_r.setZero();
+}
+
 std::optional<std::string> PointToPoint::complaint() const {
   const Index k = via.rows();
   const Index n = via.cols();
@@ -225,7 +370,7 @@ PointToPointReference::PointToPointReference(const PointToPoint& moves)
 
 void PointToPointReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
                                Eigen::Ref<Vector> qdd_r) const {
-  const detail::ReferenceTime time(*this, t);
+  const ReferenceTime time(*this, t);
   // The last move that has begun: of several at one instant, the others have nowhere to go.
   const auto after = std::upper_bound(moves_.begin(), moves_.end(), time.t,
                                       [](double instant, const Move& move) { return instant < move.start; });

@@ -1,20 +1,56 @@
-#include "rivid/model/robot.hpp"
+#pragma once
 
-#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
+#include "rivid/model/robot.hpp"
 #include "rivid/text.hpp"
 
+// What the headers of this module declare, for users of rivid::headers; rivid::rivid has it in its archive.
 namespace rivid {
 
-namespace {
+namespace detail {
+
+inline constexpr std::array<std::string_view, 3> inertia_names = {"none", "free", "tied"};
+inline constexpr std::array<std::string_view, 3> coulomb_names = {"none", "sum", "single"};
+inline constexpr std::array<std::string_view, 2> terms_names = {"cross", "all"};
+
+// Weights of q̈, q̇ or their signs in the torques: c cᵀ, or what of it the parameter stands for.
+inline Matrix weights(const Coupling& coupling, const Vector& c, ParameterKind kind) {
+  // Single signs: the motor's friction reaches joint i through c_i, its sign follows that of c_k q̇_k.
+  Matrix A = kind == ParameterKind::Fcm ? Matrix(c * c.cwiseSign().transpose()) : Matrix(c * c.transpose());
+  if (coupling.terms == Coupling::Terms::cross) {
+    A.diagonal().setZero();
+  }
+  if (kind == ParameterKind::Ia) {
+    A(coupling.motor, coupling.motor) = 1.0;  // the joint's own inertia, which it stays to be
+  }
+  return A;
+}
+
+inline CoupledEntry::Quantity quantity(ParameterKind kind) {
+  return role(kind) == Role::rotor     ? CoupledEntry::Quantity::acceleration
+         : role(kind) == Role::viscous ? CoupledEntry::Quantity::velocity
+                                       : CoupledEntry::Quantity::single_signs;
+}
+
+inline std::vector<CoupledEntry::Term> terms(const auto& weights) {
+  std::vector<CoupledEntry::Term> out;
+  for (Index k = 0; k < weights.size(); ++k) {
+    if (weights[k] != 0.0) {
+      out.push_back({static_cast<std::size_t>(k), weights[k]});
+    }
+  }
+  return out;
+}
 
 // No robot comes near; the squares of what lies far beyond overflow.
-constexpr double largest_length = 1e6;
-constexpr double largest_gravity = 1e6;
+inline constexpr double largest_length = 1e6;
+inline constexpr double largest_gravity = 1e6;
 
-double a_priori(const Robot& robot, const StandardParameter& parameter) {
+inline double a_priori(const Robot& robot, const StandardParameter& parameter) {
   const auto j = static_cast<std::size_t>(parameter.joint);
   const Joint& joint = robot.joints[j];
   const auto coupling = [&]() -> const Coupling& {
@@ -42,18 +78,47 @@ double a_priori(const Robot& robot, const StandardParameter& parameter) {
 }
 
 // Whether a law has a parameter of this function of the velocity.
-bool has(Friction law, Basis basis) {
+inline bool has(Friction law, Basis basis) {
   return std::ranges::any_of(parameters(law), [&](ParameterKind kind) { return about(kind).basis == basis; });
 }
 
-std::string in_words(const Matrix& x) {
+// Rank of a small matrix by elimination with complete pivoting, to rounding.
+inline Index rank_of(Matrix A) {
+  const Index n = std::min(A.rows(), A.cols());
+  double first = 0.0;
+  for (Index k = 0; k < n; ++k) {
+    Index row = k;
+    Index column = k;
+    for (Index j = k; j < A.cols(); ++j) {
+      for (Index i = k; i < A.rows(); ++i) {
+        if (std::abs(A(i, j)) > std::abs(A(row, column))) {
+          row = i;
+          column = j;
+        }
+      }
+    }
+    A.row(k).swap(A.row(row));
+    A.col(k).swap(A.col(column));
+    const double pivot = A(k, k);
+    first = k == 0 ? std::abs(pivot) : first;
+    if (std::abs(pivot) <= static_cast<double>(n) * std::numeric_limits<double>::epsilon() * first) {
+      return k;
+    }
+    for (Index i = k + 1; i < A.rows(); ++i) {
+      A.row(i) -= A(i, k) / pivot * A.row(k);
+    }
+  }
+  return n;
+}
+
+inline std::string in_words(const Matrix& x) {
   return "(" + std::to_string(x.rows()) + " x " + std::to_string(x.cols()) + ")";
 }
 
-std::string quoted(const Joint& joint) { return "joint \"" + joint.name + "\""; }
+inline std::string quoted(const Joint& joint) { return "joint \"" + joint.name + "\""; }
 
 // Joints and ratios of a coupling by themselves.
-std::optional<std::string> layout_complaint(const Robot& robot, const Coupling& coupling) {
+inline std::optional<std::string> layout_complaint(const Robot& robot, const Coupling& coupling) {
   const auto is_joint = [&](int j) { return j >= 0 && j < robot.size(); };
   if (!is_joint(coupling.motor)) {
     return "motor is joint " + std::to_string(coupling.motor + 1) + " of " + std::to_string(robot.size());
@@ -89,7 +154,7 @@ std::optional<std::string> layout_complaint(const Robot& robot, const Coupling& 
 }
 
 // What a coupling leaves to the joints' own parameters must have a place there.
-std::optional<std::string> own_terms_complaint(const Robot& robot, const Coupling& coupling) {
+inline std::optional<std::string> own_terms_complaint(const Robot& robot, const Coupling& coupling) {
   const bool cross = coupling.terms == Coupling::Terms::cross;
   const auto without = [](const Joint& joint, const char* symbol, const char* remedy) {
     return quoted(joint) + " has no " + symbol +
@@ -119,7 +184,7 @@ std::optional<std::string> own_terms_complaint(const Robot& robot, const Couplin
 }
 
 // Whether two couplings' parameters of one kind move the robot alike; sign(cᵀ q̇) is told apart by C.
-bool alike(const Coupling& a, const Coupling& b, ParameterKind kind, Index n) {
+inline bool alike(const Coupling& a, const Coupling& b, ParameterKind kind, Index n) {
   const auto weights = [&](const Coupling& coupling) {
     Matrix A = Matrix::Zero(n, n);
     for (const CoupledEntry& entry : coupled_entries(coupling, kind, n)) {
@@ -138,7 +203,7 @@ bool alike(const Coupling& a, const Coupling& b, ParameterKind kind, Index n) {
   return (u - v).norm() < rounding || (u + v).norm() < rounding;
 }
 
-std::optional<std::string> couplings_complaint(const Robot& robot) {
+inline std::optional<std::string> couplings_complaint(const Robot& robot) {
   const std::vector<Coupling>& couplings = robot.couplings;
   const Index n = robot.size();
   for (std::size_t a = 0; a < couplings.size(); ++a) {
@@ -173,7 +238,7 @@ std::optional<std::string> couplings_complaint(const Robot& robot) {
     }
   }
   if (!couplings.empty()) {
-    const auto rank = Eigen::FullPivLU<Matrix>(coupling_matrix(couplings, n)).rank();
+    const Index rank = rank_of(coupling_matrix(couplings, n));
     if (rank < n) {
       return "couplings: the matrix from joint to motor velocities is singular, rank " +
              std::to_string(rank) + " of " + std::to_string(n) +
@@ -183,7 +248,7 @@ std::optional<std::string> couplings_complaint(const Robot& robot) {
   return std::nullopt;
 }
 
-std::optional<std::string> gear_matrix_complaint(const Robot& robot) {
+inline std::optional<std::string> gear_matrix_complaint(const Robot& robot) {
   const Matrix& R = robot.gear_matrix;
   const Index n = robot.size();
   if (R.size() == 0) {
@@ -196,9 +261,8 @@ std::optional<std::string> gear_matrix_complaint(const Robot& robot) {
   if (!R.allFinite()) {
     return "gear_matrix must be finite";
   }
-  const Eigen::FullPivLU<Matrix> lu(R);
-  if (!lu.isInvertible()) {
-    return "gear_matrix is singular, rank " + std::to_string(lu.rank()) + " of " + std::to_string(n);
+  if (const Index rank = rank_of(R); rank < n) {
+    return "gear_matrix is singular, rank " + std::to_string(rank) + " of " + std::to_string(n);
   }
   for (const Joint& joint : robot.joints) {
     if (joint.gear_ratio != 1.0) {
@@ -209,9 +273,70 @@ std::optional<std::string> gear_matrix_complaint(const Robot& robot) {
   return std::nullopt;
 }
 
-}  // namespace
+}  // namespace detail
 
-std::vector<StandardParameter> Robot::standard_parameters() const {
+RIVID_INLINE Vector Coupling::row(Index n) const {
+  Vector c = Vector::Zero(n);
+  c[motor] = 1.0;
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    c[joints[k]] = ratios[k];
+  }
+  return c;
+}
+
+RIVID_INLINE std::vector<ParameterKind> Coupling::parameters() const {
+  std::vector<ParameterKind> out;
+  if (inertia == Inertia::free) {
+    out.push_back(ParameterKind::Iam);
+  }
+  if (viscous) {
+    out.push_back(ParameterKind::Fvm);
+  }
+  if (coulomb != Coulomb::none) {
+    out.push_back(ParameterKind::Fcm);
+  }
+  return out;
+}
+
+RIVID_INLINE std::vector<CoupledEntry> coupled_entries(const Coupling& coupling, ParameterKind kind,
+                                                       Index n) {
+  const Vector c = coupling.row(n);
+  std::vector<CoupledEntry> out;
+  if (kind == ParameterKind::Fcm && coupling.coulomb == Coupling::Coulomb::sum) {
+    for (const CoupledEntry::Term& at : detail::terms(c)) {
+      out.push_back({at.joint, CoupledEntry::Quantity::sign_of_motion, at.weight, detail::terms(c)});
+    }
+    return out;
+  }
+  const Matrix A = detail::weights(coupling, c, kind);
+  for (Index i = 0; i < n; ++i) {
+    auto row = detail::terms(A.row(i));
+    if (!row.empty()) {
+      out.push_back({static_cast<std::size_t>(i), detail::quantity(kind), 1.0, std::move(row)});
+    }
+  }
+  return out;
+}
+
+RIVID_INLINE Matrix coupling_matrix(std::span<const Coupling> couplings, Index n) {
+  Matrix C = Matrix::Identity(n, n);
+  for (const Coupling& coupling : couplings) {
+    C.row(coupling.motor) = coupling.row(n);
+  }
+  return C;
+}
+
+RIVID_INLINE std::string_view name(Coupling::Inertia inertia) {
+  return detail::inertia_names[static_cast<std::size_t>(inertia)];
+}
+RIVID_INLINE std::string_view name(Coupling::Coulomb coulomb) {
+  return detail::coulomb_names[static_cast<std::size_t>(coulomb)];
+}
+RIVID_INLINE std::string_view name(Coupling::Terms terms) {
+  return detail::terms_names[static_cast<std::size_t>(terms)];
+}
+
+RIVID_INLINE std::vector<StandardParameter> Robot::standard_parameters() const {
   std::vector<StandardParameter> out;
   for (int j = 0; j < size(); ++j) {
     for (int k = 0; k < inertial_count; ++k) {
@@ -235,16 +360,16 @@ std::vector<StandardParameter> Robot::standard_parameters() const {
   return out;
 }
 
-Vector Robot::chi_st() const {
+RIVID_INLINE Vector Robot::chi_st() const {
   const std::vector<StandardParameter> list = standard_parameters();
   Vector chi(static_cast<Index>(list.size()));
   for (std::size_t i = 0; i < list.size(); ++i) {
-    chi[static_cast<Index>(i)] = a_priori(*this, list[i]);
+    chi[static_cast<Index>(i)] = detail::a_priori(*this, list[i]);
   }
   return chi;
 }
 
-Matrix Robot::gears() const {
+RIVID_INLINE Matrix Robot::gears() const {
   if (gear_matrix.size() > 0) {
     return gear_matrix;
   }
@@ -255,7 +380,7 @@ Matrix Robot::gears() const {
   return R;
 }
 
-Matrix Robot::drive_matrix() const {
+RIVID_INLINE Matrix Robot::drive_matrix() const {
   Matrix G = gears().transpose();
   for (Index j = 0; j < size(); ++j) {
     G.col(j) *= joints[static_cast<std::size_t>(j)].drive_gain;
@@ -263,7 +388,7 @@ Matrix Robot::drive_matrix() const {
   return G;
 }
 
-std::optional<std::string> Robot::complaint() const {
+RIVID_INLINE std::optional<std::string> Robot::complaint() const {
   if (chain.links.empty()) {
     return "the robot has no moving joint";
   }
@@ -275,9 +400,9 @@ std::optional<std::string> Robot::complaint() const {
   if (!chain.gravity.allFinite()) {
     return "gravity must be finite";
   }
-  if (chain.gravity.cwiseAbs().maxCoeff() > largest_gravity) {
+  if (chain.gravity.cwiseAbs().maxCoeff() > detail::largest_gravity) {
     return "gravity is " + number(chain.gravity.cwiseAbs().maxCoeff()) + " m/s², must be at most " +
-           number(largest_gravity);
+           number(detail::largest_gravity);
   }
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const Joint& joint = joints[j];
@@ -292,9 +417,9 @@ std::optional<std::string> Robot::complaint() const {
     if (!chain.links[j].R.allFinite() || !chain.links[j].p.allFinite()) {
       return who + "its frame is not finite";
     }
-    if (chain.links[j].p.cwiseAbs().maxCoeff() > largest_length) {
+    if (chain.links[j].p.cwiseAbs().maxCoeff() > detail::largest_length) {
       return who + "its frame lies " + number(chain.links[j].p.cwiseAbs().maxCoeff()) +
-             " m from the one before, must be at most " + number(largest_length) + " m";
+             " m from the one before, must be at most " + number(detail::largest_length) + " m";
     }
     if (!std::isfinite(joint.sign_speed) || joint.sign_speed < 0.0) {
       return who + "sign_speed is " + number(joint.sign_speed) + ", must be finite and not negative";
@@ -310,10 +435,10 @@ std::optional<std::string> Robot::complaint() const {
   if (std::isnan(base_tolerance) || base_tolerance <= 0.0 || base_tolerance >= 1.0) {
     return "base_tolerance is " + number(base_tolerance) + ", must lie between 0 and 1";
   }
-  if (auto fault = couplings_complaint(*this)) {
+  if (auto fault = detail::couplings_complaint(*this)) {
     return fault;
   }
-  return gear_matrix_complaint(*this);
+  return detail::gear_matrix_complaint(*this);
 }
 
 }  // namespace rivid

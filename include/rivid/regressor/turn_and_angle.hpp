@@ -1,20 +1,24 @@
-#include "regressor/turn_and_angle.hpp"
+#pragma once
 
 #include <cmath>
 #include <limits>
 
+#include "rivid/regressor/vec3.hpp"
+#include "rivid/types.hpp"
+
 namespace rivid::detail {
 
-namespace {
+// R = turn · Rz(θ).
+struct TurnAndAngle {
+  Turn turn = Turn::any;
+  Eigen::Matrix3d R;
+  double cos_theta = 1.0;
+  double sin_theta = 0.0;
+};
 
-// An entry of a rotation this small is a rounding error of the sine or cosine of a quarter turn.
-constexpr double no_entry = 4.0 * std::numeric_limits<double>::epsilon();
-
-bool is_nil(double x) { return std::abs(x) <= no_entry; }
-
-}  // namespace
-
-TurnAndAngle turn_and_angle(const Eigen::Matrix3d& R) {
+[[nodiscard]] inline TurnAndAngle turn_and_angle(const Eigen::Matrix3d& R) {
+  // An entry of a rotation this small is a rounding error of the sine or cosine of a quarter turn.
+  const auto is_nil = [](double x) { return std::abs(x) <= 4.0 * std::numeric_limits<double>::epsilon(); };
   TurnAndAngle out;
   out.R = R;
   if (!is_nil(R(0, 2))) {

@@ -1,5 +1,6 @@
-#include "rivid/regressor/base.hpp"
+#pragma once
 
+#include <Eigen/Householder>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,15 +8,15 @@
 #include <numeric>
 #include <random>
 
-#include "dense.hpp"
 #include "rivid/error.hpp"
+#include "rivid/regressor/base.hpp"
 #include "rivid/regressor/columns.hpp"
-#include "rivid/regressor/observation.hpp"
 #include "rivid/text.hpp"
 
+// What base.hpp declares, for users of rivid::headers; rivid::rivid has it in its archive.
 namespace rivid {
 
-namespace {
+namespace detail {
 
 // Place of an inertial parameter in the scan: its rank among the ten columns of frame j, and the pass it belongs to.
 struct ScanPlace {
@@ -25,7 +26,7 @@ struct ScanPlace {
   auto operator<=>(const ScanPlace&) const = default;
 };
 
-ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
+inline ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
   if (role(p.kind) != Role::inertial) {
     return {2 + (role(p.kind) == Role::rotor ? 0 : 2) + (about(p.kind).coupled ? 1 : 0), p.joint,
             static_cast<int>(p.kind)};
@@ -37,9 +38,8 @@ ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
 }
 
 // IDM_st at random states, (n samples × N_s).
-Matrix random_regressor(const Robot& robot, std::span<const StandardParameter> standard,
-                        const BaseParametersOptions& options) {
-  const RegressorColumns columns(robot, standard);
+inline Matrix random_regressor(const Robot& robot, const BaseParametersOptions& options) {
+  const RegressorColumns columns(robot, robot.standard_parameters());
   const auto n = static_cast<std::size_t>(robot.size());
   Matrix W = Matrix::Zero(options.samples * robot.size(), columns.size());
   RegressorWorkspace<double> workspace(robot.chain);
@@ -73,12 +73,10 @@ struct Scan {
   Index strongest_dropped = -1;
 };
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 // The largest column of the same unit. A column's own norm says nothing: a joint that should stand still has a velocity
 // column of noise, all of which is independent; so has an axis that is vertical but for the digits of 1.5708 a gravity
 // column of 4e-6.
-Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardParameter> standard) {
+inline Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardParameter> standard) {
   const auto unit_of = [&](std::size_t c) {
     return unit(standard[c].kind, robot.joints[static_cast<std::size_t>(standard[c].joint)].type);
   };
@@ -91,13 +89,14 @@ Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardP
       }
     }
   }
-  return (out.array() > 0.0).select(out, infinity);
+  return (out.array() > 0.0).select(out, std::numeric_limits<double>::infinity());
 }
 
 // Householder QR that passes over columns which depend on those before them. Plain QR would spend a reflector on
 // the rounding noise of such a column, and column pivoting would choose the parameters by their norms. Independent
 // parts are told relative to `scales`.
-Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& scales, double tolerance) {
+inline Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& scales,
+                         double tolerance) {
   Scan scan;
   Matrix R_kept = Matrix::Zero(W.cols(), W.cols());
   Matrix R_dropped = Matrix::Zero(W.cols(), W.cols());
@@ -144,7 +143,7 @@ Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& s
 
 // K without the coefficients of which too little is seen: what they stand for moves the torques by less than
 // `tolerance` times the largest column of its unit.
-Matrix without_unseen(const Scan& scan, const Vector& norms, const Vector& scales, double tolerance) {
+inline Matrix without_unseen(const Scan& scan, const Vector& norms, const Vector& scales, double tolerance) {
   Matrix K = scan.K;
   for (Index d = 0; d < K.cols(); ++d) {
     const double seen = tolerance * scales[scan.dropped[static_cast<std::size_t>(d)]];
@@ -157,11 +156,8 @@ Matrix without_unseen(const Scan& scan, const Vector& norms, const Vector& scale
   return K;
 }
 
-// Rounding noise of the factorisation is not a regrouping: entries below this are zero.
-constexpr double coefficient_noise = 1e-9;
-
 // ZZ1 + Ia1 + 0.25 M2: a regrouping as a person writes it.
-std::string written(const std::vector<std::pair<std::string, double>>& terms) {
+inline std::string written(const std::vector<std::pair<std::string, double>>& terms) {
   std::string out = terms.front().first;
   for (std::size_t i = 1; i < terms.size(); ++i) {
     const auto& [name, k] = terms[i];
@@ -176,7 +172,7 @@ std::string written(const std::vector<std::pair<std::string, double>>& terms) {
 }
 
 // Columns in the order of the scan.
-std::vector<Index> scan_order(const Robot& robot, std::span<const StandardParameter> standard) {
+inline std::vector<Index> scan_order(const Robot& robot, std::span<const StandardParameter> standard) {
   std::vector<Index> order(standard.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::ranges::stable_sort(order, {},
@@ -186,8 +182,8 @@ std::vector<Index> scan_order(const Robot& robot, std::span<const StandardParame
 
 // Base parameters back from the order of the scan to that of the standard parameters, named and written out with
 // the coefficients that are shown, (kept × dropped).
-BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard, const Scan& scan,
-                     const Matrix& shown) {
+inline BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard, const Scan& scan,
+                            const Matrix& shown) {
   BaseParameters base;
   base.standard = std::move(standard);
   base.smallest_kept = scan.smallest_kept;
@@ -221,32 +217,26 @@ BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard
   return base;
 }
 
-// Triangular factor of IDM_st along a motion, (N_s × N_s), a block of samples at a time.
-Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard, const Motion& motion) {
-  // The observation matrix of all standard parameters is that of a base without regrouping.
-  BaseParameters all;
-  for (const StandardParameter& p : standard) {
-    all.parameters.push_back({p, p.name(), p.name(), ""});
+RIVID_INLINE BaseParameters base_of(const Robot& robot, const Matrix& W, double tolerance,
+                                    SmallCoefficients small) {
+  std::vector<StandardParameter> standard = robot.standard_parameters();
+  const Vector scales = unit_norms(W, robot, standard);
+  Scan scan = scan_columns(W, scan_order(robot, standard), scales, tolerance);
+  if (small == SmallCoefficients::kept) {
+    // Rounding noise of the factorisation is not a regrouping.
+    constexpr double noise = 1e-9;
+    scan.K = (scan.K.array().abs() < noise).select(0.0, scan.K);
   }
-  const Index columns = all.size();
-  constexpr Index block = 256;
-  Matrix R = Matrix::Zero(columns, columns);
-  Index first = 0;
-  do {
-    const Index count = std::min(block, motion.samples() - first);
-    const auto cut = [&](const Matrix& x) { return Matrix(x.middleRows(first, count)); };
-    const Matrix W = observation(robot, all, Motion{cut(motion.q), cut(motion.qd), cut(motion.qdd)}).dense();
-    Matrix stacked(columns + W.rows(), columns);
-    stacked << R, W;
-    R = detail::triangular_factor(stacked);
-    first += count;
-  } while (first < motion.samples());
-  return R;
+  const Matrix shown = without_unseen(scan, W.colwise().norm(), scales, tolerance);
+  if (small == SmallCoefficients::dropped) {
+    scan.K = shown;
+  }
+  return named(robot, std::move(standard), scan, shown);
 }
 
-}  // namespace
+}  // namespace detail
 
-std::vector<std::pair<std::string, double>> BaseParameters::regrouping(Index i) const {
+RIVID_INLINE std::vector<std::pair<std::string, double>> BaseParameters::regrouping(Index i) const {
   const auto at = [](const std::vector<Index>& list, Index k) { return list[static_cast<std::size_t>(k)]; };
   const auto standard_name = [&](Index c) { return standard[static_cast<std::size_t>(c)].name(); };
   std::vector<std::pair<std::string, double>> out = {{standard_name(at(leading, i)), 1.0}};
@@ -258,7 +248,7 @@ std::vector<std::pair<std::string, double>> BaseParameters::regrouping(Index i) 
   return out;
 }
 
-std::vector<StandardParameter> BaseParameters::columns() const {
+RIVID_INLINE std::vector<StandardParameter> BaseParameters::columns() const {
   std::vector<StandardParameter> out;
   out.reserve(parameters.size());
   for (const BaseParameter& p : parameters) {
@@ -267,7 +257,7 @@ std::vector<StandardParameter> BaseParameters::columns() const {
   return out;
 }
 
-Vector BaseParameters::from_standard(const Eigen::Ref<const Vector>& chi_st) const {
+RIVID_INLINE Vector BaseParameters::from_standard(const Eigen::Ref<const Vector>& chi_st) const {
   if (chi_st.size() != static_cast<Index>(standard.size())) {
     throw InputError("from_standard: chi_st has " + std::to_string(chi_st.size()) + " entries, must have " +
                      std::to_string(standard.size()));
@@ -275,7 +265,7 @@ Vector BaseParameters::from_standard(const Eigen::Ref<const Vector>& chi_st) con
   return chi_st(leading) + K * chi_st(dependent);
 }
 
-Vector BaseParameters::to_standard(const Eigen::Ref<const Vector>& chi) const {
+RIVID_INLINE Vector BaseParameters::to_standard(const Eigen::Ref<const Vector>& chi) const {
   if (chi.size() != size()) {
     throw InputError("to_standard: chi has " + std::to_string(chi.size()) + " entries, must have " +
                      std::to_string(size()));
@@ -285,18 +275,18 @@ Vector BaseParameters::to_standard(const Eigen::Ref<const Vector>& chi) const {
   return chi_st;
 }
 
-Matrix BaseParameters::null_space() const {
+RIVID_INLINE Matrix BaseParameters::null_space() const {
   Matrix Z = Matrix::Zero(static_cast<Index>(standard.size()), K.cols());
   Z(leading, Eigen::all) = -K;
   Z(dependent, Eigen::all) = Matrix::Identity(K.cols(), K.cols());
   return Z;
 }
 
-double BaseParameters::rank_gap() const {
+RIVID_INLINE double BaseParameters::rank_gap() const {
   return smallest_kept / std::max(largest_dropped, std::numeric_limits<double>::epsilon());
 }
 
-std::optional<std::string> BaseParameters::doubt() const {
+RIVID_INLINE std::optional<std::string> BaseParameters::doubt() const {
   constexpr double clear_gap = 100.0;
   constexpr double clearly_independent = 0.01;  // arms have 0.07 and more
   if (weakest_kept < 0) {
@@ -319,56 +309,27 @@ std::optional<std::string> BaseParameters::doubt() const {
   return out + "; between the two should lie a factor of 100 at least";
 }
 
-std::optional<std::string> BaseParametersOptions::complaint() const {
+RIVID_INLINE std::optional<std::string> BaseParametersOptions::complaint() const {
   if (samples < 20) {
     return "samples is " + std::to_string(samples) + ", must be at least 20";
   }
   return std::nullopt;
 }
 
-BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options) {
+RIVID_INLINE BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options) {
   if (const auto complaint = robot.complaint()) {
     throw InputError("base_parameters: " + *complaint);
   }
   if (const auto complaint = options.complaint()) {
     throw InputError("base_parameters: " + *complaint);
   }
-  const std::vector<StandardParameter> standard = robot.standard_parameters();
-  const Matrix W = random_regressor(robot, standard, options);
-  const Vector scales = unit_norms(W, robot, standard);
-  Scan scan = scan_columns(W, scan_order(robot, standard), scales, robot.base_tolerance);
-  if (scan.kept.empty()) {
+  BaseParameters base = detail::base_of(robot, detail::random_regressor(robot, options), robot.base_tolerance,
+                                        detail::SmallCoefficients::kept);
+  if (base.size() == 0) {
     throw InputError("base_parameters: robot \"" + robot.name +
                      "\" has no parameter that shows in its torques; check its axes and units");
   }
-  scan.K = (scan.K.array().abs() < coefficient_noise).select(0.0, scan.K);
-  // Small ones are kept for the torques, yet would only clutter the names.
-  return named(robot, standard, scan, without_unseen(scan, W.colwise().norm(), scales, robot.base_tolerance));
-}
-
-BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance) {
-  if (const auto complaint = robot.complaint()) {
-    throw InputError("base_parameters: " + *complaint);
-  }
-  if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
-    throw InputError("base_parameters: tolerance is " + number(tolerance) + ", must lie between 0 and 1");
-  }
-  const auto fits = [&](const Matrix& x) { return x.rows() == motion.samples() && x.cols() == robot.size(); };
-  if (motion.samples() == 0 || !fits(motion.q) || !fits(motion.qd) || !fits(motion.qdd)) {
-    throw InputError("base_parameters: q, qd and qdd of the motion must have one column for each of the " +
-                     std::to_string(robot.size()) + " joints and the same number of rows, at least one");
-  }
-  const std::vector<StandardParameter> standard = robot.standard_parameters();
-  const Matrix R = triangle(robot, standard, motion);
-  const Vector scales = unit_norms(R, robot, standard);
-  Scan scan = scan_columns(R, scan_order(robot, standard), scales, tolerance);
-  if (scan.kept.empty()) {
-    throw InputError("base_parameters: the motion of robot \"" + robot.name +
-                     "\" shows no parameter in its torques; no joint moves and none is loaded");
-  }
-  // Here such a coefficient is noise.
-  scan.K = without_unseen(scan, R.colwise().norm(), scales, tolerance);
-  return named(robot, standard, scan, scan.K);
+  return base;
 }
 
 }  // namespace rivid

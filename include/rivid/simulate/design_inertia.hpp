@@ -1,9 +1,13 @@
+#pragma once
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "rivid/error.hpp"
@@ -14,14 +18,45 @@
 
 namespace rivid {
 
-namespace {
+/// Largest inertia that each joint's drive sees along a motion, Eq. (38) of [RIV]:
+///
+///   J_j = ZZ_j + Ia_j + max_q (M_jj(q) − ZZ_j − Ia_j) = max_q M_jj(q)
+///
+/// [RIV] takes the maximum over all q; here it is over the samples of `q`, every one of them, which is what the loop
+/// meets.
+///
+/// @param q  joint positions, (n_m × n), n_m ≥ 1 [rad | m]
+/// @return   J, (n) [kg·m² | kg]; all entries positive
+/// @throws InputError     where q does not fit the robot or is not finite
+/// @throws NumericsError  where M_jj is not positive at a sample, with joint, sample and value
+[[nodiscard]] Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>& q);
 
-using detail::Composite;
-using detail::DynamicsLink;
-using detail::Turn;
+/// How the largest M_jj is searched among all positions.
+struct InertiaSearch {
+  Index samples = 1024;  ///< positions of the global search, a quasi-random sequence, the same in every run
+  Index starts = 4;      ///< the best positions of each joint, from which it is refined
+
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// Largest inertia that each joint's drive sees at all, the J_j of Eq. (38) of [RIV] over all q.
+///
+/// M_jj depends on the joints behind j only. It is searched over a box of their positions: within the limits of each
+/// joint, a revolute joint without limits through one turn. From the best of the positions sampled, M_jj climbs along
+/// one coordinate at a time until none gives more.
+/// That is a lower bound of the true maximum: it is a local one, in practice the global one, without a proof.
+///
+/// @return  J, (n) [kg·m² | kg]; all entries positive
+/// @throws InputError     the search's complaint(); where a prismatic joint beyond the first has no limits
+/// @throws NumericsError  where M_jj is not positive at a position that was sampled, with joint and value
+[[nodiscard]] Vector design_inertia(const DynamicModel& model, const InertiaSearch& search = {});
+
+#ifdef RIVID_DEFINITIONS
+
+namespace detail {
 
 template <typename Scalar>
-void add(Composite<Scalar>& body, const DynamicsLink& link) {
+inline void add_link(Composite<Scalar>& body, const DynamicsLink& link) {
   Scalar* const entries[] = {&body.XX, &body.XY,  &body.XZ,  &body.YY,  &body.YZ,
                              &body.ZZ, &body.h.x, &body.h.y, &body.h.z, &body.m};
   for (std::size_t k = 0; k < std::size(entries); ++k) {
@@ -31,11 +66,10 @@ void add(Composite<Scalar>& body, const DynamicsLink& link) {
 
 // The same body, told in the frame before joint j.
 template <typename Scalar>
-void carry(Composite<Scalar>& body, const DynamicsLink& link, const Scalar& q) {
-  using detail::sin_cos;
+inline void carry_back(Composite<Scalar>& body, const DynamicsLink& link, const Scalar& q) {
   Scalar c(link.cos_theta);
   Scalar s(link.sin_theta);
-  detail::Vec3<Scalar> p = detail::constant<Scalar>(link.p);
+  Vec3<Scalar> p = constant<Scalar>(link.p);
   if (link.revolute) {
     Scalar sin_q;
     Scalar cos_q;
@@ -43,16 +77,16 @@ void carry(Composite<Scalar>& body, const DynamicsLink& link, const Scalar& q) {
     c = cos_q * Scalar(link.cos_theta) - sin_q * Scalar(link.sin_theta);
     s = sin_q * Scalar(link.cos_theta) + cos_q * Scalar(link.sin_theta);
   } else {
-    p = p + detail::turned_back<Turn::any>(link.R, detail::Vec3<Scalar>{Scalar(0.0), Scalar(0.0), q});
+    p = p + turned_back<Turn::any>(link.R, Vec3<Scalar>{Scalar(0.0), Scalar(0.0), q});
   }
-  detail::turn_tensor(body.XX, body.XY, body.YY, body.XZ, body.YZ, c, s);
-  body.h = detail::rotated_back(body.h, c, s);
-  detail::turn_back<Turn::any>(body, link.R);
+  turn_tensor(body.XX, body.XY, body.YY, body.XZ, body.YZ, c, s);
+  body.h = rotated_back(body.h, c, s);
+  turn_back<Turn::any>(body, link.R);
   // By the first moments half-way: a mass adds 2 p·(h + m p / 2) and its like.
   const Scalar half = Scalar(0.5) * body.m;
-  const detail::Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
+  const Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
   body.h = body.h + way;
-  detail::shift<7>(body, body.h, p);
+  shift<7>(body, body.h, p);
   body.h = body.h + way;
 }
 
@@ -68,21 +102,22 @@ class AxisInertias {
     Composite<Scalar> body = {zero, zero, zero, zero, zero, zero, {zero, zero, zero}, zero};
     for (Index j = rotor_.size() - 1;; --j) {
       const DynamicsLink& link = tables_.links[static_cast<std::size_t>(j)];
-      add(body, link);
+      add_link(body, link);
       visit(j, Scalar(rotor_[j]) + (link.revolute ? body.ZZ : body.m));
       if (j == first) {
         return;
       }
-      carry(body, link, Scalar(position(j)));
+      carry_back(body, link, Scalar(position(j)));
     }
   }
 
  private:
-  detail::DynamicsTables tables_;
+  DynamicsTables tables_;
   Vector rotor_;
 };
 
-[[noreturn]] void refuse(const DynamicModel& model, Index j, double value, const std::string& where) {
+[[noreturn]] inline void refuse_inertia(const DynamicModel& model, Index j, double value,
+                                        const std::string& where) {
   const Joint& joint = model.joints()[static_cast<std::size_t>(j)];
   const std::string index = std::to_string(j + 1);
   throw NumericsError("design_inertia: M(" + index + "," + index + ") of joint \"" + joint.name + "\" is " +
@@ -91,14 +126,14 @@ class AxisInertias {
 }
 
 // The largest of many values, none of which may be negative or zero.
-class Largest {
+class LargestInertias {
  public:
-  explicit Largest(Index n) : J_(Vector::Zero(n)) {}
+  explicit LargestInertias(Index n) : J_(Vector::Zero(n)) {}
 
   template <typename Where>
   void add(const DynamicModel& model, Index j, double value, const Where& where) {
     if (!(value > 0.0)) {
-      refuse(model, j, value, where());
+      refuse_inertia(model, j, value, where());
     }
     J_[j] = std::max(J_[j], value);
   }
@@ -108,14 +143,14 @@ class Largest {
   Vector J_;
 };
 
-struct Range {
+struct JointRange {
   double low = 0.0, high = 0.0;
 };
 
 // Positions of a joint that its M_ii can depend on.
-Range range_of(const DynamicModel& model, Index j) {
+inline JointRange joint_range(const DynamicModel& model, Index j) {
   const Joint& joint = model.joints()[static_cast<std::size_t>(j)];
-  const Range limits{joint.lower, joint.upper};
+  const JointRange limits{joint.lower, joint.upper};
   if (joint.type == JointType::revolute && !(limits.high - limits.low < 2.0 * std::numbers::pi)) {
     return {-std::numbers::pi, std::numbers::pi};
   }
@@ -129,7 +164,7 @@ Range range_of(const DynamicModel& model, Index j) {
 }
 
 // Root of x^(d+1) = x + 1: its powers give the steps of a sequence that fills the unit cube of d dimensions evenly.
-double generalised_golden_ratio(Index d) {
+inline double generalised_golden_ratio(Index d) {
   double x = 2.0;
   for (int i = 0; i < 60; ++i) {
     x = std::pow(1.0 + x, 1.0 / static_cast<double>(d + 1));
@@ -138,9 +173,9 @@ double generalised_golden_ratio(Index d) {
 }
 
 // Climbs from q to a place where no single coordinate gives more; returns M_jj there.
-class Ascent {
+class InertiaAscent {
  public:
-  Ascent(const AxisInertias& inertias, const std::vector<Range>& ranges, Index joint)
+  InertiaAscent(const AxisInertias& inertias, const std::vector<JointRange>& ranges, Index joint)
       : inertias_(inertias), ranges_(ranges), joint_(joint) {}
 
   [[nodiscard]] double from(Vector q) const {
@@ -212,13 +247,13 @@ class Ascent {
   }
 
   const AxisInertias& inertias_;
-  const std::vector<Range>& ranges_;
+  const std::vector<JointRange>& ranges_;
   Index joint_;
 };
 
-}  // namespace
+}  // namespace detail
 
-Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>& q) {
+RIVID_INLINE Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>& q) {
   if (q.cols() != model.size() || q.rows() < 1) {
     throw InputError("design_inertia: q is (" + std::to_string(q.rows()) + " x " + std::to_string(q.cols()) +
                      "), must have one row a sample and one column for each of " +
@@ -227,8 +262,8 @@ Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>&
   if (!q.allFinite()) {
     throw InputError("design_inertia: q must be finite");
   }
-  const AxisInertias inertias(model);
-  Largest largest(model.size());
+  const detail::AxisInertias inertias(model);
+  detail::LargestInertias largest(model.size());
   const auto add = [&](Index j, double value, Index sample) {
     largest.add(model, j, value, [&] { return "at sample " + std::to_string(sample); });
   };
@@ -250,7 +285,7 @@ Vector design_inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>&
   return largest.J();
 }
 
-std::optional<std::string> InertiaSearch::complaint() const {
+RIVID_INLINE std::optional<std::string> InertiaSearch::complaint() const {
   if (samples < 1) {
     return "samples is " + std::to_string(samples) + ", must be at least 1";
   }
@@ -261,17 +296,18 @@ std::optional<std::string> InertiaSearch::complaint() const {
   return std::nullopt;
 }
 
-Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
+RIVID_INLINE Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
   if (const auto complaint = search.complaint()) {
     throw InputError("design_inertia: " + *complaint);
   }
   const Index n = model.size();
-  std::vector<Range> ranges(static_cast<std::size_t>(n));  // the first joint moves nothing relative to itself
+  std::vector<detail::JointRange> ranges(
+      static_cast<std::size_t>(n));  // the first joint moves nothing relative to itself
   for (Index j = 1; j < n; ++j) {
-    ranges[static_cast<std::size_t>(j)] = range_of(model, j);
+    ranges[static_cast<std::size_t>(j)] = detail::joint_range(model, j);
   }
   Matrix q = Matrix::Zero(search.samples, n);
-  const double ratio = generalised_golden_ratio(std::max<Index>(1, n - 1));
+  const double ratio = detail::generalised_golden_ratio(std::max<Index>(1, n - 1));
   for (Index j = 1; j < n; ++j) {
     const auto [low, high] = ranges[static_cast<std::size_t>(j)];
     const double step = std::pow(ratio, -static_cast<double>(j));
@@ -280,9 +316,9 @@ Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
       q(i, j) = low + (high - low) * (place - std::floor(place));
     }
   }
-  const AxisInertias inertias(model);
+  const detail::AxisInertias inertias(model);
   Matrix sampled(search.samples, n);
-  Largest largest(n);
+  detail::LargestInertias largest(n);
   for (Index i = 0; i < search.samples; ++i) {
     inertias.at<double>(
         0, [&](Index j) { return q(i, j); },
@@ -297,7 +333,7 @@ Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
     std::iota(order.begin(), order.end(), Index{0});
     std::partial_sort(order.begin(), order.begin() + search.starts, order.end(),
                       [&](Index a, Index b) { return sampled(a, j) > sampled(b, j); });
-    const Ascent ascent(inertias, ranges, j);
+    const detail::InertiaAscent ascent(inertias, ranges, j);
     J[j] = largest.J()[j];
     for (Index i = 0; i < search.starts; ++i) {
       J[j] = std::max(J[j], ascent.from(q.row(order[static_cast<std::size_t>(i)])));
@@ -305,5 +341,7 @@ Vector design_inertia(const DynamicModel& model, const InertiaSearch& search) {
   }
   return J;
 }
+
+#endif
 
 }  // namespace rivid

@@ -1,29 +1,32 @@
-#include "rivid/simulate/dynamic_model.hpp"
+#pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/text.hpp"
 
+// What dynamic_model.hpp declares, for users of rivid::headers; rivid::rivid has it in its archive.
 namespace rivid {
 
-namespace {
+namespace detail {
 
-using enum ParameterKind;
-
-std::string parameter_name(ParameterKind kind, Index joint) {
+inline std::string parameter_name(ParameterKind kind, Index joint) {
   return StandardParameter{kind, static_cast<int>(joint)}.name();
 }
 
 // Adds `value` times the weights of a coupled parameter; row: the joint that feels it, column: whose motion it is.
-void add(Matrix& A, std::span<const CoupledEntry> entries, double value) {
+inline void add(Matrix& A, std::span<const CoupledEntry> entries, double value) {
   for (const CoupledEntry& entry : entries) {
     for (const CoupledEntry::Term& term : entry.terms) {
       A(static_cast<Index>(entry.joint), static_cast<Index>(term.joint)) += value * term.weight;
@@ -40,8 +43,8 @@ struct Directions {
   [[nodiscard]] bool drive() const { return plus < 0.0 || minus < 0.0; }
 };
 
-constexpr auto at_speed = static_cast<std::size_t>(Basis::speed);
-constexpr auto at_sign = static_cast<std::size_t>(Basis::sign);
+inline constexpr auto at_speed = static_cast<std::size_t>(Basis::speed);
+inline constexpr auto at_sign = static_cast<std::size_t>(Basis::sign);
 
 // Sums up the parameters of a robot before signs are looked at.
 struct Sums {
@@ -70,11 +73,11 @@ struct Sums {
   std::vector<Motor> motors;  // with the sign of their own velocity
 };
 
-const Coupling& coupling_of(const Robot& robot, int motor) {
+inline const Coupling& coupling_of(const Robot& robot, int motor) {
   return *std::ranges::find(robot.couplings, motor, &Coupling::motor);
 }
 
-void Sums::take(const Robot& robot, const StandardParameter& parameter, double value) {
+inline void Sums::take(const Robot& robot, const StandardParameter& parameter, double value) {
   const Index j = parameter.joint;
   switch (role(parameter.kind)) {
     case Role::inertial: {
@@ -102,7 +105,7 @@ void Sums::take(const Robot& robot, const StandardParameter& parameter, double v
   }
 }
 
-void Sums::take_friction(const Robot& robot, const StandardParameter& parameter, double value) {
+inline void Sums::take_friction(const Robot& robot, const StandardParameter& parameter, double value) {
   const Index j = parameter.joint;
   const KindRow& row = about(parameter.kind);
   if (row.coupled) {
@@ -124,25 +127,72 @@ void Sums::take_friction(const Robot& robot, const StandardParameter& parameter,
   }
 }
 
+struct JacobiEigen {
+  Vector values;
+  Matrix vectors;  // one column a value
+};
+
+// Eigenvalues of a symmetric matrix by Jacobi's rotations: those of a diagonal matrix are its entries themselves. (Eigen's
+// solver costs as much to compile as all the rest.)
+inline JacobiEigen jacobi_eigen(Matrix A) {
+  const Index n = A.rows();
+  Matrix V = Matrix::Identity(n, n);
+  const double negligible = std::numeric_limits<double>::epsilon() * A.norm();
+  constexpr int most_sweeps = 60;
+  bool diagonal = false;
+  for (int sweep = 0; sweep < most_sweeps && !diagonal; ++sweep) {
+    diagonal = true;
+    for (Index p = 0; p < n; ++p) {
+      for (Index q = p + 1; q < n; ++q) {
+        const double off = A(p, q);
+        if (off == 0.0) {
+          continue;
+        }
+        diagonal = diagonal && std::abs(off) <= negligible;
+        const double theta = (A(q, q) - A(p, p)) / (2.0 * off);
+        const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
+        const double c = 1.0 / std::sqrt(t * t + 1.0);
+        const double s = t * c;
+        for (Index k = 0; k < n; ++k) {
+          const double first = A(k, p);
+          A(k, p) = c * first - s * A(k, q);
+          A(k, q) = s * first + c * A(k, q);
+        }
+        for (Index k = 0; k < n; ++k) {
+          const double first = A(p, k);
+          A(p, k) = c * first - s * A(q, k);
+          A(q, k) = s * first + c * A(q, k);
+          const double of_vector = V(k, p);
+          V(k, p) = c * of_vector - s * V(k, q);
+          V(k, q) = s * of_vector + c * V(k, q);
+        }
+        A(p, q) = 0.0;
+        A(q, p) = 0.0;
+      }
+    }
+  }
+  return {A.diagonal(), V};
+}
+
 // Nearest positive semidefinite matrix; returns whether that was another one.
-bool clamp_eigenvalues(Matrix& A) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(A);
-  const Vector& values = eigen.eigenvalues();
+inline bool clamp_eigenvalues(Matrix& A) {
+  const auto [values, vectors] = jacobi_eigen(A);
   const double rounding = 1e-14 * values.cwiseAbs().maxCoeff();
   bool clamped = false;
   for (Index k = 0; k < values.size(); ++k) {
     if (values[k] < -rounding) {
-      A -= values[k] * eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).transpose();
+      const Vector v = vectors.col(k);
+      A -= values[k] * v * v.transpose();
       clamped = true;
     }
   }
   return clamped;
 }
 
-bool has(Friction law, ParameterKind kind) { return std::ranges::count(parameters(law), kind) > 0; }
+inline bool has(Friction law, ParameterKind kind) { return std::ranges::count(parameters(law), kind) > 0; }
 
 // Positive semidefinite viscous friction, and the names of what had to change for it.
-std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, const Sums& sums) {
+inline std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, const Sums& sums) {
   const Matrix before = viscous;
   std::vector<std::string> names;
   if (!clamp_eigenvalues(viscous)) {
@@ -153,7 +203,9 @@ std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, cons
   for (Index j = 0; j < robot.size(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     // Of an asymmetric law, the direction that has nothing beside what is in the matrix.
-    for (const ParameterKind kind : {Fv, sums.friction[at][at_speed].plus > 0.0 ? Fv_minus : Fv_plus}) {
+    for (const ParameterKind kind :
+         {ParameterKind::Fv,
+          sums.friction[at][at_speed].plus > 0.0 ? ParameterKind::Fv_minus : ParameterKind::Fv_plus}) {
       if (change(j, j) > rounding && has(robot.joints[at].friction, kind)) {
         names.push_back(parameter_name(kind, j));
       }
@@ -163,14 +215,14 @@ std::vector<std::string> clamp_viscous(Matrix& viscous, const Robot& robot, cons
     const bool changed =
         std::ranges::any_of(coupling.joints, [&](int k) { return change(coupling.motor, k) > rounding; });
     if (coupling.viscous && changed) {
-      names.push_back(parameter_name(Fvm, coupling.motor));
+      names.push_back(parameter_name(ParameterKind::Fvm, coupling.motor));
     }
   }
   return names;
 }
 
 // Whether all that a law has beside Fv is Fc and off.
-bool follows_one_sign(Friction law) {
+inline bool follows_one_sign(Friction law) {
   return std::ranges::all_of(parameters(law), [](ParameterKind kind) {
     const KindRow& row = about(kind);
     return row.direction == Direction::both &&
@@ -179,7 +231,7 @@ bool follows_one_sign(Friction law) {
 }
 
 // Friction without what would drive, and the names of that. Directions of dry friction may be shifted by an offset.
-std::vector<std::string> clamp_friction(Sums& sums, Friction law, Index joint) {
+inline std::vector<std::string> clamp_friction(Sums& sums, Friction law, Index joint) {
   std::vector<std::string> names;
   for (const BasisRow& row : basis_rows) {
     Directions& own = sums.friction[static_cast<std::size_t>(joint)][static_cast<std::size_t>(row.basis)];
@@ -205,8 +257,8 @@ std::vector<std::string> clamp_friction(Sums& sums, Friction law, Index joint) {
   return names;
 }
 
-std::string fault_of(const Robot& robot, const Eigen::Ref<const Vector>& chi_st,
-                     std::span<const StandardParameter> parameters) {
+inline std::string fault_of(const Robot& robot, const Eigen::Ref<const Vector>& chi_st,
+                            std::span<const StandardParameter> parameters) {
   if (auto complaint = robot.complaint()) {
     return *complaint;
   }
@@ -223,7 +275,8 @@ std::string fault_of(const Robot& robot, const Eigen::Ref<const Vector>& chi_st,
   return {};
 }
 
-Vector standard_of(const Robot& robot, const BaseParameters& base, const Eigen::Ref<const Vector>& chi) {
+inline Vector standard_of(const Robot& robot, const BaseParameters& base,
+                          const Eigen::Ref<const Vector>& chi) {
   const auto same = [](const StandardParameter& a, const StandardParameter& b) {
     return a.kind == b.kind && a.joint == b.joint;
   };
@@ -237,7 +290,8 @@ Vector standard_of(const Robot& robot, const BaseParameters& base, const Eigen::
 // The friction of a joint that is not in the viscous matrix.
 //
 // single_signs: torques on all joints that follow the sign of this joint's velocity, beside its own
-std::optional<DryFriction> element(const Joint& joint, Index k, const Sums& sums, Vector single_signs) {
+inline std::optional<DryFriction> element(const Joint& joint, Index k, const Sums& sums,
+                                          Vector single_signs) {
   DryFriction out{joint.name, Vector::Unit(single_signs.size(), k), {}, {}, 0.0, 0.0, joint.sign_speed};
   const auto& own = sums.friction[static_cast<std::size_t>(k)];
   for (const BasisRow& row : basis_rows) {
@@ -257,66 +311,148 @@ std::optional<DryFriction> element(const Joint& joint, Index k, const Sums& sums
   return out;
 }
 
-}  // namespace
+inline void require_values(std::string_view who, std::string_view what, const Eigen::Ref<const Vector>& x,
+                           const DynamicModel& model) {
+  if (x.size() != model.size()) {
+    throw InputError(std::string(who) + ": " + std::string(what) + " has " + std::to_string(x.size()) +
+                     " values, the robot has " + std::to_string(model.size()) + " joints");
+  }
+}
 
-DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& chi_st)
-    : chain_(robot.chain), joints_(robot.joints) {
+inline std::span<const double> span_of(const Eigen::Ref<const Vector>& x) {
+  return {x.data(), static_cast<std::size_t>(x.size())};
+}
+
+inline Matrix dense(const Dynamics<double>& dynamics) {
+  const Index n = dynamics.size();
+  return Matrix::NullaryExpr(n, n, [&](Index i, Index j) { return dynamics.M(i, j); });
+}
+
+inline Vector bias_of(const Dynamics<double>& dynamics) {
+  return Vector::Map(dynamics.N().data(), dynamics.size());
+}
+
+}  // namespace detail
+
+RIVID_INLINE DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<const Vector>& chi_st)
+    : joints_(robot.joints) {
   const std::vector<StandardParameter> parameters = robot.standard_parameters();
-  if (const std::string fault = fault_of(robot, chi_st, parameters); !fault.empty()) {
+  if (const std::string fault = detail::fault_of(robot, chi_st, parameters); !fault.empty()) {
     throw InputError("DynamicModel: " + fault);
   }
   const Index n = robot.size();
-  Sums sums(n);
+  detail::Sums sums(n);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     sums.take(robot, parameters[i], chi_st[static_cast<Index>(i)]);
   }
   // What both directions of an asymmetric law have is viscous friction like any other: the coupled friction of a motor
   // has its diagonal there.
   for (Index j = 0; j < n; ++j) {
-    Directions& Fv = sums.friction[static_cast<std::size_t>(j)][at_speed];
+    detail::Directions& Fv = sums.friction[static_cast<std::size_t>(j)][detail::at_speed];
     const double common = std::min(Fv.plus, Fv.minus);
     sums.viscous(j, j) += common;
     Fv = {Fv.plus - common, Fv.minus - common};
   }
-  clamped_ = clamp_viscous(sums.viscous, robot, sums);
+  clamped_ = detail::clamp_viscous(sums.viscous, robot, sums);
   for (Index k = 0; k < n; ++k) {
     const Joint& joint = joints_[static_cast<std::size_t>(k)];
     const Vector torque = sums.single_signs.col(k);
-    if (!torque.isZero(0.0) && !follows_one_sign(joint.friction)) {
+    if (!torque.isZero(0.0) && !detail::follows_one_sign(joint.friction)) {
       throw InputError("DynamicModel: joint \"" + joint.name + "\" has " + std::string(name(joint.friction)) +
                        " friction, and a coupled motor follows the sign of its velocity; take "
                        "symmetric friction or coulomb = \"sum\"");
     }
-    Directions& Fc = sums.friction[static_cast<std::size_t>(k)][at_sign];
+    detail::Directions& Fc = sums.friction[static_cast<std::size_t>(k)][detail::at_sign];
     Fc = {Fc.plus + torque[k], Fc.minus + torque[k]};
-    std::ranges::move(clamp_friction(sums, joint.friction, k), std::back_inserter(clamped_));
-    if (auto dry = element(joint, k, sums, torque)) {
-      dry_friction_.push_back(std::move(*dry));
+    std::ranges::move(detail::clamp_friction(sums, joint.friction, k), std::back_inserter(clamped_));
+    if (auto dry = detail::element(joint, k, sums, torque)) {
+      data_.dry_friction.push_back(std::move(*dry));
     }
   }
-  for (const Sums::Motor& motor : sums.motors) {
+  for (const detail::Sums::Motor& motor : sums.motors) {
     if (motor.Fcm < 0.0) {
-      clamped_.push_back(parameter_name(Fcm, motor.coupling->motor));
+      clamped_.push_back(detail::parameter_name(ParameterKind::Fcm, motor.coupling->motor));
     } else if (motor.Fcm > 0.0) {
       const Vector c = motor.coupling->row(n);
       const Joint& joint = joints_[static_cast<std::size_t>(motor.coupling->motor)];
-      dry_friction_.push_back({"motor of " + joint.name,
-                               c,
-                               c,
-                               {{Basis::sign, motor.Fcm, motor.Fcm}},
-                               motor.Fcm,
-                               motor.Fcm,
-                               joint.sign_speed});
+      data_.dry_friction.push_back({"motor of " + joint.name,
+                                    c,
+                                    c,
+                                    {{Basis::sign, motor.Fcm, motor.Fcm}},
+                                    motor.Fcm,
+                                    motor.Fcm,
+                                    joint.sign_speed});
     }
   }
-  inertials_ = std::move(sums.inertials);
-  rotor_ = std::move(sums.rotor);
-  viscous_ = std::move(sums.viscous);
-  offset_ = std::move(sums.offset);
+  data_.chain = robot.chain;
+  for (const Joint& joint : joints_) {
+    data_.names.push_back(joint.name);
+  }
+  data_.inertials = std::move(sums.inertials);
+  data_.rotor = std::move(sums.rotor);
+  data_.viscous = std::move(sums.viscous);
+  data_.offset = std::move(sums.offset);
 }
 
-DynamicModel::DynamicModel(const Robot& robot, const BaseParameters& base,
-                           const Eigen::Ref<const Vector>& chi)
-    : DynamicModel(robot, standard_of(robot, base, chi)) {}
+RIVID_INLINE DynamicModel::DynamicModel(const Robot& robot, const BaseParameters& base,
+                                        const Eigen::Ref<const Vector>& chi)
+    : DynamicModel(robot, detail::standard_of(robot, base, chi)) {}
+
+RIVID_INLINE Matrix mass_matrix(const DynamicModel& model, const Eigen::Ref<const Vector>& q) {
+  detail::require_values("mass_matrix", "q", q, model);
+  Dynamics<double> dynamics(model);
+  static_cast<void>(dynamics.set_state(detail::span_of(q), detail::span_of(Vector::Zero(q.size()))));
+  return detail::dense(dynamics);
+}
+
+RIVID_INLINE Vector bias(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
+                         const Eigen::Ref<const Vector>& qd) {
+  detail::require_values("bias", "q", q, model);
+  detail::require_values("bias", "qd", qd, model);
+  Dynamics<double> dynamics(model);
+  static_cast<void>(dynamics.set_state(detail::span_of(q), detail::span_of(qd)));
+  return detail::bias_of(dynamics);
+}
+
+RIVID_INLINE Vector friction_torque(const DynamicModel& model, const Eigen::Ref<const Vector>& qd) {
+  detail::require_values("friction_torque", "qd", qd, model);
+  Vector tau = model.viscous() * qd + model.offset();
+  for (const DryFriction& element : model.dry_friction()) {
+    tau += element.torque * element.lambda(element.direction.dot(qd));
+  }
+  return tau;
+}
+
+RIVID_INLINE Vector inverse_dynamics(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
+                                     const Eigen::Ref<const Vector>& qd,
+                                     const Eigen::Ref<const Vector>& qdd) {
+  detail::require_values("inverse_dynamics", "q", q, model);
+  detail::require_values("inverse_dynamics", "qd", qd, model);
+  detail::require_values("inverse_dynamics", "qdd", qdd, model);
+  Dynamics<double> dynamics(model);
+  static_cast<void>(dynamics.set_state(detail::span_of(q), detail::span_of(qd)));
+  return detail::dense(dynamics) * qdd + detail::bias_of(dynamics) + friction_torque(model, qd);
+}
+
+RIVID_INLINE Vector direct_dynamics(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
+                                    const Eigen::Ref<const Vector>& qd, const Eigen::Ref<const Vector>& tau) {
+  detail::require_values("direct_dynamics", "q", q, model);
+  detail::require_values("direct_dynamics", "qd", qd, model);
+  detail::require_values("direct_dynamics", "tau", tau, model);
+  Dynamics<double> dynamics(model);
+  if (!dynamics.set_state(detail::span_of(q), detail::span_of(qd))) {
+    const auto joint = static_cast<std::size_t>(dynamics.failed_joint());
+    throw NumericsError("direct_dynamics: M(q) is not positive definite, its smallest eigenvalue is " +
+                        number(smallest_eigenvalue(model, q), 3) + "; joint \"" + model.joints()[joint].name +
+                        "\" would have no positive inertia while those behind it are free");
+  }
+  Vector qdd = tau - detail::bias_of(dynamics) - friction_torque(model, qd);
+  dynamics.solve({qdd.data(), static_cast<std::size_t>(qdd.size())});
+  return qdd;
+}
+
+RIVID_INLINE double smallest_eigenvalue(const DynamicModel& model, const Eigen::Ref<const Vector>& q) {
+  return detail::jacobi_eigen(mass_matrix(model, q)).values.minCoeff();
+}
 
 }  // namespace rivid
