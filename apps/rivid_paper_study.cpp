@@ -15,11 +15,17 @@ using namespace rivid::apps;
 int study_in(const std::filesystem::path& folder, std::uint64_t seeds) {
   const study::Scara scara;
   study::Report report(folder);
-  report.print("SCARA of [RIV], section 4, in simulation: means over " +
-               counted(static_cast<std::ptrdiff_t>(seeds), "log") +
-               ". σ is the classical standard\ndeviation, scatter that of the estimates from log to log.\n");
+  report.print(
+      "SCARA of [RIV], section 4, in simulation: means over " +
+      counted(static_cast<std::ptrdiff_t>(seeds), "log") +
+      ". σ is rivid's standard\ndeviation, from residuals that are correlated (HAC); scatter that of the "
+      "estimates from log to log.\n\"all samples\": the simulation starts in the measured state; \"section "
+      "3.4\": on "
+      "the reference, and samples with\nt < 5 / min ω_n are dropped, as in the paper.\n");
+  study::misprints(report);
   study::identification(scara, seeds, report);
   study::reference_regressor(scara, seeds, report);
+  study::raw_least_squares(scara, seeds, report);
   study::wrong_design(scara, seeds, report);
   study::cutoff(scara, seeds, report);
   study::length_of_the_log(scara, seeds, report);

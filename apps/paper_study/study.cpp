@@ -1,0 +1,170 @@
+#include "paper_study/study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <iterator>
+
+#include "rivid/report/file.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::study {
+
+void Report::print(const std::string& text) {
+  std::cout << text << std::flush;
+  text_ += text;
+}
+
+void Report::figure(const std::string& file, const Figure& figure) {
+  write_file(folder_ / file, svg(figure));
+  files_ += ", " + file;
+}
+
+void Report::expect(bool holds, const std::string& claim) {
+  if (!holds) {
+    broken_.push_back(claim);
+  }
+}
+
+void Report::finish() {
+  for (const std::string& claim : broken_) {
+    print("\ndoes not hold: " + claim + '\n');
+  }
+  write_file(folder_ / "tables.txt", text_);
+  std::cout << "\nwrote to " << folder_.string() << ": tables.txt" << files_ << '\n';
+}
+
+std::string aligned(const Table& rows) {
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      widths[c] = std::max(widths[c], display_width(row[c]));
+    }
+  }
+  std::string out;
+  for (const auto& row : rows) {
+    std::string line = "  ";
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      line += row[c] + std::string(widths[c] - display_width(row[c]) + 2, ' ');
+    }
+    out += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  }
+  return out;
+}
+
+std::string percent(double part) { return number(100.0 * part, 3) + " %"; }
+
+Runs over(std::uint64_t seeds, const std::function<Identification(std::uint64_t)>& identified) {
+  Runs out;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    out.push_back(identified(seed));
+  }
+  return out;
+}
+
+Runs only_identified(const Runs& runs) {
+  Runs out;
+  std::ranges::copy_if(runs, std::back_inserter(out), identified);
+  return out;
+}
+
+std::string how_many(const Runs& all) {
+  return std::to_string(std::ranges::count_if(all, identified)) + " of " + std::to_string(all.size()) +
+         " identified";
+}
+
+bool identified(const Identification& found) { return found.status == Status::identified; }
+
+double value(const Identification& found, std::size_t i) {
+  return in_paper[i] * found.chi[static_cast<Index>(i)];
+}
+
+double sigma(const Identification& found, std::size_t i) { return in_paper[i] * found.parameters[i].sigma; }
+
+double off(const Identification& found, std::size_t i) { return std::abs(value(found, i) / truth(i) - 1.0); }
+
+double error_of_instruments(const Identification& found) {
+  return found.iv.value().iterations.back().relative_error;
+}
+
+double mean(const Runs& runs, const std::function<double(const Identification&)>& of) {
+  double sum = 0.0;
+  for (const Identification& run : runs) {
+    sum += of(run);
+  }
+  return sum / static_cast<double>(runs.size());
+}
+
+double mean_ratio(const Runs& runs, std::size_t i) {
+  return mean(runs, [i](const Identification& run) { return value(run, i); }) / truth(i);
+}
+
+double scatter(const Runs& runs, std::size_t i) {
+  const double average = truth(i) * mean_ratio(runs, i);
+  const double squares =
+      mean(runs, [&](const Identification& run) { return std::pow(value(run, i) - average, 2); });
+  const auto count = static_cast<double>(runs.size());
+  return std::sqrt(squares * count / std::max(count - 1.0, 1.0));
+}
+
+bool all(const Runs& runs, const std::function<bool(const Identification&)>& holds) {
+  return std::ranges::all_of(runs, holds);
+}
+
+namespace {
+
+std::string with_sigma(double chi, double sigma_chi) { return number(chi, 4) + " ± " + number(sigma_chi, 2); }
+
+std::string iterations(const Runs& runs) {
+  const auto count = [](const Identification& run) { return run.iv->iterations.size() - 1; };
+  const auto [least, most] = std::ranges::minmax(runs, {}, count);
+  return "in " + std::to_string(count(least)) +
+         (count(most) > count(least) ? " to " + std::to_string(count(most)) : "") + " iterations";
+}
+
+// How the runs of a procedure ended, and how well they fit.
+std::string outcome(const Procedure& procedure) {
+  std::string out = "  " + procedure.name + ": " + how_many(procedure.runs);
+  const Runs runs = only_identified(procedure.runs);
+  if (runs.empty()) {
+    return out + '\n';
+  }
+  const bool iv = runs[0].iv.has_value();
+  out += (iv ? ", " + iterations(runs) : "") + "; ‖Y − Wχ‖ / ‖Y‖ " +
+         percent(mean(runs, [](const Identification& run) { return run.fit.relative_error; }));
+  return out + (iv ? ", ‖Y − Vχ‖ / ‖Y‖ " + percent(mean(runs, error_of_instruments)) : "") + '\n';
+}
+
+}  // namespace
+
+std::string beside(const std::string& title, const PaperTable& paper,
+                   const std::vector<Procedure>& procedures) {
+  Table rows = {{"parameter", "unit", "truth", "paper ± σ"}};
+  for (const Procedure& procedure : procedures) {
+    rows[0].insert(rows[0].end(), {procedure.name + " ± σ", "scatter"});
+  }
+  for (std::size_t i = 0; i < b; ++i) {
+    auto& row = rows.emplace_back(std::vector<std::string>{
+        names[i], units[i], number(truth(i), 4), with_sigma(paper.chi[i], 0.5 * paper.two_sigma[i])});
+    for (const Procedure& procedure : procedures) {
+      const Runs runs = only_identified(procedure.runs);
+      if (runs.empty()) {
+        row.insert(row.end(), 2, "–");
+        continue;
+      }
+      const double deviation = mean(runs, [i](const Identification& run) { return sigma(run, i); });
+      row.push_back(with_sigma(truth(i) * mean_ratio(runs, i), deviation));
+      row.push_back(number(scatter(runs, i), 2));
+    }
+  }
+  std::string out = "\n" + title + "\n\n" + aligned(rows);
+  for (const Procedure& procedure : procedures) {
+    out += outcome(procedure);
+  }
+  if (paper.relative_error > 0.0) {
+    out += "  paper: ‖Y − Wχ‖ / ‖Y‖ " + percent(paper.relative_error) + '\n';
+  }
+  return out;
+}
+
+}  // namespace rivid::study
