@@ -136,6 +136,31 @@ TEST_F(Study, TheLimitOfTheBandwidthIsToldAndNotHidden) {
   EXPECT_GT(locked, 0);
 }
 
+// The paper's own procedure: the first seconds, where joint 1 sticks, make the relative error and the bias of Fc1.
+TEST_F(Study, Section34LowersTheRelativeErrorAndTheBiasOfCoulombFriction) {
+  const Index Fc1 = index("Fc1");
+  Vector all(seeds);
+  Vector without_transient(seeds);
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    const Log log = this->log(S2, seed);
+    Estimation ours = iv();
+    ours.signal = filtered();
+    Estimation papers = ours;
+    Iv& method = std::get<Iv>(papers.method);
+    method.start_on_reference = true;
+    method.transient = 5.0 / control.omega_n.minCoeff();
+    const Identification of_all = identify(robot, log, ours);
+    const Identification of_rest = identify(robot, log, papers);
+    ASSERT_EQ(of_rest.status, Status::identified) << "seed " << seed;
+    EXPECT_LT(of_rest.fit.relative_error, 0.6 * of_all.fit.relative_error) << "seed " << seed;
+    const auto row = static_cast<Index>(seed) - 1;
+    all[row] = of_all.chi[Fc1] - truth[Fc1];
+    without_transient[row] = of_rest.chi[Fc1] - truth[Fc1];
+  }
+  EXPECT_GT(all.mean(), 0.005);
+  EXPECT_LT(std::abs(without_transient.mean()), 0.003);
+}
+
 // (46): a start that is ten times too heavy, with gains that follow.
 TEST_F(Study, AdaptedGainsKeepTheSimulatedMotionNearTheMeasuredOne) {
   const Log log = this->log(S2, 1);
