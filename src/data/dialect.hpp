@@ -1,8 +1,15 @@
 #pragma once
 
+#include <array>
+#include <bit>
+#include <charconv>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "rivid/data/table.hpp"
@@ -36,5 +43,182 @@ enum class CellReading { number, not_finite, out_of_range, empty, words };
 
 /// Reads a whole cell as a number; `value` is written where it is one.
 [[nodiscard]] CellReading read_cell(std::string_view cell, char mark, double& value);
+
+/// Bytes behind the last character of a number that number() may read.
+inline constexpr std::size_t number_padding = 8;
+
+inline constexpr std::uint64_t exact_integers = std::uint64_t{1} << 53U;
+
+inline constexpr std::array<double, 23> powers_of_ten = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                         1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                         1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+/// 5^0 … 5^27, the powers that fit into 64 bits.
+inline constexpr auto powers_of_five = [] {
+  std::array<std::uint64_t, 28> powers{};
+  std::uint64_t power = 1;
+  for (std::uint64_t& p : powers) {
+    p = power;
+    power *= 5U;
+  }
+  return powers;
+}();
+
+/// mantissa / 10^k, rounded to the nearest double, ties to even. mantissa > 0, 0 ≤ k ≤ 27.
+///
+/// With both operands shifted to 64 bits, the quotient of 128 by 64 bits has 63 or 64 of them, so 53 remain
+/// after rounding and the rest of the division tells a tie from a value just above it.
+inline double divided(std::uint64_t mantissa, std::size_t k) {
+  __extension__ using Wide = unsigned __int128;
+  const std::uint64_t divisor = powers_of_five[k];
+  const int up = std::countl_zero(mantissa);
+  const int divisor_up = std::countl_zero(divisor);
+  const Wide numerator = static_cast<Wide>(mantissa << static_cast<unsigned>(up)) << 63U;
+  const std::uint64_t normal = divisor << static_cast<unsigned>(divisor_up);
+  const auto quotient = static_cast<std::uint64_t>(numerator / normal);
+  const bool exact = static_cast<Wide>(quotient) * normal == numerator;
+  // A 1 in the lowest bit stands for whatever follows: rounding to 53 bits then never sees a false tie.
+  const std::uint64_t sticky = quotient | static_cast<std::uint64_t>(!exact);
+  const int drop = static_cast<int>(std::bit_width(sticky)) - 53;
+  const std::uint64_t half = std::uint64_t{1} << static_cast<unsigned>(drop - 1);
+  const std::uint64_t rest = sticky & ((half << 1U) - 1U);
+  std::uint64_t kept = sticky >> static_cast<unsigned>(drop);
+  kept += static_cast<std::uint64_t>(rest > half || (rest == half && (kept & 1U) != 0));
+  const int exponent = drop + divisor_up - up - 63 - static_cast<int>(k);
+  const auto scale = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52U);
+  return static_cast<double>(kept) * scale;
+}
+
+inline bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10U; }
+
+/// Eight characters as one integer, the first in the lowest byte.
+inline std::uint64_t eight_characters(const char* p) {
+  static_assert(std::endian::native == std::endian::little);
+  std::uint64_t word = 0;
+  std::memcpy(&word, p, sizeof word);
+  return word;
+}
+
+inline bool are_eight_digits(std::uint64_t word) {
+  return (((word + 0x4646464646464646U) | (word - 0x3030303030303030U)) & 0x8080808080808080U) == 0;
+}
+
+/// Value of eight digits: pairs, then fours, then eight, each in one multiplication.
+inline std::uint64_t eight_digits(std::uint64_t word) {
+  word -= 0x3030303030303030U;
+  word = word * 10U + (word >> 8U);
+  return (((word & 0x000000FF000000FFU) * 0x000F424000000064U +
+           ((word >> 16U) & 0x000000FF000000FFU) * 0x0000271000000001U) >>
+          32U) &
+         0xFFFFFFFFU;
+}
+
+inline const char* digits(const char* p, std::uint64_t& value) {
+  while (are_eight_digits(eight_characters(p))) {
+    value = value * 100000000U + eight_digits(eight_characters(p));
+    p += 8;
+  }
+  while (is_digit(*p)) {
+    value = value * 10U + static_cast<std::uint64_t>(*p - '0');
+    ++p;
+  }
+  return p;
+}
+
+/// The number without sign in [first, last) where it has more than 19 digits or a large exponent.
+template <char Mark>
+[[gnu::noinline]] inline bool rare_number(const char* first, const char* last, bool negative, double& value) {
+  if constexpr (Mark != '.') {
+    return false;
+  } else {
+    double magnitude = 0.0;
+    const auto [end, error] = std::from_chars(first, last, magnitude);
+    value = negative ? -magnitude : magnitude;
+    return error == std::errc() && end == last;
+  }
+}
+
+/// Reads the decimal number that starts at `p`, correctly rounded; `Mark` stands before its fraction.
+///
+/// The text must end in a character that is no part of a number, with number_padding readable bytes behind
+/// it. Returns where the number ends; returns `p` for what is no finite number and for what needs more care
+/// than this.
+template <char Mark>
+inline const char* number(const char* p, double& value) {
+  const char* const begin = p;
+  const bool negative = *p == '-';
+  p += static_cast<int>(negative || *p == '+');
+  std::uint64_t mantissa = 0;
+  const char* const first = p;
+  while (is_digit(*p)) {
+    mantissa = mantissa * 10U + static_cast<std::uint64_t>(*p - '0');
+    ++p;
+  }
+  std::ptrdiff_t count = p - first;
+  std::ptrdiff_t exponent = 0;
+  if (*p == Mark) {
+    const char* const fraction = ++p;
+    p = digits(p, mantissa);
+    exponent = fraction - p;
+    count -= exponent;
+  }
+  if (count == 0) {
+    return begin;
+  }
+  if (*p == 'e' || *p == 'E') {
+    ++p;
+    const bool down = *p == '-';
+    p += static_cast<int>(down || *p == '+');
+    const char* const start = p;
+    std::ptrdiff_t power = 0;
+    while (is_digit(*p) && p - start < 4) {
+      power = power * 10 + (*p - '0');
+      ++p;
+    }
+    if (p == start) {
+      return begin;
+    }
+    exponent += down ? -power : power;
+  }
+  double magnitude = 0.0;
+  if (count > 19) {
+    return rare_number<Mark>(first, p, negative, value) ? p : begin;
+  }
+  if (mantissa <= exact_integers && exponent >= -22 && exponent <= 22) {
+    // Both operands are exact, so the one operation rounds correctly.
+    const auto integer = static_cast<double>(static_cast<std::int64_t>(mantissa));
+    magnitude = exponent < 0 ? integer / powers_of_ten[static_cast<std::size_t>(-exponent)]
+                             : integer * powers_of_ten[static_cast<std::size_t>(exponent)];
+  } else if (mantissa != 0 && exponent >= -27 && exponent <= 0) {
+    magnitude = divided(mantissa, static_cast<std::size_t>(-exponent));
+  } else if (mantissa != 0) {
+    return rare_number<Mark>(first, p, negative, value) ? p : begin;
+  }
+  value = negative ? -magnitude : magnitude;
+  return p;
+}
+
+/// The bytes of a file, read only. A regular file is mapped, so the text costs no memory of its own and none
+/// is copied; a pipe is read to its end.
+class MappedFile {
+ public:
+  /// @throws InputError  where the file is missing, a directory or not readable
+  explicit MappedFile(const std::filesystem::path& path);
+  ~MappedFile();
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+  MappedFile(MappedFile&&) = delete;
+  MappedFile& operator=(MappedFile&&) = delete;
+
+  [[nodiscard]] std::string_view bytes() const {
+    return mapping_ == nullptr ? std::string_view(content_)
+                               : std::string_view(static_cast<const char*>(mapping_), size_);
+  }
+
+ private:
+  void* mapping_ = nullptr;
+  std::size_t size_ = 0;
+  std::string content_;
+};
 
 }  // namespace rivid::detail

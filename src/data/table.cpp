@@ -6,8 +6,6 @@
 #include <system_error>
 
 #include "dialect.hpp"
-#include "mapped_file.hpp"
-#include "number.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "data/number.hpp"
+#include "data/dialect.hpp"
 
 // The words that names of columns are made of.
 namespace rivid::detail {

@@ -1,6 +1,6 @@
 #include <array>
 
-#include "export/joint_values.hpp"
+#include "export/write_back.hpp"
 #include "report/markup.hpp"
 #include "rivid/error.hpp"
 #include "rivid/export/urdf.hpp"

@@ -12,10 +12,8 @@
 #include <span>
 #include <utility>
 
-#include "export/joint_values.hpp"
-#include "export/xml_splice.hpp"
+#include "export/write_back.hpp"
 #include "model/urdf_document.hpp"
-#include "model/urdf_topology.hpp"
 #include "rivid/error.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/text.hpp"

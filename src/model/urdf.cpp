@@ -13,7 +13,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/kdl.hpp"
-#include "urdf_check.hpp"
+#include "urdf_document.hpp"
 
 namespace rivid {
 

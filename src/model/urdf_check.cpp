@@ -1,4 +1,4 @@
-#include "urdf_check.hpp"
+#include "urdf_document.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

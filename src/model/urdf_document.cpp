@@ -1,10 +1,14 @@
 #include "urdf_document.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
+
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -177,6 +181,218 @@ Eigen::Vector3d UrdfDocument::triple_or(const Eigen::Vector3d& fallback, pugi::x
                      " must be three finite numbers with blanks between them, such as \"0 0 1.5e-3\"");
   }
   return out;
+}
+
+namespace {
+
+constexpr std::array<std::string_view, 6> joint_types = {"revolute", "continuous", "prismatic",
+                                                         "fixed",    "floating",   "planar"};
+
+std::vector<std::string> names(const std::vector<UrdfTopology::Link>& links) {
+  std::vector<std::string> out;
+  out.reserve(links.size());
+  for (const UrdfTopology::Link& link : links) {
+    out.push_back(link.name);
+  }
+  return out;
+}
+
+// Numbers elements by name and refuses a name that two of them have.
+class Places {
+ public:
+  Places(const UrdfDocument& document, const char* kind) : document_(document), kind_(kind) {}
+
+  void add(const std::string& name, pugi::xml_node node) {
+    const auto [place, is_new] = places_.emplace(name, static_cast<int>(places_.size()));
+    if (!is_new) {
+      document_.refuse(node,
+                       std::string("two ") + kind_ + "s are called \"" + name + "\"; names must differ");
+    }
+  }
+
+  [[nodiscard]] std::optional<int> find(const std::string& name) const {
+    const auto place = places_.find(name);
+    return place == places_.end() ? std::nullopt : std::optional(place->second);
+  }
+
+ private:
+  const UrdfDocument& document_;
+  const char* kind_;
+  std::map<std::string, int> places_;
+};
+
+int end_of(const UrdfDocument& document, pugi::xml_node joint, const char* end, const std::string& who,
+           const Places& places, const UrdfTopology& tree) {
+  const pugi::xml_node node = document.only_child(joint, end, who);
+  if (!node) {
+    document.refuse(joint, who + ": has no <" + end + ">");
+  }
+  const std::string name = document.text(node, "link", who);
+  const std::optional<int> place = places.find(name);
+  if (!place) {
+    document.refuse(node, who + ": its " + end + " link \"" + name + "\" does not exist" +
+                              did_you_mean(name, names(tree.links)));
+  }
+  return *place;
+}
+
+void check_tree(const UrdfDocument& document, UrdfTopology& tree) {
+  std::vector<std::string> roots;
+  for (std::size_t i = 0; i < tree.links.size(); ++i) {
+    if (tree.links[i].parent < 0) {
+      roots.push_back(tree.links[i].name);
+      tree.root = static_cast<int>(i);
+    }
+  }
+  if (roots.size() > 1) {
+    document.refuse(document.robot(), "the links make " + std::to_string(roots.size()) +
+                                          " separate trees, with the roots " + quoted_list(roots) +
+                                          "; a URDF must have one root");
+  }
+  std::vector<bool> reached(tree.links.size(), false);
+  std::vector<int> open;
+  if (tree.root >= 0) {
+    open.push_back(tree.root);
+  }
+  while (!open.empty()) {
+    const int link = open.back();
+    open.pop_back();
+    reached[static_cast<std::size_t>(link)] = true;
+    for (const int joint : tree.link(link).children) {
+      open.push_back(tree.joint(joint).child);
+    }
+  }
+  const auto lost = std::find(reached.begin(), reached.end(), false);
+  if (lost != reached.end()) {
+    const UrdfTopology::Link& link = tree.links[static_cast<std::size_t>(lost - reached.begin())];
+    document.refuse(link.node, "link \"" + link.name + "\": its joints lead round in a cycle and to no root");
+  }
+}
+
+int named_link(const UrdfDocument& document, const UrdfTopology& tree, const std::string& name,
+               const std::string& option) {
+  const std::vector<std::string> all = names(tree.links);
+  const auto place = std::find(all.begin(), all.end(), name);
+  if (place == all.end()) {
+    throw InputError(document.source() + ": " + option + " is \"" + name + "\", but no link is called so" +
+                     did_you_mean(name, all) + (all.size() > 1 ? " (links: " : " (link: ") +
+                     quoted_list(all) + ")");
+  }
+  return static_cast<int>(place - all.begin());
+}
+
+// The links behind `base` that have a moving joint before them and none behind them.
+std::vector<int> last_moving_links(const UrdfTopology& tree, int base) {
+  std::vector<int> order = {base};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    for (const int joint : tree.link(order[i]).children) {
+      order.push_back(tree.joint(joint).child);
+    }
+  }
+  std::vector<bool> carries_motion(tree.links.size(), false);
+  std::vector<int> last;
+  for (std::size_t i = order.size(); i-- > 1;) {
+    const UrdfTopology::Joint& joint = tree.joint(tree.link(order[i]).parent);
+    const bool behind = carries_motion[static_cast<std::size_t>(order[i])];
+    if (joint.moves() && !behind) {
+      last.push_back(order[i]);
+    }
+    if (joint.moves() || behind) {
+      carries_motion[static_cast<std::size_t>(joint.parent)] = true;
+    }
+  }
+  std::reverse(last.begin(), last.end());
+  return last;
+}
+
+int default_tip(const UrdfDocument& document, const UrdfTopology& tree, int base) {
+  const std::vector<int> last = last_moving_links(tree, base);
+  if (last.empty()) {
+    document.refuse(document.robot(), "no joint moves behind link \"" + tree.link(base).name + "\"");
+  }
+  if (last.size() > 1) {
+    std::vector<std::string> tips;
+    tips.reserve(last.size());
+    for (const int link : last) {
+      tips.push_back(tree.link(link).name);
+    }
+    document.refuse(document.robot(),
+                    "the robot branches, its chains end at " + quoted_list(tips) +
+                        "; say which link the chain ends at by the option tip (a link before the "
+                        "fork will do: what hangs on it is then lumped into it)");
+  }
+  return last.front();
+}
+
+}  // namespace
+
+UrdfTopology urdf_topology(const UrdfDocument& document) {
+  UrdfTopology tree;
+  const pugi::xml_node robot = document.robot();
+  Places links(document, "link");
+  for (const pugi::xml_node node : robot.children("link")) {
+    const std::string name = document.text(node, "name", "a link");
+    links.add(name, node);
+    tree.links.push_back({name, node, -1, {}});
+  }
+  if (tree.links.empty()) {
+    document.refuse(robot, "the robot has no <link>");
+  }
+  Places joints(document, "joint");
+  for (const pugi::xml_node node : robot.children("joint")) {
+    UrdfTopology::Joint joint;
+    joint.name = document.text(node, "name", "a joint");
+    joint.node = node;
+    const std::string who = "joint \"" + joint.name + "\"";
+    joints.add(joint.name, node);
+    joint.type = document.text(node, "type", who);
+    if (std::find(joint_types.begin(), joint_types.end(), joint.type) == joint_types.end()) {
+      document.refuse(node,
+                      who + ": type is \"" + joint.type +
+                          "\", must be one of revolute, continuous, prismatic, fixed, floating, planar");
+    }
+    joint.parent = end_of(document, node, "parent", who, links, tree);
+    joint.child = end_of(document, node, "child", who, links, tree);
+    UrdfTopology::Link& child = tree.links[static_cast<std::size_t>(joint.child)];
+    if (child.parent >= 0) {
+      document.refuse(node, who + ": its child link \"" + child.name + "\" is already the child of joint \"" +
+                                tree.joint(child.parent).name + "\"; a link must have one parent");
+    }
+    const auto place = static_cast<int>(tree.joints.size());
+    child.parent = place;
+    tree.links[static_cast<std::size_t>(joint.parent)].children.push_back(place);
+    tree.joints.push_back(joint);
+  }
+  check_tree(document, tree);
+  return tree;
+}
+
+UrdfPath urdf_path(const UrdfDocument& document, const UrdfTopology& tree, const UrdfOptions& options) {
+  UrdfPath path;
+  path.base = options.base.empty() ? tree.root : named_link(document, tree, options.base, "base");
+  const int tip = options.tip.empty() ? default_tip(document, tree, path.base)
+                                      : named_link(document, tree, options.tip, "tip");
+  std::vector<std::string> way = {tree.link(tip).name};
+  int link = tip;
+  while (link != path.base && tree.link(link).parent >= 0) {
+    path.joints.push_back(tree.link(link).parent);
+    link = tree.joint(path.joints.back()).parent;
+    way.push_back(tree.link(link).name);
+  }
+  std::reverse(path.joints.begin(), path.joints.end());
+  std::reverse(way.begin(), way.end());
+  if (link != path.base) {
+    throw InputError(document.source() + ": base \"" + tree.link(path.base).name +
+                     "\" does not carry tip \"" + tree.link(tip).name + "\"; the way to the tip is " +
+                     quoted_list(way));
+  }
+  const bool moves = std::any_of(path.joints.begin(), path.joints.end(),
+                                 [&](int joint) { return tree.joint(joint).moves(); });
+  if (!moves) {
+    throw InputError(document.source() + ": no joint moves between base \"" + tree.link(path.base).name +
+                     "\" and tip \"" + tree.link(tip).name + "\"");
+  }
+  return path;
 }
 
 }  // namespace rivid::detail

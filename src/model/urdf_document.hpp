@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/finding.hpp"
+#include "rivid/model/urdf.hpp"
 
 namespace rivid::detail {
 
@@ -49,5 +51,64 @@ class UrdfDocument {
   std::vector<std::size_t> newlines_;  // their byte offsets
   pugi::xml_document document_;
 };
+
+/// The links and joints of a URDF as a tree, by their places in the file.
+struct UrdfTopology {
+  struct Link {
+    std::string name;
+    pugi::xml_node node;
+    int parent = -1;            // joint that moves it, none for the root
+    std::vector<int> children;  // joints that hang on it
+  };
+  struct Joint {
+    std::string name;
+    std::string type;
+    pugi::xml_node node;
+    int parent = -1;  // links
+    int child = -1;
+
+    [[nodiscard]] bool moves() const { return type != "fixed"; }
+  };
+
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  int root = -1;
+
+  [[nodiscard]] const Link& link(int i) const { return links[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const Joint& joint(int i) const { return joints[static_cast<std::size_t>(i)]; }
+};
+
+/// The tree, or an InputError that names the link or joint that keeps the file from being one.
+[[nodiscard]] UrdfTopology urdf_topology(const UrdfDocument& document);
+
+/// What the robot consists of.
+struct UrdfPath {
+  int base = -1;            // link
+  std::vector<int> joints;  // base to tip, fixed ones among them
+
+  [[nodiscard]] int tip(const UrdfTopology& tree) const {
+    return joints.empty() ? base : tree.joint(joints.back()).child;
+  }
+};
+
+/// The chain that the options ask for; at least one of its joints moves.
+[[nodiscard]] UrdfPath urdf_path(const UrdfDocument& document, const UrdfTopology& tree,
+                                 const UrdfOptions& options);
+
+/// A limit that the file does not tell is written as this value or beyond.
+inline constexpr double urdf_unlimited = 1e300;
+
+/// A URDF of which every number and name has been checked.
+struct CheckedUrdf {
+  /// The same robot in the few elements that matter here, numbers in plain form, limits complete, joints without
+  /// motion of one axis fixed: urdfdom has nothing left to misread or to complain about.
+  std::string xml;
+  std::string base;
+  std::string tip;
+  std::vector<Finding> warnings;
+};
+
+/// @throws InputError  see read_urdf()
+[[nodiscard]] CheckedUrdf checked_urdf(const UrdfDocument& document, const UrdfOptions& options);
 
 }  // namespace rivid::detail

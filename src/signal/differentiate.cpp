@@ -1,21 +1,21 @@
 #include "rivid/signal/differentiate.hpp"
 
 #include <cmath>
+#include <string>
 #include <utility>
 
-#include "message.hpp"
 #include "rivid/error.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
 Matrix central_difference(const Eigen::Ref<const Matrix>& x, double f_m) {
   const Index n_m = x.rows();
   if (n_m < 2) {
-    throw InputError(detail::message("central_difference: x has ", n_m, n_m == 1 ? " sample" : " samples",
-                                     ", must have at least 2"));
+    throw InputError("central_difference: x has " + counted(n_m, "sample") + ", must have at least 2");
   }
   if (!std::isfinite(f_m) || f_m <= 0.0) {
-    throw InputError(detail::message("central_difference: f_m is ", f_m, " Hz, must be positive and finite"));
+    throw InputError("central_difference: f_m is " + number(f_m, 6) + " Hz, must be positive and finite");
   }
   Matrix xd(n_m, x.cols());
   xd.row(0) = (x.row(1) - x.row(0)) * f_m;

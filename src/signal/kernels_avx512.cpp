@@ -1,5 +1,4 @@
-#include "signal/cascade_impl.hpp"
-#include "signal/decimation_impl.hpp"
+#include "signal/kernels_impl.hpp"
 
 namespace rivid::detail {
 

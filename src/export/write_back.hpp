@@ -1,10 +1,35 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "rivid/model/robot.hpp"
+
 namespace rivid::detail {
+
+/// The standard parameters of one joint and its link, as descriptions of robots tell them.
+struct JointValues {
+  Inertial inertial = Inertial::Zero();  // in rivid's link frame
+  double Ia = 0.0;
+  std::optional<double> damping;   // Fv, the mean of both directions; none where the law has none
+  std::optional<double> friction;  // Fc, likewise
+  std::string rotor;               // "Ia1 = 0.3 kg·m²"; empty where it is zero
+  std::vector<std::string> rest;   // the same of asymmetric friction, offsets, coupled motors
+
+  /// What has no place beside inertial, damping and friction.
+  [[nodiscard]] std::vector<std::string> unsaid(bool with_rotor) const;
+};
+
+/// @param who  the function that was called, in messages
+/// @throws InputError  a wrong number of values, or one that is not finite
+[[nodiscard]] std::vector<JointValues> joint_values(const Robot& robot,
+                                                    const Eigen::Ref<const Vector>& chi_st,
+                                                    std::string_view who);
+
+/// "a, b, c".
+[[nodiscard]] std::string joined(const std::vector<std::string>& parts);
 
 /// A start tag of well-formed XML by its places in the text.
 struct StartTag {

@@ -11,6 +11,29 @@ namespace {
 // Shuffles of vectors that the machine has to split would be taken apart number by number: only Half is shuffled.
 using Lanes = double __attribute__((vector_size(64)));
 using Half = double __attribute__((vector_size(32)));
+
+// Transposed direct form II, section after section: the recursion of one column waits for its own last result, so eight
+// columns side by side cost no more than one.
+void run_cascade(const double* coefficients, long sections, double* states, double* x, long n) {
+  for (long i = 0; i < sections; ++i) {
+    const double* const s = coefficients + 5 * i;
+    Lanes z1;
+    Lanes z2;
+    __builtin_memcpy(&z1, states + 16 * i, sizeof z1);
+    __builtin_memcpy(&z2, states + 16 * i + 8, sizeof z2);
+    for (long k = 0; k < n; ++k) {
+      Lanes in;
+      __builtin_memcpy(&in, x + 8 * k, sizeof in);
+      const Lanes out = s[0] * in + z1;
+      z1 = (s[1] * in + z2) - s[3] * out;
+      z2 = s[2] * in - s[4] * out;
+      __builtin_memcpy(x + 8 * k, &out, sizeof out);
+    }
+    __builtin_memcpy(states + 16 * i, &z1, sizeof z1);
+    __builtin_memcpy(states + 16 * i + 8, &z2, sizeof z2);
+  }
+}
+
 static_assert(decimation_modes == 4, "the real parts of a state fill one half");
 
 template <typename Vec>
