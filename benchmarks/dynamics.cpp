@@ -32,16 +32,8 @@ struct Inputs {
 };
 
 Inputs random_inputs(Index joints) {
-  std::mt19937_64 random(42);
-  std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
-  const auto matrix = [&](double scale) {
-    return Matrix(Matrix::NullaryExpr(joints, samples, [&] { return scale * symmetric(random); }));
-  };
-  Inputs out;
-  out.q = matrix(3.0);
-  out.qd = matrix(2.0);
-  out.tau = matrix(20.0);
-  return out;
+  const Motion series = random_series(42, joints, samples, 20.0);
+  return {series.q, series.qd, series.qdd};
 }
 
 // Seconds of several runs, each taken after one of the others, so that all meet the same disturbances: their medians.

@@ -22,23 +22,6 @@ using namespace rivid::benchmarks;
 constexpr Index samples = 512;
 constexpr int repeats = 101;
 
-struct Motions {
-  Matrix q, qd, qdd;  // (n × samples)
-};
-
-Motions random_motions(Index joints) {
-  std::mt19937_64 random(43);
-  std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
-  const auto matrix = [&](double scale) {
-    return Matrix(Matrix::NullaryExpr(joints, samples, [&] { return scale * symmetric(random); }));
-  };
-  Motions out;
-  out.q = matrix(3.0);
-  out.qd = matrix(2.0);
-  out.qdd = matrix(5.0);
-  return out;
-}
-
 class Kdl {
  public:
   explicit Kdl(const Robot& robot)
@@ -51,7 +34,7 @@ class Kdl {
         tau_(q_),
         no_forces_(chain_.getNrOfSegments()) {}
 
-  const double* operator()(const Motions& in, Index k) {
+  const double* operator()(const Motion& in, Index k) {
     for (unsigned j = 0; j < q_.rows(); ++j) {
       q_(j) = in.q(j, k);
       qd_(j) = in.qd(j, k);
@@ -70,7 +53,7 @@ class Kdl {
 
 void inverse_dynamics(benchmark::State& state, const Robot& robot) {
   const DynamicModel model(robot, robot.chi_st());
-  const Motions in = random_motions(robot.size());
+  const Motion in = random_series(43, robot.size(), samples, 5.0);
   InverseDynamics one(model);
   Kdl kdl(robot);
   Matrix tau(robot.size(), samples);

@@ -33,19 +33,6 @@ using namespace rivid::benchmarks;
 
 constexpr Index samples = 1024;
 
-Motion random_motion(Index joints) {
-  std::mt19937_64 random(20260731);
-  std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
-  const auto matrix = [&](double scale) {
-    return Matrix(Matrix::NullaryExpr(samples, joints, [&] { return scale * symmetric(random); }));
-  };
-  Motion out;
-  out.q = matrix(3.0);
-  out.qd = matrix(2.0);
-  out.qdd = matrix(5.0);
-  return out;
-}
-
 // A Scalar that counts what an FMA unit would have to do: a product is free when a sum takes it up.
 struct Counted {
   static constexpr int lanes = 1;
@@ -179,7 +166,7 @@ double disagreement(PinocchioRegressor& pinocchio, const RegressorBatch& batch,
 enum class How { one_sample, baseline, avx2, avx512 };
 
 void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_wanted) {
-  const Motion motion = random_motion(robot.size());
+  const Motion motion = random_series(20260731, samples, robot.size(), 5.0);
   const BaseParameters base = base_parameters(robot);
   const std::vector<StandardParameter> parameters = base.columns();
   const Simd simd = how == How::avx512 ? Simd::avx512 : how == How::avx2 ? Simd::avx2 : Simd::baseline;

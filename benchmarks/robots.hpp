@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rivid/model/mdh.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid::benchmarks {
 
@@ -63,6 +64,21 @@ inline Robot snake() {
     table.push_back({.alpha = j % 2 == 0 ? quarter : -quarter, .a = j % 3 == 0 ? 0.05 : 0.0, .d = 0.1});
   }
   return robot_from(table);
+}
+
+/// Random positions up to 3, velocities up to 2 and a third series up to `third`, such as accelerations or torques,
+/// (rows × columns) each.
+inline Motion random_series(unsigned seed, Index rows, Index columns, double third) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
+  const auto matrix = [&](double scale) {
+    return Matrix(Matrix::NullaryExpr(rows, columns, [&] { return scale * symmetric(random); }));
+  };
+  Motion out;
+  out.q = matrix(3.0);
+  out.qd = matrix(2.0);
+  out.qdd = matrix(third);
+  return out;
 }
 
 }  // namespace rivid::benchmarks

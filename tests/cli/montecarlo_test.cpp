@@ -9,7 +9,6 @@
 
 namespace {
 
-using rivid::test::content_of;
 using rivid::test::Json;
 using rivid::test::named;
 using rivid::test::Outcome;
@@ -22,10 +21,7 @@ constexpr const char* report_file = "montecarlo_s1_montecarlo/report.html";
 
 class MonteCarlo : public rivid::test::IdentifyTool {
  protected:
-  MonteCarlo() {
-    folder().write("montecarlo_s1.toml",
-                   content_of(std::filesystem::path(RIVID_DATA) / "scara/montecarlo_s1.toml"));
-  }
+  MonteCarlo() { provide("montecarlo_s1.toml"); }
 
   static std::vector<std::string> command(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {RIVID_MONTECARLO, "montecarlo_s1.toml"});

@@ -18,10 +18,7 @@ constexpr const char* summary_file = "simulate_s2_simulation/simulation.json";
 
 class Simulate : public rivid::test::IdentifyTool {
  protected:
-  Simulate() {
-    folder().write("simulate_s2.toml",
-                   content_of(std::filesystem::path(RIVID_DATA) / "scara/simulate_s2.toml"));
-  }
+  Simulate() { provide("simulate_s2.toml"); }
 
   static std::vector<std::string> command(const std::vector<std::string>& arguments) {
     std::vector<std::string> out = {RIVID_SIMULATE};

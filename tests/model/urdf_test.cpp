@@ -5,6 +5,7 @@
 #include <clocale>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <limits>
 #include <string>
 
@@ -72,6 +73,19 @@ std::string refusal(std::string_view xml, const UrdfOptions& options = {}) {
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   return message;
+}
+
+// The arm with one text replaced, and what is said of it.
+struct Spoiled {
+  std::string_view from;
+  std::string_view to;
+  std::string_view refusal;
+};
+
+void expect_refused(std::initializer_list<Spoiled> cases) {
+  for (const Spoiled& spoiled : cases) {
+    EXPECT_EQ(refusal(arm_with(spoiled.from, spoiled.to)), spoiled.refusal);
+  }
 }
 
 std::vector<std::string> texts(const Robot& robot) {
@@ -399,46 +413,44 @@ TEST(ReadUrdf, RefusesJointsOfTheChainThatDoNotMoveByThemselves) {
 }
 
 TEST(ReadUrdf, RefusesJointsThatAreIncomplete) {
-  EXPECT_EQ(
-      refusal(arm_with("\"elbow\" type=\"revolute\"", "\"elbow\" type=\"rotary\"")),
-      "arm.urdf:22: joint \"elbow\": type is \"rotary\", must be one of revolute, continuous, prismatic, "
-      "fixed, floating, planar");
-  EXPECT_EQ(refusal(arm_with("\"elbow\" type=\"revolute\"", "\"elbow\"")),
-            "arm.urdf:22: joint \"elbow\": <joint> has no type");
-  EXPECT_EQ(refusal(arm_with("<joint name=\"elbow\"", "<joint")),
-            "arm.urdf:22: a joint: <joint> has no name");
-  EXPECT_EQ(refusal(arm_with("<parent link=\"upper\"/>", "")),
-            "arm.urdf:22: joint \"elbow\": has no <parent>");
+  expect_refused(
+      {{"\"elbow\" type=\"revolute\"", "\"elbow\" type=\"rotary\"",
+        "arm.urdf:22: joint \"elbow\": type is \"rotary\", must be one of revolute, continuous, prismatic, "
+        "fixed, floating, planar"},
+       {"\"elbow\" type=\"revolute\"", "\"elbow\"", "arm.urdf:22: joint \"elbow\": <joint> has no type"},
+       {"<joint name=\"elbow\"", "<joint", "arm.urdf:22: a joint: <joint> has no name"},
+       {"<parent link=\"upper\"/>", "", "arm.urdf:22: joint \"elbow\": has no <parent>"}});
 }
 
 TEST(ReadUrdf, RefusesLinksAndJointsThatMakeNoTree) {
-  EXPECT_EQ(refusal(arm_with("<link name=\"lower\"", "<link name=\"upper\"")),
-            "arm.urdf:10: two links are called \"upper\"; names must differ");
-  EXPECT_EQ(refusal(arm_with("<joint name=\"elbow\"", "<joint name=\"shoulder\"")),
-            "arm.urdf:22: two joints are called \"shoulder\"; names must differ");
-  EXPECT_EQ(refusal(arm_with("<parent link=\"upper\"/>", "<parent link=\"Uper\"/>")),
-            "arm.urdf:24: joint \"elbow\": its parent link \"Uper\" does not exist; did you mean \"upper\"?");
-  EXPECT_EQ(refusal(arm_with("<child link=\"lower\"/>", "<child link=\"xyz\"/>")),
-            "arm.urdf:25: joint \"elbow\": its child link \"xyz\" does not exist");
-  EXPECT_EQ(
-      refusal(arm_with("<child link=\"lower\"/>", "<child link=\"upper\"/>")),
-      "arm.urdf:22: joint \"elbow\": its child link \"upper\" is already the child of joint \"shoulder\"; a "
-      "link must have one parent");
+  expect_refused(
+      {{"<link name=\"lower\"", "<link name=\"upper\"",
+        "arm.urdf:10: two links are called \"upper\"; names must differ"},
+       {"<joint name=\"elbow\"", "<joint name=\"shoulder\"",
+        "arm.urdf:22: two joints are called \"shoulder\"; names must differ"},
+       {"<parent link=\"upper\"/>", "<parent link=\"Uper\"/>",
+        "arm.urdf:24: joint \"elbow\": its parent link \"Uper\" does not exist; did you mean \"upper\"?"},
+       {"<child link=\"lower\"/>", "<child link=\"xyz\"/>",
+        "arm.urdf:25: joint \"elbow\": its child link \"xyz\" does not exist"},
+       {"<child link=\"lower\"/>", "<child link=\"upper\"/>",
+        "arm.urdf:22: joint \"elbow\": its child link \"upper\" is already the child of joint \"shoulder\"; "
+        "a "
+        "link must have one parent"}});
   EXPECT_EQ(
       refusal(arm_and("<link name=\"island\"/>")),
       "arm.urdf:1: the links make 2 separate trees, with the roots \"base\" and \"island\"; a URDF must have "
       "one root");
-  EXPECT_EQ(refusal(arm_with("<parent link=\"base\"/>", "<parent link=\"lower\"/>")),
-            "arm.urdf:3: link \"upper\": its joints lead round in a cycle and to no root");
+  expect_refused({{"<parent link=\"base\"/>", "<parent link=\"lower\"/>",
+                   "arm.urdf:3: link \"upper\": its joints lead round in a cycle and to no root"}});
 }
 
 TEST(ReadUrdf, RefusesLimitsTheWrongWayRound) {
-  EXPECT_EQ(refusal(arm_with("upper=\"2\"", "upper=\"-2\"")),
-            "arm.urdf:20: joint \"shoulder\": its lower limit -1 is above its upper limit -2");
-  EXPECT_EQ(refusal(arm_with("effort=\"4\"", "effort=\"-4\"")),
-            "arm.urdf:20: joint \"shoulder\": its effort limit is -4, must not be negative");
-  EXPECT_EQ(refusal(arm_with("friction=\"0.25\"", "friction=\"-0.25\"")),
-            "arm.urdf:28: joint \"elbow\": its friction is -0.25, must not be negative");
+  expect_refused({{"upper=\"2\"", "upper=\"-2\"",
+                   "arm.urdf:20: joint \"shoulder\": its lower limit -1 is above its upper limit -2"},
+                  {"effort=\"4\"", "effort=\"-4\"",
+                   "arm.urdf:20: joint \"shoulder\": its effort limit is -4, must not be negative"},
+                  {"friction=\"0.25\"", "friction=\"-0.25\"",
+                   "arm.urdf:28: joint \"elbow\": its friction is -0.25, must not be negative"}});
 }
 
 TEST(ReadUrdf, WarnsOfLimitsThatAreNotTold) {

@@ -41,10 +41,14 @@ inline Json parameter(const Json& result, std::string_view name) {
 class IdentifyTool : public testing::Test {
  protected:
   IdentifyTool() {
-    const std::filesystem::path scara = std::filesystem::path(RIVID_DATA) / "scara";
     for (const char* const file : {"scara.toml", "scara.urdf", "scara_s2.csv", "scara_validation.csv"}) {
-      folder_.write(file, content_of(scara / file));
+      provide(file);
     }
+  }
+
+  /// Copies a file of data/scara into the folder.
+  void provide(const std::string& file) const {
+    folder_.write(file, content_of(std::filesystem::path(RIVID_DATA) / "scara" / file));
   }
 
   [[nodiscard]] const TemporaryFolder& folder() const { return folder_; }
