@@ -1,5 +1,3 @@
-#include "urdf_document.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -10,6 +8,7 @@
 #include <sstream>
 
 #include "rivid/text.hpp"
+#include "urdf_document.hpp"
 
 namespace rivid::detail {
 

@@ -339,9 +339,9 @@ TEST(RewrittenUrdf, RefusesWhatNoBodyCanHaveUnlessForced) {
   const RewrittenUrdf refused = rewritten_urdf(tree, "tree.urdf", robot, chi_st);
   EXPECT_EQ(refused.text, "");
   const std::vector<Finding> expected = {
-      {"no_body", "link \"upper\": its mass is -1 kg, must be positive"},
-      {"driving_friction", "joint \"a\": its friction is -0.5, must not be negative"},
-      {"no_body",
+      {"no_body", "", "link \"upper\": its mass is -1 kg, must be positive"},
+      {"driving_friction", "", "joint \"a\": its friction is -0.5, must not be negative"},
+      {"no_body", "",
        "link \"wrist\": no body has its inertia: its second moments about the centre of mass have the "
        "eigenvalue -0.1 kg·m², must not be negative"}};
   EXPECT_EQ(refused.faults, expected);
@@ -364,8 +364,8 @@ TEST(RewrittenUrdf, NamesWhatAUrdfHasNoPlaceFor) {
   EXPECT_EQ(
       written.warnings,
       (std::vector<Finding>{
-          {"urdf_has_no_place", "joint \"a\": a URDF has no place for Ia1 = 0.5 kg·m², off1 = -0.25 N·m"},
-          {"urdf_has_no_place", "joint \"c\": a URDF has no place for Fc+3 = 2 N·m, Fc-3 = 1 N·m"}}));
+          {"urdf_has_no_place", "", "joint \"a\": a URDF has no place for Ia1 = 0.5 kg·m², off1 = -0.25 N·m"},
+          {"urdf_has_no_place", "", "joint \"c\": a URDF has no place for Fc+3 = 2 N·m, Fc-3 = 1 N·m"}}));
   EXPECT_NE(written.text.find("<dynamics friction=\"1.5\" damping=\"0\"/>"), std::string::npos);
 }
 
