@@ -44,7 +44,7 @@ enum class CellReading { number, not_finite, out_of_range, empty, words };
 /// Reads a whole cell as a number; `value` is written where it is one.
 [[nodiscard]] CellReading read_cell(std::string_view cell, char mark, double& value);
 
-/// Bytes behind the last character of a number that number() may read.
+/// Bytes behind the last character of a number that parsed_number() may read.
 inline constexpr std::size_t number_padding = 8;
 
 inline constexpr std::uint64_t exact_integers = std::uint64_t{1} << 53U;
@@ -144,7 +144,7 @@ template <char Mark>
 /// it. Returns where the number ends; returns `p` for what is no finite number and for what needs more care
 /// than this.
 template <char Mark>
-inline const char* number(const char* p, double& value) {
+inline const char* parsed_number(const char* p, double& value) {
   const char* const begin = p;
   const bool negative = *p == '-';
   p += static_cast<int>(negative || *p == '+');

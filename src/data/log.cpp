@@ -17,7 +17,7 @@ namespace rivid {
 namespace {
 
 // A clock that drifts by less than this from the rate over the whole log is the same clock.
-constexpr double rate_tolerance = 0.01;
+constexpr double clock_tolerance = 0.01;
 
 // One pass that the compiler can put into vectors: zero times anything else is no zero.
 bool all_finite(const Eigen::Ref<const Vector>& x) { return (x.array() * 0.0).sum() == 0.0; }
@@ -92,7 +92,7 @@ std::optional<std::string> Log::complaint() const {
     return source + ": the time stamps are irregular: " + report.summary() +
            "; resample them or ignore them by regularised(), or state the rate when reading";
   }
-  if (std::abs(rate_hz - f_m) > rate_tolerance * f_m) {
+  if (std::abs(rate_hz - f_m) > clock_tolerance * f_m) {
     return source + ": f_m is " + number(f_m) + " Hz, but the time stamps tell " + number(rate_hz) + " Hz";
   }
   return std::nullopt;

@@ -206,7 +206,7 @@ class Reader {
       p = skipped_blanks<Separator>(p);
       const char* const cell = p;
       if (targets[field] != nullptr) {
-        p = detail::number<Mark>(cell, targets[field][row_]);
+        p = detail::parsed_number<Mark>(cell, targets[field][row_]);
       } else {
         if (field == 0 && (*p == '#' || *p == '%')) {
           return nullptr;

@@ -128,7 +128,7 @@ namespace rivid::detail {
 namespace {
 
 // Samples that are asked for at a time.
-constexpr Index block = 256;
+constexpr Index samples_at_once = 256;
 
 }  // namespace
 
@@ -146,7 +146,7 @@ WindowDecimator::WindowDecimator(Index columns, Index n_d, std::vector<Index> ce
     : n_d_(n_d),
       centres_(std::move(centres)),
       window_(decimation_window(n_d)),
-      buffer_(2 * n_d - 1 + block, columns) {}
+      buffer_(2 * n_d - 1 + samples_at_once, columns) {}
 
 RowsRoom WindowDecimator::room() {
   if (filled_ == buffer_.rows()) {
@@ -159,7 +159,7 @@ RowsRoom WindowDecimator::room() {
     first_ += gone;
     filled_ -= gone;
   }
-  return {{buffer_.data() + filled_, buffer_.rows()}, std::min(block, buffer_.rows() - filled_)};
+  return {{buffer_.data() + filled_, buffer_.rows()}, std::min(samples_at_once, buffer_.rows() - filled_)};
 }
 
 void WindowDecimator::commit(Index samples) { filled_ += samples; }
