@@ -5,18 +5,67 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <vector>
 
 #include "dense.hpp"
-#include "solve/rank.hpp"
+#include "rivid/solve/instrumental.hpp"
 
 namespace rivid {
 
 namespace {
 
-using detail::column_scaled;
-using detail::ColumnScaled;
-using detail::rank_tolerance;
-using detail::tied_columns;
+// The columns of a factor brought to norm 1, so that units do not decide about rank.
+struct ColumnScaled {
+  Matrix R;
+  Vector norms;  // 1 where a column is zero
+};
+
+ColumnScaled column_scaled(const Eigen::Ref<const Matrix>& R) {
+  Vector norms = R.colwise().norm();
+  norms = (norms.array() > 0.0).select(norms, 1.0);
+  return {R * norms.cwiseInverse().asDiagonal(), norms};
+}
+
+// A pivot is noise when it lies below the rounding errors that the factorisation of all rows leaves.
+double rank_tolerance(Index rows, Index columns) {
+  return 16.0 * std::numeric_limits<double>::epsilon() *
+         std::sqrt(static_cast<double>(std::max<Index>(rows, 1) * std::max<Index>(columns, 1)));
+}
+
+// Sets of columns that a null space ties together, as a null vector with several entries says.
+std::vector<std::vector<Index>> tied_columns(const Matrix& null_space) {
+  constexpr double noise = 1e-6;
+  const Index b = null_space.rows();
+  // Projector onto the null space: its entry (i, k) is not zero when columns i and k take part in one dependency.
+  const Matrix P = null_space * null_space.transpose();
+  std::vector<std::vector<Index>> sets;
+  std::vector<bool> seen(static_cast<std::size_t>(b), false);
+  for (Index start = 0; start < b; ++start) {
+    if (seen[static_cast<std::size_t>(start)] || P(start, start) < noise) {
+      continue;
+    }
+    std::vector<Index> set = {start};
+    seen[static_cast<std::size_t>(start)] = true;
+    for (std::size_t head = 0; head < set.size(); ++head) {
+      for (Index k = 0; k < b; ++k) {
+        if (!seen[static_cast<std::size_t>(k)] && std::abs(P(set[head], k)) > noise) {
+          seen[static_cast<std::size_t>(k)] = true;
+          set.push_back(k);
+        }
+      }
+    }
+    std::ranges::sort(set);
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+// Ratio of the extreme singular values, infinite where the least is zero.
+double condition_number(const Matrix& R) {
+  const Vector singular = detail::singular_values(R);
+  const double least = singular[singular.size() - 1];
+  return least > 0.0 ? singular[0] / least : std::numeric_limits<double>::infinity();
+}
 
 // R⁻¹ by halves: what is zero in it is left out.
 void invert_upper(const Eigen::Ref<const Matrix>& R, Eigen::Ref<Matrix> inverse) {
@@ -199,7 +248,7 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
     out.condition = std::sqrt(largest_eigenvalue(out.R) * largest_eigenvalue(inverse));
     return out;
   }
-  out.condition = detail::condition_number(out.R);
+  out.condition = condition_number(out.R);
   // What lies in the null space can not be told; the other entries are unique all the same.
   const detail::Svd svd = detail::svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
   const Matrix V = svd.V.leftCols(out.rank);
@@ -264,6 +313,61 @@ Residual residual(std::span<const RowGroup> groups, const Eigen::Ref<const Vecto
     out.sum += weights[g] * group.qr.residual_sum(own);
     out.rows += group.qr.rows();
   }
+  return out;
+}
+
+InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> groups, Index columns,
+                                             std::span<const double> weights) {
+  // Below its triangle V is zero, so what W and Y have there takes no part in Vᵀ W and Vᵀ Y.
+  StreamingQr all(columns, columns + 1);
+  Matrix V;
+  Matrix WY;
+  Index rows = 0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const StreamingQr& qr = groups[g].qr;
+    const Index m = qr.columns();
+    V.setZero(m, columns);
+    WY.setZero(m, columns + 1);
+    for (Index c = 0; c < m; ++c) {
+      const Index to = groups[g].columns[static_cast<std::size_t>(c)];
+      V.col(to).head(c + 1) = weights[g] * qr.R().col(c).head(c + 1);
+      WY.col(to) = weights[g] * qr.qt_carried().col(c);
+    }
+    WY.col(columns) = weights[g] * qr.qty();
+    all.add(V, WY);
+    rows += qr.rows();
+  }
+
+  InstrumentalVariables out;
+  out.R_VV = all.R();
+  out.R_VW = all.qt_carried().leftCols(columns);
+  out.condition_V = condition_number(out.R_VV);
+  out.condition_VW = condition_number(out.R_VW);
+  const ColumnScaled scaled = column_scaled(out.R_VW);
+  const detail::PivotedQr pivoted(scaled.R, rank_tolerance(rows, columns));
+  out.rank = pivoted.rank();
+  out.smallest_pivot = pivoted.last_pivot();
+  if (out.rank == columns) {
+    out.chi = scaled.norms.cwiseInverse().asDiagonal() * pivoted.solve(all.qty());
+    const Matrix inverse =
+        scaled.norms.cwiseInverse().asDiagonal() * pivoted.solve(Matrix::Identity(columns, columns));
+    out.unit_covariance = inverse * inverse.transpose();
+    return out;
+  }
+  out.chi = Vector::Constant(columns, std::numeric_limits<double>::quiet_NaN());
+  out.unit_covariance = Matrix::Constant(columns, columns, std::numeric_limits<double>::infinity());
+  // A joint that never moves, a direction that never turns shows in V itself.
+  const ColumnScaled V_scaled = column_scaled(out.R_VV);
+  const detail::Svd of_V = detail::svd(V_scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vector& singular = of_V.values;
+  const double noise = rank_tolerance(rows, columns) * singular[0];
+  const Index missing = (singular.array() <= noise).count();
+  if (missing > 0) {
+    out.undetermined = tied_columns(of_V.V.rightCols(missing));
+    return out;
+  }
+  const detail::Svd of_VW = detail::svd(scaled.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  out.undetermined = tied_columns(of_VW.V.rightCols(columns - out.rank));
   return out;
 }
 
