@@ -11,7 +11,7 @@
 
 #include "identify/row_source.hpp"
 #include "rivid/identify/identification.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"

@@ -12,7 +12,7 @@
 #include <random>
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "robots.hpp"
 #include "turns.hpp"

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "peak.hpp"
-#include "regressor/batch_kernel.hpp"
 #include "rivid/model/kdl.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
@@ -35,15 +34,12 @@ constexpr Index samples = 1024;
 
 // A Scalar that counts what an FMA unit would have to do: a product is free when a sum takes it up.
 struct Counted {
-  static constexpr int lanes = 1;
   inline static long fused = 0;
   inline static long apart = 0;
   bool product = false;
 
   Counted() = default;
   Counted(double) {}
-  static Counted load(const double*) { return {}; }
-  void store(double*) const {}
   friend Counted operator*(const Counted&, const Counted&) {
     ++fused;
     ++apart;
@@ -62,6 +58,7 @@ struct Counted {
   // Friction that is smooth at reversals, which no robot here has.
   friend Counted operator/(const Counted& a, const Counted&) { return a; }
   friend Counted tanh(const Counted& a) { return a; }
+  friend Counted exp(const Counted& a) { return a; }
   friend bool operator>(const Counted&, const Counted&) { return false; }
   friend bool operator<(const Counted&, const Counted&) { return false; }
   friend Counted select(bool, const Counted&, const Counted&) { return {}; }
@@ -78,6 +75,14 @@ struct Counted {
   }
 };
 
+}  // namespace
+
+// The steps of the packs are counted.
+template <>
+inline constexpr bool rivid::detail::has_quick_steps<Counted> = true;
+
+namespace {
+
 struct Count {
   long fused = 0;
   long apart = 0;
@@ -86,13 +91,16 @@ struct Count {
 // The first link, whose zeros the compiler sees and this count does not, is left out: the bound is a lower one.
 Count counted(const RegressorBatch& batch) {
   const auto count_of = [&](std::size_t joints) {
-    rivid::detail::BatchPlan plan = batch.plan();
+    rivid::detail::RegressorPlan plan = batch.plan();
     plan.joints = joints;
     Counted::fused = 0;
     Counted::apart = 0;
-    std::vector<double> scratch(1000);
-    std::vector<double*> columns(100000, nullptr);
-    rivid::detail::fill_packs<Counted>(plan, {}, 1, columns.data(), scratch.data());
+    Counted sink;
+    const std::vector<Counted*> columns(100000, &sink);
+    std::vector<rivid::detail::Screw<Counted>> screws(plan.joints);
+    std::vector<rivid::detail::CosSin<Counted>> angles(plan.joints);
+    rivid::detail::fill_rows<Counted>(plan, {&sink, &sink, &sink, 0, 0, 0}, 1, columns.data(),
+                                      {screws.data(), angles.data()});
     return Count{Counted::fused, Counted::apart};
   };
   const Count all = count_of(batch.joints());
@@ -178,7 +186,7 @@ void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_
   RegressorBlock block = rows_wanted > 0 ? RegressorBlock(batch, rows_wanted) : RegressorBlock(batch);
   const Index block_rows = block.capacity();
   const RegressorColumns columns(robot, parameters);
-  RegressorWorkspace<double> workspace(robot.chain);
+  RegressorWorkspace<double> workspace(columns);
   const auto n = static_cast<std::size_t>(robot.size());
   // One sample at a time finds its state in a row of memory; so does the reference.
   const Matrix q = motion.q.transpose();
@@ -197,8 +205,7 @@ void regressor(benchmark::State& state, const Robot& robot, How how, Index rows_
       return;
     }
     for (Index k = 0; k < samples; ++k) {
-      columns.rows(robot.chain,
-                   State<double>{{q.col(k).data(), n}, {qd.col(k).data(), n}, {qdd.col(k).data(), n}},
+      columns.rows(State<double>{{q.col(k).data(), n}, {qd.col(k).data(), n}, {qdd.col(k).data(), n}},
                    workspace, [&](std::size_t i, Index column, double value) { rows[i][column] = value; });
       benchmark::ClobberMemory();
     }

@@ -11,11 +11,9 @@ set(rivid_header_names
     model/robot_inline
     regressor/base
     regressor/base_inline
-    regressor/columns
-    regressor/kinematics
+    regressor/kernel
     regressor/pack
     regressor/regressor
-    regressor/turn_and_angle
     regressor/vec3
     simulate/control
     simulate/control_laws

@@ -28,7 +28,7 @@
 #include "rivid/model/mdh.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/model/urdf.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/report/file.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"

@@ -8,7 +8,7 @@
 #include "dense.hpp"
 #include "identify/check_parts.hpp"
 #include "identify/torque_probe.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 #include "rivid/text.hpp"
 

@@ -7,7 +7,7 @@
 #include "dense.hpp"
 #include "identify/check_parts.hpp"
 #include "rivid/identify/rows.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/solve/streaming_qr.hpp"

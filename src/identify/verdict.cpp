@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

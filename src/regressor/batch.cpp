@@ -1,15 +1,15 @@
 #include "rivid/regressor/batch.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <new>
+#include <thread>
 
+#include "dense.hpp"
 #include "regressor/batch_kernel.hpp"
 #include "rivid/error.hpp"
-#include "rivid/regressor/turn_and_angle.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -42,40 +42,11 @@ const detail::BatchKernel& kernel_of(Simd simd) {
   return detail::baseline_kernel();
 }
 
-void copy(const Eigen::Vector3d& from, double* to) { Eigen::Vector3d::Map(to) = from; }
-
-detail::LinkPlan link_plan(const Chain& chain, std::size_t j, InertialMask mask) {
-  const Chain::Link& link = chain.links[j];
-  detail::LinkPlan out{};
-  out.revolute = link.type == JointType::revolute;
-  const detail::TurnAndAngle turn = detail::turn_and_angle(link.R);
-  const Eigen::Matrix3d turned = turn.R.transpose();
-  Eigen::Matrix3d::Map(out.R) = turned;  // column-major, so its transpose row by row
-  out.cos_theta = turn.cos_theta;
-  out.sin_theta = turn.sin_theta;
-  out.shifted_angle = turn.sin_theta != 0.0 || turn.cos_theta != 1.0;
-  copy(link.p, out.p);
-  copy(turned * -chain.gravity, out.accel);
-  if (j > 0) {
-    const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
-    const bool revolute = chain.links[j - 1].type == JointType::revolute;
-    copy(revolute ? Eigen::Vector3d(turned * z) : Eigen::Vector3d::Zero(), out.parent_w);
-    copy(turned * (revolute ? Eigen::Vector3d(z.cross(link.p)) : z), out.parent_v);
+Simd usable(const BatchOptions& options) {
+  if (const auto complaint = options.complaint()) {
+    throw InputError("RegressorBatch: " + *complaint);
   }
-  out.mask = mask;
-  std::ranges::fill(out.sign, 1.0);
-  bool plain = mask == detail::usual_mask;
-  for (int k = 0; k < inertial_count; ++k) {
-    const InertialColumn column = inertial_column(link, static_cast<ParameterKind>(k));
-    out.sign[column.index] = column.sign;
-    plain = plain && column.sign > 0;
-  }
-  unsigned offsets = 0;
-  for (int k = 0; k < 3; ++k) {
-    offsets |= link.p[k] != 0.0 ? 1U << k : 0U;
-  }
-  out.step = detail::step_number(turn.turn, offsets, out.revolute, plain);
-  return out;
+  return detail::resolved(options.simd);
 }
 
 }  // namespace
@@ -107,65 +78,9 @@ std::optional<std::string> BatchOptions::complaint() const {
   return std::nullopt;
 }
 
-struct RegressorBatch::Plan {
-  // Column of joint i's rows that an entry goes to, in the order of the kernel.
-  struct Entry {
-    std::size_t joint;
-    Index column;
-  };
-
-  std::vector<detail::LinkPlan> links;
-  std::vector<detail::OwnEntry> own;
-  std::vector<Entry> entries;
-  Simd simd = Simd::baseline;
-  const detail::BatchKernel* kernel = nullptr;
-
-  [[nodiscard]] detail::BatchPlan view() const {
-    return {links.data(), links.size(), own.data(), own.size()};
-  }
-  [[nodiscard]] std::size_t lanes() const { return static_cast<std::size_t>(kernel->lanes); }
-};
-
 RegressorBatch::RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
                                const BatchOptions& options)
-    : columns_(robot, parameters), plan_(std::make_unique<Plan>()) {
-  if (const auto complaint = options.complaint()) {
-    throw InputError("RegressorBatch: " + *complaint);
-  }
-  Plan& plan = *plan_;
-  plan.simd = detail::resolved(options.simd);
-  plan.kernel = &kernel_of(plan.simd);
-  const std::size_t n = joints();
-  for (std::size_t j = 0; j < n; ++j) {
-    plan.links.push_back(link_plan(robot.chain, j, columns_.wanted()[j]));
-    for (std::size_t i = 0; i <= j; ++i) {
-      const auto block = columns_.of_link(i, j);
-      std::vector<RegressorColumns::InertialEntry> sorted(block.begin(), block.end());
-      std::ranges::sort(sorted, {}, &RegressorColumns::InertialEntry::index);
-      for (std::size_t e = 0; e < sorted.size(); ++e) {
-        if (e > 0 && sorted[e].index == sorted[e - 1].index) {
-          throw InputError("RegressorBatch: a parameter of joint " + std::to_string(j + 1) +
-                           " occurs twice, must occur once");
-        }
-        plan.entries.push_back({i, sorted[e].column});
-      }
-    }
-  }
-  for (std::size_t j = 0; j < n; ++j) {
-    for (const RegressorColumns::JointEntry& e : columns_.of_own(j)) {
-      plan.own.push_back({static_cast<int>(j), e.basis, e.direction, e.sign_speed});
-      plan.entries.push_back({j, e.column});
-    }
-  }
-}
-
-RegressorBatch::~RegressorBatch() = default;
-RegressorBatch::RegressorBatch(RegressorBatch&&) noexcept = default;
-RegressorBatch& RegressorBatch::operator=(RegressorBatch&&) noexcept = default;
-
-Simd RegressorBatch::simd() const { return plan_->simd; }
-
-detail::BatchPlan RegressorBatch::plan() const { return plan_->view(); }
+    : columns_(robot, parameters), simd_(usable(options)), kernel_(&kernel_of(simd_)) {}
 
 void RegressorBatch::require(std::string_view who, const Motion& motion, Index first, Index count) const {
   const auto n = static_cast<Index>(joints());
@@ -199,23 +114,23 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, Regres
 void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets,
                           Index row, BatchWorkspace& workspace) const {
   require("RegressorBatch::fill", motion, first, count);
-  if (targets.size() != joints() || workspace.columns_.size() != plan_->entries.size()) {
+  if (targets.size() != joints() || workspace.columns_.size() != columns_.entries().size()) {
     throw InputError("RegressorBatch::fill: targets or workspace are those of another robot");
   }
-  const Plan& plan = *plan_;
-  const auto lanes = static_cast<Index>(plan.lanes());
-  const detail::BatchPlan view = plan.view();
-  for (std::size_t e = 0; e < plan.entries.size(); ++e) {
-    const RowsTarget& target = targets[plan.entries[e].joint];
-    workspace.columns_[e] = target.data + plan.entries[e].column * target.ld + row;
+  const Index lanes = kernel_->lanes;
+  const auto entries = columns_.entries();
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    const RowsTarget& target = targets[entries[e].joint];
+    workspace.columns_[e] = target.data + entries[e].column * target.ld + row;
   }
   const Index packs = count / lanes;
   const auto input = [&](Index sample) {
-    return detail::BatchInput{motion.q.data() + sample, motion.qd.data() + sample, motion.qdd.data() + sample,
-                              motion.q.outerStride(),   motion.qd.outerStride(),   motion.qdd.outerStride()};
+    return detail::RegressorInput<double>{motion.q.data() + sample,   motion.qd.data() + sample,
+                                          motion.qdd.data() + sample, motion.q.outerStride(),
+                                          motion.qd.outerStride(),    motion.qdd.outerStride()};
   };
-  plan.kernel->fill(view, input(first), static_cast<std::size_t>(packs), workspace.columns_.data(),
-                    workspace.scratch_.get());
+  kernel_->fill(plan(), input(first), static_cast<std::size_t>(packs), workspace.columns_.data(),
+                workspace.scratch_.get());
 
   const Index rest = count - packs * lanes;
   if (rest > 0) {
@@ -228,8 +143,7 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::s
 // ends.
 void RegressorBatch::fill_rest(const Motion& motion, Index sample, Index rest, Index row,
                                BatchWorkspace& workspace) const {
-  const Plan& plan = *plan_;
-  const auto lanes = static_cast<Index>(plan.lanes());
+  const Index lanes = kernel_->lanes;
   const auto n = static_cast<Index>(joints());
   double* const q = workspace.tail_.get();
   double* const qd = q + n * lanes;
@@ -242,9 +156,9 @@ void RegressorBatch::fill_rest(const Motion& motion, Index sample, Index rest, I
       qdd[j * lanes + lane] = motion.qdd(k, j);
     }
   }
-  plan.kernel->fill(plan.view(), {q, qd, qdd, lanes, lanes, lanes}, 1, workspace.tail_columns_.data(),
-                    workspace.scratch_.get());
-  for (std::size_t e = 0; e < plan.entries.size(); ++e) {
+  kernel_->fill(plan(), {q, qd, qdd, lanes, lanes, lanes}, 1, workspace.tail_columns_.data(),
+                workspace.scratch_.get());
+  for (std::size_t e = 0; e < workspace.columns_.size(); ++e) {
     std::copy_n(workspace.tail_columns_[e], rest, workspace.columns_[e] + row);
   }
 }
@@ -282,10 +196,11 @@ detail::AlignedDoubles detail::aligned_doubles(std::size_t count) {
 }
 
 BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
-    : scratch_(detail::aligned_doubles(detail::kernel_scratch(batch.plan_->lanes(), batch.joints()))),
-      columns_(batch.plan_->entries.size()),
-      tail_columns_(batch.plan_->entries.size()) {
-  const std::size_t lanes = batch.plan_->lanes();
+    : scratch_(detail::aligned_doubles(
+          detail::kernel_scratch(static_cast<std::size_t>(batch.kernel_->lanes), batch.joints()))),
+      columns_(batch.columns_.entries().size()),
+      tail_columns_(columns_.size()) {
+  const auto lanes = static_cast<std::size_t>(batch.kernel_->lanes);
   const std::size_t input = 3 * batch.joints() * lanes;
   tail_ = detail::aligned_doubles(input + tail_columns_.size() * lanes);
   for (std::size_t e = 0; e < tail_columns_.size(); ++e) {
@@ -333,6 +248,106 @@ RegressorBlock::RegressorBlock(const RegressorBatch& batch, Index capacity)
 RegressorBlock::Rows RegressorBlock::W(std::size_t i) const {
   const RowsTarget& target = targets_[i];
   return {target.data, rows_, widths_[i], Eigen::OuterStride<>(target.ld)};
+}
+
+Matrix Observation::dense() const {
+  Index rows = 0;
+  for (const JointRows& joint : joints) {
+    rows += joint.W.rows();
+  }
+  Matrix out = Matrix::Zero(rows, columns);
+  Index first = 0;
+  for (const JointRows& joint : joints) {
+    for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+      out.col(joint.columns[c]).segment(first, joint.W.rows()) = joint.W.col(static_cast<Index>(c));
+    }
+    first += joint.W.rows();
+  }
+  return out;
+}
+
+Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
+                        const BatchOptions& options) {
+  const RegressorBatch batch(robot, base.columns(), options);
+  batch.require("observation", motion, 0, motion.samples());
+  Observation out;
+  out.columns = batch.size();
+  std::vector<RowsTarget> targets;
+  for (std::size_t i = 0; i < batch.joints(); ++i) {
+    const std::vector<Index>& own = batch.of_joint(i);
+    out.joints.push_back({own, Matrix(motion.samples(), static_cast<Index>(own.size()))});
+    targets.push_back({out.joints.back().W.data(), motion.samples()});
+  }
+
+  // Each thread takes one stretch. A row depends on its own sample alone, so nothing changes with their number.
+  constexpr Index granule = 64;
+  const Index granules = (motion.samples() + granule - 1) / granule;
+  const Index threads = std::clamp<Index>(granules, 1, options.threads);
+  std::vector<BatchWorkspace> workspaces;
+  workspaces.reserve(static_cast<std::size_t>(threads));
+  for (Index t = 0; t < threads; ++t) {
+    workspaces.emplace_back(batch);
+  }
+  const auto stretch = [&](Index t) {
+    const Index first = granules * t / threads * granule;
+    const Index last = std::min(granules * (t + 1) / threads * granule, motion.samples());
+    batch.fill(motion, first, last - first, targets, first, workspaces[static_cast<std::size_t>(t)]);
+  };
+  std::vector<std::jthread> others;
+  for (Index t = 1; t < threads; ++t) {
+    others.emplace_back(stretch, t);
+  }
+  stretch(0);
+  return out;
+}
+
+namespace {
+
+// Triangular factor of IDM_st along a motion, (N_s × N_s), a block of samples at a time.
+Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard, const Motion& motion) {
+  // The observation matrix of all standard parameters is that of a base without regrouping.
+  BaseParameters all;
+  for (const StandardParameter& p : standard) {
+    all.parameters.push_back({p, p.name(), p.name(), ""});
+  }
+  const Index columns = all.size();
+  constexpr Index block = 256;
+  Matrix R = Matrix::Zero(columns, columns);
+  Index first = 0;
+  do {
+    const Index count = std::min(block, motion.samples() - first);
+    const auto cut = [&](const Matrix& x) { return Matrix(x.middleRows(first, count)); };
+    const Matrix W = observation(robot, all, Motion{cut(motion.q), cut(motion.qd), cut(motion.qdd)}).dense();
+    Matrix stacked(columns + W.rows(), columns);
+    stacked << R, W;
+    R = detail::triangular_factor(stacked);
+    first += count;
+  } while (first < motion.samples());
+  return R;
+}
+
+}  // namespace
+
+BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance) {
+  if (const auto complaint = robot.complaint()) {
+    throw InputError("base_parameters: " + *complaint);
+  }
+  if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
+    throw InputError("base_parameters: tolerance is " + number(tolerance) + ", must lie between 0 and 1");
+  }
+  const auto fits = [&](const Matrix& x) { return x.rows() == motion.samples() && x.cols() == robot.size(); };
+  if (motion.samples() == 0 || !fits(motion.q) || !fits(motion.qd) || !fits(motion.qdd)) {
+    throw InputError("base_parameters: q, qd and qdd of the motion must have one column for each of the " +
+                     std::to_string(robot.size()) + " joints and the same number of rows, at least one");
+  }
+  // A small coefficient is noise here.
+  BaseParameters base = detail::base_of(robot, triangle(robot, robot.standard_parameters(), motion),
+                                        tolerance, detail::SmallCoefficients::dropped);
+  if (base.size() == 0) {
+    throw InputError("base_parameters: the motion of robot \"" + robot.name +
+                     "\" shows no parameter in its torques; no joint moves and none is loaded");
+  }
+  return base;
 }
 
 }  // namespace rivid

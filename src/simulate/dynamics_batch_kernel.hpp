@@ -3,7 +3,7 @@
 #include "rivid/simulate/dynamics_kernel.hpp"
 
 // Direct dynamics for packs of samples. This file is compiled once for each instruction set;
-// src/regressor/batch_kernel.hpp says what that forbids.
+// rivid/regressor/kernel.hpp says what that forbids.
 namespace rivid::detail {
 
 // First samples of columns, one a joint, that lie so many doubles apart.

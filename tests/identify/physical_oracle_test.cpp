@@ -10,7 +10,7 @@
 
 #include "rivid/identify/physical.hpp"
 #include "rivid/model/parameters.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/mdh.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 

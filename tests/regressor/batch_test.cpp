@@ -8,8 +8,8 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/mdh.hpp"
-#include "rivid/regressor/observation.hpp"
 #include "support/allocations.hpp"
+#include "support/regressor_oracle.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -30,26 +30,49 @@ std::vector<Simd> sets() {
   return out;
 }
 
-// One sample after the other, by the generator that is templated on Scalar.
+std::vector<double> row_of(const Matrix& x, Index k) {
+  const Vector row = x.row(k);
+  return {row.begin(), row.end()};
+}
+
+// One sample after the other.
 std::vector<Matrix> one_by_one(const Robot& robot, const std::vector<StandardParameter>& parameters,
                                const Motion& motion) {
   const RegressorColumns columns(robot, parameters);
-  RegressorWorkspace<double> workspace(robot.chain);
+  RegressorWorkspace<double> workspace(columns);
   std::vector<Matrix> out;
   for (Index i = 0; i < robot.size(); ++i) {
     out.emplace_back(motion.samples(),
                      static_cast<Index>(columns.of_joint(static_cast<std::size_t>(i)).size()));
   }
   for (Index k = 0; k < motion.samples(); ++k) {
-    const auto row = [&](const Matrix& x) {
-      const Vector r = x.row(k);
-      return std::vector<double>(r.data(), r.data() + r.size());
-    };
-    const std::vector<double> q = row(motion.q);
-    const std::vector<double> qd = row(motion.qd);
-    const std::vector<double> qdd = row(motion.qdd);
-    columns.rows(robot.chain, State<double>{q, qd, qdd}, workspace,
+    const std::vector<double> q = row_of(motion.q, k);
+    const std::vector<double> qd = row_of(motion.qd, k);
+    const std::vector<double> qdd = row_of(motion.qdd, k);
+    columns.rows(State<double>{q, qd, qdd}, workspace,
                  [&](std::size_t i, Index c, double value) { out[i](k, c) = value; });
+  }
+  return out;
+}
+
+// The same by the oracle.
+std::vector<Matrix> by_oracle(const Robot& robot, const std::vector<StandardParameter>& parameters,
+                              const Motion& motion) {
+  const RegressorColumns columns(robot, parameters);
+  std::vector<Matrix> out;
+  for (std::size_t i = 0; i < columns.joints(); ++i) {
+    out.emplace_back(motion.samples(), static_cast<Index>(columns.of_joint(i).size()));
+  }
+  for (Index k = 0; k < motion.samples(); ++k) {
+    const std::vector<double> q = row_of(motion.q, k);
+    const std::vector<double> qd = row_of(motion.qd, k);
+    const std::vector<double> qdd = row_of(motion.qdd, k);
+    const auto rows = test::regressor_oracle(robot, parameters, State<double>{q, qd, qdd});
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (std::size_t c = 0; c < columns.of_joint(i).size(); ++c) {
+        out[i](k, static_cast<Index>(c)) = rows[i][static_cast<std::size_t>(columns.of_joint(i)[c])];
+      }
+    }
   }
   return out;
 }
@@ -64,8 +87,12 @@ double largest(const std::vector<Matrix>& W) {
 
 void expect_all_sets_agree(const Robot& robot, const std::vector<StandardParameter>& parameters,
                            const Motion& motion) {
-  const std::vector<Matrix> expected = one_by_one(robot, parameters, motion);
+  const std::vector<Matrix> expected = by_oracle(robot, parameters, motion);
   const double tolerance = rounding(robot.size()) * largest(expected);
+  const std::vector<Matrix> single = one_by_one(robot, parameters, motion);
+  for (std::size_t i = 0; i < single.size(); ++i) {
+    EXPECT_LE((single[i] - expected[i]).cwiseAbs().maxCoeff(), tolerance) << "one sample, joint " << i + 1;
+  }
   for (const Simd simd : sets()) {
     const RegressorBatch batch(robot, parameters, {.simd = simd});
     RegressorBlock block(batch, motion.samples());
@@ -223,14 +250,13 @@ TEST(RegressorBatch, AllocatesNothingForASample) {
   const RegressorBatch batch(robot, base.columns());
   RegressorBlock block(batch, 21);
   const RegressorColumns columns(robot, base.columns());
-  RegressorWorkspace<double> workspace(robot.chain);
+  RegressorWorkspace<double> workspace(columns);
   const std::vector<double> q(6, 0.3);
   double sum = 0.0;
 
   const long before = test::allocations;
   batch.fill(motion, 0, 21, block);
-  columns.rows(robot.chain, State<double>{q, q, q}, workspace,
-               [&](std::size_t, Index, double value) { sum += value; });
+  columns.rows(State<double>{q, q, q}, workspace, [&](std::size_t, Index, double value) { sum += value; });
   EXPECT_EQ(test::allocations, before);
   EXPECT_TRUE(std::isfinite(sum));
 }
@@ -251,7 +277,7 @@ TEST(RegressorBatch, SaysWhatItCanNotUse) {
   std::vector<StandardParameter> twice = base.columns();
   twice.push_back(twice.front());
   EXPECT_EQ(message([&] { const RegressorBatch batch(robot, twice); }),
-            "RegressorBatch: a parameter of joint 1 occurs twice, must occur once");
+            "RegressorColumns: ZZ1 occurs twice, must occur once");
   const RegressorBatch batch(robot, base.columns());
   RegressorBlock block(batch, 4);
   std::mt19937_64 random(1500);

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 

@@ -4,7 +4,7 @@
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 
 #include "rivid/model/kdl.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

@@ -1,10 +1,9 @@
-#include "rivid/regressor/observation.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "rivid/error.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

@@ -8,7 +8,7 @@
 #include "report/documents.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/identify/identification.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/signal/differentiate.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"

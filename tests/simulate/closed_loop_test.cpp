@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "rivid/error.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/references.hpp"

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "rivid/error.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 

@@ -12,7 +12,7 @@
 #include "rivid/error.hpp"
 #include "rivid/model/kdl.hpp"
 #include "rivid/model/mdh.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/dynamics_batch.hpp"
 #include "support/allocations.hpp"

@@ -8,7 +8,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/kdl.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "support/mallocs.hpp"
 #include "support/random_chain.hpp"

@@ -9,7 +9,7 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/model/robot.hpp"
-#include "rivid/regressor/observation.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/solve/least_squares.hpp"
 #include "rivid/types.hpp"

@@ -12,6 +12,41 @@
 // they call must be a template on their Scalar.
 namespace rivid {
 
+/// One of two values, without a branch where Scalar holds several samples (see Pack).
+template <typename Scalar>
+[[nodiscard, gnu::always_inline]] inline Scalar select(bool condition, const Scalar& a, const Scalar& b) {
+  return condition ? a : b;
+}
+
+/// Whether a velocity is positive; of a complex number (complex step), its real part.
+template <typename Scalar>
+[[nodiscard, gnu::always_inline]] inline auto is_positive(const Scalar& x) {
+  if constexpr (requires { x > Scalar(0.0); }) {
+    return x > Scalar(0.0);
+  } else {
+    return x.real() > 0.0;
+  }
+}
+
+/// sign of a velocity with sign(0) = 0, as the Coulomb columns need it.
+template <typename Scalar>
+[[nodiscard, gnu::always_inline]] inline Scalar sign(const Scalar& qd) {
+  const Scalar zero(0.0);
+  return select(is_positive(qd), Scalar(1.0), select(is_positive(Scalar(-qd)), Scalar(-1.0), zero));
+}
+
+/// The same, or what stands in its place: tanh(q̇ / sign_speed).
+///
+/// @param sign_speed  Joint::sign_speed [rad/s | m/s]; 0: the sign itself
+template <typename Scalar>
+[[nodiscard, gnu::always_inline]] inline Scalar sign(const Scalar& qd, double sign_speed) {
+  if (sign_speed == 0.0) {
+    return sign(qd);
+  }
+  using std::tanh;
+  return tanh(Scalar(qd / Scalar(sign_speed)));
+}
+
 enum class JointType { revolute, prismatic };
 
 /// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction, Iam, Fvm
@@ -255,31 +290,6 @@ static_assert(detail::complete<friction_rows, &FrictionRow::law>(),
   return about(law).parameters;
 }
 
-/// One of two values, without a branch where Scalar holds several samples (see Pack).
-template <typename Scalar>
-[[nodiscard, gnu::always_inline]] inline Scalar select(bool condition, const Scalar& a, const Scalar& b) {
-  return condition ? a : b;
-}
-
-/// sign of a velocity with sign(0) = 0, as the Coulomb columns need it.
-template <typename Scalar>
-[[nodiscard, gnu::always_inline]] inline Scalar sign(const Scalar& qd) {
-  const Scalar zero(0.0);
-  return select(qd > zero, Scalar(1.0), select(qd < zero, Scalar(-1.0), zero));
-}
-
-/// The same, or what stands in its place: tanh(q̇ / sign_speed).
-///
-/// @param sign_speed  Joint::sign_speed [rad/s | m/s]; 0: the sign itself
-template <typename Scalar>
-[[nodiscard, gnu::always_inline]] inline Scalar sign(const Scalar& qd, double sign_speed) {
-  if (sign_speed == 0.0) {
-    return sign(qd);
-  }
-  using std::tanh;
-  return tanh(Scalar(qd / Scalar(sign_speed)));
-}
-
 /// Regressor entry of one friction parameter: what it is multiplied with in the torque of its joint.
 ///
 /// @param qd          joint velocity [rad/s | m/s]
@@ -288,14 +298,15 @@ template <typename Scalar>
 [[nodiscard, gnu::always_inline]] inline Scalar friction_entry(Basis basis, Direction direction,
                                                                const Scalar& qd, double sign_speed) {
   const Scalar zero(0.0);
-  const Scalar value = friction_function(basis, qd, sign(qd, sign_speed));
+  // The commonest column does without a sign, which costs more than all else here.
+  const Scalar value = basis == Basis::speed ? qd : friction_function(basis, qd, sign(qd, sign_speed));
   switch (direction) {
     case Direction::both:
       break;
     case Direction::positive:
-      return select(qd > zero, value, zero);
+      return select(is_positive(qd), value, zero);
     case Direction::negative:
-      return select(qd < zero, value, zero);
+      return select(is_positive(Scalar(-qd)), value, zero);
   }
   return value;
 }

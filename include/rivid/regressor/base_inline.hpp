@@ -10,7 +10,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/regressor/base.hpp"
-#include "rivid/regressor/columns.hpp"
+#include "rivid/regressor/regressor.hpp"
 #include "rivid/text.hpp"
 
 // What base.hpp declares, for users of rivid::headers; rivid::rivid has it in its archive.
@@ -42,7 +42,7 @@ inline Matrix random_regressor(const Robot& robot, const BaseParametersOptions& 
   const RegressorColumns columns(robot, robot.standard_parameters());
   const auto n = static_cast<std::size_t>(robot.size());
   Matrix W = Matrix::Zero(options.samples * robot.size(), columns.size());
-  RegressorWorkspace<double> workspace(robot.chain);
+  RegressorWorkspace<double> workspace(columns);
   std::mt19937_64 random(options.seed);
   std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
   std::vector<double> q(n);
@@ -54,11 +54,10 @@ inline Matrix random_regressor(const Robot& robot, const BaseParametersOptions& 
       qd[j] = 3.0 * symmetric(random);
       qdd[j] = 10.0 * symmetric(random);
     }
-    columns.rows(
-        robot.chain, State<double>{q, qd, qdd}, workspace, [&](std::size_t i, Index column, double value) {
-          W(k * robot.size() + static_cast<Index>(i), columns.of_joint(i)[static_cast<std::size_t>(column)]) =
-              value;
-        });
+    columns.rows(State<double>{q, qd, qdd}, workspace, [&](std::size_t i, Index column, double value) {
+      W(k * robot.size() + static_cast<Index>(i), columns.of_joint(i)[static_cast<std::size_t>(column)]) =
+          value;
+    });
   }
   return W;
 }

@@ -8,7 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "rivid/regressor/columns.hpp"
+#include "rivid/regressor/base.hpp"
+#include "rivid/regressor/regressor.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -39,7 +40,7 @@ class BatchWorkspace;
 class RegressorBlock;
 
 namespace detail {
-struct BatchPlan;
+struct BatchKernel;
 }
 
 /// Rows of a regressor for many samples at once: several samples in the lanes of a vector register, by the widest
@@ -63,18 +64,13 @@ class RegressorBatch {
   ///                    instruction set asked for
   RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
                  const BatchOptions& options = {});
-  ~RegressorBatch();
-  RegressorBatch(RegressorBatch&&) noexcept;
-  RegressorBatch& operator=(RegressorBatch&&) noexcept;
-  RegressorBatch(const RegressorBatch&) = delete;
-  RegressorBatch& operator=(const RegressorBatch&) = delete;
 
   [[nodiscard]] Index size() const { return columns_.size(); }
-  [[nodiscard]] std::size_t joints() const { return columns_.wanted().size(); }
+  [[nodiscard]] std::size_t joints() const { return columns_.joints(); }
   /// Columns that joint i's rows touch: indices into the parameters, ascending.
   [[nodiscard]] const std::vector<Index>& of_joint(std::size_t i) const { return columns_.of_joint(i); }
   /// The instruction set in use, never `best`.
-  [[nodiscard]] Simd simd() const;
+  [[nodiscard]] Simd simd() const { return simd_; }
 
   /// Rows of samples first … first + count − 1, into rows 0 … count − 1 of the block. No allocation.
   ///
@@ -87,22 +83,22 @@ class RegressorBatch {
   void fill(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets, Index row,
             BatchWorkspace& workspace) const;
 
-  /// What the kernels read, for who counts their arithmetic; complete in src/regressor/batch_kernel.hpp.
-  [[nodiscard]] detail::BatchPlan plan() const;
+  /// What the kernels read, for who counts their arithmetic.
+  [[nodiscard]] detail::RegressorPlan plan() const { return columns_.plan(); }
 
   /// @throws InputError in the name of `who`, where the motion is not one of this robot or lacks those samples
   void require(std::string_view who, const Motion& motion, Index first, Index count) const;
 
  private:
   friend class BatchWorkspace;
-  struct Plan;
 
   void fill_rest(const Motion& motion, Index sample, Index rest, Index row, BatchWorkspace& workspace) const;
   void fill_coupled(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets,
                     Index row, BatchWorkspace& workspace) const;
 
   RegressorColumns columns_;
-  std::unique_ptr<Plan> plan_;
+  Simd simd_;
+  const detail::BatchKernel* kernel_;
 };
 
 namespace detail {
@@ -157,5 +153,48 @@ class RegressorBlock {
   std::vector<Index> widths_;
   BatchWorkspace workspace_;
 };
+
+/// The rows of one joint in the observation matrix: only the columns that this joint's torque can depend on.
+struct JointRows {
+  std::vector<Index> columns;  ///< indices into the base parameters, ascending
+  Matrix W;                    ///< (rows × columns.size())
+};
+
+/// Observation matrix W_fm of Eqs. (10–12) of [RIV], grouped joint by joint, without its zero blocks.
+struct Observation {
+  Index columns = 0;              ///< b
+  std::vector<JointRows> joints;  ///< (n), each with n_m rows
+
+  /// W as the paper writes it, (Σ rows × b), zeros filled in.
+  [[nodiscard]] Matrix dense() const;
+};
+
+/// W_fm(q, q̇, q̈) of Eq. (12): the base regressor sampled along a motion.
+///
+/// It holds all of W at once; RegressorBatch gives it block by block.
+///
+/// @param motion  (n_m × n)
+/// @throws InputError where the motion has another number of joints than the robot, or sizes that differ, or an
+///                    option can not be used
+[[nodiscard]] Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
+                                      const BatchOptions& options = {});
+
+/// Base parameters that one motion can show: the same scan on IDM_st along the motion instead of at random states. A
+/// joint that stands still, or an arm that moves in a plane, shows fewer parameters, and regroups more of them, than
+/// the robot has; the names and the regrouping say which. Meant for judging an excitation, and for models of robots
+/// that can move in no other way; a fit with the structural base parameters tells the same as `rank_deficient`.
+///
+/// What counts is the independent part of a column relative to the largest column of the same unit: a parameter is
+/// seen if a value of 1 moves the torques at least `tolerance` times as much as the best-seen parameter of its unit.
+///
+/// The motion is used as it is. Filter it first and leave out its borders, as rows() does: noise is independent
+/// of everything, and a joint's Coulomb column is ±1 for any velocity but zero.
+///
+/// Memory is that of one block of samples and a triangle of (N_s × N_s), however long the motion is.
+///
+/// @param motion     (n_m × n)
+/// @param tolerance  between 0 and 1: about 1e-9 for a motion that is computed, 1e-3 to 1e-2 for a measured one
+/// @throws InputError where the robot, the motion or the tolerance can not be used
+[[nodiscard]] BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance);
 
 }  // namespace rivid

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace rivid {
 
@@ -154,6 +155,14 @@ class BasicPack {
     }
     return load(values);
   }
+  [[gnu::always_inline]] friend BasicPack exp(const BasicPack& x) {
+    double values[std::size_t{Lanes}];
+    x.store(values);
+    for (double& value : values) {
+      value = std::exp(value);
+    }
+    return load(values);
+  }
 
  private:
   using InMemory = typename detail::Lane<Lanes>::InMemory;
@@ -202,5 +211,36 @@ class BasicPack {
 
 /// Eight samples as one Scalar: a register of AVX-512, two of AVX2, four of plain x86-64.
 using Pack = BasicPack<8>;
+
+namespace detail {
+
+// How the kernels find a Scalar in memory: packs with a tag, those of the library's batches, as consecutive doubles, one
+// sample each; any other as itself.
+template <typename Scalar>
+struct Stored {
+  using Value = Scalar;
+  static constexpr std::ptrdiff_t lanes = 1;
+  [[gnu::always_inline]] static Scalar load(const Scalar* from) { return *from; }
+  [[gnu::always_inline]] static void store(const Scalar& x, Scalar* to) { *to = x; }
+};
+template <int Lanes, typename Tag>
+  requires(!std::is_void_v<Tag>)
+struct Stored<BasicPack<Lanes, Tag>> {
+  using Value = double;
+  static constexpr std::ptrdiff_t lanes = Lanes;
+  [[gnu::always_inline]] static BasicPack<Lanes, Tag> load(const double* from) {
+    return BasicPack<Lanes, Tag>::load(from);
+  }
+  [[gnu::always_inline]] static void store(const BasicPack<Lanes, Tag>& x, double* to) { x.store(to); }
+};
+
+// Number types that are worth a step for each case of rotation and offset: they cost their time to compile.
+template <typename Scalar>
+inline constexpr bool has_quick_steps = false;
+template <int Lanes, typename Tag>
+  requires(!std::is_void_v<Tag>)
+inline constexpr bool has_quick_steps<BasicPack<Lanes, Tag>> = true;
+
+}  // namespace detail
 
 }  // namespace rivid

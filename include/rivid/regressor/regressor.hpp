@@ -1,13 +1,67 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
-#include <cstdint>
+#include <cmath>
+#include <cstddef>
+#include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "rivid/regressor/kinematics.hpp"
+#include "rivid/error.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/regressor/kernel.hpp"
 
 namespace rivid {
+
+namespace detail {
+
+// A link's frame as R = turn · Rz(θ), and what the kernels choose their steps by.
+struct FrameCase {
+  Frame frame{};
+  Turn turn = Turn::any;
+  unsigned offsets = 0;  // bits 0, 1, 2: which components of the origin are not zero
+
+  // Rᵀ of `turn`.
+  [[nodiscard]] Eigen::Map<const Eigen::Matrix3d> turned() const {
+    return Eigen::Map<const Eigen::Matrix3d>(frame.R);
+  }
+};
+
+[[nodiscard]] inline FrameCase frame_case(const Chain::Link& link) {
+  // An entry of a rotation this small is a rounding error of the sine or cosine of a quarter turn.
+  const auto is_nil = [](double x) { return std::abs(x) <= 4.0 * std::numeric_limits<double>::epsilon(); };
+  FrameCase out;
+  Frame& frame = out.frame;
+  frame.revolute = link.type == JointType::revolute;
+  frame.cos_theta = 1.0;
+  Eigen::Matrix3d R = link.R;
+  if (is_nil(link.R(0, 2))) {
+    const double c = link.R(2, 2);
+    const double s = -link.R(1, 2);
+    R << 1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c;
+    frame.cos_theta = link.R(0, 0);
+    frame.sin_theta = -link.R(0, 1);
+    if (is_nil(frame.sin_theta) && frame.cos_theta > 0.0) {
+      frame.cos_theta = 1.0;
+      frame.sin_theta = 0.0;
+    }
+    out.turn = is_nil(s) && c > 0.0 ? Turn::none
+               : !is_nil(c)         ? Turn::about_x
+               : s > 0.0            ? Turn::plus
+                                    : Turn::minus;
+  }
+  frame.shifted_angle = frame.sin_theta != 0.0 || frame.cos_theta != 1.0;
+  Eigen::Matrix3d::Map(frame.R) = R.transpose();  // column-major, so its transpose row by row
+  Eigen::Vector3d::Map(frame.p) = link.p;
+  for (int k = 0; k < 3; ++k) {
+    out.offsets |= link.p[k] != 0.0 ? 1U << k : 0U;
+  }
+  return out;
+}
+
+}  // namespace detail
 
 /// Positions, velocities and accelerations of the n joints at one instant.
 template <typename Scalar>
@@ -17,81 +71,236 @@ struct State {
   std::span<const Scalar> qdd;  ///< (n) [rad/s² | m/s²]
 };
 
-/// Scratch of inertial_regressor(), made once for a chain and used for any number of samples.
+template <typename Scalar>
+class RegressorWorkspace;
+
+/// Regressor of a robot for a choice of its standard parameters: the rows of IDM_st of Eq. (2) of [RIV], or of IDM of
+/// Eq. (6), without the zeros of the block upper triangle. The row of each joint holds only the columns that this joint
+/// can feel: the inertial parameters of links j ≥ i, its own rotor inertia and friction, and those of the motors that it
+/// is coupled to.
+///
+/// Every link's motion is carried from base to tip (recursive Newton-Euler), and with it the screws of all joints before
+/// it; a joint's torque is the power of the link's wrench on that joint's screw. RegressorBatch does the same for many
+/// samples, by the same template.
+class RegressorColumns {
+ public:
+  /// Where a value of the kernel goes.
+  struct Entry {
+    std::size_t joint = 0;
+    Index column = 0;  ///< within the joint's own columns, see of_joint()
+  };
+  /// Entry of joint i's row from a motor that several joints turn.
+  struct MotorEntry {
+    CoupledEntry entry;
+    Index column = 0;
+  };
+
+  /// @param parameters  columns in the order of the regressor wanted, (b), each at most once
+  /// @throws InputError where a parameter occurs twice
+  RegressorColumns(const Robot& robot, std::span<const StandardParameter> parameters);
+
+  [[nodiscard]] Index size() const { return size_; }
+  [[nodiscard]] std::size_t joints() const { return links_.size(); }
+
+  /// Columns that joint i's rows touch: indices into the choice, ascending.
+  [[nodiscard]] const std::vector<Index>& of_joint(std::size_t i) const { return columns_[i]; }
+
+  /// Where the values of the kernel go, in its order: all but those of coupled motors.
+  [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
+  /// Entries of joint i's row from the motors that it is coupled to.
+  [[nodiscard]] std::span<const MotorEntry> of_motors(std::size_t i) const { return motors_[i]; }
+  /// What the kernel reads.
+  [[nodiscard]] detail::RegressorPlan plan() const {
+    return {links_.data(), links_.size(), own_.data(), own_.size()};
+  }
+
+  /// Value of an entry of a coupled motor.
+  template <typename Scalar>
+  static Scalar coupled_value(const CoupledEntry& entry, const State<Scalar>& state) {
+    using enum CoupledEntry::Quantity;
+    Scalar sum(0);
+    for (const CoupledEntry::Term& term : entry.terms) {
+      const auto weight = static_cast<Scalar>(term.weight);
+      if (entry.quantity == acceleration) {
+        sum = sum + weight * state.qdd[term.joint];
+      } else if (entry.quantity == single_signs) {
+        sum = sum + weight * sign<Scalar>(state.qd[term.joint], term.sign_speed);
+      } else {
+        sum = sum + weight * state.qd[term.joint];
+      }
+    }
+    return entry.quantity == sign_of_motion
+               ? static_cast<Scalar>(entry.scale) * sign<Scalar>(sum, entry.sign_speed)
+               : sum;
+  }
+
+  /// Fills the rows of all joints at one instant. No allocation.
+  ///
+  /// Scalar is double, float, Pack, std::complex, Eigen::AutoDiffScalar (for derivatives by q, q̇ and q̈), or any number
+  /// type that is made from a double, with + − × /, sin, cos and tanh, and for friction with is_positive() and select(),
+  /// see rivid/model/kinds.hpp.
+  ///
+  /// @param put  called as put(i, column, value) for every entry of joint i's row; column counts in of_joint(i)
+  template <typename Scalar, typename Put>
+  void rows(const State<Scalar>& state, RegressorWorkspace<Scalar>& workspace, const Put& put) const {
+    detail::fill_rows<Scalar>(plan(), {state.q.data(), state.qd.data(), state.qdd.data(), 1, 1, 1}, 1,
+                              workspace.places_.data(), {workspace.screws_.data(), workspace.angles_.data()});
+    for (std::size_t e = 0; e < entries_.size(); ++e) {
+      put(entries_[e].joint, entries_[e].column, workspace.values_[e]);
+    }
+    for (std::size_t i = 0; i < motors_.size(); ++i) {
+      for (const MotorEntry& e : motors_[i]) {
+        put(i, e.column, coupled_value(e.entry, state));
+      }
+    }
+  }
+
+ private:
+  void add_coupled(const Robot& robot, const Coupling& coupling, const StandardParameter& parameter,
+                   Index column);
+
+  Index size_ = 0;
+  std::vector<detail::LinkPlan> links_;
+  std::vector<detail::OwnEntry> own_;
+  std::vector<Entry> entries_;
+  std::vector<std::vector<MotorEntry>> motors_;  // by joint
+  std::vector<std::vector<Index>> columns_;      // by joint
+};
+
+/// Scratch of RegressorColumns::rows(), made once and used for any number of samples by one thread.
 template <typename Scalar>
 class RegressorWorkspace {
  public:
-  explicit RegressorWorkspace(const Chain& chain) : screws_(chain.links.size()) {}
-
-  [[nodiscard]] std::span<detail::Screw<Scalar>> screws() { return screws_; }
+  explicit RegressorWorkspace(const RegressorColumns& columns)
+      : screws_(columns.joints()), angles_(columns.joints()), values_(columns.entries().size()) {
+    for (Scalar& value : values_) {
+      places_.push_back(&value);
+    }
+  }
+  RegressorWorkspace(const RegressorWorkspace&) = delete;
+  RegressorWorkspace& operator=(const RegressorWorkspace&) = delete;
 
  private:
+  friend class RegressorColumns;
   std::vector<detail::Screw<Scalar>> screws_;
+  std::vector<detail::CosSin<Scalar>> angles_;
+  std::vector<Scalar> values_;
+  std::vector<Scalar*> places_;
 };
 
-/// Set of inertial columns of a link, one bit for each of XX XY XZ YY YZ ZZ MX MY MZ M.
-using InertialMask = std::uint16_t;
-inline constexpr InertialMask all_inertials = 0x3ff;
+#ifdef RIVID_DEFINITIONS
 
 namespace detail {
 
-template <typename Scalar>
-using InertialEntries = std::array<Scalar, inertial_count>;
+// The coupling that a parameter belongs to, if it is felt by more joints than its own.
+inline const Coupling* coupling_of(const Robot& robot, const StandardParameter& p) {
+  for (const Coupling& coupling : robot.couplings) {
+    const bool coupled =
+        about(p.kind).coupled || (p.kind == ParameterKind::Ia && coupling.inertia == Coupling::Inertia::tied);
+    if (coupling.motor == p.joint && coupled) {
+      return &coupling;
+    }
+  }
+  return nullptr;
+}
+
+inline LinkPlan link_plan(const Chain& chain, std::size_t j, unsigned mask) {
+  const Chain::Link& link = chain.links[j];
+  const FrameCase at = frame_case(link);
+  LinkPlan out{};
+  static_cast<Frame&>(out) = at.frame;
+  const Eigen::Matrix3d turned = at.turned();
+  Eigen::Vector3d::Map(out.accel) = applied(turned, -chain.gravity);
+  if (j > 0) {
+    const bool revolute = chain.links[j - 1].type == JointType::revolute;
+    const Eigen::Vector3d along = turned.col(2);  // z of frame j−1
+    const Eigen::Vector3d across = applied(turned, {-link.p.y(), link.p.x(), 0.0});
+    Eigen::Vector3d::Map(out.parent_w) = revolute ? along : Eigen::Vector3d::Zero();
+    Eigen::Vector3d::Map(out.parent_v) = revolute ? across : along;
+  }
+  out.mask = mask;
+  std::ranges::fill(out.sign, 1.0);
+  bool plain = mask == usual_mask;
+  for (int k = 0; k < inertial_count; ++k) {
+    const InertialColumn column = inertial_column(link, static_cast<ParameterKind>(k));
+    out.sign[column.index] = column.sign;
+    plain = plain && column.sign > 0;
+  }
+  out.step = step_number(at.turn, at.offsets, out.revolute, plain);
+  return out;
+}
 
 }  // namespace detail
 
-/// Inertial part of IDM_st of Eq. (2) of [RIV], block by block: the torque of joint i per unit of each inertial
-/// parameter of link j, for all i ≤ j. The blocks below are zero and never made. Parameters and entries are those
-/// of the chain's frames j (see inertial_column() for the way to link frames).
-///
-/// Every link's motion is carried from base to tip (recursive Newton-Euler), and with it the screws of all joints
-/// before it; a joint's torque is the power of the link's wrench on that joint's screw.
-///
-/// @param state   (n) joint positions, velocities, accelerations
-/// @param wanted  columns to fill for each link, (n); the other entries of a block are undefined
-/// @param emit    called as emit(i, j, entries) with ten entries, j from 0 to n − 1, i from 0 to j
-///
-/// No allocation. Scalar is double, float, Pack, Eigen::AutoDiffScalar (for derivatives by q, q̇ and
-/// q̈), or any number type with + − ×, sin and cos.
-template <typename Scalar, typename Emit>
-void inertial_regressor(const Chain& chain, const State<Scalar>& state, std::span<const InertialMask> wanted,
-                        RegressorWorkspace<Scalar>& workspace, Emit&& emit) {
-  using namespace detail;
-  const std::span<Screw<Scalar>> screws = workspace.screws();
-  FrameMotion<Scalar> motion = base_motion<Scalar>(chain);
-  InertialEntries<Scalar> entries;
-  for (std::size_t j = 0; j < chain.links.size(); ++j) {
-    const Passage<Scalar> passage(chain.links[j], state.q[j]);
-    for (std::size_t i = 0; i < j; ++i) {
-      screws[i] = passage.carried(screws[i]);
+RIVID_INLINE void RegressorColumns::add_coupled(const Robot& robot, const Coupling& coupling,
+                                                const StandardParameter& parameter, Index column) {
+  for (CoupledEntry& entry : coupled_entries(coupling, parameter.kind, robot.size())) {
+    entry.sign_speed = robot.joints[static_cast<std::size_t>(parameter.joint)].sign_speed;
+    for (CoupledEntry::Term& term : entry.terms) {
+      term.sign_speed = robot.joints[term.joint].sign_speed;
     }
-    screws[j] = passage.own_screw();
-    motion = passage.carried(motion, state.qd[j], state.qdd[j]);
+    const std::size_t joint = entry.joint;
+    motors_[joint].push_back({std::move(entry), static_cast<Index>(columns_[joint].size())});
+    columns_[joint].push_back(column);
+  }
+}
 
-    const InertialMask mask = wanted[j];
-    if (mask == 0) {
-      continue;
+RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
+                                                std::span<const StandardParameter> parameters)
+    : size_(static_cast<Index>(parameters.size())),
+      motors_(robot.joints.size()),
+      columns_(robot.joints.size()) {
+  const std::size_t n = columns_.size();
+  // Place of column k of frame j in the row of joint i ≤ j, −1 where it is not wanted.
+  std::array<Index, inertial_count> none{};
+  none.fill(-1);
+  std::vector<std::vector<std::array<Index, inertial_count>>> places(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    places[j].assign(j + 1, none);
+  }
+  std::vector<std::vector<std::pair<detail::OwnEntry, Entry>>> own(n);
+  for (std::size_t c = 0; c < parameters.size(); ++c) {
+    const auto [kind, joint] = parameters[c];
+    const auto j = static_cast<std::size_t>(joint);
+    const auto same = [&](const StandardParameter& p) { return p.kind == kind && p.joint == joint; };
+    if (std::ranges::any_of(parameters.first(c), same)) {
+      throw InputError("RegressorColumns: " + parameters[c].name() + " occurs twice, must occur once");
     }
-    const Mat3<Scalar> U = acceleration_field(motion);
-    const auto moments = TensorMoments<Scalar>::of(motion, U);
+    const auto column = static_cast<Index>(c);
+    if (const Coupling* const coupling = detail::coupling_of(robot, parameters[c])) {
+      add_coupled(robot, *coupling, parameters[c], column);
+    } else if (role(kind) != Role::inertial) {
+      own[j].push_back({{joint, about(kind).basis, about(kind).direction, robot.joints[j].sign_speed},
+                        {j, static_cast<Index>(columns_[j].size())}});
+      columns_[j].push_back(column);
+    } else {
+      const auto k = static_cast<std::size_t>(inertial_column(robot.chain.links[j], kind).index);
+      for (std::size_t i = 0; i <= j; ++i) {
+        places[j][i][k] = static_cast<Index>(columns_[i].size());
+        columns_[i].push_back(column);
+      }
+    }
+  }
+  for (std::size_t j = 0; j < n; ++j) {
+    unsigned mask = 0;
     for (std::size_t i = 0; i <= j; ++i) {
-      const Screw<Scalar>& s = screws[i];
-      for (std::size_t k = 0; k < 6; ++k) {
-        if ((mask >> k & 1U) != 0U) {
-          entries[k] = dot(s.w, moments.k[k]);
+      for (std::size_t k = 0; k < inertial_count; ++k) {
+        if (places[j][i][k] >= 0) {
+          entries_.push_back({i, places[j][i][k]});
+          mask |= 1U << k;
         }
       }
-      if ((mask >> 6 & 7U) != 0U) {
-        // Force U MS through the linear part, moment MS × accel through the angular one.
-        const Vec3<Scalar> first = U.transposed_times(s.v) + cross(motion.accel, s.w);
-        entries[6] = first.x;
-        entries[7] = first.y;
-        entries[8] = first.z;
-      }
-      entries[9] = dot(s.v, motion.accel);
-      emit(i, j, static_cast<const InertialEntries<Scalar>&>(entries));
+    }
+    links_.push_back(detail::link_plan(robot.chain, j, mask));
+  }
+  for (const auto& of_joint : own) {
+    for (const auto& [entry, place] : of_joint) {
+      own_.push_back(entry);
+      entries_.push_back(place);
     }
   }
 }
+
+#endif
 
 }  // namespace rivid

@@ -93,11 +93,8 @@ struct TensorMoments {
   }
 };
 
-}  // namespace rivid::detail
-
 // The step from frame j−1 to frame j where what is known of the chain beforehand is put to use: which rotations are
 // quarter turns, which offsets are zero. Like vec3.hpp for the vector kernels: nothing from Eigen, nothing out of line.
-namespace rivid::detail {
 
 // Rotation from frame j−1 to frame j at q_j = 0, apart from a constant angle about z_j.
 enum class Turn : int {
@@ -106,6 +103,14 @@ enum class Turn : int {
   minus,    // a quarter about −x
   about_x,  // any angle about x: tables of modified Denavit-Hartenberg parameters
   any
+};
+
+// Frame j in frame j−1, as the kernels read it.
+struct Frame {
+  double R[9];                   // rows of the rotation that `turn` speaks of, see turned()
+  double p[3];                   // origin of frame j in frame j−1
+  double cos_theta, sin_theta;   // constant angle about z_j beside it
+  bool revolute, shifted_angle;  // θ is not zero
 };
 
 // Sine and cosine together; a Scalar with a faster way than two calls has its own overload.
@@ -188,6 +193,72 @@ template <unsigned offsets, typename Scalar>
     out = {out.x + U.r0.z * z, out.y + U.r1.z * z, out.z + U.r2.z * z};
   }
   return out;
+}
+
+// The angle of a joint with the constant one of its frame.
+template <typename Scalar>
+[[gnu::always_inline]] inline CosSin<Scalar> with_theta(const Frame& frame, const CosSin<Scalar>& angle) {
+  if (!frame.shifted_angle) {
+    return angle;
+  }
+  const auto cos_theta = Scalar(frame.cos_theta);
+  const auto sin_theta = Scalar(frame.sin_theta);
+  return {angle.c * cos_theta - angle.s * sin_theta, angle.s * cos_theta + angle.c * sin_theta};
+}
+
+// Motion of frame j−1 where and as frame j stands, before joint j's own.
+template <Turn turn, unsigned offsets, typename Scalar>
+[[gnu::always_inline]] inline FrameMotion<Scalar> carried(const Frame& frame, const FrameMotion<Scalar>& m,
+                                                          const Mat3<Scalar>& U,
+                                                          const CosSin<Scalar>& angle) {
+  const auto into = [&](const Vec3<Scalar>& v) {
+    return rotated(turned<turn>(frame.R, v), angle.c, angle.s);
+  };
+  return {into(m.omega), into(m.omega_dot), into(accelerated<offsets>(m.accel, U, frame.p))};
+}
+
+// A revolute joint's own rate: ω × z q̇ before the rate is added, which is along z.
+template <typename Scalar>
+[[gnu::always_inline]] inline void spin(FrameMotion<Scalar>& m, const Scalar& qd) {
+  m.omega_dot.x = m.omega_dot.x + m.omega.y * qd;
+  m.omega_dot.y = m.omega_dot.y - m.omega.x * qd;
+  m.omega.z = m.omega.z + qd;
+}
+
+// A prismatic joint's own way and rate.
+template <typename Scalar>
+[[gnu::always_inline]] inline void slide(FrameMotion<Scalar>& m, const Mat3<Scalar>& U, const Scalar& q,
+                                         const Scalar& qd) {
+  const Scalar twice = qd + qd;
+  m.accel.x = m.accel.x + U.r0.z * q + m.omega.y * twice;
+  m.accel.y = m.accel.y + U.r1.z * q - m.omega.x * twice;
+  m.accel.z = m.accel.z + U.r2.z * q;
+}
+
+// Calls add<turn, offsets>(of) for each case that is worth a step of its own, where `of` are the offsets it is meant for:
+// rotations by any angle cost more than what offsets that are zero would save.
+template <typename Add>
+constexpr void for_each_step(const Add& add) {
+  const auto quarter = [&]<Turn turn>() {
+    add.template operator()<turn, 0>(0);
+    add.template operator()<turn, 1>(1);
+    add.template operator()<turn, 2>(2);
+    add.template operator()<turn, 3>(3);
+    add.template operator()<turn, 4>(4);
+    add.template operator()<turn, 5>(5);
+    add.template operator()<turn, 7>(6);
+    add.template operator()<turn, 7>(7);
+  };
+  const auto oblique = [&]<Turn turn>() {
+    for (unsigned offsets = 0; offsets < 8; ++offsets) {
+      add.template operator()<turn, 7>(offsets);
+    }
+  };
+  quarter.template operator()<Turn::none>();
+  quarter.template operator()<Turn::plus>();
+  quarter.template operator()<Turn::minus>();
+  oblique.template operator()<Turn::about_x>();
+  oblique.template operator()<Turn::any>();
 }
 
 }  // namespace rivid::detail

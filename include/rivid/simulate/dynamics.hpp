@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "rivid/model/chain.hpp"
-#include "rivid/regressor/turn_and_angle.hpp"
+#include "rivid/regressor/regressor.hpp"
 #include "rivid/simulate/dynamics_kernel.hpp"
 
 namespace rivid {
@@ -226,7 +226,7 @@ inline DynamicsBodies turned_about_z(const ModelData& model) {
   DynamicsBodies out{model.chain, model.inertials};
   for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
     Chain::Link& link = out.chain.links[j];
-    if (turn_and_angle(link.R).turn != Turn::any) {
+    if (frame_case(link).turn != Turn::any) {
       continue;
     }
     // Frame j−1 turns until the axis of joint j has no x component.
@@ -264,22 +264,12 @@ RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
     }
     Inertial::Map(to.inertial) = inertials[j];
 
-    const TurnAndAngle turn = turn_and_angle(from.R);
-    const Eigen::Matrix3d turned = turn.R.transpose();
-    Eigen::Matrix3d::Map(to.R) = turned;
-    Eigen::Vector3d::Map(to.p) = from.p;
-    to.cos_theta = turn.cos_theta;
-    to.sin_theta = turn.sin_theta;
-    to.shifted_angle = turn.sin_theta != 0.0 || turn.cos_theta != 1.0;
-    to.revolute = from.type == JointType::revolute;
+    const FrameCase at = frame_case(from);
+    static_cast<Frame&>(to) = at.frame;
     with_mass = with_mass || !to.revolute;
-    unsigned offsets = 0;
-    for (unsigned k = 0; k < 3; ++k) {
-      offsets |= to.p[k] != 0.0 ? 1U << k : 0U;
-    }
-    to.step = !to.revolute ? prismatic_step : with_mass ? revolute_step : dynamics_step(turn.turn, offsets);
+    to.step = !to.revolute ? prismatic_step : with_mass ? revolute_step : dynamics_step(at.turn, at.offsets);
     if (j == 0) {
-      Eigen::Vector3d::Map(accel.data()) = applied(turned, -chain.gravity);
+      Eigen::Vector3d::Map(accel.data()) = applied(at.turned(), -chain.gravity);
     }
   }
   const std::size_t stride = dynamics_stride(n);

@@ -18,16 +18,12 @@
 //   one about z, which joins the joint's. Quarter turns and offsets of zero are put to use as in the vector kernels of
 //   the regressor: every link gets the step compiled for its case.
 //
-// The file is compiled for several instruction sets; src/regressor/batch_kernel.hpp says what that forbids.
+// The file is compiled for several instruction sets; rivid/regressor/kernel.hpp says what that forbids.
 namespace rivid::detail {
 
-struct DynamicsLink {
-  double R[9];                  // rows of the rotation that `turn` speaks of, see turned()
-  double p[3];                  // origin of frame j in frame j−1
-  double cos_theta, sin_theta;  // constant angle about z_j beside it
-  double inertial[10];          // XX XY XZ YY YZ ZZ MX MY MZ M of what is left to the link
-  int step;                     // see dynamics_step()
-  bool revolute, shifted_angle;
+struct DynamicsLink : Frame {
+  double inertial[10];  // XX XY XZ YY YZ ZZ MX MY MZ M of what is left to the link
+  int step;             // see dynamics_step()
 };
 
 struct DynamicsPlan {
@@ -239,12 +235,8 @@ struct DynamicsState {
 template <Turn turn, unsigned offsets, typename Scalar>
 void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& c,
                       const Scalar& s, const Scalar& qd, Wrench<Scalar>& own) {
-  const auto into = [&](const Vec3<Scalar>& v) { return rotated(turned<turn>(link.R, v), c, s); };
-  FrameMotion<Scalar> m = {into(state.motion.omega), into(state.motion.omega_dot),
-                           into(accelerated<offsets>(state.motion.accel, state.U, link.p))};
-  m.omega_dot.x = m.omega_dot.x + m.omega.y * qd;
-  m.omega_dot.y = m.omega_dot.y - m.omega.x * qd;
-  m.omega.z = m.omega.z + qd;
+  FrameMotion<Scalar> m = carried<turn, offsets>(link, state.motion, state.U, CosSin<Scalar>{c, s});
+  spin(m, qd);
   const Mat3<Scalar> U = acceleration_field(m);
   state.motion = m;
   state.U = U;
@@ -268,16 +260,10 @@ void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, co
 template <typename Scalar>
 void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& q,
                        const Scalar& qd, Wrench<Scalar>& own) {
-  const auto c = Scalar(link.cos_theta);
-  const auto s = Scalar(link.sin_theta);
-  const auto into = [&](const Vec3<Scalar>& v) { return rotated(turned<Turn::any>(link.R, v), c, s); };
-  FrameMotion<Scalar> m = {into(state.motion.omega), into(state.motion.omega_dot),
-                           into(accelerated<7>(state.motion.accel, state.U, link.p))};
+  const CosSin<Scalar> theta = {Scalar(link.cos_theta), Scalar(link.sin_theta)};
+  FrameMotion<Scalar> m = carried<Turn::any, 7>(link, state.motion, state.U, theta);
   const Mat3<Scalar> U = acceleration_field(m);
-  const Scalar twice = qd + qd;
-  m.accel.x = m.accel.x + U.r0.z * q + m.omega.y * twice;
-  m.accel.y = m.accel.y + U.r1.z * q - m.omega.x * twice;
-  m.accel.z = m.accel.z + U.r2.z * q;
+  slide(m, U, q, qd);
   state.motion = m;
   state.U = U;
   const Vec3<Scalar> h = constant<Scalar>(link.inertial + 6);
@@ -494,16 +480,11 @@ void prismatic_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
   state.composite = b;
 }
 
-// Number types that are worth a step for each case of rotation and offset: they cost their time to compile. Packs
-// without a tag are for any use; the library's own batches have tags.
+// As has_quick_steps for the regressor, and the single samples of simulations.
 template <typename Scalar>
-inline constexpr bool has_quick_steps = false;
+inline constexpr bool has_quick_dynamics = has_quick_steps<Scalar>;
 template <>
-inline constexpr bool has_quick_steps<double> = true;
-template <int Lanes, typename Tag>
-inline constexpr bool has_quick_steps<BasicPack<Lanes, Tag>> = true;
-template <int Lanes>
-inline constexpr bool has_quick_steps<BasicPack<Lanes>> = false;
+inline constexpr bool has_quick_dynamics<double> = true;
 
 template <typename Scalar>
 struct RevoluteStep {
@@ -520,40 +501,16 @@ struct RevoluteSteps {
   constexpr RevoluteSteps() {
     table[revolute_step] = {&revolute_forward<Turn::any, 7, Scalar>,
                             &revolute_backward<Turn::any, 7, true, Scalar>};
-    add_turn<Turn::none>();
-    add_turn<Turn::plus>();
-    add_turn<Turn::minus>();
-    add_turn<Turn::about_x>();
-    add_turn<Turn::any>();
-  }
-
- private:
-  template <Turn turn>
-  constexpr void add_turn() {
-    if constexpr (!has_quick_steps<Scalar>) {
-      for (unsigned offsets = 0; offsets < 8; ++offsets) {
-        table[dynamics_step(turn, offsets)] = table[revolute_step];
-      }
-    } else if constexpr (turn == Turn::any || turn == Turn::about_x) {
-      // Rotations cost more than what offsets that are zero would save.
-      for (unsigned offsets = 0; offsets < 8; ++offsets) {
-        add_as<turn, 7>(offsets);
-      }
-    } else {
-      add_as<turn, 0>(0);
-      add_as<turn, 1>(1);
-      add_as<turn, 2>(2);
-      add_as<turn, 3>(3);
-      add_as<turn, 4>(4);
-      add_as<turn, 5>(5);
-      add_as<turn, 7>(6);
-      add_as<turn, 7>(7);
-    }
-  }
-  template <Turn turn, unsigned offsets>
-  constexpr void add_as(unsigned wanted) {
-    table[dynamics_step(turn, wanted)] = {&revolute_forward<turn, offsets, Scalar>,
+    if constexpr (has_quick_dynamics<Scalar>) {
+      for_each_step([this]<Turn turn, unsigned offsets>(unsigned of) {
+        table[dynamics_step(turn, of)] = {&revolute_forward<turn, offsets, Scalar>,
                                           &revolute_backward<turn, offsets, false, Scalar>};
+      });
+    } else {
+      for (int k = 0; k < revolute_step; ++k) {
+        table[k] = table[revolute_step];
+      }
+    }
   }
 };
 
@@ -613,12 +570,10 @@ template <typename Scalar>
   joint_sines(plan, q, cosines, sines);
   for (std::size_t j = 0; j < n; ++j) {
     const DynamicsLink& link = plan.links[j];
-    if (link.shifted_angle && link.revolute) {
-      const auto cos_theta = Scalar(link.cos_theta);
-      const auto sin_theta = Scalar(link.sin_theta);
-      const Scalar c = cosines[j];
-      cosines[j] = c * cos_theta - sines[j] * sin_theta;
-      sines[j] = sines[j] * cos_theta + c * sin_theta;
+    if (link.revolute) {
+      const CosSin<Scalar> angle = with_theta(link, CosSin<Scalar>{cosines[j], sines[j]});
+      cosines[j] = angle.c;
+      sines[j] = angle.s;
     }
   }
   DynamicsState<Scalar> state;
@@ -752,7 +707,7 @@ template <typename Scalar>
 template <typename Scalar>
 [[gnu::always_inline]] inline bool factor(std::size_t n, std::size_t stride, const Scalar* M, Scalar* L,
                                           Scalar* inverse_D, Scalar* columns) {
-  if constexpr (has_quick_steps<Scalar>) {
+  if constexpr (has_quick_dynamics<Scalar>) {
     switch (n) {
       case 2:
         return factor_small<2>(stride, M, L, inverse_D);
@@ -846,7 +801,7 @@ template <typename Scalar>
 template <typename Scalar>
 [[gnu::always_inline]] inline void solve_factored(std::size_t n, std::size_t stride, const Scalar* L,
                                                   const Scalar* inverse_D, Scalar* b) {
-  if constexpr (has_quick_steps<Scalar>) {
+  if constexpr (has_quick_dynamics<Scalar>) {
     switch (n) {
       case 2:
         return solve_small<2>(stride, L, inverse_D, b);
