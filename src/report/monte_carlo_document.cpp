@@ -11,15 +11,15 @@ namespace rivid::detail {
 namespace {
 
 using enum Shown;
-using P = MonteCarloParameter;
+using Parameter = MonteCarloParameter;
 
 std::string share(double fraction) { return shown({{}, format::percents(1)}, fraction); }
 
 // The parameter with the largest value of a figure; nothing where no value is a number.
 template <typename Figure>
-const P* worst(const MonteCarloSummary& summary, Figure figure) {
-  const P* out = nullptr;
-  for (const P& p : summary.parameters) {
+const Parameter* worst(const MonteCarloSummary& summary, Figure figure) {
+  const Parameter* out = nullptr;
+  for (const Parameter& p : summary.parameters) {
     if (std::isfinite(figure(p)) && (out == nullptr || figure(p) > figure(*out))) {
       out = &p;
     }
@@ -27,21 +27,21 @@ const P* worst(const MonteCarloSummary& summary, Figure figure) {
   return out;
 }
 
-const P* most_biased(const MonteCarloSummary& summary) {
-  return worst(summary, [](const P& p) { return std::abs(p.bias_in_spreads); });
+const Parameter* most_biased(const MonteCarloSummary& summary) {
+  return worst(summary, [](const Parameter& p) { return std::abs(p.bias_in_spreads); });
 }
 
-const P* least_covered(const MonteCarloSummary& summary) {
-  return worst(summary, [](const P& p) { return -p.coverage; });
+const Parameter* least_covered(const MonteCarloSummary& summary) {
+  return worst(summary, [](const Parameter& p) { return -p.coverage; });
 }
 
-const P* least_precise(const MonteCarloSummary& summary) {
-  return worst(summary, [](const P& p) { return p.rmse_over_bound; });
+const Parameter* least_precise(const MonteCarloSummary& summary) {
+  return worst(summary, [](const Parameter& p) { return p.rmse_over_bound; });
 }
 
 double mean_rmse(const MonteCarloSummary& summary) {
   double out = 0.0;
-  for (const P& p : summary.parameters) {
+  for (const Parameter& p : summary.parameters) {
     out += p.rmse_over_bound / static_cast<double>(summary.parameters.size());
   }
   return out;
@@ -52,23 +52,23 @@ bool judged(const MonteCarloSummary& summary) {
   return summary.identified >= 2 && most_biased(summary) != nullptr;
 }
 
-Mark mark_of(const MonteCarloSummary& summary) {
+Mark trial_mark(const MonteCarloSummary& summary) {
   return summary.verdict.unbiased && summary.verdict.honest ? Mark::good : Mark::bad;
 }
 
-std::string in_words(const MonteCarloSummary& s) {
+std::string trial_words(const MonteCarloSummary& s) {
   if (!judged(s)) {
     return "too few runs are identified to say anything";
   }
-  const P& bias = *most_biased(s);
+  const Parameter& bias = *most_biased(s);
   std::string out = std::string(s.verdict.unbiased ? "unbiased" : "biased") + " (at most " +
                     fixed(std::abs(bias.bias_in_spreads), 2) + " deviations, " + bias.name + "); ";
-  const P& coverage = *least_covered(s);
+  const Parameter& coverage = *least_covered(s);
   out += "error bars are " + std::string(s.verdict.honest ? "honest" : "not honest") + " (" +
          share(s.mean_coverage) + " of the 95 % intervals hold the truth, of " + coverage.name + " " +
          share(coverage.coverage) + ")";
   if (s.verdict.efficient) {
-    const P& rmse = *least_precise(s);
+    const Parameter& rmse = *least_precise(s);
     out += "; " + std::string(*s.verdict.efficient ? "efficient" : "not efficient") + " (errors are " +
            fixed(mean_rmse(s), 2) + " times their bound on average, of " + rmse.name + " " +
            fixed(rmse.rmse_over_bound, 2) + " times)";
@@ -123,20 +123,21 @@ Section comparison(std::span<const MonteCarloSummary> summaries) {
 }
 
 // One line a column.
-Table parameters_table(const MonteCarloSummary& summary) {
-  Table out = table_of(summary.parameters,
-                       {{{"parameter", format::name}, [](const P& p) { return p.name; }},
-                        {{"truth", format::significant(4)}, [](const P& p) { return p.truth; }},
-                        {{"unit"}, [](const P& p) { return p.unit; }},
-                        {{"bias", format::significant(4)}, [](const P& p) { return p.bias; }},
-                        {{"bias/spread", format::fixed(2)}, [](const P& p) { return p.bias_in_spreads; }},
-                        {{"spread", format::significant(4), "", page}, [](const P& p) { return p.spread; }},
-                        {{"RMSE/bound", format::fixed(2)}, [](const P& p) { return p.rmse_over_bound; }},
-                        {{"sigma/spread", format::fixed(2)}, [](const P& p) { return p.sigma_over_spread; }},
-                        {{"coverage", format::percents(1)}, [](const P& p) { return p.coverage; }},
-                        {{"its 95 % interval", format::text, "", page}, [](const P& p) {
-                           return "[" + share(p.coverage_95[0]) + ", " + share(p.coverage_95[1]) + "]";
-                         }}});
+Table all_figures(const MonteCarloSummary& summary) {
+  Table out =
+      table_of(summary.parameters,
+               {{{"parameter", format::name}, [](const Parameter& p) { return p.name; }},
+                {{"truth", format::significant(4)}, [](const Parameter& p) { return p.truth; }},
+                {{"unit"}, [](const Parameter& p) { return p.unit; }},
+                {{"bias", format::significant(4)}, [](const Parameter& p) { return p.bias; }},
+                {{"bias/spread", format::fixed(2)}, [](const Parameter& p) { return p.bias_in_spreads; }},
+                {{"spread", format::significant(4), "", page}, [](const Parameter& p) { return p.spread; }},
+                {{"RMSE/bound", format::fixed(2)}, [](const Parameter& p) { return p.rmse_over_bound; }},
+                {{"sigma/spread", format::fixed(2)}, [](const Parameter& p) { return p.sigma_over_spread; }},
+                {{"coverage", format::percents(1)}, [](const Parameter& p) { return p.coverage; }},
+                {{"its 95 % interval", format::text, "", page}, [](const Parameter& p) {
+                   return "[" + share(p.coverage_95[0]) + ", " + share(p.coverage_95[1]) + "]";
+                 }}});
   out.rows.push_back({{"mean", "", "", "", "", "", "", "", summary.mean_coverage, ""}, Mark::sum});
   out.fold = {"All figures"};
   return out;
@@ -172,7 +173,7 @@ double normal_distribution(double x) { return 0.5 * std::erfc(-x / std::numbers:
 // Fills in a dot for each parameter, which is bad where all of its interval is beyond what is wanted.
 template <typename Figure>
 DotPlot dot_plot(const MonteCarloSummary& summary, DotPlot plot, const Figure& figure) {
-  for (const P& p : summary.parameters) {
+  for (const Parameter& p : summary.parameters) {
     const Interval interval = figure(p);
     const bool off = interval.low > plot.wanted[1] || interval.high < plot.wanted[0];
     plot.dots.push_back({p.name, interval, off ? Mark::bad : Mark::none});
@@ -190,7 +191,7 @@ Plots figure_plots(const MonteCarloSummary& summary) {
                                "bias / spread",
                                0.0,
                                {-V::largest_bias, V::largest_bias}},
-                              [](const P& p) {
+                              [](const Parameter& p) {
                                 return Interval{p.bias_in_spreads_95[0], p.bias_in_spreads_95[1],
                                                 p.bias_in_spreads};
                               }));
@@ -200,7 +201,7 @@ Plots figure_plots(const MonteCarloSummary& summary) {
                                "coverage [%]",
                                95.0,
                                {100.0 * V::least_coverage, 100.0}},
-                              [](const P& p) {
+                              [](const Parameter& p) {
                                 return Interval{100.0 * p.coverage_95[0], 100.0 * p.coverage_95[1],
                                                 100.0 * p.coverage};
                               }));
@@ -212,7 +213,7 @@ Plots figure_plots(const MonteCarloSummary& summary) {
                   "RMSE / bound",
                   1.0,
                   {0.0, V::largest_rmse}},
-                 [](const P& p) {
+                 [](const Parameter& p) {
                    return Interval{p.rmse_over_bound_95[0], p.rmse_over_bound_95[1], p.rmse_over_bound};
                  }));
   }
@@ -321,12 +322,12 @@ Section trial_section(const MonteCarloSummary& summary, std::span<const MonteCar
     out.blocks.push_back({figure_plots(summary)});
     out.blocks.push_back(
         {Plots{"panels", {}, {{"", "", {error_histogram(together(errors)), quantile_plot(errors)}}}}});
-    out.blocks.push_back({parameters_table(summary)});
+    out.blocks.push_back({all_figures(summary)});
   }
   return out;
 }
 
-Section provenance_section(const MonteCarlo& plan, const Provenance& provenance) {
+Section plan_section(const MonteCarlo& plan, const Provenance& provenance) {
   const Robot& robot = plan.experiment.robot;
   std::vector<std::pair<std::string, std::string>> settings = {
       {"Program", provenance.program + ", rivid " + std::string(version)},
@@ -372,13 +373,13 @@ std::vector<std::vector<double>> standardised_errors(const MonteCarloSummary& su
 Document document_of(const MonteCarloSummary& summary) {
   Document out;
   out.line = summary.label + ": " + run_words(summary) + ", " + number(summary.mean_seconds, 2) + " s each";
-  out.sections = {{"", "", summary.label, {{parameters_table(summary)}}}};
+  out.sections = {{"", "", summary.label, {{all_figures(summary)}}}};
   return out;
 }
 
 Document document_of(const MonteCarlo& plan, std::span<const MonteCarloSummary> summaries,
                      std::span<const MonteCarloRow> rows, const Provenance& provenance) {
-  const std::ptrdiff_t passed = std::ranges::count(summaries, Mark::good, mark_of);
+  const std::ptrdiff_t passed = std::ranges::count(summaries, Mark::good, trial_mark);
   const auto trials = std::ssize(summaries);
   Document out;
   out.heading = plan.experiment.robot.name;
@@ -392,10 +393,10 @@ Document document_of(const MonteCarlo& plan, std::span<const MonteCarloSummary> 
   out.sections.push_back(comparison(summaries));
   for (std::size_t k = 0; k < summaries.size(); ++k) {
     const MonteCarloSummary& s = summaries[k];
-    verdicts.items.push_back({s.label, ": " + in_words(s), mark_of(s)});
+    verdicts.items.push_back({s.label, ": " + trial_words(s), trial_mark(s)});
     out.sections.push_back(trial_section(s, rows, k));
   }
-  out.sections.push_back(provenance_section(plan, provenance));
+  out.sections.push_back(plan_section(plan, provenance));
   out.opening = {
       {std::move(verdicts)},
       {KeyFigures{{{std::to_string(plan.runs), "simulated experiments"},

@@ -31,10 +31,10 @@ namespace detail {
 
 namespace {
 
-constexpr double width = 350.0;
-constexpr double right = width - 12.0;
-constexpr double top = 8.0;
-constexpr double below = 36.0;  // ticks and label of the abscissa
+constexpr double plot_width = 350.0;
+constexpr double plot_right = plot_width - 12.0;
+constexpr double plot_top = 8.0;
+constexpr double under_plot = 36.0;  // ticks and label of the abscissa
 
 using Point = std::array<double, 2>;
 
@@ -42,25 +42,25 @@ using Point = std::array<double, 2>;
 
 std::string coordinate(double x) { return fixed(x, 1); }
 
-std::string line(std::string_view kind, Point from, Point to) {
+std::string svg_line(std::string_view kind, Point from, Point to) {
   return "<line class=\"" + std::string(kind) + "\" x1=\"" + coordinate(from[0]) + "\" y1=\"" +
          coordinate(from[1]) + "\" x2=\"" + coordinate(to[0]) + "\" y2=\"" + coordinate(to[1]) + "\"/>";
 }
 
-std::string dot(std::string_view kind, Point at, double r) {
+std::string svg_dot(std::string_view kind, Point at, double r) {
   return "<circle class=\"" + std::string(kind) + "\" cx=\"" + coordinate(at[0]) + "\" cy=\"" +
          coordinate(at[1]) + "\" r=\"" + coordinate(r) + "\"/>";
 }
 
 // Between two corners.
-std::string box(std::string_view kind, Point a, Point b) {
+std::string svg_box(std::string_view kind, Point a, Point b) {
   return "<rect class=\"" + std::string(kind) + "\" x=\"" + coordinate(std::min(a[0], b[0])) + "\" y=\"" +
          coordinate(std::min(a[1], b[1])) + "\" width=\"" + coordinate(std::abs(b[0] - a[0])) +
          "\" height=\"" + coordinate(std::abs(b[1] - a[1])) + "\"/>";
 }
 
 // @param anchor  "start", "middle" or "end": what of the text is at the point
-std::string text(std::string_view anchor, Point at, std::string_view content) {
+std::string svg_text(std::string_view anchor, Point at, std::string_view content) {
   return element("text", escaped(content),
                  "text-anchor=\"" + std::string(anchor) + "\" x=\"" + coordinate(at[0]) + "\" y=\"" +
                      coordinate(at[1]) + "\"");
@@ -75,14 +75,14 @@ std::string polyline(std::string_view kind, const std::vector<Point>& points) {
 }
 
 // @param label  what a reader who does not see it is told
-std::string picture(Point size, const std::string& label, const std::string& content) {
+std::string svg_picture(Point size, const std::string& label, const std::string& content) {
   const std::string w = number(size[0]);
   const std::string h = number(size[1]);
   return element("svg", element("title", escaped(label)) + content,
                  "role=\"img\" width=\"" + w + "\" height=\"" + h + "\" viewBox=\"0 0 " + w + " " + h + "\"");
 }
 
-std::string figure(const std::string& name, const std::string& what, const std::string& content) {
+std::string svg_figure(const std::string& name, const std::string& what, const std::string& content) {
   return element("figure",
                  element("figcaption", element("b", escaped(name)) + " " + escaped(what)) + content);
 }
@@ -133,18 +133,18 @@ class Axis {
 std::string abscissa(const Axis& x, double bottom, const std::string& label) {
   std::string out;
   for (const double tick : x.ticks()) {
-    out += line("grid", {x.at(tick), top}, {x.at(tick), bottom}) +
-           text("middle", {x.at(tick), bottom + 14.0}, number(tick, 6));
+    out += svg_line("grid", {x.at(tick), plot_top}, {x.at(tick), bottom}) +
+           svg_text("middle", {x.at(tick), bottom + 14.0}, number(tick, 6));
   }
   const double middle = 0.5 * (x.at(x.ticks().front()) + x.at(x.ticks().back()));
-  return out + text("middle", {middle, bottom + 30.0}, label);
+  return out + svg_text("middle", {middle, bottom + 30.0}, label);
 }
 
 std::string ordinate(const Axis& y, double left) {
   std::string out;
   for (const double tick : y.ticks()) {
-    out += line("grid", {left, y.at(tick)}, {right, y.at(tick)}) +
-           text("end", {left - 5.0, y.at(tick) + 4.0}, number(tick, 6));
+    out += svg_line("grid", {left, y.at(tick)}, {plot_right, y.at(tick)}) +
+           svg_text("end", {left - 5.0, y.at(tick) + 4.0}, number(tick, 6));
   }
   return out;
 }
@@ -170,34 +170,34 @@ std::string drawn(const DotPlot& plot) {
       most = std::max(most, each.interval.high);
     }
   }
-  const double bottom = top + row * static_cast<double>(plot.dots.size()) + 4.0;
-  const Axis x(least, most, left, right);
+  const double bottom = plot_top + row * static_cast<double>(plot.dots.size()) + 4.0;
+  const Axis x(least, most, left, plot_right);
   std::string out = abscissa(x, bottom, plot.label);
-  out += box("band", {x.at(plot.wanted[0]), top}, {x.at(plot.wanted[1]), bottom});
-  out += line("reference", {x.at(plot.reference), top}, {x.at(plot.reference), bottom});
+  out += svg_box("band", {x.at(plot.wanted[0]), plot_top}, {x.at(plot.wanted[1]), bottom});
+  out += svg_line("reference", {x.at(plot.reference), plot_top}, {x.at(plot.reference), bottom});
   for (std::size_t i = 0; i < plot.dots.size(); ++i) {
-    const double y = top + row * (static_cast<double>(i) + 0.5) + 2.0;
+    const double y = plot_top + row * (static_cast<double>(i) + 0.5) + 2.0;
     const auto& [name, interval, mark] = plot.dots[i];
-    out += text("end", {left - 6.0, y + 4.0}, name);
+    out += svg_text("end", {left - 6.0, y + 4.0}, name);
     if (std::isfinite(interval.value)) {
       const std::string off = mark == Mark::bad ? " off" : "";
-      out += line("whisker" + off, {x.at(interval.low), y}, {x.at(interval.high), y}) +
-             dot("dot" + off, {x.at(interval.value), y}, 3.2);
+      out += svg_line("whisker" + off, {x.at(interval.low), y}, {x.at(interval.high), y}) +
+             svg_dot("dot" + off, {x.at(interval.value), y}, 3.2);
     }
   }
-  return figure(plot.title, plot.what, picture({width, bottom + below}, plot.title, out));
+  return svg_figure(plot.title, plot.what, svg_picture({plot_width, bottom + under_plot}, plot.title, out));
 }
 
 std::string drawn(const LinePlot& plot) {
   constexpr double left = 44.0;
   constexpr double height = 250.0;
-  constexpr double bottom = height - below;
+  constexpr double bottom = height - under_plot;
   constexpr double between = 0.5;  // bars
-  const Axis x(plot.x[0], plot.x[1], left, right);
-  const Axis y(plot.y[0], plot.y[1], bottom, top);
+  const Axis x(plot.x[0], plot.x[1], left, plot_right);
+  const Axis y(plot.y[0], plot.y[1], bottom, plot_top);
   std::string out = abscissa(x, bottom, plot.label) + ordinate(y, left);
   for (const auto& [from, value] : plot.bars) {
-    out += box("bar", {x.at(from), y.at(value)}, {x.at(from + plot.bar) - between, bottom});
+    out += svg_box("bar", {x.at(from), y.at(value)}, {x.at(from + plot.bar) - between, bottom});
   }
   for (const Line& each : plot.lines) {
     std::vector<Point> points;
@@ -206,7 +206,7 @@ std::string drawn(const LinePlot& plot) {
     }
     out += polyline(each.kind, points);
   }
-  return figure(plot.title, plot.what, picture({width, height}, plot.title, out));
+  return svg_figure(plot.title, plot.what, svg_picture({plot_width, height}, plot.title, out));
 }
 
 std::string drawn(const PathPlot& plot) {
@@ -227,7 +227,7 @@ std::string drawn(const PathPlot& plot) {
   std::string content;
   if (plot.interval) {
     const double high = y((*plot.interval)[1]);
-    content += box("band", {0.0, high}, {wide, std::max(y((*plot.interval)[0]), high + 1.0)});
+    content += svg_box("band", {0.0, high}, {wide, std::max(y((*plot.interval)[0]), high + 1.0)});
   }
   Range steps;
   steps.show(0.0);
@@ -237,11 +237,11 @@ std::string drawn(const PathPlot& plot) {
   for (std::size_t k = 0; k < plot.steps.size(); ++k) {
     if (std::isfinite(plot.steps[k])) {
       points.push_back({steps.at(static_cast<double>(k), wide), y(plot.steps[k])});
-      dots += dot("value", points.back(), 2.0);
+      dots += svg_dot("value", points.back(), 2.0);
     }
   }
   content += polyline("path", points) + dots;
-  return figure(plot.name, plot.value, picture({wide, height}, plot.label, content));
+  return svg_figure(plot.name, plot.value, svg_picture({wide, height}, plot.label, content));
 }
 
 }  // namespace
@@ -259,16 +259,16 @@ std::string markup_of(const Interval& interval) {
     range.show(value);
   }
   const auto x = [&](double value) { return range.at(value, wide); };
-  std::string content = line("axis", {0.0, middle}, {wide, middle});
+  std::string content = svg_line("axis", {0.0, middle}, {wide, middle});
   if (x(0.0) >= 0.0 && x(0.0) <= wide) {
-    content += line("zero", {x(0.0), 1.0}, {x(0.0), height - 1.0});
+    content += svg_line("zero", {x(0.0), 1.0}, {x(0.0), height - 1.0});
   }
   if (std::isfinite(interval.reference)) {
-    content += line("apriori", {x(interval.reference), 3.0}, {x(interval.reference), height - 3.0});
+    content += svg_line("apriori", {x(interval.reference), 3.0}, {x(interval.reference), height - 3.0});
   }
-  content += line("interval", {x(interval.low), middle}, {x(interval.high), middle}) +
-             dot("value", {x(interval.value), middle}, 2.6);
-  return picture({wide, height}, interval.label, content);
+  content += svg_line("interval", {x(interval.low), middle}, {x(interval.high), middle}) +
+             svg_dot("value", {x(interval.value), middle}, 2.6);
+  return svg_picture({wide, height}, interval.label, content);
 }
 
 }  // namespace detail
