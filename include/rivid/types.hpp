@@ -20,16 +20,20 @@ using Matrix = Eigen::MatrixXd;
 #ifdef RIVID_LIBRARY
 namespace detail {
 
-/// Defined for the one alignment that the library was compiled with.
-template <int AlignBytes>
-struct EigenHeapAlignment {
-  static const char caller_and_librivid_must_use_the_same_simd_flags;
+/// Defined for the one way in which the library takes its memory.
+template <int AlignBytes, bool IsMalloc>
+struct EigenHeap {
+  static const char caller_and_librivid_must_use_the_same_simd_flags_and_EIGEN_MALLOC_ALREADY_ALIGNED;
 };
+constexpr bool eigen_heap_is_malloc = EIGEN_DEFAULT_ALIGN_BYTES == 0 || EIGEN_MALLOC_ALREADY_ALIGNED != 0;
 
-// Eigen's heap alignment is part of the ABI: a caller built with -mavx2 or -march=native that exchanges a
-// vector with a library built without crashes at run time. This turns the crash into a link error.
-[[gnu::used]] static const char* const eigen_heap_alignment_check =
-    &EigenHeapAlignment<EIGEN_DEFAULT_ALIGN_BYTES>::caller_and_librivid_must_use_the_same_simd_flags;
+// How Eigen frees memory is part of the ABI, and follows the flags: alignment those of SIMD (-mavx2, -march=native), and
+// under AddressSanitizer Eigen pads by hand what malloc() had aligned. A vector that comes from the library would crash a
+// program that was built otherwise; this turns the crash into a link error. -DEIGEN_MALLOC_ALREADY_ALIGNED=1 lets a
+// program under AddressSanitizer use a library that was built without.
+[[gnu::used]] static const char* const eigen_heap_check =
+    &EigenHeap<EIGEN_DEFAULT_ALIGN_BYTES, eigen_heap_is_malloc>::
+        caller_and_librivid_must_use_the_same_simd_flags_and_EIGEN_MALLOC_ALREADY_ALIGNED;
 
 }  // namespace detail
 #endif

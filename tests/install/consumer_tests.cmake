@@ -31,6 +31,15 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CMAKE_CXX_FLAGS MATCHES
                       -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags)
 endif()
 
+# So does the allocator of Eigen, which is another one under AddressSanitizer, unless the program says otherwise.
+if(NOT RIVID_SANITIZE AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize|EIGEN_MALLOC")
+  rivid_consumer_test(consumer_under_address_sanitizer "-fsanitize=address"
+                      -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags_and_EIGEN_MALLOC_ALREADY_ALIGNED)
+  rivid_consumer_test(consumer_with_malloc_under_address_sanitizer
+                      "-fsanitize=address -DEIGEN_MALLOC_ALREADY_ALIGNED=1"
+                      "-DRUN_SAYS=rivid [0-9.]+: 13 base parameters of 28 standard ones")
+endif()
+
 find_program(RIVID_PKG_CONFIG NAMES pkg-config pkgconf DOC "pkg-config, for a test")
 mark_as_advanced(RIVID_PKG_CONFIG)
 set(linkage --static)

@@ -81,6 +81,17 @@ TEST(LongRun, TheRuleWantsLongerLagsForLongerCorrelation) {
   }
 }
 
+// Andrews (1991), eqs. 5.3 and 6.4, of an autoregression of order 1: 1.1447 (4 ρ² T / ((1 − ρ)² (1 + ρ)²))^⅓.
+TEST(LongRun, TheRuleIsAndrewsOfTheCorrelationFound) {
+  for (const double rho : {0.2, 0.5, 0.9}) {
+    const Matrix x = autoregression(rho, 3000, 4);
+    const double found = x.col(0).head(2999).dot(x.col(0).tail(2999)) / x.squaredNorm();
+    const double alpha = std::pow(2.0 * found / (1.0 - found * found), 2.0);
+    EXPECT_EQ(bartlett_lag(std::span(&x, 1)),
+              static_cast<Index>(std::ceil(1.1447 * std::cbrt(alpha * 3000.0))));
+  }
+}
+
 // Table 1 of Kiefer & Vogelsang (2005): 1.96 without a lag; with lag and series of one length 4.771 was simulated there,
 // which its polynomial gives as 4.813.
 TEST(LongRun, LongLagsWidenIntervals) {
