@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "identify/row_source.hpp"
+#include "identify/rows/row_source.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/signal/differentiate.hpp"

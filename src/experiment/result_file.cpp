@@ -6,7 +6,7 @@
 #include "experiment/named_values.hpp"
 #include "experiment/result_robot.hpp"
 #include "experiment/text_file.hpp"
-#include "identify/parameter_set.hpp"
+#include "identify/infer/parameter_set.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {

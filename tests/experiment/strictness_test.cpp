@@ -86,6 +86,21 @@ TEST(ReadExperiment, TakesTheLossOfRobustEstimation) {
   }
 }
 
+TEST(ReadExperiment, TakesAnotherMethodWithWhatTheFileSaysOfIt) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "other_method.toml";
+  std::ofstream(file) << "robot.urdf = \"" RIVID_DATA
+                         "/scara/scara.urdf\"\n[log]\nfiles = \"a.csv\"\n"
+                         "[signal]\ncutoff_hz = 20\n[method]\nmax_iterations = 7\n";
+  Experiment out = read_experiment(file);
+  std::filesystem::remove(file);
+  EXPECT_EQ(name(out.estimation.method), "ols");
+  out.take_method("iv");
+  EXPECT_EQ(std::get<Iv>(out.estimation.method).max_iterations, 7);
+  out.take_method("wls");
+  EXPECT_EQ(name(out.estimation.method), "wls");
+  EXPECT_THROW(out.take_method("olss"), InputError);
+}
+
 TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
   const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\n";
   const auto method = [&](const std::string& keys) {

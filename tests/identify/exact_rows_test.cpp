@@ -1,4 +1,4 @@
-#include "identify/exact_rows.hpp"
+#include "identify/rows/exact_rows.hpp"
 
 #include <gtest/gtest.h>
 

@@ -130,6 +130,35 @@ TEST(Ols, ReportsTheFitOfEachJoint) {
   EXPECT_NEAR(std::hypot(0.3, 0.03) * std::sqrt(1997.0), found.fit.error_norm, 1.0);
 }
 
+TEST(Estimation, IsKeptInTheResultWithoutItsProgress) {
+  int calls = 0;
+  const Identification found = identify(test::scara(), scara_log(0.3, 8),
+                                        {.method = Wls{},
+                                         .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}},
+                                         .threads = 2,
+                                         .progress = [&](std::string_view, double) { ++calls; }});
+  EXPECT_GT(calls, 0);
+  EXPECT_EQ(name(found.estimation.method), "wls");
+  EXPECT_EQ(title(found.estimation.method), "IDIM-WLS");
+  EXPECT_EQ(found.estimation.signal.trim, (std::array<Index, 2>{2, 2}));
+  EXPECT_EQ(found.estimation.threads, 2);
+  EXPECT_FALSE(found.estimation.progress);
+}
+
+TEST(Estimation, RefusesWhatCanNotBeMeantWhateverTheMethod) {
+  for (const Method& method : {Method(Ols{}), Method(Wls{})}) {
+    Estimation estimation{.method = method};
+    EXPECT_FALSE(estimation.complaint(test::scara()));
+    estimation.threads = 0;
+    EXPECT_EQ(estimation.complaint(test::scara()), "threads is 0, must be at least 1");
+    estimation = {.method = method, .signal = {.order = 0}};
+    EXPECT_EQ(estimation.complaint(test::scara()), "order is 0, must lie between 1 and 20");
+    estimation = {.method = method, .physical = Physical{.weight = 0.0}};
+    EXPECT_EQ(estimation.complaint(test::scara()), "physical: weight is 0, must be positive");
+  }
+  EXPECT_TRUE(Estimation{.method = Iv{}}.complaint(test::scara()).value().starts_with("control is not set"));
+}
+
 TEST(Ols, NamesWhatALogCanNotTell) {
   Log log = scara_log(0.1, 9);
   log.q.col(1).setConstant(0.4);  // joint 2 never moves: ZZ2, MX2, MY2 act like ZZ1R, no friction of joint 2

@@ -1,10 +1,9 @@
-#include "identify/prefilter.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <random>
 
+#include "identify/rows/whitened_rows.hpp"
 #include "rivid/error.hpp"
 #include "support/random_matrix.hpp"
 #include "support/scara_study.hpp"

@@ -1,4 +1,4 @@
-#include "identify/row_source.hpp"
+#include "identify/rows/row_source.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

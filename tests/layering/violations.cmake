@@ -26,6 +26,7 @@ endfunction()
 
 case(INSIDE include/rivid/regressor/a.hpp LINE "#include \"rivid/model/chain.hpp\"")
 case(INSIDE src/identify/a.cpp LINE "#include \"rivid/types.hpp\"")
+case(INSIDE src/identify/infer/a.cpp LINE "#include \"identify/estimate/a.hpp\"")
 case(INSIDE src/solve/a.cpp LINE "#include \"solve/kernel.hpp\"")
 case(INSIDE include/rivid/rivid.hpp LINE "#include \"rivid/report/json.hpp\"")
 case(INSIDE include/rivid/solve/a.hpp LINE "#include \"rivid/model/robot.hpp\""
@@ -33,6 +34,11 @@ case(INSIDE include/rivid/solve/a.hpp LINE "#include \"rivid/model/robot.hpp\""
 case(INSIDE src/report/a.cpp LINE "  #  include <rivid/solve/streaming_qr.hpp>"
      FAILS_WITH "src/report/a.cpp:2: report must not include .*; it may include model, regressor, data, identify")
 case(INSIDE src/signal/a.cpp LINE "#include \"solve/kernel.hpp\"" FAILS_WITH "a.cpp:2: signal must not include solve/")
+case(INSIDE src/identify/rows/a.cpp LINE "#include \"identify/estimate/a.hpp\""
+     FAILS_WITH "a.cpp:2: identify/rows must not include identify/estimate/a.hpp")
+case(INSIDE src/identify/estimate/a.cpp LINE "#include \"identify/infer/a.hpp\""
+     FAILS_WITH "a.cpp:2: identify/estimate must not include identify/infer/a.hpp")
+case(INSIDE src/identify/attic/a.cpp LINE "" FAILS_WITH "a.cpp:1: room attic of identify is not in the table")
 case(INSIDE include/rivid/error.hpp LINE "#include \"rivid/model/robot.hpp\"" FAILS_WITH "error.hpp:2: a root header")
 case(INSIDE include/rivid/data/a.hpp LINE "#include \"rivid/rivid.hpp\"" FAILS_WITH "a.hpp:2: rivid/rivid.hpp is for")
 case(INSIDE include/rivid/data/a.hpp LINE "#include \"../error.hpp\"" FAILS_WITH "a.hpp:2: ../error.hpp: paths")

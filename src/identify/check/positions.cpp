@@ -1,0 +1,220 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "identify/check/findings.hpp"
+#include "identify/rows/exact_rows.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/text.hpp"
+#include "signal/window_decimator.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Part of a motion that the position filter may take away, relative to the motion, and in deviations of the noise.
+constexpr double lost_share = 0.01;
+constexpr double lost_much = 0.05;
+constexpr double lost_sigmas = 5.0;
+// Noise of the accelerations relative to themselves.
+constexpr double noisy = 0.7;
+
+// What a low-pass does to positions.
+struct Effect {
+  double lost = 0.0;                // rms of what is taken away [rad | m]
+  double acceleration_noise = 0.0;  // part of the rms acceleration that is noise of the encoder
+};
+
+// Σ_m h_m x[k + m] for each stride-th k that the window fits around.
+Vector averaged(const Eigen::Ref<const Vector>& x, const Vector& window, Index stride) {
+  Vector out((x.size() - window.size()) / stride + 1);
+  for (Index k = 0; k < out.size(); ++k) {
+    out[k] = window.dot(x.segment(k * stride, window.size()));
+  }
+  return out;
+}
+
+// n_d  of the window that a decimation averages accelerations by, 1 for none
+Effect effect(const Log& log, Index joint, double cutoff_hz, int order, Index n_d = 1) {
+  const Matrix q = log.q.col(joint);
+  const Vector window = decimation_window(n_d);
+  Matrix filtered = q;
+  Index border = 2;
+  Matrix impulse = Matrix::Zero(2 * window.size() + 9, 1);
+  if (cutoff_hz > 0.0) {
+    const Filter filter = butterworth(order, cutoff_hz, log.f_m);
+    filtered = zero_phase(q, filter);
+    border += std::min(settling_samples(filter), q.rows() / 4);
+    impulse = Matrix::Zero(impulse.rows() + 2 * (border + settling_samples(filter)), 1);
+    impulse(impulse.rows() / 2, 0) = 1.0;
+    impulse = zero_phase(impulse, filter);
+  } else {
+    impulse(impulse.rows() / 2, 0) = 1.0;
+  }
+  const Index count = q.rows() - 2 * border;
+  if (count < window.size()) {
+    return {};
+  }
+  const Matrix qdd = differentiate(filtered, log.f_m).qdd;
+  const double acceleration = rms(averaged(qdd.col(0).segment(border, count), window, n_d));
+  const double gain = averaged(differentiate(impulse, log.f_m).qdd.col(0), window, 1).norm();
+  const double noise = gain * noise_level(log.q.col(joint));
+  return {.lost = rms((q - filtered).col(0).segment(border, count)),
+          .acceleration_noise = acceleration > 0.0 ? noise / acceleration : 0.0};
+}
+
+// Stride of the windows that average exact rows; the decimation of the others is left to its own filter.
+Index window_stride(const SignalOptions& signal) {
+  Index out = 1;
+  for (const int n_d : signal.decimation) {
+    out *= signal.exact_rows() ? n_d : 1;
+  }
+  return out;
+}
+
+constexpr double alike = Likeness::alike;
+// A motion this many times larger or smaller than its reference is not a matter of gains.
+constexpr double other_unit = 5.0;
+// Search for delays of the motion behind its reference [s].
+constexpr double longest_lead = 0.5;
+constexpr double longest_delay = 5.0;
+constexpr Index compared_samples = 1500;
+
+// The reference, and by how much the motion is behind it.
+struct Following {
+  double delay = 0.0;  // [s]
+  Likeness at_delay;   // q = factor q_r
+};
+
+Following following(const Log& log, Index j) {
+  const Index stride = std::max<Index>(1, log.samples() / compared_samples);
+  const Index count = log.samples() / stride;
+  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q(log.q.col(j).data(), count,
+                                                            Eigen::InnerStride<>(stride));
+  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q_r(log.q_r.col(j).data(), count,
+                                                              Eigen::InnerStride<>(stride));
+  const double step = static_cast<double>(stride) / log.f_m;
+  const auto lead = std::min(static_cast<Index>(longest_lead / step), count / 4);
+  const auto delay = std::min(static_cast<Index>(longest_delay / step), count / 4);
+  constexpr double shortness = 2e-3;  // correlation that a second less is worth [1/s]
+  Following best;
+  Following opposite;
+  double most = -2.0;
+  for (Index d = -lead; d <= delay; ++d) {
+    const Index overlap = count - std::abs(d);
+    const Likeness found =
+        likeness(q_r.segment(std::max<Index>(-d, 0), overlap), q.segment(std::max<Index>(d, 0), overlap));
+    // Of the delays that a periodic motion allows, the shortest.
+    const double merit = found.correlation - shortness * static_cast<double>(std::abs(d)) * step;
+    if (merit > most) {
+      most = merit;
+      best = {static_cast<double>(d) * step, found};
+    }
+    if (-found.correlation > -opposite.at_delay.correlation) {
+      opposite = {static_cast<double>(d) * step, found};
+    }
+  }
+  return best.at_delay.correlation < alike && -opposite.at_delay.correlation > alike ? opposite : best;
+}
+
+}  // namespace
+
+double suitable_cutoff(const Log& log) {
+  // Filters that take no more away than noise, or a thousandth of the motion; with room for what accelerations need.
+  constexpr double first_hz = 0.2;
+  constexpr double step = 1.4;
+  constexpr double small_part = 1e-3;
+  constexpr double small_sigmas = 3.0;
+  constexpr double room = 4.0;
+  const double highest = 0.2 * log.f_m;
+  double cutoff_hz = first_hz;
+  for (Index j = 0; j < log.q.cols(); ++j) {
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const double allowed =
+        std::max(small_sigmas * noise_level(log.q.col(j)), small_part * rms(centred(log.q.col(j))));
+    while (cutoff_hz < highest && effect(log, j, cutoff_hz, 4).lost > allowed) {
+      cutoff_hz *= step;
+    }
+  }
+  return std::min(room * cutoff_hz, highest);
+}
+
+bool cutoff_serves(const Log& log, const SignalOptions& signal) {
+  if (signal.cutoff_hz <= 0.0 || signal.cutoff_hz >= 0.5 * log.f_m) {
+    return false;
+  }
+  for (Index j = 0; j < log.q.cols(); ++j) {
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const Effect found = effect(log, j, signal.cutoff_hz, signal.order);
+    if (found.lost > lost_share * rms(centred(log.q.col(j))) || found.acceleration_noise > 0.5) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log, const CheckOptions& options,
+                  Findings& out) {
+  const SignalOptions& signal = options.signal;
+  if (signal.cutoff_hz >= 0.5 * log.f_m) {
+    return;  // refused later, with a better message
+  }
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const Effect found = effect(log, j, signal.cutoff_hz, signal.order, window_stride(signal));
+    const double share = found.lost / rms(centred(log.q.col(j)));
+    if (share > lost_share && found.lost > lost_sigmas * noise_level(log.q.col(j))) {
+      out.add(share > lost_much ? "cutoff_low" : "cutoff_lowish", place(robot, logs, log, j),
+              "the filter at " + number(signal.cutoff_hz, 3) + " Hz takes " +
+                  number(100.0 * std::min(share, 1.0), 2) + " % of the motion away; try " +
+                  number(suitable_cutoff(log), 2) + " Hz");
+    }
+    if (found.acceleration_noise > noisy) {
+      out.add(options.instrumental ? "cutoff_high_iv" : "cutoff_high", place(robot, logs, log, j),
+              (signal.cutoff_hz > 0.0 ? "at a cut-off of " + number(signal.cutoff_hz, 3) + " Hz "
+                                      : std::string("without a filter ")) +
+                  "noise makes " + number(100.0 * std::min(found.acceleration_noise, 1.0), 2) +
+                  " % of the accelerations; try " + number(suitable_cutoff(log), 2) + " Hz");
+    }
+  }
+}
+
+void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
+  if (log.q_r.cols() != robot.size() || log.q_r.rows() != log.q.rows()) {
+    return;
+  }
+  bool leads = true;
+  std::string delays;
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (stands_still(log.q.col(j)) && stands_still(log.q_r.col(j))) {
+      continue;
+    }
+    const Following found = following(log, j);
+    const double factor = found.at_delay.factor;
+    const std::string subject = place(robot, logs, log, j);
+    leads = leads && found.delay < -2.0 / log.f_m;
+    delays += (delays.empty() ? "" : ", ") + robot.joints[static_cast<std::size_t>(j)].name + " " +
+              number(found.delay, 3) + " s";
+    if (std::abs(found.at_delay.correlation) < alike) {
+      out.add("reference_mismatch", subject,
+              "correlation of motion and reference is " + number(found.at_delay.correlation, 2) +
+                  " at best, should be above " + number(alike));
+    } else if (factor < 1.0 / other_unit || factor > other_unit) {
+      out.add("reference_unit", subject, "the motion is " + number(factor, 3) + " times its reference");
+    }
+  }
+  if (delays.empty()) {
+    return;
+  }
+  const std::string subject = logs.size() == 1 ? "all joints" : log.source;
+  out.add(leads ? "reference_leads" : "reference_delay", subject, "motion behind reference: " + delays);
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,304 @@
+// What a log tells by itself, joint by joint, without a model of the robot.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "identify/check/findings.hpp"
+#include "identify/rows/exact_rows.hpp"
+#include "rivid/identify/rows.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// A joint stands still where its positions stay within so many deviations of their noise, or within this range.
+constexpr double still_sigmas = 12.0;
+constexpr double still_range = 1e-3;  // [rad | m]
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+// A sample counts as standstill below this part of the joint's largest velocity.
+constexpr double slow = 0.01;
+constexpr double notable_standstill = 0.3;
+// Positions may leave the limits of the URDF by this part of their span.
+constexpr double beyond_limits = 0.1;
+// Without limits: a joint that turns more often than this is told in degrees, and a slide is not longer than that.
+constexpr double most_turns = 8.0 * 2.0 * std::numbers::pi;
+constexpr double longest_slide = 20.0;  // [m]
+// Largest motion of any joint that makes degrees out of radians likely [rad].
+constexpr double smallest_motion = 0.12;
+constexpr double beyond_velocity = 3.0;
+constexpr double beyond_effort = 5.0;
+// Part of the samples at one extreme value, in runs of at least so many, that is saturation.
+constexpr double saturated_share = 0.005;
+constexpr Index saturated_run = 3;
+// A recorded velocity this much larger or smaller than the differences of the positions is another one.
+constexpr double same_scale = 1.25;
+
+// Least distance between two different values in a row: the quantum of an encoder, if there is one.
+double quantum(const Eigen::Ref<const Vector>& x) {
+  double least = 0.0;
+  for (Index k = 1; k < x.size(); ++k) {
+    const double step = std::abs(x[k] - x[k - 1]);
+    if (step > 0.0 && (least == 0.0 || step < least)) {
+      least = step;
+    }
+  }
+  return least;
+}
+
+void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log, Index j, Findings& out) {
+  const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+  const bool turns = joint.type == JointType::revolute;
+  const double unit = turns ? degree : 1e-3;
+  const std::string symbol = turns ? " rad" : " m";
+  const double lowest = log.q.col(j).minCoeff();
+  const double highest = log.q.col(j).maxCoeff();
+  const std::string extent = "from " + number(lowest, 3) + " to " + number(highest, 3) + symbol;
+  const std::string subject = place(robot, logs, log, j);
+  if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper) || joint.upper <= joint.lower) {
+    if (highest - lowest > (turns ? most_turns : longest_slide)) {
+      out.add("position_unit", subject,
+              extent + (turns ? ", as degrees would be" : ", as millimetres would be"));
+    }
+    return;
+  }
+  const double span = joint.upper - joint.lower;
+  const auto outside = [&](double scale) {
+    return std::max({0.0, joint.lower - scale * lowest, scale * highest - joint.upper}) / span;
+  };
+  const std::string limits =
+      extent + ", limits of the joint are " + number(joint.lower, 3) + " and " + number(joint.upper, 3);
+  if (outside(1.0) > 1.0 && outside(unit) <= beyond_limits) {
+    out.add("position_unit", subject,
+            limits + (turns ? ", as degrees would be" : ", as millimetres would be"));
+  } else if (outside(1.0) > beyond_limits) {
+    out.add("position_limits", subject, limits);
+  }
+}
+
+void check_columns(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
+  const auto duplicates = [&](const Matrix& x, const char* what) {
+    for (Index j = 0; j < x.cols(); ++j) {
+      for (Index i = 0; i < j; ++i) {
+        if (range(x.col(j)) > 0.0 && x.col(i) == x.col(j)) {
+          out.add("duplicate_column", place(robot, logs, log, j),
+                  std::string(what) + " equals that of " + robot.joints[static_cast<std::size_t>(i)].name);
+        }
+      }
+    }
+  };
+  duplicates(log.q, "position");
+  duplicates(log.tau, "torque");
+  duplicates(log.v_tau, "control signal");
+}
+
+// Samples that stand at an extreme value, one after the other.
+Index clipped(const Eigen::Ref<const Vector>& x, double extreme) {
+  Index count = 0;
+  for (Index begin = 0; begin < x.size();) {
+    Index end = begin;
+    while (end < x.size() && x[end] == extreme) {
+      ++end;
+    }
+    count += end - begin >= saturated_run ? end - begin : 0;
+    begin = std::max(end, begin + 1);
+  }
+  return count;
+}
+
+void check_torque_values(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
+  const bool torques = log.tau.size() > 0;
+  const Matrix& x = torques ? log.tau : log.v_tau;
+  if (x.cols() != robot.size()) {
+    return;
+  }
+  const Matrix tau = effort(robot, log);
+  for (Index j = 0; j < x.cols(); ++j) {
+    const std::string subject = place(robot, logs, log, j);
+    const std::string what = torques ? "torque" : "control signal";
+    if (range(x.col(j)) == 0.0) {
+      out.add("dead_torque", subject, what + " is " + number(x(0, j), 4) + " throughout");
+      continue;
+    }
+    const bool moves = !stands_still(log.q.col(j));
+    for (const double extreme : {x.col(j).minCoeff(), x.col(j).maxCoeff()}) {
+      const double share = static_cast<double>(clipped(x.col(j), extreme)) / static_cast<double>(x.rows());
+      if (moves && share > saturated_share) {
+        out.add("torque_saturated", subject,
+                what + " stays at " + number(extreme, 4) + " for " + number(100.0 * share, 2) +
+                    " % of the samples");
+      }
+    }
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (std::isfinite(joint.max_effort) && joint.max_effort > 0.0) {
+      const double typical = rms(tau.col(j));
+      if (typical > beyond_effort * joint.max_effort) {
+        out.add("torque_unit", subject,
+                "torque is " + number(typical, 3) + (joint.type == JointType::revolute ? " N·m" : " N") +
+                    " on average, the URDF allows " + number(joint.max_effort, 3));
+      }
+    }
+  }
+}
+
+void check_velocities(const Robot& robot, std::span<const Log> logs, const Log& log, const Matrix& qd,
+                      Findings& out) {
+  std::vector<double> factors;
+  std::vector<std::pair<Index, Likeness>> compared;
+  for (Index j = 0; j < robot.size(); ++j) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const double fast = rms(qd.col(j));
+    if (std::isfinite(joint.max_velocity) && joint.max_velocity > 0.0 &&
+        fast > beyond_velocity * joint.max_velocity &&
+        !out.has("position_unit", place(robot, logs, log, j))) {
+      out.add("velocity_limit", place(robot, logs, log, j),
+              number(fast, 3) + (joint.type == JointType::revolute ? " rad/s" : " m/s") +
+                  " on average, the URDF allows " + number(joint.max_velocity, 3));
+    }
+    if (log.qd.cols() == robot.size()) {
+      const Likeness found = likeness(qd.col(j), log.qd.col(j));
+      compared.emplace_back(j, found);
+      factors.push_back(found.factor);
+    }
+  }
+  if (compared.empty()) {
+    return;
+  }
+  const auto off = [](double f) { return f > same_scale || f < 1.0 / same_scale; };
+  const double first = factors.front();
+  const bool together = std::ranges::all_of(compared, [&](const auto& c) {
+    return c.second.correlation > Likeness::alike && !off(c.second.factor / first);
+  });
+  if (together && off(first) && !out.has("position_unit")) {
+    out.add("time_scale", logs.size() == 1 ? "all joints" : log.source,
+            "recorded velocities are " + number(first, 3) +
+                " times the differences of the positions: the rate is " + number(log.f_m) +
+                " Hz here, and would be " + number(log.f_m * first, 4) + " Hz, if no unit is wrong");
+    return;
+  }
+  for (const auto& [j, found] : compared) {
+    if (found.correlation < Likeness::alike || off(found.factor)) {
+      out.add("velocity_mismatch", place(robot, logs, log, j),
+              "recorded velocity is " + number(found.factor, 3) +
+                  " times the derivative of the position, correlation " + number(found.correlation, 2));
+    }
+  }
+}
+
+void check_standstill(const Robot& robot, std::span<const Log> logs, const Log& log, const Matrix& qd,
+                      Findings& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    const Vector speed = qd.col(j).cwiseAbs();
+    const double share = static_cast<double>((speed.array() < slow * speed.maxCoeff()).count()) /
+                         static_cast<double>(speed.size());
+    if (share > notable_standstill && !stands_still(log.q.col(j))) {
+      out.add("standstill", place(robot, logs, log, j),
+              "stands still for " + number(100.0 * share, 2) + " % of the samples");
+    }
+  }
+}
+
+void check_encoders(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
+  std::string text;
+  for (Index j = 0; j < robot.size(); ++j) {
+    text += (text.empty() ? "" : ", ") + robot.joints[static_cast<std::size_t>(j)].name + " noise " +
+            number(noise_level(log.q.col(j)), 2) + " step " + number(quantum(log.q.col(j)), 2);
+  }
+  out.add("encoder", logs.size() == 1 ? "all joints" : log.source, text + " [rad | m]");
+}
+
+// Small motions everywhere: radians that were taken for degrees.
+void check_smallness(const Robot& robot, std::span<const Log> logs, Findings& out) {
+  double most = 0.0;
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (robot.joints[static_cast<std::size_t>(j)].type == JointType::revolute) {
+      for (const Log& log : logs) {
+        most = std::max(most, range(log.q.col(j)));
+      }
+    }
+  }
+  if (most > 0.0 && most < smallest_motion) {
+    out.add("small_motion", "all joints",
+            "no joint turns by more than " + number(most, 2) + " rad, as radians taken for degrees would");
+  }
+}
+
+// Joints that move in no log; whether any moves at all.
+bool check_motion(const Robot& robot, std::span<const Log> logs, Findings& out) {
+  std::vector<Index> still;
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (std::ranges::all_of(logs, [&](const Log& log) { return stands_still(log.q.col(j)); })) {
+      still.push_back(j);
+    }
+  }
+  const auto widest = [&](Index j) {
+    double most = 0.0;
+    for (const Log& log : logs) {
+      most = std::max(most, range(log.q.col(j)));
+    }
+    return "positions stay within " + number(most, 2) +
+           (robot.joints[static_cast<std::size_t>(j)].type == JointType::revolute ? " rad" : " m");
+  };
+  if (static_cast<Index>(still.size()) == robot.size()) {
+    out.add("at_rest", "all joints", widest(0));
+    return false;
+  }
+  for (const Index j : still) {
+    out.add("joint_still", robot.joints[static_cast<std::size_t>(j)].name, widest(j));
+  }
+  return true;
+}
+
+}  // namespace
+
+double rms(const Eigen::Ref<const Vector>& x) {
+  return std::sqrt(x.squaredNorm() / static_cast<double>(std::max<Index>(x.size(), 1)));
+}
+
+Vector centred(const Eigen::Ref<const Vector>& x) { return x.array() - x.mean(); }
+
+double range(const Eigen::Ref<const Vector>& x) { return x.maxCoeff() - x.minCoeff(); }
+
+bool stands_still(const Eigen::Ref<const Vector>& q) {
+  return range(q) <= std::max(still_range, still_sigmas * noise_level(q));
+}
+
+Likeness likeness(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
+  const Vector a = centred(x);
+  const Vector b = centred(y);
+  const double norms = a.norm() * b.norm();
+  return norms > 0.0 ? Likeness{a.dot(b) / a.squaredNorm(), a.dot(b) / norms} : Likeness{};
+}
+
+void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out) {
+  const bool moves = check_motion(robot, logs, out);
+  if (moves) {
+    check_smallness(robot, logs, out);
+  }
+  for (const Log& log : logs) {
+    check_columns(robot, logs, log, out);
+    for (Index j = 0; j < robot.size(); ++j) {
+      check_limits(robot, logs, log, j, out);
+    }
+    check_torque_values(robot, logs, log, out);
+    check_encoders(robot, logs, log, out);
+    if (!moves) {
+      continue;
+    }
+    const Matrix qd = central_difference(zero_phase(log.q, log.f_m, suitable_cutoff(log)), log.f_m);
+    check_standstill(robot, logs, log, qd, out);
+    check_velocities(robot, logs, log, qd, out);
+    check_cutoff(robot, logs, log, options, out);
+    check_reference(robot, logs, log, out);
+  }
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,302 @@
+// Torques against what one set of parameters can make of the motion; and, where that fails, against motions and torques
+// with one thing changed: the change that mends the fit, or makes inertia and friction positive, is what was wrong.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "identify/check/findings.hpp"
+#include "identify/check/torque_probe.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Squared part of a joint's torque that the model leaves: from here on something is looked for, and from there on it is
+// told even where nothing is found.
+constexpr double suspicious = 0.003;
+constexpr double hopeless = 0.5;
+// A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
+constexpr double convincing = 0.4;
+constexpr double no_worse = 1.05;
+constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
+// A delay is believed where it leaves this part of what was left (squared), and is so many samples long.
+constexpr double delay_convincing = 0.6;
+constexpr double least_delay_samples = 2.0;
+constexpr double longest_torque_delay = 0.3;  // [s]
+// It does harm where so much is left, or where it is behind most of what is left.
+constexpr double harmless_delay = 0.01;
+constexpr double harmful_gain = 0.4;
+
+// A change of a reading and what it would be called.
+struct Change {
+  std::string_view code;
+  std::string subject;
+  std::string text;
+  Reading reading;
+};
+
+std::string joint_name(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
+
+std::string base_name(const Robot& robot) { return robot.base.empty() ? "base" : robot.base; }
+
+void add_sign_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    Reading r = reading;
+    r.torque_sign[j] *= -1.0;
+    out.push_back({"torque_sign", joint_name(robot, j), "its torque has the other sign", std::move(r)});
+  }
+  if (robot.size() > 1) {
+    Reading all = reading;
+    all.torque_sign *= -1.0;
+    out.push_back({"torque_sign", "all joints", "all torques have the other sign", std::move(all)});
+  }
+  for (Index j = 0; j < robot.size(); ++j) {
+    Reading r = reading;
+    r.position_scale[j] *= -1.0;
+    out.push_back({"position_sign", joint_name(robot, j), "its position has the other sign", std::move(r)});
+  }
+}
+
+void add_order_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    for (Index i = 0; i < j; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      const auto b = static_cast<std::size_t>(j);
+      const std::string pair = joint_name(robot, i) + " and " + joint_name(robot, j);
+      Reading torques = reading;
+      std::swap(torques.torque[a], torques.torque[b]);
+      std::swap(torques.torque_sign[i], torques.torque_sign[j]);
+      Reading positions = reading;
+      std::swap(positions.position[a], positions.position[b]);
+      std::swap(positions.position_scale[i], positions.position_scale[j]);
+      Reading both = torques;
+      both.position = positions.position;
+      both.position_scale = positions.position_scale;
+      out.push_back({"torque_order", pair, "their torques are exchanged", std::move(torques)});
+      out.push_back({"position_order", pair, "their positions are exchanged", std::move(positions)});
+      out.push_back({"joint_order", pair, "positions and torques are exchanged", std::move(both)});
+    }
+  }
+  if (robot.size() > 2) {
+    Reading reversed = reading;
+    std::ranges::reverse(reversed.position);
+    std::ranges::reverse(reversed.torque);
+    reversed.position_scale.reverseInPlace();
+    reversed.torque_sign.reverseInPlace();
+    out.push_back({"joint_order", "all joints", "the columns run from tip to base", std::move(reversed)});
+  }
+}
+
+void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  constexpr double degree = std::numbers::pi / 180.0;
+  for (const double scale : {degree, 1.0 / degree}) {
+    const bool degrees = scale < 1.0;
+    Reading every = reading;
+    for (Index j = 0; j < robot.size(); ++j) {
+      if (robot.joints[static_cast<std::size_t>(j)].type == JointType::revolute) {
+        Reading r = reading;
+        r.position_scale[j] *= scale;
+        every.position_scale[j] *= scale;
+        out.push_back({"position_unit", joint_name(robot, j),
+                       degrees ? "its position is in degrees" : "its position was turned from degrees twice",
+                       std::move(r)});
+      }
+    }
+    out.push_back({"position_unit", "all joints",
+                   degrees ? "positions are in degrees" : "positions were turned from degrees twice",
+                   std::move(every)});
+  }
+}
+
+void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  constexpr double standard_gravity = 9.80665;  // [m/s²]
+  constexpr std::array axes = {"x", "y", "z"};
+  const double g = reading.gravity.norm() > 0.0 ? reading.gravity.norm() : standard_gravity;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      Reading r = reading;
+      r.gravity = sign * g * Eigen::Vector3d::Unit(axis);
+      if (!r.gravity.isApprox(reading.gravity)) {
+        out.push_back({"gravity_direction", base_name(robot),
+                       std::string("gravity points along ") + (sign < 0.0 ? "-" : "+") +
+                           axes[static_cast<std::size_t>(axis)] + " of the base",
+                       std::move(r)});
+      }
+    }
+  }
+}
+
+// Every single change of a reading that is looked at. Those that change torques alone come first: they win ties.
+std::vector<Change> changes(const Robot& robot, const Reading& reading) {
+  std::vector<Change> out;
+  add_sign_changes(robot, reading, out);
+  add_order_changes(robot, reading, out);
+  add_unit_changes(robot, reading, out);
+  add_gravity_changes(robot, reading, out);
+  return out;
+}
+
+bool only_torques(std::string_view code) { return code == "torque_sign" || code == "torque_order"; }
+
+// Signs of a torque and of its position are hard to tell apart where a joint hardly feels the others.
+std::string rival(const TorqueProbe& probe, const Change& best, const Score& score, const Reading& before) {
+  constexpr double nearly_as_well = 1.5;
+  const bool torque = best.code == "torque_sign";
+  if ((!torque && best.code != "position_sign") || best.subject == "all joints") {
+    return "";
+  }
+  // The change of the one, made to the other.
+  Reading other = before;
+  other.torque_sign =
+      before.torque_sign.cwiseProduct(best.reading.position_scale.cwiseQuotient(before.position_scale));
+  other.position_scale =
+      before.position_scale.cwiseProduct(best.reading.torque_sign.cwiseQuotient(before.torque_sign));
+  const Score rivals = probe.score(other);
+  return rivals.faults() == score.faults() && rivals.total < nearly_as_well * score.total
+             ? std::string("; the other sign of its ") + (torque ? "position" : "torque") +
+                   " does nearly as well"
+             : "";
+}
+
+// Upside down, gravity turns the signs of first moments, which inertia hardly notices.
+void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& reading, Findings& out) {
+  constexpr double clearly_better = 0.8;
+  if (out.has("gravity_direction") || reading.gravity.norm() == 0.0) {
+    return;
+  }
+  Reading other = reading;
+  other.gravity *= -1.0;
+  const Score now = probe.score(reading);
+  const Score upside_down = probe.score(other);
+  if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total) {
+    out.add("gravity_direction", base_name(robot),
+            "gravity points the other way: the model then leaves " +
+                number(100.0 * std::sqrt(upside_down.total), 2) + " % of the torques instead of " +
+                number(100.0 * std::sqrt(now.total), 2) + " %");
+  }
+}
+
+// Looks for changes of the reading that mend what is wrong, one after the other; the reading that is believed at last.
+Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
+  Reading reading = probe.as_told();
+  for (Index round = 0; round <= robot.size(); ++round) {
+    const std::vector<JointFactor> factors = probe.factors(reading);
+    const Score now = probe.score(reading, factors);
+    if (now.left.maxCoeff() < suspicious && now.faults() == 0) {
+      break;
+    }
+    std::optional<Change> best;
+    Score best_score;
+    for (Change& change : changes(robot, reading)) {
+      const Score score =
+          only_torques(change.code) ? probe.score(change.reading, factors) : probe.score(change.reading);
+      const bool mends_fit = score.total < convincing * now.total && score.faults() <= now.faults();
+      const bool mends_signs = score.faults() < now.faults() && score.total < no_worse * now.total;
+      if (!mends_fit && !mends_signs) {
+        continue;
+      }
+      const bool better = !best || score.faults() < best_score.faults() ||
+                          (score.faults() == best_score.faults() && tie * score.total < best_score.total);
+      if (better) {
+        best_score = score;
+        best = std::move(change);
+      }
+    }
+    if (!best) {
+      break;
+    }
+    // A unit is told once, even where single joints were seen to leave their limits.
+    const bool told =
+        best->code == "position_unit" ? out.has(best->code) : out.has(best->code, best->subject);
+    if (!told) {
+      out.add(best->code, best->subject,
+              best->text + ": the model then leaves " + number(100.0 * std::sqrt(best_score.total), 2) +
+                  " % of the torques instead of " + number(100.0 * std::sqrt(now.total), 2) + " %" +
+                  (best_score.faults() < now.faults() ? ", and inertia and friction are positive" : "") +
+                  rival(probe, *best, best_score, reading));
+    }
+    reading = best->reading;
+  }
+  return reading;
+}
+
+// Shifts of torques by whole samples, closer together near zero.
+std::vector<Index> shifts_for(double f_m) {
+  std::vector<Index> out = {0};
+  const auto longest = static_cast<Index>(longest_torque_delay * f_m);
+  for (Index s = 1; s <= longest; s = std::max(s + 1, s + s / 6)) {
+    out.push_back(s);
+    out.push_back(-s);
+  }
+  return out;
+}
+
+struct Delay {
+  Index samples = 0;
+  double left = 0.0;
+};
+
+Delay least_left(const TorqueProbe& probe, const Reading& reading, const std::vector<Index>& shifts) {
+  const Vector left = probe.left_at(reading, shifts);
+  Index at = 0;
+  const double least = left.minCoeff(&at);
+  return {shifts[static_cast<std::size_t>(at)], least};
+}
+
+void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out) {
+  const double f_m = probe.logs().front().f_m;
+  const double now = probe.left_at(reading, {0})[0];
+  const Delay coarse = least_left(probe, reading, shifts_for(f_m));
+  if (coarse.samples == 0 || coarse.left > delay_convincing * now) {
+    return;
+  }
+  std::vector<Index> around;
+  const Index width = std::min<Index>(std::abs(coarse.samples) / 6 + 1, 16);
+  for (Index s = coarse.samples - width; s <= coarse.samples + width; ++s) {
+    around.push_back(s);
+  }
+  const Delay found = least_left(probe, reading, around);
+  if (std::abs(static_cast<double>(found.samples)) < least_delay_samples) {
+    return;
+  }
+  // Where the torques are explained well all the same, a delay changes little.
+  const bool harms = now > harmless_delay || found.left < harmful_gain * now;
+  const std::string samples = counted(std::abs(found.samples), "sample");
+  const bool behind = found.samples > 0;
+  out.add(harms ? "torque_delay" : "small_torque_delay", "all joints",
+          "torques are " + samples + " (" + number(std::abs(static_cast<double>(found.samples)) / f_m, 2) +
+              " s) " + (behind ? "behind" : "ahead of") + " the motion: the model then leaves " +
+              number(100.0 * std::sqrt(found.left), 2) + " % of them instead of " +
+              number(100.0 * std::sqrt(now), 2) + " %; " +
+              (behind ? "add " + samples + " to" : "take " + samples + " from") + " [log] torque_lag");
+}
+
+void check_unexplained(const Robot& robot, const Score& score, Findings& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (score.left[j] > hopeless) {
+      out.add("unexplained_torque", joint_name(robot, j),
+              "the model leaves " + number(100.0 * std::sqrt(score.left[j]), 2) +
+                  " % of its torque (mean taken off)");
+    }
+  }
+}
+
+}  // namespace
+
+void check_torques(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
+                   const CheckOptions& options, Findings& out) {
+  if (out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
+    return;
+  }
+  const TorqueProbe probe(robot, base, logs, options);
+  const Reading reading = mended(probe, robot, out);
+  check_gravity(probe, robot, reading, out);
+  check_delay(probe, reading, out);
+  check_sizes(probe, robot, base, reading, out);
+  check_unexplained(robot, probe.score(reading), out);
+}
+
+}  // namespace rivid::detail

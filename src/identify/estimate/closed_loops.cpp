@@ -1,0 +1,348 @@
+#include "identify/estimate/closed_loops.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "dense.hpp"
+#include "rivid/error.hpp"
+#include "rivid/model/parameters.hpp"
+#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/simulate/design_inertia.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/references.hpp"
+#include "rivid/text.hpp"
+#include "simulate/loop.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Stretch of the log that its first position and velocity are told from [s], and the samples it takes at least.
+constexpr double start_stretch = 0.05;
+constexpr Index fewest_samples = 7;
+
+// Position and velocity at the first sample: parabolas through the first positions, which noise moves little.
+void measured_start(const Log& log, Vector& q, Vector& qd) {
+  const auto wanted = std::max(fewest_samples, static_cast<Index>(start_stretch * log.f_m));
+  const Index m = std::min(wanted, log.samples());
+  Matrix powers(m, 3);
+  for (Index k = 0; k < m; ++k) {
+    const double t = static_cast<double>(k) / log.f_m;
+    powers.row(k) << 1.0, t, t * t;
+  }
+  const Matrix coefficients = least_squares_solution(powers, log.q.topRows(m));
+  q = coefficients.row(0);
+  qd = coefficients.row(1);
+}
+
+Matrix filtered(const Log& log, double cutoff_hz, const SignalOptions& signal) {
+  return cutoff_hz > 0.0 ? zero_phase(log.q, log.f_m, cutoff_hz, signal.order, signal.convention) : log.q;
+}
+
+// The clock of the simulation: from zero, by the rate of the log. Its own stamps may be those of an epoch.
+Vector instants(const Log& log) {
+  return Vector::NullaryExpr(log.samples(), [&](Index k) { return static_cast<double>(k) / log.f_m; });
+}
+
+std::unique_ptr<Reference> reference_of(const Log& log, const SignalOptions& signal, const Iv& method) {
+  if (method.follows == Iv::Follows::measured) {
+    const double cutoff_hz = method.reference_cutoff_hz > 0.0 ? method.reference_cutoff_hz : signal.cutoff_hz;
+    return std::make_unique<LoggedReference>(instants(log), filtered(log, cutoff_hz, signal));
+  }
+  if (log.q_r.size() == 0) {
+    throw InputError(
+        log.source +
+        ": no reference columns, which the simulated loop must follow; name them, or let the filtered "
+        "measured positions stand in for them");
+  }
+  return std::make_unique<LoggedReference>(instants(log), log.q_r);
+}
+
+// Steps that the integrator may take with one iterate: so many times the most that an earlier one took, and so many a
+// sample. Near a mass matrix that is not positive definite there is no end to them.
+constexpr Index most_times_the_steps = 20;
+constexpr Index most_steps_a_sample = 10;
+
+Index step_budget(Index samples, std::span<const IvIteration> earlier) {
+  Index most = 0;
+  for (const IvIteration& iteration : earlier) {
+    most = std::max(most, iteration.effort.steps);
+  }
+  return most > 0 ? most_times_the_steps * most + most_steps_a_sample * samples
+                  : std::numeric_limits<Index>::max();
+}
+
+void add(SimulationEffort& to, const SimulationEffort& effort) {
+  to.steps += effort.steps;
+  to.right_hand_sides += effort.right_hand_sides;
+  to.restarts += effort.restarts;
+  to.mode_changes += effort.mode_changes;
+  to.seconds += effort.seconds;
+}
+
+// Position error [rad | m] that a law's stiffness is told from: too small to saturate it.
+constexpr double dead_band_probe = 1e-6;
+// A joint that moves in a smaller part of the samples counts as locked.
+constexpr double locked_part = 0.05;
+
+// How far a joint's position must be off before a proportional law overcomes its friction: Fc / (ω_n² J) for PD (40).
+std::string dead_band(const Robot& robot, const SimulatedLoops& loops, Index j) {
+  const Index n = robot.size();
+  const Vector none = Vector::Zero(n);
+  const Vector x = Vector::Zero(loops.law->states());
+  Vector xd = x;
+  Vector v(n);
+  Vector v_0(n);
+  loops.law->control({0.0, none, none, none, none, none}, x, v_0, xd);
+  loops.law->control({0.0, none, none, Vector::Unit(n, j) * dead_band_probe, none, none}, x, v, xd);
+  const double stiffness = (robot.drive_matrix() * (v - v_0))[j] / dead_band_probe;
+  double Fc = 0.0;
+  for (const DryFriction& law : loops.model->dry_friction()) {
+    Fc += law.direction[j] != 0.0 ? 0.5 * (law.Fc_plus + law.Fc_minus) : 0.0;
+  }
+  if (!(stiffness > 0.0) || Fc == 0.0) {
+    return "";
+  }
+  return ", which holds it within " + number(Fc / stiffness, 3) + " of its reference";
+}
+
+Direction opposite(Direction direction) {
+  switch (direction) {
+    case Direction::positive:
+      return Direction::negative;
+    case Direction::negative:
+      return Direction::positive;
+    case Direction::both:
+      break;
+  }
+  return Direction::both;
+}
+
+// Standard parameters whose friction brakes: where Fv or Fc of a joint is negative it becomes zero, and the other one
+// takes over its torque as well as it can along a motion, by least squares over Fv |q̇| + Fc. (Early iterates trade one for
+// the other; the simulation could only leave the negative one out, and the positive one alone may hold the joint fast.)
+//
+// chi_st      (N_s) values of base.standard
+// mean_speed  mean |q̇| of each joint along the motion, (n)
+// mean_square mean q̇², (n)
+void make_dissipative(const BaseParameters& base, const Vector& mean_speed, const Vector& mean_square,
+                      Vector& chi_st) {
+  const auto find = [&](Basis basis, Direction direction, int joint) {
+    const auto at = std::ranges::find_if(base.standard, [&](const StandardParameter& p) {
+      const KindRow& row = about(p.kind);
+      return p.joint == joint && row.basis == basis && row.direction == direction && !row.coupled;
+    });
+    return at == base.standard.end() ? nullptr : &chi_st[at - base.standard.begin()];
+  };
+  for (int joint = 0; joint < static_cast<int>(mean_speed.size()); ++joint) {
+    for (const Direction direction : {Direction::both, Direction::positive, Direction::negative}) {
+      double* const v = find(Basis::speed, direction, joint);
+      double* const c = find(Basis::sign, direction, joint);
+      if (v == nullptr || c == nullptr) {
+        continue;
+      }
+      if (*v < 0.0) {
+        *c += *v * mean_speed[joint];
+        *v = 0.0;
+      }
+      // Asymmetric friction may be shifted by an offset: its mean tells whether it brakes.
+      const double* const other = find(Basis::sign, opposite(direction), joint);
+      if (*c < 0.0 && (other == nullptr || *c + *other < 0.0)) {
+        *v += mean_square[joint] > 0.0 ? *c * mean_speed[joint] / mean_square[joint] : 0.0;
+        *c = 0.0;
+      }
+      *v = std::max(*v, 0.0);
+    }
+  }
+}
+
+}  // namespace
+
+AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal,
+                             const Iv& method)
+    : robot_(robot), log_(log), reference_(reference_of(log, signal, method)), options_(method.simulation) {
+  const Index n = robot.size();
+  options_.f_m = log.f_m;
+  options_.samples = log.samples();
+  options_.sampling = method.sampling;
+  if (options_.integrator == Integrator::automatic && options_.sampling.period == 0.0) {
+    // Every sample and every reversal of six joints makes a multistep method look back or begin anew.
+    options_.integrator = Integrator::dormand_prince;
+  }
+  options_.q_0.resize(0);
+  options_.qd_0.resize(0);
+  if (!method.start_on_reference) {
+    measured_start(log, options_.q_0, options_.qd_0);
+  }
+  measured_ = differentiate(filtered(log, signal.cutoff_hz, signal), log.f_m);
+  Vector q(n);
+  Vector qd(n);
+  Vector qdd(n);
+  for (Matrix* m : {&reference_motion_.q, &reference_motion_.qd, &reference_motion_.qdd}) {
+    m->resize(log.samples(), n);
+  }
+  for (Index k = 0; k < log.samples(); ++k) {
+    reference_->at(static_cast<double>(k) / log.f_m, q, qd, qdd);
+    reference_motion_.q.row(k) = q;
+    reference_motion_.qd.row(k) = qd;
+    reference_motion_.qdd.row(k) = qdd;
+  }
+}
+
+Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const {
+  SimulationOptions options = options_;
+  options.max_steps = std::min(options.max_steps, most_steps);
+  return rivid::simulate(robot_, model, law, *reference_, options);
+}
+
+Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
+  const Index n = robot_.size();
+  Matrix out(log_.samples(), n);
+  const bool every_sample = std::abs(options_.sampling.period * log_.f_m - 1.0) < 1e-6 &&
+                            !options_.sampling.velocity_filter.empty();
+  if (every_sample) {
+    Sampling sampling = options_.sampling;
+    sampling.position_noise.resize(0, 0);
+    sampling.quantum.resize(0);
+    SampledController controller(law, *reference_, sampling, n);
+    for (Index k = 0; k < log_.samples(); ++k) {
+      out.row(k) = controller.tick(static_cast<double>(k) / log_.f_m, log_.q.row(k).transpose(),
+                                   measured_.qd.row(k).transpose());
+    }
+    return out;
+  }
+  Vector x = Vector::Zero(law.states());
+  Vector xd = Vector::Zero(law.states());
+  Vector v(n);
+  for (Index k = 0; k < log_.samples(); ++k) {
+    const Vector q = measured_.q.row(k);
+    const Vector qd = measured_.qd.row(k);
+    const Vector q_r = reference_motion_.q.row(k);
+    const Vector qd_r = reference_motion_.qd.row(k);
+    const Vector qdd_r = reference_motion_.qdd.row(k);
+    law.control({static_cast<double>(k) / log_.f_m, q, qd, q_r, qd_r, qdd_r}, x, v, xd);
+    x += xd / log_.f_m;
+    out.row(k) = v;
+  }
+  return out;
+}
+
+ClosedLoops::ClosedLoops(const Problem& problem)
+    : problem_(problem),
+      mean_speed_(Vector::Zero(problem.joints())),
+      mean_square_(Vector::Zero(problem.joints())) {
+  for (const Log& log : problem.logs) {
+    loops_.push_back(
+        std::make_unique<AuxiliaryLoop>(problem.robot, log, problem.estimation.signal, problem.iv()));
+  }
+  for (const auto& loop : loops_) {
+    const auto share = 1.0 / static_cast<double>(loops_.size());
+    mean_speed_ += share * loop->measured().qd.cwiseAbs().colwise().mean().transpose();
+    mean_square_ += share * loop->measured().qd.cwiseAbs2().colwise().mean().transpose();
+  }
+}
+
+SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvIteration> earlier) const {
+  const Iv& method = problem_.iv();
+  SimulatedLoops out;
+  try {
+    Vector chi_st = problem_.base.to_standard(chi);
+    make_dissipative(problem_.base, mean_speed_, mean_square_, chi_st);
+    out.model = std::make_unique<DynamicModel>(problem_.robot, chi_st);
+    for (const auto& loop : loops_) {
+      const Vector J = design_inertia(*out.model, loop->measured().q);
+      out.J = out.J.size() == 0 ? J : out.J.cwiseMax(J);
+    }
+    for (std::size_t k = 0; k < loops_.size(); ++k) {
+      const Log& log = problem_.logs[k];
+      // A law is made anew for each simulation: it may keep scratch.
+      out.law = method.control({problem_.robot, *out.model, out.J});
+      Simulation simulation = loops_[k]->simulate(*out.model, *out.law, step_budget(log.samples(), earlier));
+      add(out.effort, simulation.effort);
+      if (simulation.outcome != Outcome::completed) {
+        out.failure = log.source + ": " + simulation.reason;
+        return out;
+      }
+      out.motions.push_back(std::move(simulation.motion));
+      if (problem_.estimation.progress) {
+        problem_.estimation.progress("iteration " + std::to_string(earlier.size()),
+                                     static_cast<double>(k + 1) / static_cast<double>(loops_.size()));
+      }
+    }
+  } catch (const NumericsError& error) {
+    out.failure = error.what();
+  }
+  return out;
+}
+
+MotionDistance::MotionDistance(Index n) : difference_(Matrix::Zero(n, 3)), whole_(Matrix::Zero(n, 3)) {}
+
+void MotionDistance::add(const Motion& a, const Motion& b) {
+  const std::array<std::pair<const Matrix*, const Matrix*>, 3> parts = {
+      {{&a.q, &b.q}, {&a.qd, &b.qd}, {&a.qdd, &b.qdd}}};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto c = static_cast<Index>(i);
+    difference_.col(c) += (*parts[i].first - *parts[i].second).colwise().squaredNorm().transpose();
+    whole_.col(c) += parts[i].second->colwise().squaredNorm().transpose();
+  }
+}
+
+MotionError MotionDistance::error() const {
+  const Matrix ratio =
+      (whole_.array() > 0.0)
+          .select((difference_.array() / whole_.array()).sqrt(), std::numeric_limits<double>::quiet_NaN());
+  return {ratio.col(0), ratio.col(1), ratio.col(2)};
+}
+
+std::vector<std::string> locked_joints(const Problem& problem, const SimulatedLoops& loops) {
+  std::vector<std::string> out;
+  for (Index j = 0; j < problem.joints(); ++j) {
+    double moving = 0.0;
+    double all = 0.0;
+    for (const Motion& motion : loops.motions) {
+      moving += static_cast<double>((motion.qd.col(j).array() != 0.0).count());
+      all += static_cast<double>(motion.samples());
+    }
+    if (moving < locked_part * all) {
+      out.push_back("joint \"" + problem.robot.joints[static_cast<std::size_t>(j)].name +
+                    "\" stands still in " + number(100.0 * (1.0 - moving / all), 3) +
+                    " % of the simulation: the assumed controller does not overcome its friction" +
+                    dead_band(problem.robot, loops, j) + "; a wider bandwidth or a larger motion is needed");
+    }
+  }
+  return out;
+}
+
+LoopDiagnosis diagnosed_loop(const Problem& problem, const ClosedLoops& all, const SimulatedLoops& loops) {
+  const Index n = problem.joints();
+  Vector missed = Vector::Zero(n);
+  Vector control = Vector::Zero(n);
+  Vector apart = Vector::Zero(n);
+  Vector tracking = Vector::Zero(n);
+  const auto add = [](Vector& to, const Matrix& x) { to += x.colwise().squaredNorm().transpose(); };
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const Log& log = problem.logs[k];
+    const AuxiliaryLoop& loop = all.of_log(k);
+    // A law that follows the measured motion has no error to work on, and rebuilds nothing.
+    if (log.v_tau.size() > 0 && problem.iv().follows == Iv::Follows::reference) {
+      add(missed, loop.rebuilt_control(*loops.law) - log.v_tau);
+      add(control, log.v_tau);
+    }
+    add(apart, loops.motions[k].q - loop.measured().q);
+    add(tracking, loop.reference().q - loop.measured().q);
+  }
+  LoopDiagnosis diagnosis;
+  if (control.maxCoeff() > 0.0) {
+    diagnosis.control_error = (missed.array() / control.array()).sqrt();
+  }
+  if (problem.iv().follows == Iv::Follows::reference) {
+    diagnosis.tracking_ratio = (apart.array() / tracking.array()).sqrt();
+  }
+  return diagnosis;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "identify/estimate/estimate.hpp"
+
+namespace rivid::detail {
+
+// The closed loop of one log, to be simulated with any parameters: the auxiliary model of Eq. (27) of [RIV], section 3.
+class AuxiliaryLoop {
+ public:
+  // The log is referred to, not copied.
+  //
+  // throws InputError where the log lacks what the loop follows
+  AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal, const Iv& method);
+
+  // most_steps: of the integrator, beside the budgets of the options.
+  [[nodiscard]] Simulation simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const;
+
+  // Filtered measured motion and reference at the samples of the log.
+  [[nodiscard]] const Motion& measured() const { return measured_; }
+  [[nodiscard]] const Motion& reference() const { return reference_motion_; }
+
+  // Control signals that the law gives along the measured motion, (n_m × n).
+  [[nodiscard]] Matrix rebuilt_control(const ControlLaw& law) const;
+
+ private:
+  const Robot& robot_;
+  const Log& log_;
+  std::unique_ptr<Reference> reference_;
+  SimulationOptions options_;
+  Motion measured_;
+  Motion reference_motion_;
+};
+
+// The loops of all logs, simulated with some parameters.
+struct SimulatedLoops {
+  std::string failure;                  // empty where all were simulated
+  std::vector<Motion> motions;          // one a log
+  std::unique_ptr<DynamicModel> model;  // that the law may look into
+  std::unique_ptr<ControlLaw> law;
+  Vector J;  // design inertias that its gains follow
+  SimulationEffort effort;
+};
+
+// The closed loops of all logs, to be simulated with any parameters.
+class ClosedLoops {
+ public:
+  // throws InputError where a log lacks what its loop follows
+  explicit ClosedLoops(const Problem& problem);
+
+  // earlier  iterations: their effort bounds that of this one
+  [[nodiscard]] SimulatedLoops simulated(const Vector& chi, std::span<const IvIteration> earlier) const;
+
+  [[nodiscard]] std::size_t size() const { return loops_.size(); }
+  [[nodiscard]] const AuxiliaryLoop& of_log(std::size_t k) const { return *loops_[k]; }
+
+ private:
+  const Problem& problem_;
+  std::vector<std::unique_ptr<AuxiliaryLoop>> loops_;
+  Vector mean_speed_;  // |q̇| of the measured motions
+  Vector mean_square_;
+};
+
+// Distance of motions from others, gathered over several logs.
+class MotionDistance {
+ public:
+  // n  joints
+  explicit MotionDistance(Index n);
+
+  void add(const Motion& a, const Motion& b);
+  // ‖a − b‖ / ‖b‖; not a number where there was no motion.
+  [[nodiscard]] MotionError error() const;
+
+ private:
+  Matrix difference_;  // sums of squares of q, q̇, q̈, (n × 3)
+  Matrix whole_;
+};
+
+// How well the assumed controller explains the logs.
+//
+// loops  simulated with the estimate
+[[nodiscard]] LoopDiagnosis diagnosed_loop(const Problem& problem, const ClosedLoops& all,
+                                           const SimulatedLoops& loops);
+
+// Reasons: joints that their friction holds throughout the simulation, which gives no instruments.
+[[nodiscard]] std::vector<std::string> locked_joints(const Problem& problem, const SimulatedLoops& loops);
+
+}  // namespace rivid::detail

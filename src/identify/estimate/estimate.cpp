@@ -1,0 +1,144 @@
+#include "identify/estimate/estimate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "identify/rows/factors.hpp"
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+std::string who(const Problem& problem) {
+  return "identify(" + std::string(title(problem.estimation.method)) + ")";
+}
+
+// throws InputError for a log whose time can not be told
+SignalOptions without_transient(const Log& log, SignalOptions signal, double transient) {
+  if (const auto fault = log.complaint()) {
+    throw InputError(*fault);
+  }
+  auto window = signal.window.value_or(std::array{log.t[0], log.t[log.samples() - 1]});
+  window[0] = std::max(window[0], log.t[0] + transient);
+  signal.window = window;
+  return signal;
+}
+
+std::string joined(const BaseParameters& base, const std::vector<Index>& set) {
+  std::string out;
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    const char* const separator = i == 0 ? "" : i + 1 == set.size() ? " and " : ", ";
+    out += separator + base.parameters[static_cast<std::size_t>(set[i])].name;
+  }
+  return out;
+}
+
+}  // namespace
+
+Problem::Problem(const Robot& its_robot, std::span<const Log> its_logs, const Estimation& its_estimation)
+    : robot(its_robot), logs(its_logs), estimation(its_estimation) {
+  if (logs.empty()) {
+    throw InputError(who(*this) + ": no log is given");
+  }
+  if (const auto fault = estimation.complaint(robot)) {
+    throw InputError(who(*this) + ": " + *fault);
+  }
+  base = base_parameters(robot);
+  const Iv* const iv = std::get_if<Iv>(&estimation.method);
+  if (iv != nullptr && iv->chi_0.size() > 0 && (iv->chi_0.size() != base.size() || !iv->chi_0.allFinite())) {
+    throw InputError(who(*this) + ": chi_0 has " + counted(iv->chi_0.size(), "value") +
+                     ", must have one, finite, for each of " + counted(base.size(), "base parameter"));
+  }
+  for (const Log& log : logs) {
+    const bool all = iv == nullptr || iv->transient == 0.0;
+    signals.push_back(all ? estimation.signal : without_transient(log, estimation.signal, iv->transient));
+  }
+  data = all_factors(robot, base, logs, signals, estimation.threads, estimation.progress);
+  const Index rows = rows_of(data.groups);
+  if (iv != nullptr && rows <= base.size()) {
+    refuse_few_rows(rows);
+  }
+  team = std::make_unique<ThreadTeam>(estimation.threads);
+}
+
+void Problem::refuse_few_rows(Index rows) const {
+  throw InputError(who(*this) + ": " + std::to_string(rows) + " rows for " + std::to_string(base.size()) +
+                   " base parameters; more rows than parameters are needed");
+}
+
+Estimated estimated(const Problem& problem, Identification& out) {
+  if (std::holds_alternative<Iv>(problem.estimation.method)) {
+    return instrumental_estimate(problem, out);
+  }
+  return {.estimate = least_squares_estimate(problem, out), .unfiltered = {}};
+}
+
+Matrix finite_part(Matrix covariance) {
+  covariance.diagonal() =
+      covariance.diagonal().unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
+  return covariance;
+}
+
+Vector undetermined(const Matrix& covariance) {
+  return covariance.diagonal().unaryExpr([](double x) { return std::isfinite(x) ? 0.0 : x; });
+}
+
+double deviation(const Residual& r, double freedom, Convention convention) {
+  const auto rows = static_cast<double>(r.rows);
+  if (convention == Convention::matlab) {
+    return std::sqrt(std::max(r.norm * r.norm - r.sum * r.sum / rows, 0.0) / std::max(rows - 1.0, 1.0));
+  }
+  return r.norm / std::sqrt(std::max(freedom, 1.0));
+}
+
+std::vector<double> joint_weights(const Problem& problem) {
+  const std::vector<RowGroup>& groups = problem.data.groups;
+  for (std::size_t j = 0; j < groups.size(); ++j) {
+    if (groups[j].qr.rows() > 0 && groups[j].qr.y_norm() == 0.0) {
+      throw InputError(who(problem) + ": joint \"" + problem.robot.joints[j].name +
+                       "\": its torque is zero in every row, so its rows have no weight; check its column");
+    }
+  }
+  std::vector<double> out = group_sigmas(groups);
+  std::ranges::transform(out, out.begin(), [](double sigma) { return 1.0 / sigma; });
+  return out;
+}
+
+void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
+                  Identification& out) {
+  out.status = Status::rank_deficient;
+  for (const std::vector<Index>& set : undetermined) {
+    out.reasons.push_back("rank " + std::to_string(rank) + " of " + std::to_string(out.base.size()) + ": " +
+                          joined(out.base, set) +
+                          (set.size() == 1 ? " is not excited by " : " can not be told apart by ") + what);
+  }
+}
+
+void report_robust(const Problem& problem, const Reweighting& reweighting, const Vector& plain,
+                   Identification& out) {
+  const Robust& options = *problem.estimation.robust;
+  out.title += options.kind == RobustKind::huber ? ", Huber" : ", bisquare";
+  RobustReport& report = out.robust.emplace();
+  report.options = options;
+  report.rounds = reweighting.rounds();
+  report.chi = plain;
+  const std::vector<RobustSums> sums = reweighting.sums();
+  for (std::size_t j = 0; j < sums.size(); ++j) {
+    report.joints.push_back({.name = problem.robot.joints[j].name,
+                             .scale = reweighting.loss().scales[j],
+                             .rows = sums[j].rows,
+                             .below_one = sums[j].below_one,
+                             .below_half = sums[j].below_half,
+                             .rejected = sums[j].rejected});
+  }
+  if (!reweighting.settled() && out.status == Status::identified) {
+    out.status = Status::not_converged;
+    out.reasons.push_back("the weights of the rows and the parameters do not settle on each other in " +
+                          counted(options.max_rounds, "round"));
+  }
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "identify/estimate/robust.hpp"
+#include "identify/rows/thread_team.hpp"
+#include "rivid/identify/identification.hpp"
+#include "rivid/identify/rows.hpp"
+#include "rivid/solve/least_squares.hpp"
+
+// The second of three stages: rows → estimate → infer.
+namespace rivid::detail {
+
+// What an identification stands on, from the beginning to the end.
+struct Problem {
+  // All are referred to, not copied.
+  //
+  // throws InputError where they do not fit together
+  Problem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation);
+
+  const Robot& robot;
+  std::span<const Log> logs;
+  const Estimation& estimation;
+  BaseParameters base;
+  std::vector<SignalOptions> signals;  // one a log: the transient is left out
+  RowFactors data;                     // of [W Y]
+  std::unique_ptr<ThreadTeam> team;
+
+  [[nodiscard]] Index joints() const { return robot.size(); }
+  [[nodiscard]] const Iv& iv() const { return std::get<Iv>(estimation.method); }
+  // throws InputError
+  [[noreturn]] void refuse_few_rows(Index rows) const;
+};
+
+// What an estimate by instrumental variables has beside others.
+struct EstimateInstruments {
+  std::vector<Motion> motions;            // that V is built from, one a log
+  std::vector<std::vector<Index>> signs;  // columns of W that were taken from V
+  std::vector<Vector> whitening;          // of each joint's rows; empty for none
+  std::vector<RowGroup> used;             // [W Y]
+  Vector first_stage_F;                   // (b)
+};
+
+// An estimate χ̂ of Zᵀ Ω⁻¹ (Y − W χ) = 0, with Z the instruments V or W itself, and what its statistics are made of.
+struct Estimate {
+  Vector chi;                   // (b)
+  std::vector<double> weights;  // 1/σ of each joint's rows, Ω = diag σ²
+  Index rows = 0;               // of all joints
+  Index rank = 0;               // parameters that are determined
+  double condition = 0.0;       // of W or Q_Vᵀ W, weighted
+  double sigma = 0.0;           // root / sigma is a root of the information
+  double sigma_rho = 0.0;       // standard deviation of the weighted residual, but for outliers
+  Matrix root;                  // (b × b)
+  Matrix unit_covariance;       // covariance for independent errors over sigma²; infinite where undetermined
+  Matrix bread;                 // (Zᵀ Ω⁻¹ W)⁻¹, alike; of an M-estimate see RobustInformation
+  std::vector<SignalOptions> signals;  // that made the rows, one a log
+  std::optional<RowLoss> loss;         // of an M-estimate
+  std::optional<EstimateInstruments> instruments;
+
+  [[nodiscard]] double freedom() const { return static_cast<double>(rows - rank); }
+};
+
+// What a method comes to; its way there is told in the result.
+struct Estimated {
+  std::optional<Estimate> estimate;    // nothing where there is none
+  std::optional<Estimate> unfiltered;  // that of the rows before they were prefiltered
+  double error_with_V = 0.0;           // relative error with the simulated motion, before any prefilter
+};
+
+// out: status and reasons, and the reports of robust estimation, prefilter and iteration.
+[[nodiscard]] Estimated estimated(const Problem& problem, Identification& out);
+[[nodiscard]] Estimate least_squares_estimate(const Problem& problem, Identification& out);
+[[nodiscard]] Estimated instrumental_estimate(const Problem& problem, Identification& out);
+
+// A covariance without the infinite deviations of what is not determined, and these: zero where there are none, (b).
+[[nodiscard]] Matrix finite_part(Matrix covariance);
+[[nodiscard]] Vector undetermined(const Matrix& covariance);
+
+// Deviation of a residual: (17) with its degrees of freedom, or MATLAB's std with the mean removed.
+[[nodiscard]] double deviation(const Residual& r, double freedom, Convention convention);
+
+// 1 / σ of each joint's rows, (20).
+//
+// throws InputError where a joint's torque is zero throughout
+[[nodiscard]] std::vector<double> joint_weights(const Problem& problem);
+
+// Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by `what`".
+void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
+                  Identification& out);
+
+// What an M-estimate made of the rows: out.robust, the title, and the status where it did not settle.
+//
+// plain  estimate of the rows as they are
+void report_robust(const Problem& problem, const Reweighting& reweighting, const Vector& plain,
+                   Identification& out);
+
+}  // namespace rivid::detail

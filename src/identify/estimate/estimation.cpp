@@ -1,0 +1,136 @@
+#include "rivid/identify/estimation.hpp"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+std::optional<std::string> complaint_of(const Iv& iv, const Estimation& estimation, const Robot& robot) {
+  if (!iv.control) {
+    return "control is not set; the loop that makes the instruments needs a control law, PdControl say";
+  }
+  if (auto fault = estimation.signal.complaint(robot.size())) {
+    return fault;
+  }
+  if (iv.follows == Iv::Follows::measured && iv.reference_cutoff_hz == 0.0 &&
+      estimation.signal.cutoff_hz == 0.0) {
+    return "reference_cutoff_hz is 0: a loop that followed the raw positions would carry their noise into "
+           "the instruments; it must be positive where follows is measured";
+  }
+  if (auto fault = iv.sampling.complaint(robot.size())) {
+    return fault;
+  }
+  if (iv.prefilter && estimation.robust) {
+    return "prefilter and robust do not go together: a filter smears each outlier over the rows that follow";
+  }
+  if (iv.prefilter && !estimation.signal.exact_rows()) {
+    return "prefilter works on exact rows: rows must be \"exact\"";
+  }
+  if (iv.prefilter_order < 0 || iv.prefilter_order > Iv::most_prefilter_order) {
+    return "prefilter_order is " + std::to_string(iv.prefilter_order) + ", must lie between 0 and " +
+           std::to_string(Iv::most_prefilter_order);
+  }
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
+  for (const auto& [key, value] :
+       {std::pair("tolerance", iv.tolerance), std::pair("parameter_tolerance", iv.parameter_tolerance)}) {
+    if (!positive(value)) {
+      return std::string(key) + " is " + number(value) + ", must be positive";
+    }
+  }
+  for (const auto& [key, value] :
+       {std::pair("transient", iv.transient), std::pair("reference_cutoff_hz", iv.reference_cutoff_hz)}) {
+    if (!std::isfinite(value) || value < 0.0) {
+      return std::string(key) + " is " + number(value) + ", must not be negative";
+    }
+  }
+  if (iv.max_iterations < 1) {
+    return "max_iterations is " + std::to_string(iv.max_iterations) + ", must be at least 1";
+  }
+  return std::nullopt;
+}
+
+// ZZ of frame j as the link frame calls it: the joint's axis may be another one there.
+ParameterKind about_axis(const Chain::Link& link) {
+  for (const ParameterKind kind : {ParameterKind::XX, ParameterKind::YY}) {
+    if (inertial_column(link, kind).index == static_cast<int>(ParameterKind::ZZ)) {
+      return kind;
+    }
+  }
+  return ParameterKind::ZZ;
+}
+
+}  // namespace
+
+std::optional<std::string> Robust::complaint() const {
+  if (tuning && (!std::isfinite(*tuning) || *tuning <= 0.0)) {
+    return "tuning is " + number(*tuning) + ", must be positive";
+  }
+  if (max_rounds < 1) {
+    return "max_rounds is " + std::to_string(max_rounds) + ", must be at least 1";
+  }
+  if (!std::isfinite(tolerance) || tolerance <= 0.0) {
+    return "tolerance is " + number(tolerance) + ", must be positive";
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> Estimation::complaint(const Robot& robot) const {
+  const Iv* const iv = std::get_if<Iv>(&method);
+  if (auto fault = iv != nullptr ? complaint_of(*iv, *this, robot) : signal.complaint(robot.size())) {
+    return fault;
+  }
+  if (auto fault = covariance.complaint()) {
+    return fault;
+  }
+  if (auto fault = physical ? physical->complaint(robot) : std::nullopt) {
+    return "physical: " + *fault;
+  }
+  if (auto fault = essential ? essential->complaint() : std::nullopt) {
+    return "essential: " + *fault;
+  }
+  if (auto fault = robust ? robust->complaint() : std::nullopt) {
+    return "robust: " + *fault;
+  }
+  if (threads < 1) {
+    return "threads is " + std::to_string(threads) + ", must be at least 1";
+  }
+  return std::nullopt;
+}
+
+std::string_view name(const Method& method) {
+  constexpr std::array<std::string_view, 3> names = {"ols", "wls", "iv"};
+  return names[method.index()];
+}
+
+std::string_view title(const Method& method) {
+  constexpr std::array<std::string_view, 3> titles = {"IDIM-OLS", "IDIM-WLS", "IDIM-IV"};
+  return titles[method.index()];
+}
+
+std::string_view name(Iv::Start start) {
+  constexpr std::array<std::string_view, 3> names = {"regular", "a_priori", "least_squares"};
+  return names[static_cast<std::size_t>(start)];
+}
+
+Vector regular_start(const Robot& robot, const BaseParameters& base) {
+  Vector chi_st = Vector::Zero(static_cast<Index>(base.standard.size()));
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const Joint& joint = robot.joints[j];
+    const ParameterKind kind = joint.rotor_inertia                 ? ParameterKind::Ia
+                               : joint.type == JointType::revolute ? about_axis(robot.chain.links[j])
+                                                                   : ParameterKind::M;
+    for (std::size_t i = 0; i < base.standard.size(); ++i) {
+      if (base.standard[i].joint == static_cast<int>(j) && base.standard[i].kind == kind) {
+        chi_st[static_cast<Index>(i)] = 1.0;
+      }
+    }
+  }
+  return base.from_standard(chi_st);
+}
+
+}  // namespace rivid

@@ -1,0 +1,134 @@
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "identify/estimate/iv_solver.hpp"
+#include "identify/rows/whitened_rows.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+constexpr int most_rounds = 10;
+
+// The noise models that the residual of `chi` tells, one a joint.
+std::vector<NoiseModel> noise_models(const Problem& problem, const IvSolver& solver, const Vector& chi) {
+  const std::vector<RowGroup>& joints = problem.data.groups;
+  const Instruments& instruments = solver.instruments();
+  const Index order = problem.iv().prefilter_order;
+  const std::vector<Motion> V = instruments.motions(solver.last_loops().motions);
+  std::vector<StreamingQr> lagged(joints.size(), StreamingQr(order > 0 ? order : Iv::most_prefilter_order));
+  for (std::size_t k = 0; k < problem.logs.size(); ++k) {
+    RowSource source(problem.robot, problem.base, problem.logs[k], instruments.signals()[k], *problem.team);
+    JointSinks<LaggedResidualSink> sinks(lagged.size());
+    for (std::size_t j = 0; j < lagged.size(); ++j) {
+      sinks.add(lagged[j], chi(joints[j].columns), instruments.signs()[j]);
+    }
+    source.send(sinks.sinks(), std::span(&V[k], 1));
+  }
+  std::vector<NoiseModel> out;
+  out.reserve(lagged.size());
+  for (std::size_t j = 0; j < lagged.size(); ++j) {
+    Autoregression model = autoregression(lagged[j], order);
+    out.push_back({problem.robot.joints[j].name, std::move(model.ar), model.innovation});
+  }
+  return out;
+}
+
+// Noise models and instruments in turn, with out.prefilter.
+//
+// solver  that has settled
+void prefilter(const Problem& problem, IvSolver& solver, Identification& out) {
+  PrefilterReport& report = out.prefilter.emplace();
+  report.chi = solver.history().back().chi;
+  solver.instruments().keep_every_row();
+  while (report.rounds < most_rounds) {
+    ++report.rounds;
+    const Vector before = solver.history().back().chi;
+    report.noise = noise_models(problem, solver, before);
+    std::vector<Vector> ar;
+    ar.reserve(report.noise.size());
+    for (const NoiseModel& model : report.noise) {
+      ar.push_back(model.ar);
+    }
+    solver.instruments().whiten(std::move(ar));
+    const bool settled = solver.iterate_again("the whitened instruments");
+    report.rows = solver.instruments().rows();
+    if (!settled || solver.stands_still(solver.history().back().chi - before)) {
+      return;
+    }
+  }
+  out.status = Status::not_converged;
+  out.reasons.push_back("noise models and parameters do not settle on each other in " +
+                        counted(most_rounds, "round") + " of the prefilter");
+}
+
+// The estimate of weighted rows with the statistics of an M-estimate, which plain rows tell.
+Estimate with_statistics(const Problem& problem, Estimate estimate, const Reweighting& reweighting,
+                         const std::vector<InstrumentalGroup>& plain) {
+  const Index b = problem.base.size();
+  const std::vector<RobustSums> sums = reweighting.sums();
+  const RobustInformation information = robust_information(sums, reweighting.loss(), estimate.weights, b);
+  const InstrumentalVariables A = instrumental_variables(plain, b, information.bread);
+  const Matrix root_B = instrumental_variables(plain, b, information.meat).R_VV;
+  estimate.bread = bread_of(A);
+  estimate.root = A.R_VW;
+  estimate.sigma = information.sigma;
+  const Matrix half = root_B * estimate.bread.transpose() / estimate.sigma;
+  estimate.unit_covariance = half.transpose() * half;
+  estimate.sigma_rho = robust_deviation(sums, reweighting.loss(), estimate.weights);
+  estimate.loss = reweighting.loss();
+  return estimate;
+}
+
+// The M-estimate by instruments, Σ V_tᵀ ω² s ψ_t = 0, with out.robust: weights on rows and instruments in turn.
+//
+// solver  that has settled
+Estimate robust_estimate(const Problem& problem, IvSolver& solver, Identification& out) {
+  const Vector plain_chi = solver.estimate()->chi;
+  const std::size_t plain_iterations = solver.history().size();
+  Instruments& instruments = solver.instruments();
+  Reweighting reweighting(*problem.estimation.robust, plain_chi, problem.data.groups.size());
+  instruments.reweight(&reweighting);
+  solver.iterate_again("the instruments with weights on the rows");
+  instruments.reweight(nullptr);
+  report_robust(problem, reweighting, plain_chi, out);
+  const std::vector<InstrumentalGroup> plain = solver.factors(solver.last_loops());
+  const Estimate& found = *solver.estimate();
+  const std::vector<IvIteration>& history = solver.history();
+  const bool has_own_rows = history.size() > plain_iterations && history.back().chi == found.chi;
+  return has_own_rows ? with_statistics(problem, found, reweighting, plain) : found;
+}
+
+}  // namespace
+
+Estimated instrumental_estimate(const Problem& problem, Identification& out) {
+  IvSolver solver(problem, out);
+  const bool settled = solver.iterate(solver.start());
+  Estimated found;
+  found.error_with_V = solver.history().empty() ? std::numeric_limits<double>::quiet_NaN()
+                                                : solver.history().back().relative_error;
+  if (settled && problem.iv().prefilter) {
+    found.unfiltered = solver.estimate();
+    prefilter(problem, solver, out);
+  }
+  found.estimate = solver.estimate();
+  if (settled && problem.estimation.robust) {
+    found.estimate = robust_estimate(problem, solver, out);
+  }
+  out.weights = solver.weights();
+  IvHistory& history = out.iv.emplace();
+  if (found.estimate) {
+    history.first_stage_F = found.estimate->instruments->first_stage_F;
+    history.loop = diagnosed_loop(problem, solver.loops(), solver.last_loops());
+  }
+  history.iterations = std::move(solver.history());
+  return found;
+}
+
+}  // namespace rivid::detail

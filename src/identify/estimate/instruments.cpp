@@ -1,0 +1,130 @@
+#include "identify/estimate/instruments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "identify/rows/exact_rows.hpp"
+#include "identify/rows/factors.hpp"
+#include "identify/rows/row_source.hpp"
+#include "identify/rows/whitened_rows.hpp"
+#include "rivid/signal/filter.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Takes rows [V W Y] of a joint into the factor of the instruments.
+class InstrumentSink final : public RowSink {
+ public:
+  // signs: columns of W, within the joint's own, that are taken from V instead.
+  // used:  factor of [W Y] with these columns, or nullptr.
+  InstrumentSink(StreamingQr& qr, std::vector<Index> signs, StreamingQr* used)
+      : qr_(qr), signs_(std::move(signs)), used_(used) {}
+
+  RowsRoom room(Index wanted) override { return room_ = qr_.room(wanted); }
+  void commit(std::span<const Index> samples) override {
+    const auto count = static_cast<Index>(samples.size());
+    const RowsTarget& target = room_.target;
+    for (const Index c : signs_) {
+      std::copy_n(target.data + c * target.ld, count, target.data + (qr_.columns() + c) * target.ld);
+    }
+    if (used_ != nullptr) {
+      const Index m = qr_.columns();
+      using Rows = Eigen::Map<const Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
+      const Rows WY(target.data + m * target.ld, count, m + 1, Eigen::OuterStride<>(target.ld));
+      used_->add(WY.leftCols(m), WY.rightCols(1));
+    }
+    qr_.commit(count);
+  }
+
+ private:
+  StreamingQr& qr_;
+  std::vector<Index> signs_;
+  StreamingQr* used_;
+  RowsRoom room_{};
+};
+
+Motion instrument_motion(const Motion& simulated, double f_m, const SignalOptions& signal) {
+  if (!signal.exact_rows()) {
+    return simulated;
+  }
+  return averaged_motion(signal.cutoff_hz > 0.0
+                             ? zero_phase(simulated.q, f_m, signal.cutoff_hz, signal.order, signal.convention)
+                             : simulated.q,
+                         f_m);
+}
+
+}  // namespace
+
+Instruments::Instruments(const Problem& problem) : problem_(problem), signals_(problem.signals) {
+  count_rows();
+}
+
+std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simulated, bool simulated_signs) {
+  const std::vector<RowGroup>& joints = problem_.data.groups;
+  std::vector<InstrumentalGroup> groups;
+  for (const RowGroup& joint : joints) {
+    const auto own = static_cast<Index>(joint.columns.size());
+    groups.push_back({joint.columns, StreamingQr(own, own + 1)});
+  }
+  signs_ = simulated_signs ? sign_columns() : std::vector<std::vector<Index>>(joints.size());
+  used_.clear();
+  if (simulated_signs || !whitening_.empty() || reweighting_ != nullptr) {
+    used_ = empty_groups(joints);
+  }
+  for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
+    RowSource source(problem_.robot, problem_.base, problem_.logs[k], signals_[k], *problem_.team);
+    JointSinks<InstrumentSink> sinks(groups.size());
+    std::vector<Index> widths;
+    for (std::size_t j = 0; j < groups.size(); ++j) {
+      sinks.add(groups[j].qr, signs_[j], used_.empty() ? nullptr : &used_[j].qr);
+      widths.push_back(2 * groups[j].qr.columns() + 1);
+    }
+    const ReweightedSinks reweighted(sinks.sinks(), reweighting_, joints, signs_);
+    const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
+    const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
+    source.send(whitened.sinks(), std::span(&V, 1));
+  }
+  count_rows();
+  return groups;
+}
+
+std::vector<Motion> Instruments::motions(std::span<const Motion> simulated) const {
+  std::vector<Motion> out;
+  out.reserve(simulated.size());
+  for (std::size_t k = 0; k < simulated.size(); ++k) {
+    out.push_back(instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal));
+  }
+  return out;
+}
+
+void Instruments::keep_every_row() {
+  for (SignalOptions& signal : signals_) {
+    signal.decimation.clear();
+  }
+}
+
+std::vector<std::vector<Index>> Instruments::sign_columns() const {
+  const std::vector<StandardParameter> columns = problem_.base.columns();
+  std::vector<std::vector<Index>> out;
+  for (const RowGroup& joint : problem_.data.groups) {
+    std::vector<Index>& signs = out.emplace_back();
+    for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+      if (role(columns[static_cast<std::size_t>(joint.columns[c])].kind) == Role::dry) {
+        signs.push_back(static_cast<Index>(c));
+      }
+    }
+  }
+  return out;
+}
+
+void Instruments::count_rows() {
+  rows_ = rows_of(used());
+  y_norm_ = 0.0;
+  for (const RowGroup& group : used()) {
+    y_norm_ = std::hypot(y_norm_, group.qr.y_norm());
+  }
+}
+
+}  // namespace rivid::detail

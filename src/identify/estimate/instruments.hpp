@@ -1,0 +1,64 @@
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "identify/estimate/estimate.hpp"
+#include "rivid/solve/instrumental.hpp"
+
+namespace rivid::detail {
+
+// Makes the rows [V W Y] of all logs.
+class Instruments {
+ public:
+  explicit Instruments(const Problem& problem);
+
+  // Factors of [V | W Y] of each joint.
+  //
+  // simulated        motions of the simulated loops, one a log
+  // simulated_signs  whether the sign columns of W are taken from V
+  [[nodiscard]] std::vector<InstrumentalGroup> factors(std::span<const Motion> simulated,
+                                                       bool simulated_signs);
+
+  // What V is built from: exact rows ask for the same differences as those of W.
+  [[nodiscard]] std::vector<Motion> motions(std::span<const Motion> simulated) const;
+
+  // From now on rows are not decimated.
+  void keep_every_row();
+  // From now on rows are whitened, by the coefficients of each joint's prefilter.
+  void whiten(std::vector<Vector> ar) { whitening_ = std::move(ar); }
+
+  // From now on rows are weighted by their residuals, or no longer: nullptr.
+  void reweight(Reweighting* by) { reweighting_ = by; }
+  [[nodiscard]] Reweighting* reweighting() const { return reweighting_; }
+
+  // Of the last factors: [W Y] with the signs that they took, whitened or weighted; rows and ‖Y‖ of all joints together; and the
+  // columns, within each joint's own, that were taken from V.
+  [[nodiscard]] const std::vector<RowGroup>& used() const {
+    return used_.empty() ? problem_.data.groups : used_;
+  }
+  [[nodiscard]] Index rows() const { return rows_; }
+  [[nodiscard]] double y_norm() const { return y_norm_; }
+  [[nodiscard]] const std::vector<std::vector<Index>>& signs() const { return signs_; }
+  // Rows without the parameters.
+  [[nodiscard]] double freedom() const { return static_cast<double>(rows_ - problem_.base.size()); }
+
+  [[nodiscard]] const std::vector<SignalOptions>& signals() const { return signals_; }
+  [[nodiscard]] const std::vector<Vector>& whitening() const { return whitening_; }
+
+ private:
+  [[nodiscard]] std::vector<std::vector<Index>> sign_columns() const;
+  void count_rows();
+
+  const Problem& problem_;
+  std::vector<SignalOptions> signals_;  // one a log
+  std::vector<Vector> whitening_;       // empty without
+  Reweighting* reweighting_ = nullptr;
+  std::vector<RowGroup> used_;  // empty: those of the problem
+  std::vector<std::vector<Index>> signs_;
+  Index rows_ = 0;
+  double y_norm_ = 0.0;
+};
+
+}  // namespace rivid::detail

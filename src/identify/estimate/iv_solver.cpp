@@ -1,0 +1,358 @@
+#include "identify/estimate/iv_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "dense.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Halvings of a step whose end can not be simulated.
+constexpr int most_halvings = 5;
+// Part of the parameter tolerance that counts as standing still.
+constexpr double still = 0.2;
+// A step counts as one of a cycle where it leads back to within this part of itself.
+constexpr double cycle_return = 0.1;
+constexpr int most_dampings = 3;
+
+}  // namespace
+
+IvSolver::IvSolver(const Problem& problem, Identification& out)
+    : problem_(problem),
+      method_(problem.iv()),
+      out_(out),
+      loops_(problem),
+      instruments_(problem),
+      weights_(problem.data.groups.size(), 1.0) {
+  if (method_.weights == Iv::Weights::by_joint) {
+    weights_ = joint_weights(problem);
+  }
+}
+
+Vector IvSolver::start() const {
+  if (method_.chi_0.size() > 0) {
+    return method_.chi_0;
+  }
+  switch (method_.start) {
+    case Iv::Start::a_priori:
+      return base().from_standard(problem_.robot.chi_st());
+    case Iv::Start::least_squares:
+      return least_squares(problem_.data.groups, base().size(), weights_).chi;
+    case Iv::Start::regular:
+      break;
+  }
+  return regular_start(problem_.robot, base());
+}
+
+bool IvSolver::iterate(Vector chi) {
+  int dampings = 0;
+  for (int k = 0;; ++k) {
+    std::string remark;
+    const Vector wanted = chi;
+    SimulatedLoops loops = loops_of(chi, remark);
+    if (!loops.failure.empty()) {
+      out_.status = Status::not_simulable;
+      out_.reasons.push_back((history_.empty() ? "the start" : "iterate " + std::to_string(history_.size())) +
+                             " can not be simulated: " + loops.failure);
+      return false;
+    }
+    const std::vector<InstrumentalGroup> groups = solve_or_halve(loops, chi, remark);
+    history_.push_back(told(chi, loops, groups));
+    history_.back().safeguard = std::move(remark);
+    if (!solution_.full_rank()) {
+      explain_rank(solution_.rank, solution_.undetermined,
+                   "the instruments of iteration " + std::to_string(history_.size()), out_);
+      std::ranges::move(locked_joints(problem_, loops), std::back_inserter(out_.reasons));
+      return false;
+    }
+    last_ = std::move(loops);
+    if (history_.size() > 1) {
+      const IvIteration& before = history_[history_.size() - 2];
+      history_.back().largest_step = step_in_sigmas(chi - before.chi);
+      keep(chi);
+      // An iterate that was moved has not come to rest by itself.
+      if (chi == wanted && settled(before)) {
+        return true;
+      }
+    }
+    if (k == method_.max_iterations) {
+      out_.status = Status::not_converged;
+      out_.reasons.push_back("not converged after " + counted(method_.max_iterations, "iteration") +
+                             ": parameters still move by " + number(history_.back().largest_step, 3) +
+                             " standard deviations");
+      return false;
+    }
+    Vector next = solution_.chi;
+    if (cycles(next)) {
+      if (step_in_sigmas(next - chi) <= method_.parameter_tolerance) {
+        return true;  // there and back again, far within the deviations: signs that flip
+      }
+      if (++dampings > most_dampings) {
+        out_.status = Status::cycling;
+        out_.reasons.push_back("the iteration goes back and forth between two estimates, " +
+                               number(history_.back().largest_step, 3) +
+                               " standard deviations apart, and damping does not help");
+        return false;
+      }
+      next = 0.5 * (next + chi);
+      history_.back().safeguard += history_.back().safeguard.empty() ? "" : "; ";
+      history_.back().safeguard += "the next step was halved, for the iteration went back and forth";
+    }
+    reweight(next);
+    chi = std::move(next);
+  }
+}
+
+bool IvSolver::iterate_again(const std::string& what) {
+  solve(last_, &history_.back().chi);
+  if (!solution_.full_rank()) {
+    explain_rank(solution_.rank, solution_.undetermined, what, out_);
+    return false;
+  }
+  Vector chi = solution_.chi;
+  reweight(chi);
+  return iterate(std::move(chi));
+}
+
+double IvSolver::step_in_sigmas(const Vector& step) const {
+  const double sigma = deviation_of(solution_.chi);
+  return (step.array() / (sigma * solution_.unit_covariance.diagonal().array().sqrt())).abs().maxCoeff();
+}
+
+bool IvSolver::stands_still(const Vector& step) const {
+  return step_in_sigmas(step) <= still * method_.parameter_tolerance;
+}
+
+// The loop of the start knows nothing of friction yet, and its signs are little use.
+bool IvSolver::simulated_signs() const {
+  if (history_.empty() && method_.signs == Iv::Signs::automatic) {
+    return false;
+  }
+  return method_.signs == Iv::Signs::simulated ||
+         (method_.signs == Iv::Signs::automatic && problem_.estimation.signal.cutoff_hz == 0.0 &&
+          !problem_.estimation.signal.exact_rows());
+}
+
+std::vector<InstrumentalGroup> IvSolver::factors(const SimulatedLoops& loops) {
+  return instruments_.factors(loops.motions, simulated_signs());
+}
+
+SimulatedLoops IvSolver::simulated(const Vector& chi) const { return loops_.simulated(chi, history_); }
+
+// The loops of an iterate, or of what takes its place.
+SimulatedLoops IvSolver::loops_of(Vector& chi, std::string& remark) {
+  SimulatedLoops loops = simulated(chi);
+  const bool took_measured_signs =
+      history_.size() == 1 && method_.signs == Iv::Signs::automatic && simulated_signs();
+  if (!loops.failure.empty() && took_measured_signs) {
+    // The signs of raw velocities may be noise alone: once more with those of the first loop.
+    const InstrumentalVariables again = instrumental_variables(factors(last_), base().size(), weights_);
+    if (again.full_rank()) {
+      chi = again.chi;
+      reweight(chi);
+      loops = simulated(chi);
+      remark = "with the signs of the first loop";
+    }
+  }
+  return loops.failure.empty() ? std::move(loops) : safeguarded(std::move(loops), chi, remark);
+}
+
+// In place of loops that could not be simulated: those with the nearest physical parameters, or on the way back to the
+// last ones.
+SimulatedLoops IvSolver::safeguarded(SimulatedLoops loops, Vector& chi, std::string& remark) {
+  const std::string first_failure = loops.failure;
+  loops = simulated(nearest_physical(chi));
+  if (loops.failure.empty()) {
+    remark = first_failure + "; simulated with the nearest physical parameters";
+    return loops;
+  }
+  if (!history_.empty()) {
+    Vector step = chi - history_.back().chi;
+    for (int halving = 1; halving <= most_halvings; ++halving) {
+      step *= 0.5;
+      chi = history_.back().chi + step;
+      loops = simulated(chi);
+      if (loops.failure.empty()) {
+        remark = first_failure + "; the step was halved " + counted(halving, "time");
+        return loops;
+      }
+    }
+  }
+  loops.failure = first_failure;
+  return loops;
+}
+
+// The physically consistent parameters that give the torques nearest to those of an iterate, along the measured motion.
+Vector IvSolver::nearest_physical(const Vector& chi) const {
+  const Matrix root = combined(instruments_.used(), base().size(), weights_).R();
+  // The motion only has to be near the actual one: a body twice as heavy or half as heavy as described may cost some
+  // per cent of the residual. Without that pull a link may end with next to no inertia, and gains that follow it.
+  constexpr double share_of_rows = 0.01;
+  Physical options = problem_.estimation.physical.value_or(Physical{});
+  options.weight = std::max(options.weight, share_of_rows * static_cast<double>(instruments_.rows()));
+  return physical(problem_.robot, base(), chi, root, options).chi;
+}
+
+// Solves for the next iterate with the instruments of these loops. Rows that are weighted by their residuals are weighted
+// and solved in turn, for these instruments.
+//
+// weighted_by  parameters whose residual gives the weights by joint; nullptr keeps these as they are
+std::vector<InstrumentalGroup> IvSolver::solve(const SimulatedLoops& loops, const Vector* weighted_by) {
+  std::vector<InstrumentalGroup> groups;
+  const auto make_rows = [&] { groups = factors(loops); };
+  Reweighting* const reweighting = instruments_.reweighting();
+  if (reweighting == nullptr) {
+    make_rows();
+    if (weighted_by != nullptr) {
+      reweight(*weighted_by);
+    }
+    solution_ = instrumental_variables(groups, base().size(), weights_);
+    return groups;
+  }
+  reweighting->settle(make_rows, [&] {
+    if (method_.weights == Iv::Weights::by_joint) {
+      weights_ = reweighting->weights();
+    }
+    solution_ = instrumental_variables(groups, base().size(), weights_);
+    const double sigma = robust_deviation(reweighting->sums(), reweighting->loss(), weights_);
+    return Reweighting::Solution{solution_.chi, sigma * solution_.unit_covariance.diagonal().cwiseSqrt()};
+  });
+  return groups;
+}
+
+// The same, with instruments of loops on the way back to the last iterate where these lack rank.
+std::vector<InstrumentalGroup> IvSolver::solve_or_halve(SimulatedLoops& loops, Vector& chi,
+                                                        std::string& remark) {
+  std::vector<InstrumentalGroup> groups = solve(loops);
+  // A step too far may hold a joint by its friction, where a shorter one does not.
+  for (int halving = 1; !history_.empty() && !solution_.full_rank() && halving <= most_halvings; ++halving) {
+    const Vector shorter = history_.back().chi + 0.5 * (chi - history_.back().chi);
+    SimulatedLoops trial = simulated(shorter);
+    if (!trial.failure.empty()) {
+      break;
+    }
+    chi = shorter;
+    loops = std::move(trial);
+    groups = solve(loops);
+    remark = "the step was halved " + counted(halving, "time") + ", for its instruments lacked rank";
+  }
+  return groups;
+}
+
+IvIteration IvSolver::told(const Vector& chi, const SimulatedLoops& loops,
+                           std::span<const InstrumentalGroup> groups) const {
+  IvIteration out;
+  out.chi = chi;
+  const Index n = problem_.joints();
+  out.joint_error_norm = Vector(n);
+  for (Index j = 0; j < n; ++j) {
+    const InstrumentalGroup& group = groups[static_cast<std::size_t>(j)];
+    out.joint_error_norm[j] = group.qr.residual_norm(chi(group.columns));
+  }
+  out.error_norm = out.joint_error_norm.norm();
+  out.relative_error = out.error_norm / instruments_.y_norm();
+  MotionDistance to_measured(n);
+  MotionDistance to_reference(n);
+  for (std::size_t k = 0; k < loops_.size(); ++k) {
+    to_measured.add(loops.motions[k], loops_.of_log(k).measured());
+    to_reference.add(loops.motions[k], loops_.of_log(k).reference());
+  }
+  out.to_measured = to_measured.error();
+  out.to_reference = to_reference.error();
+  out.J = loops.J;
+  out.gains = loops.law->description().gains;
+  out.condition_V = solution_.condition_V;
+  out.condition_VW = solution_.condition_VW;
+  out.effort = loops.effort;
+  return out;
+}
+
+// Whether the last iterate is where the one before it was.
+bool IvSolver::settled(const IvIteration& before) const {
+  const IvIteration& now = history_.back();
+  const double change = std::abs(now.error_norm - before.error_norm);
+  // Signs that flip keep ‖ε‖ from settling at all; steps far below the deviations are the end all the same.
+  return (change <= method_.tolerance * before.error_norm &&
+          now.largest_step <= method_.parameter_tolerance) ||
+         now.largest_step <= still * method_.parameter_tolerance;
+}
+
+// Whether the step from χ̂_k to `next` takes back the step before.
+bool IvSolver::cycles(const Vector& next) const {
+  if (history_.size() < 3) {
+    return false;
+  }
+  const Vector& now = history_.back().chi;
+  const Vector& before = history_[history_.size() - 2].chi;
+  return step_in_sigmas(next - before) < cycle_return * step_in_sigmas(next - now);
+}
+
+// The weights of the next iteration: from what this estimate leaves of each joint's rows.
+void IvSolver::reweight(const Vector& chi) {
+  // Weights that come with those of the rows are there already.
+  if (method_.weights == Iv::Weights::none || instruments_.reweighting() != nullptr) {
+    return;
+  }
+  for (std::size_t j = 0; j < weights_.size(); ++j) {
+    const RowGroup& group = instruments_.used()[j];
+    const double norm = group.qr.residual_norm(chi(group.columns));
+    if (norm > 0.0) {
+      const Index freedom = std::max<Index>(group.qr.rows() - group.qr.columns(), 1);
+      weights_[j] = std::sqrt(static_cast<double>(freedom)) / norm;
+    }
+  }
+}
+
+// This iterate is the estimate, unless a later one comes.
+void IvSolver::keep(const Vector& chi) {
+  const double sigma = deviation_of(chi);
+  estimate_ = {.chi = chi,
+               .weights = weights_,
+               .rows = instruments_.rows(),
+               .rank = base().size(),
+               .condition = solution_.condition_VW,
+               .sigma = sigma,
+               .sigma_rho = sigma,
+               .root = solution_.R_VW,
+               .unit_covariance = solution_.unit_covariance,
+               .bread = bread_of(solution_),
+               .signals = instruments_.signals(),
+               .loss = {},
+               .instruments = EstimateInstruments{.motions = instruments_.motions(last_.motions),
+                                                  .signs = instruments_.signs(),
+                                                  .whitening = instruments_.whitening(),
+                                                  .used = instruments_.used(),
+                                                  .first_stage_F = first_stage_F()}};
+}
+
+double IvSolver::deviation_of(const Vector& chi) const {
+  return deviation(residual(instruments_.used(), chi, weights_), instruments_.freedom(),
+                   problem_.estimation.signal.convention);
+}
+
+// R_VW⁻¹ R_VV⁻ᵀ.
+Matrix bread_of(const InstrumentalVariables& solution) {
+  const Index b = solution.R_VV.rows();
+  return solve(solution.R_VW,
+               solution.R_VV.transpose().triangularView<Eigen::Lower>().solve(Matrix::Identity(b, b)));
+}
+
+// Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
+// the same rows over that of the instrumental variables, as the F statistic of a first stage.
+Vector IvSolver::first_stage_F() const {
+  const LeastSquares ls = least_squares(instruments_.used(), base().size(), weights_);
+  Vector F(base().size());
+  for (Index i = 0; i < F.size(); ++i) {
+    const double R2 = std::min(ls.unit_covariance(i, i) / solution_.unit_covariance(i, i), 1.0);
+    F[i] = instruments_.freedom() * R2 / std::max(1.0 - R2, std::numeric_limits<double>::epsilon());
+  }
+  return F;
+}
+
+}  // namespace rivid::detail

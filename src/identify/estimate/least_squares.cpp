@@ -1,0 +1,109 @@
+#include <utility>
+
+#include "identify/estimate/estimate.hpp"
+#include "identify/rows/factors.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+bool by_joint(const Problem& problem) { return std::holds_alternative<Wls>(problem.estimation.method); }
+
+std::vector<double> ones(const Problem& problem) {
+  return std::vector<double>(problem.data.groups.size(), 1.0);
+}
+
+// The estimate whose triangle and covariance these are, its chi and statistics aside.
+Estimate estimate_of(const Problem& problem, const LeastSquares& solution, Identification& out) {
+  if (!solution.full_rank()) {
+    explain_rank(solution.rank, solution.undetermined, "these data", out);
+  }
+  return {.chi = solution.chi,
+          .weights = {},
+          .rows = rows_of(problem.data.groups),
+          .rank = solution.rank,
+          .condition = solution.condition,
+          .root = solution.R,
+          .unit_covariance = solution.unit_covariance,
+          .bread = solution.unit_covariance,
+          .signals = problem.signals,
+          .loss = {},
+          .instruments = {}};
+}
+
+// The estimate of the rows as they are.
+//
+// throws InputError where there are too few
+LeastSquares plain_solution(const Problem& problem, const std::vector<double>& weights) {
+  LeastSquares out = least_squares(problem.data.groups, problem.base.size(), weights);
+  if (const Index rows = rows_of(problem.data.groups); rows <= out.rank) {
+    problem.refuse_few_rows(rows);
+  }
+  return out;
+}
+
+// A⁻¹ B A⁻¹ on what is determined.
+Matrix sandwich(const LeastSquares& A, const Matrix& root_B) {
+  const Matrix half = root_B * finite_part(A.unit_covariance);
+  Matrix out = half.transpose() * half;
+  out.diagonal() += undetermined(A.unit_covariance);
+  return out;
+}
+
+// Weights of the rows and parameters in turn, from the estimate `plain` on.
+Estimate robust_estimate(const Problem& problem, const Vector& plain, Identification& out) {
+  const Index b = problem.base.size();
+  const auto& progress = problem.estimation.progress;
+  Reweighting reweighting(*problem.estimation.robust, plain, problem.data.groups.size());
+  std::vector<RowGroup> groups;
+  const auto make_rows = [&] {
+    groups = empty_groups(problem.data.groups);
+    for (std::size_t k = 0; k < problem.logs.size(); ++k) {
+      RowSource source(problem.robot, problem.base, problem.logs[k], problem.signals[k], *problem.team);
+      const JointSinks<FactorSink> factors = factor_sinks(groups);
+      const ReweightedSinks weighted(factors.sinks(), &reweighting, groups, {});
+      source.send(weighted.sinks());
+      if (progress) {
+        progress("round " + std::to_string(reweighting.rounds() + 1),
+                 static_cast<double>(k + 1) / static_cast<double>(problem.logs.size()));
+      }
+    }
+  };
+  std::vector<double> weights;
+  reweighting.settle(make_rows, [&] {
+    weights = by_joint(problem) ? reweighting.weights() : ones(problem);
+    const LeastSquares solution = least_squares(groups, b, weights);
+    const double sigma = robust_deviation(reweighting.sums(), reweighting.loss(), weights);
+    return Reweighting::Solution{solution.chi, sigma * solution.unit_covariance.diagonal().cwiseSqrt()};
+  });
+  report_robust(problem, reweighting, plain, out);
+  const std::vector<RobustSums> sums = reweighting.sums();
+  const RobustInformation information = robust_information(sums, reweighting.loss(), weights, b);
+  const LeastSquares A = least_squares(problem.data.groups, b, information.bread);
+  Estimate estimate = estimate_of(problem, A, out);
+  const Matrix C = sandwich(A, combined(problem.data.groups, b, information.meat).R());
+  estimate.unit_covariance = C / (information.sigma * information.sigma);
+  estimate.chi = reweighting.chi();
+  estimate.sigma = information.sigma;
+  estimate.sigma_rho = robust_deviation(sums, reweighting.loss(), weights);
+  estimate.loss = reweighting.loss();
+  estimate.weights = std::move(weights);
+  return estimate;
+}
+
+}  // namespace
+
+Estimate least_squares_estimate(const Problem& problem, Identification& out) {
+  std::vector<double> weights = by_joint(problem) ? joint_weights(problem) : ones(problem);
+  const LeastSquares solution = plain_solution(problem, weights);
+  if (problem.estimation.robust) {
+    return robust_estimate(problem, solution.chi, out);
+  }
+  Estimate estimate = estimate_of(problem, solution, out);
+  estimate.sigma = estimate.sigma_rho = deviation(residual(problem.data.groups, estimate.chi, weights),
+                                                  estimate.freedom(), problem.estimation.signal.convention);
+  estimate.weights = std::move(weights);
+  return estimate;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,181 @@
+#include "identify/infer/covariance.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "dense.hpp"
+#include "rivid/signal/decimate.hpp"
+#include "rivid/solve/distributions.hpp"
+#include "rivid/solve/long_run.hpp"
+#include "rivid/text.hpp"
+#include "signal/window_decimator.hpp"
+
+namespace rivid {
+
+std::string_view name(CovarianceKind kind) {
+  constexpr std::array<std::string_view, 3> names = {"automatic", "classical", "hac"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+std::optional<std::string> CovarianceOptions::complaint() const {
+  if (!std::isfinite(lag) || lag < 0.0) {
+    return "covariance_lag is " + number(lag) + " s, must not be negative";
+  }
+  return std::nullopt;
+}
+
+namespace detail {
+
+namespace {
+
+Index intervals(std::span<const Matrix> series) {
+  Index out = 0;
+  for (const Matrix& s : series) {
+    out += s.rows();
+  }
+  return out;
+}
+
+TestResult chi_square_test(double statistic, double freedom) {
+  return {.statistic = statistic, .freedom = freedom, .p = chi_square_tail(statistic, freedom)};
+}
+
+}  // namespace
+
+Index lag_of(std::span<const Matrix> series, double interval, const CovarianceOptions& options) {
+  return options.lag > 0.0
+             ? std::min(static_cast<Index>(std::ceil(options.lag / interval)), intervals(series))
+             : bartlett_lag(series);
+}
+
+double decimation_factor(const SignalOptions& signal) {
+  if (signal.decimation.empty() || signal.convention == Convention::matlab) {
+    return 1.0;
+  }
+  if (signal.exact_rows()) {
+    const Index n_d = stride_of(signal);
+    return std::sqrt(static_cast<double>(n_d) * decimation_window(n_d).squaredNorm());
+  }
+  return deviation_factor(signal.decimation, signal.convention);
+}
+
+CovarianceKind resolved(CovarianceKind kind, Convention convention) {
+  if (kind != CovarianceKind::automatic) {
+    return kind;
+  }
+  return convention == Convention::matlab ? CovarianceKind::classical : CovarianceKind::hac;
+}
+
+Uncertainty classical_covariance(const SignalOptions& signal, double sigma, const Matrix& unit_covariance,
+                                 double freedom) {
+  const double factor = decimation_factor(signal);
+  const double deviation = sigma / factor;
+  return {.C = deviation * deviation * unit_covariance,
+          .report = {.kind = CovarianceKind::classical,
+                     .decimation_factor = factor,
+                     .quantile_975 = student_quantile_975(freedom)}};
+}
+
+Uncertainty hac_covariance(std::span<const Matrix> series, double interval, const Matrix& bread,
+                           const CovarianceOptions& options, double freedom) {
+  const Index lag = lag_of(series, interval, options);
+  const Matrix S = long_run_covariance(series, lag);
+  const auto instants = static_cast<double>(intervals(series));
+  return {
+      .C = bread * S * bread.transpose(),
+      .report = {.kind = CovarianceKind::hac,
+                 .lag = static_cast<double>(lag) * interval,
+                 .quantile_975 = student_quantile_975(freedom) *
+                                 fixed_lag_widening(std::min(static_cast<double>(lag + 1) / instants, 1.0))}};
+}
+
+std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scores) {
+  std::vector<ResidualTests> out;
+  for (std::size_t j = 0; j < scores.residuals.size(); ++j) {
+    const ResidualMoments& sums = scores.residuals[j];
+    ResidualTests& test = out.emplace_back();
+    test.joint = robot.joints[j].name;
+    const auto rows = static_cast<double>(sums.rows);
+    if (sums.rows < 2 || !(sums.powers[1] > 0.0)) {
+      continue;
+    }
+    const double mean = sums.powers[0] / rows;
+    const double variance = sums.powers[1] / rows - mean * mean;
+    const double third = sums.powers[2] / rows - mean * (3.0 * variance + mean * mean);
+    const double fourth =
+        sums.powers[3] / rows - mean * (4.0 * third + mean * (6.0 * variance + mean * mean));
+    test.skewness = third / std::pow(variance, 1.5);
+    test.excess_kurtosis = fourth / (variance * variance) - 3.0;
+    test.normality = chi_square_test(
+        rows / 6.0 * (test.skewness * test.skewness + 0.25 * test.excess_kurtosis * test.excess_kurtosis),
+        2.0);
+    double statistic = 0.0;
+    double lags = 0.0;
+    for (std::size_t l = 0; l < ResidualMoments::lags; ++l) {
+      const double pairs = sums.pair_counts[l];
+      if (pairs < 1.0) {
+        continue;
+      }
+      // The part of the autocorrelation that gaps leave pairs for.
+      const double correlation = sums.products[l] / sums.powers[1] * rows / pairs;
+      statistic += correlation * correlation * pairs * (rows + 2.0) / rows;
+      ++lags;
+      if (l == 0) {
+        test.autocorrelation = correlation;
+      }
+    }
+    if (lags > 0.0) {
+      test.whiteness = chi_square_test(statistic, lags);
+    }
+  }
+  return out;
+}
+
+HausmanTest hausman_test(const BaseParameters& base, const Vector& shift, std::span<const Matrix> by_iv,
+                         const Matrix& bread_iv, std::span<const Matrix> by_ls, const Matrix& bread_ls,
+                         double interval, const CovarianceOptions& options, const Vector& sigma) {
+  HausmanTest out;
+  Index at = 0;
+  out.largest_shift = (shift.array() / sigma.array()).abs().maxCoeff(&at);
+  out.parameter = base.parameters[static_cast<std::size_t>(at)].name;
+  // What each interval adds to the difference of the estimates, in deviations of the estimate.
+  const Vector scale = sigma.cwiseInverse();
+  std::vector<Matrix> influence;
+  influence.reserve(by_iv.size());
+  for (std::size_t k = 0; k < by_iv.size(); ++k) {
+    influence.emplace_back((by_iv[k] * bread_iv.transpose() - by_ls[k] * bread_ls.transpose()) *
+                           scale.asDiagonal());
+  }
+  const auto instants = static_cast<double>(intervals(influence));
+  const Matrix D = long_run_covariance(influence, lag_of(influence, interval, options));
+  // Directions in which both estimates agree by construction tell nothing.
+  constexpr double least = 1e-10;
+  const SymmetricEigen eigen = symmetric_eigen(D);
+  const Vector along = eigen.vectors.transpose() * scale.cwiseProduct(shift);
+  double statistic = 0.0;
+  double freedom = 0.0;
+  for (Index i = 0; i < along.size(); ++i) {
+    if (eigen.values[i] > least * eigen.values.maxCoeff()) {
+      statistic += along[i] * along[i] / eigen.values[i];
+      ++freedom;
+    }
+  }
+  const double left = std::max(instants - freedom, 1.0);
+  out.test.statistic = freedom > 0.0 ? statistic / freedom * left / instants : 0.0;
+  out.test.freedom = freedom;
+  out.test.p = freedom > 0.0 ? f_tail(out.test.statistic, freedom, left) : 1.0;
+  return out;
+}
+
+}  // namespace detail
+
+Vector deviation_bound(const Robot& robot, const Log& log, const Vector& sigma) {
+  const BaseParameters base = base_parameters(robot);
+  const RowFactors rows = factors(robot, base, log, {.rows = RowScheme::exact});
+  const Vector inverse = sigma.cwiseInverse();
+  const std::vector<double> weights(inverse.begin(), inverse.end());
+  return least_squares(rows.groups, base.size(), weights).unit_covariance.diagonal().cwiseSqrt();
+}
+
+}  // namespace rivid

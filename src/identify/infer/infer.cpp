@@ -1,0 +1,256 @@
+#include "identify/infer/infer.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "identify/infer/covariance.hpp"
+#include "identify/rows/factors.hpp"
+
+namespace rivid {
+
+namespace detail {
+
+namespace {
+
+double relative(double part, double whole) {
+  return whole > 0.0 ? part / whole : std::numeric_limits<double>::quiet_NaN();
+}
+
+// A covariance, and what a second look at the rows tells beside it.
+struct Statistics {
+  Uncertainty uncertainty;
+  std::optional<Diagnostics> diagnostics;
+};
+
+Scores scores_of(const Problem& problem, const Estimate& estimate, const LeastSquares* by_least_squares) {
+  const EstimateInstruments* const instruments = estimate.instruments ? &*estimate.instruments : nullptr;
+  const bool corrected = leverage_counts(estimate.rows, problem.base.size());
+  const auto estimator = [&](const Vector& chi, bool instrumental, const Matrix& bread) {
+    return Estimator{chi, instrumental, corrected ? finite_part(bread) : Matrix()};
+  };
+  std::vector<Estimator> estimators = {estimator(estimate.chi, instruments != nullptr, estimate.bread)};
+  if (by_least_squares != nullptr) {
+    estimators.push_back(estimator(by_least_squares->chi, false, by_least_squares->unit_covariance));
+  }
+  std::vector<ScoredLog> logs;
+  for (std::size_t k = 0; k < problem.logs.size(); ++k) {
+    logs.push_back({&problem.logs[k], &estimate.signals[k],
+                    instruments == nullptr ? nullptr : &instruments->motions[k]});
+  }
+  using Signs = std::vector<std::vector<Index>>;
+  return scores(problem.robot, problem.base, logs, estimators, estimate.weights,
+                instruments == nullptr ? Signs() : instruments->signs, *problem.team,
+                instruments == nullptr ? std::span<const Vector>() : instruments->whitening,
+                estimate.loss ? &*estimate.loss : nullptr);
+}
+
+// The comparison with least squares on the same rows.
+HausmanTest hausman(const Problem& problem, const Estimate& estimate, const Scores& scores,
+                    const LeastSquares& ls, const Matrix& bread, const Vector& sigma) {
+  Matrix bread_ls = ls.unit_covariance;
+  Vector shift = estimate.chi - ls.chi;
+  if (estimate.loss) {
+    // Least squares with the weights that the instruments' residuals gave is brought to its own M-estimate by one
+    // step of Newton's.
+    bread_ls = bread_from_slopes(scores.curvature[1], bread_ls);
+    shift = bread_ls * (ls.R.transpose() * (ls.R * shift));
+  }
+  return hausman_test(problem.base, shift, scores.series[0], bread, scores.series[1], bread_ls,
+                      scores.interval, problem.estimation.covariance, sigma);
+}
+
+Statistics statistics_of(const Problem& problem, const Estimate& estimate) {
+  const CovarianceOptions& options = problem.estimation.covariance;
+  const SignalOptions& signal = problem.estimation.signal;
+  if (resolved(options.kind, signal.convention) != CovarianceKind::hac) {
+    return {.uncertainty = classical_covariance(estimate.signals.front(), estimate.sigma,
+                                                estimate.unit_covariance, estimate.freedom()),
+            .diagnostics = {}};
+  }
+  std::optional<LeastSquares> ls;
+  if (estimate.instruments) {
+    ls = least_squares(estimate.instruments->used, problem.base.size(), estimate.weights);
+  }
+  const Scores found = scores_of(problem, estimate, ls ? &*ls : nullptr);
+  Matrix bread = finite_part(estimate.bread);
+  if (estimate.loss && estimate.rank == problem.base.size()) {
+    bread = bread_from_slopes(found.curvature.front(), bread);
+  }
+  Statistics out = {
+      .uncertainty = hac_covariance(found.series.front(), found.interval, bread, options, estimate.freedom()),
+      .diagnostics =
+          Diagnostics{.residuals = residual_tests(problem.robot, found), .hausman = {}, .torque_lag = {}}};
+  out.uncertainty.C.diagonal() += undetermined(estimate.bread);
+  const Vector sigma = out.uncertainty.C.diagonal().cwiseSqrt();
+  if (!estimate.loss && signal.exact_rows()) {
+    out.diagnostics->torque_lag = torque_lag(problem.base, found, options, bread, sigma);
+  }
+  if (ls && ls->full_rank()) {
+    out.diagnostics->hausman = hausman(problem, estimate, found, *ls, bread, sigma);
+  }
+  return out;
+}
+
+void describe_parameters(const Robot& robot, Identification& out) {
+  const Vector a_priori = out.base.from_standard(robot.chi_st());
+  const double t = out.covariance.quantile_975;
+  for (Index i = 0; i < out.base.size(); ++i) {
+    const BaseParameter& p = out.base.parameters[static_cast<std::size_t>(i)];
+    const double sigma = std::sqrt(out.C_chi(i, i));
+    const double value = std::isfinite(sigma) ? out.chi[i] : std::numeric_limits<double>::quiet_NaN();
+    out.parameters.push_back({.name = p.name,
+                              .unit = p.unit,
+                              .regrouped = p.regrouped,
+                              .value = value,
+                              .sigma = sigma,
+                              .relative_sigma_percent = 100.0 * sigma / std::abs(value),
+                              .interval_95 = {value - t * sigma, value + t * sigma},
+                              .a_priori = a_priori[i],
+                              .verdict = {},
+                              .advice = {}});
+  }
+}
+
+// Rows without an estimate have no errors.
+void forget_errors(Fit& fit) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  fit.relative_error = fit.centred_relative_error = fit.error_norm = fit.sigma_rho = none;
+  for (JointFit& joint : fit.joints) {
+    joint.relative_error = joint.centred_relative_error = joint.sigma_rho = none;
+  }
+}
+
+void infer_without_estimate(const Problem& problem, Identification& out) {
+  const Index b = problem.base.size();
+  out.condition = std::numeric_limits<double>::infinity();
+  out.chi = Vector::Constant(b, std::numeric_limits<double>::quiet_NaN());
+  out.C_chi = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
+  out.fit = judged(problem.robot, problem.data, Vector::Zero(b), b, problem.estimation.signal.convention);
+  forget_errors(out.fit);
+  describe_parameters(problem.robot, out);
+  judge_parameters(problem.robot, problem.logs, out);
+}
+
+void infer(const Problem& problem, const Estimate& estimate, Identification& out) {
+  out.weights = estimate.weights;
+  out.condition = estimate.condition;
+  out.chi = estimate.chi;
+  Statistics found = statistics_of(problem, estimate);
+  out.C_chi = std::move(found.uncertainty.C);
+  out.covariance = found.uncertainty.report;
+  out.diagnostics = std::move(found.diagnostics);
+  out.fit = judged(problem.robot, problem.data, out.chi, estimate.rank, problem.estimation.signal.convention);
+  out.fit.sigma_rho = estimate.sigma_rho;
+  describe_parameters(problem.robot, out);
+  judge_robust(out);
+  judge_torque_lag(out);
+  add_physical(problem, estimate, out);
+  judge_parameters(problem.robot, problem.logs, out);
+  add_essential(problem, estimate, out);
+}
+
+}  // namespace
+
+Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index estimated,
+           Convention convention) {
+  Fit fit;
+  const std::vector<double> ones(data.groups.size(), 1.0);
+  const Residual all = residual(data.groups, chi, ones);
+  fit.rows = all.rows;
+  fit.error_norm = all.norm;
+  fit.relative_error = relative(all.norm, all.y_norm);
+  const double freedom_share = 1.0 - static_cast<double>(estimated) / static_cast<double>(all.rows);
+  fit.sigma_rho = deviation(all, static_cast<double>(all.rows) * freedom_share, convention);
+  double centred = 0.0;
+  for (std::size_t j = 0; j < data.groups.size(); ++j) {
+    const StreamingQr& qr = data.groups[j].qr;
+    const Residual r = residual(std::span(&data.groups[j], 1), chi, std::span(ones.data(), 1));
+    const auto rows = static_cast<double>(r.rows);
+    // A joint that stands still has no row.
+    const double mean_square = r.rows > 0 ? qr.y_sum() * qr.y_sum() / rows : 0.0;
+    const double y_centred = std::sqrt(std::max(r.y_norm * r.y_norm - mean_square, 0.0));
+    centred = std::hypot(centred, y_centred);
+    fit.joints.push_back({.name = robot.joints[j].name,
+                          .unit = robot.joints[j].type == JointType::revolute ? "N·m" : "N",
+                          .rows = r.rows,
+                          .left_out = data.left_out[j],
+                          .velocity_threshold = data.thresholds[j],
+                          .relative_error = relative(r.norm, r.y_norm),
+                          .centred_relative_error = relative(r.norm, y_centred),
+                          .sigma_rho = deviation(r, rows * freedom_share, convention)});
+  }
+  fit.centred_relative_error = relative(all.norm, centred);
+  return fit;
+}
+
+}  // namespace detail
+
+std::string_view name(Status status) {
+  constexpr std::array<std::string_view, 6> names = {"identified", "rank_deficient",   "not_converged",
+                                                     "cycling",    "weak_instruments", "not_simulable"};
+  return names[static_cast<std::size_t>(status)];
+}
+
+std::string_view name(Verdict verdict) {
+  constexpr std::array<std::string_view, 3> names = {"identified", "weak", "not_excited"};
+  return names[static_cast<std::size_t>(verdict)];
+}
+
+Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
+  const detail::Problem problem(robot, logs, estimation);
+  Identification out;
+  out.method = name(estimation.method);
+  out.title = title(estimation.method);
+  out.estimation = estimation;
+  out.estimation.progress = {};
+  out.base = problem.base;
+  out.columns = problem.base.size();
+  if (auto doubt = out.base.doubt()) {
+    out.warnings.push_back(Finding{"base_doubt", {}, std::move(*doubt)});
+  }
+  const RowFactors& data = problem.data;
+  const bool plain = data.undecimated.empty() || std::holds_alternative<Iv>(estimation.method);
+  const std::vector<double> ones(data.groups.size(), 1.0);
+  out.R_diagonal =
+      combined(plain ? data.groups : data.undecimated, out.columns, ones).R().diagonal().cwiseAbs();
+  const detail::Estimated found = detail::estimated(problem, out);
+  if (found.unfiltered) {
+    const detail::Uncertainty before = detail::statistics_of(problem, *found.unfiltered).uncertainty;
+    out.prefilter->sigma = before.C.diagonal().cwiseSqrt();
+    out.prefilter->covariance = before.report;
+  }
+  if (!found.estimate) {
+    detail::infer_without_estimate(problem, out);
+    return out;
+  }
+  detail::infer(problem, *found.estimate, out);
+  if (out.iv) {
+    detail::judge_instruments(out);
+    detail::judge_prefilter(out);
+    detail::judge_loop(found.error_with_V, out);
+  }
+  return out;
+}
+
+Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {
+  return identify(robot, std::span<const Log>(&log, 1), estimation);
+}
+
+Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
+  const SignalOptions& signal = identification.estimation.signal;
+  const RowFactors data =
+      detail::all_factors(robot, identification.base, std::span(&log, 1), std::span(&signal, 1), threads, {});
+  const auto fit = [&](const Vector& chi) { return detail::judged(robot, data, chi, 0, signal.convention); };
+  Validation out{log.source, fit(identification.chi), {}, {}};
+  if (identification.physical) {
+    out.physical = fit(identification.physical->parameters.chi);
+  }
+  if (identification.essential) {
+    out.essential = fit(identification.essential->parameters.chi);
+  }
+  return out;
+}
+
+}  // namespace rivid

@@ -1,0 +1,104 @@
+#include <string>
+#include <vector>
+
+#include "dense.hpp"
+#include "identify/infer/infer.hpp"
+#include "identify/rows/factors.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Condition index of columns of unit length from which [Belsley 1980] calls collinearity severe; and the
+// part of a parameter's variance that must come from such directions for it to suffer.
+constexpr double severe = 100.0;
+constexpr double most_of_the_variance = 0.5;
+
+void warn_of_weak_excitation(const Matrix& root, Identification& out) {
+  if (out.status == Status::rank_deficient) {
+    return;
+  }
+  const Matrix scaled = root * root.colwise().norm().cwiseInverse().asDiagonal();
+  const Svd factors = svd(scaled, Eigen::ComputeThinV);
+  const Vector& s = factors.values;
+  const Index size = s.size();
+  const double index = s[0] / s[size - 1];
+  if (!(index > severe)) {
+    return;
+  }
+  const Index weak = (s.array() * severe < s[0]).count();
+  const Matrix shares = (factors.V * s.cwiseInverse().asDiagonal()).cwiseAbs2();
+  std::vector<std::string> names;
+  for (Index i = 0; i < size; ++i) {
+    if (shares.row(i).tail(weak).sum() > most_of_the_variance * shares.row(i).sum()) {
+      names.push_back(out.base.parameters[static_cast<std::size_t>(i)].name);
+    }
+  }
+  out.warnings.push_back(
+      Finding{"weak_excitation",
+              {},
+              "weak excitation: the data can hardly tell apart " + listed(names) + " (condition " +
+                  number(index, 3) + " with columns of unit length, severe above " + number(severe) +
+                  "), so the model may not carry over to other motions; more exciting logs, or the "
+                  "physically consistent parameters near the robot description, would settle them"});
+}
+
+// The pull of the description may cost this part of the residual sum of squares.
+constexpr double tolerable_price = 0.1;
+constexpr double least_weight = 1e-6;
+// Where a tenth of the weight does not lower the price by so much, it is not the pull that costs.
+constexpr double worth_it = 0.9;
+
+// The parameters, and the options with the weight that they were found with.
+PhysicalModel found_model(const Robot& robot, const Physical& options, const Matrix& root, double freedom,
+                          const Identification& result) {
+  PhysicalModel out;
+  out.options = options;
+  out.parameters = physical(robot, result.base, result.chi, root, options);
+  while (options.weight_may_fall && out.parameters.distance > 0.5 * tolerable_price * freedom &&
+         out.options.weight > least_weight) {
+    Physical lower = out.options;
+    lower.weight *= 0.1;
+    PhysicalParameters found = physical(robot, result.base, result.chi, root, lower);
+    if (found.distance > worth_it * out.parameters.distance) {
+      break;
+    }
+    out.options = lower;
+    out.parameters = std::move(found);
+  }
+  return out;
+}
+
+}  // namespace
+
+void add_physical(const Problem& problem, const Estimate& estimate, Identification& out) {
+  const std::optional<Physical>& options = problem.estimation.physical;
+  const Matrix root = estimate.root / estimate.sigma;
+  if (!options) {
+    warn_of_weak_excitation(root, out);
+    return;
+  }
+  PhysicalModel model = found_model(problem.robot, *options, root,
+                                    static_cast<double>(rows_of(problem.data.groups) - out.base.size()), out);
+  if (model.options.weight != options->weight) {
+    out.notes.push_back(
+        "the robot description is far from what the data say: the physically consistent "
+        "parameters follow it with the weight " +
+        number(model.options.weight, 3) + " instead of " + number(options->weight, 3));
+  }
+  model.fit = judged(problem.robot, problem.data, model.parameters.chi, out.base.size(),
+                     out.estimation.signal.convention);
+  out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
+  if (!model.parameters.reached) {
+    out.warnings.push_back(Finding{"physical_unsettled",
+                                   {},
+                                   "the search for the physically consistent parameters ended after " +
+                                       counted(model.parameters.steps, "step") +
+                                       ", before their cost was known to be the least to within " +
+                                       number(options->tolerance) + " of itself; larger max_steps may help"});
+  }
+  out.physical = std::move(model);
+}
+
+}  // namespace rivid::detail

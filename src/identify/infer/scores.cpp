@@ -1,0 +1,255 @@
+#include "identify/infer/scores.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "identify/rows/whitened_rows.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Intervals that a log is divided into at most: finer than any correlation that a covariance could still be told from,
+// and little memory.
+constexpr double most_intervals = 2048.0;
+// Leverage that is corrected for at most: a row that determines a parameter alone has no residual to speak of.
+constexpr double most_leverage = 0.9;
+
+// Takes the rows [V W Y] or [W Y] of a joint and keeps the sums over them.
+class ScoreSink final : public RowSink {
+ public:
+  // What rows of the joint count.
+  struct Loss {
+    RobustLoss loss;
+    double scale = 0.0;
+  };
+  // One estimator, the joint's own columns of it.
+  struct Own {
+    Vector chi;
+    bool instrumental;
+    Matrix bread;
+  };
+
+  // stride    samples from one row to the next where none is left out
+  ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> signs,
+            double samples_per_interval, Index intervals, Index stride, std::optional<Loss> loss)
+      : own_(own),
+        W_at_(with_V ? own : 0),
+        estimators_(std::move(estimators)),
+        weight_(weight),
+        signs_(std::move(signs)),
+        samples_per_interval_(samples_per_interval),
+        stride_(stride),
+        loss_(loss),
+        rows_(Matrix::Zero(LagSums::lead + RowSource::most_wanted, W_at_ + own + 1)),
+        rho_(Vector::Zero(LagSums::lead + RowSource::most_wanted)),
+        lag_(own, stride, intervals, samples_per_interval) {
+    sums_.assign(estimators_.size(), Matrix::Zero(intervals, own));
+    curvatures_.assign(loss_ ? estimators_.size() : 0, Matrix::Zero(own, own));
+  }
+
+  RowsRoom room(Index /*wanted*/) override {
+    return {{rows_.data() + LagSums::lead, rows_.rows()}, RowSource::most_wanted};
+  }
+
+  void commit(std::span<const Index> samples) override {
+    constexpr Index lead = LagSums::lead;
+    const auto count = static_cast<Index>(samples.size());
+    const auto all = rows_.topRows(lead + count);
+    for (const Index c : signs_) {
+      rows_.col(W_at_ + c).segment(lead, count) = rows_.col(c).segment(lead, count);
+    }
+    const auto W = all.middleCols(W_at_, own_).bottomRows(count);
+    const auto Y = all.col(W_at_ + own_).tail(count);
+    for (std::size_t e = 0; e < estimators_.size(); ++e) {
+      const Own& estimator = estimators_[e];
+      const auto all_Z = all.middleCols(estimator.instrumental ? 0 : W_at_, own_);
+      const auto Z = all_Z.bottomRows(count);
+      Vector rho = Y - W * estimator.chi;
+      if (e == 0) {
+        see(rho, samples);
+        rho_.segment(lead, count) = rho;
+        lag_.add(all_Z, all.middleCols(W_at_, own_), all.col(W_at_ + own_), rho_.head(lead + count),
+                 estimator.chi, samples);
+      }
+      Vector slope;
+      if (loss_) {
+        slope = psi(*loss_, rho);
+        curvatures_[e].noalias() += weight_ * weight_ * (Z.transpose() * slope.asDiagonal() * W);
+      }
+      if (estimator.bread.size() > 0) {
+        Vector leverage = weight_ * weight_ * (W * estimator.bread).cwiseProduct(Z).rowwise().sum();
+        if (loss_) {
+          leverage.array() *= slope.array();
+        }
+        rho.array() /= 1.0 - leverage.array().cwiseMin(most_leverage);
+      }
+      for (Index c = 0; c < own_; ++c) {
+        for (Index k = 0; k < count; ++k) {
+          sums_[e](interval_of(samples[static_cast<std::size_t>(k)], samples_per_interval_), c) +=
+              Z(k, c) * rho[k];
+        }
+      }
+    }
+    // The neighbours of the next rows.
+    rows_.topRows(lead) = rows_.middleRows(count, lead).eval();
+    rho_.head(lead) = rho_.segment(count, lead).eval();
+  }
+
+  [[nodiscard]] const ResidualMoments& moments() const { return moments_; }
+  // Adds what LagSums has found to the sums of all joints; `at` is the joint, and the last sums by time are those of this log.
+  void add_rates_to(RateSums& all, const std::vector<Index>& columns, Index at) const {
+    const double w = weight_ * weight_;
+    all.WP(columns, at) += w * lag_.WP;
+    all.ZD(columns, at) += w * lag_.ZD.colwise().sum().transpose();
+    all.P_rho.back().col(at) = w * lag_.P_rho;
+    all.PD.back().col(at) = w * lag_.PD;
+    all.ZD_by_time.back()(Eigen::all, columns) += w * lag_.ZD;
+  }
+  // Adds the scores of estimator e to those of all joints, (intervals × b).
+  void add_to(Matrix& all, const std::vector<Index>& columns, std::size_t e) const {
+    for (Index c = 0; c < own_; ++c) {
+      all.col(columns[static_cast<std::size_t>(c)]) += weight_ * weight_ * sums_[e].col(c);
+    }
+  }
+  void add_curvature_to(Matrix& all, const std::vector<Index>& columns, std::size_t e) const {
+    all(columns, columns) += curvatures_[e];
+  }
+
+ private:
+  // Makes s ψ(ρ/s) of residuals; their ψ'.
+  [[nodiscard]] static Vector psi(const Loss& loss, Vector& rho) {
+    Vector slope(rho.size());
+    for (Index k = 0; k < rho.size(); ++k) {
+      const double u = rho[k] / loss.scale;
+      slope[k] = loss.loss.slope(u);
+      rho[k] *= loss.loss.weight(u);
+    }
+    return slope;
+  }
+
+  void see(const Vector& rho, std::span<const Index> samples) {
+    for (Index k = 0; k < rho.size(); ++k) {
+      const Index sample = samples[static_cast<std::size_t>(k)];
+      if (sample - last_ != stride_) {
+        run_ = 0;
+      }
+      last_ = sample;
+      const auto reach = std::min<std::size_t>(run_, ResidualMoments::lags);
+      for (std::size_t l = 1; l <= reach; ++l) {
+        moments_.products[l - 1] += rho[k] * before_[(run_ - l) % before_.size()];
+        moments_.pair_counts[l - 1] += 1.0;
+      }
+      before_[run_ % before_.size()] = rho[k];
+      ++run_;
+      double power = 1.0;
+      for (double& sum : moments_.powers) {
+        power *= rho[k];
+        sum += power;
+      }
+      ++moments_.rows;
+    }
+  }
+
+  Index own_;
+  Index W_at_;
+  std::vector<Own> estimators_;
+  double weight_;
+  std::vector<Index> signs_;
+  double samples_per_interval_;
+  Index stride_;
+  std::optional<Loss> loss_;
+  Matrix rows_;  // behind those of the call before that LagSums needs
+  Vector rho_;   // of the first estimator
+  LagSums lag_;
+  std::vector<Matrix> sums_;
+  std::vector<Matrix> curvatures_;
+  ResidualMoments moments_;
+  std::array<double, ResidualMoments::lags> before_{};  // the last residuals, in a ring
+  std::size_t run_ = 0;                                 // residuals since the last gap
+  Index last_ = -1;
+};
+
+std::optional<ScoreSink::Loss> loss_of(const RowLoss* loss, std::size_t j) {
+  return loss == nullptr ? std::nullopt : std::optional(ScoreSink::Loss{loss->loss, loss->scales[j]});
+}
+
+double interval_for(std::span<const ScoredLog> logs) {
+  double out = 0.0;
+  for (const ScoredLog& each : logs) {
+    const double f_m = each.log->f_m;
+    const double duration = static_cast<double>(each.log->samples()) / f_m;
+    out = std::max({out, static_cast<double>(stride_of(*each.signal)) / f_m, duration / most_intervals});
+  }
+  return out;
+}
+
+}  // namespace
+
+void ResidualMoments::merge(const ResidualMoments& other) {
+  const auto add = [](auto& to, const auto& from) {
+    std::ranges::transform(to, from, to.begin(), [](double a, double b) { return a + b; });
+  };
+  rows += other.rows;
+  add(powers, other.powers);
+  add(products, other.products);
+  add(pair_counts, other.pair_counts);
+}
+
+Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
+              std::span<const Estimator> estimators, std::span<const double> weights,
+              const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
+              std::span<const Vector> whitening, const RowLoss* loss) {
+  Scores out;
+  out.interval = interval_for(logs);
+  out.series.resize(estimators.size());
+  out.residuals.resize(robot.joints.size());
+  out.rates.WP = out.rates.ZD = Matrix::Zero(base.size(), robot.size());
+  if (loss != nullptr) {
+    out.curvature.assign(estimators.size(), Matrix::Zero(base.size(), base.size()));
+  }
+  for (const ScoredLog& each : logs) {
+    RowSource source(robot, base, *each.log, *each.signal, team);
+    const double samples_per_interval = out.interval * each.log->f_m;
+    const auto intervals =
+        static_cast<Index>(static_cast<double>(each.log->samples()) / samples_per_interval) + 1;
+    JointSinks<ScoreSink> sinks(source.joints());
+    std::vector<Index> widths;
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      const std::vector<Index>& columns = source.columns(j);
+      widths.push_back(static_cast<Index>(columns.size()) * (each.instruments == nullptr ? 1 : 2) + 1);
+      std::vector<ScoreSink::Own> own;
+      for (const Estimator& estimator : estimators) {
+        own.push_back({estimator.chi(columns), estimator.instrumental,
+                       estimator.bread.size() > 0 ? Matrix(estimator.bread(columns, columns)) : Matrix()});
+      }
+      sinks.add(static_cast<Index>(columns.size()), each.instruments != nullptr, std::move(own), weights[j],
+                signs.empty() ? std::vector<Index>{} : signs[j], samples_per_interval, intervals,
+                stride_of(*each.signal), loss_of(loss, j));
+    }
+    const WhitenedSinks whitened(sinks.sinks(), whitening, widths);
+    source.send(whitened.sinks(),
+                each.instruments == nullptr ? std::span<const Motion>() : std::span(each.instruments, 1));
+    for (std::size_t e = 0; e < estimators.size(); ++e) {
+      Matrix all = Matrix::Zero(intervals, base.size());
+      for (std::size_t j = 0; j < source.joints(); ++j) {
+        sinks[j].add_to(all, source.columns(j), e);
+        if (loss != nullptr) {
+          sinks[j].add_curvature_to(out.curvature[e], source.columns(j), e);
+        }
+      }
+      out.series[e].push_back(std::move(all));
+    }
+    out.rates.P_rho.emplace_back(intervals, robot.size());
+    out.rates.PD.emplace_back(intervals, robot.size());
+    out.rates.ZD_by_time.emplace_back(Matrix::Zero(intervals, base.size()));
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      out.residuals[j].merge(sinks[j].moments());
+      sinks[j].add_rates_to(out.rates, source.columns(j), static_cast<Index>(j));
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid::detail

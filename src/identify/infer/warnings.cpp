@@ -1,0 +1,169 @@
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "identify/infer/infer.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Part of a joint's rows with less than half their weight from which these are no outliers any more: normal errors have
+// 0.7 % of them (Huber) or 1.1 % (bisquare).
+constexpr double too_many = 0.1;
+// First-stage F statistic below which instruments count as weak, after Staiger & Stock (1997).
+constexpr double least_F = 10.0;
+// The assumed loop is in doubt where the law rebuilds the control signal worse than this, or the simulated motion lies
+// farther from the measured one than this part of the tracking error.
+constexpr double doubtful_control = 0.2;
+constexpr double doubtful_tracking = 0.5;
+// The bandwidth is doubtful where the residual with V is so much of Y, and so many times the one with W.
+constexpr double doubtful_residual = 0.2;
+constexpr double doubtful_ratio = 4.0;
+
+}  // namespace
+
+void judge_robust(Identification& out) {
+  if (!out.robust) {
+    return;
+  }
+  RobustReport& report = *out.robust;
+  std::string moved;
+  for (Index i = 0; i < out.base.size(); ++i) {
+    const ParameterEstimate& p = out.parameters[static_cast<std::size_t>(i)];
+    const double shift = std::abs(out.chi[i] - report.chi[i]) / p.sigma;
+    if (shift > report.largest_shift) {
+      report.largest_shift = shift;
+      report.parameter = p.name;
+    }
+    if (shift > out.covariance.quantile_975) {
+      moved += (moved.empty() ? "" : ", ") + p.name + " (" + number(report.chi[i], 4) + " to " +
+               number(p.value, 4) + ")";
+    }
+  }
+  if (!moved.empty()) {
+    out.warnings.push_back(Finding{
+        "outliers_decide",
+        {},
+        "outliers decide: weights on the rows move " + moved +
+            " by more than the 95 % intervals; rows of little weight may be outliers, or what the model "
+            "misses, friction at low speed say: look at them before either estimate is trusted"});
+  }
+  for (const RobustJoint& joint : report.joints) {
+    const double share = static_cast<double>(joint.below_half) / static_cast<double>(joint.rows);
+    if (share > too_many) {
+      out.warnings.push_back(
+          Finding{"many_outliers",
+                  {},
+                  "joint \"" + joint.name + "\": " + number(100.0 * share, 3) +
+                      " % of its rows have less than half their weight, which is more than outliers: "
+                      "the model misses something there, or a decimation smears each outlier over "
+                      "many rows"});
+    }
+  }
+}
+
+void judge_torque_lag(Identification& out) {
+  // Outside of their intervals, by a lag that is there.
+  constexpr double significant = 3.0;
+  constexpr double harmful = 2.0;
+  if (!out.diagnostics || !out.diagnostics->torque_lag) {
+    return;
+  }
+  const TorqueLag& lag = *out.diagnostics->torque_lag;
+  if (!(std::abs(lag.samples) > significant * lag.sigma) || lag.largest_shift < harmful) {
+    return;
+  }
+  const auto is = [&](double samples) { return std::abs(lag.samples - samples) < 2.0 * lag.sigma; };
+  std::string cure = "add " + fixed(lag.samples, 2) + " to [log] torque_lag";
+  if (!out.estimation.signal.torque_held && is(-0.5)) {
+    cure = "so are torques that a controller holds until its next sample: [signal] torque_held = true";
+  } else if (out.estimation.signal.torque_held && is(0.5)) {
+    cure = "so are torques that were measured at their samples: [signal] torque_held = false";
+  }
+  out.warnings.push_back(Finding{
+      "torque_lag",
+      {},
+      "torques look " + fixed(std::abs(lag.samples), 2) + " ± " + fixed(lag.sigma, 2) + " samples " +
+          (lag.samples > 0.0 ? "late" : "early") + " beside the motion, which moves " + lag.parameter +
+          " by " + number(lag.largest_shift, 2) + " of its standard deviations; " + cure});
+}
+
+void judge_instruments(Identification& out) {
+  const Vector& F = out.iv->first_stage_F;
+  std::string weak;
+  for (Index i = 0; i < F.size(); ++i) {
+    if (!(F[i] > least_F)) {
+      weak += (weak.empty() ? "" : ", ") + out.base.parameters[static_cast<std::size_t>(i)].name +
+              " (F = " + number(F[i], 3) + ")";
+    }
+  }
+  // A later iterate that lacks instruments altogether has told why already.
+  if (weak.empty() || out.status == Status::rank_deficient) {
+    return;
+  }
+  if (out.status == Status::identified) {
+    out.status = Status::weak_instruments;
+  }
+  out.reasons.push_back(
+      "the simulated motion says too little about " + weak + ", which need F above " + number(least_F) +
+      "; the assumed loop moves otherwise than the actual one, so try a wider bandwidth, the "
+      "actual gains, or a larger motion");
+}
+
+void judge_prefilter(Identification& out) {
+  if (!out.prefilter) {
+    return;
+  }
+  const PrefilterReport& report = *out.prefilter;
+  std::string moved;
+  for (Index i = 0; i < out.base.size(); ++i) {
+    const ParameterEstimate& p = out.parameters[static_cast<std::size_t>(i)];
+    const double half_width =
+        std::max(report.covariance.quantile_975 * report.sigma[i], out.covariance.quantile_975 * p.sigma);
+    if (std::abs(p.value - report.chi[i]) > half_width) {
+      moved += (moved.empty() ? "" : ", ") + p.name + " (" + number(report.chi[i], 4) + " to " +
+               number(p.value, 4) + ")";
+    }
+  }
+  if (!moved.empty()) {
+    out.warnings.push_back(
+        Finding{"prefilter_shift",
+                {},
+                "the prefilter moves " + moved +
+                    " by more than the 95 % intervals: the model of the robot is not right at the "
+                    "frequencies that whitening amplifies; prefer the estimate without prefilter"});
+  }
+}
+
+void judge_loop(double with_V, Identification& out) {
+  const LoopDiagnosis& loop = out.iv->loop;
+  const auto warn = [&](const Vector& error, double limit, std::string_view what) {
+    for (Index j = 0; j < error.size(); ++j) {
+      if (error[j] > limit) {
+        out.warnings.push_back(
+            Finding{"loop_mismatch",
+                    {},
+                    "joint \"" + out.fit.joints[static_cast<std::size_t>(j)].name +
+                        "\": " + std::string(what) + " by " + number(100.0 * error[j], 3) +
+                        " %; the assumed controller may not be the actual one, which makes the instruments "
+                        "weaker"});
+      }
+    }
+  };
+  warn(loop.control_error, doubtful_control, "the control law misses the recorded control signal");
+  warn(loop.tracking_ratio, doubtful_tracking,
+       "the simulated motion misses the measured one, in units of the tracking error,");
+  const double with_W = out.fit.relative_error;
+  if (with_V > doubtful_residual && with_V > doubtful_ratio * with_W) {
+    out.warnings.push_back(
+        Finding{"loop_bandwidth",
+                {},
+                "the simulated motion misses " + number(100.0 * with_V, 3) +
+                    " % of the torques, the measured one " + number(100.0 * with_W, 3) +
+                    " %: the bandwidth of the assumed controller may be far from the actual one"});
+  }
+}
+
+}  // namespace rivid::detail

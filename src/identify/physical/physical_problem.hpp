@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "identify/physical/barrier.hpp"
+#include "rivid/identify/physical.hpp"
+#include "rivid/model/robot.hpp"
+
+namespace rivid::detail {
+
+// The problem of physical() with its start.
+struct PhysicalProblem {
+  BarrierProblem barrier;
+  double offset = 0.0;  // that makes the prior zero at the robot description
+  Vector start;         // strictly inside
+  std::vector<std::string> notes;
+};
+
+[[nodiscard]] PhysicalProblem physical_problem(const Robot& robot, const BaseParameters& base,
+                                               const Vector& chi, const Matrix& root,
+                                               const Physical& options);
+
+// Friction that brakes and rotors without negative inertia, the coupled ones first.
+[[nodiscard]] std::vector<LinearBound> sign_bounds(const Robot& robot, const BaseParameters& base);
+
+// Masses within their bounds and strictly so, as near to `masses` as is simple.
+[[nodiscard]] Vector masses_within(const Robot& robot, const Physical& options, Vector masses);
+
+// A body for every link.
+struct NominalBodies {
+  std::vector<Eigen::Matrix4d> pseudo_inertias;  // positive definite
+  std::vector<std::string> notes;                // what was put in where the values belong to no body
+};
+
+// The bodies that inertial parameters tell, mended where they tell none:
+// - a link without mass gets the mean mass of the others (1 kg without any), half-way to the next joint, with their mean
+//   radius of gyration (0.1 m without any);
+// - second moments about the centre of mass that are negative, or next to nothing beside the largest, are raised to a
+//   tenth of the largest; a point mass becomes a small ball.
+[[nodiscard]] NominalBodies nominal_bodies(const Robot& robot, const std::vector<Inertial>& inertials);
+
+}  // namespace rivid::detail

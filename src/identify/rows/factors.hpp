@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "identify/rows/row_source.hpp"
+#include "rivid/identify/estimation.hpp"
+#include "rivid/identify/rows.hpp"
+#include "rivid/solve/least_squares.hpp"
+
+namespace rivid::detail {
+
+// Takes the rows of a joint into its factor.
+class FactorSink final : public RowSink {
+ public:
+  explicit FactorSink(StreamingQr& qr) : qr_(qr) {}
+  RowsRoom room(Index wanted) override { return qr_.room(wanted); }
+  void commit(std::span<const Index> samples) override { qr_.commit(static_cast<Index>(samples.size())); }
+
+ private:
+  StreamingQr& qr_;
+};
+static_assert(RowSource::most_wanted == StreamingQr::most_rows);
+
+// Sinks into the factors of all joints.
+[[nodiscard]] JointSinks<FactorSink> factor_sinks(std::span<RowGroup> groups);
+
+// Groups of the same columns without any rows.
+[[nodiscard]] std::vector<RowGroup> empty_groups(std::span<const RowGroup> like);
+
+[[nodiscard]] Index rows_of(std::span<const RowGroup> groups);
+
+// The factors of the rows of all logs.
+//
+// signals  one a log
+[[nodiscard]] RowFactors all_factors(const Robot& robot, const BaseParameters& base,
+                                     std::span<const Log> logs, std::span<const SignalOptions> signals,
+                                     int threads, const Progress& progress);
+
+}  // namespace rivid::detail
