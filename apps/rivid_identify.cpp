@@ -27,6 +27,7 @@ struct Arguments {
   std::string robust;
   std::vector<std::filesystem::path> logs;
   std::vector<std::filesystem::path> validate;
+  std::vector<std::string> set;
   std::filesystem::path output;
   int threads = 1;
   bool physical = false;
@@ -55,6 +56,7 @@ Command command_of(Arguments& to) {
             &to.physical},
            {"--log", "FILE", "Log files instead of the experiment file's", &to.logs},
            {"--validate", "FILE", "Validation logs instead of the experiment file's", &to.validate},
+           set_argument(to.set),
            {"--output", "DIR", "Folder for result.json; default: EXPERIMENT_result", &to.output},
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
            {"--threads", "N", "Threads that share the work; no result depends on them", &to.threads,
@@ -87,9 +89,10 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   if (!arguments.method.empty()) {
     experiment.take_method(arguments.method);
     overrides.emplace_back("method", arguments.method);
+    experiment.origins["method.name"] = "--method";
   }
   if (!arguments.robust.empty()) {
-    const std::optional<RobustKind> kind = robust_kind_named(arguments.robust);
+    const std::optional<RobustKind> kind = named<RobustKind>(arguments.robust);
     std::optional<Robust>& robust = experiment.estimation.robust;
     if (!kind) {
       robust.reset();
@@ -97,18 +100,22 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
       robust = Robust{.kind = *kind};
     }
     overrides.emplace_back("robust", arguments.robust);
+    experiment.origins["method.robust"] = "--robust";
   }
   if (arguments.physical && !experiment.estimation.physical) {
     experiment.estimation.physical = Physical{};
     overrides.emplace_back("physical", "true");
+    experiment.origins["method.physical"] = "--physical";
   }
   if (!arguments.logs.empty()) {
     experiment.log.files = arguments.logs;
     overrides.emplace_back("log", joined(arguments.logs));
+    experiment.origins["log.files"] = "--log";
   }
   if (!arguments.validate.empty()) {
     experiment.validation.files = arguments.validate;
     overrides.emplace_back("validate", joined(arguments.validate));
+    experiment.origins["validation.files"] = "--validate";
   }
   return overrides;
 }
@@ -137,11 +144,11 @@ void print_plan(std::ostream& out, const Experiment& experiment,
   print_logs("log         ", experiment.log);
   print_logs("validation  ", experiment.validation);
   out << "method      " << name(experiment.estimation.method) << '\n';
-  out << would_write(files);
+  out << "\nsettings\n" << in_lines(settings(experiment)) << '\n' << would_write(files);
 }
 
 int identify_from(const Arguments& arguments) {
-  Experiment experiment = read_experiment(arguments.experiment);
+  Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const auto overrides = apply(arguments, experiment);
   experiment.estimation.threads = arguments.threads;
   check(arguments.write_back, experiment);
@@ -171,7 +178,8 @@ int identify_from(const Arguments& arguments) {
       arguments.report ? predictions(experiment, result) : std::vector<Prediction>();
   bar.clear();
 
-  const Provenance provenance = provenance_of("rivid_identify", experiment.inputs(), overrides);
+  const Provenance provenance =
+      provenance_of("rivid_identify", experiment, Use::identification, overrides, arguments.set);
   const std::string json = to_json(experiment.robot, result, provenance);
   write_file(file, json);
   if (arguments.report) {

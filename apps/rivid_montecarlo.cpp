@@ -22,6 +22,7 @@ struct Arguments {
   std::filesystem::path experiment;
   std::optional<int> runs;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
+  std::vector<std::string> set;
   std::filesystem::path output;
   bool restart = false;
   bool report = false;
@@ -45,6 +46,7 @@ Command command_of(Arguments& to) {
                      IntegerRange{1, 1'000'000'000}},
                     {"--threads", "NUMBER", "Runs at a time; default: one for each processor", &to.threads,
                      thread_range},
+                    set_argument(to.set),
                     {"--output", "DIR",
                      "Folder for runs.csv and summary.json; default: EXPERIMENT_montecarlo", &to.output},
                     {"--restart", "", "Begin anew instead of going on with the runs in the folder",
@@ -89,9 +91,9 @@ std::string page_of(const Arguments& arguments, const MonteCarlo& plan,
   if (arguments.runs) {
     overrides.emplace_back("runs", std::to_string(*arguments.runs));
   }
-  return html_report(
-      plan, found, rows,
-      provenance_of("rivid_montecarlo", plan.experiment.inputs(Use::simulation), std::move(overrides)));
+  return html_report(plan, found, rows,
+                     provenance_of("rivid_montecarlo", plan.experiment, Use::simulation, std::move(overrides),
+                                   plan.settings));
 }
 
 std::string in_words(const MonteCarlo& plan, const SimulationOutlook& one, std::ptrdiff_t there) {
@@ -104,6 +106,19 @@ std::string in_words(const MonteCarlo& plan, const SimulationOutlook& one, std::
          std::to_string(plan.runs) + ", of which " + std::to_string(there) + " are done\n";
 }
 
+// What the runs are simulated with, then what each trial identifies them with.
+std::string settings_of(const MonteCarlo& plan) {
+  std::string out = "\nsettings\n" + in_lines(settings(plan.experiment, Use::simulation));
+  for (const MonteCarlo::Trial& trial : plan.trials) {
+    std::vector<Setting> own = settings(trial.experiment);
+    std::erase_if(own, [](const Setting& s) {
+      return s.key.starts_with("robot.") || s.key.starts_with("log.") || s.key.starts_with("validation.");
+    });
+    out += "\ntrial " + trial.label + "\n" + in_lines(own);
+  }
+  return out + "\n";
+}
+
 // What would be done.
 void dry_run(const Arguments& arguments, const MonteCarlo& plan, const std::filesystem::path& folder,
              std::vector<std::filesystem::path> files) {
@@ -114,12 +129,12 @@ void dry_run(const Arguments& arguments, const MonteCarlo& plan, const std::file
     files.pop_back();
   }
   if (!arguments.quiet) {
-    print(in_words(plan, one, there) + would_write(files));
+    print(in_words(plan, one, there) + settings_of(plan) + would_write(files));
   }
 }
 
 int run_from(const Arguments& arguments) {
-  MonteCarlo plan = read_monte_carlo(arguments.experiment);
+  MonteCarlo plan = read_monte_carlo(arguments.experiment, arguments.set);
   plan.runs = arguments.runs.value_or(plan.runs);
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_montecarlo");
   const std::filesystem::path summary = folder / "summary.json";

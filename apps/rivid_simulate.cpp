@@ -22,6 +22,7 @@ struct Arguments {
   std::filesystem::path experiment;
   std::optional<std::int64_t> seed;
   std::filesystem::path parameters;
+  std::vector<std::string> set;
   std::filesystem::path output;
   bool json = false;
   bool quiet = false;
@@ -41,6 +42,7 @@ Command command_of(Arguments& to) {
                      IntegerRange{0, std::numeric_limits<std::int64_t>::max()}},
                     {"--parameters", "FILE", "Parameter file instead of the experiment file's",
                      &to.parameters},
+                    set_argument(to.set),
                     {"--output", "DIR",
                      "Folder for log.csv and simulation.json; default: EXPERIMENT_simulation", &to.output},
                     {"--json", "", "Print the summary as JSON", &to.json},
@@ -60,10 +62,12 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   if (arguments.seed) {
     plan.noise.seed = static_cast<std::uint64_t>(*arguments.seed);
     overrides.emplace_back("seed", std::to_string(*arguments.seed));
+    experiment.origins["simulation.seed"] = "--seed";
   }
   if (!arguments.parameters.empty()) {
     plan.parameters = arguments.parameters;
     overrides.emplace_back("parameters", arguments.parameters.string());
+    experiment.origins["simulation.parameters"] = "--parameters";
   }
   experiment.simulation = std::move(plan);
   return overrides;
@@ -86,12 +90,12 @@ std::string in_words(const Experiment& experiment, const SimulationOutlook& foun
   }
   out << "simulation  " << counted(found.samples, "sample") << " at " << number(found.f_m) << " Hz, "
       << number(static_cast<double>(found.samples - 1) / found.f_m, 4) << " s, seed " << record.seed << '\n';
-  out << would_write(files);
+  out << "\nsettings\n" << in_lines(settings(experiment, Use::simulation)) << '\n' << would_write(files);
   return out.str();
 }
 
 int simulate_from(const Arguments& arguments) {
-  Experiment experiment = read_experiment(arguments.experiment, Use::simulation);
+  Experiment experiment = read_experiment(arguments.experiment, Use::simulation, arguments.set);
   const Overrides overrides = apply(arguments, experiment);
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_simulation");
   const std::filesystem::path log = folder / "log.csv";
@@ -110,7 +114,7 @@ int simulate_from(const Arguments& arguments) {
 
   const std::string json =
       to_json(experiment.robot, record,
-              provenance_of("rivid_simulate", experiment.inputs(Use::simulation), overrides));
+              provenance_of("rivid_simulate", experiment, Use::simulation, overrides, arguments.set));
   write_file(log, to_csv(record.log));
   write_file(file, json);
   if (!arguments.quiet) {

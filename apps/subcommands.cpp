@@ -52,13 +52,14 @@ int init(InitArguments arguments) {
 
 struct CheckArguments {
   std::filesystem::path experiment;
+  std::vector<std::string> set;
   int threads = 1;
   bool json = false;
   bool quiet = false;
 };
 
 int check(const CheckArguments& arguments) {
-  const Experiment experiment = read_experiment(arguments.experiment);
+  const Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
   const std::vector<Log> validation = read_logs(experiment.validation, experiment.robot);
   const std::vector<Finding> findings =
@@ -133,6 +134,7 @@ int check_command(int argc, char** argv) {
                       .text = "Experiment file (TOML): robot, log, signal chain, method",
                       .target = &to.experiment,
                       .required = true},
+                     set_argument(to.set),
                      {"--threads", "N", "Threads that share the work", &to.threads, thread_range},
                      {"--json", "", "Print the findings as JSON", &to.json},
                      {"--quiet", "", "Print nothing but errors; the exit code tells", &to.quiet}},

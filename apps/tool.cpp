@@ -46,6 +46,9 @@ void declare(CLI::App& app, const Argument& argument) {
   if (!argument.excludes.empty()) {
     option->excludes(argument.excludes);
   }
+  if (argument.one_each) {
+    option->allow_extra_args(false);
+  }
 }
 
 // An exit code where help or version were asked for.
@@ -120,10 +123,46 @@ std::filesystem::path output_folder(const std::filesystem::path& flag,
   return flag.empty() ? std::filesystem::path(experiment.stem().string() + std::string(suffix)) : flag;
 }
 
-Provenance provenance_of(const std::string& program, const std::vector<std::filesystem::path>& inputs,
-                         Overrides overrides) {
-  Provenance out{.program = program, .inputs = {}, .overrides = std::move(overrides)};
-  for (const std::filesystem::path& input : inputs) {
+Argument set_argument(std::vector<std::string>& to) {
+  return {.name = "--set",
+          .value = "KEY=VALUE",
+          .text = "A setting instead of the experiment file's, as --set signal.decimation=5; may be repeated",
+          .target = &to,
+          .one_each = true};
+}
+
+std::string in_lines(const std::vector<Setting>& settings) {
+  std::vector<std::string> values;
+  std::size_t key_width = 0;
+  std::size_t value_width = 0;
+  for (const Setting& s : settings) {
+    constexpr std::size_t widest = 40;
+    // Of words that stand for a number the unit says nothing.
+    const bool in_units = !s.unit.empty() && s.words == s.value;
+    values.push_back(in_units ? s.words + " " + s.unit : s.words);
+    key_width = std::max(key_width, s.key.size());
+    value_width = std::max(value_width, std::min(display_width(values.back()), widest));
+  }
+  std::string out;
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const std::size_t width = display_width(values[i]);
+    out += settings[i].key + std::string(key_width - settings[i].key.size() + 2, ' ') + values[i] +
+           std::string((width < value_width ? value_width - width : 0) + 2, ' ') + settings[i].origin + '\n';
+  }
+  return out;
+}
+
+Provenance provenance_of(const std::string& program, const Experiment& experiment, Use use,
+                         Overrides overrides, const std::vector<std::string>& set) {
+  Provenance out{.program = program,
+                 .inputs = {},
+                 .overrides = std::move(overrides),
+                 .settings = settings(experiment, use)};
+  for (const std::string& setting : set) {
+    const std::size_t equals = setting.find('=');
+    out.overrides.emplace_back("set " + setting.substr(0, equals), setting.substr(equals + 1));
+  }
+  for (const std::filesystem::path& input : experiment.inputs(use)) {
     out.inputs.push_back(input_file(input));
   }
   return out;

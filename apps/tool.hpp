@@ -46,6 +46,7 @@ struct Argument {
   bool required = false;
   std::string needs = {};     ///< option without which this one is refused
   std::string excludes = {};  ///< option with which this one is refused
+  bool one_each = false;      ///< of a vector: each occurrence has one value
 };
 
 struct Command {
@@ -76,6 +77,12 @@ void tell(std::string_view kind, const std::vector<std::string>& lines);
 /// The same of findings: "warning [code] …".
 void tell(const std::vector<Finding>& findings);
 
+/// --set of a tool: settings that are laid over the experiment file.
+[[nodiscard]] Argument set_argument(std::vector<std::string>& to);
+
+/// All settings, one line each: key, value with its unit, and whether that is the default or where else it comes from.
+[[nodiscard]] std::string in_lines(const std::vector<Setting>& settings);
+
 /// "would write FILE", one line each: the end of what --dry-run prints.
 [[nodiscard]] std::string would_write(const std::vector<std::filesystem::path>& files);
 
@@ -87,9 +94,10 @@ void tell(const std::vector<Finding>& findings);
 /// Command line flags that changed the experiment, and their values.
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
+/// @param set  values of --set, which count as overrides too
 /// @throws InputError  where an input can not be read
-[[nodiscard]] Provenance provenance_of(const std::string& program,
-                                       const std::vector<std::filesystem::path>& inputs, Overrides overrides);
+[[nodiscard]] Provenance provenance_of(const std::string& program, const Experiment& experiment, Use use,
+                                       Overrides overrides, const std::vector<std::string>& set);
 
 /// A progress bar on standard error: on a terminal only, and only for work that takes longer than a second.
 class ProgressBar {

@@ -2,6 +2,7 @@
 # include each other alone, as cmake/check_layering.cmake checks; rivid::rivid has what they define in its archive.
 set(rivid_header_names
     error
+    fields
     finding
     model/chain
     model/kinds

@@ -8,9 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "experiment/identification_sections.hpp"
-#include "experiment/mdh_file.hpp"
 #include "experiment/recognised_columns.hpp"
+#include "experiment/sections.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
 #include "rivid/data/time_stamps.hpp"

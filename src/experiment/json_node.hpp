@@ -6,10 +6,11 @@
 #include <ranges>
 #include <span>
 #include <string>
-#include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -83,25 +84,31 @@ class JsonNode {
     return out;
   }
 
-  /// One of a few values, by what name() calls them.
-  template <typename Value>
-  [[nodiscard]] Value choice(std::initializer_list<Value> values) const {
-    return choice(std::span(values));
-  }
-  template <std::ranges::range Values>
-  [[nodiscard]] auto choice(const Values& values) const {
-    const std::string word = text();
-    std::vector<std::string> words;
-    for (const auto value : values) {
-      words.emplace_back(name(value));
-      if (words.back() == word) {
-        return value;
+  /// Sets the plain members of a record, all of which must be there.
+  template <Described Record>
+  void read(Record& out) const {
+    for_each_field<Record>([&](const auto& field) {
+      if constexpr (std::is_member_object_pointer_v<std::decay_t<decltype(field.member)>>) {
+        at(std::string(field.key).c_str()).take(out.*field.member);
       }
-    }
-    fail("is " + in_quotes(word) + ", must be one of " + quoted_list(words));
+    });
   }
 
  private:
+  void take(bool& out) const { out = boolean(); }
+  void take(double& out) const { out = number(); }
+  void take(std::vector<double>& out) const { out = numbers(); }
+  template <Named Enum>
+  void take(Enum& out) const {
+    const std::string word = text();
+    const std::optional<Enum> value = named<Enum>(word);
+    if (!value) {
+      fail("is " + in_quotes(word) + ", must be one of " +
+           quoted_list(std::vector<std::string>(names_of<Enum>.begin(), names_of<Enum>.end())));
+    }
+    out = *value;
+  }
+
   const nlohmann::json& json_;
   std::string file_;
   std::string path_;

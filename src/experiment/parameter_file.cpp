@@ -1,30 +1,121 @@
+#include "experiment/parameter_file.hpp"
+
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "experiment/named_values.hpp"
 #include "experiment/text_file.hpp"
+#include "experiment/toml_reader.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
 
+namespace detail {
+
+namespace {
+
+// The names of a kind of parameters, against those of a file.
+struct Kind {
+  std::string_view title;
+  std::vector<std::string> names;
+  std::vector<std::string> missing;
+  std::vector<std::string> unknown;
+
+  Kind(std::string_view kind, std::vector<std::string> all, const std::map<std::string, double>& values)
+      : title(kind), names(std::move(all)) {
+    std::ranges::copy_if(names, std::back_inserter(missing),
+                         [&](const std::string& name) { return !values.contains(name); });
+    for (const auto& [name, value] : values) {
+      if (std::ranges::find(names, name) == names.end()) {
+        unknown.push_back(name);
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t differences() const { return missing.size() + unknown.size(); }
+};
+
+std::vector<std::string> base_names(const BaseParameters& base) {
+  std::vector<std::string> out;
+  out.reserve(base.parameters.size());
+  for (const BaseParameter& p : base.parameters) {
+    out.push_back(p.name);
+  }
+  return out;
+}
+
+std::vector<std::string> standard_names(const BaseParameters& base) {
+  std::vector<std::string> out;
+  out.reserve(base.standard.size());
+  for (const StandardParameter& p : base.standard) {
+    out.push_back(p.name());
+  }
+  return out;
+}
+
+}  // namespace
+
+void NamedValues::add(const std::string& name, double value) {
+  if (!std::isfinite(value)) {
+    throw InputError(where_ + ": " + in_quotes(name) + " is " + number(value) + ", must be finite");
+  }
+  if (!values_.emplace(name, value).second) {
+    throw InputError(where_ + ": " + in_quotes(name) + " is there twice");
+  }
+}
+
+void NamedValues::add(const std::string& name, const nlohmann::json& node) {
+  const nlohmann::json& value = node.is_object() && node.contains("value") ? node["value"] : node;
+  if (!value.is_number()) {
+    throw InputError(where_ + ": the value of " + in_quotes(name) + " is " + value.dump() +
+                     ", must be a number" + (value.is_null() ? "; null is a parameter not determined" : ""));
+  }
+  add(name, value.get<double>());
+}
+
+Vector NamedValues::standard(const BaseParameters& base) const {
+  const Kind of_base("base", base_names(base), values_);
+  const Kind of_standard("standard", standard_names(base), values_);
+  const bool is_base = of_base.differences() <= of_standard.differences();
+  const Kind& kind = is_base ? of_base : of_standard;
+  if (!kind.unknown.empty()) {
+    const std::string& name = kind.unknown.front();
+    throw InputError(where_ + ": " + in_quotes(name) + " is none of the robot's " +
+                     std::to_string(kind.names.size()) + " " + std::string(kind.title) + " parameters, " +
+                     listed(kind.names) + did_you_mean(name, kind.names));
+  }
+  if (!kind.missing.empty()) {
+    throw InputError(where_ + ": " + listed(kind.missing) + (kind.missing.size() == 1 ? " is" : " are") +
+                     " missing; a parameter file names all of the robot's " +
+                     std::to_string(of_base.names.size()) + " base or all of its " +
+                     std::to_string(of_standard.names.size()) + " standard parameters");
+  }
+  Vector chosen(static_cast<Index>(kind.names.size()));
+  for (std::size_t i = 0; i < kind.names.size(); ++i) {
+    chosen[static_cast<Index>(i)] = values_.at(kind.names[i]);
+  }
+  return is_base ? base.to_standard(chosen) : chosen;
+}
+
+}  // namespace detail
+
 namespace {
 
 using Path = std::filesystem::path;
-using Json = nlohmann::json;
 using detail::NamedValues;
 
 constexpr std::string_view what = "the parameter file";
 
 void read_json(NamedValues& out, const Path& path) {
-  Json file;
+  nlohmann::json file;
   try {
-    file = Json::parse(detail::file_text(path, what));
-  } catch (const Json::exception& e) {
+    file = nlohmann::json::parse(detail::file_text(path, what));
+  } catch (const nlohmann::json::exception& e) {
     throw InputError(path.string() + ": " + e.what());
   }
-  const Json& list = file.is_object() && file.contains("parameters") ? file["parameters"] : file;
+  const nlohmann::json& list = file.is_object() && file.contains("parameters") ? file["parameters"] : file;
   if (list.is_object()) {
     for (const auto& [name, node] : list.items()) {
       out.add(name, node);
@@ -34,7 +125,7 @@ void read_json(NamedValues& out, const Path& path) {
   if (!list.is_array()) {
     throw InputError(path.string() + ": must hold an object or a list \"parameters\"");
   }
-  for (const Json& item : list) {
+  for (const nlohmann::json& item : list) {
     if (!item.is_object() || !item.contains("name") || !item["name"].is_string() || !item.contains("value")) {
       throw InputError(path.string() + ": each of \"parameters\" must have a name and a value");
     }
@@ -51,7 +142,7 @@ void read_toml(NamedValues& out, const Path& path) {
   }
   const detail::TomlReader& keys = section ? *section : top;
   for (const auto& [name, node] : keys.table()) {
-    out.add(std::string(name.str()), keys.as_number(node, name.str()));
+    out.add(std::string(name.str()), keys.as<double>(node, name.str()));
   }
 }
 

@@ -3,8 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "experiment/column_reader.hpp"
-#include "experiment/simulation_sections.hpp"
+#include "experiment/sections.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
@@ -15,95 +14,44 @@ namespace detail {
 
 namespace {
 
-enum class Law { pd, pid, cascade, computed_torque };
-enum class VelocityFilter { backward, central, none };
-enum class ControllerModel { simulated, a_priori };
-
-constexpr std::array<std::pair<std::string_view, Law>, 4> law_words = {
-    {{"pd", Law::pd},
-     {"pid", Law::pid},
-     {"cascade", Law::cascade},
-     {"computed_torque", Law::computed_torque}}};
-
-// Poles that all laws can be given by; ζ = 1 where only ω_n is told.
-template <typename Specification>
-void read_poles(TomlReader& keys, Specification& out, Index n) {
-  out.omega_n = read_per_joint(keys, "omega_n", n);
-  out.zeta = read_per_joint(keys, "zeta", n);
-  if (out.omega_n.size() > 0 && out.zeta.size() == 0) {
-    out.zeta = Vector::Ones(n);
-  }
-  out.v_tau_max = read_per_joint(keys, "v_tau_max", n);
-}
-
 // A law as its keys tell it. What is wrong with it is told when all keys are known: a mistyped one comes first.
-struct LawSection {
-  std::optional<std::string> complaint;
-  Vector omega_n;
-  Control control;
-};
-
-template <typename Specification>
-LawSection section_of(const Robot& robot, Specification specification) {
-  return {.complaint = specification.complaint(robot),
-          .omega_n = specification.omega_n,
-          .control = std::move(specification)};
-}
-
-LawSection read_pd(TomlReader& keys, const Robot& robot) {
-  const Index n = robot.size();
-  PdControl out;
-  read_poles(keys, out, n);
-  out.k_p = read_per_joint(keys, "k_p", n);
-  out.k_v = read_per_joint(keys, "k_v", n);
-  out.J_apriori = read_per_joint(keys, "J_apriori", n);
-  out.reference_velocity = keys.boolean("reference_velocity").value_or(out.reference_velocity);
-  return section_of(robot, std::move(out));
-}
-
-LawSection read_pid(TomlReader& keys, const Robot& robot) {
-  const Index n = robot.size();
-  PidControl out;
-  read_poles(keys, out, n);
-  out.omega_i = read_per_joint(keys, "omega_i", n);
-  out.K_p = read_per_joint(keys, "K_p", n);
-  out.K_i = read_per_joint(keys, "K_i", n);
-  out.K_d = read_per_joint(keys, "K_d", n);
-  out.J_apriori = read_per_joint(keys, "J_apriori", n);
-  out.tracking_time = read_per_joint(keys, "tracking_time", n);
-  return section_of(robot, std::move(out));
-}
-
-LawSection read_cascade(TomlReader& keys, const Robot& robot) {
-  const Index n = robot.size();
-  CascadeControl out;
-  read_poles(keys, out, n);
-  out.omega_i = read_per_joint(keys, "omega_i", n);
-  out.k_p = read_per_joint(keys, "k_p", n);
-  out.k_v = read_per_joint(keys, "k_v", n);
-  out.T_i = read_per_joint(keys, "T_i", n);
-  out.J_apriori = read_per_joint(keys, "J_apriori", n);
-  out.feed_forward = read_per_joint(keys, "feed_forward", n);
-  out.tracking_time = read_per_joint(keys, "tracking_time", n);
-  return section_of(robot, std::move(out));
-}
-
-LawSection read_computed_torque(TomlReader& keys, const Robot& robot) {
-  const Index n = robot.size();
-  ComputedTorqueControl out;
-  read_poles(keys, out, n);
-  out.k_p = read_per_joint(keys, "k_p", n);
-  out.k_d = read_per_joint(keys, "k_d", n);
-  out.friction = keys.boolean("friction").value_or(out.friction);
-  out.coulomb_velocity = keys.number("coulomb_velocity").value_or(out.coulomb_velocity);
-  const auto model = keys.choice(
-      "model", std::array<std::pair<std::string_view, ControllerModel>, 2>{
-                   {{"simulated", ControllerModel::simulated}, {"a_priori", ControllerModel::a_priori}}});
-  if (model == ControllerModel::a_priori) {
-    out.model = std::make_shared<const DynamicModel>(robot, robot.chi_st());
+template <typename Law>
+std::optional<std::string> read_law(TomlReader& keys, const Robot& robot, ControlLoop& out) {
+  Law law;
+  keys.read(pole_fields<Law>(), law, robot.size());
+  keys.read(law, robot.size());
+  if (law.omega_n.size() > 0 && law.zeta.size() == 0) {
+    law.zeta = Vector::Ones(robot.size());
   }
-  return section_of(robot, std::move(out));
+  if constexpr (requires { law.model; }) {
+    constexpr auto models = std::to_array<std::string_view>({"simulated", "a_priori"});
+    if (keys.word("model", models) == 1U) {
+      law.model = std::make_shared<const DynamicModel>(robot, robot.chi_st());
+    }
+  }
+  const std::optional<std::string> complaint = law.complaint(robot);
+  out.omega_n = law.omega_n;
+  out.control = std::move(law);
+  return complaint;
 }
+
+// The law of a word; nothing where there is none.
+template <typename... Laws>
+std::optional<std::string> read_law_of(const std::tuple<Laws...>*, std::size_t chosen, TomlReader& keys,
+                                       const Robot& robot, ControlLoop& out) {
+  std::optional<std::string> complaint;
+  std::size_t i = 0;
+  static_cast<void>(((i++ == chosen ? (complaint = read_law<Laws>(keys, robot, out), true) : false) || ...));
+  return complaint;
+}
+
+template <typename... Laws>
+constexpr std::array<std::string_view, sizeof...(Laws)> words_of(const std::tuple<Laws...>*) {
+  return {Laws::word...};
+}
+
+constexpr const ControlLaws* laws = nullptr;
+constexpr std::array law_words = words_of(laws);
 
 std::vector<double> read_velocity_filter(TomlReader& keys, std::vector<double> otherwise) {
   const toml::node* const node = keys.find("velocity_filter");
@@ -111,36 +59,21 @@ std::vector<double> read_velocity_filter(TomlReader& keys, std::vector<double> o
     return otherwise;
   }
   if (!node->is_string()) {
-    return keys.numbers("velocity_filter").value_or(otherwise);
+    return keys.as<std::vector<double>>(*node, "velocity_filter");
   }
-  constexpr std::array<std::pair<std::string_view, VelocityFilter>, 3> words = {
-      {{"backward", VelocityFilter::backward},
-       {"central", VelocityFilter::central},
-       {"none", VelocityFilter::none}}};
-  switch (keys.as_choice(*node, "velocity_filter", words)) {
-    case VelocityFilter::central:
-      return {0.5, 0.0, -0.5};
-    case VelocityFilter::none:
-      return {};
-    case VelocityFilter::backward:
-      break;
-  }
-  return {1.0, -1.0};
+  constexpr auto words = std::to_array<std::string_view>({"backward", "central", "none"});
+  const std::array<std::vector<double>, words.size()> filters = {{{1.0, -1.0}, {0.5, 0.0, -0.5}, {}}};
+  return filters.at(keys.word(*node, "velocity_filter", words));
 }
 
 Sampling read_sampling(TomlReader& keys, Index n) {
   Sampling out;
-  const auto rate_hz = keys.number("rate_hz");
+  const auto rate_hz = keys.get<double>("rate_hz", Range::above(0.0), "Hz");
   if (rate_hz) {
-    if (*rate_hz <= 0.0) {
-      keys.fail(*keys.find("rate_hz"), "rate_hz", "is " + number(*rate_hz) + " Hz, must be positive");
-    }
     out.period = 1.0 / *rate_hz;
   }
-  out.delay = keys.count("delay").value_or(out.delay);
+  keys.read(out, n);
   out.velocity_filter = read_velocity_filter(keys, out.velocity_filter);
-  out.reference_lead = keys.count("reference_lead").value_or(out.reference_lead);
-  out.quantum = read_per_joint(keys, "quantum", n);
   for (const char* const key : {"delay", "velocity_filter", "reference_lead"}) {
     if (!rate_hz && keys.find(key) != nullptr) {
       keys.fail(*keys.find(key), key, "goes with rate_hz: without it the law is continuous");
@@ -158,39 +91,18 @@ Sampling read_sampling(TomlReader& keys, Index n) {
 }  // namespace
 
 ControlLoop read_control(TomlReader keys, const Robot& robot) {
-  const auto law = keys.choice("law", law_words);
+  const auto law = keys.word("law", law_words);
   if (!law) {
     keys.look_for_mistyped({"law"});
-    keys.fail("must name its law: \"pd\", \"pid\", \"cascade\" or \"computed_torque\"");
+    keys.fail("must name its law: " +
+              quoted_list(std::vector<std::string>(law_words.begin(), law_words.end())));
   }
-  const auto read = [&]() -> LawSection {
-    switch (*law) {
-      case Law::pid:
-        return read_pid(keys, robot);
-      case Law::cascade:
-        return read_cascade(keys, robot);
-      case Law::computed_torque:
-        return read_computed_torque(keys, robot);
-      case Law::pd:
-        break;
-    }
-    return read_pd(keys, robot);
-  };
-  LawSection section = read();
   ControlLoop out;
+  const std::optional<std::string> complaint = read_law_of(laws, *law, keys, robot, out);
   out.sampling = read_sampling(keys, robot.size());
-  out.design_inertia = keys.choice("design_inertia",
-                                   std::array<std::pair<std::string_view, ControlLoop::InertiaOver>, 2>{
-                                       {{"reference", ControlLoop::InertiaOver::reference},
-                                        {"all", ControlLoop::InertiaOver::all}}})
-                           .value_or(out.design_inertia);
-  out.assumed = keys.boolean("assumed").value_or(out.assumed);
+  keys.read(out);
   keys.finish();
-  if (section.complaint) {
-    keys.fail(*section.complaint);
-  }
-  out.control = std::move(section.control);
-  out.omega_n = std::move(section.omega_n);
+  keys.refuse(complaint);
   return out;
 }
 

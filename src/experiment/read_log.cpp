@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 
-#include "experiment/column_reader.hpp"
-#include "experiment/identification_sections.hpp"
+#include "experiment/sections.hpp"
+#include "rivid/data/log.hpp"
 
 namespace rivid::detail {
 
@@ -9,38 +11,121 @@ namespace {
 
 using Path = std::filesystem::path;
 
-constexpr std::array<std::pair<std::string_view, Outside>, 2> outside_words = {
-    {{"refuse", Outside::refuse}, {"hold", Outside::hold}}};
+// A column by its name, or by its number counted from 1.
+std::string column_name(const TomlReader& keys, const toml::node& node, std::string_view key) {
+  if (node.is_integer()) {
+    const std::int64_t column = keys.as<std::int64_t>(node, key);
+    if (column < 1) {
+      keys.fail(node, key, "is column " + std::to_string(column) + "; columns count from 1");
+    }
+    return "#" + std::to_string(column);
+  }
+  return keys.as<std::string>(node, key);
+}
+
+std::optional<double> unit_factor(TomlReader& keys, std::string_view key) {
+  const auto word = keys.get<std::string>(key);
+  if (!word) {
+    return std::nullopt;
+  }
+  if (const auto complaint = unit_complaint(*word)) {
+    keys.fail(*keys.find(key), std::string(key) + ":", *complaint);
+  }
+  return unit_scale(*word);
+}
+
+Column read_column(const TomlReader& keys, const toml::node& node, std::string_view key, double unit) {
+  if (!node.is_table()) {
+    return {column_name(keys, node, key), unit, 0.0};
+  }
+  TomlReader inner = keys.section(node, key);
+  const toml::node* const column = inner.find("column");
+  if (column == nullptr) {
+    inner.look_for_mistyped({"column"});
+    inner.fail("must say which column: { column = \"q1\", unit = \"deg\", sign = -1 }");
+  }
+  Column out{column_name(inner, *column, "column"), unit, inner.get<double>("offset").value_or(0.0)};
+  out.scale = unit_factor(inner, "unit").value_or(unit);
+  out.scale *= inner.get<double>("scale").value_or(1.0);
+  if (const auto sign = inner.get<double>("sign")) {
+    if (std::abs(*sign) != 1.0) {
+      inner.fail(*inner.find("sign"), "sign", "is " + number(*sign) + ", must be 1 or -1");
+    }
+    out.scale *= *sign;
+  }
+  inner.finish();
+  if (out.scale == 0.0) {
+    inner.fail("has scale 0");
+  }
+  return out;
+}
+
+// Factors to SI, one for each quantity: units = { position = "deg", torque = "mNm" }.
+class Units {
+ public:
+  explicit Units(TomlReader& keys);
+
+  [[nodiscard]] double operator()(std::string_view quantity);
+
+  // A unit without the columns that it is of would be passed over in silence.
+  void finish(TomlReader& keys) const;
+
+ private:
+  static constexpr std::array<std::string_view, 7> quantities = {
+      "position", "velocity", "torque", "control", "reference", "reference_velocity", "time"};
+
+  std::set<std::string> idle_;  // quantities whose unit is told and was not asked for
+  std::array<double, quantities.size()> scales_ = {1, 1, 1, 1, 1, 1, 1};
+};
+
+Units::Units(TomlReader& keys) {
+  auto section = keys.section("units");
+  if (!section) {
+    return;
+  }
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    if (const auto factor = unit_factor(*section, quantities[i])) {
+      scales_[i] = *factor;
+      idle_.emplace(quantities[i]);
+    }
+  }
+  section->finish();
+}
+
+double Units::operator()(std::string_view quantity) {
+  idle_.erase(std::string(quantity));
+  return scales_[static_cast<std::size_t>(std::ranges::find(quantities, quantity) - quantities.begin())];
+}
+
+void Units::finish(TomlReader& keys) const {
+  if (!idle_.empty()) {
+    keys.fail(*keys.find("units"), "units",
+              "names " + in_quotes(*idle_.begin()) + ", whose columns are not listed beside it; list them");
+  }
+}
 
 LogOptions read_log_columns(TomlReader& keys, LogOptions out, Index n) {
   Units units(keys);
-  out.position = read_columns(keys, "position", units, out.position, n);
-  out.velocity = read_columns(keys, "velocity", units, out.velocity, n);
-  out.torque = read_columns(keys, "torque", units, out.torque, n);
-  out.control = read_columns(keys, "control", units, out.control, n);
-  out.reference = read_columns(keys, "reference", units, out.reference, n);
-  out.reference_velocity = read_columns(keys, "reference_velocity", units, out.reference_velocity, n);
+  std::apply(
+      [&](const auto&... field) {
+        const auto read = [&](const auto& one) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(one.member)>,
+                                       std::vector<Column> LogOptions::*>) {
+            if (keys.find(one.key) != nullptr) {
+              out.*one.member = read_columns(keys, one.key, units(one.key), {}, n);
+            }
+          }
+        };
+        (read(field), ...);
+      },
+      LogOptions::fields());
   if (const toml::node* const time = keys.find("time")) {
     out.time = read_column(keys, *time, "time", units("time"));
   }
   units.finish(keys);
-  if (const std::optional<double> rate_hz = keys.number("rate_hz")) {
-    out.rate_hz = rate_hz;
-  }
-  out.table.separator =
-      keys.choice("separator",
-                  std::array<std::pair<std::string_view, Separator>, 5>{{{"auto", Separator::automatic},
-                                                                         {",", Separator::comma},
-                                                                         {";", Separator::semicolon},
-                                                                         {"tab", Separator::tab},
-                                                                         {"space", Separator::spaces}}})
-          .value_or(out.table.separator);
-  out.table.decimal =
-      keys.choice("decimal",
-                  std::array<std::pair<std::string_view, Decimal>, 3>{
-                      {{"auto", Decimal::automatic}, {".", Decimal::point}, {",", Decimal::comma}}})
-          .value_or(out.table.decimal);
-  if (const auto header = keys.boolean("header")) {
+  keys.read(out);
+  keys.read(out.table);
+  if (const auto header = keys.get<bool>("header")) {
     out.table.header = *header ? Header::present : Header::absent;
   }
   return out;
@@ -59,8 +144,7 @@ LogSource::Reference read_reference_file(TomlReader keys, const Path& folder, co
   out.columns.reference_velocity = columns.reference_velocity;
   out.columns.table = columns.table;
   out.columns = read_reference_columns(keys, std::move(out.columns), n, true);
-  out.delay = keys.number("delay").value_or(0.0);
-  out.outside = keys.choice("outside", outside_words).value_or(Outside::refuse);
+  keys.read(out);
   keys.finish();
   return out;
 }
@@ -72,15 +156,14 @@ std::vector<LogSource::Subtraction> read_subtractions(TomlReader& keys, const Pa
   if (node == nullptr) {
     return out;
   }
-  const toml::array* const list = node->as_array();
-  if (list == nullptr) {
+  if (!node->is_array()) {
     keys.fail(*node, "subtract",
               "must be a list of tables: [{ joint = \"joint_2\", table = \"counterbalance.csv\" }]");
   }
-  for (const toml::node& item : *list) {
-    TomlReader inner(keys.as_table(item, "subtract"), keys.file(), "log.subtract");
+  for (const toml::node* const item : TomlReader::items(*node)) {
+    TomlReader inner = keys.section(*item, "subtract");
     LogSource::Subtraction s;
-    const auto joint = inner.text("joint");
+    const auto joint = inner.get<std::string>("joint");
     const auto table = file_named(inner, "table", folder);
     if (!joint || !table) {
       inner.look_for_mistyped({"joint", "table"});
@@ -88,8 +171,7 @@ std::vector<LogSource::Subtraction> read_subtractions(TomlReader& keys, const Pa
     }
     s.joint = joint_index(inner, *inner.find("joint"), "joint", *joint, robot);
     s.table = *table;
-    s.columns = inner.texts("columns").value_or(std::vector<std::string>{});
-    s.outside = inner.choice("outside", outside_words).value_or(Outside::refuse);
+    inner.read(s);
     inner.finish();
     out.push_back(std::move(s));
   }
@@ -98,6 +180,82 @@ std::vector<LogSource::Subtraction> read_subtractions(TomlReader& keys, const Pa
 
 }  // namespace
 
+Path file_at(const TomlReader& keys, const toml::node& node, std::string_view key, const Path& folder) {
+  const std::string name = keys.as<std::string>(node, key);
+  if (name.empty()) {
+    keys.fail(node, key, "must name a file");
+  }
+  return folder / Path(name);
+}
+
+std::optional<Path> file_named(TomlReader& keys, std::string_view key, const Path& folder) {
+  const toml::node* const node = keys.find(key);
+  return node == nullptr ? std::nullopt : std::optional(file_at(keys, *node, key, folder));
+}
+
+std::vector<Column> read_columns(TomlReader& keys, std::string_view key, double unit,
+                                 const std::vector<Column>& otherwise, Index n) {
+  const toml::node* const node = keys.find(key);
+  if (node == nullptr) {
+    return otherwise;
+  }
+  std::vector<Column> out;
+  for (const toml::node* const item : TomlReader::items(*node)) {
+    out.push_back(read_column(keys, *item, key, unit));
+  }
+  if (static_cast<Index>(out.size()) != n) {
+    keys.fail(*node, key,
+              "names " + counted(std::ssize(out), "column") + ", must name one for each of the " +
+                  std::to_string(n) + " joints");
+  }
+  return out;
+}
+
+LogOptions read_reference_columns(TomlReader& keys, LogOptions columns, Index n, bool velocity) {
+  Units units(keys);
+  const auto listed = [&](std::string_view key, std::vector<Column>& out) {
+    if (keys.find(key) != nullptr) {
+      out = read_columns(keys, key, units(key), {}, n);
+    }
+  };
+  listed("position", columns.reference);
+  if (velocity) {
+    listed("velocity", columns.reference_velocity);
+  }
+  if (const toml::node* const time = keys.find("time")) {
+    columns.time = read_column(keys, *time, "time", units("time"));
+  }
+  units.finish(keys);
+  columns.rate_hz = keys.get<double>("rate_hz");
+  return columns;
+}
+
+std::optional<Matrix> read_matrix(TomlReader& keys, std::string_view key, Index rows, Index columns,
+                                  const std::string& required) {
+  const toml::node* const node = keys.find(key);
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  const toml::array* const lists = node->as_array();
+  if (lists == nullptr || lists->empty() || (rows >= 0 && std::ssize(*lists) != rows)) {
+    keys.fail(*node, key, "must be " + required);
+  }
+  Matrix out;
+  for (std::size_t i = 0; i < lists->size(); ++i) {
+    const toml::node& item = *lists->get(i);
+    const toml::array* const row = item.as_array();
+    const Index width = columns >= 0 || i == 0 ? columns : out.cols();
+    if (row == nullptr || row->empty() || (width >= 0 && std::ssize(*row) != width)) {
+      keys.fail(item, key, "must be " + required);
+    }
+    out.conservativeResize(static_cast<Index>(i) + 1, std::ssize(*row));
+    for (std::size_t j = 0; j < row->size(); ++j) {
+      out(static_cast<Index>(i), static_cast<Index>(j)) = keys.as<double>(*row->get(j), key);
+    }
+  }
+  return out;
+}
+
 LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, const Robot& robot) {
   out.files.clear();
   const toml::node* const files = keys.find("files");
@@ -105,12 +263,8 @@ LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, co
     keys.look_for_mistyped({"files"});
     keys.fail("must name at least one file in files");
   }
-  if (const toml::array* const list = files->as_array()) {
-    for (const toml::node& file : *list) {
-      out.files.push_back(file_at(keys, file, "files", folder));
-    }
-  } else {
-    out.files.push_back(file_at(keys, *files, "files", folder));
+  for (const toml::node* const file : TomlReader::items(*files)) {
+    out.files.push_back(file_at(keys, *file, "files", folder));
   }
   if (out.files.empty()) {
     keys.fail(*files, "files", "must name at least one file");
@@ -120,25 +274,11 @@ LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, co
   if (!out.columns.torque.empty() || !out.columns.control.empty()) {
     out.columns.default_names = false;
   }
-  out.side = keys.choice("side",
-                         std::array<std::pair<std::string_view, LogSource::Side>, 2>{
-                             {{"joint", LogSource::Side::joint}, {"motor", LogSource::Side::motor}}})
-                 .value_or(out.side);
-  out.irregular =
-      keys.choice("irregular",
-                  std::array<std::pair<std::string_view, Irregular>, 3>{{{"refuse", Irregular::refuse},
-                                                                         {"resample", Irregular::resample},
-                                                                         {"ignore", Irregular::ignore}}})
-          .value_or(out.irregular);
-  if (const std::optional<double> rate_hz = keys.number("resample_hz")) {
-    if (*rate_hz <= 0.0) {
-      keys.fail(*keys.find("resample_hz"), "resample_hz", "is " + number(*rate_hz) + " Hz, must be positive");
-    }
-    out.resample.rate_hz = rate_hz;
+  keys.read(out);
+  keys.read(out.resample);
+  if (keys.find("resample_hz") != nullptr) {
     out.irregular = Irregular::resample;
   }
-  out.resample.max_gap = keys.number("max_gap").value_or(out.resample.max_gap);
-  out.torque_lag = keys.number("torque_lag").value_or(out.torque_lag);
   if (keys.find("subtract") != nullptr) {
     out.subtract = read_subtractions(keys, folder, robot);
   }
@@ -146,11 +286,8 @@ LogSource read_log_source(TomlReader keys, LogSource out, const Path& folder, co
     out.reference = read_reference_file(*reference, folder, out.columns, robot.size());
   }
   keys.finish();
-  for (const auto& complaint : {out.columns.complaint(), out.resample.complaint()}) {
-    if (complaint) {
-      keys.fail(*complaint);
-    }
-  }
+  keys.refuse(out.columns.complaint());
+  keys.refuse(out.resample.complaint());
   return out;
 }
 

@@ -1,71 +1,25 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
 
-#include "experiment/column_reader.hpp"
-#include "experiment/identification_sections.hpp"
-#include "experiment/mdh_file.hpp"
+#include "experiment/sections.hpp"
+#include "experiment/text_file.hpp"
+#include "rivid/model/mdh.hpp"
 #include "rivid/model/urdf.hpp"
 
 namespace rivid::detail {
 
 namespace {
 
-constexpr auto friction_words = [] {
-  std::array<std::pair<std::string_view, Friction>, friction_rows.size()> out;
-  std::ranges::transform(friction_rows, out.begin(),
-                         [](const FrictionRow& row) { return std::pair(row.name, row.law); });
-  return out;
-}();
-
-// A value for each joint: one number for all, or a list.
-template <typename Value, typename Read>
-void for_each_joint(TomlReader& keys, std::string_view key, Robot& robot, const Read& read,
-                    Value Joint::* member) {
-  const toml::node* const node = keys.find(key);
-  if (node == nullptr) {
-    return;
-  }
-  const toml::array* const list = node->as_array();
-  if (list != nullptr && static_cast<Index>(list->size()) != robot.size()) {
-    keys.fail(*node, key,
-              "has " + std::to_string(list->size()) + " entries, must have one for each of the " +
-                  std::to_string(robot.size()) + " joints, or be a single value for all");
-  }
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    robot.joints[j].*member = read(list != nullptr ? *list->get(j) : *node);
-  }
-}
-
-void read_joint_options(TomlReader& keys, Robot& robot) {
-  for_each_joint(
-      keys, "friction", robot,
-      [&](const toml::node& n) { return keys.as_choice(n, "friction", friction_words); }, &Joint::friction);
-  for_each_joint(
-      keys, "rotor_inertia", robot, [&](const toml::node& n) { return keys.as_boolean(n, "rotor_inertia"); },
-      &Joint::rotor_inertia);
-  const auto numbers = [&](std::string_view key, double Joint::* member) {
-    for_each_joint(keys, key, robot, [&](const toml::node& n) { return keys.as_number(n, key); }, member);
-  };
-  numbers("sign_speed", &Joint::sign_speed);
-  numbers("drive_gain", &Joint::drive_gain);
-  numbers("gear_ratio", &Joint::gear_ratio);
-}
-
 void read_joint(TomlReader keys, Joint& joint) {
-  joint.friction = keys.choice("friction", friction_words).value_or(joint.friction);
-  joint.rotor_inertia = keys.boolean("rotor_inertia").value_or(joint.rotor_inertia);
-  joint.sign_speed = keys.number("sign_speed").value_or(joint.sign_speed);
-  joint.drive_gain = keys.number("drive_gain").value_or(joint.drive_gain);
-  joint.gear_ratio = keys.number("gear_ratio").value_or(joint.gear_ratio);
-  joint.Ia = keys.number("Ia").value_or(joint.Ia);
-  joint.Fv = keys.number("Fv").value_or(joint.Fv);
-  joint.Fc = keys.number("Fc").value_or(joint.Fc);
+  keys.read(joint);
+  keys.read(Joint::a_priori(), joint);
   keys.finish();
 }
 
 Coupling read_coupling(TomlReader keys, const Robot& robot) {
   const auto joint = [&](const toml::node& node, std::string_view key) {
-    return static_cast<int>(joint_index(keys, node, key, keys.as_text(node, key), robot));
+    return static_cast<int>(joint_index(keys, node, key, keys.as<std::string>(node, key), robot));
   };
   Coupling out;
   const toml::node* const motor = keys.find("motor");
@@ -74,34 +28,12 @@ Coupling read_coupling(TomlReader keys, const Robot& robot) {
     keys.fail("must name motor and joints: { motor = \"joint_6\", joints = [\"joint_5\"] }");
   }
   out.motor = joint(*motor, "motor");
-  if (const toml::array* const list = joints->as_array()) {
-    for (const toml::node& item : *list) {
-      out.joints.push_back(joint(item, "joints"));
-    }
-  } else {
-    out.joints.push_back(joint(*joints, "joints"));
+  for (const toml::node* const item : TomlReader::items(*joints)) {
+    out.joints.push_back(joint(*item, "joints"));
   }
-  out.ratios = keys.numbers("ratios").value_or(std::vector<double>(out.joints.size(), 1.0));
-  out.inertia = keys.choice("inertia",
-                            std::array<std::pair<std::string_view, Coupling::Inertia>, 3>{
-                                {{"none", Coupling::Inertia::none},
-                                 {"free", Coupling::Inertia::free},
-                                 {"tied", Coupling::Inertia::tied}}})
-                    .value_or(out.inertia);
-  out.viscous = keys.boolean("viscous").value_or(out.viscous);
-  out.coulomb = keys.choice("coulomb",
-                            std::array<std::pair<std::string_view, Coupling::Coulomb>, 3>{
-                                {{"none", Coupling::Coulomb::none},
-                                 {"sum", Coupling::Coulomb::sum},
-                                 {"single", Coupling::Coulomb::single}}})
-                    .value_or(out.coulomb);
-  out.terms = keys.choice("terms",
-                          std::array<std::pair<std::string_view, Coupling::Terms>, 2>{
-                              {{"cross", Coupling::Terms::cross}, {"all", Coupling::Terms::all}}})
-                  .value_or(out.terms);
-  out.Iam = keys.number("Iam").value_or(out.Iam);
-  out.Fvm = keys.number("Fvm").value_or(out.Fvm);
-  out.Fcm = keys.number("Fcm").value_or(out.Fcm);
+  out.ratios.assign(out.joints.size(), 1.0);
+  keys.read(out);
+  keys.read(Coupling::a_priori(), out);
   keys.finish();
   return out;
 }
@@ -111,17 +43,91 @@ void read_couplings(TomlReader& keys, Robot& robot) {
   if (node == nullptr) {
     return;
   }
-  const toml::array* const list = node->as_array();
-  if (list == nullptr) {
+  if (!node->is_array()) {
     keys.fail(*node, "coupling", "must be a list of tables: [[robot.coupling]] before each");
   }
-  for (const toml::node& item : *list) {
-    robot.couplings.push_back(
-        read_coupling(TomlReader(keys.as_table(item, "coupling"), keys.file(), "robot.coupling"), robot));
+  for (const toml::node* const item : TomlReader::items(*node)) {
+    robot.couplings.push_back(read_coupling(keys.section(*item, "coupling"), robot));
   }
 }
 
+UrdfOptions read_urdf_options(TomlReader& keys) {
+  UrdfOptions options;
+  options.base = keys.get<std::string>("base").value_or("");
+  options.tip = keys.get<std::string>("tip").value_or("");
+  if (const auto gravity = keys.get<std::vector<double>>("gravity")) {
+    if (gravity->size() != 3) {
+      keys.fail(*keys.find("gravity"), "gravity",
+                "has " + std::to_string(gravity->size()) +
+                    " entries, must have three: the acceleration of free fall in the base frame, in m/s²");
+    }
+    options.gravity = Eigen::Vector3d(gravity->data());
+  }
+  return options;
+}
+
+constexpr std::array<std::string_view, 6> mdh_columns = {"joint", "type", "alpha", "a", "d", "theta"};
+
+// "alpha_prev_rad" is the column "alpha".
+std::string stem(const std::string& title) { return title.substr(0, title.find('_')); }
+
+// Place of each field among the columns.
+std::array<std::size_t, mdh_columns.size()> places(const TextTable::Row& header) {
+  const std::vector<std::string>& titles = header.cells;
+  std::array<std::size_t, mdh_columns.size()> out{};
+  for (std::size_t f = 0; f < mdh_columns.size(); ++f) {
+    const auto at =
+        std::ranges::find_if(titles, [&](const std::string& t) { return stem(t) == mdh_columns[f]; });
+    if (at == titles.end()) {
+      throw InputError(header.place + ": the header has no column \"" + std::string(mdh_columns[f]) +
+                       "\"; a modified Denavit-Hartenberg table has joint, type, alpha, a, d and theta");
+    }
+    out[f] = static_cast<std::size_t>(at - titles.begin());
+  }
+  return out;
+}
+
+JointType joint_type(const std::string& cell, const std::string& where) {
+  if (cell == "R" || cell == "revolute") {
+    return JointType::revolute;
+  }
+  if (cell == "P" || cell == "prismatic") {
+    return JointType::prismatic;
+  }
+  throw InputError(where + ": column \"type\" holds \"" + cell + "\"; must be R or P");
+}
+
 }  // namespace
+
+Robot read_mdh(const std::filesystem::path& path, const Eigen::Vector3d& gravity) {
+  const TextTable text = read_text_table(path, "the file");
+  std::vector<MdhRow> table;
+  const auto at = text.rows.empty() ? std::array<std::size_t, mdh_columns.size()>{} : places(text.header);
+  for (const TextTable::Row& row : text.rows) {
+    const auto value = [&](std::size_t f) { return cell_number(row, at[f], mdh_columns[f]); };
+    // A joint that is only numbered gets the name that read_mdh's robots have anyway.
+    const std::string& name = row.cells[at[0]];
+    const bool numbered = std::ranges::all_of(name, [](unsigned char c) { return std::isdigit(c) != 0; });
+    table.push_back({.type = joint_type(row.cells[at[1]], row.place),
+                     .alpha = value(2),
+                     .a = value(3),
+                     .d = value(4),
+                     .theta = value(5),
+                     .name = numbered ? "" : name});
+  }
+  if (table.empty()) {
+    throw InputError(path.string() + ": the table has no joint");
+  }
+  Robot robot = [&] {
+    try {
+      return robot_from(table, gravity);
+    } catch (const InputError& e) {
+      throw InputError(path.string() + ": " + e.what());
+    }
+  }();
+  robot.name = path.stem().string();
+  return robot;
+}
 
 std::vector<std::string> joint_names(const Robot& robot) {
   std::vector<std::string> out;
@@ -145,17 +151,7 @@ Index joint_index(const TomlReader& keys, const toml::node& node, std::string_vi
 }
 
 Robot read_robot(TomlReader keys, const std::filesystem::path& folder, std::filesystem::path& robot_file) {
-  UrdfOptions options;
-  options.base = keys.text("base").value_or("");
-  options.tip = keys.text("tip").value_or("");
-  if (const auto gravity = keys.numbers("gravity")) {
-    if (gravity->size() != 3) {
-      keys.fail(*keys.find("gravity"), "gravity",
-                "has " + std::to_string(gravity->size()) +
-                    " entries, must have three: the acceleration of free fall in the base frame, in m/s²");
-    }
-    options.gravity = Eigen::Vector3d((*gravity)[0], (*gravity)[1], (*gravity)[2]);
-  }
+  const UrdfOptions options = read_urdf_options(keys);
   const auto urdf = file_named(keys, "urdf", folder);
   const auto mdh = file_named(keys, "mdh", folder);
   if (urdf.has_value() == mdh.has_value()) {
@@ -170,8 +166,8 @@ Robot read_robot(TomlReader keys, const std::filesystem::path& folder, std::file
   }
   robot_file = urdf.value_or(mdh.value_or(folder));
   Robot robot = urdf ? read_urdf(robot_file, options) : read_mdh(robot_file, options.gravity);
-  robot.base_tolerance = keys.number("base_tolerance").value_or(robot.base_tolerance);
-  read_joint_options(keys, robot);
+  keys.read(robot_keys, robot);
+  std::apply([&](const auto&... field) { (keys.read_each(field, robot.joints), ...); }, Joint::fields());
   if (auto joints = keys.section("joints")) {
     for (const auto& [key, node] : joints->table()) {
       const std::string name(key.str());
@@ -189,9 +185,7 @@ Robot read_robot(TomlReader keys, const std::filesystem::path& folder, std::file
     robot.gear_matrix = *gears;
   }
   keys.finish();
-  if (const auto complaint = robot.complaint()) {
-    keys.fail(*complaint);
-  }
+  keys.refuse(robot.complaint());
   return robot;
 }
 

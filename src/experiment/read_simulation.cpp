@@ -2,26 +2,24 @@
 #include <string>
 #include <variant>
 
-#include "experiment/column_reader.hpp"
-#include "experiment/simulation_sections.hpp"
+#include "experiment/sections.hpp"
 #include "rivid/data/table.hpp"
 
-namespace rivid::detail {
+namespace rivid {
+
+namespace detail {
 
 namespace {
 
 using Path = std::filesystem::path;
 
-enum class MotionType { logged, fourier, point_to_point };
-enum class Recorded { torque, control, reference, reference_velocity };
+// What a log may hold beside time and positions, in the order of the members of SimulationPlan::Columns.
+constexpr auto recorded =
+    std::to_array<std::string_view>({"torque", "control", "reference", "reference_velocity"});
 
 LoggedMotion read_logged(TomlReader& keys, Index n, bool file) {
   LoggedMotion out;
-  out.interpolation = keys.choice("interpolation",
-                                  std::array<std::pair<std::string_view, LoggedMotion::Interpolation>, 2>{
-                                      {{"spline", LoggedMotion::Interpolation::spline},
-                                       {"linear", LoggedMotion::Interpolation::linear}}})
-                          .value_or(out.interpolation);
+  keys.read(out);
   out.columns = read_reference_columns(keys, {}, n, false);
   for (const char* const key : {"position", "time", "rate_hz", "units"}) {
     if (!file && keys.find(key) != nullptr) {
@@ -34,12 +32,11 @@ LoggedMotion read_logged(TomlReader& keys, Index n, bool file) {
 
 FourierSeries read_fourier(TomlReader& keys, const Path& file, Index n) {
   FourierSeries out;
-  const auto omega_f = keys.number("omega_f");
-  if (!omega_f) {
+  keys.read(out, n);
+  if (keys.find("omega_f") == nullptr) {
     keys.look_for_mistyped({"omega_f"});
     keys.fail("must say omega_f, the fundamental frequency in rad/s");
   }
-  out.omega_f = *omega_f;
   const std::string required =
       std::to_string(n) + " lists of numbers: one list a joint, one number a harmonic";
   const auto A = read_matrix(keys, "A", n, -1, required);
@@ -63,13 +60,7 @@ FourierSeries read_fourier(TomlReader& keys, const Path& file, Index n) {
     out.A = table.values.leftCols(n).transpose();
     out.B = table.values.rightCols(n).transpose();
   }
-  out.q0 = read_per_joint(keys, "q0", n);
-  out.duration = keys.number("duration").value_or(out.duration);
   return out;
-}
-
-Vector as_vector(const std::optional<std::vector<double>>& values) {
-  return values ? Vector(Eigen::Map<const Vector>(values->data(), std::ssize(*values))) : Vector();
 }
 
 PointToPoint read_point_to_point(TomlReader& keys, Index n) {
@@ -81,16 +72,13 @@ PointToPoint read_point_to_point(TomlReader& keys, Index n) {
     keys.fail("must list the points, via");
   }
   out.via = *via;
-  out.profile = keys.choice("profile",
-                            std::array<std::pair<std::string_view, MoveProfile>, 2>{
-                                {{"quintic", MoveProfile::quintic},
-                                 {"trapezoidal_acceleration", MoveProfile::trapezoidal_acceleration}}})
-                    .value_or(out.profile);
-  out.durations = as_vector(keys.numbers("durations"));
-  out.max_velocity = read_per_joint(keys, "max_velocity", n);
-  out.max_acceleration = read_per_joint(keys, "max_acceleration", n);
-  out.max_jerk = read_per_joint(keys, "max_jerk", n);
-  out.dwell = as_vector(keys.numbers("dwell"));
+  keys.read(out, n);
+  const auto numbers = [&](std::string_view key) {
+    const auto values = keys.get<std::vector<double>>(key).value_or(std::vector<double>());
+    return Vector(Eigen::Map<const Vector>(values.data(), std::ssize(values)));
+  };
+  out.durations = numbers("durations");
+  out.dwell = numbers("dwell");
   return out;
 }
 
@@ -115,134 +103,76 @@ SimulationPlan::Columns read_recorded(TomlReader& keys, const SimulationPlan::Co
   if (node == nullptr) {
     return otherwise;
   }
-  constexpr std::array<std::pair<std::string_view, Recorded>, 4> words = {
-      {{"torque", Recorded::torque},
-       {"control", Recorded::control},
-       {"reference", Recorded::reference},
-       {"reference_velocity", Recorded::reference_velocity}}};
-  SimulationPlan::Columns out;
-  const auto add = [&](const toml::node& item) {
-    const Recorded word = keys.as_choice(item, "record", words);
-    out.torque = out.torque || word == Recorded::torque;
-    out.control = out.control || word == Recorded::control;
-    out.reference = out.reference || word == Recorded::reference;
-    out.reference_velocity = out.reference_velocity || word == Recorded::reference_velocity;
-  };
-  if (const toml::array* const list = node->as_array()) {
-    for (const toml::node& item : *list) {
-      add(item);
-    }
-  } else {
-    add(*node);
+  std::array<bool, recorded.size()> wanted = {};
+  for (const toml::node* const item : TomlReader::items(*node)) {
+    wanted.at(keys.word(*item, "record", recorded)) = true;
   }
-  return out;
+  return {.torque = wanted[0], .control = wanted[1], .reference = wanted[2], .reference_velocity = wanted[3]};
 }
 
-double positive(TomlReader& keys, std::string_view key, double otherwise, const char* unit) {
-  const double value = keys.number(key).value_or(otherwise);
-  if (keys.find(key) != nullptr && value <= 0.0) {
-    keys.fail(*keys.find(key), key, "is " + number(value) + " " + unit + ", must be positive");
-  }
-  return value;
-}
-
-// The rate of the log is that of the controller where nothing else is said.
-double log_rate(TomlReader& keys, double otherwise, const std::optional<ControlLoop>& control) {
-  const bool sampled = control && control->sampling.period > 0.0;
-  if (keys.find("rate_hz") == nullptr && control && !sampled) {
-    keys.look_for_mistyped({"rate_hz"});
-    keys.fail("must say rate_hz, the rate of the log: the law is continuous and has none");
-  }
-  return positive(keys, "rate_hz", sampled ? 1.0 / control->sampling.period : otherwise, "Hz");
+bool is_sampled(const std::optional<ControlLoop>& control) {
+  return control && control->sampling.period > 0.0;
 }
 
 SimulationOptions read_options(TomlReader& keys, Index n, const std::optional<ControlLoop>& control) {
   SimulationOptions out;
-  out.f_m = log_rate(keys, out.f_m, control);
-  out.q_0 = read_per_joint(keys, "q_0", n);
-  out.qd_0 = read_per_joint(keys, "qd_0", n);
-  out.integrator = keys.choice("integrator",
-                               std::array<std::pair<std::string_view, Integrator>, 6>{
-                                   {{"automatic", Integrator::automatic},
-                                    {"adams", Integrator::adams},
-                                    {"bdf", Integrator::bdf},
-                                    {"bogacki_shampine", Integrator::bogacki_shampine},
-                                    {"dormand_prince", Integrator::dormand_prince},
-                                    {"rk4", Integrator::rk4}}})
-                       .value_or(out.integrator);
-  out.friction = keys.choice("dry_friction",
-                             std::array<std::pair<std::string_view, DryFrictionScheme>, 3>{
-                                 {{"exact", DryFrictionScheme::exact},
-                                  {"smooth", DryFrictionScheme::smooth},
-                                  {"held", DryFrictionScheme::held}}})
-                     .value_or(out.friction);
-  out.smooth_velocity = keys.number("smooth_velocity").value_or(out.smooth_velocity);
-  out.rtol = keys.number("rtol").value_or(out.rtol);
-  out.atol = keys.number("atol").value_or(out.atol);
-  out.max_step = keys.number("max_step").value_or(out.max_step);
-  out.max_steps = keys.integer("max_steps").value_or(out.max_steps);
-  out.max_seconds = keys.number("max_seconds").value_or(out.max_seconds);
-  out.max_velocity = keys.number("max_velocity").value_or(out.max_velocity);
+  // The rate of the log is that of the controller where nothing else is said.
+  if (is_sampled(control)) {
+    out.f_m = 1.0 / control->sampling.period;
+  }
+  keys.read(out, n);
+  keys.read(SimulationOptions::integration(), out, n);
+  if (keys.find("rate_hz") == nullptr && control && !is_sampled(control)) {
+    keys.look_for_mistyped({"rate_hz"});
+    keys.fail("must say rate_hz, the rate of the log: the law is continuous and has none");
+  }
   return out;
 }
 
 NoiseOptions read_noise(TomlReader& keys, Index n, const std::optional<ControlLoop>& control) {
-  const bool sampled = control && control->sampling.period > 0.0;
   NoiseOptions out;
-  out.position = read_per_joint(keys, "position_noise", n);
-  out.torque = read_per_joint(keys, "torque_noise", n);
-  out.disturbance = read_per_joint(keys, "disturbance", n);
-  out.feedback = keys.boolean("noise_feedback").value_or(sampled);
-  if (out.feedback && control && !sampled) {
+  out.feedback = is_sampled(control);
+  keys.read(out, n);
+  if (out.feedback && control && !is_sampled(control)) {
     keys.fail(*keys.find("noise_feedback"), "noise_feedback",
               "is true, but the law of [control] is continuous: errors of the measurement go through a law "
               "that is sampled, with a rate_hz");
   }
-  if (const auto seed = keys.integer("seed")) {
-    if (*seed < 0) {
-      keys.fail(*keys.find("seed"), "seed", "is " + std::to_string(*seed) + ", must not be negative");
-    }
-    out.seed = static_cast<std::uint64_t>(*seed);
-  }
   return out;
+}
+
+template <typename Motion>
+void refuse(const TomlReader& keys, const Motion& motion) {
+  if constexpr (requires { motion.complaint(); }) {
+    keys.refuse(motion.complaint());
+  }
 }
 
 }  // namespace
 
 ReferenceSource read_reference_source(TomlReader keys, const Path& folder, Index n) {
   ReferenceSource out;
-  const auto type = keys.choice("type", std::array<std::pair<std::string_view, MotionType>, 3>{
-                                            {{"logged", MotionType::logged},
-                                             {"fourier", MotionType::fourier},
-                                             {"point_to_point", MotionType::point_to_point}}});
+  constexpr auto types =
+      std::to_array<std::string_view>({LoggedMotion::word, FourierSeries::word, PointToPoint::word});
+  const auto type = keys.word("type", types);
   if (!type) {
     keys.look_for_mistyped({"type"});
     keys.fail("must say its type: \"logged\", \"fourier\" or \"point_to_point\"");
   }
-  if (*type != MotionType::point_to_point) {
+  const std::string_view word = types[*type];
+  if (word == PointToPoint::word) {
+    out.motion = read_point_to_point(keys, n);
+  } else {
     out.file = file_named(keys, "file", folder).value_or(Path());
-  }
-  switch (*type) {
-    case MotionType::logged:
-      out.motion = read_logged(keys, n, !out.file.empty());
-      break;
-    case MotionType::fourier:
+    if (word == FourierSeries::word) {
       out.motion = read_fourier(keys, out.file, n);
-      break;
-    case MotionType::point_to_point:
-      out.motion = read_point_to_point(keys, n);
-      break;
+    } else {
+      out.motion = read_logged(keys, n, !out.file.empty());
+    }
   }
   // A mistyped key is told before what is missing for it.
   keys.finish();
-  const auto* const series = std::get_if<FourierSeries>(&out.motion);
-  const auto* const moves = std::get_if<PointToPoint>(&out.motion);
-  const auto complaint = series != nullptr  ? series->complaint()
-                         : moves != nullptr ? moves->complaint()
-                                            : std::nullopt;
-  if (complaint) {
-    keys.fail(*complaint);
-  }
+  std::visit([&](const auto& motion) { refuse(keys, motion); }, out.motion);
   return out;
 }
 
@@ -250,21 +180,18 @@ SimulationPlan read_simulation(TomlReader keys, const Path& folder, Index n,
                                const std::optional<ControlLoop>& control) {
   SimulationPlan out;
   if (const toml::node* const node = keys.find("parameters")) {
-    if (keys.as_text(*node, "parameters") != "a_priori") {
+    if (keys.as<std::string>(*node, "parameters") != "a_priori") {
       out.parameters = file_at(keys, *node, "parameters", folder);
     }
   }
-  out.duration = positive(keys, "duration", 0.0, "s");
+  keys.read(out);
   out.options = read_options(keys, n, control);
   out.noise = read_noise(keys, n, control);
   out.added_control = read_added_control(keys, folder, n);
   out.columns = read_recorded(keys, out.columns);
   keys.finish();
-  for (const auto& complaint : {out.options.complaint(n), out.noise.complaint(n)}) {
-    if (complaint) {
-      keys.fail(*complaint);
-    }
-  }
+  keys.refuse(out.options.complaint(n));
+  keys.refuse(out.noise.complaint(n));
   if (out.noise.torque.size() > 0 && !out.columns.torque) {
     keys.fail(
         "torque_noise is an error of the recorded torques: record = [\"torque\", …] is required with it");
@@ -272,4 +199,17 @@ SimulationPlan read_simulation(TomlReader keys, const Path& folder, Index n,
   return out;
 }
 
-}  // namespace rivid::detail
+}  // namespace detail
+
+std::vector<std::string> SimulationPlan::Columns::words() const {
+  std::vector<std::string> out;
+  const std::array<bool, detail::recorded.size()> wanted = {torque, control, reference, reference_velocity};
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (wanted.at(i)) {
+      out.emplace_back(detail::recorded.at(i));
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid

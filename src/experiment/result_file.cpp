@@ -1,10 +1,12 @@
 #include "rivid/experiment/result_file.hpp"
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "experiment/json_node.hpp"
-#include "experiment/named_values.hpp"
-#include "experiment/result_robot.hpp"
+#include "experiment/parameter_file.hpp"
 #include "experiment/text_file.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "rivid/error.hpp"
@@ -18,6 +20,150 @@ using detail::NamedValues;
 
 // Of docs/result.md; raised where a member is removed, renamed or changes its meaning.
 constexpr double newest_format = 1.0;
+
+// Of frames and of gravity, as files of other programs round them.
+constexpr double tolerance = 1e-9;
+
+std::string_view word(JointType type) { return type == JointType::revolute ? "revolute" : "prismatic"; }
+
+JointType joint_type(const JsonNode& node) {
+  const std::string found = node.text();
+  for (const JointType type : {JointType::revolute, JointType::prismatic}) {
+    if (found == word(type)) {
+      return type;
+    }
+  }
+  node.fail("is " + in_quotes(found) + ", must be \"revolute\" or \"prismatic\"");
+}
+
+Eigen::Vector3d vector3(const JsonNode& node) { return Eigen::Vector3d(node.numbers(3).data()); }
+
+// Each row as long as there are rows.
+Matrix square(const JsonNode& node) {
+  const std::vector<JsonNode> rows = node.list();
+  const auto n = static_cast<Index>(rows.size());
+  Matrix out(n, n);
+  for (Index i = 0; i < n; ++i) {
+    const std::vector<double> row = rows[static_cast<std::size_t>(i)].numbers(rows.size());
+    out.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), n);
+  }
+  return out;
+}
+
+Chain::Link link(const JsonNode& frame, JointType type) {
+  Chain::Link out;
+  out.type = type;
+  const JsonNode rotation = frame.at("rotation");
+  const Matrix R = square(rotation);
+  if (R.rows() != 3 || !(R.transpose() * R).isIdentity(tolerance) || R.determinant() < 0.0) {
+    rotation.fail("is no rotation");
+  }
+  out.R = R;
+  out.p = vector3(frame.at("origin"));
+  const JsonNode axes = frame.at("axes");
+  const std::vector<double> signed_axes = axes.numbers(3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double axis = std::abs(signed_axes[k]);
+    if (axis != 1.0 && axis != 2.0 && axis != 3.0) {
+      axes.fail("must hold 1, 2 and 3, each with a sign");
+    }
+    out.axes[k] = static_cast<int>(axis) - 1;
+    out.signs[k] = signed_axes[k] > 0.0 ? 1 : -1;
+  }
+  if (std::abs(link_axes(out).determinant()) != 1.0) {
+    axes.fail("must hold 1, 2 and 3, each with a sign");
+  }
+  return out;
+}
+
+Joint joint(const JsonNode& node) {
+  Joint out;
+  out.name = node.at("name").text();
+  out.link = node.at("link").text();
+  out.type = joint_type(node.at("type"));
+  node.read(out);
+  return out;
+}
+
+int joint_index(const JsonNode& node, const Robot& robot) {
+  const std::string wanted = node.text();
+  const auto at = std::ranges::find(robot.joints, wanted, &Joint::name);
+  if (at == robot.joints.end()) {
+    node.fail("is " + in_quotes(wanted) + ", which is no joint of the robot");
+  }
+  return static_cast<int>(at - robot.joints.begin());
+}
+
+Coupling coupling(const JsonNode& node, const Robot& robot) {
+  Coupling out;
+  out.motor = joint_index(node.at("motor"), robot);
+  for (const JsonNode& other : node.at("joints").list()) {
+    out.joints.push_back(joint_index(other, robot));
+  }
+  node.read(out);
+  return out;
+}
+
+std::string in_brackets(const Eigen::Vector3d& x) {
+  return "[" + number(x.x()) + ", " + number(x.y()) + ", " + number(x.z()) + "]";
+}
+
+// The member `robot` of a result, without a-priori values.
+Robot result_robot(const JsonNode& robot) {
+  Robot out;
+  out.name = robot.at("name").text();
+  out.base = robot.at("base").text();
+  out.chain.gravity = vector3(robot.at("gravity"));
+  for (const JsonNode& node : robot.at("joints").list()) {
+    out.joints.push_back(joint(node));
+    out.chain.links.push_back(link(node.at("frame"), out.joints.back().type));
+  }
+  out.inertials.assign(out.joints.size(), Inertial::Zero());
+  for (const JsonNode& node : robot.at("coupling").list()) {
+    out.couplings.push_back(coupling(node, out));
+  }
+  if (const JsonNode gears = robot.at("gear_matrix"); !gears.json().is_null()) {
+    out.gear_matrix = square(gears);
+  }
+  if (const auto complaint = out.complaint()) {
+    robot.fail("can not be used: " + *complaint);
+  }
+  return out;
+}
+
+// Refuses a result of another robot.
+void expect_same_geometry(const JsonNode& node, const Robot& result, const Robot& robot) {
+  const auto differs = [&](const std::string& what, const std::string& found, const std::string& wanted) {
+    node.fail("is another one than \"" + robot.name + "\": " + what + " is " + found + " here and " + wanted +
+              " there");
+  };
+  if (result.size() != robot.size()) {
+    differs("the number of joints", std::to_string(result.size()), std::to_string(robot.size()));
+  }
+  if ((result.chain.gravity - robot.chain.gravity).cwiseAbs().maxCoeff() > tolerance) {
+    differs("gravity", in_brackets(result.chain.gravity), in_brackets(robot.chain.gravity));
+  }
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const Joint& here = result.joints[j];
+    const Joint& there = robot.joints[j];
+    if (here.name != there.name) {
+      differs("joint " + std::to_string(j + 1), in_quotes(here.name), in_quotes(there.name));
+    }
+    const std::string who = "joint \"" + there.name + "\": ";
+    if (here.type != there.type) {
+      differs(who + "its type", std::string(word(here.type)), std::string(word(there.type)));
+    }
+    const Chain::Link& frame = result.chain.links[j];
+    const Chain::Link& other = robot.chain.links[j];
+    if ((frame.p - other.p).cwiseAbs().maxCoeff() > tolerance) {
+      differs(who + "its origin in the frame before it", in_brackets(frame.p), in_brackets(other.p));
+    }
+    if ((frame.R - other.R).cwiseAbs().maxCoeff() > tolerance) {
+      differs(who + "its axis z in the frame before it", in_brackets(frame.R.col(2)),
+              in_brackets(other.R.col(2)));
+    }
+  }
+}
 
 nlohmann::json parsed(const std::filesystem::path& path) {
   try {
@@ -65,9 +211,9 @@ DynamicModel model(const std::filesystem::path& path, const Robot* expected,
   const nlohmann::json content = parsed(path);
   const JsonNode file(content, path.string());
   expect_result(file, options);
-  const Robot robot = detail::result_robot(file.at("robot"));
+  const Robot robot = result_robot(file.at("robot"));
   if (expected != nullptr) {
-    detail::expect_same_geometry(file.at("robot"), robot, *expected);
+    expect_same_geometry(file.at("robot"), robot, *expected);
   }
   return {robot, values(file, base_parameters(robot), options)};
 }

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "rivid/error.hpp"
+
 namespace rivid::detail {
 
 namespace {
@@ -34,16 +36,6 @@ std::string file_text(const std::filesystem::path& path, std::string_view what) 
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
-}
-
-toml::table parsed_toml(const std::filesystem::path& path, std::string_view what) {
-  try {
-    return toml::parse(file_text(path, what), path.string());
-  } catch (const toml::parse_error& e) {
-    const auto& at = e.source().begin;
-    throw InputError(path.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
-                     std::string(e.description()));
-  }
 }
 
 TextTable read_text_table(const std::filesystem::path& path, std::string_view what) {

@@ -5,17 +5,12 @@
 #include <string_view>
 #include <vector>
 
-#include "experiment/toml_reader.hpp"
-
 // Small text files, read as a whole.
 namespace rivid::detail {
 
 /// @param what  the file as messages name it: "the experiment file"
 /// @throws InputError  where it can not be read
 [[nodiscard]] std::string file_text(const std::filesystem::path& path, std::string_view what);
-
-/// @throws InputError  as above, and "file:line:column: …" where it is no TOML
-[[nodiscard]] toml::table parsed_toml(const std::filesystem::path& path, std::string_view what);
 
 /// A table whose cells may hold words: separated by commas or semicolons, with a header, blank lines and lines that
 /// start with # left out.

@@ -1,130 +1,38 @@
 #include "rivid/report/json.hpp"
 
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include <sha2.h>
+#include <sys/types.h>
 
-#include "report/provenance_json.hpp"
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <sstream>
+
+#include "experiment/json_fields.hpp"
 #include "report/warnings_json.hpp"
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+#include "rivid/version.hpp"
 
 namespace rivid {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using detail::Json;
+using detail::json_of;
+
+std::string text_of(const Json& json) {
+  // A path may hold any bytes; JSON is UTF-8.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 Json parameters(const Identification& result) {
-  Json out = Json::array();
-  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
-    const ParameterEstimate& p = result.parameters[i];
-    Json regrouping = Json::object();
+  Json out = json_of(result.parameters);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i]["regrouping"] = Json::object();
     for (const auto& [name, coefficient] : result.base.regrouping(static_cast<Index>(i))) {
-      regrouping[name] = coefficient;
+      out[i]["regrouping"][name] = coefficient;
     }
-    out.push_back({{"name", p.name},
-                   {"value", p.value},
-                   {"unit", p.unit},
-                   {"sigma", p.sigma},
-                   {"relative_sigma_percent", p.relative_sigma_percent},
-                   {"interval_95", p.interval_95},
-                   {"regrouped", p.regrouped},
-                   {"regrouping", std::move(regrouping)},
-                   {"a_priori", p.a_priori},
-                   {"verdict", name(p.verdict)},
-                   {"advice", p.advice}});
-  }
-  return out;
-}
-
-std::vector<double> list(const Vector& v) { return {v.begin(), v.end()}; }
-
-Json motion_error(const MotionError& e) {
-  return {{"position", list(e.q)}, {"velocity", list(e.qd)}, {"acceleration", list(e.qdd)}};
-}
-
-Json iterations(const IvHistory& history) {
-  Json out = Json::array();
-  for (const IvIteration& i : history.iterations) {
-    Json gains = Json::object();
-    for (const Gain& gain : i.gains) {
-      gains[gain.name] = list(gain.values);
-    }
-    out.push_back({{"chi", list(i.chi)},
-                   {"error_norm", i.error_norm},
-                   {"relative_error", i.relative_error},
-                   {"joint_error_norm", list(i.joint_error_norm)},
-                   {"largest_step_sigmas", i.largest_step},
-                   {"simulated_to_measured", motion_error(i.to_measured)},
-                   {"simulated_to_reference", motion_error(i.to_reference)},
-                   {"design_inertia", list(i.J)},
-                   {"gains", std::move(gains)},
-                   {"condition_V", i.condition_V},
-                   {"condition_VW", i.condition_VW},
-                   {"steps", i.effort.steps},
-                   {"right_hand_sides", i.effort.right_hand_sides},
-                   {"mode_changes", i.effort.mode_changes},
-                   {"safeguard", i.safeguard}});
-  }
-  return out;
-}
-
-Json fit(const Fit& f) {
-  Json joints = Json::array();
-  for (const JointFit& j : f.joints) {
-    joints.push_back({{"name", j.name},
-                      {"relative_error", j.relative_error},
-                      {"centred_relative_error", j.centred_relative_error},
-                      {"sigma_rho", j.sigma_rho},
-                      {"unit", j.unit},
-                      {"rows", j.rows},
-                      {"left_out", j.left_out},
-                      {"velocity_threshold", j.velocity_threshold}});
-  }
-  return {{"relative_error", f.relative_error},
-          {"centred_relative_error", f.centred_relative_error},
-          {"error_norm", f.error_norm},
-          {"sigma_rho", f.sigma_rho},
-          {"rows", f.rows},
-          {"joints", std::move(joints)}};
-}
-
-Json test(const TestResult& t) { return {{"statistic", t.statistic}, {"freedom", t.freedom}, {"p", t.p}}; }
-
-Json tests(const Diagnostics& d) {
-  Json residuals = Json::array();
-  for (const ResidualTests& r : d.residuals) {
-    residuals.push_back({{"joint", r.joint},
-                         {"whiteness", test(r.whiteness)},
-                         {"autocorrelation", r.autocorrelation},
-                         {"normality", test(r.normality)},
-                         {"skewness", r.skewness},
-                         {"excess_kurtosis", r.excess_kurtosis}});
-  }
-  Json out = {{"residuals", std::move(residuals)}, {"hausman", nullptr}, {"torque_lag", nullptr}};
-  if (d.hausman) {
-    out["hausman"] = test(d.hausman->test);
-    out["hausman"]["largest_shift"] = d.hausman->largest_shift;
-    out["hausman"]["parameter"] = d.hausman->parameter;
-  }
-  if (d.torque_lag) {
-    out["torque_lag"] = {{"samples", d.torque_lag->samples},
-                         {"sigma", d.torque_lag->sigma},
-                         {"largest_shift", d.torque_lag->largest_shift},
-                         {"parameter", d.torque_lag->parameter}};
-  }
-  return out;
-}
-
-Json physical_settings(const Physical& options) {
-  Json masses = Json::object();
-  for (const Physical::MassBounds& bounds : options.masses) {
-    masses[bounds.link] = {bounds.least, bounds.most};
-  }
-  Json out = {{"prior", name(options.prior)},
-              {"weight", options.weight},
-              {"masses", std::move(masses)},
-              {"total_mass", nullptr}};
-  if (options.total_mass) {
-    out["total_mass"] = *options.total_mass;
   }
   return out;
 }
@@ -149,17 +57,11 @@ Json links(const Robot& robot, const BaseParameters& base, const Vector& chi_st)
 }
 
 Json physical(const Robot& robot, const BaseParameters& base, const PhysicalModel& model) {
-  const PhysicalParameters& found = model.parameters;
-  return {{"links", links(robot, base, found.chi_st)},
-          {"chi", list(found.chi)},
-          {"fit", fit(model.fit)},
-          {"options", physical_settings(model.options)},
-          {"cost", found.cost},
-          {"distance", found.distance},
-          {"divergence", found.divergence},
-          {"gap", found.gap},
-          {"steps", found.steps},
-          {"reached", found.reached}};
+  Json out = json_of(model.parameters);
+  out["links"] = links(robot, base, model.parameters.chi_st);
+  out["fit"] = json_of(model.fit);
+  out["options"] = json_of(model.options);
+  return out;
 }
 
 Json essential(const Identification& result, const EssentialModel& model) {
@@ -172,75 +74,22 @@ Json essential(const Identification& result, const EssentialModel& model) {
                     {"sigma", sigma},
                     {"relative_sigma_percent", 100.0 * sigma / std::abs(found.chi[i])}});
   }
-  Json eliminated = Json::array();
-  for (const EliminatedParameter& p : found.eliminated) {
-    eliminated.push_back({{"name", p.name}, {"F", p.F}, {"p", p.p}});
-  }
-  return {{"parameters", std::move(kept)},
-          {"eliminated", std::move(eliminated)},
-          {"held", found.held},
-          {"F", found.F},
-          {"p", found.p},
-          {"significance", model.options.significance},
-          {"fit", fit(model.fit)}};
-}
-
-Json prefilter(const PrefilterReport& report) {
-  Json noise = Json::array();
-  for (const NoiseModel& model : report.noise) {
-    noise.push_back({{"joint", model.joint}, {"ar", list(model.ar)}, {"innovation", model.innovation}});
-  }
-  return {{"noise", std::move(noise)},
-          {"rounds", report.rounds},
-          {"rows", report.rows},
-          {"without", {{"chi", list(report.chi)}, {"sigma", list(report.sigma)}}}};
-}
-
-Json robust(const RobustReport& report) {
-  Json joints = Json::array();
-  for (const RobustJoint& joint : report.joints) {
-    joints.push_back({{"name", joint.name},
-                      {"scale", joint.scale},
-                      {"rows", joint.rows},
-                      {"below_one", joint.below_one},
-                      {"below_half", joint.below_half},
-                      {"rejected", joint.rejected}});
-  }
-  return {{"loss", name(report.options.kind)},
-          {"tuning", report.options.loss().tuning},
-          {"rounds", report.rounds},
-          {"joints", std::move(joints)},
-          {"largest_shift", report.largest_shift},
-          {"parameter", report.parameter},
-          {"without", {{"chi", list(report.chi)}}}};
-}
-
-Json signal_settings(const SignalOptions& s) {
-  Json out = {{"rows", name(s.exact_rows() ? RowScheme::exact : RowScheme::paper)},
-              {"torque_held", s.torque_held},
-              {"cutoff_hz", s.cutoff_hz},
-              {"order", s.order},
-              {"torque_cutoff_hz", s.torque_cutoff_hz},
-              {"torque_order", s.torque_order},
-              {"decimation", s.decimation},
-              {"trim", nullptr},
-              {"velocity_threshold", s.velocity_threshold},
-              {"window", nullptr},
-              {"convention", s.convention == Convention::matlab ? "matlab" : "standard"}};
-  if (s.trim) {
-    out["trim"] = *s.trim;
-  }
-  if (s.window) {
-    out["window"] = *s.window;
-  }
+  Json out = json_of(found);
+  out["parameters"] = std::move(kept);
+  out["significance"] = model.options.significance;
+  out["fit"] = json_of(model.fit);
   return out;
 }
 
-std::vector<std::vector<double>> rows_of(const Matrix& x) {
-  std::vector<std::vector<double>> out;
-  for (const auto row : x.rowwise()) {
-    out.emplace_back(row.begin(), row.end());
-  }
+Json prefilter(const PrefilterReport& report) {
+  Json out = json_of(report);
+  out["without"] = {{"chi", json_of(report.chi)}, {"sigma", json_of(report.sigma)}};
+  return out;
+}
+
+Json robust(const RobustReport& report) {
+  Json out = json_of(report);
+  out["without"] = {{"chi", json_of(report.chi)}};
   return out;
 }
 
@@ -250,22 +99,19 @@ Json frame(const Chain::Link& link) {
   for (std::size_t k = 0; k < 3; ++k) {
     axes.push_back(link.signs[k] * (link.axes[k] + 1));
   }
-  return {{"rotation", rows_of(link.R)}, {"origin", list(link.p)}, {"axes", std::move(axes)}};
+  return {{"rotation", json_of(link.R)}, {"origin", json_of(link.p)}, {"axes", std::move(axes)}};
 }
 
 Json joints(const Robot& robot) {
   Json out = Json::array();
   for (std::size_t k = 0; k < robot.joints.size(); ++k) {
     const Joint& j = robot.joints[k];
-    out.push_back({{"name", j.name},
-                   {"link", j.link},
-                   {"type", j.type == JointType::revolute ? "revolute" : "prismatic"},
-                   {"friction", name(j.friction)},
-                   {"sign_speed", j.sign_speed},
-                   {"rotor_inertia", j.rotor_inertia},
-                   {"drive_gain", j.drive_gain},
-                   {"gear_ratio", j.gear_ratio},
-                   {"frame", frame(robot.chain.links[k])}});
+    Json members = {{"name", j.name},
+                    {"link", j.link},
+                    {"type", j.type == JointType::revolute ? "revolute" : "prismatic"}};
+    members.update(json_of(j));
+    members["frame"] = frame(robot.chain.links[k]);
+    out.push_back(std::move(members));
   }
   return out;
 }
@@ -278,73 +124,163 @@ Json couplings(const Robot& robot) {
     for (const int j : c.joints) {
       names.push_back(joint_name(j));
     }
-    out.push_back({{"motor", joint_name(c.motor)},
-                   {"joints", std::move(names)},
-                   {"ratios", c.ratios},
-                   {"inertia", name(c.inertia)},
-                   {"viscous", c.viscous},
-                   {"coulomb", name(c.coulomb)},
-                   {"terms", name(c.terms)}});
+    Json members = {{"motor", joint_name(c.motor)}, {"joints", std::move(names)}};
+    members.update(json_of(c));
+    out.push_back(std::move(members));
   }
   return out;
 }
 
-// Its rows; null without one.
-Json gear_matrix(const Robot& robot) {
-  return robot.gear_matrix.size() > 0 ? Json(rows_of(robot.gear_matrix)) : Json();
+Json robot_members(const Robot& robot) {
+  return {{"name", robot.name},
+          {"base", robot.base},
+          {"gravity", json_of(robot.chain.gravity)},
+          {"joints", joints(robot)},
+          {"coupling", couplings(robot)},
+          {"gear_matrix", robot.gear_matrix.size() > 0 ? json_of(robot.gear_matrix) : Json()}};
+}
+
+Json fit_members(const Identification& result) {
+  Json out = json_of(result.fit);
+  out["columns"] = result.columns;
+  out["condition"] = result.condition;
+  out["R_diagonal"] = json_of(result.R_diagonal);
+  out["weights"] = result.weights;
+  return out;
+}
+
+Json validation(const Validation& v) {
+  Json out = {{"file", v.file}};
+  out.update(json_of(v.fit));
+  if (v.physical) {
+    out["physical"] = json_of(*v.physical);
+  }
+  if (v.essential) {
+    out["essential"] = json_of(*v.essential);
+  }
+  return out;
+}
+
+Json covariance(const Identification& result) {
+  Json out = json_of(result.covariance);
+  out["C_chi"] = json_of(result.C_chi);
+  return out;
+}
+
+// Settings section by section: "method.physical.weight" is the member of an object in an object. What is there stays.
+void add(Json& options, const std::vector<Setting>& settings) {
+  for (const Setting& setting : settings) {
+    Json* at = &options;
+    std::istringstream names(setting.key);
+    for (std::string name; std::getline(names, name, '.');) {
+      at = at->is_object() || at->is_null() ? &(*at)[name] : at;
+    }
+    if (at->is_null()) {
+      *at = Json::parse(setting.value);
+    }
+  }
+}
+
+// Program, versions and inputs, then all options.
+Json members(const Provenance& provenance, Json options) {
+  Json inputs = Json::array();
+  for (const InputFile& file : provenance.inputs) {
+    inputs.push_back({{"path", file.path}, {"sha256", file.sha256}});
+  }
+  Json overrides = Json::object();
+  for (const auto& [flag, value] : provenance.overrides) {
+    overrides[flag] = value;
+  }
+  add(options, provenance.settings);
+  options["overrides"] = std::move(overrides);
+  return {{"program", provenance.program},
+          {"rivid", version},
+          {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
+                        std::to_string(EIGEN_MINOR_VERSION)},
+          {"compiler", __VERSION__},
+          {"inputs", std::move(inputs)},
+          {"options", std::move(options)}};
+}
+
+Json simulated_parameters(const SimulationRecord& record) {
+  Json out = Json::array();
+  for (std::size_t i = 0; i < record.base.parameters.size(); ++i) {
+    const BaseParameter& p = record.base.parameters[i];
+    out.push_back({{"name", p.name},
+                   {"value", record.chi[static_cast<Index>(i)]},
+                   {"unit", p.unit},
+                   {"regrouped", p.regrouped}});
+  }
+  return out;
+}
+
+Json tracking(const Robot& robot, const SimulationRecord& record) {
+  const Vector& error = record.simulation.max_tracking_error;
+  Json out = Json::array();
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const auto i = static_cast<Index>(j);
+    const Joint& joint = robot.joints[j];
+    out.push_back({{"name", joint.name},
+                   {"largest_tracking_error", i < error.size() ? Json(error[i]) : Json()},
+                   {"unit", joint.type == JointType::revolute ? "rad" : "m"}});
+  }
+  return out;
+}
+
+Json friction(const Simulation& simulation) {
+  Json out = Json::array();
+  for (std::size_t e = 0; e < simulation.element_names.size(); ++e) {
+    out.push_back({{"name", simulation.element_names[e]}, {"mode_changes", simulation.element_changes[e]}});
+  }
+  return out;
+}
+
+Json control(const SimulationRecord& record) {
+  return {{"law", record.control.law},
+          {"assumed", record.control_assumed},
+          {"rate_hz", record.control_hz > 0.0 ? Json(record.control_hz) : Json()},
+          {"J", json_of(record.J)},
+          {"gains", json_of(by_name(record.control.gains))}};
 }
 
 }  // namespace
 
-std::string to_json(const Robot& robot, const Identification& result, const Provenance& provenance) {
-  Json fit_members = fit(result.fit);
-  fit_members["columns"] = result.columns;
-  fit_members["condition"] = result.condition;
-  fit_members["R_diagonal"] = std::vector<double>(result.R_diagonal.begin(), result.R_diagonal.end());
-  fit_members["weights"] = result.weights;
-  Json validation = Json::array();
-  for (const Validation& v : result.validation) {
-    Json members = {{"file", v.file}};
-    members.update(fit(v.fit));
-    if (v.physical) {
-      members["physical"] = fit(*v.physical);
-    }
-    if (v.essential) {
-      members["essential"] = fit(*v.essential);
-    }
-    validation.push_back(std::move(members));
+InputFile input_file(const std::filesystem::path& path) {
+  if (std::error_code ignored; std::filesystem::is_fifo(path, ignored)) {
+    throw InputError(path.string() + ": is a pipe, a file is required, which can be read more than once");
   }
-  Json covariance = {{"kind", name(result.covariance.kind)},
-                     {"lag", result.covariance.lag},
-                     {"decimation_factor", result.covariance.decimation_factor},
-                     {"quantile_975", result.covariance.quantile_975}};
+  std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
+  if (SHA256File(path.c_str(), digest.data()) == nullptr) {
+    throw InputError(path.string() + ": the file can not be read");
+  }
+  return {path.string(), digest.data()};
+}
+
+std::string to_json(const Robot& robot, const Identification& result, const Provenance& provenance) {
+  Json options = Json::object();
+  add(options, settings(result.estimation));
   Json out = {{"format", 1},
               {"method", result.method},
               {"status", name(result.status)},
               {"reasons", result.reasons},
               {"warnings", detail::warnings_json(result.warnings)},
               {"notes", result.notes},
-              {"robot",
-               {{"name", robot.name},
-                {"base", robot.base},
-                {"gravity", list(robot.chain.gravity)},
-                {"joints", joints(robot)},
-                {"coupling", couplings(robot)},
-                {"gear_matrix", gear_matrix(robot)}}},
+              {"robot", robot_members(robot)},
               {"parameters", parameters(result)},
-              {"covariance", std::move(covariance)},
-              {"fit", std::move(fit_members)},
-              {"validation", std::move(validation)},
-              {"provenance",
-               detail::provenance_json(provenance, {{"signal", signal_settings(result.estimation.signal)}})}};
+              {"covariance", covariance(result)},
+              {"fit", fit_members(result)},
+              {"validation", Json::array()},
+              {"provenance", members(provenance, std::move(options))}};
+  for (const Validation& v : result.validation) {
+    out["validation"].push_back(validation(v));
+  }
   if (result.diagnostics) {
-    out["tests"] = tests(*result.diagnostics);
+    out["tests"] = json_of(*result.diagnostics);
   }
   if (result.iv) {
-    out["iterations"] = iterations(*result.iv);
-    out["loop"] = {{"control_error", list(result.iv->loop.control_error)},
-                   {"tracking_ratio", list(result.iv->loop.tracking_ratio)}};
-    out["first_stage_F"] = list(result.iv->first_stage_F);
+    out["iterations"] = json_of(result.iv->iterations);
+    out["loop"] = json_of(result.iv->loop);
+    out["first_stage_F"] = json_of(result.iv->first_stage_F);
   }
   if (result.prefilter) {
     out["prefilter"] = prefilter(*result.prefilter);
@@ -358,8 +294,50 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.physical) {
     out["physical"] = physical(robot, result.base, *result.physical);
   }
-  // A path may hold any bytes; JSON is UTF-8.
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of(out);
+}
+
+std::string to_json(const Robot& robot, const SimulationRecord& record, const Provenance& provenance) {
+  const Simulation& simulation = record.simulation;
+  return text_of({{"format", 1},
+                  {"outcome", name(simulation.outcome)},
+                  {"reason", simulation.reason},
+                  {"warnings", detail::warnings_json(record.warnings)},
+                  {"robot", robot.name},
+                  {"samples", record.log.samples()},
+                  {"rate_hz", record.log.f_m},
+                  {"seed", record.seed},
+                  {"parameters", simulated_parameters(record)},
+                  {"control", control(record)},
+                  {"joints", tracking(robot, record)},
+                  {"friction", friction(simulation)},
+                  {"effort", json_of(simulation.effort)},
+                  {"provenance", members(provenance, Json::object())}});
+}
+
+std::string summary(const Robot& robot, const SimulationRecord& record) {
+  const Simulation& simulation = record.simulation;
+  const SimulationEffort& effort = simulation.effort;
+  std::ostringstream out;
+  out << "Simulation: " << name(simulation.outcome) << ", " << counted(record.log.samples(), "sample")
+      << " at " << number(record.log.f_m) << " Hz\n";
+  if (!simulation.reason.empty()) {
+    out << "  " << simulation.reason << '\n';
+  }
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    if (const auto i = static_cast<Index>(j); i < simulation.max_tracking_error.size()) {
+      out << "  " << robot.joints[j].name << ": largest tracking error "
+          << number(simulation.max_tracking_error[i], 4)
+          << (robot.joints[j].type == JointType::revolute ? " rad\n" : " m\n");
+    }
+  }
+  for (std::size_t e = 0; e < simulation.element_names.size(); ++e) {
+    out << "  friction of " << simulation.element_names[e] << ": "
+        << counted(simulation.element_changes[e], "mode change") << '\n';
+  }
+  out << "  " << counted(effort.steps, "step") << ", " << counted(effort.right_hand_sides, "right-hand side")
+      << ", " << number(effort.seconds, 3) << " s\n";
+  return out.str();
 }
 
 }  // namespace rivid

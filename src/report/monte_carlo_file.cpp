@@ -49,6 +49,11 @@ std::string fingerprint(const MonteCarlo& plan) {
   for (const std::filesystem::path& input : plan.experiment.inputs(Use::simulation)) {
     out += input_file(input).sha256 + "  " + input.filename().string() + "\n";
   }
+  for (const std::string& setting : plan.settings) {
+    if (!setting.starts_with("montecarlo.runs")) {
+      out += "--set " + setting + "\n";
+    }
+  }
   return out;
 }
 

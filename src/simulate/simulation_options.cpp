@@ -1,4 +1,3 @@
-#include <array>
 #include <cmath>
 
 #include "rivid/simulate/closed_loop.hpp"
@@ -7,12 +6,6 @@
 namespace rivid {
 
 namespace {
-
-constexpr std::array<std::string_view, 6> integrator_names = {"automatic",        "adams",          "bdf",
-                                                              "bogacki_shampine", "dormand_prince", "rk4"};
-constexpr std::array<std::string_view, 3> scheme_names = {"exact", "smooth", "held"};
-constexpr std::array<std::string_view, 5> outcome_names = {"completed", "not positive definite", "diverged",
-                                                           "too slow", "integrator failed"};
 
 std::optional<std::string> wrong_size(std::string_view what, Index got, Index n) {
   if (got == 0 || got == n) {
@@ -54,12 +47,6 @@ bool positive(double value) { return std::isfinite(value) && value > 0; }
 bool not_negative(double value) { return std::isfinite(value) && value >= 0; }
 
 }  // namespace
-
-std::string_view name(Integrator integrator) {
-  return integrator_names[static_cast<std::size_t>(integrator)];
-}
-std::string_view name(DryFrictionScheme scheme) { return scheme_names[static_cast<std::size_t>(scheme)]; }
-std::string_view name(Outcome outcome) { return outcome_names[static_cast<std::size_t>(outcome)]; }
 
 std::optional<std::string> Sampling::complaint(Index n) const {
   if (auto fault = outside("sampling.period", period, not_negative(period), "0 or positive [s]")) {

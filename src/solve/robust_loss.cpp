@@ -1,7 +1,6 @@
 #include "rivid/solve/robust_loss.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -9,22 +8,10 @@ namespace rivid {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> names = {"huber", "bisquare"};
 // 75 % quantile of the normal distribution: half of its values are smaller in magnitude.
 constexpr double normal_quartile = 0.6744897501960817;
 
 }  // namespace
-
-std::string_view name(RobustKind kind) { return names[static_cast<std::size_t>(kind)]; }
-
-std::optional<RobustKind> robust_kind_named(std::string_view name) {
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (names[i] == name) {
-      return static_cast<RobustKind>(i);
-    }
-  }
-  return std::nullopt;
-}
 
 double default_tuning(RobustKind kind) { return kind == RobustKind::huber ? 1.345 : 4.685; }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -124,6 +125,71 @@ TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
   EXPECT_NE(refusal(rest + "essential = { significance = 2 }\n")
                 .find("significance is 2, must lie between 0 and 1"),
             std::string::npos);
+}
+
+class Settings : public testing::Test {
+ protected:
+  Settings() {
+    std::ofstream(file_) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n[log]\nfiles = \"a.csv\"\n"
+                         << "[signal]\ncutoff_hz = 20\ndecimation = 4\n";
+  }
+  ~Settings() override { std::filesystem::remove(file_); }
+
+  [[nodiscard]] Experiment read(const std::vector<std::string>& settings) const {
+    return read_experiment(file_, Use::identification, settings);
+  }
+  [[nodiscard]] std::string refusal(const std::string& setting) const {
+    try {
+      (void)read({setting});
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  }
+  // What settings() says of a key.
+  static Setting setting(const Experiment& experiment, const std::string& key) {
+    const std::vector<Setting> all = settings(experiment);
+    const auto at = std::ranges::find(all, key, &Setting::key);
+    return at == all.end() ? Setting{} : *at;
+  }
+
+  std::filesystem::path file_ = std::filesystem::path(testing::TempDir()) / "settings.toml";
+};
+
+TEST_F(Settings, AreLaidOverTheFile) {
+  const Experiment read = this->read({"signal.decimation=[10, 2]", "signal.cutoff_hz=off",
+                                      "method.covariance=classical", "method.physical.weight=3"});
+  EXPECT_EQ(read.estimation.signal.decimation, (std::vector<int>{10, 2}));
+  EXPECT_EQ(read.estimation.signal.cutoff_hz, 0.0);
+  EXPECT_EQ(read.estimation.covariance.kind, CovarianceKind::classical);
+  EXPECT_EQ(read.estimation.physical.value().weight, 3.0);
+}
+
+TEST_F(Settings, AreCheckedLikeTheFileAndNamedInMessages) {
+  for (const auto& [setting, words] :
+       {std::pair("signal.order=0", "--set signal.order=0: [signal] order is 0, must lie between 1 and 20"),
+        std::pair("signal.ordr=4",
+                  "--set signal.ordr=4: unknown key \"ordr\" in [signal]; did you mean \"order\"?"),
+        std::pair("method.name=lms", "--set method.name=lms: [method] name is \"lms\", must be one of"),
+        std::pair("methd.name=ols", "--set methd.name=ols: unknown key \"methd\"; did you mean \"method\"?"),
+        std::pair("signal.order", "--set signal.order: is no setting; a key and its value are required"),
+        std::pair("signal.order=[1", "--set signal.order=[1: ")}) {
+    EXPECT_EQ(refusal(setting).find(words), 0U) << refusal(setting);
+  }
+}
+
+TEST_F(Settings, TellWhereTheyComeFrom) {
+  const Experiment experiment = read({"signal.order=6"});
+  EXPECT_EQ(setting(experiment, "signal.order").origin, "--set");
+  EXPECT_EQ(setting(experiment, "signal.order").value, "6");
+  EXPECT_EQ(setting(experiment, "signal.torque_order").value, "6")
+      << "that of order, where nothing else is said";
+  EXPECT_EQ(setting(experiment, "signal.decimation").origin, "file");
+  EXPECT_EQ(setting(experiment, "signal.convention").origin, "default");
+  EXPECT_EQ(setting(experiment, "signal.cutoff_hz").unit, "Hz");
+  EXPECT_EQ(setting(experiment, "signal.window").words, "whole log");
+  EXPECT_EQ(setting(experiment, "method.physical").value, "false");
+  EXPECT_EQ(setting(experiment, "method.start").key, "") << "is no setting of ordinary least squares";
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -65,6 +66,8 @@ enum class Outside {
   refuse,  ///< InputError
   hold     ///< the value at the end holds on; the result's notes tell for how many samples
 };
+template <>
+inline constexpr std::array names_of<Outside> = std::to_array<std::string_view>({"refuse", "hold"});
 
 /// Takes back a delay of the recorded torques and control signals: row k of them belongs to sample k − lag.
 ///

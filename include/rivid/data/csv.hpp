@@ -7,6 +7,7 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
+#include "rivid/fields.hpp"
 
 namespace rivid {
 
@@ -15,6 +16,21 @@ struct Column {
   std::string name;    ///< or "#3": the third field of each line
   double scale = 1.0;  ///< see unit_scale(); a gear ratio, a drive gain, a sign
   double offset = 0.0;
+
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"column",
+              &Column::name,
+              "name or number of the column",
+              {.type = "string or integer", .otherwise = "required"}},
+        Field{"unit", nullptr, "unit of the column", {.type = "word", .otherwise = "that of `units`"}},
+        Field{"scale", &Column::scale, "factor beside the unit"},
+        Field{"sign", nullptr, "factor too", {.type = "1 or −1", .otherwise = "1"}},
+        Field{"offset",
+              &Column::offset,
+              "added last: value = unit × scale × sign × cell + offset",
+              {.unit = "SI"}});
+  }
 };
 
 /// Which columns of a file are what. A list that is empty stands for its default names, counted from 1
@@ -36,6 +52,35 @@ struct LogOptions {
 
   /// The first fault found, nothing if the options can be used.
   [[nodiscard]] std::optional<std::string> complaint() const;
+
+  static constexpr auto fields() {
+    using L = LogOptions;
+    const auto columns = [](std::string_view key, std::vector<Column> L::* member, std::string_view otherwise,
+                            std::string_view unit, std::string_view meaning) {
+      return Field{key, member, meaning, {.type = "columns", .otherwise = otherwise, .unit = unit}};
+    };
+    return std::tuple(
+        columns("position", &L::position, "`q1`, `q2`, …", "rad, m", "measured joint positions"),
+        columns(
+            "velocity", &L::velocity, "`qd1`, …", "rad/s, m/s",
+            "measured velocities. Read and resampled, but not used: q̇ and q̈ are derived from the positions."),
+        columns("torque", &L::torque, "`tau1`, …", "N·m, N", "joint-side torques"),
+        columns("control", &L::control, "`v1`, …", "V, A, …",
+                "control signal or motor current; τ = g_τ v_τ (8). Used where there are no torques."),
+        columns("reference", &L::reference, "`qref1`, …", "rad, m",
+                "reference positions. Not used by least squares."),
+        columns("reference_velocity", &L::reference_velocity, "`qdref1`, …", "rad/s, m/s",
+                "reference velocities. Not used by least squares."),
+        Field{"time",
+              &L::time,
+              "time stamps",
+              {.type = "column", .otherwise = "`t`, else `time`", .unit = "s"}},
+        Field{"rate_hz",
+              &L::rate_hz,
+              "measuring rate. Where it is stated the time stamps are inspected, told in the notes, and not "
+              "used. Required without a time column.",
+              {.otherwise = "from the stamps", .unit = "Hz"}});
+  }
 };
 
 /// Reads the log of an experiment from a text file, see read_table() for what such a file may look like.

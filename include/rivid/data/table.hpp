@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -51,6 +52,9 @@ enum class Separator {
   tab,
   spaces  ///< any run of spaces and tabs
 };
+template <>
+inline constexpr std::array names_of<Separator> =
+    std::to_array<std::string_view>({"auto", ",", ";", "tab", "space"});
 
 enum class Header {
   automatic,  ///< the first line holds the names if none of its cells is a number
@@ -63,6 +67,8 @@ enum class Decimal {
   point,
   comma
 };
+template <>
+inline constexpr std::array names_of<Decimal> = std::to_array<std::string_view>({"auto", ".", ","});
 
 /// How to read a table.
 struct TableOptions {
@@ -74,6 +80,20 @@ struct TableOptions {
   Decimal decimal = Decimal::automatic;
   /// Told the fraction read so far, every few megabytes and at the end; may be empty.
   std::function<void(double)> progress = {};
+
+  static constexpr auto fields() {
+    using T = TableOptions;
+    return std::tuple(Field{"separator", &T::separator,
+                            "`\"auto\"`, `\",\"`, `\";\"`, `\"tab\"`, `\"space\"` (any run of blanks)"},
+                      Field{"decimal", &T::decimal, "`\"auto\"`, `\".\"`, `\",\"`"},
+                      Field{"header",
+                            [](const T& t) {
+                              return t.header == Header::automatic ? std::optional<bool>()
+                                                                   : t.header == Header::present;
+                            },
+                            "whether the first line holds names",
+                            {.type = "boolean", .otherwise = "found out"}});
+  }
 
   /// The first fault found, nothing if the options can be used.
   [[nodiscard]] std::optional<std::string> complaint() const;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rivid/data/log.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -64,12 +65,28 @@ enum class Irregular {
   resample,  ///< interpolate onto a uniform grid
   ignore     ///< take the rows for uniform samples all the same
 };
+template <>
+inline constexpr std::array names_of<Irregular> =
+    std::to_array<std::string_view>({"refuse", "resample", "ignore"});
 
 struct ResampleOptions {
   /// Rate of the new clock [Hz]; default: to resample one over the median period, to ignore the mean rate.
   std::optional<double> rate_hz = {};
   double max_gap = default_max_gap;  ///< longest gap that is interpolated over, in periods, ≥ 2
   Index min_samples = 20;            ///< pieces with fewer rows than this on the new grid are dropped
+
+  static constexpr auto fields() {
+    using R = ResampleOptions;
+    return std::tuple(
+        Field{"resample_hz",
+              &R::rate_hz,
+              "rate of the new clock; implies `irregular = \"resample\"` and resamples regular logs too",
+              {.otherwise = "one over the median period", .unit = "Hz", .range = Range::above(0.0)}},
+        Field{"max_gap",
+              &R::max_gap,
+              "a longer gap splits a log that is resampled",
+              {.type = "number ≥ 2", .unit = "periods"}});
+  }
 
   /// The first fault found, nothing if the options can be used.
   [[nodiscard]] std::optional<std::string> complaint() const;

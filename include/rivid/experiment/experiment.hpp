@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/data/time_stamps.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
@@ -36,12 +38,26 @@ struct ControlLoop {
   bool assumed = false;
   Vector omega_n;  ///< natural frequencies that the law is given by, (n); empty: it is given by gains [rad/s]
 
+  static constexpr auto fields() {
+    using C = ControlLoop;
+    return std::tuple(
+        Field{"design_inertia", &C::design_inertia,
+              "design inertias (38): the largest M_jj over the positions of the `\"reference\"`, or over "
+              "`\"all\"` positions within the limits"},
+        Field{"assumed", &C::assumed,
+              "law and gains are a guess, not those of the actual controller; told in the summary"});
+  }
+
   /// Design inertias J (38) that the gains of `control` are matched to, (n) [kg·m² | kg].
   ///
   /// @param q_r  reference positions, (n_m × n) [rad | m]
   /// @throws InputError, NumericsError  as design_inertia()
   [[nodiscard]] Vector inertia(const DynamicModel& model, const Eigen::Ref<const Matrix>& q_r) const;
 };
+
+template <>
+inline constexpr std::array names_of<ControlLoop::InertiaOver> =
+    std::to_array<std::string_view>({"reference", "all"});
 
 /// Reference columns of a file.
 struct LoggedMotion {
@@ -52,7 +68,35 @@ struct LoggedMotion {
 
   LogOptions columns;
   Interpolation interpolation = Interpolation::spline;
+
+  static constexpr std::string_view word = "logged";  ///< that files name it by
+  static constexpr auto fields() {
+    using L = LoggedMotion;
+    return std::tuple(
+        Field{"file",
+              nullptr,
+              "file with the reference columns",
+              {.type = "string", .otherwise = "the first of `[log]`"}},
+        Field{"position",
+              [](const L& l) { return l.columns.reference; },
+              "its columns, as in [`[log]`](#columns-and-units); with `file`, like the next three",
+              {.type = "columns", .otherwise = "`qref1`, …", .unit = "rad, m"}},
+        Field{"time",
+              [](const L& l) { return l.columns.time; },
+              "time stamps",
+              {.type = "column", .otherwise = "`t`, else `time`", .unit = "s"}},
+        Field{"rate_hz",
+              [](const L& l) { return l.columns.rate_hz; },
+              "rate of its rows",
+              {.type = "number", .otherwise = "from the stamps", .unit = "Hz"}},
+        Field{"units", nullptr, "of `position` and `time`", {.type = "table", .otherwise = "all SI"}},
+        Field{"interpolation", &L::interpolation,
+              "`\"spline\"`: cubic, twice continuously differentiable; `\"linear\"`: joined by lines"});
+  }
 };
+template <>
+inline constexpr std::array names_of<LoggedMotion::Interpolation> =
+    std::to_array<std::string_view>({"spline", "linear"});
 
 /// The motion that a simulated robot is asked for, [reference].
 struct ReferenceSource {
@@ -68,6 +112,18 @@ struct SimulationPlan {
   struct AddedControl {
     std::filesystem::path file;
     std::vector<Column> columns;
+
+    static constexpr auto fields() {
+      using A = AddedControl;
+      return std::tuple(Field{"file",
+                              &A::file,
+                              "one row a control period, or a sample where the law is continuous",
+                              {.otherwise = "required"}},
+                        Field{"columns",
+                              &A::columns,
+                              "as in [`[log]`](#columns-and-units)",
+                              {.type = "columns", .otherwise = "required"}});
+    }
   };
   /// What the log holds beside time and positions.
   struct Columns {
@@ -75,6 +131,15 @@ struct SimulationPlan {
     bool control = false;
     bool reference = false;
     bool reference_velocity = false;
+
+    static constexpr auto fields() {
+      return std::tuple(Field{"record",
+                              [](const Columns& c) { return c.words(); },
+                              "columns beside `t` and `q`: `\"torque\"` (tau), `\"control\"` (v), "
+                              "`\"reference\"` (qref), `\"reference_velocity\"` (qdref)",
+                              {.type = "list of words"}});
+    }
+    [[nodiscard]] std::vector<std::string> words() const;
   };
 
   std::filesystem::path parameters;  ///< see read_parameters(); empty: the a-priori values of the robot
@@ -84,6 +149,24 @@ struct SimulationPlan {
   NoiseOptions noise;
   std::optional<AddedControl> added_control;
   Columns columns = {.torque = false, .control = true, .reference = true, .reference_velocity = false};
+
+  static constexpr auto fields() {
+    using S = SimulationPlan;
+    return std::tuple(
+        Field{"parameters",
+              [](const S& s) { return s.parameters.empty() ? "a_priori" : s.parameters.string(); },
+              "the `\"a_priori\"` values of URDF and `[robot.joints]`, or a [parameter "
+              "file](simulation.md#parameter-files)",
+              {.type = "string"}},
+        Field{"duration",
+              &S::duration,
+              "of the log",
+              {.otherwise = "that of the reference", .unit = "s", .range = Range::above(0.0)}},
+        Field{"added_control",
+              [](const S& s) { return s.added_control; },
+              "control signals added behind the controller and its saturation, see below",
+              {.type = "table", .otherwise = "none"}});
+  }
 };
 
 /// Log files of one experiment and what is done to each on the way in.
@@ -94,6 +177,25 @@ struct LogSource {
     std::filesystem::path table;
     std::vector<std::string> columns;  ///< position and torque; empty: the file has just these two
     Outside outside = Outside::refuse;
+
+    static constexpr auto fields() {
+      using S = Subtraction;
+      return std::tuple(Field{"joint",
+                              [](const S& s) { return s.joint + 1; },
+                              "name of the joint",
+                              {.type = "string", .otherwise = "required"}},
+                        Field{"table",
+                              &S::table,
+                              "text file with positions, which must increase, and torques, in SI units",
+                              {.otherwise = "required"}},
+                        Field{"columns",
+                              &S::columns,
+                              "names of its columns of positions and torques",
+                              {.type = "two strings", .otherwise = "the file's only two"}},
+                        Field{"outside", &S::outside,
+                              "for a position that the table does not cover: `\"refuse\"`, or `\"hold\"` the "
+                              "value at its end"});
+    }
   };
   /// A file of its own for the reference motion.
   struct Reference {
@@ -101,6 +203,36 @@ struct LogSource {
     LogOptions columns;
     double delay = 0.0;  ///< of the log behind the reference [s]
     Outside outside = Outside::refuse;
+
+    static constexpr auto fields() {
+      using R = Reference;
+      return std::tuple(
+          Field{"file", &R::file, "file with the reference", {.otherwise = "required"}},
+          Field{"position",
+                [](const R& r) { return r.columns.reference; },
+                "reference positions",
+                {.type = "columns", .otherwise = "those of `reference`", .unit = "rad, m"}},
+          Field{"velocity",
+                [](const R& r) { return r.columns.reference_velocity; },
+                "reference velocities",
+                {.type = "columns", .otherwise = "those of `reference_velocity`", .unit = "rad/s, m/s"}},
+          Field{"time",
+                [](const R& r) { return r.columns.time; },
+                "time stamps",
+                {.type = "column", .otherwise = "`t`, else `time`", .unit = "s"}},
+          Field{"rate_hz",
+                [](const R& r) { return r.columns.rate_hz; },
+                "rate of its rows",
+                {.type = "number", .otherwise = "from the stamps", .unit = "Hz"}},
+          Field{"units",
+                nullptr,
+                "of `position`, `velocity` and `time`",
+                {.type = "table", .otherwise = "all SI"}},
+          Field{"delay", &R::delay, "by how much the log is behind the reference", {.unit = "s"}},
+          Field{"outside", &R::outside,
+                "for samples that the file does not cover: `\"refuse\"`, or `\"hold\"`: the reference stands "
+                "still"});
+    }
   };
 
   /// Which side of the gears angles and torques of the files are told on; see joint_side().
@@ -114,7 +246,40 @@ struct LogSource {
   double torque_lag = 0.0;  ///< see shift_torque() [samples]
   std::vector<Subtraction> subtract;
   std::optional<Reference> reference;
+
+  static constexpr auto fields() {
+    using L = LogSource;
+    return std::tuple(
+        Field{"files",
+              [](const L& l) { return l.files; },
+              "one log or several. Their rows are stacked: one fit for all.",
+              {.type = "string or list", .otherwise = "required"}},
+        Field{"side", &L::side,
+              "`\"motor\"`: positions, velocities, references and torques of the files are those of the "
+              "motors, and are turned by `gear_matrix` or `gear_ratio`; `\"joint\"`"},
+        Field{"irregular", &L::irregular,
+              "what to do with irregular time stamps: `\"refuse\"`, `\"resample\"`, `\"ignore\"`, see "
+              "[below](#time-stamps)"},
+        Field{"torque_lag",
+              &L::torque_lag,
+              "by how much the recorded torques are behind, see [below](#torque_lag)",
+              {.unit = "samples"}},
+        Field{"subtract",
+              [](const L& l) { return l.subtract; },
+              "known torques to take off, see [below](#subtract)",
+              {.type = "list of tables", .otherwise = "–"}},
+        Field{"reference_file",
+              [](const L& l) { return l.reference; },
+              "the reference from a file of its own, see [below](#logreference_file)",
+              {.type = "table", .otherwise = "–"}},
+        Field{"units",
+              nullptr,
+              "unit of each quantity, see [below](#columns-and-units)",
+              {.type = "table", .otherwise = "all SI"}});
+  }
 };
+template <>
+inline constexpr std::array names_of<LogSource::Side> = std::to_array<std::string_view>({"joint", "motor"});
 
 /// What an experiment file is read for, which tells the sections that it must have.
 enum class Use {
@@ -136,6 +301,7 @@ struct Experiment {
   std::optional<ControlLoop> control;
   std::optional<ReferenceSource> reference;
   std::optional<SimulationPlan> simulation;
+  std::map<std::string, std::string> origins;  ///< of the settings that are no defaults: "file", "--set"
 
   /// Takes another method than the file names: "ols", "wls" or "iv".
   ///
@@ -149,10 +315,28 @@ struct Experiment {
 /// Reads an experiment file and the robot that it names; logs and parameter files are not opened, coefficients of a
 /// Fourier series are. Relative paths in it are relative to the file. All sections are checked, whatever the use.
 ///
+/// @param settings  laid over the file: "signal.decimation=5" is a key and a TOML value; a word needs no quotes. Messages
+///                  name them in place of a line of the file.
 /// @throws InputError  "file:line:column: …" for TOML that can not be parsed, for keys that nobody knows (with the
 ///                     nearest one that is known), values of a wrong type or out of range, sections that the use needs
 ///                     and that are missing; and what the robot's reader refuses
-[[nodiscard]] Experiment read_experiment(const std::filesystem::path& path, Use use = Use::identification);
+[[nodiscard]] Experiment read_experiment(const std::filesystem::path& path, Use use = Use::identification,
+                                         std::span<const std::string> settings = {});
+
+/// A setting as it is used.
+struct Setting {
+  std::string key;     ///< as an experiment file names it: "signal.cutoff_hz"
+  std::string value;   ///< as JSON
+  std::string words;   ///< the same for people: "by a rule" where a default is found by one
+  std::string unit;    ///< or empty
+  std::string origin;  ///< "default", "file", "--set"; empty where there is no file
+};
+
+/// What identify() was asked for, [signal], [method] and [control]. Of a control law of one's own nothing is known.
+[[nodiscard]] std::vector<Setting> settings(const Estimation& estimation);
+
+/// All settings that a use of an experiment comes down to, defaults included.
+[[nodiscard]] std::vector<Setting> settings(const Experiment& experiment, Use use = Use::identification);
 
 /// The logs of a source, on uniform clocks, adjusted as the source says. A file with long gaps becomes several logs.
 ///

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "rivid/experiment/experiment.hpp"
+#include "rivid/fields.hpp"
 
 namespace rivid {
 
@@ -26,12 +27,27 @@ struct MonteCarlo {
   int runs = 100;
   std::uint64_t seed = 1;  ///< run k, counted from 0, is simulated with seed + k
   std::vector<Trial> trials;
+  std::vector<std::string> settings;  ///< of the command line, which were laid over the file
+
+  static constexpr auto fields() {
+    using M = MonteCarlo;
+    return std::tuple(
+        Field{"runs", &M::runs, "how often the experiment is simulated", {.range = Range::from(1)}},
+        Field{
+            "seed", &M::seed, "run k, counted from 0, is simulated with seed + k", {.range = Range::from(0)}},
+        Field{"trial",
+              nullptr,
+              "ways to identify, one `[[montecarlo.trial]]` each",
+              {.type = "tables", .otherwise = "–"}});
+  }
 };
 
 /// Reads an experiment file with [robot], [control], [reference], [simulation] and [montecarlo].
 ///
+/// @param settings  as for read_experiment()
 /// @throws InputError  as read_experiment() does
-[[nodiscard]] MonteCarlo read_monte_carlo(const std::filesystem::path& path);
+[[nodiscard]] MonteCarlo read_monte_carlo(const std::filesystem::path& path,
+                                          std::span<const std::string> settings = {});
 
 /// What one trial made of one run.
 struct MonteCarloRow {
@@ -79,6 +95,23 @@ struct MonteCarloParameter {
   std::array<double, 2> bias_in_spreads_95 = {};
   std::array<double, 2> rmse_over_bound_95 = {};
   std::array<double, 2> coverage_95 = {};
+
+  static constexpr auto fields() {
+    using R = MonteCarloParameter;
+    return std::tuple(
+        Field{"name", &R::name, "of the parameter"}, Field{"unit", &R::unit, "SI, joint side"},
+        Field{"truth", &R::truth, "that was simulated"}, Field{"bias", &R::bias, "mean error"},
+        Field{"spread", &R::spread, "standard deviation of the estimates"},
+        Field{"rmse", &R::rmse, "root mean square error"},
+        Field{"bias_in_spreads", &R::bias_in_spreads, "bias over spread"},
+        Field{"rmse_over_bound", &R::rmse_over_bound,
+              "rmse over the deviation that nothing can beat by much"},
+        Field{"sigma_over_spread", &R::sigma_over_spread, "mean reported deviation over spread"},
+        Field{"coverage", &R::coverage, "share of 95 % intervals that hold the truth"},
+        Field{"bias_in_spreads_95", &R::bias_in_spreads_95, "its 95 % interval"},
+        Field{"rmse_over_bound_95", &R::rmse_over_bound_95, "its 95 % interval"},
+        Field{"coverage_95", &R::coverage_95, "its 95 % interval"});
+  }
 };
 
 /// What the figures of a trial amount to. A figure speaks against it where all of its 95 % interval is beyond what is
@@ -92,6 +125,14 @@ struct MonteCarloVerdict {
   bool unbiased = false;  ///< no bias above largest_bias
   bool honest = false;    ///< coverage within mean_coverage on average, and least_coverage or more for each
   std::optional<bool> efficient;  ///< no error above largest_rmse; nothing where there is no bound
+
+  static constexpr auto fields() {
+    using R = MonteCarloVerdict;
+    return std::tuple(
+        Field{"unbiased", &R::unbiased, "no bias above 0.2 spreads"},
+        Field{"honest", &R::honest, "coverage as promised"},
+        Field{"efficient", &R::efficient, "no error far above the bound; null where there is none"});
+  }
 };
 
 struct MonteCarloSummary {
@@ -105,6 +146,18 @@ struct MonteCarloSummary {
   double mean_coverage = 0.0;
   MonteCarloVerdict verdict;
   std::vector<MonteCarloParameter> parameters;
+
+  static constexpr auto fields() {
+    using R = MonteCarloSummary;
+    return std::tuple(Field{"label", &R::label, "of the trial"}, Field{"runs", &R::runs, "that were made"},
+                      Field{"identified", &R::identified, "of these; the figures are of them"},
+                      Field{"outcomes", &R::outcomes, "runs by their status"},
+                      Field{"mean_iterations", &R::mean_iterations, "of IDIM-IV", {.unit = "1"}},
+                      Field{"most_iterations", &R::most_iterations, "of IDIM-IV"},
+                      Field{"mean_coverage", &R::mean_coverage, "over the parameters", {.unit = "1"}},
+                      Field{"verdict", &R::verdict, "what the figures amount to"},
+                      Field{"parameters", &R::parameters, "one a base parameter"});
+  }
 };
 
 /// Summaries of all trials, in the order of the plan.

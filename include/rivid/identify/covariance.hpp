@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "rivid/data/log.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
 
@@ -17,8 +18,9 @@ enum class CovarianceKind {
   hac  ///< from the errors themselves, however they are correlated over time and among joints: Newey & West (1987)
 };
 
-/// "automatic", "classical", "hac".
-[[nodiscard]] std::string_view name(CovarianceKind kind);
+template <>
+inline constexpr std::array names_of<CovarianceKind> =
+    std::to_array<std::string_view>({"automatic", "classical", "hac"});
 
 struct CovarianceOptions {
   CovarianceKind kind = CovarianceKind::automatic;
@@ -26,6 +28,19 @@ struct CovarianceOptions {
       0.0;  ///< of `hac` [s], over which errors count as correlated; 0: by a rule from the errors, Andrews (1991)
 
   [[nodiscard]] std::optional<std::string> complaint() const;
+
+  static constexpr auto fields() {
+    using C = CovarianceOptions;
+    return std::tuple(Field{"covariance", &C::kind,
+                            "where standard deviations come from, see [statistics](statistics.md). "
+                            "`\"hac\"`: from the residuals, however these are correlated in time and among "
+                            "joints; `\"classical\"`: (18), as if the errors of rows were independent; "
+                            "`\"automatic\"`: classical with `convention = \"matlab\"`, else HAC"},
+                      Field{"covariance_lag",
+                            &C::lag,
+                            "time over which `\"hac\"` counts residuals as correlated",
+                            {.otherwise = "by a rule", .unit = "s", .range = Range::above(0.0)}});
+  }
 };
 
 /// Where the standard deviations of an estimate come from.
@@ -37,6 +52,23 @@ struct CovarianceReport {
   double decimation_factor = 1.0;
   /// Half width of a 95 % interval in standard deviations.
   double quantile_975 = 0.0;
+
+  static constexpr auto fields() {
+    using R = CovarianceReport;
+    return std::tuple(
+        Field{"kind", &R::kind,
+              "`\"hac\"`: from the residuals, correlated as they are; `\"classical\"`: (18), which takes the "
+              "errors of rows for independent"},
+        Field{"lag", &R::lag, "time over which `\"hac\"` counts residuals as correlated", {.unit = "s"}},
+        Field{"decimation_factor",
+              &R::decimation_factor,
+              "by which classical deviations were divided to undo the decimation; 1 where they were not",
+              {.unit = "1"}},
+        Field{"quantile_975",
+              &R::quantile_975,
+              "half width of `interval_95` in σ: Student's t, widened for the lag with `\"hac\"`",
+              {.unit = "1"}});
+  }
 };
 
 /// Standard deviations that weighted least squares would have from regressors without noise, on all samples where joints

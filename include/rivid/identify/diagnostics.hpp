@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -13,6 +14,13 @@ struct TestResult {
   double statistic = 0.0;
   double freedom = 0.0;
   double p = 0.0;  ///< probability of such a statistic, or a larger one, if nothing is the matter
+
+  static constexpr auto fields() {
+    using R = TestResult;
+    return std::tuple(
+        Field{"statistic", &R::statistic, ""}, Field{"freedom", &R::freedom, "degrees of freedom"},
+        Field{"p", &R::p, "probability of such a statistic, or a larger one, if nothing is the matter"});
+  }
 };
 
 /// What the residual ρ = Y − W χ̂ of a joint's rows looks like.
@@ -23,6 +31,16 @@ struct ResidualTests {
   TestResult normality;          ///< Jarque & Bera (1980)
   double skewness = 0.0;
   double excess_kurtosis = 0.0;
+
+  static constexpr auto fields() {
+    using R = ResidualTests;
+    return std::tuple(Field{"joint", &R::joint, "name of the joint"},
+                      Field{"whiteness", &R::whiteness, "Ljung-Box over 20 rows"},
+                      Field{"autocorrelation", &R::autocorrelation, "of neighbouring rows", {.unit = "1"}},
+                      Field{"normality", &R::normality, "Jarque-Bera"},
+                      Field{"skewness", &R::skewness, "of the residual", {.unit = "1"}},
+                      Field{"excess_kurtosis", &R::excess_kurtosis, "of the residual", {.unit = "1"}});
+  }
 };
 
 /// Whether least squares would have been enough: Durbin, Wu and Hausman's comparison of the estimates by instruments and
@@ -32,6 +50,25 @@ struct HausmanTest {
   TestResult test;             ///< as an F statistic
   double largest_shift = 0.0;  ///< max |χ̂_IV − χ̂_LS| / σ_IV: the effect size
   std::string parameter;       ///< where it is
+
+  static constexpr auto fields() {
+    using R = HausmanTest;
+    return std::tuple(
+        Field{"statistic",
+              [](const HausmanTest& r) { return r.test.statistic; },
+              "of the Durbin-Wu-Hausman test with a robust covariance",
+              {.unit = "1"}},
+        Field{"freedom", [](const HausmanTest& r) { return r.test.freedom; }, "degrees of freedom"},
+        Field{"p",
+              [](const HausmanTest& r) { return r.test.p; },
+              "probability of such a statistic if least squares would have done",
+              {.unit = "1"}},
+        Field{"largest_shift",
+              &R::largest_shift,
+              "largest difference of the two estimates in σ",
+              {.unit = "1"}},
+        Field{"parameter", &R::parameter, "that it is of"});
+  }
 };
 
 /// By how many samples the torques are late, beyond what the experiment says of it, from the residual's regression on the
@@ -41,6 +78,21 @@ struct TorqueLag {
   double sigma = 0.0;          ///< its deviation, widened where the joints disagree
   double largest_shift = 0.0;  ///< max |Δχ̂| / σ by that lag: the effect size
   std::string parameter;       ///< where it is
+
+  static constexpr auto fields() {
+    using R = TorqueLag;
+    return std::tuple(
+        Field{"samples",
+              &R::samples,
+              "by how much the torques are late beside the motion, as `[log] torque_lag` counts it",
+              {.unit = "samples"}},
+        Field{"sigma", &R::sigma, "its deviation", {.unit = "samples"}},
+        Field{"largest_shift",
+              &R::largest_shift,
+              "by how many σ that moves a parameter at most",
+              {.unit = "1"}},
+        Field{"parameter", &R::parameter, "that it is of"});
+  }
 };
 
 /// Tests on a result. Small p-values with small effects are no reason for concern.
@@ -48,6 +100,22 @@ struct Diagnostics {
   std::vector<ResidualTests> residuals;  ///< one a joint
   std::optional<HausmanTest> hausman;    ///< of IDIM-IV
   std::optional<TorqueLag> torque_lag;   ///< of exact rows; not of a robust estimate
+
+  static constexpr auto fields() {
+    using R = Diagnostics;
+    return std::tuple(
+        Field{"residuals", &R::residuals,
+              "one a joint: `whiteness` (Ljung-Box over 20 rows) with the `autocorrelation` of neighbouring "
+              "rows, `normality` (Jarque-Bera) with `skewness` and `excess_kurtosis`"},
+        Field{"hausman", &R::hausman,
+              "of `\"iv\"`, else null: whether least squares on the same rows would have done. `p` of the "
+              "Durbin-Wu-Hausman test with a robust covariance; `largest_shift`, the largest difference of "
+              "the two estimates in σ, and the `parameter` that it is of"},
+        Field{"torque_lag", &R::torque_lag,
+              "by how many `samples` the torques are late beside the motion, as `[log] torque_lag` counts "
+              "them, with its `sigma`; `largest_shift`, by how many σ that moves a parameter at most, and "
+              "the `parameter`. Null with the paper's rows and with `robust`"});
+  }
 };
 
 }  // namespace rivid

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/types.hpp"
@@ -18,6 +19,14 @@ struct Essential {
   double significance = 0.05;
 
   [[nodiscard]] std::optional<std::string> complaint() const;
+
+  static constexpr auto fields() {
+    return std::tuple(Field{"significance",
+                            &Essential::significance,
+                            "probability of keeping a parameter that is zero: a removal whose F-test gives a "
+                            "smaller p is refused",
+                            {.range = Range::within(0.0, 1.0)}});
+  }
 };
 
 /// A parameter that was eliminated.
@@ -25,6 +34,13 @@ struct EliminatedParameter {
   std::string name;
   double F = 0.0;  ///< of its removal from those that were left then, 1 degree of freedom in the numerator
   double p = 0.0;  ///< probability of more, if the parameter is zero
+
+  static constexpr auto fields() {
+    using R = EliminatedParameter;
+    return std::tuple(Field{"name", &R::name, "of the parameter"},
+                      Field{"F", &R::F, "of its removal", {.unit = "1"}},
+                      Field{"p", &R::p, "probability of more, if the parameter is zero", {.unit = "1"}});
+  }
 };
 
 /// The parameters that matter.
@@ -37,6 +53,25 @@ struct EssentialParameters {
   std::vector<std::string> held;
   double F = 0.0;  ///< of all removals together
   double p = 1.0;
+
+  static constexpr auto fields() {
+    using R = EssentialParameters;
+    return std::tuple(
+        Field{"parameters",
+              nullptr,
+              "those that stay, each with `name`, `value`, `sigma`, `relative_sigma_percent`",
+              {.unit = "SI"}},
+        Field{"eliminated", &R::eliminated,
+              "those that went, in the order of their removal, each with the `F` and `p` of that removal"},
+        Field{"held", &R::held,
+              "names of those that would have gone, but M(q) would not be positive definite without them"},
+        Field{"F", &R::F, "of all removals together", {.unit = "1"}},
+        Field{"p", &R::p, "the same as a probability", {.unit = "1"}},
+        Field{"significance", nullptr, "below which p a removal is refused", {.unit = "1"}},
+        Field{"fit", nullptr,
+              "of these parameters on the rows of the identification, members as in "
+              "[`validation`](#fit-and-each-of-validation)"});
+  }
 };
 
 /// Backward elimination of parameters that the data do not need [Khalil 2007]: again and again the one with the largest

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 
+#include "rivid/fields.hpp"
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/essential.hpp"
 #include "rivid/identify/physical.hpp"
@@ -83,10 +85,72 @@ struct Iv {
 
   SimulationOptions simulation =
       {};  ///< tolerances, integrator and budgets; its sampling and samples are not used
+
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"start", &Iv::start,
+              "where the iteration begins. `\"regular\"`: nothing is known (48, 51); `\"a_priori\"`: the "
+              "values of the robot's file; `\"least_squares\"`: WLS on the same rows"},
+        Field{"follows", &Iv::follows,
+              "what the simulated loop follows: the log's `\"reference\"` columns, or, where none were "
+              "logged, the `\"measured\"` positions filtered at `reference_cutoff_hz`"},
+        Field{"reference_cutoff_hz",
+              &Iv::reference_cutoff_hz,
+              "zero-phase low-pass of `follows = \"measured\"`",
+              {.otherwise = "that of `[signal]`", .unit = "Hz", .range = Range::above(0.0)}},
+        Field{"signs", &Iv::signs,
+              "velocity whose sign the Coulomb columns of W have: `\"measured\"`, `\"simulated\"`, or "
+              "`\"automatic\"`: simulated with the paper's rows and without `cutoff_hz`, measured otherwise"},
+        Field{
+            "weights", &Iv::weights,
+            "`\"by_joint\"`: rows of V, W and Y divided by the deviation of their joint's error; `\"none\"`"},
+        Field{"initial_state",
+              &Iv::start_on_reference,
+              "state that the simulation begins in: the `\"measured\"` one, or on the `\"reference\"`",
+              {.words = {"measured", "reference"}}},
+        Field{"transient",
+              &Iv::transient,
+              "beginning of each log that takes no part, for what the simulation remembers of its start; "
+              "[RIV] takes 5/min ω_n with `initial_state = \"reference\"`",
+              {.unit = "s", .range = Range::from(0.0)}},
+        Field{"tolerance",
+              &Iv::tolerance,
+              "relative change of ‖Y − V χ‖ below which the iteration may stop",
+              {.range = Range::above(0.0)}},
+        Field{"parameter_tolerance",
+              &Iv::parameter_tolerance,
+              "largest step of a parameter, in its standard deviations, with which it may stop",
+              {.range = Range::above(0.0)}},
+        Field{"max_iterations",
+              &Iv::max_iterations,
+              "after so many the result is `not_converged`",
+              {.range = Range::from(1)}},
+        Field{"prefilter",
+              [](const Iv& iv) -> std::variant<bool, int> {
+                if (iv.prefilter_order > 0) {
+                  return iv.prefilter_order;
+                }
+                return iv.prefilter;
+              },
+              "prefiltered instrumental variables, IDIM-PIV: the residual's autoregressive model, one a "
+              "joint, whitens the rows, see [statistics](statistics.md#prefiltered-instrumental-variables). "
+              "An integer is the order of the models, 1 to 30; `true` leaves it to BIC. Exact rows only; "
+              "`decimation` counts for the estimate that it begins with.",
+              {.type = "boolean, or integer"}});
+  }
 };
 
-/// "regular", "a_priori", "least_squares".
-[[nodiscard]] std::string_view name(Iv::Start start);
+template <>
+inline constexpr std::array names_of<Iv::Start> =
+    std::to_array<std::string_view>({"regular", "a_priori", "least_squares"});
+template <>
+inline constexpr std::array names_of<Iv::Follows> =
+    std::to_array<std::string_view>({"reference", "measured"});
+template <>
+inline constexpr std::array names_of<Iv::Signs> =
+    std::to_array<std::string_view>({"automatic", "measured", "simulated"});
+template <>
+inline constexpr std::array names_of<Iv::Weights> = std::to_array<std::string_view>({"none", "by_joint"});
 
 /// Base parameters to begin with that make M(q) regular without any knowledge of the robot, (48) and (51) of [RIV].
 [[nodiscard]] Vector regular_start(const Robot& robot, const BaseParameters& base);
@@ -94,6 +158,8 @@ struct Iv {
 /// How an estimate is made of the rows; what belongs to one method alone is a member of its struct.
 using Method = std::variant<Ols, Wls, Iv>;
 
+/// Their names, in their order.
+inline constexpr std::array<std::string_view, 3> method_names = {"ols", "wls", "iv"};
 /// "ols", "wls", "iv".
 [[nodiscard]] std::string_view name(const Method& method);
 /// "IDIM-OLS", "IDIM-WLS", "IDIM-IV".

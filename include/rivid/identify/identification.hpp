@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rivid/data/log.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/identify/diagnostics.hpp"
 #include "rivid/identify/estimation.hpp"
@@ -26,8 +27,9 @@ enum class Status {
   not_simulable      ///< no closed loop could be simulated with an iterate or with one near it
 };
 
-/// "identified", "rank_deficient", "not_converged", "cycling", "weak_instruments", "not_simulable".
-[[nodiscard]] std::string_view name(Status status);
+template <>
+inline constexpr std::array names_of<Status> = std::to_array<std::string_view>(
+    {"identified", "rank_deficient", "not_converged", "cycling", "weak_instruments", "not_simulable"});
 
 /// What the data say about a parameter.
 enum class Verdict {
@@ -36,8 +38,9 @@ enum class Verdict {
   not_excited,  ///< undetermined, or a value as large as any of its kind would pass unnoticed
 };
 
-/// "identified", "weak", "not_excited".
-[[nodiscard]] std::string_view name(Verdict verdict);
+template <>
+inline constexpr std::array names_of<Verdict> =
+    std::to_array<std::string_view>({"identified", "weak", "not_excited"});
 
 /// One identified base parameter with its statistics, Eqs. (17–19) of [RIV].
 struct ParameterEstimate {
@@ -51,6 +54,38 @@ struct ParameterEstimate {
   double a_priori = 0.0;                           ///< the same base parameter from the robot description
   Verdict verdict = Verdict::identified;
   std::string advice;  ///< why it is not `identified`, and the motion that would help; else empty
+
+  static constexpr auto fields() {
+    using R = ParameterEstimate;
+    return std::tuple(
+        Field{"name", &R::name,
+              "the standard parameter that leads the group (6), with R where others are regrouped into it"},
+        Field{"value", &R::value, "estimate (15); null where undetermined", {.unit = "`unit`"}},
+        Field{"unit", &R::unit, "SI, joint side"},
+        Field{"sigma",
+              &R::sigma,
+              "standard deviation (18), √C_χχ(i, i), of the covariance that `covariance` tells of; null "
+              "where undetermined",
+              {.unit = "`unit`"}},
+        Field{
+            "relative_sigma_percent", &R::relative_sigma_percent, "100 σ / \\|value\\| (19)", {.unit = "%"}},
+        Field{"interval_95", &R::interval_95, "value ± `covariance.quantile_975` σ", {.unit = "`unit`"}},
+        Field{"regrouped", &R::regrouped, "the group as a person writes it (6): `\"ZZ1 + 0.25 M2\"`"},
+        Field{"regrouping",
+              nullptr,
+              "the same as numbers: coefficient of each standard parameter",
+              {.unit = "mixed"}},
+        Field{
+            "a_priori",
+            &R::a_priori,
+            "the same group from the robot description; friction and Ia count as 0 where nothing tells them",
+            {.unit = "`unit`"}},
+        Field{
+            "verdict", &R::verdict,
+            "`\"identified\"`, `\"weak\"` or `\"not_excited\"`, see [diagnostics](diagnostics.md#verdicts)"},
+        Field{"advice", &R::advice,
+              "why it is not `\"identified\"`, and the motion that would help; else empty"});
+  }
 };
 
 /// How well a model explains the rows of one joint.
@@ -63,6 +98,25 @@ struct JointFit {
   double relative_error = 0.0;          ///< ‖Y_j − W_j χ‖ / ‖Y_j‖
   double centred_relative_error = 0.0;  ///< ‖Y_j − W_j χ‖ / ‖Y_j − mean Y_j‖
   double sigma_rho = 0.0;               ///< standard deviation of the residual [N·m | N]
+
+  static constexpr auto fields() {
+    using R = JointFit;
+    return std::tuple(
+        Field{"name", &R::name, "of the joint"},
+        Field{"relative_error", &R::relative_error, "of this joint's rows (14), unweighted", {.unit = "1"}},
+        Field{"centred_relative_error",
+              &R::centred_relative_error,
+              "the same over the norm of Y without its mean",
+              {.unit = "1"}},
+        Field{"sigma_rho",
+              &R::sigma_rho,
+              "deviation of this joint's residual (17); its share of the b parameters is taken off the "
+              "degrees of freedom, in a validation none",
+              {.unit = "`unit`"}},
+        Field{"unit", &R::unit, "N·m or N"}, Field{"rows", &R::rows, "rows of this joint (14)"},
+        Field{"left_out", &R::left_out, "rows left out: too slow, or near a reversal"},
+        Field{"velocity_threshold", &R::velocity_threshold, "below which they are", {.unit = "rad/s, m/s"}});
+  }
 };
 
 /// How well a model explains rows.
@@ -75,6 +129,25 @@ struct Fit {
   double sigma_rho = 0.0;
   Index rows = 0;
   std::vector<JointFit> joints;
+
+  static constexpr auto fields() {
+    using R = Fit;
+    return std::tuple(
+        Field{"relative_error", &R::relative_error, "‖Y − W χ‖ / ‖Y‖ over all joints (13)", {.unit = "1"}},
+        Field{"centred_relative_error",
+              &R::centred_relative_error,
+              "‖Y − W χ‖ over the norm of Y with each joint's mean taken off: a heavy constant torque no "
+              "longer hides the error",
+              {.unit = "1"}},
+        Field{"error_norm", &R::error_norm, "‖Y − W χ‖ (13)", {.unit = "N·m, N"}},
+        Field{"sigma_rho",
+              &R::sigma_rho,
+              "standard deviation of the residual (17), see also [conventions](experiment.md#conventions). "
+              "In `fit` of `wls` that of the weighted residual, which is near 1 and has no unit",
+              {.unit = "N·m, N"}},
+        Field{"rows", &R::rows, "r, rows of all joints (13)"},
+        Field{"joints", &R::joints, "the same joint by joint (14), see below"});
+  }
 };
 
 /// Cross-validation: the identified model on a log that took no part in the fit.
@@ -104,6 +177,12 @@ struct MotionError {
   Vector q;
   Vector qd;
   Vector qdd;
+
+  static constexpr auto fields() {
+    using R = MotionError;
+    return std::tuple(Field{"position", &R::q, ""}, Field{"velocity", &R::qd, ""},
+                      Field{"acceleration", &R::qdd, ""});
+  }
 };
 
 /// One iterate of IDIM-IV: the parameters, and the closed loop that was simulated with them.
@@ -122,6 +201,41 @@ struct IvIteration {
       0.0;  ///< largest change of a parameter from the last iterate, in its standard deviations
   SimulationEffort effort;  ///< of the simulations
   std::string safeguard;    ///< what was simulated instead where χ̂_k itself could not be
+
+  static constexpr auto fields() {
+    using R = IvIteration;
+    return std::tuple(
+        Field{"chi",
+              &R::chi,
+              "parameters that were simulated (29), in the order of `parameters`",
+              {.unit = "SI"}},
+        Field{"error_norm", &R::error_norm, "‖Y − V χ‖, V from this simulation", {.unit = "mixed"}},
+        Field{"relative_error", &R::relative_error, "the same over ‖Y‖", {.unit = "1"}},
+        Field{"joint_error_norm", &R::joint_error_norm, "of the rows of each joint", {.unit = "N·m, N"}},
+        Field{"largest_step_sigmas",
+              &R::largest_step,
+              "largest change of a parameter since the last iterate, in its standard deviations",
+              {.unit = "1"}},
+        Field{"simulated_to_measured",
+              &R::to_measured,
+              "relative distance of the simulated motion from the filtered measured one: `position`, "
+              "`velocity`, `acceleration`",
+              {.unit = "1"}},
+        Field{"simulated_to_reference", &R::to_reference, "the same from the reference", {.unit = "1"}},
+        Field{"design_inertia", &R::J, "that the gains follow (38)", {.unit = "kg·m², kg"}},
+        Field{"gains",
+              [](const IvIteration& r) { return by_name(r.gains); },
+              "of the control law (46), as it was simulated",
+              {.unit = "mixed"}},
+        Field{"condition_V", &R::condition_V, "condition number of V (34)", {.unit = "1"}},
+        Field{"condition_VW", &R::condition_VW, "of Q_Vᵀ W", {.unit = "1"}},
+        Field{"steps", [](const IvIteration& r) { return r.effort.steps; }, "of the simulation"},
+        Field{"right_hand_sides", [](const IvIteration& r) { return r.effort.right_hand_sides; },
+              "evaluations of the dynamics"},
+        Field{"mode_changes", [](const IvIteration& r) { return r.effort.mode_changes; }, "of dry friction"},
+        Field{"safeguard", &R::safeguard,
+              "what was done where the iterate itself could not be simulated; else empty"});
+  }
 };
 
 /// How well the assumed controller explains the log.
@@ -129,6 +243,19 @@ struct LoopDiagnosis {
   /// Relative error of the control signal that the law gives for the measured motion, (n); empty where the log has none.
   Vector control_error;
   Vector tracking_ratio;  ///< ‖q_simulated − q‖ / ‖q_r − q‖, (n): small where the loop is the actual one
+
+  static constexpr auto fields() {
+    using R = LoopDiagnosis;
+    return std::tuple(
+        Field{"control_error",
+              &R::control_error,
+              "relative error of the control signal that the law gives for the measured motion, one a joint",
+              {.unit = "1"}},
+        Field{"tracking_ratio",
+              &R::tracking_ratio,
+              "distance of the simulated motion from the measured one over the tracking error, one a joint",
+              {.unit = "1"}});
+  }
 };
 
 /// What IDIM-IV did on its way.
@@ -144,6 +271,13 @@ struct NoiseModel {
   std::string joint;
   Vector ar;                ///< a_1 … a_p
   double innovation = 0.0;  ///< standard deviation of e [N·m | N]
+
+  static constexpr auto fields() {
+    using R = NoiseModel;
+    return std::tuple(Field{"joint", &R::joint, "name of the joint"},
+                      Field{"ar", &R::ar, "coefficients of ρ_t = Σ_i ar_i ρ_{t−i} + e_t", {.unit = "1"}},
+                      Field{"innovation", &R::innovation, "deviation of e", {.unit = "N·m, N"}});
+  }
 };
 
 /// What prefiltering made of IDIM-IV.
@@ -154,6 +288,20 @@ struct PrefilterReport {
   Vector chi;                   ///< estimate without the prefilter, from the rows of the signal options, (b)
   Vector sigma;                 ///< its standard deviations, (b)
   CovarianceReport covariance;  ///< what these were made of
+
+  static constexpr auto fields() {
+    using R = PrefilterReport;
+    return std::tuple(
+        Field{"noise", &R::noise,
+              "one a joint: `joint`, `ar`, the coefficients of ρ_t = Σ_i ar_i ρ_{t−i} + e_t, and "
+              "`innovation`, the deviation of e in N·m or N"},
+        Field{"rounds", &R::rounds, "times that noise models and parameters were found in turn"},
+        Field{"rows", &R::rows, "whitened rows"},
+        Field{"without",
+              nullptr,
+              "`chi` and `sigma` of the estimate without the prefilter, in the order of `parameters`",
+              {.unit = "SI"}});
+  }
 };
 
 /// What an identification found, the answer of identify().

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/types.hpp"
@@ -48,10 +50,50 @@ struct Physical {
   int max_steps = 500;      ///< of Newton's method
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
+
+  /// Least and most mass of links by their names.
+  [[nodiscard]] std::map<std::string, std::array<double, 2>> masses_by_link() const {
+    std::map<std::string, std::array<double, 2>> out;
+    for (const MassBounds& bounds : masses) {
+      out[bounds.link] = {bounds.least, bounds.most};
+    }
+    return out;
+  }
+
+  static constexpr auto fields() {
+    using P = Physical;
+    return std::tuple(
+        Field{"prior", &P::prior,
+              "distance from the robot description: `\"log_det\"`, the divergence that keeps bodies from "
+              "vanishing, or `\"ridge\"`, its quadratic part"},
+        Field{"weight",
+              &P::weight,
+              "of the prior, against half the squared deviations of the fit. 1 decides what the data leave "
+              "open; 10 to 1000 hold weakly exciting data to the description.",
+              {.range = Range::above(0.0)}},
+        Field{"weight_may_fall",
+              &P::weight_may_fall,
+              "whether the weight is lowered by tens where the description is so far from the data that it "
+              "would cost more than a tenth of the residual sum of squares",
+              {.otherwise = "`true` without `weight`"}},
+        Field{"masses",
+              [](const P& p) { return p.masses_by_link(); },
+              "bounds of the masses of single links by their name: `masses = { link_2 = [10, 25] }`",
+              {.type = "table of [least, most]", .otherwise = "–", .unit = "kg"}},
+        Field{"total_mass",
+              &P::total_mass,
+              "bounds of the mass of all moving links together",
+              {.type = "[least, most]", .otherwise = "–", .unit = "kg", .must_be = "[least, most] in kg"}},
+        Field{"tolerance",
+              &P::tolerance,
+              "of the cost, relative to one and itself",
+              {.range = Range::above(0.0)}},
+        Field{"max_steps", &P::max_steps, "of Newton's method", {.range = Range::from(1)}});
+  }
 };
 
-/// "log_det", "ridge".
-[[nodiscard]] std::string_view name(Physical::Prior prior);
+template <>
+inline constexpr std::array names_of<Physical::Prior> = std::to_array<std::string_view>({"log_det", "ridge"});
 
 /// Standard parameters of a robot of physical bodies.
 struct PhysicalParameters {
@@ -64,6 +106,27 @@ struct PhysicalParameters {
   int steps = 0;                   ///< of Newton's method
   bool reached = true;             ///< whether the gap is within the tolerance
   std::vector<std::string> notes;  ///< links whose description belongs to no body, and what stands in for it
+
+  static constexpr auto fields() {
+    using R = PhysicalParameters;
+    return std::tuple(
+        Field{"links", nullptr,
+              "base to tip, each with `link`, `joint` that moves it, and `parameters`: all standard "
+              "parameters of the link in the order of (3), each with `name`, `value`, `unit`, `a_priori`"},
+        Field{"chi", &R::chi, "their base parameters, in the order of `parameters`", {.unit = "SI"}},
+        Field{"fit", nullptr,
+              "the model on the rows of the identification, members as in "
+              "[`validation`](#fit-and-each-of-validation): the price is the difference to `fit`"},
+        Field{"options", nullptr,
+              "`prior`, `weight`, `masses` (kg by link), `total_mass` (kg, null without) and the rest of "
+              "[`[method.physical]`](experiment.md#methodphysical), as they were used"},
+        Field{"cost", &R::cost, "distance + weight × divergence", {.unit = "1"}},
+        Field{"distance", &R::distance, "½ (χ̂ − χ)ᵀ C_χχ⁻¹ (χ̂ − χ)", {.unit = "1"}},
+        Field{"divergence", &R::divergence, "of the prior", {.unit = "1"}},
+        Field{"gap", &R::gap, "what the cost is above the least one at most", {.unit = "1"}},
+        Field{"steps", &R::steps, "Newton steps"},
+        Field{"reached", &R::reached, "whether the gap is within 1e-6 of (1 + cost)"});
+  }
 };
 
 /// The physically consistent standard parameters nearest to an estimate of the base parameters:

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/solve/robust_loss.hpp"
 #include "rivid/types.hpp"
 
@@ -27,6 +28,35 @@ struct Robust {
   [[nodiscard]] RobustLoss loss() const { return {kind, tuning.value_or(default_tuning(kind))}; }
 
   [[nodiscard]] std::optional<std::string> complaint() const;
+
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"robust",
+              &Robust::kind,
+              "loss of a robust estimate against outliers in the torques, by any method: `\"huber\"`, "
+              "`\"bisquare\"`, or `\"off\"`, see [statistics](statistics.md#outliers). Not together with "
+              "`prefilter`. The flag `--robust` overrides it.",
+              {.otherwise = "`\"off\"`"}});
+  }
+  /// How, beside the loss.
+  static constexpr auto options() {
+    using R = Robust;
+    return std::tuple(
+        Field{"robust_tuning",
+              &R::tuning,
+              "where that loss leaves least squares, in robust standard deviations of a joint's residual",
+              {.otherwise = "1.345 (Huber), 4.685 (bisquare)",
+               .range = Range::above(0.0),
+               .must_be = "positive"}},
+        Field{"robust_max_rounds",
+              &R::max_rounds,
+              "budget of weights and parameters in turn, for each loss",
+              {.range = Range::from(1)}},
+        Field{"robust_tolerance",
+              &R::tolerance,
+              "largest step of a parameter, in its standard deviations, with which the rounds end",
+              {.range = Range::above(0.0)}});
+  }
 };
 
 /// What became of the rows of one joint.
@@ -37,6 +67,17 @@ struct RobustJoint {
   Index below_one = 0;   ///< of these, rows with a weight below 1: of bisquare nearly all
   Index below_half = 0;  ///< rows with a weight below 1/2
   Index rejected = 0;    ///< rows without any weight
+
+  static constexpr auto fields() {
+    using R = RobustJoint;
+    return std::tuple(
+        Field{"name", &R::name, "of the joint"},
+        Field{"scale", &R::scale, "of its residuals: their median magnitude over 0.6745", {.unit = "N·m, N"}},
+        Field{"rows", &R::rows, "of the joint"},
+        Field{"below_one", &R::below_one, "of these with a weight below 1, of the bisquare nearly all"},
+        Field{"below_half", &R::below_half, "with a weight below 1/2"},
+        Field{"rejected", &R::rejected, "without any weight"});
+  }
 };
 
 /// What robust estimation made of an identification.
@@ -47,6 +88,30 @@ struct RobustReport {
   Vector chi;                  ///< estimate without it, (b)
   double largest_shift = 0.0;  ///< max |χ̂ − chi| / σ, with the deviations σ of the robust estimate
   std::string parameter;       ///< where it is
+
+  static constexpr auto fields() {
+    using R = RobustReport;
+    return std::tuple(
+        Field{"loss", [](const RobustReport& r) { return r.options.kind; }, "`\"huber\"` or `\"bisquare\"`"},
+        Field{"tuning",
+              [](const RobustReport& r) { return r.options.loss().tuning; },
+              "where it leaves least squares, in units of `scale`",
+              {.unit = "1"}},
+        Field{"rounds", &R::rounds, "times that weights and parameters were found in turn"},
+        Field{"joints", &R::joints,
+              "one a joint: `name`; `scale` of its residuals in N·m or N, their median magnitude over "
+              "0.6745; `rows`; of these `below_one` with a weight below 1 (of the bisquare nearly all), "
+              "`below_half` below 1/2, `rejected` without any"},
+        Field{"largest_shift",
+              &R::largest_shift,
+              "the largest distance from the estimate without it, in σ",
+              {.unit = "1"}},
+        Field{"parameter", &R::parameter, "that it is of"},
+        Field{"without",
+              nullptr,
+              "`chi`, the estimate without it, in the order of `parameters`",
+              {.unit = "SI"}});
+  }
 };
 
 }  // namespace rivid

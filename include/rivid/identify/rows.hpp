@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "rivid/data/log.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/signal/filter.hpp"
@@ -27,8 +28,9 @@ enum class RowScheme {
   exact
 };
 
-/// "automatic", "paper", "exact".
-[[nodiscard]] std::string_view name(RowScheme scheme);
+template <>
+inline constexpr std::array names_of<RowScheme> =
+    std::to_array<std::string_view>({"automatic", "paper", "exact"});
 
 /// The way from a log to the rows of Eq. (13) of [RIV]; each step can be switched off.
 struct SignalOptions {
@@ -59,6 +61,74 @@ struct SignalOptions {
 
   /// @param n  joints of the robot
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
+
+  static constexpr auto fields() {
+    using S = SignalOptions;
+    return std::tuple(
+        Field{"rows",
+              &S::rows,
+              "`\"exact\"`: rows that hold but for noise; `\"paper\"`: every sample, as in [RIV]. "
+              "`\"automatic\"`: exact, unless `convention = \"matlab\"`",
+              {.otherwise = "see [rows](rows.md)"}},
+        Field{"torque_held", &S::torque_held,
+              "the torque of a sample acts until the next one, as a sampled controller's does; else it was "
+              "measured at the sample"},
+        Field{"cutoff_hz",
+              &S::cutoff_hz,
+              "cut-off of the zero-phase Butterworth low-pass of the positions. `\"off\"` goes well with "
+              "exact rows, whose decimation averages the noise away; a cut-off should be some ten times the "
+              "highest frequency of the motion",
+              {.type = "number or `\"off\"`",
+               .otherwise = "required",
+               .unit = "Hz",
+               .range = Range::above(0.0),
+               .word = "off",
+               .must_be = "a frequency in Hz, or \"off\" for no filter"}},
+        Field{"order", &S::order, "of that filter, for one direction", {.range = Range::within(1, 20)}},
+        Field{"torque_cutoff_hz",
+              &S::torque_cutoff_hz,
+              "cut-off of a zero-phase Butterworth low-pass of the torques",
+              {.type = "number or `\"off\"`",
+               .otherwise = "`\"off\"`",
+               .unit = "Hz",
+               .range = Range::above(0.0),
+               .word = "off",
+               .must_be = "a frequency in Hz, or \"off\" for no filter"}},
+        Field{"torque_order",
+              &S::torque_order,
+              "of that filter",
+              {.otherwise = "that of `order`", .range = Range::within(1, 20)}},
+        Field{"decimation",
+              &S::decimation,
+              "n_d of (13), or the factors of several stages, one after the other: `[10, 10]` keeps one "
+              "sample in 100",
+              {.otherwise = "none", .range = Range::from(1)}},
+        Field{"trim",
+              &S::trim,
+              "left out at the ends, counted at the measuring rate",
+              {.type = "integer, `[begin, end]`, or `\"auto\"`",
+               .otherwise = "`\"auto\"`",
+               .unit = "samples",
+               .range = Range::from(0),
+               .word = "auto",
+               .must_be = "one number of samples for both ends, [begin, end], or \"auto\""}},
+        Field{"velocity_threshold",
+              &S::velocity_threshold,
+              "rows of a joint that moves slower are left out; exact rows have a threshold of their own "
+              "besides",
+              {.type = "number, or one a joint",
+               .otherwise = "0",
+               .unit = "rad/s, m/s",
+               .range = Range::from(0)}},
+        Field{"window",
+              &S::window,
+              "only samples with begin ≤ t ≤ end give rows",
+              {.type = "`[begin, end]`",
+               .otherwise = "whole log",
+               .unit = "s",
+               .must_be = "[begin, end] in seconds"}},
+        Field{"convention", &S::convention, "`\"standard\"` or `\"matlab\"`, see [below](#conventions)"});
+  }
 };
 
 /// The rows of one log: W and Y of Eq. (13), joint by joint.

@@ -7,12 +7,22 @@
 #include <string_view>
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/model/chain.hpp"
 #include "rivid/model/kinds.hpp"
 #include "rivid/model/parameters.hpp"
 
 namespace rivid {
+
+template <>
+inline constexpr std::array names_of<Friction> = [] {
+  std::array<std::string_view, friction_rows.size()> out = {};
+  for (const FrictionRow& row : friction_rows) {
+    out[static_cast<std::size_t>(row.law)] = row.name;
+  }
+  return out;
+}();
 
 /// A motor that several joints turn, as in the wrists of many arms: the motor of joint m runs at
 ///
@@ -67,6 +77,39 @@ struct Coupling {
 
   /// The coupled parameters that this coupling adds to the standard ones of joint m: Iam, Fvm, Fcm.
   [[nodiscard]] std::vector<ParameterKind> parameters() const;
+
+  static constexpr auto fields() {
+    using C = Coupling;
+    return std::tuple(
+        Field{"motor",
+              nullptr,
+              "joint m that the motor is named after",
+              {.type = "joint", .otherwise = "required"}},
+        Field{"joints",
+              nullptr,
+              "the other joints that turn it",
+              {.type = "joint or list", .otherwise = "required"}},
+        Field{"ratios",
+              &C::ratios,
+              "c_k of `joints`",
+              {.type = "number or list",
+               .otherwise = "`1` each",
+               .unit = "unit of joint m per unit of the joint"}},
+        Field{"inertia", &C::inertia,
+              "`\"free\"`: Iam is a parameter; `\"tied\"`: Ia of joint m is; `\"none\"`"},
+        Field{"viscous", &C::viscous, "whether Fvm is a parameter"},
+        Field{"coulomb", &C::coulomb,
+              "`\"sum\"`: sign of cᵀq̇; `\"single\"`: signs of the single q̇_k; `\"none\"`"},
+        Field{"terms", &C::terms,
+              "`\"cross\"`: off the diagonal of c cᵀ, which is left to Ia and Fv of the joints; `\"all\"`"});
+  }
+  /// A-priori values, which a result tells with its parameters.
+  static constexpr auto a_priori() {
+    using C = Coupling;
+    return std::tuple(Field{"Iam", &C::Iam, "a-priori inertia", {.unit = "kg·m² or kg"}},
+                      Field{"Fvm", &C::Fvm, "a-priori viscous friction", {.unit = "N·m·s/rad or N·s/m"}},
+                      Field{"Fcm", &C::Fcm, "a-priori Coulomb friction", {.unit = "N·m or N"}});
+  }
 };
 
 /// What one coupled parameter is multiplied with in the torque of one joint.
@@ -100,12 +143,14 @@ struct CoupledEntry {
 /// C of q̇_motor = C q̇: the rows c of the couplings, and those of the identity for all other motors, (n × n).
 [[nodiscard]] Matrix coupling_matrix(std::span<const Coupling> couplings, Index n);
 
-/// "none", "free", "tied".
-[[nodiscard]] std::string_view name(Coupling::Inertia inertia);
-/// "none", "sum", "single".
-[[nodiscard]] std::string_view name(Coupling::Coulomb coulomb);
-/// "cross", "all".
-[[nodiscard]] std::string_view name(Coupling::Terms terms);
+template <>
+inline constexpr std::array names_of<Coupling::Inertia> =
+    std::to_array<std::string_view>({"none", "free", "tied"});
+template <>
+inline constexpr std::array names_of<Coupling::Coulomb> =
+    std::to_array<std::string_view>({"none", "sum", "single"});
+template <>
+inline constexpr std::array names_of<Coupling::Terms> = std::to_array<std::string_view>({"cross", "all"});
 
 /// What a joint is beside its geometry: names, drive, friction law, limits and a-priori values.
 struct Joint {
@@ -133,6 +178,39 @@ struct Joint {
 
   /// g_τ of Eqs. (8, 9): joint-side torque per unit of the control signal.
   [[nodiscard]] double g_tau() const { return gear_ratio * drive_gain; }
+
+  static constexpr auto fields() {
+    using J = Joint;
+    return std::tuple(
+        Field{"friction", &J::friction, "friction law, see [below](#friction-laws)"},
+        Field{"sign_speed",
+              &J::sign_speed,
+              "where it is not 0, tanh(q̇ / sign_speed) takes the place of sign q̇ in the model, regressor and "
+              "simulation alike, and nothing sticks: for data that were simulated so",
+              {.unit = "rad/s, m/s"}},
+        Field{"rotor_inertia", &J::rotor_inertia,
+              "whether the joint has a parameter Ia: τ += Ia q̈. Switch it off behind joint torque sensors "
+              "and for direct drives."},
+        Field{"drive_gain",
+              &J::drive_gain,
+              "K_c K_τ of (9). Only used with `control`, not with `torque`.",
+              {.unit = "N·m or N a unit of the control signal, on the motor's side of the gear"}},
+        Field{"gear_ratio", &J::gear_ratio, "K_r of (9). g_τ = gear_ratio × drive_gain, τ = g_τ v_τ (8)."});
+  }
+  /// A-priori values, which a result tells with its parameters.
+  static constexpr auto a_priori() {
+    using J = Joint;
+    return std::tuple(
+        Field{"Ia", &J::Ia, "a-priori inertia of rotor and gears, joint side", {.unit = "kg·m² or kg"}},
+        Field{"Fv",
+              &J::Fv,
+              "a-priori viscous friction",
+              {.otherwise = "URDF `damping`, else 0", .unit = "N·m·s/rad or N·s/m"}},
+        Field{"Fc",
+              &J::Fc,
+              "a-priori Coulomb friction",
+              {.otherwise = "URDF `friction`, else 0", .unit = "N·m or N"}});
+  }
 };
 
 /// A serial robot: its chain, its joints and the a-priori inertial parameters of its links.

@@ -13,10 +13,6 @@ namespace rivid {
 
 namespace detail {
 
-inline constexpr std::array<std::string_view, 3> inertia_names = {"none", "free", "tied"};
-inline constexpr std::array<std::string_view, 3> coulomb_names = {"none", "sum", "single"};
-inline constexpr std::array<std::string_view, 2> terms_names = {"cross", "all"};
-
 // Weights of q̈, q̇ or their signs in the torques: c cᵀ, or what of it the parameter stands for.
 inline Matrix weights(const Coupling& coupling, const Vector& c, ParameterKind kind) {
   // Single signs: the motor's friction reaches joint i through c_i, its sign follows that of c_k q̇_k.
@@ -324,16 +320,6 @@ RIVID_INLINE Matrix coupling_matrix(std::span<const Coupling> couplings, Index n
     C.row(coupling.motor) = coupling.row(n);
   }
   return C;
-}
-
-RIVID_INLINE std::string_view name(Coupling::Inertia inertia) {
-  return detail::inertia_names[static_cast<std::size_t>(inertia)];
-}
-RIVID_INLINE std::string_view name(Coupling::Coulomb coulomb) {
-  return detail::coulomb_names[static_cast<std::size_t>(coulomb)];
-}
-RIVID_INLINE std::string_view name(Coupling::Terms terms) {
-  return detail::terms_names[static_cast<std::size_t>(terms)];
 }
 
 RIVID_INLINE std::vector<StandardParameter> Robot::standard_parameters() const {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/simulate/closed_loop.hpp"
@@ -24,7 +25,8 @@ struct Provenance {
   std::string program;            ///< "rivid_identify"
   std::vector<InputFile> inputs;  ///< experiment, robot, logs
   std::vector<std::pair<std::string, std::string>>
-      overrides;  ///< command line flags that changed the experiment
+      overrides;                  ///< command line flags that changed the experiment
+  std::vector<Setting> settings;  ///< all that it was made with, see settings()
 };
 
 /// A result as JSON, the content of result.json; docs/result.md describes its members. Numbers are written so that

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -13,6 +14,8 @@ enum class Convention {
   standard,  ///< rivid's own, argued at the functions that take it
   matlab     ///< that of MATLAB's filtfilt and decimate, to reproduce what was published with them
 };
+template <>
+inline constexpr std::array names_of<Convention> = std::to_array<std::string_view>({"standard", "matlab"});
 
 /// H(z) = (b0 + b1 z⁻¹ + b2 z⁻²) / (1 + a1 z⁻¹ + a2 z⁻²); a section of first order has b2 = a2 = 0.
 struct SecondOrderSection {

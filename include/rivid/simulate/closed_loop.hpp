@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "rivid/data/log.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/control.hpp"
@@ -35,10 +36,12 @@ enum class DryFrictionScheme {
   held  ///< as `smooth`, but all friction is evaluated once a step and held (rk4 alone): the scheme of BIRDy
 };
 
-/// "automatic", "adams", "bdf", "bogacki_shampine", "dormand_prince", "rk4".
-[[nodiscard]] std::string_view name(Integrator integrator);
-/// "exact", "smooth", "held".
-[[nodiscard]] std::string_view name(DryFrictionScheme scheme);
+template <>
+inline constexpr std::array names_of<Integrator> = std::to_array<std::string_view>(
+    {"automatic", "adams", "bdf", "bogacki_shampine", "dormand_prince", "rk4"});
+template <>
+inline constexpr std::array names_of<DryFrictionScheme> =
+    std::to_array<std::string_view>({"exact", "smooth", "held"});
 
 /// A control law that runs on a computer: measures at t_k, and holds what it computes until t_{k+1}.
 struct Sampling {
@@ -56,6 +59,29 @@ struct Sampling {
 
   /// @param n  joints
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
+
+  static constexpr auto fields() {
+    using S = Sampling;
+    return std::tuple(
+        Field{"rate_hz",
+              [](const S& s) { return s.period > 0.0 ? 1.0 / s.period : 0.0; },
+              "rate of the controller: it measures at t_k and holds its signal until t_{k+1}",
+              {.type = "number", .otherwise = "continuous", .unit = "Hz", .range = Range::above(0.0)}},
+        Field{"delay", &S::delay, "from a measurement to its signal; with `rate_hz`", {.unit = "periods"}},
+        Field{"velocity_filter",
+              [](const S& s) { return s.velocity_filter; },
+              "c of q̇[k] = Σ c_i q[k−i] rate_hz: `\"backward\"` is [1, −1], `\"central\"` [0.5, 0, −0.5]; "
+              "`\"none\"`: the true velocity; with `rate_hz`",
+              {.type = "word or list", .otherwise = "`\"backward\"`"}},
+        Field{"reference_lead",
+              &S::reference_lead,
+              "the law sees the reference of so many periods later; with `rate_hz`",
+              {.unit = "periods"}},
+        Field{"quantum",
+              &S::quantum,
+              "resolution of measured positions",
+              {.otherwise = "0", .unit = "rad, m"}});
+  }
 };
 
 struct SimulationOptions {
@@ -86,6 +112,38 @@ struct SimulationOptions {
   /// Velocities beyond this end the simulation as `diverged` [rad/s | m/s].
   double max_velocity = 1e6;
 
+  static constexpr auto fields() {
+    using S = SimulationOptions;
+    return std::tuple(
+        Field{"rate_hz",
+              &S::f_m,
+              "rate of the log; required with a continuous law",
+              {.otherwise = "that of the controller", .unit = "Hz", .range = Range::above(0.0)}},
+        Field{"q_0", &S::q_0, "position at the start", {.otherwise = "on the reference", .unit = "rad, m"}},
+        Field{"qd_0",
+              &S::qd_0,
+              "velocity at the start",
+              {.otherwise = "of the reference", .unit = "rad/s, m/s"}});
+  }
+  /// Of the integration itself, which the loop of the instruments has too.
+  static constexpr auto integration() {
+    using S = SimulationOptions;
+    return std::tuple(
+        Field{"dry_friction", &S::friction,
+              "`\"exact\"`: stick and slip; `\"smooth\"`: tanh; `\"held\"`: tanh, once a step"},
+        Field{
+            "smooth_velocity", &S::smooth_velocity, "of tanh(q̇ / `smooth_velocity`)", {.unit = "rad/s, m/s"}},
+        Field{"integrator", &S::integrator,
+              "`\"adams\"`, `\"bdf\"`, `\"bogacki_shampine\"`, `\"dormand_prince\"`, `\"rk4\"`; "
+              "`\"automatic\"` is `adams` for continuous laws, else `bogacki_shampine`"},
+        Field{"rtol", &S::rtol, "relative tolerance of a step", {.range = Range::between(0.0, 1.0)}},
+        Field{"atol", &S::atol, "absolute tolerance of a step", {.unit = "rad, m and per s"}},
+        Field{"max_step", &S::max_step, "longest step", {.otherwise = "none", .unit = "s"}},
+        Field{"max_steps", &S::max_steps, "budget"},
+        Field{"max_seconds", &S::max_seconds, "budget of wall-clock time", {.unit = "s"}},
+        Field{"max_velocity", &S::max_velocity, "faster is diverged", {.unit = "rad/s, m/s"}});
+  }
+
   /// Told the fraction of the samples that is done, once in some hundred steps; may be empty.
   std::function<void(double)> progress = {};
 
@@ -102,8 +160,9 @@ enum class Outcome {
   integrator_failed       ///< the tolerances could not be met
 };
 
-/// "completed", "not positive definite", "diverged", "too slow", "integrator failed".
-[[nodiscard]] std::string_view name(Outcome outcome);
+template <>
+inline constexpr std::array names_of<Outcome> = std::to_array<std::string_view>(
+    {"completed", "not positive definite", "diverged", "too slow", "integrator failed"});
 
 /// What it took.
 struct SimulationEffort {
@@ -112,6 +171,15 @@ struct SimulationEffort {
   Index restarts = 0;          ///< of the integrator, at events and control periods
   Index mode_changes = 0;      ///< slip to stick, stick to slip, reversals, over all elements
   double seconds = 0.0;        ///< wall-clock time
+
+  static constexpr auto fields() {
+    using R = SimulationEffort;
+    return std::tuple(Field{"steps", &R::steps, "of the integrator"},
+                      Field{"right_hand_sides", &R::right_hand_sides, "evaluations of the dynamics"},
+                      Field{"restarts", &R::restarts, "at events and control periods"},
+                      Field{"mode_changes", &R::mode_changes, "of dry friction"},
+                      Field{"seconds", &R::seconds, "wall-clock time", {.unit = "s"}});
+  }
 };
 
 /// A motion of the robot in its closed loop, the answer of simulate().

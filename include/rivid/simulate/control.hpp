@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +25,15 @@ struct Gain {
   std::string name;  ///< "k_p", "K_d", "T_i", …
   Vector values;     ///< (n), one a joint, as they are in force: adapted to the plant
 };
+
+/// Gains by their names.
+[[nodiscard]] inline std::map<std::string, Vector> by_name(const std::vector<Gain>& gains) {
+  std::map<std::string, Vector> out;
+  for (const Gain& gain : gains) {
+    out[gain.name] = gain.values;
+  }
+  return out;
+}
 
 /// What reports tell of a control law.
 struct ControlDescription {

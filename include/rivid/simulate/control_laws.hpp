@@ -3,9 +3,47 @@
 #include <optional>
 #include <string>
 
+#include "rivid/fields.hpp"
 #include "rivid/simulate/control.hpp"
 
 namespace rivid {
+
+namespace detail {
+
+/// Fields that all laws have.
+template <typename Law>
+constexpr auto pole_fields() {
+  return std::tuple(Field{"omega_n",
+                          &Law::omega_n,
+                          "natural frequency: the law by its poles. Either these or gains.",
+                          {.otherwise = "–", .unit = "rad/s"}},
+                    Field{"zeta", &Law::zeta, "damping", {.otherwise = "1"}},
+                    Field{"v_tau_max", &Law::v_tau_max, "saturation", {.otherwise = "none", .unit = "v"}});
+}
+
+/// Fields that laws share by pairs.
+template <typename Law>
+constexpr auto integral_pole_field() {
+  return Field{
+      "omega_i", &Law::omega_i, "pole of the integral action", {.otherwise = "none", .unit = "rad/s"}};
+}
+template <typename Law>
+constexpr auto tuned_for_field() {
+  return Field{
+      "J_apriori",
+      &Law::J_apriori,
+      "inertias that known gains were tuned for: they are adapted by (46). Without it they stay as they are.",
+      {.otherwise = "none", .unit = "kg·m², kg"}};
+}
+template <typename Law>
+constexpr auto tracking_time_field() {
+  return Field{"tracking_time",
+               &Law::tracking_time,
+               "anti-windup",
+               {.otherwise = "see [control](control.md)", .unit = "s"}};
+}
+
+}  // namespace detail
 
 /// PD law, Eq. (40) of [RIV]:
 ///
@@ -35,6 +73,19 @@ struct PdControl {
 
   /// @throws InputError  the complaint(); where J is needed and is not positive
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
+
+  static constexpr std::string_view word = "pd";  ///< that files name it by
+  static constexpr auto fields() {
+    using Law = PdControl;
+    return std::tuple(
+        Field{"k_p", &Law::k_p, "known gain of the position loop", {.otherwise = "–", .unit = "1/s"}},
+        Field{"k_v",
+              &Law::k_v,
+              "known gain of the velocity loop; v is the unit of the control signal",
+              {.otherwise = "–", .unit = "v s/rad"}},
+        detail::tuned_for_field<Law>(),
+        Field{"reference_velocity", &Law::reference_velocity, "whether the velocity error is fed back"});
+  }
 };
 
 /// PID law with reference velocity, gains in units of the control signal, and anti-windup by back-calculation:
@@ -69,6 +120,16 @@ struct PidControl {
 
   /// @throws InputError  the complaint(); where J is needed and is not positive
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
+
+  static constexpr std::string_view word = "pid";  ///< that files name it by
+  static constexpr auto fields() {
+    using Law = PidControl;
+    return std::tuple(detail::integral_pole_field<Law>(),
+                      Field{"K_p", &Law::K_p, "known gain", {.otherwise = "–", .unit = "v/rad"}},
+                      Field{"K_i", &Law::K_i, "known gain", {.otherwise = "0", .unit = "v/(rad s)"}},
+                      Field{"K_d", &Law::K_d, "known gain", {.otherwise = "–", .unit = "v s/rad"}},
+                      detail::tuned_for_field<Law>(), detail::tracking_time_field<Law>());
+  }
 };
 
 /// Cascade of drives: a proportional position loop whose output, with the reference velocity fed forward, is what a
@@ -105,6 +166,21 @@ struct CascadeControl {
 
   /// @throws InputError  the complaint(); where J is needed and is not positive
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
+
+  static constexpr std::string_view word = "cascade";  ///< that files name it by
+  static constexpr auto fields() {
+    using Law = CascadeControl;
+    return std::tuple(
+        detail::integral_pole_field<Law>(),
+        Field{"k_p", &Law::k_p, "known gain of the position loop", {.otherwise = "–", .unit = "1/s"}},
+        Field{"k_v",
+              &Law::k_v,
+              "known gain of the velocity loop; v is the unit of the control signal",
+              {.otherwise = "–", .unit = "v s/rad"}},
+        Field{"T_i", &Law::T_i, "known integral time", {.otherwise = "none", .unit = "s"}},
+        detail::tuned_for_field<Law>(), Field{"feed_forward", &Law::feed_forward, "k_f", {.otherwise = "1"}},
+        detail::tracking_time_field<Law>());
+  }
 };
 
 /// Computed torque: the inverse dynamics of a model of the robot make it n double integrators, which a PD law governs,
@@ -135,7 +211,27 @@ struct ComputedTorqueControl {
 
   /// @throws InputError  the complaint()
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
+
+  static constexpr std::string_view word = "computed_torque";  ///< that files name it by
+  static constexpr auto fields() {
+    using Law = ComputedTorqueControl;
+    return std::tuple(
+        Field{"k_p", &Law::k_p, "known gain", {.otherwise = "–", .unit = "1/s²"}},
+        Field{"k_d", &Law::k_d, "known gain", {.otherwise = "–", .unit = "1/s"}},
+        Field{"friction", &Law::friction, "whether friction is compensated"},
+        Field{"coulomb_velocity",
+              &Law::coulomb_velocity,
+              "smoothing of the compensated Coulomb friction",
+              {.unit = "rad/s, m/s"}},
+        Field{"model",
+              [](const Law& law) { return law.model ? "a_priori" : "simulated"; },
+              "model that the controller has: the `\"simulated\"` one, or that of the `\"a_priori\"` values",
+              {.type = "word"}});
+  }
 };
+
+/// The laws that files know by their word.
+using ControlLaws = std::tuple<PdControl, PidControl, CascadeControl, ComputedTorqueControl>;
 
 }  // namespace rivid
 

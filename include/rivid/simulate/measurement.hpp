@@ -6,6 +6,7 @@
 #include <string>
 
 #include "rivid/data/log.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/types.hpp"
 
@@ -61,6 +62,29 @@ struct NoiseOptions {
   ///
   /// @param n  joints
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
+
+  static constexpr auto fields() {
+    using N = NoiseOptions;
+    return std::tuple(
+        Field{"position_noise",
+              &N::position,
+              "standard deviation of measured positions",
+              {.otherwise = "0", .unit = "rad, m"}},
+        Field{
+            "noise_feedback",
+            &N::feedback,
+            "whether position noise and `quantum` go through the controller; else they are in the log alone",
+            {.otherwise = "`true` if sampled"}},
+        Field{"torque_noise",
+              &N::torque,
+              "standard deviation of recorded torques, with `record` of `\"torque\"`",
+              {.otherwise = "0", .unit = "N·m, N"}},
+        Field{"disturbance",
+              &N::disturbance,
+              "standard deviation of torques beside the drives, held for a period, not recorded",
+              {.otherwise = "0", .unit = "N·m, N"}},
+        Field{"seed", &N::seed, "of all noise", {.range = Range::from(0)}});
+  }
 };
 
 /// Options of a simulation with the errors that act while the robot moves: disturbance, and position noise where it is

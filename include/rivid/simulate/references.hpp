@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rivid/data/adjust.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid {
@@ -41,6 +42,27 @@ struct FourierSeries {
   double duration = 0.0;  ///< 0: one period, 2π / ω_f [s]
 
   [[nodiscard]] std::optional<std::string> complaint() const;
+
+  static constexpr std::string_view word = "fourier";  ///< that files name it by
+  static constexpr auto fields() {
+    using S = FourierSeries;
+    return std::tuple(
+        Field{"omega_f", &S::omega_f, "fundamental frequency", {.otherwise = "required", .unit = "rad/s"}},
+        Field{"A",
+              [](const S& s) -> const Matrix& { return s.A; },
+              "one list a joint, one number a harmonic",
+              {.type = "n lists of numbers", .otherwise = "–", .unit = "rad/s, m/s"}},
+        Field{"B",
+              [](const S& s) -> const Matrix& { return s.B; },
+              "the same of the cosines",
+              {.type = "n lists of numbers", .otherwise = "–", .unit = "rad/s, m/s"}},
+        Field{"file",
+              nullptr,
+              "instead of A and B: a CSV file with columns `A1` … `An`, `B1` … `Bn`, one row a harmonic",
+              {.type = "string", .otherwise = "–"}},
+        Field{"q0", &S::q0, "middle of the motion", {.otherwise = "0", .unit = "rad, m"}},
+        Field{"duration", &S::duration, "of the motion", {.otherwise = "one period", .unit = "s"}});
+  }
 };
 
 /// A Fourier series as reference motion from t = 0. It does not in general begin or end at rest. Threads may share one.
@@ -111,6 +133,9 @@ enum class MoveProfile {
   /// equal length.
   trapezoidal_acceleration
 };
+template <>
+inline constexpr std::array names_of<MoveProfile> =
+    std::to_array<std::string_view>({"quintic", "trapezoidal_acceleration"});
 
 /// Moves from rest to rest through via points. All joints move together, along a straight line in joint space, either
 /// in given times or as fast as the slowest joint's limits allow.
@@ -124,6 +149,36 @@ struct PointToPoint {
   Vector dwell = {};     ///< rest at each point, (k), or one for all; empty: none [s]
 
   [[nodiscard]] std::optional<std::string> complaint() const;
+
+  static constexpr std::string_view word = "point_to_point";  ///< that files name it by
+  static constexpr auto fields() {
+    using P = PointToPoint;
+    return std::tuple(Field{"via",
+                            [](const P& p) -> const Matrix& { return p.via; },
+                            "points, one list each",
+                            {.type = "lists of n numbers", .otherwise = "required", .unit = "rad, m"}},
+                      Field{"profile", &P::profile, "`\"quintic\"`, or `\"trapezoidal_acceleration\"`"},
+                      Field{"durations",
+                            [](const P& p) -> const Vector& { return p.durations; },
+                            "of the moves",
+                            {.type = "number, or one a move", .otherwise = "–", .unit = "s"}},
+                      Field{"max_velocity",
+                            &P::max_velocity,
+                            "limits, instead of durations",
+                            {.otherwise = "none", .unit = "rad/s, m/s"}},
+                      Field{"max_acceleration",
+                            &P::max_acceleration,
+                            "the same of the acceleration",
+                            {.otherwise = "none", .unit = "rad/s², m/s²"}},
+                      Field{"max_jerk",
+                            &P::max_jerk,
+                            "required with a trapezoidal acceleration by limits",
+                            {.otherwise = "none", .unit = "rad/s³, m/s³"}},
+                      Field{"dwell",
+                            [](const P& p) -> const Vector& { return p.dwell; },
+                            "rest at each point",
+                            {.type = "number, or one a point", .otherwise = "0", .unit = "s"}});
+  }
 };
 
 /// Point-to-point moves as reference motion from t = 0; position, velocity and acceleration are continuous. Threads may

@@ -4,6 +4,8 @@
 #include <span>
 #include <string_view>
 
+#include "rivid/fields.hpp"
+
 namespace rivid {
 
 /// Losses that outliers do not dominate.
@@ -12,9 +14,8 @@ enum class RobustKind {
   bisquare  ///< [Beaton 1974]: gross outliers do not count at all; there may be several minima
 };
 
-/// "huber", "bisquare".
-[[nodiscard]] std::string_view name(RobustKind kind);
-[[nodiscard]] std::optional<RobustKind> robust_kind_named(std::string_view name);
+template <>
+inline constexpr std::array names_of<RobustKind> = std::to_array<std::string_view>({"huber", "bisquare"});
 
 /// Tuning constant with which an estimate has 95 % efficiency under normal errors: 1.345, or 4.685.
 [[nodiscard]] double default_tuning(RobustKind kind);

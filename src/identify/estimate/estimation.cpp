@@ -35,23 +35,7 @@ std::optional<std::string> complaint_of(const Iv& iv, const Estimation& estimati
     return "prefilter_order is " + std::to_string(iv.prefilter_order) + ", must lie between 0 and " +
            std::to_string(Iv::most_prefilter_order);
   }
-  const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
-  for (const auto& [key, value] :
-       {std::pair("tolerance", iv.tolerance), std::pair("parameter_tolerance", iv.parameter_tolerance)}) {
-    if (!positive(value)) {
-      return std::string(key) + " is " + number(value) + ", must be positive";
-    }
-  }
-  for (const auto& [key, value] :
-       {std::pair("transient", iv.transient), std::pair("reference_cutoff_hz", iv.reference_cutoff_hz)}) {
-    if (!std::isfinite(value) || value < 0.0) {
-      return std::string(key) + " is " + number(value) + ", must not be negative";
-    }
-  }
-  if (iv.max_iterations < 1) {
-    return "max_iterations is " + std::to_string(iv.max_iterations) + ", must be at least 1";
-  }
-  return std::nullopt;
+  return range_fault(iv);
 }
 
 // ZZ of frame j as the link frame calls it: the joint's axis may be another one there.
@@ -102,19 +86,11 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
   return std::nullopt;
 }
 
-std::string_view name(const Method& method) {
-  constexpr std::array<std::string_view, 3> names = {"ols", "wls", "iv"};
-  return names[method.index()];
-}
+std::string_view name(const Method& method) { return method_names[method.index()]; }
 
 std::string_view title(const Method& method) {
   constexpr std::array<std::string_view, 3> titles = {"IDIM-OLS", "IDIM-WLS", "IDIM-IV"};
   return titles[method.index()];
-}
-
-std::string_view name(Iv::Start start) {
-  constexpr std::array<std::string_view, 3> names = {"regular", "a_priori", "least_squares"};
-  return names[static_cast<std::size_t>(start)];
 }
 
 Vector regular_start(const Robot& robot, const BaseParameters& base) {

@@ -8,22 +8,11 @@
 #include "rivid/signal/decimate.hpp"
 #include "rivid/solve/distributions.hpp"
 #include "rivid/solve/long_run.hpp"
-#include "rivid/text.hpp"
 #include "signal/window_decimator.hpp"
 
 namespace rivid {
 
-std::string_view name(CovarianceKind kind) {
-  constexpr std::array<std::string_view, 3> names = {"automatic", "classical", "hac"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
-std::optional<std::string> CovarianceOptions::complaint() const {
-  if (!std::isfinite(lag) || lag < 0.0) {
-    return "covariance_lag is " + number(lag) + " s, must not be negative";
-  }
-  return std::nullopt;
-}
+std::optional<std::string> CovarianceOptions::complaint() const { return range_fault(*this); }
 
 namespace detail {
 

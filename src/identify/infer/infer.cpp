@@ -1,6 +1,5 @@
 #include "identify/infer/infer.hpp"
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -186,17 +185,6 @@ Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index 
 }
 
 }  // namespace detail
-
-std::string_view name(Status status) {
-  constexpr std::array<std::string_view, 6> names = {"identified", "rank_deficient",   "not_converged",
-                                                     "cycling",    "weak_instruments", "not_simulable"};
-  return names[static_cast<std::size_t>(status)];
-}
-
-std::string_view name(Verdict verdict) {
-  constexpr std::array<std::string_view, 3> names = {"identified", "weak", "not_excited"};
-  return names[static_cast<std::size_t>(verdict)];
-}
 
 Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
   const detail::Problem problem(robot, logs, estimation);

@@ -83,19 +83,9 @@ void check(const Robot& robot, const BaseParameters& base, const Eigen::Ref<cons
 
 }  // namespace
 
-std::string_view name(Physical::Prior prior) {
-  constexpr std::array<std::string_view, 2> names = {"log_det", "ridge"};
-  return names[static_cast<std::size_t>(prior)];
-}
-
 std::optional<std::string> Physical::complaint(const Robot& robot) const {
-  for (const auto& [key, value] : {std::pair("weight", weight), std::pair("tolerance", tolerance)}) {
-    if (!std::isfinite(value) || value <= 0.0) {
-      return std::string(key) + " is " + number(value) + ", must be positive";
-    }
-  }
-  if (max_steps < 1) {
-    return "max_steps is " + std::to_string(max_steps) + ", must be at least 1";
+  if (auto fault = range_fault(*this)) {
+    return fault;
   }
   const auto size = std::ssize(robot.standard_parameters());
   if (start.size() > 0 && (start.size() != size || !start.allFinite())) {

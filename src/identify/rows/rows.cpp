@@ -165,11 +165,6 @@ std::optional<std::string> SignalOptions::complaint(Index n) const {
   return std::nullopt;
 }
 
-std::string_view name(RowScheme scheme) {
-  constexpr std::array<std::string_view, 3> names = {"automatic", "paper", "exact"};
-  return names[static_cast<std::size_t>(scheme)];
-}
-
 Log joint_side(const Robot& robot, Log log) {
   if (const auto complaint = robot.complaint()) {
     throw InputError("joint_side: " + *complaint);

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "rivid/text.hpp"
+
+// What the members of a record are called and mean outside of the program. One list, `Record::fields()`, drives the reader
+// of experiment files with its checks, the JSON of results, --dry-run, --set and the tables of docs/experiment.md and
+// docs/result.md.
+
+namespace rivid {
+
+/// Names of the values of an enum in their order, as files write them: specialised beside each such enum.
+template <typename Enum>
+inline constexpr std::array<std::string_view, 0> names_of = {};
+
+template <typename Enum>
+concept Named = std::is_enum_v<Enum> && (names_of<Enum>.size() > 0);
+
+/// The name of a value.
+template <Named Enum>
+[[nodiscard]] constexpr std::string_view name(Enum value) {
+  return names_of<Enum>[static_cast<std::size_t>(value)];
+}
+
+/// The value of a name, nothing where there is none.
+template <Named Enum>
+[[nodiscard]] constexpr std::optional<Enum> named(std::string_view name) {
+  for (std::size_t i = 0; i < names_of<Enum>.size(); ++i) {
+    if (names_of<Enum>[i] == name) {
+      return static_cast<Enum>(i);
+    }
+  }
+  return std::nullopt;
+}
+
+/// Numbers that an option may be.
+struct Range {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+  bool open = false;  ///< whether the ends themselves are excluded
+
+  /// x > least.
+  [[nodiscard]] static constexpr Range above(double least) { return {.least = least, .open = true}; }
+  /// x ≥ least.
+  [[nodiscard]] static constexpr Range from(double least) { return {.least = least}; }
+  /// least ≤ x ≤ most.
+  [[nodiscard]] static constexpr Range within(double least, double most) {
+    return {.least = least, .most = most};
+  }
+  /// least < x < most.
+  [[nodiscard]] static constexpr Range between(double least, double most) {
+    return {.least = least, .most = most, .open = true};
+  }
+
+  /// Whether it holds; of a range without ends any number, be it finite or not.
+  [[nodiscard]] bool holds(double x) const {
+    if (std::isinf(least) && std::isinf(most)) {
+      return true;
+    }
+    return std::isfinite(x) && (open ? least < x && x < most : least <= x && x <= most);
+  }
+};
+
+namespace detail {
+
+[[nodiscard]] inline std::string required(const Range& range) {
+  if (std::isfinite(range.least) && std::isfinite(range.most)) {
+    return std::string(range.open ? "be" : "lie") + " between " + rivid::number(range.least) + " and " +
+           rivid::number(range.most);
+  }
+  if (range.least == 0.0) {
+    return range.open ? "be positive" : "not be negative";
+  }
+  return (range.open ? "be above " : "be at least ") + rivid::number(range.least);
+}
+
+// Whole numbers with all their digits.
+[[nodiscard]] inline std::string in_digits(double value) {
+  constexpr double exactly = 1e15;
+  return std::abs(value) < exactly && value == std::floor(value)
+             ? std::to_string(static_cast<long long>(value))
+             : rivid::number(value);
+}
+
+}  // namespace detail
+
+/// "rtol is 2, must be between 0 and 1", with the unit behind the value.
+[[nodiscard]] inline std::string out_of_range(std::string_view key, double value, std::string_view unit,
+                                              const Range& range) {
+  return std::string(key) + " is " + detail::in_digits(value) + (unit.empty() ? "" : " ") +
+         std::string(unit) + ", must " + detail::required(range);
+}
+
+/// What a field has beside its name, place and meaning.
+struct FieldDetails {
+  std::string_view type = {};       ///< in words, where that of the member does not say it
+  std::string_view otherwise = {};  ///< the default in words, where the value of a new record does not say it
+  std::string_view unit = {};
+  Range range = {};                            ///< of a number, or of each of several
+  std::string_view word = {};                  ///< that stands for the value of nothing: "off" for 0 Hz
+  std::array<std::string_view, 2> words = {};  ///< of a boolean, for false and for true
+  std::string_view must_be = {};               ///< what a message requires, where the range does not say it
+};
+
+/// One member of a record, as files and pages name it.
+///
+/// @tparam Access  a pointer to the member; or a function of the record, for what is only written; or nullptr_t for a key
+///                 that its section reads by itself
+template <typename Access>
+struct Field {
+  std::string_view key;
+  Access member;
+  std::string_view meaning;  ///< one sentence for the page
+  FieldDetails details = {};
+};
+
+/// A record that lists its fields: `static constexpr auto fields()` returns a tuple of them.
+template <typename Record>
+concept Described = requires { Record::fields(); };
+
+/// Calls visit(field) for each field.
+template <Described Record, typename Visit>
+constexpr void for_each_field(const Visit& visit) {
+  std::apply([&](const auto&... field) { (visit(field), ...); }, Record::fields());
+}
+
+namespace detail {
+
+template <typename Value>
+[[nodiscard]] std::optional<double> number_out_of(const Range& range, const Value& value) {
+  if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {
+    const auto x = static_cast<double>(value);
+    return range.holds(x) ? std::nullopt : std::optional(x);
+  } else if constexpr (requires { value.has_value(); }) {
+    return value ? number_out_of(range, *value) : std::nullopt;
+  } else if constexpr (requires { value.begin(); }) {
+    for (const auto& item : value) {
+      if (const auto fault = number_out_of(range, item)) {
+        return fault;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace detail
+
+/// The first number of a record that lies outside of its range, in words; nothing where all are within, or what a new record
+/// has.
+template <Described Record>
+[[nodiscard]] std::optional<std::string> range_fault(const Record& record) {
+  std::optional<std::string> out;
+  const Record other{};
+  for_each_field<Record>([&](const auto& field) {
+    if constexpr (std::is_member_object_pointer_v<std::decay_t<decltype(field.member)>>) {
+      const auto& value = record.*field.member;
+      const FieldDetails& details = field.details;
+      const std::optional<double> fault = detail::number_out_of(details.range, value);
+      if (fault && !out && detail::number_out_of(details.range, other.*field.member) != fault) {
+        out = out_of_range(field.key, *fault, details.unit, details.range);
+      }
+    }
+  });
+  return out;
+}
+
+}  // namespace rivid

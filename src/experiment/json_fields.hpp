@@ -1,0 +1,81 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "rivid/fields.hpp"
+
+// Records as JSON by their fields; what is not a number or infinite becomes null when it is written.
+namespace rivid::detail {
+
+using Json = nlohmann::ordered_json;
+
+template <typename Value>
+[[nodiscard]] Json json_of(const Value& value);
+
+/// The value of a field that has one.
+template <typename Access, typename Record>
+[[nodiscard]] Json json_of(const Field<Access>& field, const Record& record) {
+  if constexpr (std::is_same_v<Access, std::nullptr_t>) {
+    return nullptr;
+  } else {
+    const auto& value = std::invoke(field.member, record);
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, bool>) {
+      if (!field.details.words[0].empty()) {
+        return field.details.words.at(value ? 1 : 0);
+      }
+    }
+    return json_of(value);
+  }
+}
+
+/// An object of the fields that have a value.
+template <typename... Accesses, typename Record>
+[[nodiscard]] Json json_of(const std::tuple<Field<Accesses>...>& fields, const Record& record) {
+  Json out = Json::object();
+  const auto add = [&](const auto& field) {
+    if constexpr (!std::is_same_v<std::decay_t<decltype(field.member)>, std::nullptr_t>) {
+      out[std::string(field.key)] = json_of(field, record);
+    }
+  };
+  std::apply([&](const auto&... field) { (add(field), ...); }, fields);
+  return out;
+}
+
+template <typename Value>
+Json json_of(const Value& value) {
+  if constexpr (Described<Value>) {
+    return json_of(Value::fields(), value);
+  } else if constexpr (std::is_enum_v<Value>) {
+    return name(value);
+  } else if constexpr (std::is_same_v<Value, std::filesystem::path>) {
+    return value.string();
+  } else if constexpr (requires { value.valueless_by_exception(); }) {
+    return std::visit([](const auto& one) { return json_of(one); }, value);
+  } else if constexpr (requires { value.has_value(); }) {
+    return value ? json_of(*value) : Json();
+  } else if constexpr (requires { value.rowwise(); }) {
+    if constexpr (Value::ColsAtCompileTime == 1) {
+      return std::vector<double>(value.begin(), value.end());
+    } else {
+      Json out = Json::array();
+      for (const auto row : value.rowwise()) {
+        out.push_back(std::vector<double>(row.begin(), row.end()));
+      }
+      return out;
+    }
+  } else if constexpr (requires { Json(value); }) {
+    return value;
+  } else {
+    Json out = Json::array();
+    for (const auto& item : value) {
+      out.push_back(json_of(item));
+    }
+    return out;
+  }
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,201 @@
+#include "report/page_tables.hpp"
+
+#include <set>
+#include <sstream>
+
+#include "experiment/json_fields.hpp"
+#include "experiment/sections.hpp"
+#include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/simulate/control_laws.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+template <typename Value>
+constexpr std::string_view type_in_words() {
+  if constexpr (requires { typename Value::value_type; } && requires(Value v) { v.has_value(); }) {
+    return type_in_words<typename Value::value_type>();
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    return "boolean";
+  } else if constexpr (std::is_floating_point_v<Value>) {
+    return "number";
+  } else if constexpr (std::is_integral_v<Value>) {
+    return "integer";
+  } else if constexpr (std::is_enum_v<Value>) {
+    return "word";
+  } else if constexpr (std::is_same_v<Value, Vector>) {
+    return "number, or one a joint";
+  } else if constexpr (std::is_same_v<Value, std::vector<int>>) {
+    return "integer or list";
+  } else {
+    return "string";
+  }
+}
+
+// A value as a page shows it, whole numbers without a point.
+std::string code(const Json& value) {
+  if (value.is_null() || value == "" || (value.is_array() && value.empty())) {
+    return "–";
+  }
+  std::string text = value.dump();
+  if (value.is_number() && text.ends_with(".0")) {
+    text.resize(text.size() - 2);
+  }
+  return "`" + text + "`";
+}
+
+// Lines of a table of keys. `otherwise` stands for all defaults, where it is not empty.
+class KeyTable {
+ public:
+  template <typename Record, typename... Accesses>
+  KeyTable& add(const std::tuple<Field<Accesses>...>& fields, std::string_view otherwise = {}) {
+    std::apply([&](const auto&... field) { (add_row<Record>(field, otherwise), ...); }, fields);
+    return *this;
+  }
+  template <Described Record>
+  KeyTable& add() {
+    return add<Record>(Record::fields());
+  }
+
+  [[nodiscard]] std::string text() const {
+    return "| key | type | default | unit | meaning |\n|---|---|---|---|---|\n" + rows_;
+  }
+  [[nodiscard]] const std::set<std::string>& words() const { return words_; }
+
+ private:
+  template <typename Record, typename Access>
+  void add_row(const Field<Access>& field, std::string_view otherwise) {
+    const FieldDetails& d = field.details;
+    std::string type(d.type);
+    std::string fallback(otherwise.empty() ? d.otherwise : otherwise);
+    if constexpr (!std::is_same_v<Access, std::nullptr_t>) {
+      using Value = std::decay_t<std::invoke_result_t<Access, const Record&>>;
+      if (type.empty()) {
+        type = d.words[0].empty() ? type_in_words<Value>() : "word";
+      }
+      if (fallback.empty()) {
+        fallback = code(json_of(field, Record{}));
+      }
+      if constexpr (Named<Value>) {
+        words_.insert(names_of<Value>.begin(), names_of<Value>.end());
+      }
+    }
+    rows_ += "| `" + std::string(field.key) + "` | " + type + " | " + fallback + " | " + std::string(d.unit) +
+             (d.unit.empty() ? "| " : " | ") + std::string(field.meaning) + " |\n";
+  }
+
+  std::string rows_;
+  std::set<std::string> words_;
+};
+
+template <Described Record>
+std::string member_table() {
+  std::string out = "| member | unit | meaning |\n|---|---|---|\n";
+  for_each_field<Record>([&](const auto& field) {
+    const std::string unit(field.details.unit);
+    out += "| `" + std::string(field.key) + "` | " + unit + (unit.empty() ? "| " : " | ") +
+           std::string(field.meaning) + " |\n";
+  });
+  return out;
+}
+
+template <typename... Laws>
+void add_laws(std::map<std::string, KeyTable>& out, const std::tuple<Laws...>*) {
+  (out["control." + std::string(Laws::word)].template add<Laws>(), ...);
+}
+
+std::map<std::string, KeyTable> key_tables() {
+  std::map<std::string, KeyTable> out;
+  out["robot"].add<Robot>(robot_keys).add<Joint>();
+  out["robot.joints"].add<Joint>(Joint::fields(), "that of `[robot]`").add<Joint>(Joint::a_priori());
+  out["robot.coupling"].add<Coupling>().add<Coupling>(Coupling::a_priori());
+  out["log"].add<LogSource>().add<LogOptions>().add<TableOptions>().add<ResampleOptions>();
+  out["log.column"].add<rivid::Column>();
+  out["log.subtract"].add<LogSource::Subtraction>();
+  out["log.reference_file"].add<LogSource::Reference>();
+  out["signal"].add<SignalOptions>();
+  out["method"]
+      .add<Estimation>(method_keys)
+      .add<CovarianceOptions>()
+      .add<Robust>()
+      .add<Robust>(Robust::options());
+  out["method.iv"].add<Iv>().add<Iv>(iv_keys);
+  out["method.physical"].add<Physical>();
+  out["method.essential"].add<Essential>();
+  out["control"]
+      .add<ControlLoop>(control_keys)
+      .add<PdControl>(pole_fields<PdControl>())
+      .add<ControlLoop>()
+      .add<Sampling>();
+  add_laws(out, static_cast<const ControlLaws*>(nullptr));
+  out["reference"].add<ReferenceSource>(reference_keys);
+  out["reference.logged"].add<LoggedMotion>();
+  out["reference.fourier"].add<FourierSeries>();
+  out["reference.point_to_point"].add<PointToPoint>();
+  out["simulation"]
+      .add<SimulationPlan>()
+      .add<SimulationPlan::Columns>(SimulationPlan::Columns::fields(), "`[\"control\", \"reference\"]`")
+      .add<NoiseOptions>()
+      .add<SimulationOptions>()
+      .add<SimulationOptions>(SimulationOptions::integration());
+  out["simulation.added_control"].add<SimulationPlan::AddedControl>();
+  out["montecarlo"].add<MonteCarlo>();
+  out["montecarlo.trial"].add<MonteCarlo::Trial>(trial_keys);
+  return out;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> page_tables() {
+  std::map<std::string, std::string> out = {{"result.parameters", member_table<ParameterEstimate>()},
+                                            {"result.covariance", member_table<CovarianceReport>()},
+                                            {"result.tests", member_table<Diagnostics>()},
+                                            {"result.fit", member_table<Fit>()},
+                                            {"result.fit.joints", member_table<JointFit>()},
+                                            {"result.prefilter", member_table<PrefilterReport>()},
+                                            {"result.robust", member_table<RobustReport>()},
+                                            {"result.essential", member_table<EssentialParameters>()},
+                                            {"result.physical", member_table<PhysicalParameters>()},
+                                            {"result.iterations", member_table<IvIteration>()},
+                                            {"result.loop", member_table<LoopDiagnosis>()}};
+  for (const auto& [name, table] : key_tables()) {
+    out[name] = table.text();
+  }
+  return out;
+}
+
+std::string with_tables(const std::string& page) {
+  constexpr std::string_view begin = "<!-- table: ";
+  constexpr std::string_view end = " -->";
+  const std::map<std::string, std::string> tables = page_tables();
+  std::string out;
+  bool skips = false;
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    skips = skips && line.starts_with('|');
+    if (!skips) {
+      out += line + "\n";
+    }
+    if (line.starts_with(begin) && line.ends_with(end)) {
+      const std::string name = line.substr(begin.size(), line.size() - begin.size() - end.size());
+      const auto table = tables.find(name);
+      if (table == tables.end()) {
+        throw InputError("there is no table " + in_quotes(name));
+      }
+      out += table->second;
+      skips = true;
+    }
+  }
+  return out;
+}
+
+std::vector<std::string> words_of_keys() {
+  std::set<std::string> out;
+  for (const auto& [name, table] : key_tables()) {
+    out.insert(table.words().begin(), table.words().end());
+  }
+  return {out.begin(), out.end()};
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+// The tables of keys in docs/experiment.md and of members in docs/result.md, as the fields tell them.
+namespace rivid::detail {
+
+/// Markdown tables by their names: "signal", "result.fit".
+[[nodiscard]] std::map<std::string, std::string> page_tables();
+
+/// A page with each table that follows a line "<!-- table: NAME -->" as it must be.
+///
+/// @throws InputError  where a name is unknown
+[[nodiscard]] std::string with_tables(const std::string& page);
+
+/// Words that keys of an experiment file can be set to.
+[[nodiscard]] std::vector<std::string> words_of_keys();
+
+}  // namespace rivid::detail
