@@ -14,7 +14,7 @@ namespace {
 using Path = std::filesystem::path;
 
 // What a log may hold beside time and positions, in the order of the members of SimulationPlan::Columns.
-constexpr auto recorded =
+constexpr auto recorded_words =
     std::to_array<std::string_view>({"torque", "control", "reference", "reference_velocity"});
 
 LoggedMotion read_logged(TomlReader& keys, Index n, bool file) {
@@ -103,9 +103,9 @@ SimulationPlan::Columns read_recorded(TomlReader& keys, const SimulationPlan::Co
   if (node == nullptr) {
     return otherwise;
   }
-  std::array<bool, recorded.size()> wanted = {};
+  std::array<bool, recorded_words.size()> wanted = {};
   for (const toml::node* const item : TomlReader::items(*node)) {
-    wanted.at(keys.word(*item, "record", recorded)) = true;
+    wanted.at(keys.word(*item, "record", recorded_words)) = true;
   }
   return {.torque = wanted[0], .control = wanted[1], .reference = wanted[2], .reference_velocity = wanted[3]};
 }
@@ -203,10 +203,11 @@ SimulationPlan read_simulation(TomlReader keys, const Path& folder, Index n,
 
 std::vector<std::string> SimulationPlan::Columns::words() const {
   std::vector<std::string> out;
-  const std::array<bool, detail::recorded.size()> wanted = {torque, control, reference, reference_velocity};
+  const std::array<bool, detail::recorded_words.size()> wanted = {torque, control, reference,
+                                                                  reference_velocity};
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (wanted.at(i)) {
-      out.emplace_back(detail::recorded.at(i));
+      out.emplace_back(detail::recorded_words.at(i));
     }
   }
   return out;

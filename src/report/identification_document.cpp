@@ -636,7 +636,7 @@ Section conditioning_section(const Identification& result) {
 
 // ---------------------------------------------------------------------------------------------- provenance
 
-List couplings(const Robot& robot) {
+List coupling_list(const Robot& robot) {
   const auto joint = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
   List out{"couplings"};
   for (const Coupling& coupling : robot.couplings) {
@@ -680,7 +680,7 @@ Section provenance_section(const Robot& robot, const Identification& result, con
            {{"rotor inertia"}, [](const J& j) { return j.rotor_inertia ? "yes" : "no"; }},
            {{"drive gain", format::significant(6)}, [](const J& j) { return j.drive_gain; }},
            {{"gear ratio", format::significant(6)}, [](const J& j) { return j.gear_ratio; }}})},
-      {couplings(robot)},
+      {coupling_list(robot)},
       {Sentence{"Gravity in the frame of the base: " + number(g.x(), 6) + ", " + number(g.y(), 6) + ", " +
                 number(g.z(), 6) + " m/s²"}}};
   return out;
