@@ -78,11 +78,10 @@ inline constexpr auto iv_keys =
                      {.type = "table", .otherwise = "as there"}});
 
 /// What is named before the rest of [control] and of [reference] can be read.
-inline constexpr auto control_keys =
-    std::tuple(Field{"law",
-                     nullptr,
-                     "`\"pd\"`, `\"pid\"`, `\"cascade\"` or `\"computed_torque\"`",
-                     {.type = "word", .otherwise = "required"}});
+inline constexpr auto control_keys = std::tuple(Field{"law",
+                                                      nullptr,
+                                                      "the law, by the word of one of the tables below",
+                                                      {.type = "word", .otherwise = "required"}});
 inline constexpr auto reference_keys = std::tuple(Field{"type",
                                                         nullptr,
                                                         "`\"logged\"`, `\"fourier\"` or `\"point_to_point\"`",
