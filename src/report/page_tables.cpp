@@ -75,7 +75,8 @@ class KeyTable {
         type = d.words[0].empty() ? type_in_words<Value>() : "word";
       }
       if (fallback.empty()) {
-        fallback = code(json_of(field, Record{}));
+        const Record fresh;  // g++ 12 warns of "Record{}" without reason
+        fallback = code(json_of(field, fresh));
       }
       if constexpr (Named<Value>) {
         words_.insert(names_of<Value>.begin(), names_of<Value>.end());

@@ -26,7 +26,7 @@ struct Provenance {
   std::vector<InputFile> inputs;  ///< experiment, robot, logs
   std::vector<std::pair<std::string, std::string>>
       overrides;                  ///< command line flags that changed the experiment
-  std::vector<Setting> settings;  ///< all that it was made with, see settings()
+  std::vector<Setting> settings = {};  ///< all that it was made with, see settings()
 };
 
 /// A result as JSON, the content of result.json; docs/result.md describes its members. Numbers are written so that
