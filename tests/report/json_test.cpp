@@ -161,6 +161,8 @@ void physical_is(Numbers& numbers, const Robot& robot, const BaseParameters& bas
   numbers.are("/physical/gap", found.gap);
   numbers.are("/physical/steps", found.steps);
   numbers.are("/physical/options/weight", model.options.weight);
+  numbers.are("/physical/options/tolerance", model.options.tolerance);
+  numbers.are("/physical/options/max_steps", model.options.max_steps);
   for (const Physical::MassBounds& bounds : model.options.masses) {
     numbers.are("/physical/options/masses/" + bounds.link, std::array{bounds.least, bounds.most});
   }
@@ -249,6 +251,9 @@ void result_is(const Robot& robot, const Identification& result) {
   Numbers numbers(robot, result);
   robot_is(numbers, robot);
   parameters_are(numbers, result);
+  for (Index row = 0; row < result.C_chi.rows(); ++row) {
+    numbers.are(at("/covariance/C_chi", static_cast<std::size_t>(row)), Vector(result.C_chi.row(row)));
+  }
   numbers.are("/covariance/lag", result.covariance.lag);
   numbers.are("/covariance/decimation_factor", result.covariance.decimation_factor);
   numbers.are("/covariance/quantile_975", result.covariance.quantile_975);
