@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -24,7 +25,7 @@ constexpr Index length = 160;
 
 std::map<std::string, Vector> read_oracle() {
   std::map<std::string, Vector> cases;
-  std::ifstream file(std::string(RIVID_TEST_DATA) + "/signal/oracle.csv");
+  std::ifstream file(std::filesystem::path(RIVID_TEST_DATA) / "signal/oracle.csv");
   std::string line;
   while (std::getline(file, line)) {
     if (line.starts_with('#')) {
