@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -10,7 +11,7 @@ namespace rivid::test {
 /// The rows of tests/solve/statistics_oracle.csv that begin with a name.
 inline std::vector<std::vector<double>> statistics_oracle(const std::string& name) {
   std::vector<std::vector<double>> out;
-  std::ifstream file(std::string(RIVID_TEST_DATA) + "/solve/statistics_oracle.csv");
+  std::ifstream file(std::filesystem::path(RIVID_TEST_DATA) / "solve/statistics_oracle.csv");
   for (std::string line; std::getline(file, line);) {
     std::istringstream cells(line);
     std::string cell;
