@@ -49,7 +49,7 @@ TEST(DiagnosticCodes, StandOnTheirPageToTheLetter) {
 std::vector<std::pair<std::string, std::string>> sources() {
   std::vector<std::pair<std::string, std::string>> out;
   const std::filesystem::path root = std::filesystem::path(RIVID_DOCS).parent_path();
-  for (const char* const folder : {"src", "apps"}) {
+  for (const char* const folder : {"include", "src", "apps"}) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
       if (entry.path().extension() == ".cpp" || entry.path().extension() == ".hpp") {
         out.emplace_back(entry.path().lexically_relative(root).string(), test::content_of(entry.path()));

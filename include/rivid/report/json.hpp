@@ -25,7 +25,7 @@ struct Provenance {
   std::string program;            ///< "rivid_identify"
   std::vector<InputFile> inputs;  ///< experiment, robot, logs
   std::vector<std::pair<std::string, std::string>>
-      overrides;                  ///< command line flags that changed the experiment
+      overrides;                       ///< command line flags that changed the experiment
   std::vector<Setting> settings = {};  ///< all that it was made with, see settings()
 };
 
