@@ -33,9 +33,9 @@ endif()
 
 # So does the allocator of Eigen, which is another one under AddressSanitizer, unless the program says otherwise.
 if(NOT RIVID_SANITIZE AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize|EIGEN_MALLOC")
-  rivid_consumer_test(consumer_under_address_sanitizer "-fsanitize=address"
+  rivid_consumer_test(consumer_under_address_sanitizer consumer "-fsanitize=address"
                       -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags_and_EIGEN_MALLOC_ALREADY_ALIGNED)
-  rivid_consumer_test(consumer_with_malloc_under_address_sanitizer
+  rivid_consumer_test(consumer_with_malloc_under_address_sanitizer consumer
                       "-fsanitize=address -DEIGEN_MALLOC_ALREADY_ALIGNED=1"
                       "-DRUN_SAYS=rivid [0-9.]+: 13 base parameters of 28 standard ones")
 endif()
