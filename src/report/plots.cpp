@@ -90,7 +90,7 @@ std::string svg_figure(const std::string& name, const std::string& what, const s
 // ---------------------------------------------------------------------------------------------- axes
 
 // The smallest range that holds all values it is shown, and how it lies along a length.
-class Range {
+class ValueRange {
  public:
   void show(double value) {
     if (std::isfinite(value)) {
@@ -212,7 +212,7 @@ std::string drawn(const LinePlot& plot) {
 std::string drawn(const PathPlot& plot) {
   constexpr double wide = 170.0;
   constexpr double height = 64.0;
-  Range range;
+  ValueRange range;
   for (const double value : plot.steps) {
     range.show(value);
   }
@@ -229,7 +229,7 @@ std::string drawn(const PathPlot& plot) {
     const double high = y((*plot.interval)[1]);
     content += svg_box("band", {0.0, high}, {wide, std::max(y((*plot.interval)[0]), high + 1.0)});
   }
-  Range steps;
+  ValueRange steps;
   steps.show(0.0);
   steps.show(static_cast<double>(plot.steps.size() - 1));
   std::vector<Point> points;
@@ -254,7 +254,7 @@ std::string markup_of(const Interval& interval) {
   constexpr double wide = 140.0;
   constexpr double height = 18.0;
   constexpr double middle = 0.5 * height;
-  Range range;
+  ValueRange range;
   for (const double value : {interval.low, interval.high, interval.reference}) {
     range.show(value);
   }
