@@ -11,6 +11,7 @@
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/report/json.hpp"
+#include "rivid/simulate/closed_loop.hpp"
 
 // The documents of rivid, and what they are made of.
 namespace rivid::detail {
@@ -20,6 +21,9 @@ namespace rivid::detail {
 // The same with plots of its torques, its robot and where it comes from.
 [[nodiscard]] Document document_of(const Robot& robot, const Identification& result,
                                    std::span<const Prediction> predictions, const Provenance& provenance);
+
+// What became of a simulation, for a screen.
+[[nodiscard]] Document document_of(const Robot& robot, const SimulationRecord& record);
 
 // One way to identify, on many simulated experiments.
 [[nodiscard]] Document document_of(const MonteCarloSummary& summary);

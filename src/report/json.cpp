@@ -315,29 +315,4 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
                   {"provenance", members(provenance, Json::object())}});
 }
 
-std::string summary(const Robot& robot, const SimulationRecord& record) {
-  const Simulation& simulation = record.simulation;
-  const SimulationEffort& effort = simulation.effort;
-  std::ostringstream out;
-  out << "Simulation: " << name(simulation.outcome) << ", " << counted(record.log.samples(), "sample")
-      << " at " << number(record.log.f_m) << " Hz\n";
-  if (!simulation.reason.empty()) {
-    out << "  " << simulation.reason << '\n';
-  }
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    if (const auto i = static_cast<Index>(j); i < simulation.max_tracking_error.size()) {
-      out << "  " << robot.joints[j].name << ": largest tracking error "
-          << number(simulation.max_tracking_error[i], 4)
-          << (robot.joints[j].type == JointType::revolute ? " rad\n" : " m\n");
-    }
-  }
-  for (std::size_t e = 0; e < simulation.element_names.size(); ++e) {
-    out << "  friction of " << simulation.element_names[e] << ": "
-        << counted(simulation.element_changes[e], "mode change") << '\n';
-  }
-  out << "  " << counted(effort.steps, "step") << ", " << counted(effort.right_hand_sides, "right-hand side")
-      << ", " << number(effort.seconds, 3) << " s\n";
-  return out.str();
-}
-
 }  // namespace rivid

@@ -159,6 +159,10 @@ std::ostream& operator<<(std::ostream& out, const Identification& result) {
   return out << detail::text_of(detail::document_of(result));
 }
 
+std::string summary(const Robot& robot, const SimulationRecord& record) {
+  return detail::text_of(detail::document_of(robot, record));
+}
+
 std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries) {
   for (const MonteCarloSummary& summary : summaries) {
     out << detail::text_of(detail::document_of(summary)) << '\n';
