@@ -12,7 +12,7 @@
 #include "identify/rows/row_source.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
-#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
 #include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/references.hpp"

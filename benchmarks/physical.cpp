@@ -13,7 +13,7 @@
 
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
-#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
 #include "robots.hpp"
 #include "turns.hpp"
 

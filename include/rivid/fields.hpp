@@ -124,7 +124,8 @@ struct Field {
   FieldDetails details = {};
 };
 
-/// A record that lists its fields: `static constexpr auto fields()` returns a tuple of them.
+/// A record that lists its fields: its static `fields()` returns a tuple of them. A template on the record itself, so that
+/// only who asks for the list compiles it, and not each file that includes the record.
 template <typename Record>
 concept Described = requires { Record::fields(); };
 

@@ -1,10 +1,9 @@
-#include "rivid/signal/differentiate.hpp"
-
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "rivid/error.hpp"
+#include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

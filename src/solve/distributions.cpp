@@ -1,8 +1,8 @@
-#include "rivid/solve/distributions.hpp"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "rivid/solve/inference.hpp"
 
 namespace rivid {
 

@@ -1,7 +1,7 @@
-#include "rivid/solve/long_run.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "rivid/solve/inference.hpp"
 
 namespace rivid {
 

@@ -10,7 +10,7 @@
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/report/json.hpp"
-#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/mallocs.hpp"
 #include "support/robots.hpp"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/solve/distributions.hpp"
+#include "rivid/solve/inference.hpp"
 #include "support/scara_study.hpp"
 
 namespace rivid {

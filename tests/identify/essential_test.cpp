@@ -7,7 +7,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
-#include "rivid/solve/distributions.hpp"
+#include "rivid/solve/inference.hpp"
 #include "support/scara_study.hpp"
 
 namespace rivid {

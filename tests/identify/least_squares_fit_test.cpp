@@ -6,7 +6,7 @@
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/report/text.hpp"
-#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

@@ -7,7 +7,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
-#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {

@@ -6,7 +6,6 @@
 
 #include "rivid/data/csv.hpp"
 #include "rivid/model/urdf.hpp"
-#include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/control_laws.hpp"

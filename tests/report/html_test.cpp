@@ -9,7 +9,7 @@
 #include "rivid/finding.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
-#include "rivid/signal/differentiate.hpp"
+#include "rivid/signal/filter.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"
 

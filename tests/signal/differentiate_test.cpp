@@ -1,5 +1,3 @@
-#include "rivid/signal/differentiate.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <numbers>
 
 #include "rivid/error.hpp"
+#include "rivid/signal/filter.hpp"
 #include "signal/probe.hpp"
 
 namespace rivid {

@@ -1,7 +1,6 @@
-#include "rivid/solve/distributions.hpp"
-
 #include <gtest/gtest.h>
 
+#include "rivid/solve/inference.hpp"
 #include "solve/statistics_oracle.hpp"
 
 namespace rivid {

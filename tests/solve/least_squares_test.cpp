@@ -9,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-#include "rivid/solve/distributions.hpp"
+#include "rivid/solve/inference.hpp"
 #include "support/random_matrix.hpp"
 
 namespace rivid {

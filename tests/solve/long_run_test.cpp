@@ -1,5 +1,3 @@
-#include "rivid/solve/long_run.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
@@ -7,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "rivid/solve/inference.hpp"
 #include "solve/statistics_oracle.hpp"
 
 namespace rivid {

@@ -17,19 +17,18 @@ struct Column {
   double scale = 1.0;  ///< see unit_scale(); a gear ratio, a drive gain, a sign
   double offset = 0.0;
 
+  template <typename R = Column>
   static constexpr auto fields() {
     return std::tuple(
         Field{"column",
-              &Column::name,
+              &R::name,
               "name or number of the column",
               {.type = "string or integer", .otherwise = "required"}},
         Field{"unit", nullptr, "unit of the column", {.type = "word", .otherwise = "that of `units`"}},
-        Field{"scale", &Column::scale, "factor beside the unit"},
+        Field{"scale", &R::scale, "factor beside the unit"},
         Field{"sign", nullptr, "factor too", {.type = "1 or −1", .otherwise = "1"}},
-        Field{"offset",
-              &Column::offset,
-              "added last: value = unit × scale × sign × cell + offset",
-              {.unit = "SI"}});
+        Field{
+            "offset", &R::offset, "added last: value = unit × scale × sign × cell + offset", {.unit = "SI"}});
   }
 };
 
@@ -53,8 +52,8 @@ struct LogOptions {
   /// The first fault found, nothing if the options can be used.
   [[nodiscard]] std::optional<std::string> complaint() const;
 
+  template <typename L = LogOptions>
   static constexpr auto fields() {
-    using L = LogOptions;
     const auto columns = [](std::string_view key, std::vector<Column> L::* member, std::string_view otherwise,
                             std::string_view unit, std::string_view meaning) {
       return Field{key, member, meaning, {.type = "columns", .otherwise = otherwise, .unit = unit}};

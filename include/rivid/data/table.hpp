@@ -81,8 +81,8 @@ struct TableOptions {
   /// Told the fraction read so far, every few megabytes and at the end; may be empty.
   std::function<void(double)> progress = {};
 
+  template <typename T = TableOptions>
   static constexpr auto fields() {
-    using T = TableOptions;
     return std::tuple(Field{"separator", &T::separator,
                             "`\"auto\"`, `\",\"`, `\";\"`, `\"tab\"`, `\"space\"` (any run of blanks)"},
                       Field{"decimal", &T::decimal, "`\"auto\"`, `\".\"`, `\",\"`"},

@@ -75,8 +75,8 @@ struct ResampleOptions {
   double max_gap = default_max_gap;  ///< longest gap that is interpolated over, in periods, ≥ 2
   Index min_samples = 20;            ///< pieces with fewer rows than this on the new grid are dropped
 
+  template <typename R = ResampleOptions>
   static constexpr auto fields() {
-    using R = ResampleOptions;
     return std::tuple(
         Field{"resample_hz",
               &R::rate_hz,

@@ -38,8 +38,8 @@ struct ControlLoop {
   bool assumed = false;
   Vector omega_n;  ///< natural frequencies that the law is given by, (n); empty: it is given by gains [rad/s]
 
+  template <typename C = ControlLoop>
   static constexpr auto fields() {
-    using C = ControlLoop;
     return std::tuple(
         Field{"design_inertia", &C::design_inertia,
               "design inertias (38): the largest M_jj over the positions of the `\"reference\"`, or over "
@@ -70,8 +70,8 @@ struct LoggedMotion {
   Interpolation interpolation = Interpolation::spline;
 
   static constexpr std::string_view word = "logged";  ///< that files name it by
+  template <typename L = LoggedMotion>
   static constexpr auto fields() {
-    using L = LoggedMotion;
     return std::tuple(
         Field{"file",
               nullptr,
@@ -113,8 +113,8 @@ struct SimulationPlan {
     std::filesystem::path file;
     std::vector<Column> columns;
 
+    template <typename A = AddedControl>
     static constexpr auto fields() {
-      using A = AddedControl;
       return std::tuple(Field{"file",
                               &A::file,
                               "one row a control period, or a sample where the law is continuous",
@@ -132,9 +132,10 @@ struct SimulationPlan {
     bool reference = false;
     bool reference_velocity = false;
 
+    template <typename R = Columns>
     static constexpr auto fields() {
       return std::tuple(Field{"record",
-                              [](const Columns& c) { return c.words(); },
+                              [](const R& c) { return c.words(); },
                               "columns beside `t` and `q`: `\"torque\"` (tau), `\"control\"` (v), "
                               "`\"reference\"` (qref), `\"reference_velocity\"` (qdref)",
                               {.type = "list of words"}});
@@ -150,8 +151,8 @@ struct SimulationPlan {
   std::optional<AddedControl> added_control;
   Columns columns = {.torque = false, .control = true, .reference = true, .reference_velocity = false};
 
+  template <typename S = SimulationPlan>
   static constexpr auto fields() {
-    using S = SimulationPlan;
     return std::tuple(
         Field{"parameters",
               [](const S& s) { return s.parameters.empty() ? "a_priori" : s.parameters.string(); },
@@ -178,8 +179,8 @@ struct LogSource {
     std::vector<std::string> columns;  ///< position and torque; empty: the file has just these two
     Outside outside = Outside::refuse;
 
+    template <typename S = Subtraction>
     static constexpr auto fields() {
-      using S = Subtraction;
       return std::tuple(Field{"joint",
                               [](const S& s) { return s.joint + 1; },
                               "name of the joint",
@@ -204,8 +205,8 @@ struct LogSource {
     double delay = 0.0;  ///< of the log behind the reference [s]
     Outside outside = Outside::refuse;
 
+    template <typename R = Reference>
     static constexpr auto fields() {
-      using R = Reference;
       return std::tuple(
           Field{"file", &R::file, "file with the reference", {.otherwise = "required"}},
           Field{"position",
@@ -247,8 +248,8 @@ struct LogSource {
   std::vector<Subtraction> subtract;
   std::optional<Reference> reference;
 
+  template <typename L = LogSource>
   static constexpr auto fields() {
-    using L = LogSource;
     return std::tuple(
         Field{"files",
               [](const L& l) { return l.files; },

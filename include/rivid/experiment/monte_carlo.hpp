@@ -29,8 +29,8 @@ struct MonteCarlo {
   std::vector<Trial> trials;
   std::vector<std::string> settings;  ///< of the command line, which were laid over the file
 
+  template <typename M = MonteCarlo>
   static constexpr auto fields() {
-    using M = MonteCarlo;
     return std::tuple(
         Field{"runs", &M::runs, "how often the experiment is simulated", {.range = Range::from(1)}},
         Field{
@@ -96,8 +96,8 @@ struct MonteCarloParameter {
   std::array<double, 2> rmse_over_bound_95 = {};
   std::array<double, 2> coverage_95 = {};
 
+  template <typename R = MonteCarloParameter>
   static constexpr auto fields() {
-    using R = MonteCarloParameter;
     return std::tuple(
         Field{"name", &R::name, "of the parameter"}, Field{"unit", &R::unit, "SI, joint side"},
         Field{"truth", &R::truth, "that was simulated"}, Field{"bias", &R::bias, "mean error"},
@@ -126,8 +126,8 @@ struct MonteCarloVerdict {
   bool honest = false;    ///< coverage within mean_coverage on average, and least_coverage or more for each
   std::optional<bool> efficient;  ///< no error above largest_rmse; nothing where there is no bound
 
+  template <typename R = MonteCarloVerdict>
   static constexpr auto fields() {
-    using R = MonteCarloVerdict;
     return std::tuple(
         Field{"unbiased", &R::unbiased, "no bias above 0.2 spreads"},
         Field{"honest", &R::honest, "coverage as promised"},
@@ -147,8 +147,8 @@ struct MonteCarloSummary {
   MonteCarloVerdict verdict;
   std::vector<MonteCarloParameter> parameters;
 
+  template <typename R = MonteCarloSummary>
   static constexpr auto fields() {
-    using R = MonteCarloSummary;
     return std::tuple(Field{"label", &R::label, "of the trial"}, Field{"runs", &R::runs, "that were made"},
                       Field{"identified", &R::identified, "of these; the figures are of them"},
                       Field{"outcomes", &R::outcomes, "runs by their status"},

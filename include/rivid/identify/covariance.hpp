@@ -29,8 +29,8 @@ struct CovarianceOptions {
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 
+  template <typename C = CovarianceOptions>
   static constexpr auto fields() {
-    using C = CovarianceOptions;
     return std::tuple(Field{"covariance", &C::kind,
                             "where standard deviations come from, see [statistics](statistics.md). "
                             "`\"hac\"`: from the residuals, however these are correlated in time and among "
@@ -53,8 +53,8 @@ struct CovarianceReport {
   /// Half width of a 95 % interval in standard deviations.
   double quantile_975 = 0.0;
 
+  template <typename R = CovarianceReport>
   static constexpr auto fields() {
-    using R = CovarianceReport;
     return std::tuple(
         Field{"kind", &R::kind,
               "`\"hac\"`: from the residuals, correlated as they are; `\"classical\"`: (18), which takes the "

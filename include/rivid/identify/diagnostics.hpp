@@ -15,8 +15,8 @@ struct TestResult {
   double freedom = 0.0;
   double p = 0.0;  ///< probability of such a statistic, or a larger one, if nothing is the matter
 
+  template <typename R = TestResult>
   static constexpr auto fields() {
-    using R = TestResult;
     return std::tuple(
         Field{"statistic", &R::statistic, ""}, Field{"freedom", &R::freedom, "degrees of freedom"},
         Field{"p", &R::p, "probability of such a statistic, or a larger one, if nothing is the matter"});
@@ -32,8 +32,8 @@ struct ResidualTests {
   double skewness = 0.0;
   double excess_kurtosis = 0.0;
 
+  template <typename R = ResidualTests>
   static constexpr auto fields() {
-    using R = ResidualTests;
     return std::tuple(Field{"joint", &R::joint, "name of the joint"},
                       Field{"whiteness", &R::whiteness, "Ljung-Box over 20 rows"},
                       Field{"autocorrelation", &R::autocorrelation, "of neighbouring rows", {.unit = "1"}},
@@ -51,8 +51,8 @@ struct HausmanTest {
   double largest_shift = 0.0;  ///< max |χ̂_IV − χ̂_LS| / σ_IV: the effect size
   std::string parameter;       ///< where it is
 
+  template <typename R = HausmanTest>
   static constexpr auto fields() {
-    using R = HausmanTest;
     return std::tuple(
         Field{"statistic",
               [](const HausmanTest& r) { return r.test.statistic; },
@@ -79,8 +79,8 @@ struct TorqueLag {
   double largest_shift = 0.0;  ///< max |Δχ̂| / σ by that lag: the effect size
   std::string parameter;       ///< where it is
 
+  template <typename R = TorqueLag>
   static constexpr auto fields() {
-    using R = TorqueLag;
     return std::tuple(
         Field{"samples",
               &R::samples,
@@ -101,8 +101,8 @@ struct Diagnostics {
   std::optional<HausmanTest> hausman;    ///< of IDIM-IV
   std::optional<TorqueLag> torque_lag;   ///< of exact rows; not of a robust estimate
 
+  template <typename R = Diagnostics>
   static constexpr auto fields() {
-    using R = Diagnostics;
     return std::tuple(
         Field{"residuals", &R::residuals,
               "one a joint: `whiteness` (Ljung-Box over 20 rows) with the `autocorrelation` of neighbouring "

@@ -20,9 +20,10 @@ struct Essential {
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 
+  template <typename R = Essential>
   static constexpr auto fields() {
     return std::tuple(Field{"significance",
-                            &Essential::significance,
+                            &R::significance,
                             "probability of keeping a parameter that is zero: a removal whose F-test gives a "
                             "smaller p is refused",
                             {.range = Range::within(0.0, 1.0)}});
@@ -35,8 +36,8 @@ struct EliminatedParameter {
   double F = 0.0;  ///< of its removal from those that were left then, 1 degree of freedom in the numerator
   double p = 0.0;  ///< probability of more, if the parameter is zero
 
+  template <typename R = EliminatedParameter>
   static constexpr auto fields() {
-    using R = EliminatedParameter;
     return std::tuple(Field{"name", &R::name, "of the parameter"},
                       Field{"F", &R::F, "of its removal", {.unit = "1"}},
                       Field{"p", &R::p, "probability of more, if the parameter is zero", {.unit = "1"}});
@@ -54,8 +55,8 @@ struct EssentialParameters {
   double F = 0.0;  ///< of all removals together
   double p = 1.0;
 
+  template <typename R = EssentialParameters>
   static constexpr auto fields() {
-    using R = EssentialParameters;
     return std::tuple(
         Field{"parameters",
               nullptr,

@@ -86,43 +86,44 @@ struct Iv {
   SimulationOptions simulation =
       {};  ///< tolerances, integrator and budgets; its sampling and samples are not used
 
+  template <typename R = Iv>
   static constexpr auto fields() {
     return std::tuple(
-        Field{"start", &Iv::start,
+        Field{"start", &R::start,
               "where the iteration begins. `\"regular\"`: nothing is known (48, 51); `\"a_priori\"`: the "
               "values of the robot's file; `\"least_squares\"`: WLS on the same rows"},
-        Field{"follows", &Iv::follows,
+        Field{"follows", &R::follows,
               "what the simulated loop follows: the log's `\"reference\"` columns, or, where none were "
               "logged, the `\"measured\"` positions filtered at `reference_cutoff_hz`"},
         Field{"reference_cutoff_hz",
-              &Iv::reference_cutoff_hz,
+              &R::reference_cutoff_hz,
               "zero-phase low-pass of `follows = \"measured\"`",
               {.otherwise = "that of `[signal]`", .unit = "Hz", .range = Range::above(0.0)}},
-        Field{"signs", &Iv::signs,
+        Field{"signs", &R::signs,
               "velocity whose sign the Coulomb columns of W have: `\"measured\"`, `\"simulated\"`, or "
               "`\"automatic\"`: simulated with the paper's rows and without `cutoff_hz`, measured otherwise"},
         Field{
-            "weights", &Iv::weights,
+            "weights", &R::weights,
             "`\"by_joint\"`: rows of V, W and Y divided by the deviation of their joint's error; `\"none\"`"},
         Field{"initial_state",
-              &Iv::start_on_reference,
+              &R::start_on_reference,
               "state that the simulation begins in: the `\"measured\"` one, or on the `\"reference\"`",
               {.words = {"measured", "reference"}}},
         Field{"transient",
-              &Iv::transient,
+              &R::transient,
               "beginning of each log that takes no part, for what the simulation remembers of its start; "
               "[RIV] takes 5/min ω_n with `initial_state = \"reference\"`",
               {.unit = "s", .range = Range::from(0.0)}},
         Field{"tolerance",
-              &Iv::tolerance,
+              &R::tolerance,
               "relative change of ‖Y − V χ‖ below which the iteration may stop",
               {.range = Range::above(0.0)}},
         Field{"parameter_tolerance",
-              &Iv::parameter_tolerance,
+              &R::parameter_tolerance,
               "largest step of a parameter, in its standard deviations, with which it may stop",
               {.range = Range::above(0.0)}},
         Field{"max_iterations",
-              &Iv::max_iterations,
+              &R::max_iterations,
               "after so many the result is `not_converged`",
               {.range = Range::from(1)}},
         Field{"prefilter",

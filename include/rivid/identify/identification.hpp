@@ -55,8 +55,8 @@ struct ParameterEstimate {
   Verdict verdict = Verdict::identified;
   std::string advice;  ///< why it is not `identified`, and the motion that would help; else empty
 
+  template <typename R = ParameterEstimate>
   static constexpr auto fields() {
-    using R = ParameterEstimate;
     return std::tuple(
         Field{"name", &R::name,
               "the standard parameter that leads the group (6), with R where others are regrouped into it"},
@@ -99,8 +99,8 @@ struct JointFit {
   double centred_relative_error = 0.0;  ///< ‖Y_j − W_j χ‖ / ‖Y_j − mean Y_j‖
   double sigma_rho = 0.0;               ///< standard deviation of the residual [N·m | N]
 
+  template <typename R = JointFit>
   static constexpr auto fields() {
-    using R = JointFit;
     return std::tuple(
         Field{"name", &R::name, "of the joint"},
         Field{"relative_error", &R::relative_error, "of this joint's rows (14), unweighted", {.unit = "1"}},
@@ -130,8 +130,8 @@ struct Fit {
   Index rows = 0;
   std::vector<JointFit> joints;
 
+  template <typename R = Fit>
   static constexpr auto fields() {
-    using R = Fit;
     return std::tuple(
         Field{"relative_error", &R::relative_error, "‖Y − W χ‖ / ‖Y‖ over all joints (13)", {.unit = "1"}},
         Field{"centred_relative_error",
@@ -178,8 +178,8 @@ struct MotionError {
   Vector qd;
   Vector qdd;
 
+  template <typename R = MotionError>
   static constexpr auto fields() {
-    using R = MotionError;
     return std::tuple(Field{"position", &R::q, ""}, Field{"velocity", &R::qd, ""},
                       Field{"acceleration", &R::qdd, ""});
   }
@@ -202,8 +202,8 @@ struct IvIteration {
   SimulationEffort effort;  ///< of the simulations
   std::string safeguard;    ///< what was simulated instead where χ̂_k itself could not be
 
+  template <typename R = IvIteration>
   static constexpr auto fields() {
-    using R = IvIteration;
     return std::tuple(
         Field{"chi",
               &R::chi,
@@ -244,8 +244,8 @@ struct LoopDiagnosis {
   Vector control_error;
   Vector tracking_ratio;  ///< ‖q_simulated − q‖ / ‖q_r − q‖, (n): small where the loop is the actual one
 
+  template <typename R = LoopDiagnosis>
   static constexpr auto fields() {
-    using R = LoopDiagnosis;
     return std::tuple(
         Field{"control_error",
               &R::control_error,
@@ -272,8 +272,8 @@ struct NoiseModel {
   Vector ar;                ///< a_1 … a_p
   double innovation = 0.0;  ///< standard deviation of e [N·m | N]
 
+  template <typename R = NoiseModel>
   static constexpr auto fields() {
-    using R = NoiseModel;
     return std::tuple(Field{"joint", &R::joint, "name of the joint"},
                       Field{"ar", &R::ar, "coefficients of ρ_t = Σ_i ar_i ρ_{t−i} + e_t", {.unit = "1"}},
                       Field{"innovation", &R::innovation, "deviation of e", {.unit = "N·m, N"}});
@@ -289,8 +289,8 @@ struct PrefilterReport {
   Vector sigma;                 ///< its standard deviations, (b)
   CovarianceReport covariance;  ///< what these were made of
 
+  template <typename R = PrefilterReport>
   static constexpr auto fields() {
-    using R = PrefilterReport;
     return std::tuple(
         Field{"noise", &R::noise,
               "one a joint: `joint`, `ar`, the coefficients of ρ_t = Σ_i ar_i ρ_{t−i} + e_t, and "

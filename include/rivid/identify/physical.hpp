@@ -60,8 +60,8 @@ struct Physical {
     return out;
   }
 
+  template <typename P = Physical>
   static constexpr auto fields() {
-    using P = Physical;
     return std::tuple(
         Field{"prior", &P::prior,
               "distance from the robot description: `\"log_det\"`, the divergence that keeps bodies from "
@@ -107,8 +107,8 @@ struct PhysicalParameters {
   bool reached = true;             ///< whether the gap is within the tolerance
   std::vector<std::string> notes;  ///< links whose description belongs to no body, and what stands in for it
 
+  template <typename R = PhysicalParameters>
   static constexpr auto fields() {
-    using R = PhysicalParameters;
     return std::tuple(
         Field{"links", nullptr,
               "base to tip, each with `link`, `joint` that moves it, and `parameters`: all standard "

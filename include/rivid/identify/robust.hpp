@@ -29,10 +29,11 @@ struct Robust {
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 
+  template <typename R = Robust>
   static constexpr auto fields() {
     return std::tuple(
         Field{"robust",
-              &Robust::kind,
+              &R::kind,
               "loss of a robust estimate against outliers in the torques, by any method: `\"huber\"`, "
               "`\"bisquare\"`, or `\"off\"`, see [statistics](statistics.md#outliers). Not together with "
               "`prefilter`. The flag `--robust` overrides it.",
@@ -68,8 +69,8 @@ struct RobustJoint {
   Index below_half = 0;  ///< rows with a weight below 1/2
   Index rejected = 0;    ///< rows without any weight
 
+  template <typename R = RobustJoint>
   static constexpr auto fields() {
-    using R = RobustJoint;
     return std::tuple(
         Field{"name", &R::name, "of the joint"},
         Field{"scale", &R::scale, "of its residuals: their median magnitude over 0.6745", {.unit = "N·m, N"}},
@@ -89,8 +90,8 @@ struct RobustReport {
   double largest_shift = 0.0;  ///< max |χ̂ − chi| / σ, with the deviations σ of the robust estimate
   std::string parameter;       ///< where it is
 
+  template <typename R = RobustReport>
   static constexpr auto fields() {
-    using R = RobustReport;
     return std::tuple(
         Field{"loss", [](const RobustReport& r) { return r.options.kind; }, "`\"huber\"` or `\"bisquare\"`"},
         Field{"tuning",

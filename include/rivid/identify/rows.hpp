@@ -62,8 +62,8 @@ struct SignalOptions {
   /// @param n  joints of the robot
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
 
+  template <typename S = SignalOptions>
   static constexpr auto fields() {
-    using S = SignalOptions;
     return std::tuple(
         Field{"rows",
               &S::rows,

@@ -78,8 +78,8 @@ struct Coupling {
   /// The coupled parameters that this coupling adds to the standard ones of joint m: Iam, Fvm, Fcm.
   [[nodiscard]] std::vector<ParameterKind> parameters() const;
 
+  template <typename C = Coupling>
   static constexpr auto fields() {
-    using C = Coupling;
     return std::tuple(
         Field{"motor",
               nullptr,
@@ -104,8 +104,8 @@ struct Coupling {
               "`\"cross\"`: off the diagonal of c cᵀ, which is left to Ia and Fv of the joints; `\"all\"`"});
   }
   /// A-priori values, which a result tells with its parameters.
+  template <typename C = Coupling>
   static constexpr auto a_priori() {
-    using C = Coupling;
     return std::tuple(Field{"Iam", &C::Iam, "a-priori inertia", {.unit = "kg·m² or kg"}},
                       Field{"Fvm", &C::Fvm, "a-priori viscous friction", {.unit = "N·m·s/rad or N·s/m"}},
                       Field{"Fcm", &C::Fcm, "a-priori Coulomb friction", {.unit = "N·m or N"}});
@@ -179,8 +179,8 @@ struct Joint {
   /// g_τ of Eqs. (8, 9): joint-side torque per unit of the control signal.
   [[nodiscard]] double g_tau() const { return gear_ratio * drive_gain; }
 
+  template <typename J = Joint>
   static constexpr auto fields() {
-    using J = Joint;
     return std::tuple(
         Field{"friction", &J::friction, "friction law, see [below](#friction-laws)"},
         Field{"sign_speed",
@@ -198,8 +198,8 @@ struct Joint {
         Field{"gear_ratio", &J::gear_ratio, "K_r of (9). g_τ = gear_ratio × drive_gain, τ = g_τ v_τ (8)."});
   }
   /// A-priori values, which a result tells with its parameters.
+  template <typename J = Joint>
   static constexpr auto a_priori() {
-    using J = Joint;
     return std::tuple(
         Field{"Ia", &J::Ia, "a-priori inertia of rotor and gears, joint side", {.unit = "kg·m² or kg"}},
         Field{"Fv",

@@ -60,8 +60,8 @@ struct Sampling {
   /// @param n  joints
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
 
+  template <typename S = Sampling>
   static constexpr auto fields() {
-    using S = Sampling;
     return std::tuple(
         Field{"rate_hz",
               [](const S& s) { return s.period > 0.0 ? 1.0 / s.period : 0.0; },
@@ -112,8 +112,8 @@ struct SimulationOptions {
   /// Velocities beyond this end the simulation as `diverged` [rad/s | m/s].
   double max_velocity = 1e6;
 
+  template <typename S = SimulationOptions>
   static constexpr auto fields() {
-    using S = SimulationOptions;
     return std::tuple(
         Field{"rate_hz",
               &S::f_m,
@@ -172,8 +172,8 @@ struct SimulationEffort {
   Index mode_changes = 0;      ///< slip to stick, stick to slip, reversals, over all elements
   double seconds = 0.0;        ///< wall-clock time
 
+  template <typename R = SimulationEffort>
   static constexpr auto fields() {
-    using R = SimulationEffort;
     return std::tuple(Field{"steps", &R::steps, "of the integrator"},
                       Field{"right_hand_sides", &R::right_hand_sides, "evaluations of the dynamics"},
                       Field{"restarts", &R::restarts, "at events and control periods"},

@@ -75,8 +75,8 @@ struct PdControl {
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
 
   static constexpr std::string_view word = "pd";  ///< that files name it by
+  template <typename Law = PdControl>
   static constexpr auto fields() {
-    using Law = PdControl;
     return std::tuple(
         Field{"k_p", &Law::k_p, "known gain of the position loop", {.otherwise = "–", .unit = "1/s"}},
         Field{"k_v",
@@ -122,8 +122,8 @@ struct PidControl {
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
 
   static constexpr std::string_view word = "pid";  ///< that files name it by
+  template <typename Law = PidControl>
   static constexpr auto fields() {
-    using Law = PidControl;
     return std::tuple(detail::integral_pole_field<Law>(),
                       Field{"K_p", &Law::K_p, "known gain", {.otherwise = "–", .unit = "v/rad"}},
                       Field{"K_i", &Law::K_i, "known gain", {.otherwise = "0", .unit = "v/(rad s)"}},
@@ -168,8 +168,8 @@ struct CascadeControl {
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
 
   static constexpr std::string_view word = "cascade";  ///< that files name it by
+  template <typename Law = CascadeControl>
   static constexpr auto fields() {
-    using Law = CascadeControl;
     return std::tuple(
         detail::integral_pole_field<Law>(),
         Field{"k_p", &Law::k_p, "known gain of the position loop", {.otherwise = "–", .unit = "1/s"}},
@@ -213,8 +213,8 @@ struct ComputedTorqueControl {
   [[nodiscard]] std::unique_ptr<ControlLaw> operator()(const Plant& plant) const;
 
   static constexpr std::string_view word = "computed_torque";  ///< that files name it by
+  template <typename Law = ComputedTorqueControl>
   static constexpr auto fields() {
-    using Law = ComputedTorqueControl;
     return std::tuple(
         Field{"k_p", &Law::k_p, "known gain", {.otherwise = "–", .unit = "1/s²"}},
         Field{"k_d", &Law::k_d, "known gain", {.otherwise = "–", .unit = "1/s"}},

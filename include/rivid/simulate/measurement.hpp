@@ -63,8 +63,8 @@ struct NoiseOptions {
   /// @param n  joints
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
 
+  template <typename N = NoiseOptions>
   static constexpr auto fields() {
-    using N = NoiseOptions;
     return std::tuple(
         Field{"position_noise",
               &N::position,

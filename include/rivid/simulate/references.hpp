@@ -44,8 +44,8 @@ struct FourierSeries {
   [[nodiscard]] std::optional<std::string> complaint() const;
 
   static constexpr std::string_view word = "fourier";  ///< that files name it by
+  template <typename S = FourierSeries>
   static constexpr auto fields() {
-    using S = FourierSeries;
     return std::tuple(
         Field{"omega_f", &S::omega_f, "fundamental frequency", {.otherwise = "required", .unit = "rad/s"}},
         Field{"A",
@@ -151,8 +151,8 @@ struct PointToPoint {
   [[nodiscard]] std::optional<std::string> complaint() const;
 
   static constexpr std::string_view word = "point_to_point";  ///< that files name it by
+  template <typename P = PointToPoint>
   static constexpr auto fields() {
-    using P = PointToPoint;
     return std::tuple(Field{"via",
                             [](const P& p) -> const Matrix& { return p.via; },
                             "points, one list each",

@@ -4,7 +4,6 @@
 
 #include "identify/check/findings.hpp"
 #include "identify/rows/exact_rows.hpp"
-#include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 #include "signal/window_decimator.hpp"

@@ -7,7 +7,6 @@
 #include "identify/check/findings.hpp"
 #include "identify/rows/exact_rows.hpp"
 #include "rivid/identify/rows.hpp"
-#include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 

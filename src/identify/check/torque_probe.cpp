@@ -8,7 +8,6 @@
 #include "identify/check/findings.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/regressor/batch.hpp"
-#include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 

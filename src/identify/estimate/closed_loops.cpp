@@ -9,7 +9,6 @@
 #include "dense.hpp"
 #include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
-#include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"

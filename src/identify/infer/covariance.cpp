@@ -6,8 +6,7 @@
 
 #include "dense.hpp"
 #include "rivid/signal/decimate.hpp"
-#include "rivid/solve/distributions.hpp"
-#include "rivid/solve/long_run.hpp"
+#include "rivid/solve/inference.hpp"
 #include "signal/window_decimator.hpp"
 
 namespace rivid {

@@ -10,7 +10,7 @@
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
-#include "rivid/solve/distributions.hpp"
+#include "rivid/solve/inference.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {

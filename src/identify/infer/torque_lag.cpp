@@ -3,7 +3,7 @@
 
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/scores.hpp"
-#include "rivid/solve/long_run.hpp"
+#include "rivid/solve/inference.hpp"
 
 namespace rivid::detail {
 

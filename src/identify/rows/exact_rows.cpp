@@ -4,7 +4,6 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 
 namespace rivid::detail {

@@ -13,7 +13,6 @@
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/signal/decimate.hpp"
-#include "rivid/signal/differentiate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 #include "signal/window_decimator.hpp"
