@@ -4,8 +4,9 @@
 
 #include <cmath>
 
-#include "data/files.hpp"
 #include "rivid/data/csv.hpp"
+#include "support/complaint.hpp"
+#include "support/temporary_file.hpp"
 
 namespace rivid {
 namespace {

@@ -7,8 +7,9 @@
 #include <random>
 #include <string>
 
-#include "data/files.hpp"
 #include "rivid/data/log.hpp"
+#include "support/complaint.hpp"
+#include "support/temporary_file.hpp"
 
 namespace rivid {
 namespace {

@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "data/files.hpp"
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/table.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "data/files.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {

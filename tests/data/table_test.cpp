@@ -15,7 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "data/files.hpp"
+#include "support/complaint.hpp"
+#include "support/temporary_file.hpp"
 
 namespace rivid {
 namespace {

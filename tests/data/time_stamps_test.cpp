@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "data/files.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {

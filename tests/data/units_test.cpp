@@ -2,8 +2,8 @@
 
 #include <numbers>
 
-#include "data/files.hpp"
 #include "rivid/data/log.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {

@@ -2,13 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "rivid/experiment/experiment.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace rivid {
 namespace {
@@ -26,37 +24,28 @@ std::vector<std::string> toml_blocks(const std::string& page) {
   return out;
 }
 
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 class ExperimentPage : public testing::Test {
  protected:
-  ExperimentPage()
-      : folder_(std::filesystem::path(testing::TempDir()) /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ / "my_robot.urdf") << text_of(RIVID_DATA "/scara/scara.urdf");
-    std::ofstream(folder_ / "emps_mdh.csv") << "joint,type,alpha,a,d,theta\n1,P,1.570796326795,0,0,0\n";
+  ExperimentPage() {
+    folder_.write("my_robot.urdf", test::content_of(RIVID_DATA "/scara/scara.urdf"));
+    folder_.write("emps_mdh.csv", "joint,type,alpha,a,d,theta\n1,P,1.570796326795,0,0,0\n");
   }
-  ~ExperimentPage() override { std::filesystem::remove_all(folder_); }
 
   void expect_readable(const std::string& text) const {
-    const std::filesystem::path file = folder_ / "experiment.toml";
-    std::ofstream(file) << text;
+    const std::string name = "experiment.toml";
+    folder_.write(name, text);
     const bool simulated = text.find("[simulation]") != std::string::npos;
-    EXPECT_NO_THROW((void)read_experiment(file, simulated ? Use::simulation : Use::identification)) << text;
+    EXPECT_NO_THROW(
+        (void)read_experiment(folder_.path() / name, simulated ? Use::simulation : Use::identification))
+        << text;
   }
 
  private:
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(ExperimentPage, ShowsFilesThatCanBeRead) {
-  const std::vector<std::string> blocks = toml_blocks(text_of(RIVID_DOCS "/experiment.md"));
+  const std::vector<std::string> blocks = toml_blocks(test::content_of(RIVID_DOCS "/experiment.md"));
   ASSERT_GE(blocks.size(), 8U);
   for (const std::string& text : blocks) {
     // A fragment that shows one section gets the others that must be there.
@@ -67,7 +56,7 @@ TEST_F(ExperimentPage, ShowsFilesThatCanBeRead) {
 }
 
 TEST_F(ExperimentPage, OfTheReadmeCanBeRead) {
-  const std::vector<std::string> blocks = toml_blocks(text_of(RIVID_DOCS "/../README.md"));
+  const std::vector<std::string> blocks = toml_blocks(test::content_of(RIVID_DOCS "/../README.md"));
   ASSERT_EQ(blocks.size(), 2U);
   expect_readable("[robot]\nurdf = \"my_robot.urdf\"\n" + blocks[1]);
   std::string text = blocks.front();

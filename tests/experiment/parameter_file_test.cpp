@@ -3,6 +3,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/model/urdf.hpp"
+#include "support/complaint.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace rivid {
@@ -24,12 +25,7 @@ class ParameterFile : public testing::Test {
   }
 
   [[nodiscard]] std::string refusal(const std::string& name, const std::string& text) const {
-    try {
-      (void)read(name, text);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::complaint_of([&] { return read(name, text); });
   }
 
   void expect_refused(const std::string& name, const std::string& text, std::string_view words) const {

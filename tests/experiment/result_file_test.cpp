@@ -12,6 +12,7 @@
 #include "rivid/report/json.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
+#include "support/complaint.hpp"
 #include "support/mallocs.hpp"
 #include "support/robots.hpp"
 #include "support/temporary_folder.hpp"
@@ -78,14 +79,10 @@ class ResultFile : public testing::Test {
 
   template <typename... Arguments>
   void expect_refused(std::string_view words, const Arguments&... arguments) const {
-    try {
-      (void)read_identified_model(path(), arguments...);
-      ADD_FAILURE() << "it was read; should be refused: " << words;
-    } catch (const InputError& e) {
-      const std::string told = e.what();
-      EXPECT_TRUE(told.starts_with(path().string() + ": ")) << told;
-      EXPECT_NE(told.find(words), std::string::npos) << told << "\nis without\n" << words;
-    }
+    const std::string message =
+        test::complaint_of([&] { return read_identified_model(path(), arguments...); });
+    EXPECT_TRUE(message.starts_with(path().string() + ": ")) << message << "\nshould be refused: " << words;
+    EXPECT_TRUE(test::says(message, words));
   }
 
  private:

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "support/complaint.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace rivid {
@@ -26,12 +26,7 @@ class SimulationSections : public testing::Test {
   }
 
   [[nodiscard]] std::string refusal(const std::string& text, Use use = Use::simulation) const {
-    try {
-      (void)read(text, use);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::complaint_of([&] { return read(text, use); });
   }
 
   void expect_refused(const std::string& text, const std::vector<std::string_view>& words,
@@ -228,13 +223,11 @@ TEST_F(SimulationSections, FollowTheReferenceOfALogOrOfAFile) {
   EXPECT_EQ(run_simulation(read(control + of_file + simulation)).log.q, of_log.log.q);
   const Experiment lines = read(control + of_file + "interpolation = \"linear\"\n" + simulation);
   EXPECT_NEAR(run_simulation(lines).log.q_r(50, 0), 0.2, 1e-6);
-  try {
-    (void)run_simulation(read(control + "[reference]\ntype = \"logged\"\n" + simulation));
-    FAIL();
-  } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("names no file, and there is no [log]"), std::string::npos)
-        << e.what();
-  }
+  EXPECT_TRUE(test::says(test::complaint_of([&] {
+                           return run_simulation(
+                               read(control + "[reference]\ntype = \"logged\"\n" + simulation));
+                         }),
+                         "names no file, and there is no [log]"));
 }
 
 TEST_F(SimulationSections, AddControlSignalsBehindTheController) {

@@ -3,42 +3,35 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "support/complaint.hpp"
+#include "support/temporary_file.hpp"
 
 namespace rivid {
 namespace {
 
-// What read_experiment() says about a file for the SCARA of data/scara; empty if it is read.
+const std::string robot = "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n";
+
+// An experiment on the SCARA of data/scara that says so.
+Experiment read(const std::string& text) {
+  const test::TemporaryFile file(robot + text, "experiment.toml");
+  return read_experiment(file.path());
+}
+
+// What read_experiment() says about it; empty if it is read.
 std::string refusal(const std::string& text) {
-  const std::filesystem::path file =
-      std::filesystem::path(testing::TempDir()) /
-      (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + ".toml");
-  std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n" << text;
-  std::string out;
-  try {
-    (void)read_experiment(file);
-  } catch (const InputError& e) {
-    out = e.what();
-  }
-  std::filesystem::remove(file);
-  return out;
+  return test::complaint_of([&] { return read(text); });
 }
 
 TEST(ReadExperiment, TakesTheSmoothingOfSignsForAllJointsOrForOne) {
   const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n";
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "sign_speed.toml";
-  std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\nrobot.sign_speed = 0.01\n"
-                      << "robot.joints.joint_2.sign_speed = 0.5\n"
-                      << rest;
-  const Experiment read = read_experiment(file);
-  std::filesystem::remove(file);
-  EXPECT_EQ(read.robot.joints.at(0).sign_speed, 0.01);
-  EXPECT_EQ(read.robot.joints.at(1).sign_speed, 0.5);
+  const Experiment experiment =
+      read("robot.sign_speed = 0.01\nrobot.joints.joint_2.sign_speed = 0.5\n" + rest);
+  EXPECT_EQ(experiment.robot.joints.at(0).sign_speed, 0.01);
+  EXPECT_EQ(experiment.robot.joints.at(1).sign_speed, 0.5);
   EXPECT_NE(
       refusal("robot.sign_speed = -1\n" + rest).find("sign_speed is -1, must be finite and not negative"),
       std::string::npos);
@@ -67,13 +60,7 @@ TEST(ReadExperiment, RefusesTheUnitOfAQuantityWhoseColumnsAreNotListed) {
 
 TEST(ReadExperiment, TakesTheLossOfRobustEstimation) {
   const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\n";
-  const auto robust = [&](const std::string& keys) {
-    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "robust_options.toml";
-    std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n" << rest << keys;
-    const Experiment out = read_experiment(file);
-    std::filesystem::remove(file);
-    return out.estimation.robust;
-  };
+  const auto robust = [&](const std::string& keys) { return read(rest + keys).estimation.robust; };
   EXPECT_FALSE(robust(""));
   EXPECT_FALSE(robust("robust = \"off\"\n"));
   EXPECT_EQ(robust("robust = \"huber\"\n").value().loss().tuning, 1.345);
@@ -88,12 +75,7 @@ TEST(ReadExperiment, TakesTheLossOfRobustEstimation) {
 }
 
 TEST(ReadExperiment, TakesAnotherMethodWithWhatTheFileSaysOfIt) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "other_method.toml";
-  std::ofstream(file) << "robot.urdf = \"" RIVID_DATA
-                         "/scara/scara.urdf\"\n[log]\nfiles = \"a.csv\"\n"
-                         "[signal]\ncutoff_hz = 20\n[method]\nmax_iterations = 7\n";
-  Experiment out = read_experiment(file);
-  std::filesystem::remove(file);
+  Experiment out = read("[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\nmax_iterations = 7\n");
   EXPECT_EQ(name(out.estimation.method), "ols");
   out.take_method("iv");
   EXPECT_EQ(std::get<Iv>(out.estimation.method).max_iterations, 7);
@@ -104,13 +86,7 @@ TEST(ReadExperiment, TakesAnotherMethodWithWhatTheFileSaysOfIt) {
 
 TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
   const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\n";
-  const auto method = [&](const std::string& keys) {
-    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "method_options.toml";
-    std::ofstream(file) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n" << rest << keys;
-    Experiment out = read_experiment(file);
-    std::filesystem::remove(file);
-    return out;
-  };
+  const auto method = [&](const std::string& keys) { return read(rest + keys); };
   EXPECT_FALSE(method("").iv.prefilter);
   EXPECT_TRUE(method("prefilter = true\n").iv.prefilter);
   EXPECT_EQ(method("prefilter = true\n").iv.prefilter_order, 0);
@@ -129,22 +105,11 @@ TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
 
 class Settings : public testing::Test {
  protected:
-  Settings() {
-    std::ofstream(file_) << "robot.urdf = \"" RIVID_DATA "/scara/scara.urdf\"\n[log]\nfiles = \"a.csv\"\n"
-                         << "[signal]\ncutoff_hz = 20\ndecimation = 4\n";
-  }
-  ~Settings() override { std::filesystem::remove(file_); }
-
   [[nodiscard]] Experiment read(const std::vector<std::string>& settings) const {
-    return read_experiment(file_, Use::identification, settings);
+    return read_experiment(file_.path(), Use::identification, settings);
   }
   [[nodiscard]] std::string refusal(const std::string& setting) const {
-    try {
-      (void)read({setting});
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::complaint_of([&] { return read({setting}); });
   }
   // What settings() says of a key.
   static Setting setting(const Experiment& experiment, const std::string& key) {
@@ -153,7 +118,8 @@ class Settings : public testing::Test {
     return at == all.end() ? Setting{} : *at;
   }
 
-  std::filesystem::path file_ = std::filesystem::path(testing::TempDir()) / "settings.toml";
+  test::TemporaryFile file_{robot + "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\ndecimation = 4\n",
+                            "experiment.toml"};
 };
 
 TEST_F(Settings, AreLaidOverTheFile) {

@@ -4,9 +4,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "rivid/error.hpp"
 #include "rivid/export/urdf.hpp"
 #include "rivid/model/mdh.hpp"
+#include "support/complaint.hpp"
 #include "support/process.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/written_urdf.hpp"
@@ -117,16 +117,6 @@ std::string replaced(std::string text, std::string_view from, std::string_view t
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
-}
-
-template <typename Action>
-std::string refusal(const Action& action) {
-  try {
-    action();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
 }
 
 TEST(RewrittenUrdf, ReadBackGivesTheSameTorques) {
@@ -373,7 +363,7 @@ TEST(RewrittenUrdf, RefusesARobotOfAnotherOrigin) {
   const std::array<MdhRow, 1> table = {MdhRow{}};
   const Robot from_table = robot_from(table);
   const auto rewrite = [&](const Robot& robot, const Vector& chi_st) {
-    return refusal([&] { static_cast<void>(rewritten_urdf(tree, "tree.urdf", robot, chi_st)); });
+    return test::complaint_of([&] { static_cast<void>(rewritten_urdf(tree, "tree.urdf", robot, chi_st)); });
   };
   EXPECT_NE(rewrite(from_table, from_table.chi_st())
                 .find("was not read from a URDF, so there is none to write back"),
@@ -392,7 +382,7 @@ TEST(RewrittenUrdf, RefusesARobotOfAnotherOrigin) {
   const Robot two_links = read_urdf(scara);
   Vector massless = two_links.chi_st();
   massless[place(two_links, "M2")] = 0.0;
-  EXPECT_NE(refusal([&] {
+  EXPECT_NE(test::complaint_of([&] {
               static_cast<void>(rewritten_urdf(scara, two_links, massless, {.force = true}));
             }).find("link \"forearm\" has a first moment but no mass; a URDF can not say that"),
             std::string::npos);

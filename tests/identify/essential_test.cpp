@@ -5,9 +5,9 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/solve/inference.hpp"
+#include "support/complaint.hpp"
 #include "support/scara_study.hpp"
 
 namespace rivid {
@@ -143,14 +143,12 @@ TEST_F(EssentialScara, KeepWhatTheMassMatrixNeeds) {
 
 TEST_F(EssentialScara, RefuseASignificanceThatIsNone) {
   const Log log = this->log(1.0, 1);
-  try {
-    static_cast<void>(identify(
-        robot, log, {.method = Wls{}, .signal = exact(), .essential = Essential{.significance = 1.5}}));
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()),
-              "identify(IDIM-WLS): essential: significance is 1.5, must lie between 0 and 1");
-  }
+  EXPECT_EQ(test::complaint_of([&] {
+              return identify(
+                  robot, log,
+                  {.method = Wls{}, .signal = exact(), .essential = Essential{.significance = 1.5}});
+            }),
+            "identify(IDIM-WLS): essential: significance is 1.5, must lie between 0 and 1");
 }
 
 }  // namespace

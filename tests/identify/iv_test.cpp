@@ -7,6 +7,7 @@
 #include "rivid/identify/identification.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
+#include "support/complaint.hpp"
 #include "support/scara_study.hpp"
 
 namespace {
@@ -56,12 +57,7 @@ TEST(RegularStart, MakesTheMassMatrixOfAnyRobotPositiveDefinite) {
 
 struct IvOfTheScara : public ::testing::Test, public rivid::test::ScaraStudy {
   std::string refusal(const Estimation& method, const rivid::Log& log) const {
-    try {
-      static_cast<void>(identify(robot, log, method));
-    } catch (const rivid::InputError& e) {
-      return e.what();
-    }
-    return "accepted";
+    return rivid::test::complaint_of([&] { return identify(robot, log, method); });
   }
 };
 

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <sstream>
 
-#include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/signal/filter.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -182,14 +182,11 @@ TEST(Ols, NamesWhatALogCanNotTell) {
 
 TEST(Ols, RefusesFewerRowsThanParameters) {
   Log log = excerpt(scara_log(0.1, 10), 0, 8);
-  try {
-    (void)identify(test::scara(), log,
-                   {.method = Ols{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
-    FAIL() << "eight rows were enough for eight parameters";
-  } catch (const InputError& e) {
-    EXPECT_STREQ(e.what(),
-                 "identify(IDIM-OLS): 8 rows for 8 base parameters; more rows than parameters are needed");
-  }
+  EXPECT_EQ(test::complaint_of([&] {
+              return identify(test::scara(), log,
+                              {.method = Ols{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
+            }),
+            "identify(IDIM-OLS): 8 rows for 8 base parameters; more rows than parameters are needed");
 }
 
 TEST(Validate, TellsTheErrorOfTheModelOnAnotherLog) {

@@ -5,9 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <random>
 
-#include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/parameters.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 #include "support/scara_study.hpp"
 #include "support/tx40.hpp"
@@ -50,12 +50,7 @@ class PhysicalOfARandomRobot : public testing::Test {
     return physical(robot_, base_, chi_, root_, options);
   }
   [[nodiscard]] std::string refusal(const Physical& options) const {
-    try {
-      (void)found(options);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "accepted";
+    return test::complaint_of([&] { return found(options); });
   }
 
   Robot robot_;

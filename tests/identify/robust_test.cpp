@@ -9,8 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 #include "support/robust_study.hpp"
 
@@ -225,13 +225,10 @@ TEST(RobustLeastSquares, OfPerfectRowsIsTheTruth) {
 TEST(RobustLeastSquares, RefusesWhatCanNotBeMeant) {
   const SineExperiment experiment(slider());
   const auto refusal = [&](const Robust& options) -> std::string {
-    try {
-      static_cast<void>(identify(experiment.robot, experiment.log,
-                                 {.method = Ols{}, .signal = plain_rows(), .robust = options}));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return test::complaint_of([&] {
+      return identify(experiment.robot, experiment.log,
+                      {.method = Ols{}, .signal = plain_rows(), .robust = options});
+    });
   };
   EXPECT_EQ(refusal({.tuning = -1.0}), "identify(IDIM-OLS): robust: tuning is -1, must be positive");
   EXPECT_EQ(refusal({.max_rounds = 0}), "identify(IDIM-OLS): robust: max_rounds is 0, must be at least 1");
@@ -258,13 +255,8 @@ TEST_F(RobustIv, RefusesThePrefilterBeside) {
   const Log log = this->log(1.0, 13);
   Estimation both = method(robust(RobustKind::huber));
   std::get<Iv>(both.method).prefilter = true;
-  try {
-    static_cast<void>(identify(robot, log, both));
-    FAIL() << "not refused";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("prefilter and robust do not go together"), std::string::npos)
-        << error.what();
-  }
+  EXPECT_TRUE(test::says(test::complaint_of([&] { return identify(robot, log, both); }),
+                         "prefilter and robust do not go together"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/model/urdf.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -26,14 +27,9 @@ Log swinging_log(Index samples = 2001) {
   return log;
 }
 
-std::string complaint_of(const SignalOptions& options, const Log& log = swinging_log()) {
+std::string refusal(const SignalOptions& options, const Log& log = swinging_log()) {
   const Robot robot = test::scara();
-  try {
-    (void)rows(robot, base_parameters(robot), log, options);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "no complaint";
+  return test::complaint_of([&] { return rows(robot, base_parameters(robot), log, options); });
 }
 
 TEST(Effort, IsTheControlSignalTimesGainAndGearUnlessTorquesAreRecorded) {
@@ -113,25 +109,24 @@ TEST(Rows, OfSeveralDecimationStagesAreThoseOfTheirProduct) {
 }
 
 TEST(Rows, ThatCanNotBeMadeAreRefusedWithTheCulprit) {
-  EXPECT_EQ(complaint_of({.cutoff_hz = 150.0}),
-            "swing.csv: cutoff_hz is 150 Hz, must lie below f_m / 2 = 100 Hz");
-  EXPECT_EQ(complaint_of({.cutoff_hz = -1.0}), "rows: cutoff_hz is -1, must be positive, or 0 for no filter");
-  EXPECT_EQ(complaint_of({.decimation = {0}}), "rows: decimation is 0, must be at least 1");
+  EXPECT_EQ(refusal({.cutoff_hz = 150.0}), "swing.csv: cutoff_hz is 150 Hz, must lie below f_m / 2 = 100 Hz");
+  EXPECT_EQ(refusal({.cutoff_hz = -1.0}), "rows: cutoff_hz is -1, must be positive, or 0 for no filter");
+  EXPECT_EQ(refusal({.decimation = {0}}), "rows: decimation is 0, must be at least 1");
   EXPECT_EQ(
-      complaint_of({.trim = {{2000, 1}}}),
+      refusal({.trim = {{2000, 1}}}),
       "swing.csv: no row is left of 2001 samples after trimming 2000 at the beginning and 1 at the end");
   EXPECT_EQ(
-      complaint_of({.trim = {{0, 0}}, .window = {{20.0, 30.0}}}),
+      refusal({.trim = {{0, 0}}, .window = {{20.0, 30.0}}}),
       "swing.csv: no row is left of 2001 samples after trimming 0 at the beginning and 0 at the end and the "
       "time window 20 to 30 s (the log spans 0 to 10 s)");
-  EXPECT_EQ(complaint_of({.rows = RowScheme::paper, .velocity_threshold = {9.0, 0.0}}),
+  EXPECT_EQ(refusal({.rows = RowScheme::paper, .velocity_threshold = {9.0, 0.0}}),
             "swing.csv: joint \"joint_1\" never moves faster than velocity_threshold 9; no row is left");
-  EXPECT_EQ(complaint_of({.velocity_threshold = {1.0}}),
+  EXPECT_EQ(refusal({.velocity_threshold = {1.0}}),
             "rows: velocity_threshold has 1 entries, must have one for each of the 2 joints");
   Log log = swinging_log();
   log.q.conservativeResize(Eigen::NoChange, 1);
   EXPECT_EQ(
-      complaint_of({}, log),
+      refusal({}, log),
       "swing.csv: position has 1 columns of 2001 samples, must have one for each of the 2 joints of robot "
       "\"scara\" and 2001 samples");
 }

@@ -4,13 +4,14 @@
 
 #include <clocale>
 #include <filesystem>
-#include <fstream>
 #include <initializer_list>
 #include <limits>
 #include <string>
 
 #include "rivid/error.hpp"
 #include "support/chain_dynamics.hpp"
+#include "support/complaint.hpp"
+#include "support/temporary_file.hpp"
 
 namespace rivid {
 namespace {
@@ -242,12 +243,7 @@ TEST(ReadUrdf, CutsTheChainOutOfTheTree) {
 
 TEST(ReadUrdf, RefusesAMissingFileADirectoryAndAnEmptyFile) {
   const auto read = [](const std::filesystem::path& path) -> std::string {
-    try {
-      (void)read_urdf(path);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return test::complaint_of([&] { return read_urdf(path); });
   };
   EXPECT_EQ(read("no_such.urdf"), "no_such.urdf: there is no such file");
   EXPECT_EQ(read("."), ".: is a directory, must be a URDF file");
@@ -256,10 +252,8 @@ TEST(ReadUrdf, RefusesAMissingFileADirectoryAndAnEmptyFile) {
 }
 
 TEST(ReadUrdf, ReadsAFileAsTheSameTextIsRead) {
-  const auto path = std::filesystem::path(testing::TempDir()) / "rivid_urdf_test.urdf";
-  std::ofstream(path) << arm;
-  EXPECT_EQ(read_urdf(path).chi_st(), parse_urdf(arm, "arm.urdf").chi_st());
-  std::filesystem::remove(path);
+  const test::TemporaryFile file(arm, "arm.urdf");
+  EXPECT_EQ(read_urdf(file.path()).chi_st(), parse_urdf(arm, "arm.urdf").chi_st());
 }
 
 TEST(ReadUrdf, RefusesMalformedXmlWithItsLine) {

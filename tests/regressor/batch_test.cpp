@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
-#include "rivid/error.hpp"
 #include "rivid/model/mdh.hpp"
 #include "support/allocations.hpp"
+#include "support/complaint.hpp"
 #include "support/regressor_oracle.hpp"
 #include "support/robots.hpp"
 
@@ -264,14 +264,7 @@ TEST(RegressorBatch, AllocatesNothingForASample) {
 TEST(RegressorBatch, SaysWhatItCanNotUse) {
   const Robot robot = test::scara();
   const BaseParameters base = base_parameters(robot);
-  const auto message = [](auto&& call) {
-    try {
-      call();
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
-    return std::string("nothing");
-  };
+  const auto message = [](auto&& call) { return test::complaint_of(call); };
   EXPECT_EQ(message([&] { const RegressorBatch batch(robot, base.columns(), {.threads = 0}); }),
             "RegressorBatch: threads is 0, must be at least 1");
   std::vector<StandardParameter> twice = base.columns();

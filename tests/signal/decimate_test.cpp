@@ -8,13 +8,13 @@
 #include "rivid/error.hpp"
 #include "rivid/signal/filter.hpp"
 #include "signal/probe.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {
 
 using probe::columns;
 using probe::series;
-using probe::words;
 
 constexpr Convention both[] = {Convention::standard, Convention::matlab};
 
@@ -120,15 +120,15 @@ TEST(Decimate, InStagesRunsOneAfterTheOther) {
 }
 
 TEST(Decimate, SaysWhatIsWrongWithItsArguments) {
-  EXPECT_EQ(words<InputError>([] { return decimate(series(100), 0); }),
+  EXPECT_EQ(test::complaint_of([] { return decimate(series(100), 0); }),
             "decimate: n_d is 0, must be at least 1");
-  EXPECT_EQ(words<InputError>([] { return decimate(series(24), 10, Convention::matlab); }),
+  EXPECT_EQ(test::complaint_of([] { return decimate(series(24), 10, Convention::matlab); }),
             "decimate: x has 24 samples, must have more than 24 = 3 times the order of the filter");
-  EXPECT_EQ(words<InputError>([] { return decimate(series(100), {10, 10}, Convention::matlab); }),
+  EXPECT_EQ(test::complaint_of([] { return decimate(series(100), {10, 10}, Convention::matlab); }),
             "decimate: x has 10 samples, must have more than 24 = 3 times the order of the filter");
-  EXPECT_EQ(words<InputError>([] { return kept_samples(100, -3); }),
+  EXPECT_EQ(test::complaint_of([] { return kept_samples(100, -3); }),
             "kept_samples: n_d is -3, must be at least 1");
-  EXPECT_EQ(words<InputError>([] { return decimation_filter(0); }),
+  EXPECT_EQ(test::complaint_of([] { return decimation_filter(0); }),
             "decimation_filter: n_d is 0, must be at least 1");
 }
 

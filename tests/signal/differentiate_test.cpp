@@ -7,11 +7,10 @@
 #include "rivid/error.hpp"
 #include "rivid/signal/filter.hpp"
 #include "signal/probe.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {
-
-using probe::words;
 
 constexpr double f_m = 100.0;
 
@@ -51,13 +50,13 @@ TEST(CentralDifference, DoesNotShiftATone) {
 }
 
 TEST(CentralDifference, SaysWhatIsWrongWithItsArguments) {
-  EXPECT_EQ(words<InputError>([] { return central_difference(Matrix::Zero(1, 3), f_m); }),
+  EXPECT_EQ(test::complaint_of([] { return central_difference(Matrix::Zero(1, 3), f_m); }),
             "central_difference: x has 1 sample, must have at least 2");
-  EXPECT_EQ(words<InputError>([] { return central_difference(Matrix(0, 3), f_m); }),
+  EXPECT_EQ(test::complaint_of([] { return central_difference(Matrix(0, 3), f_m); }),
             "central_difference: x has 0 samples, must have at least 2");
-  EXPECT_EQ(words<InputError>([] { return central_difference(Matrix::Zero(5, 3), -1.0); }),
+  EXPECT_EQ(test::complaint_of([] { return central_difference(Matrix::Zero(5, 3), -1.0); }),
             "central_difference: f_m is -1 Hz, must be positive and finite");
-  EXPECT_EQ(words<InputError>([] {
+  EXPECT_EQ(test::complaint_of([] {
               return central_difference(Matrix::Zero(5, 3), std::numeric_limits<double>::quiet_NaN());
             }),
             "central_difference: f_m is nan Hz, must be positive and finite");

@@ -10,11 +10,10 @@
 
 #include "rivid/error.hpp"
 #include "signal/probe.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {
-
-using probe::words;
 
 // A product of at most five sections, each a ratio of sums that cancel by at most 1e2 here.
 constexpr double rounding = 1e-12;
@@ -51,21 +50,22 @@ TEST(Butterworth, TakesHalfAsManySectionsAsPoles) {
 }
 
 TEST(Butterworth, SaysWhatIsWrongWithItsArguments) {
-  EXPECT_EQ(words<InputError>([] { return butterworth(4, 150.0, 200.0); }),
+  EXPECT_EQ(test::complaint_of([] { return butterworth(4, 150.0, 200.0); }),
             "butterworth: cutoff_hz is 150 Hz, must lie between 0 and f_m / 2 = 100 Hz");
-  EXPECT_EQ(words<InputError>([] { return butterworth(4, 100.0, 200.0); }),
+  EXPECT_EQ(test::complaint_of([] { return butterworth(4, 100.0, 200.0); }),
             "butterworth: cutoff_hz is 100 Hz, must lie between 0 and f_m / 2 = 100 Hz");
-  EXPECT_EQ(words<InputError>([] { return butterworth(4, -1.0, 200.0); }),
+  EXPECT_EQ(test::complaint_of([] { return butterworth(4, -1.0, 200.0); }),
             "butterworth: cutoff_hz is -1 Hz, must lie between 0 and f_m / 2 = 100 Hz");
-  EXPECT_EQ(words<InputError>([] { return butterworth(4, std::numeric_limits<double>::quiet_NaN(), 200.0); }),
-            "butterworth: cutoff_hz is nan Hz, must lie between 0 and f_m / 2 = 100 Hz");
-  EXPECT_EQ(words<InputError>([] { return butterworth(4, 0.001, 1000.0); }),
+  EXPECT_EQ(
+      test::complaint_of([] { return butterworth(4, std::numeric_limits<double>::quiet_NaN(), 200.0); }),
+      "butterworth: cutoff_hz is nan Hz, must lie between 0 and f_m / 2 = 100 Hz");
+  EXPECT_EQ(test::complaint_of([] { return butterworth(4, 0.001, 1000.0); }),
             "butterworth: cutoff_hz is 0.001 Hz, must be at least 1e-5 f_m = 0.01 Hz; decimate first");
-  EXPECT_EQ(words<InputError>([] { return butterworth(0, 20.0, 200.0); }),
+  EXPECT_EQ(test::complaint_of([] { return butterworth(0, 20.0, 200.0); }),
             "butterworth: order is 0, must be at least 1");
-  EXPECT_EQ(words<InputError>([] { return butterworth(4, 20.0, 0.0); }),
+  EXPECT_EQ(test::complaint_of([] { return butterworth(4, 20.0, 0.0); }),
             "butterworth: f_m is 0 Hz, must be positive and finite");
-  EXPECT_EQ(words<InputError>([] { return butterworth(4, 20.0, std::numeric_limits<double>::infinity()); }),
+  EXPECT_EQ(test::complaint_of([] { return butterworth(4, 20.0, std::numeric_limits<double>::infinity()); }),
             "butterworth: f_m is inf Hz, must be positive and finite");
 }
 
@@ -87,11 +87,11 @@ TEST(Chebyshev1, StaysWithinItsRippleUpToTheCutoffAndLeavesItThere) {
 }
 
 TEST(Chebyshev1, SaysWhatIsWrongWithItsArguments) {
-  EXPECT_EQ(words<InputError>([] { return chebyshev1(8, 0.0, 20.0, 200.0); }),
+  EXPECT_EQ(test::complaint_of([] { return chebyshev1(8, 0.0, 20.0, 200.0); }),
             "chebyshev1: ripple_db is 0 dB, must be positive and finite");
-  EXPECT_EQ(words<InputError>([] { return chebyshev1(8, 0.05, 150.0, 200.0); }),
+  EXPECT_EQ(test::complaint_of([] { return chebyshev1(8, 0.05, 150.0, 200.0); }),
             "chebyshev1: cutoff_hz is 150 Hz, must lie between 0 and f_m / 2 = 100 Hz");
-  EXPECT_EQ(words<InputError>([] { return chebyshev1(-1, 0.05, 20.0, 200.0); }),
+  EXPECT_EQ(test::complaint_of([] { return chebyshev1(-1, 0.05, 20.0, 200.0); }),
             "chebyshev1: order is -1, must be at least 1");
 }
 
@@ -144,9 +144,9 @@ TEST(SettlingSamples, GrowsAsTheCutoffFalls) {
 }
 
 TEST(SettlingSamples, RefusesALevelOutsideZeroToOne) {
-  EXPECT_EQ(words<InputError>([] { return settling_samples(Filter{}, 1.0); }),
+  EXPECT_EQ(test::complaint_of([] { return settling_samples(Filter{}, 1.0); }),
             "settling_samples: level is 1, must lie between 0 and 1");
-  EXPECT_EQ(words<InputError>([] { return settling_samples(Filter{}, 0.0); }),
+  EXPECT_EQ(test::complaint_of([] { return settling_samples(Filter{}, 0.0); }),
             "settling_samples: level is 0, must lie between 0 and 1");
 }
 

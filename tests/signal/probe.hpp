@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <string>
 
 #include "rivid/types.hpp"
 
@@ -28,17 +27,6 @@ inline Matrix columns(Index n_m, Index count) {
     x.col(c) = series(n_m, 37 * c);
   }
   return x;
-}
-
-/// What `call` says when it throws it; "nothing thrown" if it does not.
-template <typename Thrown, typename Call>
-std::string words(const Call& call) {
-  try {
-    call();
-  } catch (const Thrown& error) {
-    return error.what();
-  }
-  return "nothing thrown";
 }
 
 }  // namespace rivid::probe

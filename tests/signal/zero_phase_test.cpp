@@ -7,13 +7,13 @@
 #include "rivid/error.hpp"
 #include "rivid/signal/filter.hpp"
 #include "signal/probe.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid {
 namespace {
 
 using probe::columns;
 using probe::series;
-using probe::words;
 
 constexpr double f_m = 200.0;
 constexpr double cutoff_hz = 20.0;
@@ -151,14 +151,14 @@ TEST(ZeroPhase, OfBothConventionsAgreesOnceTheSpoiledSamplesAreDropped) {
 TEST(ZeroPhase, RefusesASeriesThatIsTooShort) {
   for (const Convention convention : both) {
     const std::string said =
-        words<InputError>([&] { return zero_phase(series(12), f_m, cutoff_hz, 4, convention); });
+        test::complaint_of([&] { return zero_phase(series(12), f_m, cutoff_hz, 4, convention); });
     EXPECT_EQ(said, "zero_phase: x has 12 samples, must have more than 12 = 3 times the order of the filter");
     EXPECT_EQ(zero_phase(series(13), f_m, cutoff_hz, 4, convention).rows(), 13);
   }
 }
 
 TEST(ZeroPhase, SaysWhenTheCutoffLiesBeyondNyquist) {
-  EXPECT_EQ(words<InputError>([] { return zero_phase(series(100), 200.0, 150.0); }),
+  EXPECT_EQ(test::complaint_of([] { return zero_phase(series(100), 200.0, 150.0); }),
             "butterworth: cutoff_hz is 150 Hz, must lie between 0 and f_m / 2 = 100 Hz");
 }
 

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "data/files.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
+#include "support/complaint.hpp"
 #include "support/mallocs.hpp"
 #include "support/robots.hpp"
 

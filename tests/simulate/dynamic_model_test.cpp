@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "rivid/error.hpp"
 #include "rivid/regressor/batch.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
 
@@ -178,24 +178,16 @@ TEST(DynamicModel, NamesTheFrictionThatWouldDrive) {
 }
 
 TEST(DynamicModel, RefusesWhatDoesNotFit) {
-  const auto refusal = [](const auto& make) -> std::string {
-    try {
-      static_cast<void>(make());
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  };
   const Robot robot = test::scara();
   const Vector chi_st = robot.chi_st();
-  EXPECT_EQ(refusal([&] { return DynamicModel(robot, chi_st.head(3)); }),
+  EXPECT_EQ(test::complaint_of([&] { return DynamicModel(robot, chi_st.head(3)); }),
             "DynamicModel: chi_st has 3 values, the robot has 25 standard parameters");
   Vector spoiled = chi_st;
   set(robot, spoiled, "ZZ2", std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(refusal([&] { return DynamicModel(robot, spoiled); }),
+  EXPECT_EQ(test::complaint_of([&] { return DynamicModel(robot, spoiled); }),
             "DynamicModel: ZZ2 is nan, must be finite");
   const Robot other = test::slider();
-  EXPECT_NE(refusal([&] {
+  EXPECT_NE(test::complaint_of([&] {
               return DynamicModel(other, base_parameters(robot), Vector::Zero(8));
             }).find("base parameters are those of another robot"),
             std::string::npos);
@@ -203,8 +195,9 @@ TEST(DynamicModel, RefusesWhatDoesNotFit) {
   coupled.couplings = {test::tx40_wrist_of_birdy()};
   Vector chi_coupled = coupled.chi_st();
   set(coupled, chi_coupled, "Fcm6", 1.0);
-  EXPECT_NE(refusal([&] { return DynamicModel(coupled, chi_coupled); }).find("has asymmetric friction"),
-            std::string::npos);
+  EXPECT_NE(
+      test::complaint_of([&] { return DynamicModel(coupled, chi_coupled); }).find("has asymmetric friction"),
+      std::string::npos);
 }
 
 }  // namespace

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <random>
 
-#include "data/files.hpp"
 #include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -36,15 +36,6 @@ struct Scara {
     return {robot, base, chi};
   }
 };
-
-std::string numerics_error_of(const auto& action) {
-  try {
-    action();
-  } catch (const NumericsError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(DesignInertia, OfTheScaraIsThatOfThePaper) {
   const Scara scara;
@@ -132,13 +123,13 @@ TEST(DesignInertia, IsRefusedWhereItIsNotPositive) {
   Matrix q = Matrix::Zero(20, 2);
   q(17, 1) = 3.0;
   EXPECT_TRUE(
-      says(numerics_error_of([&] { static_cast<void>(design_inertia(model, q)); }),
+      says(complaint_of<NumericsError>([&] { static_cast<void>(design_inertia(model, q)); }),
            "design_inertia: M(1,1) of joint \"joint_1\" is -0.246 kg·m² at sample 17, must be positive"));
-  EXPECT_TRUE(says(numerics_error_of([&] { static_cast<void>(design_inertia(model)); }),
+  EXPECT_TRUE(says(complaint_of<NumericsError>([&] { static_cast<void>(design_inertia(model)); }),
                    "kg·m² at a position within the limits, must be positive"));
-  EXPECT_TRUE(
-      says(numerics_error_of([&] { static_cast<void>(design_inertia(scara.model(1.0, 0.0, 0.0, 0.0), q)); }),
-           "M(2,2) of joint \"joint_2\" is 0 kg·m² at sample 0"));
+  EXPECT_TRUE(says(complaint_of<NumericsError>(
+                       [&] { static_cast<void>(design_inertia(scara.model(1.0, 0.0, 0.0, 0.0), q)); }),
+                   "M(2,2) of joint \"joint_2\" is 0 kg·m² at sample 0"));
 }
 
 TEST(DesignInertia, RefusesPositionsThatDoNotFit) {

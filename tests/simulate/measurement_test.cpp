@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "rivid/error.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/references.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -25,12 +25,7 @@ class Measurement : public testing::Test {
 
   // What with_noise() says.
   [[nodiscard]] std::string refusal(const NoiseOptions& noise) const {
-    try {
-      (void)with_noise(options_, noise, 1);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::complaint_of([&] { return with_noise(options_, noise, 1); });
   }
 
   const Robot robot_ = test::slider();

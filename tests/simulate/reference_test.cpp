@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "data/files.hpp"
 #include "rivid/simulate/references.hpp"
+#include "support/complaint.hpp"
 #include "support/mallocs.hpp"
 #include "support/random_matrix.hpp"
 
