@@ -17,31 +17,6 @@ namespace {
 
 constexpr std::size_t alignment = 64;
 
-}  // namespace
-
-Simd detail::resolved(Simd simd) {
-  if (simd != Simd::best) {
-    return simd;
-  }
-  return supported(Simd::avx512) ? Simd::avx512 : supported(Simd::avx2) ? Simd::avx2 : Simd::baseline;
-}
-
-namespace {
-
-const detail::BatchKernel& kernel_of(Simd simd) {
-#if defined(__x86_64__)
-  if (simd == Simd::avx512) {
-    return detail::avx512_kernel();
-  }
-  if (simd == Simd::avx2) {
-    return detail::avx2_kernel();
-  }
-#else
-  static_cast<void>(simd);
-#endif
-  return detail::baseline_kernel();
-}
-
 Simd usable(const BatchOptions& options) {
   if (const auto complaint = options.complaint()) {
     throw InputError("RegressorBatch: " + *complaint);
@@ -56,17 +31,9 @@ std::string_view name(Simd simd) {
   return names[static_cast<std::size_t>(simd)];
 }
 
-bool supported(Simd simd) {
-#if defined(__x86_64__)
-  if (simd == Simd::avx512) {
-    return __builtin_cpu_supports("avx512f") != 0 && supported(Simd::avx2);
-  }
-  if (simd == Simd::avx2) {
-    return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-  }
-#endif
-  return simd == Simd::best || simd == Simd::baseline;
-}
+bool supported(Simd simd) { return detail::available(simd); }
+
+Simd detail::resolved(Simd simd) { return simd == Simd::best ? fastest<Simd>() : simd; }
 
 std::optional<std::string> BatchOptions::complaint() const {
   if (threads < 1) {
@@ -80,7 +47,7 @@ std::optional<std::string> BatchOptions::complaint() const {
 
 RegressorBatch::RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
                                const BatchOptions& options)
-    : columns_(robot, parameters), simd_(usable(options)), kernel_(&kernel_of(simd_)) {}
+    : columns_(robot, parameters), simd_(usable(options)), kernel_(&detail::batch_kernels[simd_]) {}
 
 void RegressorBatch::require(std::string_view who, const Motion& motion, Index first, Index count) const {
   const auto n = static_cast<Index>(joints());

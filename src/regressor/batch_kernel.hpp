@@ -1,5 +1,6 @@
 #pragma once
 
+#include "instruction_sets.hpp"
 #include "rivid/regressor/kernel.hpp"
 
 // The batches' part of the kernel, see there for what the files of one instruction set forbid.
@@ -21,6 +22,8 @@ struct BatchKernel {
 [[nodiscard]] const BatchKernel& baseline_kernel();
 [[nodiscard]] const BatchKernel& avx2_kernel();
 [[nodiscard]] const BatchKernel& avx512_kernel();
+
+inline constexpr KernelSet<BatchKernel> batch_kernels = {baseline_kernel, avx2_kernel, avx512_kernel};
 
 template <typename Scalar>
 void fill_packs(const RegressorPlan& plan, const RegressorInput<double>& input, std::size_t packs,

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "report/document.hpp"
 #include "rivid/report/text.hpp"
@@ -32,25 +31,6 @@ std::string in_words(std::span<const Finding> findings) {
     out.append(with_cure(f)).append("\n");
   }
   return out + counts(findings) + '\n';
-}
-
-std::string to_json(std::span<const Finding> findings) {
-  using Json = nlohmann::ordered_json;
-  Json list = Json::array();
-  for (const Finding& f : findings) {
-    list.push_back({{"severity", name(severity(f))},
-                    {"code", f.code},
-                    {"subject", f.subject},
-                    {"text", f.text},
-                    {"advice", cure(f)}});
-  }
-  const Json out = {{"format", 1},
-                    {"usable", count(findings, Severity::error) == 0},
-                    {"errors", count(findings, Severity::error)},
-                    {"warnings", count(findings, Severity::warning)},
-                    {"findings", std::move(list)}};
-  // A path may hold any bytes; JSON is UTF-8.
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string in_one_line(const DiagnosticCode& code) {

@@ -4,13 +4,15 @@
 #include <sys/types.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <sstream>
 
 #include "experiment/json_fields.hpp"
-#include "report/warnings_json.hpp"
 #include "rivid/error.hpp"
+#include "rivid/report/monte_carlo.hpp"
+#include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 
@@ -24,6 +26,17 @@ using detail::json_of;
 std::string text_of(const Json& json) {
   // A path may hold any bytes; JSON is UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json warnings_of(const std::vector<Finding>& warnings) {
+  Json out = Json::array();
+  for (const Finding& warning : warnings) {
+    out.push_back({{"code", warning.code},
+                   {"text", warning.text},
+                   {"severity", name(severity(warning))},
+                   {"subject", warning.subject}});
+  }
+  return out;
 }
 
 Json parameters(const Identification& result) {
@@ -263,7 +276,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
               {"method", result.method},
               {"status", name(result.status)},
               {"reasons", result.reasons},
-              {"warnings", detail::warnings_json(result.warnings)},
+              {"warnings", warnings_of(result.warnings)},
               {"notes", result.notes},
               {"robot", robot_members(robot)},
               {"parameters", parameters(result)},
@@ -302,7 +315,7 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
   return text_of({{"format", 1},
                   {"outcome", name(simulation.outcome)},
                   {"reason", simulation.reason},
-                  {"warnings", detail::warnings_json(record.warnings)},
+                  {"warnings", warnings_of(record.warnings)},
                   {"robot", robot.name},
                   {"samples", record.log.samples()},
                   {"rate_hz", record.log.f_m},
@@ -313,6 +326,27 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
                   {"friction", friction(simulation)},
                   {"effort", json_of(simulation.effort)},
                   {"provenance", members(provenance, Json::object())}});
+}
+
+std::string to_json(std::span<const MonteCarloSummary> summaries) {
+  return text_of({{"format", 1}, {"trials", json_of(std::vector(summaries.begin(), summaries.end()))}});
+}
+
+std::string to_json(std::span<const Finding> findings) {
+  const auto count = [&](Severity wanted) { return std::ranges::count(findings, wanted, severity); };
+  Json list = Json::array();
+  for (const Finding& f : findings) {
+    list.push_back({{"severity", name(severity(f))},
+                    {"code", f.code},
+                    {"subject", f.subject},
+                    {"text", f.text},
+                    {"advice", cure(f)}});
+  }
+  return text_of({{"format", 1},
+                  {"usable", count(Severity::error) == 0},
+                  {"errors", count(Severity::error)},
+                  {"warnings", count(Severity::warning)},
+                  {"findings", std::move(list)}});
 }
 
 }  // namespace rivid

@@ -1,12 +1,12 @@
 #pragma once
 
-// The hot paths of filters and decimation. As with StreamingQr, one source is compiled once an instruction set; what
-// solve/householder_kernel.hpp says about such files holds here, too.
+// The hot paths of filters and decimation, compiled once an instruction set, see instruction_sets.hpp.
+
+#include "instruction_sets.hpp"
 
 namespace rivid::detail {
 
 inline constexpr int decimation_modes = 4;  // pairs of conjugate poles of the order-8 filter
-inline constexpr int mode_parts = 2 * decimation_modes;
 
 // What the kernel reads of a StreamingDecimator. The states of the modes are eight numbers, real parts before imaginary
 // ones.
@@ -49,13 +49,15 @@ struct SignalKernels {
   void (*cascade)(const double* coefficients, long sections, double* states, double* x, long n);
 };
 
-/// The fastest that this machine can run.
-[[nodiscard]] const SignalKernels& signal_kernels();
+[[nodiscard]] const SignalKernels& baseline_signal();
+[[nodiscard]] const SignalKernels& avx2_signal();
+[[nodiscard]] const SignalKernels& avx512_signal();
 
-extern const SignalKernels signal_baseline;
-#if defined(__x86_64__)
-extern const SignalKernels signal_avx2;
-extern const SignalKernels signal_avx512;
-#endif
+/// The fastest that this machine can run.
+[[nodiscard]] inline const SignalKernels& signal_kernels() {
+  static const SignalKernels& once =
+      KernelSet<SignalKernels>{baseline_signal, avx2_signal, avx512_signal}[fastest()];
+  return once;
+}
 
 }  // namespace rivid::detail

@@ -11,20 +11,6 @@ namespace rivid {
 
 namespace {
 
-const detail::DynamicsBatchKernel& kernel_of(Simd simd) {
-#if defined(__x86_64__)
-  if (simd == Simd::avx512) {
-    return detail::avx512_dynamics();
-  }
-  if (simd == Simd::avx2) {
-    return detail::avx2_dynamics();
-  }
-#else
-  static_cast<void>(simd);
-#endif
-  return detail::baseline_dynamics();
-}
-
 Simd usable(Simd simd) {
   if (!supported(simd)) {
     throw InputError("DynamicsBatch: simd is " + std::string(name(simd)) +
@@ -36,7 +22,7 @@ Simd usable(Simd simd) {
 }  // namespace
 
 DynamicsBatch::DynamicsBatch(const ModelData& model, Simd simd)
-    : simd_(usable(simd)), kernel_(&kernel_of(simd_)), tables_(model), one_(model) {
+    : simd_(usable(simd)), kernel_(&detail::dynamics_kernels[simd_]), tables_(model), one_(model) {
   const auto n = static_cast<std::size_t>(joints());
   const auto lanes = static_cast<std::size_t>(kernel_->lanes);
   scratch_ = detail::aligned_doubles(detail::dynamics_scratch(lanes, n));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "instruction_sets.hpp"
 #include "rivid/simulate/dynamics_kernel.hpp"
 
 // Direct dynamics for packs of samples. This file is compiled once for each instruction set;
@@ -27,6 +28,9 @@ struct DynamicsBatchKernel {
 [[nodiscard]] const DynamicsBatchKernel& baseline_dynamics();
 [[nodiscard]] const DynamicsBatchKernel& avx2_dynamics();
 [[nodiscard]] const DynamicsBatchKernel& avx512_dynamics();
+
+inline constexpr KernelSet<DynamicsBatchKernel> dynamics_kernels = {baseline_dynamics, avx2_dynamics,
+                                                                    avx512_dynamics};
 
 // Doubles of scratch for packs of so many lanes.
 [[gnu::always_inline]] constexpr std::size_t dynamics_scratch(std::size_t lanes, std::size_t joints) {

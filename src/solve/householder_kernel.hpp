@@ -1,17 +1,11 @@
 #pragma once
 
 // The hot path of StreamingQr: Householder elimination of a block of rows under a triangle.
-//
-// One source, householder_kernel_impl.hpp, is compiled once an instruction set, each in a file of its own with
-// the flags for that file alone (src/CMakeLists.txt), and the fastest one that the machine runs is chosen at run
-// time. Function attributes (target, target_clones) would spare the extra files, but clang does not inline across
-// them, and a register-blocked kernel that is not inlined is none. What is compiled with such flags must not leave
-// inline functions that other files share, since the linker may keep that copy for a machine which can not run it:
-// so those files see plain pointers, neither Eigen nor the standard library, and everything in them has internal
-// linkage.
+// householder_kernel_impl.hpp is compiled once an instruction set, see instruction_sets.hpp.
 
 #include <cstddef>
-#include <span>
+
+#include "instruction_sets.hpp"
 
 namespace rivid::detail {
 
@@ -38,7 +32,6 @@ struct HouseholderBlock {
 };
 
 struct HouseholderKernel {
-  const char* name;
   int lanes;  ///< doubles in a vector register
   void (*eliminate)(const HouseholderBlock& block);
   /// Copies, and tells whether the magnitude of every value is at most `limit`; it is not for a nan. As many values
@@ -48,13 +41,11 @@ struct HouseholderKernel {
   bool (*all_within)(const double* values, std::ptrdiff_t count, double limit);
 };
 
-/// The kernels that this machine can run, the fastest first; the last one runs anywhere.
-[[nodiscard]] std::span<const HouseholderKernel* const> householder_kernels();
+[[nodiscard]] const HouseholderKernel& baseline_householder();
+[[nodiscard]] const HouseholderKernel& avx2_householder();
+[[nodiscard]] const HouseholderKernel& avx512_householder();
 
-extern const HouseholderKernel householder_baseline;
-#if defined(__x86_64__)
-extern const HouseholderKernel householder_avx2;
-extern const HouseholderKernel householder_avx512;
-#endif
+inline constexpr KernelSet<HouseholderKernel> householder_kernels = {baseline_householder, avx2_householder,
+                                                                     avx512_householder};
 
 }  // namespace rivid::detail

@@ -1,6 +1,6 @@
 #pragma once
 
-// Included by one file an instruction set; see householder_kernel.hpp for why, and for what must not be included.
+// Included by one file an instruction set; see instruction_sets.hpp for why, and for what must not be included.
 //
 // [R; B] is eliminated in panels of eight columns. The reflector of column k has a 1 in row k of the triangle, zeros
 // in its other rows, and a vector v over the rows of the block: so the triangle costs one row a reflector.
@@ -20,15 +20,71 @@ namespace {
 constexpr std::ptrdiff_t ld = block_stride;
 constexpr int width = panel_columns;
 
-// Simd: a vector type `Vec` of `lanes` doubles, `Bits` of as many 64-bit integers; `sums`, the sums of the lanes of
-// as many vectors as there are lanes; and `keep`, which has the compiler load a value once into a register where it
-// would read it from memory for each use: with three uses that makes loads the bottleneck. Tile: reflectors whose inner products (or coefficients) with three columns fit the registers, 8 of 32 or 4
-// of 16.
-template <typename Simd, int Tile>
+// A vector of doubles: `sums`, the sums of the lanes of as many vectors as there are lanes; and `keep`, which has the
+// compiler load a value once into a register where it would read it from memory for each use: with three uses that makes
+// loads the bottleneck.
+template <int Lanes>
+struct Vectors;
+
+template <>
+struct Vectors<2> {
+  using Vec [[gnu::vector_size(16)]] = double;
+  using Bits [[gnu::vector_size(16)]] = long long;
+
+  static void keep(Vec& /*v*/) {}
+  static Vec sums(const Vec* a) {
+    return __builtin_shufflevector(a[0], a[1], 0, 2) + __builtin_shufflevector(a[0], a[1], 1, 3);
+  }
+};
+
+#if defined(__AVX2__)
+template <>
+struct Vectors<4> {
+  using Vec [[gnu::vector_size(32)]] = double;
+  using Bits [[gnu::vector_size(32)]] = long long;
+
+  static void keep(Vec& v) { asm("" : "+x"(v)); }
+  static Vec pair(Vec a, Vec b) {
+    return __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  }
+  static Vec sums(const Vec* a) {
+    const Vec low = pair(a[0], a[1]);
+    const Vec high = pair(a[2], a[3]);
+    return __builtin_shufflevector(low, high, 0, 1, 4, 5) + __builtin_shufflevector(low, high, 2, 3, 6, 7);
+  }
+};
+#endif
+
+#if defined(__AVX512F__)
+template <>
+struct Vectors<8> {
+  using Vec [[gnu::vector_size(64)]] = double;
+  using Bits [[gnu::vector_size(64)]] = long long;
+
+  static void keep(Vec& v) { asm("" : "+v"(v)); }
+  static Vec pair(Vec a, Vec b) {
+    return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14) +
+           __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  static Vec quad(Vec a, Vec b) {
+    return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13) +
+           __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+  }
+  static Vec sums(const Vec* a) {
+    const Vec low = quad(pair(a[0], a[1]), pair(a[2], a[3]));
+    const Vec high = quad(pair(a[4], a[5]), pair(a[6], a[7]));
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 8, 9, 10, 11) +
+           __builtin_shufflevector(low, high, 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+};
+#endif
+
+template <int lanes>
 class Householder {
-  using Vec = typename Simd::Vec;
-  using Bits = typename Simd::Bits;
-  static constexpr int lanes = Simd::lanes;
+  using Vec = typename Vectors<lanes>::Vec;
+  using Bits = typename Vectors<lanes>::Bits;
+  // Reflectors whose inner products (or coefficients) with three columns fit the registers: 32 of AVX-512, 16 of others.
+  static constexpr int tile_size = lanes == 8 ? 8 : 4;
 
   static Vec load(const double* p) {
     Vec v;
@@ -50,7 +106,7 @@ class Householder {
   template <int Count>
   static void lane_sums(const Vec* a, double* out) {
     for (int i = 0; i < Count; i += lanes) {
-      store(out + i, Simd::sums(a + i));
+      store(out + i, Vectors<lanes>::sums(a + i));
     }
   }
 
@@ -170,9 +226,9 @@ class Householder {
                      double* sums) {
     Vec plain[std::size_t{Count}] = {};  // NOLINT(misc-const-correctness): the first panel adds to it
     double y[std::size_t{Count}][width];
-    for (int tile = 0; tile < width; tile += Tile) {
+    for (int tile = 0; tile < width; tile += tile_size) {
       const double* const V = p.V + tile * ld;
-      Vec sum[std::size_t{Count}][std::size_t{Tile}] = {};
+      Vec sum[std::size_t{Count}][std::size_t{tile_size}] = {};
       for (std::ptrdiff_t r = 0; r < rows; r += lanes) {
         Vec b[std::size_t{Count}];
         for (int c = 0; c < Count; ++c) {
@@ -181,16 +237,16 @@ class Householder {
             plain[c] += tile == 0 ? b[c] : Vec{};
           }
         }
-        for (int i = 0; i < Tile; ++i) {
+        for (int i = 0; i < tile_size; ++i) {
           Vec v = load(V + i * ld + r);
-          Simd::keep(v);
+          Vectors<lanes>::keep(v);
           for (int c = 0; c < Count; ++c) {
             sum[c][i] += v * b[c];
           }
         }
       }
       for (int c = 0; c < Count; ++c) {
-        lane_sums<Tile>(sum[c], y[c] + tile);
+        lane_sums<tile_size>(sum[c], y[c] + tile);
       }
     }
     if constexpr (First) {
@@ -212,11 +268,11 @@ class Householder {
         store(top + part * lanes, load(top + part * lanes) - out[part]);
       }
     }
-    for (int tile = 0; tile < width; tile += Tile) {
+    for (int tile = 0; tile < width; tile += tile_size) {
       const double* const V = p.V + tile * ld;
-      Vec factor[std::size_t{Count}][std::size_t{Tile}];
+      Vec factor[std::size_t{Count}][std::size_t{tile_size}];
       for (int c = 0; c < Count; ++c) {
-        for (int i = 0; i < Tile; ++i) {
+        for (int i = 0; i < tile_size; ++i) {
           factor[c][i] = broadcast(y[c][tile + i]);
         }
       }
@@ -225,9 +281,9 @@ class Householder {
         for (int c = 0; c < Count; ++c) {
           b[c] = load(B + c * ld + r);
         }
-        for (int i = 0; i < Tile; ++i) {
+        for (int i = 0; i < tile_size; ++i) {
           Vec v = load(V + i * ld + r);
-          Simd::keep(v);
+          Vectors<lanes>::keep(v);
           for (int c = 0; c < Count; ++c) {
             b[c] -= v * factor[c][i];
           }
@@ -361,9 +417,7 @@ class Householder {
     return within(values, count, limit, [](std::ptrdiff_t, auto) {});
   }
 
-  static constexpr HouseholderKernel kernel(const char* name) {
-    return {name, lanes, eliminate, copy_within, all_within};
-  }
+  static constexpr HouseholderKernel kernel() { return {lanes, eliminate, copy_within, all_within}; }
 };
 
 }  // namespace

@@ -22,7 +22,10 @@ using detail::block_rows;
 using detail::block_stride;
 static_assert(StreamingQr::most_rows == block_rows);
 
-const detail::HouseholderKernel& kernel() { return *detail::householder_kernels().front(); }
+const detail::HouseholderKernel& kernel() {
+  static const detail::HouseholderKernel& once = detail::householder_kernels[detail::fastest()];
+  return once;
+}
 
 Index padded(Index columns) {
   return (columns + detail::panel_columns - 1) / detail::panel_columns * detail::panel_columns;
