@@ -1,0 +1,165 @@
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "odd/recipe.hpp"
+
+namespace rivid::odd {
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+// What holds for irregular and for missing samples: the controller is not what samples.
+void sampled_beside_the_controller(Recipe& r) { r.continuous = true; }
+
+constexpr std::array all = {
+    Kind{"good", "good", [](Random&, Recipe&) {}},
+
+    Kind{"coarse_encoder", "hard", [](Random& x, Recipe& r) { r.quantum = x.log_uniform(1e-4, 1e-3); }},
+    Kind{"fine_noise_encoder", "hard",
+         [](Random& x, Recipe& r) {
+           r.quantum = 1e-6;
+           r.noise = x.log_uniform(3e-5, 3e-4);
+         }},
+    Kind{"tiny_amplitude", "hard", [](Random& x, Recipe& r) { r.amplitude = x.log_uniform(0.01, 0.08); }},
+    Kind{"slow", "hard", [](Random& x, Recipe& r) { r.pace = x.log_uniform(0.05, 0.2); }},
+    Kind{"standstill", "hard",
+         [](Random& x, Recipe& r) {
+           r.motion = Recipe::Motion::moves;
+           r.dwell = x.log_uniform(1.5, 6.0);
+           r.one_still = x.chance(0.3);
+         }},
+    Kind{"friction_dominates", "hard", [](Random& x, Recipe& r) { r.friction = x.uniform(4.0, 10.0); }},
+    Kind{"low_bandwidth", "hard", [](Random& x, Recipe& r) { r.omega_n = x.log_uniform(2.0, 5.0); }},
+    Kind{"low_rate", "hard",
+         [](Random& x, Recipe& r) {
+           r.rate_hz = x.one_of(std::array{50.0, 80.0, 100.0, 125.0});
+           r.omega_n = x.uniform(4.0, 8.0);
+         }},
+    Kind{"ar_disturbance", "hard",
+         [](Random& x, Recipe& r) {
+           r.disturbance = x.log_uniform(0.01, 0.05);
+           r.disturbance_memory = x.uniform(0.95, 0.995);
+         }},
+    Kind{"coarse_current", "hard", [](Random& x, Recipe& r) { r.torque_quantum = x.log_uniform(0.01, 0.05); }},
+    Kind{"saturation", "hard", [](Random& x, Recipe& r) { r.saturation = x.uniform(0.65, 0.95); }},
+    Kind{"delay", "hard",
+         [](Random& x, Recipe& r) {
+           r.continuous = false;
+           r.delay = x.integer(1, 3);
+         }},
+    Kind{"log_subsampled", "hard",
+         [](Random& x, Recipe& r) {
+           r.continuous = false;
+           r.control_every = x.integer(4, 10);
+           r.rate_hz = x.one_of(std::array{100.0, 200.0, 250.0});
+         }},
+
+    Kind{"held_forgotten", "log",
+         [](Random&, Recipe& r) {
+           r.continuous = false;
+           r.held_known = false;
+         }},
+    Kind{"misaligned", "log", [](Random& x, Recipe& r) { r.misaligned = x.integer(2, 10); }},
+    Kind{"jitter_stamped", "log",
+         [](Random& x, Recipe& r) {
+           sampled_beside_the_controller(r);
+           r.jitter = x.log_uniform(0.02, 0.2);
+         }},
+    Kind{"jitter_hidden", "log",
+         [](Random& x, Recipe& r) {
+           sampled_beside_the_controller(r);
+           r.jitter = x.log_uniform(0.02, 0.2);
+           r.stamped = false;
+         }},
+    Kind{"dropped_stamped", "log",
+         [](Random& x, Recipe& r) {
+           sampled_beside_the_controller(r);
+           r.dropped = x.log_uniform(0.002, 0.05);
+         }},
+    Kind{"dropped_hidden", "log",
+         [](Random& x, Recipe& r) {
+           sampled_beside_the_controller(r);
+           r.dropped = x.log_uniform(0.002, 0.05);
+           r.stamped = false;
+         }},
+    Kind{"clock_1pct", "log", [](Random& x, Recipe& r) { r.clock = 1.0 + 0.01 * x.sign(); }},
+    Kind{"torque_filtered", "log", [](Random& x, Recipe& r) { r.torque_filter_hz = x.log_uniform(5.0, 20.0); }},
+    Kind{"position_filtered", "log",
+         [](Random& x, Recipe& r) { r.position_filter_hz = x.log_uniform(5.0, 20.0); }},
+    Kind{"torque_spikes", "log", [](Random& x, Recipe& r) { r.spikes = x.log_uniform(0.002, 0.02); }},
+
+    Kind{"stribeck", "physics", [](Random& x, Recipe& r) { r.stribeck = x.uniform(0.3, 1.0); }, true},
+    Kind{"asymmetric", "physics", [](Random& x, Recipe& r) { r.asymmetry = x.uniform(0.2, 0.6); }, true},
+    Kind{"load_friction", "physics", [](Random& x, Recipe& r) { r.load_friction = x.uniform(0.03, 0.12); }, true},
+    Kind{"friction_drift", "physics", [](Random& x, Recipe& r) { r.drift = x.uniform(0.2, 0.5); }, true},
+    Kind{"elastic", "physics", [](Random& x, Recipe& r) { r.elastic_hz = x.uniform(8.0, 25.0); }},
+    Kind{"ripple", "physics", [](Random& x, Recipe& r) { r.ripple = x.log_uniform(0.01, 0.08); }},
+    Kind{"payload_mid", "physics", [](Random& x, Recipe& r) { r.payload = x.uniform(0.2, 0.6); }},
+
+    Kind{"torque_sign", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::torque_sign; }},
+    Kind{"swapped", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::swapped; }},
+    Kind{"deg_rad", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::deg_rad; }},
+    Kind{"mNm", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::mNm; }},
+    Kind{"gain_20pct", "user",
+         [](Random& x, Recipe& r) {
+           r.belief = Recipe::Belief::gain;
+           r.gain_factor = 1.0 + 0.2 * x.sign();
+         }},
+    Kind{"geometry_5mm", "user",
+         [](Random&, Recipe& r) {
+           r.belief = Recipe::Belief::shifted_joint;
+           r.shift = 0.005;
+         }},
+    Kind{"geometry_1deg", "user",
+         [](Random&, Recipe& r) {
+           r.belief = Recipe::Belief::turned_joint;
+           r.turn = degree;
+         }},
+    Kind{"gravity_tilt", "user",
+         [](Random& x, Recipe& r) {
+           r.belief = Recipe::Belief::tilted;
+           r.turn = x.uniform(2.0, 6.0) * degree;
+         }},
+    Kind{"gravity_axis", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::on_a_wall; }},
+    Kind{"zero_offset", "user",
+         [](Random& x, Recipe& r) {
+           r.belief = Recipe::Belief::zero_offset;
+           r.turn = x.log_uniform(0.02, 0.15) * x.sign();
+         }},
+
+    Kind{"no_rotor", "no_rotor", [](Random&, Recipe& r) { r.rotors = false; }},
+};
+
+// The fastest loop that a sampled law keeps stable, as bandwidth times period.
+constexpr double most_bandwidth_times_period = 0.12;
+
+}  // namespace
+
+std::span<const Kind> kinds() { return all; }
+
+Recipe drawn_recipe(const Kind& kind, Random& random) {
+  Recipe out;
+  out.joints = random.integer(2, 7);
+  out.motion = random.chance(0.6) ? Recipe::Motion::fourier : Recipe::Motion::moves;
+  out.amplitude = random.uniform(0.5, 1.2);
+  out.pace = random.uniform(0.8, 1.5);
+  out.dwell = random.uniform(0.1, 0.5);
+  out.duration = random.uniform(8.0, 14.0);
+  out.continuous = random.chance(0.4);
+  out.integral = random.chance(0.5);
+  out.omega_n = random.log_uniform(8.0, 40.0);
+  out.rate_hz = random.one_of(std::array{200.0, 250.0, 500.0, 500.0, 1000.0});
+  out.quantum = random.log_uniform(1e-6, 2e-5);
+  out.noise = random.uniform(0.0, 1.0) * out.quantum;
+  out.torque_noise = random.log_uniform(0.001, 0.02);
+  out.has_reference = random.chance(0.8);
+  kind.change(random, out);
+  const double control_hz = out.rate_hz * out.control_every;
+  const int periods = 1 + out.delay;
+  out.omega_n = std::min(out.omega_n, most_bandwidth_times_period * control_hz / periods);
+  return out;
+}
+
+}  // namespace rivid::odd

@@ -1,0 +1,71 @@
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+#include <string>
+
+#include "odd/run.hpp"
+#include "tool.hpp"
+
+namespace {
+
+using namespace rivid;
+
+struct Arguments {
+  std::string kinds = "good,hard";
+  std::string method = "as-drafted";
+  std::uint64_t seed = 1;
+  std::uint64_t first = 0;
+  std::uint64_t count = 100;
+  int threads = 2;
+  bool check = false;
+  bool table_only = false;
+  std::filesystem::path records = "odd.csv";
+  std::filesystem::path keep;
+};
+
+int run(const Arguments& arguments) {
+  odd::Asked asked{.methods = {}, .check = arguments.check, .keep = arguments.keep};
+  std::istringstream methods(arguments.method);
+  for (std::string method; std::getline(methods, method, ',');) {
+    asked.methods.push_back(method);
+  }
+  odd::RecordFile file(arguments.records);
+  if (!arguments.table_only) {
+    odd::run_series({.seed = arguments.seed,
+                     .kinds = odd::kinds_of(arguments.kinds),
+                     .first = arguments.first,
+                     .count = arguments.count,
+                     .threads = arguments.threads},
+                    asked, file, true);
+  }
+  apps::print(odd::tables(file.records()));
+  return apps::success;
+}
+
+int tool(int argc, char** argv) {
+  Arguments to;
+  return apps::run_command(
+      {.name = "rivid_odd",
+       .description =
+           "Random experiments with something odd about them, as a user would have them: what rivid_identify "
+           "says of each, against the truth.",
+       .arguments =
+           {{"--kinds", "NAME",
+             "Kinds or groups, comma between: good, hard, log, physics, user, no_rotor, all", &to.kinds},
+            {"--count", "N", "Experiments, the kinds in turn", &to.count},
+            {"--first", "N", "Number of the first one of each kind", &to.first},
+            {"--seed", "N", "What all that is random follows from", &to.seed},
+            {"--method", "NAME", "as-drafted, wls, iv, or several of them, comma between", &to.method},
+            {"--check", "", "What rivid_identify check finds as well", &to.check},
+            {"--records", "FILE.csv", "One line an experiment and method; those in it are not run again",
+             &to.records},
+            {"--keep", "DIR", "Keeps the folders of what was confidently wrong or crashed", &to.keep},
+            {"--table", "", "Only prints the table of the records", &to.table_only},
+            {"--threads", "N", "Experiments at a time", &to.threads, apps::thread_range}},
+       .footer = "docs/trust.md tells what the kinds are and what the columns mean."},
+      argc, argv, [&] { return run(to); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return rivid::apps::run_tool("rivid_odd", tool, argc, argv); }

@@ -1,0 +1,264 @@
+#include "odd/records.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::odd {
+
+namespace {
+
+constexpr std::string_view header =
+    "seed,kind,number,method,used,status,outcome,material,counted,covered,rms_error,worst,worst_sigmas,"
+    "worst_percent,warnings,check,joints,rate_hz,written_s,identified_s,message";
+constexpr std::size_t columns = 21;
+
+std::string key_of(const Name& name, const std::string& method) {
+  return std::to_string(name.seed) + ' ' + name.text() + ' ' + method;
+}
+
+// Messages are the last column and may not end a line.
+std::string on_a_line(std::string text) {
+  std::ranges::replace(text, '\n', ' ');
+  std::ranges::replace(text, ',', ';');
+  return text;
+}
+
+std::string line_of(const Record& r) {
+  const Judgement& j = r.judgement;
+  std::ostringstream out;
+  out.precision(6);
+  out << r.name.seed << ',' << r.name.kind->name << ',' << r.name.number << ',' << r.method << ',' << r.used
+      << ',' << r.status << ',' << word(j.outcome) << ',' << (j.material ? 1 : 0) << ',' << j.counted << ','
+      << j.covered << ',' << j.rms_error << ',' << j.worst << ',' << j.worst_sigmas << ',' << j.worst_percent
+      << ',' << j.warnings << ',' << r.check << ',' << r.joints << ',' << r.rate_hz << ',' << r.written_s
+      << ',' << r.identified_s << ',' << on_a_line(r.message);
+  return out.str();
+}
+
+std::optional<Record> record_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) {
+    cells.push_back(cell);
+  }
+  cells.resize(std::max(cells.size(), columns));  // the message may be empty
+  const auto kind = std::ranges::find(kinds(), cells[1], &Kind::name);
+  if (kind == kinds().end()) {
+    return std::nullopt;
+  }
+  Record out{.name = {std::stoull(cells[0]), &*kind, std::stoull(cells[2])},
+             .method = cells[3],
+             .used = cells[4],
+             .status = cells[5],
+             .check = cells[15],
+             .message = cells[20],
+             .judgement = {}};
+  Judgement& j = out.judgement;
+  for (const Outcome outcome :
+       {Outcome::honest, Outcome::warned, Outcome::refused, Outcome::wrong, Outcome::crashed}) {
+    if (word(outcome) == cells[6]) {
+      j.outcome = outcome;
+    }
+  }
+  j.material = cells[7] == "1";
+  j.counted = std::stol(cells[8]);
+  j.covered = std::stol(cells[9]);
+  j.rms_error = std::stod(cells[10]);
+  j.worst = cells[11];
+  j.worst_sigmas = std::stod(cells[12]);
+  j.worst_percent = std::stod(cells[13]);
+  j.warnings = cells[14];
+  out.joints = std::stoi(cells[16]);
+  out.rate_hz = std::stod(cells[17]);
+  out.written_s = std::stod(cells[18]);
+  out.identified_s = std::stod(cells[19]);
+  return out;
+}
+
+// What a line of a table counts.
+struct Count {
+  std::array<int, 5> outcomes{};
+  int all = 0;
+  int material = 0;
+  int wrong_and_checked = 0;  // that check() has nothing against
+  bool checked = false;
+  Index counted = 0;
+  Index covered = 0;
+  double seconds = 0.0;
+
+  void add(const Record& r) {
+    ++all;
+    ++outcomes[static_cast<std::size_t>(r.judgement.outcome)];
+    material += r.judgement.material ? 1 : 0;
+    checked = checked || r.check != "-";
+    wrong_and_checked += r.judgement.outcome == Outcome::wrong && r.check.empty() ? 1 : 0;
+    counted += r.judgement.counted;
+    covered += r.judgement.covered;
+    seconds += r.identified_s;
+  }
+
+  [[nodiscard]] std::string cells() const {
+    const auto percent = [&](int part) { return fixed(100.0 * part / all, 1); };
+    std::string out = " | " + std::to_string(all);
+    for (const Outcome outcome : {Outcome::honest, Outcome::warned, Outcome::refused}) {
+      out += " | " + percent(outcomes[static_cast<std::size_t>(outcome)]);
+    }
+    out += " | **" + percent(outcomes[static_cast<std::size_t>(Outcome::wrong)]) + "** (" +
+           percent(material) + (checked ? "; " + percent(wrong_and_checked) : "") + ")";
+    out += " | " + std::to_string(outcomes[static_cast<std::size_t>(Outcome::crashed)]);
+    out +=
+        " | " + (counted > 0 ? fixed(100.0 * static_cast<double>(covered) / static_cast<double>(counted), 1)
+                             : std::string("–"));
+    return out + " | " + number(1e3 * seconds / all, 2) + " |\n";
+  }
+};
+
+std::vector<std::string_view> groups() {
+  std::vector<std::string_view> out;
+  for (const Kind& kind : kinds()) {
+    if (std::ranges::find(out, kind.group) == out.end()) {
+      out.push_back(kind.group);
+    }
+  }
+  return out;
+}
+
+std::string table(std::span<const Record> records, const std::string& method) {
+  std::map<std::string_view, Count> by_kind;
+  std::map<std::string_view, Count> by_group;
+  Count rest;
+  bool checked = false;
+  for (const Record& r : records) {
+    if (r.method == method) {
+      by_kind[r.name.kind->name].add(r);
+      by_group[r.name.kind->group].add(r);
+      rest.add(r);
+      checked = checked || r.check != "-";
+    }
+  }
+  std::string out = "Method: " + method +
+                    "\n\n| kind | N | honest % | warned % | refused % | wrong % (material" +
+                    (checked ? "; check clean too" : "") +
+                    ") | crashed | coverage % | time [ms] |\n|---|---|---|---|---|---|---|---|---|\n";
+  for (const std::string_view group : groups()) {
+    if (!by_group.contains(group)) {
+      continue;
+    }
+    out += "| **" + std::string(group) + "**" + by_group[group].cells();
+    for (const Kind& kind : kinds()) {
+      if (kind.group == group && kind.name != group && by_kind.contains(kind.name)) {
+        out += "| " + std::string(kind.name) + by_kind[kind.name].cells();
+      }
+    }
+  }
+  return out + "| **all**" + rest.cells();
+}
+
+// Geometric means over the experiments that both methods identified.
+std::string ratios(std::span<const Record> records) {
+  std::map<std::string, const Record*> by_wls;
+  for (const Record& r : records) {
+    if (r.method == "wls" && r.status == "identified") {
+      by_wls[key_of(r.name, {})] = &r;
+    }
+  }
+  std::map<std::string_view, std::pair<double, int>> sums;
+  for (const Record& r : records) {
+    const auto other = by_wls.find(key_of(r.name, {}));
+    if (r.method == "wls" || r.status != "identified" || other == by_wls.end()) {
+      continue;
+    }
+    const double ratio = r.judgement.rms_error / other->second->judgement.rms_error;
+    if (ratio > 0.0 && std::isfinite(ratio)) {
+      // A group of one kind has its name.
+      for (const std::string_view name : std::set{r.name.kind->name, r.name.kind->group}) {
+        sums[name].first += std::log(ratio);
+        ++sums[name].second;
+      }
+    }
+  }
+  if (sums.empty()) {
+    return {};
+  }
+  std::string out =
+      "\nRMS error of the other method over that of WLS, geometric mean where both identified\n\n| kind | N "
+      "| "
+      "ratio |\n|---|---|---|\n";
+  for (const std::string_view group : groups()) {
+    const auto line = [&](std::string_view name, const std::string& shown) {
+      if (const auto found = sums.find(name); found != sums.end()) {
+        const auto [sum, count] = found->second;
+        out +=
+            "| " + shown + " | " + std::to_string(count) + " | " + number(std::exp(sum / count), 3) + " |\n";
+      }
+    };
+    line(group, "**" + std::string(group) + "**");
+    for (const Kind& kind : kinds()) {
+      if (kind.group == group && kind.name != group) {
+        line(kind.name, std::string(kind.name));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+RecordFile::RecordFile(std::filesystem::path file) : file_(std::move(file)) {
+  std::ifstream in(file_);
+  std::string line;
+  if (!std::getline(in, line)) {
+    std::ofstream(file_) << header << '\n';
+    return;
+  }
+  if (line != header) {
+    throw InputError(file_.string() + ": has other columns than the records of this program");
+  }
+  while (std::getline(in, line)) {
+    if (const std::optional<Record> record = record_of(line)) {
+      records_.push_back(*record);
+      keys_.insert(key_of(record->name, record->method));
+    }
+  }
+}
+
+bool RecordFile::has(const Name& name, const std::string& method) const {
+  return keys_.contains(key_of(name, method));
+}
+
+void RecordFile::append(std::span<const Record> records) {
+  const std::lock_guard lock(mutex_);
+  std::ofstream out(file_, std::ios::app);
+  for (const Record& record : records) {
+    out << line_of(record) << '\n';
+    records_.push_back(record);
+  }
+  if (!out.flush()) {
+    throw InputError(file_.string() + ": can not be written");
+  }
+}
+
+std::string tables(std::span<const Record> records) {
+  std::vector<std::string> methods;
+  for (const Record& r : records) {
+    if (std::ranges::find(methods, r.method) == methods.end()) {
+      methods.push_back(r.method);
+    }
+  }
+  std::string out;
+  for (const std::string& method : methods) {
+    out += (out.empty() ? "" : "\n") + table(records, method);
+  }
+  return out + ratios(records);
+}
+
+}  // namespace rivid::odd
