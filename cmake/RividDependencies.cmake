@@ -8,6 +8,7 @@
 #               zeros
 #   SUNDIALS    private: CVODE integrates the closed loop
 #   Threads     private: batches of samples on several cores
+#   NLopt       private: designs excitations by its method of moving asymptotes, MIT; without it RIVID_NLOPT is off
 #   libmd       private: SHA-256 of the input files, for the provenance of a result
 #
 # A user of the static library links the private ones too, so the installed package looks for them. A user of the shared
@@ -71,4 +72,12 @@ if(NOT TARGET rivid::cvode)
       endif()
     endforeach()
   endforeach()
+endif()
+
+# Debian has the library in C and in C++, each with a config file of the same name; either will do.
+if(RIVID_NLOPT AND NOT TARGET rivid::nlopt)
+  find_dependency(NLopt)
+  add_library(rivid::nlopt INTERFACE IMPORTED)
+  target_link_libraries(rivid::nlopt INTERFACE ${NLOPT_LIBRARIES})
+  target_include_directories(rivid::nlopt SYSTEM INTERFACE ${NLOPT_INCLUDE_DIRS})
 endif()

@@ -49,6 +49,9 @@ set(RIVID_PC_REQUIRES_PRIVATE "")
 set(RIVID_PC_LIBS_PRIVATE "")
 if(NOT BUILD_SHARED_LIBS)
   set(RIVID_PC_REQUIRES_PRIVATE "orocos-kdl urdfdom pugixml libmd")
+  if(RIVID_NLOPT)
+    string(APPEND RIVID_PC_REQUIRES_PRIVATE " nlopt")
+  endif()
   # SUNDIALS comes without pkg-config files.
   get_target_property(parts rivid::cvode INTERFACE_LINK_LIBRARIES)
   foreach(part IN LISTS parts)
@@ -106,5 +109,8 @@ if(NOT BUILD_SHARED_LIBS)
   # Who links the archive links these.
   string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS
          ", liborocos-kdl-dev, liburdfdom-dev, libpugixml-dev, libmd-dev, libsundials-dev")
+  if(RIVID_NLOPT)
+    string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libnlopt-dev")
+  endif()
 endif()
 include(CPack)

@@ -13,6 +13,7 @@
 #include "rivid/data/log.hpp"
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/error.hpp"
+#include "rivid/excite/excitation.hpp"
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/monte_carlo.hpp"

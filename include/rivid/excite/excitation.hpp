@@ -1,0 +1,228 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rivid/excite/limits.hpp"
+#include "rivid/fields.hpp"
+#include "rivid/finding.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/regressor/base.hpp"
+#include "rivid/simulate/references.hpp"
+#include "rivid/types.hpp"
+
+namespace rivid {
+
+/// What a design makes small, of the covariance C of the base parameters.
+enum class Criterion {
+  information,  ///< log det C: the geometric mean of all standard deviations, whatever the units (D-optimal)
+  torque,  ///< the mean variance of the torques that are foretold along other motions within the limits (I-optimal)
+  parameters  ///< the geometric mean of the standard deviations of some parameters
+};
+
+template <>
+inline constexpr std::array names_of<Criterion> =
+    std::to_array<std::string_view>({"information", "torque", "parameters"});
+
+/// Errors that an identification will meet.
+struct TorqueNoise {
+  Vector sigma =
+      {};  ///< standard deviation of each joint's torque errors, (n); empty: 1 % of its limit [N·m | N]
+  double rate_hz =
+      0.0;  ///< at which these are independent of each other; 0: that of the motion's samples [Hz]
+
+  template <typename N = TorqueNoise>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"noise",
+              &N::sigma,
+              "standard deviation of each joint's torque errors, which decides how much each joint moves",
+              {.otherwise = "1 % of the torque limit", .unit = "N·m, N", .range = Range::above(0.0)}},
+        Field{"noise_rate_hz",
+              &N::rate_hz,
+              "rate at which errors of that size are independent of each other",
+              {.otherwise = "`rate_hz`", .unit = "Hz", .range = Range::above(0.0)}});
+  }
+};
+
+/// What design() is asked for.
+struct ExcitationOptions {
+  double duration = 15.0;  ///< of the motion, one period of its Fourier series [s]
+  int harmonics = 5;
+  Vector start = {};       ///< position at both ends, (n); empty: the design decides [rad | m]
+  double rate_hz = 500.0;  ///< of the controller that plays the motion
+  Criterion criterion = Criterion::information;
+  std::vector<std::string> parameters = {};  ///< of Criterion::parameters, by their names
+  TorqueNoise noise = {};
+  MotionLimits limits = {};
+  Matrix known = {};       ///< information of earlier logs, Σ Wᵀ W / σ², (b × b); empty: none
+  int starts = 4;          ///< random motions that the search begins with
+  std::uint64_t seed = 1;  ///< of the first one; the others have the next numbers
+  int evaluations = 400;   ///< of each start, at most; the best gets as many again
+  int samples = 0;         ///< instants at which limits are kept while searching; 0: 40 a harmonic
+  int threads = 1;         ///< that share the starts; the result is the same whatever their number
+  std::function<void(std::string_view stage, double fraction)> progress = {};
+  /// Asked now and then: true ends the search, and the best motion so far is returned.
+  std::function<bool()> stopped = {};
+
+  /// @param robot  that is to be moved
+  [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
+
+  template <typename E = ExcitationOptions>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"duration",
+              &E::duration,
+              "of the motion, one period of its Fourier series",
+              {.unit = "s", .range = Range::above(0.0)}},
+        Field{"harmonics", &E::harmonics, "of the Fourier series", {.range = Range::within(2, 50)}},
+        Field{"start",
+              &E::start,
+              "position at both ends",
+              {.otherwise = "the design decides", .unit = "rad, m"}},
+        Field{"rate_hz",
+              &E::rate_hz,
+              "rate of the controller that plays the motion, and of the log",
+              {.unit = "Hz", .range = Range::above(0.0)}},
+        Field{"criterion", &E::criterion,
+              "what is made small: `\"information\"`: the geometric mean of all standard deviations; "
+              "`\"torque\"`: the variance of torques foretold along other motions; `\"parameters\"`: the "
+              "standard deviations of those in `for`"},
+        Field{"for",
+              &E::parameters,
+              "names of base parameters, for `criterion = \"parameters\"`",
+              {.type = "list of strings", .otherwise = "–"}},
+        Field{"starts", &E::starts, "random motions that the search begins with", {.range = Range::from(1)}},
+        Field{"seed", &E::seed, "of the random motions: the same seed gives the same motion"},
+        Field{"evaluations",
+              &E::evaluations,
+              "of each start, at most; the best start gets as many again",
+              {.range = Range::from(1)}},
+        Field{"samples",
+              &E::samples,
+              "instants at which limits are kept while searching; the result is checked at every sample of "
+              "`rate_hz`, and at ten times as many instants as these",
+              {.otherwise = "40 a harmonic", .range = Range::from(0)}});
+  }
+};
+
+/// What a motion will tell of a base parameter.
+struct ForetoldParameter {
+  enum class Prospect {
+    good,   ///< a standard deviation of at most 30 % of the a-priori value
+    weak,   ///< more than that
+    unseen  ///< the motion does not show it
+  };
+  std::string name;
+  std::string unit;    ///< SI, joint side
+  double value = 0.0;  ///< a priori
+  double sigma = 0.0;  ///< standard deviation of its estimate, infinite for one that is unseen
+  double relative_sigma_percent = 0.0;  ///< 100 σ / |value|
+  Prospect prospect = Prospect::good;
+
+  template <typename R = ForetoldParameter>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"name", &R::name, "of the base parameter"}, Field{"unit", &R::unit, "SI, joint side"},
+        Field{"value", &R::value, "a priori"},
+        Field{"sigma", &R::sigma, "foretold standard deviation of its estimate"},
+        Field{"relative_sigma_percent", &R::relative_sigma_percent, "100 σ / \\|value\\|", {.unit = "%"}},
+        Field{"prospect", &R::prospect,
+              "`\"good\"`; `\"weak\"`: σ above 30 % of the a-priori value; `\"unseen\"`: the motion does not "
+              "show it"});
+  }
+};
+
+template <>
+inline constexpr std::array names_of<ForetoldParameter::Prospect> =
+    std::to_array<std::string_view>({"good", "weak", "unseen"});
+
+/// How much of a limit a motion uses.
+struct LimitUse {
+  std::string joint;
+  std::string quantity;  ///< "position", "velocity", "acceleration", "jerk", "torque"
+  std::string unit;
+  double value = 0.0;  ///< the extreme one
+  double limit = 0.0;  ///< of that side
+  double share = 0.0;  ///< of the half range: 1 where the limit is reached
+  double time = 0.0;   ///< [s]
+
+  template <typename R = LimitUse>
+  static constexpr auto fields() {
+    return std::tuple(Field{"joint", &R::joint, "name of the joint"},
+                      Field{"quantity", &R::quantity,
+                            "`\"position\"`, `\"velocity\"`, `\"acceleration\"`, `\"jerk\"` or `\"torque\"`"},
+                      Field{"unit", &R::unit, "of value and limit"},
+                      Field{"value", &R::value, "the extreme one of the motion"},
+                      Field{"limit", &R::limit, "what it may be, shares included"},
+                      Field{"share", &R::share, "how much of half the range is used: 1 reaches the limit"},
+                      Field{"time", &R::time, "when", {.unit = "s"}});
+  }
+};
+
+/// What an identification from a motion will be worth, before the robot has moved.
+struct [[nodiscard]] Forecast {
+  BaseParameters base;
+  Vector chi;                                 ///< a-priori values, (b)
+  Matrix information;                         ///< Σ Wᵀ W / σ² of the motion and of what was known, (b × b)
+  double log_det = 0.0;                       ///< of it; −∞ where it does not determine all parameters
+  double condition = 0.0;                     ///< of the weighted observation matrix
+  std::vector<ForetoldParameter> parameters;  ///< (b)
+  std::vector<LimitUse> limits;               ///< one for each limit of each joint
+  Matrix tau;                                 ///< foretold torques, (n_m × n); empty without a-priori masses
+  std::vector<Finding> findings;              ///< what was taken for granted
+};
+
+/// Foretells the standard deviations of weighted least squares from a motion: sqrt diag (M₀ + Σ_j W_jᵀ W_j / σ_j²)⁻¹.
+///
+/// @param motion   (n_m × n)
+/// @param f_m      its rate [Hz]
+/// @param options  of which noise, limits and known are used
+/// @throws InputError  where robot, motion and options do not fit together
+Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const ExcitationOptions& options);
+
+/// What one start came to.
+struct StartReport {
+  std::uint64_t seed = 0;
+  double objective_begin = 0.0;  ///< of the random motion
+  double objective_end = 0.0;
+  int evaluations = 0;
+
+  template <typename R = StartReport>
+  static constexpr auto fields() {
+    return std::tuple(Field{"seed", &R::seed, "of the random motion"},
+                      Field{"objective_begin", &R::objective_begin, "of the random motion"},
+                      Field{"objective_end", &R::objective_end, "what the search came to"},
+                      Field{"evaluations", &R::evaluations, "of the objective"});
+  }
+};
+
+/// A designed motion.
+struct [[nodiscard]] Excitation {
+  FourierSeries series;  ///< of the section [reference] of an experiment file
+  Vector t;              ///< instants at rate_hz, (n_m) [s]
+  Motion motion;         ///< at these
+  Forecast forecast;
+  std::vector<StartReport> starts;
+  Index best_start = 0;
+  bool stopped = false;  ///< whether the search was ended from outside
+};
+
+/// Designs a motion that tells as much as possible of a robot's base parameters, within limits:
+///
+///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,  subject to  q, q̇, q̈, dq̈/dt and τ within their limits
+///
+/// over the coefficients of Fourier series that begin and end at rest, q̇ = q̈ = 0. Gradients are exact; limits are soft
+/// maxima joint by joint; the method of moving asymptotes [Svanberg 2002] begins from several random motions, and the best
+/// is brought to its limits on the samples that are played. The motion that is returned keeps all limits there.
+///
+/// @throws InputError  where a limit is missing, no pose can be held at rest within the limits, no motion determines the
+///                     parameters, or an option can not be used; the message names the joint
+Excitation design(const Robot& robot, const ExcitationOptions& options);
+
+}  // namespace rivid

@@ -1,0 +1,62 @@
+#include "excite/constraints.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace rivid::detail {
+
+std::vector<SideLimit> side_limits(const MotionBounds& bounds) {
+  std::vector<SideLimit> out;
+  for (Index j = 0; j < bounds.lower.size(); ++j) {
+    const double half = 0.5 * (bounds.upper[j] - bounds.lower[j]);
+    if (std::isfinite(half)) {
+      out.push_back({Limited::position, j, 1.0, bounds.upper[j], half});
+      out.push_back({Limited::position, j, -1.0, -bounds.lower[j], half});
+    }
+    const std::array<std::pair<Limited, double>, 4> sizes = {{{Limited::velocity, bounds.velocity[j]},
+                                                              {Limited::acceleration, bounds.acceleration[j]},
+                                                              {Limited::jerk, bounds.jerk[j]},
+                                                              {Limited::torque, bounds.torque[j]}}};
+    for (const auto& [quantity, size] : sizes) {
+      for (const double side : {1.0, -1.0}) {
+        if (std::isfinite(size)) {
+          out.push_back({quantity, j, side, size, size});
+        }
+      }
+    }
+  }
+  return out;
+}
+
+Eigen::Ref<const Vector> LimitedMotion::of(const SideLimit& limit) const {
+  switch (limit.quantity) {
+    case Limited::position:
+      return motion.q.col(limit.joint);
+    case Limited::velocity:
+      return motion.qd.col(limit.joint);
+    case Limited::acceleration:
+      return motion.qdd.col(limit.joint);
+    case Limited::jerk:
+      return jerk.col(limit.joint);
+    case Limited::torque:
+      break;
+  }
+  return torque.col(limit.joint);
+}
+
+Peak peak(const SideLimit& limit, const LimitedMotion& motion) {
+  Peak out;
+  const double extreme = (limit.side * motion.of(limit)).maxCoeff(&out.sample);
+  out.value = (extreme - limit.edge) / limit.scale;
+  return out;
+}
+
+double soft_maximum(const Vector& g, double rho, Vector& share) {
+  const double most = g.maxCoeff();
+  share = (rho * (g.array() - most)).exp();
+  const double sum = share.sum();
+  share /= sum;
+  return most + std::log(sum) / rho;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,379 @@
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "excite/mma.hpp"
+#include "excite/task.hpp"
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::DenseCheck;
+using detail::FourierCurve;
+using detail::Problem;
+using detail::Task;
+
+// Soft maxima are above the maximum by log(200) / 300 = 1.8 % of half the range at most; near the end the sharper ones,
+// shifted to what the dense grid tells, by nothing.
+constexpr double first_rho = 300.0;
+constexpr double last_rho = 1000.0;
+constexpr int polishings = 3;
+// Part of a limit that is kept free for peaks that move between polishing and check.
+constexpr double reserve = 2e-4;
+constexpr Index denser = 10;
+constexpr int poses = 500;
+constexpr int draws = 20;
+// What an objective counts that is not defined.
+constexpr double undefined_objective = 1e6;
+
+std::string limit_in_words(const Task& task, Index limit) {
+  const detail::SideLimit side = detail::side_limits(task.bounds)[static_cast<std::size_t>(limit)];
+  return task.robot.joints[static_cast<std::size_t>(side.joint)].name + ": " +
+         std::string(detail::name(side.quantity));
+}
+
+// What a limit's value means: "82.1 of at most 60 N·m".
+std::string excess_in_words(const Task& task, Index limit, double value) {
+  const detail::SideLimit side = detail::side_limits(task.bounds)[static_cast<std::size_t>(limit)];
+  return limit_in_words(task, limit) + " is " + number(side.side * (side.edge + value * side.scale), 4) +
+         " where it may be " + number(side.side * side.edge, 4);
+}
+
+// The state that other motions pass through, for the torques that are foretold along them.
+Matrix torque_weight(const Task& task, double duration, int harmonics, std::uint64_t seed) {
+  constexpr Index states = 1000;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
+  const Index n = task.robot.size();
+  const MotionBounds& bounds = task.bounds;
+  const double omega = 6.28 * harmonics / duration;
+  Motion motion{.q = Matrix(states, n), .qd = Matrix(states, n), .qdd = Matrix(states, n)};
+  for (Index k = 0; k < states; ++k) {
+    for (Index j = 0; j < n; ++j) {
+      const double most = std::min(bounds.acceleration[j], bounds.velocity[j] * omega);
+      motion.q(k, j) = 0.5 * (bounds.lower[j] + bounds.upper[j]) +
+                       0.5 * (bounds.upper[j] - bounds.lower[j]) * symmetric(random);
+      motion.qd(k, j) = bounds.velocity[j] * symmetric(random);
+      motion.qdd(k, j) = most * symmetric(random);
+    }
+  }
+  detail::SampledRegressor regressor(task.robot, task.base);
+  std::vector<Matrix> W;
+  regressor.rows(motion, W);
+  Matrix out = Matrix::Zero(task.base.size(), task.base.size());
+  detail::add_information(regressor, W, task.weights, out);
+  return out / task.weights.sum();
+}
+
+detail::Objective objective_of(const Task& task, const ExcitationOptions& options) {
+  if (options.criterion == Criterion::torque) {
+    return detail::TorqueError{torque_weight(task, options.duration, options.harmonics, options.seed)};
+  }
+  if (options.criterion == Criterion::parameters) {
+    detail::Deviations out;
+    std::vector<std::string> names(task.base.parameters.size());
+    std::ranges::transform(task.base.parameters, names.begin(), &BaseParameter::name);
+    for (const std::string& wanted : options.parameters) {
+      const auto found = std::ranges::find(names, wanted);
+      if (found == names.end()) {
+        throw InputError("design: the robot has no base parameter " + in_quotes(wanted) +
+                         did_you_mean(wanted, names));
+      }
+      out.parameters.push_back(found - names.begin());
+    }
+    return out;
+  }
+  return detail::Information{};
+}
+
+// One search after the other, each with its own scratch.
+class Designer {
+ public:
+  Designer(const Robot& robot, const ExcitationOptions& options);
+
+  // Starts of all seeds on some threads, then the best of them brought to its limits.
+  Excitation designed();
+
+ private:
+  struct Found {
+    Vector rest;  // variables of the pose that the motion grew from
+    detail::MmaResult result;
+    StartReport report;
+  };
+
+  Found search(std::uint64_t seed);
+  Vector pose_at_rest(DenseCheck& check, std::mt19937_64& random) const;
+  Vector random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const;
+  detail::MmaResult improved(Problem& problem, const Vector& z, int evaluations, std::string_view stage);
+  Vector polished(const Found& best);
+  Vector shrunk(DenseCheck& check, const Vector& rest, const Vector& z) const;
+  void tell(std::string_view stage, double objective);
+  [[nodiscard]] bool is_stopped();
+  [[nodiscard]] Index samples() const {
+    return options_.samples > 0 ? options_.samples : 40 * static_cast<Index>(options_.harmonics);
+  }
+  [[nodiscard]] Index played() const {
+    return static_cast<Index>(std::floor(options_.duration * options_.rate_hz + 1e-6)) + 1;
+  }
+  [[nodiscard]] Index dense() const { return std::max(denser * samples() + 1, played()); }
+
+  const ExcitationOptions& options_;
+  std::vector<Finding> findings_;
+  Task task_;
+  FourierCurve curve_;
+  std::mutex telling_;
+  std::atomic<int> done_ = 0;
+  std::atomic<bool> stopped_ = false;
+  double best_ = std::numeric_limits<double>::infinity();
+};
+
+FourierCurve curve_of(const Robot& robot, const Task& task, const ExcitationOptions& options) {
+  if (const auto fault = missing_limit(robot, task.bounds)) {
+    throw InputError("design: " + *fault);
+  }
+  return {options.duration, options.harmonics, task.bounds, options.start};
+}
+
+Designer::Designer(const Robot& robot, const ExcitationOptions& options)
+    : options_(options),
+      task_(detail::task_of("design", robot, options, options.rate_hz, findings_)),
+      curve_(curve_of(robot, task_, options)) {
+  task_.objective = objective_of(task_, options);
+}
+
+bool Designer::is_stopped() {
+  // The question may come from several threads.
+  const std::scoped_lock lock(telling_);
+  if (!stopped_ && options_.stopped && options_.stopped()) {
+    stopped_ = true;
+  }
+  return stopped_;
+}
+
+void Designer::tell(std::string_view stage, double objective) {
+  if (!options_.progress) {
+    return;
+  }
+  const int total = (options_.starts + 1) * options_.evaluations;
+  const std::scoped_lock lock(telling_);
+  best_ = std::min(best_, objective);
+  options_.progress(std::string(stage) + ", " + number(-best_, 5),
+                    std::min(1.0, static_cast<double>(++done_) / total));
+}
+
+Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const {
+  std::uniform_real_distribution<double> within(0.1, 0.9);
+  const MotionBounds& bounds = task_.bounds;
+  double least = std::numeric_limits<double>::infinity();
+  Index limit = 0;
+  for (int k = 0; k < (curve_.starts_fixed() ? 1 : poses); ++k) {
+    Vector pose(curve_.joints());
+    for (Index j = 0; j < pose.size(); ++j) {
+      pose[j] = bounds.lower[j] + within(random) * (bounds.upper[j] - bounds.lower[j]);
+    }
+    const Vector z = curve_.at_rest(pose);
+    Index at = 0;
+    const double worst = check(z).maxCoeff(&at);
+    if (worst < -reserve) {
+      return z;
+    }
+    if (worst < least) {
+      least = worst;
+      limit = at;
+    }
+  }
+  throw InputError(std::string("design: ") +
+                   (curve_.starts_fixed()
+                        ? "the robot can not rest at start within its limits: "
+                        : "no pose was found in which the robot can rest within its limits; in the "
+                          "best of " +
+                              std::to_string(poses) + " random ones ") +
+                   excess_in_words(task_, limit, least));
+}
+
+// A random motion about the pose, as large as the limits allow.
+Vector Designer::random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const {
+  constexpr int shrinkings = 60;
+  constexpr double factor = 0.8;
+  std::normal_distribution<double> normal;
+  Vector worst;
+  for (int draw = 0; draw < draws; ++draw) {
+    Vector step(rest.size());
+    for (double& x : step) {
+      x = normal(random);
+    }
+    for (Index j = 0; !curve_.starts_fixed() && j < curve_.joints(); ++j) {
+      step[j * curve_.per_joint()] = 0.0;
+    }
+    for (int k = 0; k < shrinkings; ++k, step *= factor) {
+      const Problem::Value value = problem(rest + step);
+      if (value.limits.maxCoeff() <= 0.0) {
+        if (value.defined) {
+          return rest + step;
+        }
+        break;
+      }
+      worst = value.limits;
+    }
+  }
+  throw InputError("design: no motion within the limits was found that determines all base parameters, in " +
+                   std::to_string(draws) + " random ones; " +
+                   (worst.size() > 0 ? [&] {
+                     Index at = 0;
+                     (void)worst.maxCoeff(&at);
+                     return limit_in_words(task_, at) + " leaves the least room";
+                   }()
+                                     : std::string("a longer duration gives more room")));
+}
+
+detail::MmaResult Designer::improved(Problem& problem, const Vector& z, int evaluations,
+                                     std::string_view stage) {
+  // Differences of the objective below 1 % of a standard deviation of all parameters matter to nobody.
+  const double tolerance = 2e-3;
+  return detail::minimised(
+      [&](const Vector& at, Vector& gradient, Matrix& jacobian) -> detail::MmaValue {
+        Problem::Value value = problem(at, &gradient, &jacobian);
+        if (!value.defined) {
+          gradient.setZero(problem.variables());
+          jacobian.setZero(problem.variables(), problem.limits());
+          value.objective = undefined_objective;
+        } else if (value.limits.maxCoeff() <= 0.0) {
+          tell(stage, value.objective);
+        }
+        return {value.objective, std::move(value.limits)};
+      },
+      z, {.tolerance = tolerance, .evaluations = evaluations, .stopped = [this] { return is_stopped(); }});
+}
+
+Designer::Found Designer::search(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  DenseCheck check(task_, curve_, 2);
+  Problem problem(task_, curve_, samples(), first_rho);
+  Found out;
+  out.rest = pose_at_rest(check, random);
+  const Vector begin = random_motion(problem, out.rest, random);
+  out.report.seed = seed;
+  out.report.objective_begin = problem(begin).objective;
+  out.result = improved(problem, begin, options_.evaluations, "start " + std::to_string(seed));
+  out.report.objective_end = out.result.objective;
+  out.report.evaluations = out.result.evaluations;
+  return out;
+}
+
+// The largest part of a motion that keeps all limits on the dense grid; at rest it does.
+Vector Designer::shrunk(DenseCheck& check, const Vector& rest, const Vector& z) const {
+  double part = 1.0;
+  for (double step = 1e-4; part > 0.0; part -= step, step *= 1.3) {
+    const Vector at = rest + part * (z - rest);
+    if (check(at).maxCoeff() <= 0.0) {
+      return at;
+    }
+  }
+  return rest;
+}
+
+Vector Designer::polished(const Found& best) {
+  Problem problem(task_, curve_, samples(), last_rho);
+  DenseCheck check(task_, curve_, dense());
+  Vector z = best.result.z;
+  Vector kept = shrunk(check, best.rest, z);
+  double objective = problem(kept).objective;
+  for (int k = 0; k < polishings && !is_stopped(); ++k) {
+    problem.shift(z, check(z).array() + reserve);
+    z = improved(problem, z, options_.evaluations / polishings, "polishing").z;
+    const Vector candidate = shrunk(check, best.rest, z);
+    const Problem::Value value = problem(candidate);
+    if (value.defined && value.objective < objective) {
+      kept = candidate;
+      objective = value.objective;
+    }
+  }
+  return kept;
+}
+
+Excitation Designer::designed() {
+  const auto starts = static_cast<std::size_t>(options_.starts);
+  std::vector<Found> found(starts);
+  std::vector<std::exception_ptr> faults(starts);
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t k = next++; k < starts; k = next++) {
+      try {
+        found[k] = search(options_.seed + k);
+      } catch (...) {
+        faults[k] = std::current_exception();
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 1; t < std::min(options_.threads, options_.starts); ++t) {
+      threads.emplace_back(work);
+    }
+    work();
+  }
+  Excitation out;
+  const Found* best = nullptr;
+  for (std::size_t k = 0; k < starts; ++k) {
+    if (faults[k]) {
+      continue;
+    }
+    out.starts.push_back(found[k].report);
+    if (best == nullptr || found[k].result.objective < best->result.objective) {
+      best = &found[k];
+      out.best_start = std::ssize(out.starts) - 1;
+    }
+  }
+  if (best == nullptr) {
+    std::rethrow_exception(faults.front());
+  }
+  const Vector z = polished(*best);
+  out.stopped = stopped_;
+  out.series = curve_.series(z);
+  out.t = Vector::LinSpaced(played(), 0.0, static_cast<double>(played() - 1) / options_.rate_hz);
+  out.motion = curve_.motion(curve_.tables(out.t), curve_.coefficients(z));
+  out.forecast = forecast(task_.robot, out.motion, options_.rate_hz, options_);
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) const {
+  const Index n = robot.size();
+  if (auto fault = range_fault(*this)) {
+    return fault;
+  }
+  if (auto fault = limits.complaint(n)) {
+    return fault;
+  }
+  if (noise.sigma.size() != 0 && (noise.sigma.size() != n || !(noise.sigma.array() > 0.0).all())) {
+    return "noise must have one positive number for each of the " + counted(n, "joint");
+  }
+  if (start.size() != 0 && start.size() != n) {
+    return "start has " + counted(start.size(), "entry") + ", must have one for each of the " +
+           counted(n, "joint");
+  }
+  if ((criterion == Criterion::parameters) == parameters.empty()) {
+    return parameters.empty() ? "criterion = \"parameters\" must say for which"
+                              : "parameters are named, which goes with criterion = \"parameters\"";
+  }
+  if (!(duration * rate_hz >= 10.0)) {
+    return "duration is " + number(duration) + " s, must be at least ten samples of " + number(rate_hz) +
+           " Hz";
+  }
+  return std::nullopt;
+}
+
+Excitation design(const Robot& robot, const ExcitationOptions& options) {
+  return Designer(robot, options).designed();
+}
+
+}  // namespace rivid

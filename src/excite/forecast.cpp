@@ -1,0 +1,203 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "excite/task.hpp"
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::Limited;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// That of an identification, see Verdict; the interval holds no zero then.
+constexpr double weak_percent = 30.0;
+// Deviation of the torque errors where nothing is said of them, as a part of the limit.
+constexpr double usual_noise = 0.01;
+
+Vector noise_of(std::string_view who, const Robot& robot, const ExcitationOptions& options,
+                std::vector<Finding>& findings) {
+  if (options.noise.sigma.size() > 0) {
+    return options.noise.sigma;
+  }
+  Vector out(robot.size());
+  for (Index j = 0; j < robot.size(); ++j) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    const double limit = options.limits.torque.size() > 0 ? options.limits.torque[j] : joint.max_effort;
+    if (!std::isfinite(limit)) {
+      throw InputError(
+          std::string(who) + ": " + joint.name +
+          ": neither its torque errors nor its torque limit are known; give noise, their standard "
+          "deviation in N·m or N");
+    }
+    out[j] = usual_noise * limit;
+  }
+  findings.push_back(
+      Finding{"noise_assumed", robot.name,
+              "torque errors are taken for 1 % of the torque limits; foretold standard deviations "
+              "are in proportion to them"});
+  return out;
+}
+
+Matrix known_of(std::string_view who, const ExcitationOptions& options, Index b) {
+  if (options.known.size() == 0) {
+    return Matrix::Zero(b, b);
+  }
+  if (options.known.rows() != b || options.known.cols() != b) {
+    throw InputError(std::string(who) + ": known is (" + std::to_string(options.known.rows()) + " × " +
+                     std::to_string(options.known.cols()) +
+                     "), must have a row and a column for each of the " + counted(b, "base parameter"));
+  }
+  return options.known;
+}
+
+ForetoldParameter foretold(const BaseParameter& parameter, double value, double sigma) {
+  using enum ForetoldParameter::Prospect;
+  ForetoldParameter out{.name = parameter.name, .unit = parameter.unit, .value = value, .sigma = sigma};
+  out.relative_sigma_percent = value == 0.0 ? infinity : 100.0 * sigma / std::abs(value);
+  if (!std::isfinite(sigma)) {
+    out.prospect = unseen;
+  } else if (out.relative_sigma_percent > weak_percent) {
+    out.prospect = weak;
+  }
+  return out;
+}
+
+std::string unit_of(Limited quantity, JointType type) {
+  const bool turns = type == JointType::revolute;
+  switch (quantity) {
+    case Limited::position:
+      return turns ? "rad" : "m";
+    case Limited::velocity:
+      return turns ? "rad/s" : "m/s";
+    case Limited::acceleration:
+      return turns ? "rad/s²" : "m/s²";
+    case Limited::jerk:
+      return turns ? "rad/s³" : "m/s³";
+    case Limited::torque:
+      break;
+  }
+  return turns ? "N·m" : "N";
+}
+
+// Central differences, one-sided at the ends.
+Matrix derivative(const Matrix& x, double f_m) {
+  const Index N = x.rows();
+  Matrix out = Matrix::Zero(N, x.cols());
+  for (Index k = 0; N > 1 && k < N; ++k) {
+    const Index before = std::max<Index>(k - 1, 0);
+    const Index after = std::min(k + 1, N - 1);
+    out.row(k) = (x.row(after) - x.row(before)) * (f_m / static_cast<double>(after - before));
+  }
+  return out;
+}
+
+// Of both sides of a limit the one that is nearer.
+std::vector<LimitUse> uses(const Robot& robot, const MotionBounds& bounds,
+                           const detail::LimitedMotion& motion, double f_m) {
+  std::vector<LimitUse> out;
+  const std::vector<detail::SideLimit> sides = detail::side_limits(bounds);
+  for (std::size_t l = 0; l + 1 < sides.size(); l += 2) {
+    const detail::Peak upper = detail::peak(sides[l], motion);
+    const detail::Peak lower = detail::peak(sides[l + 1], motion);
+    const detail::SideLimit& nearer = upper.value >= lower.value ? sides[l] : sides[l + 1];
+    const detail::Peak& at = upper.value >= lower.value ? upper : lower;
+    const Joint& joint = robot.joints[static_cast<std::size_t>(nearer.joint)];
+    out.push_back({.joint = joint.name,
+                   .quantity = std::string(detail::name(nearer.quantity)),
+                   .unit = unit_of(nearer.quantity, joint.type),
+                   .value = motion.of(nearer)[at.sample],
+                   .limit = nearer.side * nearer.edge,
+                   .share = 1.0 + at.value,
+                   .time = static_cast<double>(at.sample) / f_m});
+  }
+  return out;
+}
+
+}  // namespace
+
+namespace detail {
+
+std::string_view name(Limited quantity) {
+  switch (quantity) {
+    case Limited::position:
+      return "position";
+    case Limited::velocity:
+      return "velocity";
+    case Limited::acceleration:
+      return "acceleration";
+    case Limited::jerk:
+      return "jerk";
+    case Limited::torque:
+      break;
+  }
+  return "torque";
+}
+
+Task task_of(std::string_view who, const Robot& robot, const ExcitationOptions& options, double rate_hz,
+             std::vector<Finding>& findings) {
+  if (const auto fault = robot.complaint()) {
+    throw InputError(std::string(who) + ": " + *fault);
+  }
+  if (const auto fault = options.complaint(robot)) {
+    throw InputError(std::string(who) + ": " + *fault);
+  }
+  Task out{.robot = robot,
+           .base = base_parameters(robot),
+           .chi = {},
+           .weights = {},
+           .known = {},
+           .objective = Information{},
+           .bounds = motion_bounds(robot, options.limits)};
+  findings.insert(findings.end(), out.bounds.findings.begin(), out.bounds.findings.end());
+  if (out.bounds.torque.array().isFinite().any()) {
+    out.chi = out.base.from_standard(robot.chi_st());
+  }
+  const double rate = options.noise.rate_hz > 0.0 ? options.noise.rate_hz : rate_hz;
+  out.weights = rate * noise_of(who, robot, options, findings).array().square().inverse();
+  out.known = known_of(who, options, out.base.size());
+  return out;
+}
+
+}  // namespace detail
+
+Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const ExcitationOptions& options) {
+  if (!(f_m > 0.0)) {
+    throw InputError("forecast: the rate of the motion is " + number(f_m) + " Hz, must be positive");
+  }
+  Forecast out;
+  const detail::Task task = detail::task_of("forecast", robot, options, f_m, out.findings);
+  RegressorBatch(robot, task.base.columns()).require("forecast", motion, 0, motion.samples());
+  detail::SampledRegressor regressor(robot, task.base);
+  out.information = task.known;
+  constexpr Index chunk = 256;
+  std::vector<Matrix> W;
+  for (Index first = 0; first < motion.samples(); first += chunk) {
+    const Index count = std::min(chunk, motion.samples() - first);
+    regressor.rows({.q = motion.q.middleRows(first, count),
+                    .qd = motion.qd.middleRows(first, count),
+                    .qdd = motion.qdd.middleRows(first, count)},
+                   W);
+    detail::add_information(regressor, W, task.weights / f_m, out.information);
+  }
+  const detail::Spread spread = detail::spread(out.information);
+  out.log_det = spread.log_det;
+  out.condition = spread.condition;
+  out.base = task.base;
+  out.chi = task.base.from_standard(robot.chi_st());
+  for (Index i = 0; i < task.base.size(); ++i) {
+    out.parameters.push_back(
+        foretold(task.base.parameters[static_cast<std::size_t>(i)], out.chi[i], spread.sigma[i]));
+  }
+  if (task.chi.size() > 0) {
+    out.tau = detail::foretold_torques(regressor, motion, task.chi);
+  }
+  const Matrix jerk = derivative(motion.qdd, f_m);
+  out.limits = uses(robot, task.bounds, {motion, jerk, out.tau}, f_m);
+  return out;
+}
+
+}  // namespace rivid

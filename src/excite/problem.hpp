@@ -1,0 +1,88 @@
+#pragma once
+
+#include <vector>
+
+#include "excite/constraints.hpp"
+#include "excite/curve.hpp"
+#include "excite/information.hpp"
+#include "excite/sampled_regressor.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/types.hpp"
+
+namespace rivid::detail {
+
+/// What a motion is designed for, and within what.
+struct Task {
+  Robot robot;
+  BaseParameters base;
+  Vector chi;      ///< a-priori values, (b); empty where torques are not limited
+  Vector weights;  ///< rows a second over the variance of their errors, (n)
+  Matrix known;    ///< information that is there already, (b × b)
+  Objective objective;
+  MotionBounds bounds;
+};
+
+/// The robot with Coulomb friction that is smooth at reversals, where it is not so already.
+[[nodiscard]] Robot smoothed(Robot robot, double sign_speed);
+
+/// Torques of a motion by the a-priori model, (samples × n).
+[[nodiscard]] Matrix foretold_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi);
+
+/// The objective and all limits as functions of the variables of a curve, on instants in the middle of equal intervals.
+class Problem {
+ public:
+  struct Value {
+    bool defined = false;  ///< whether the motion determines all parameters
+    double objective = 0.0;
+    Vector limits = {};  ///< soft maxima with their shifts, not positive where they hold
+  };
+
+  /// @param samples  instants
+  /// @param rho      sharpness of the soft maxima
+  Problem(const Task& task, const FourierCurve& curve, Index samples, double rho);
+
+  [[nodiscard]] Index variables() const { return curve_.variables(); }
+  [[nodiscard]] Index limits() const { return std::ssize(limits_); }
+  [[nodiscard]] const FourierCurve& curve() const { return curve_; }
+
+  /// @param gradient  where wanted: of the objective, (variables)
+  /// @param jacobian  where wanted: of the limits, (variables × limits)
+  [[nodiscard]] Value operator()(const Vector& z, Vector* gradient = nullptr, Matrix* jacobian = nullptr);
+
+  /// Moves each limit, so that its soft maximum tells what is found elsewhere: on a denser grid.
+  void shift(const Vector& z, const Vector& found);
+
+ private:
+  struct Sampled;
+
+  [[nodiscard]] Matrix limit_slopes(const Sampled& at, std::span<const Vector> shares,
+                                    std::span<const Slopes> of_torque) const;
+
+  const Task& task_;
+  const FourierCurve& curve_;
+  SampledRegressor regressor_;
+  double rho_;
+  FunctionTables tables_;
+  Vector weights_;  // of one sample, (n)
+  std::vector<SideLimit> limits_;
+  Vector shifts_;
+  std::vector<Matrix> W_;
+};
+
+/// Limits on a grid as dense as the motion is played, with friction as it is.
+class DenseCheck {
+ public:
+  DenseCheck(const Task& task, const FourierCurve& curve, Index samples);
+
+  /// Largest value of each limit, in the order of the problem's.
+  [[nodiscard]] Vector operator()(const Vector& z);
+
+ private:
+  const Task& task_;
+  const FourierCurve& curve_;
+  SampledRegressor regressor_;
+  FunctionTables tables_;
+  std::vector<SideLimit> limits_;
+};
+
+}  // namespace rivid::detail

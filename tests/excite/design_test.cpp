@@ -1,0 +1,267 @@
+// Designed motions: limits, rest, what they tell, and bad input.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "rivid/error.hpp"
+#include "rivid/excite/excitation.hpp"
+#include "rivid/identify/covariance.hpp"
+#include "rivid/model/urdf.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+Robot arm() {
+  Robot robot = read_urdf(RIVID_DATA "/six_axis/six_axis.urdf");
+  for (Joint& joint : robot.joints) {
+    joint.friction = Friction::coulomb;
+  }
+  return robot;
+}
+
+ExcitationOptions quick() {
+  ExcitationOptions out{.duration = 8.0, .starts = 1, .evaluations = 60};
+  out.limits.acceleration = Vector::Constant(6, 12.0);
+  return out;
+}
+
+// One design, for the tests that only look at it.
+const Excitation& usual() {
+  static const Excitation found = design(arm(), quick());
+  return found;
+}
+
+std::string message(const Robot& robot, const ExcitationOptions& options) {
+  try {
+    (void)design(robot, options);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+// Torques by other code than the design's: the recursion of DynamicModel, sample by sample.
+Matrix torques(const Robot& robot, const Motion& motion) {
+  InverseDynamics dynamics(DynamicModel(robot, robot.chi_st()));
+  Matrix out(motion.samples(), motion.joints());
+  Vector tau(motion.joints());
+  for (Index k = 0; k < motion.samples(); ++k) {
+    dynamics.torque(Vector(motion.q.row(k)), Vector(motion.qd.row(k)), Vector(motion.qdd.row(k)), tau);
+    out.row(k) = tau;
+  }
+  return out;
+}
+
+Motion sampled(const FourierSeries& series, Index samples) {
+  const FourierReference reference(series);
+  const Index n = reference.joints();
+  Motion out{.q = Matrix(samples, n), .qd = Matrix(samples, n), .qdd = Matrix(samples, n)};
+  Vector q(n);
+  Vector qd(n);
+  Vector qdd(n);
+  for (Index k = 0; k < samples; ++k) {
+    reference.at(series.duration * static_cast<double>(k) / static_cast<double>(samples - 1), q, qd, qdd);
+    out.q.row(k) = q;
+    out.qd.row(k) = qd;
+    out.qdd.row(k) = qdd;
+  }
+  return out;
+}
+
+TEST(Design, KeepsAllLimitsOnTenTimesDenserInstants) {
+  const Robot robot = arm();
+  const ExcitationOptions options = quick();
+  const Excitation& found = usual();
+  const MotionBounds bounds = motion_bounds(robot, options.limits);
+  // 4001 samples are played.
+  const Motion motion = sampled(found.series, 40001);
+  const Matrix tau = torques(robot, motion);
+  constexpr double excess = 1e-3;  // of the limit, between the samples that are played
+  for (Index j = 0; j < 6; ++j) {
+    EXPECT_LE(motion.q.col(j).maxCoeff(), bounds.upper[j] + excess);
+    EXPECT_GE(motion.q.col(j).minCoeff(), bounds.lower[j] - excess);
+    EXPECT_LE(motion.qd.col(j).cwiseAbs().maxCoeff(), bounds.velocity[j] * (1.0 + excess));
+    EXPECT_LE(motion.qdd.col(j).cwiseAbs().maxCoeff(), bounds.acceleration[j] * (1.0 + excess));
+    EXPECT_LE(tau.col(j).cwiseAbs().maxCoeff(), bounds.torque[j] * (1.0 + excess));
+  }
+  for (const LimitUse& use : found.forecast.limits) {
+    EXPECT_LE(use.share, 1.0) << use.joint << " " << use.quantity;
+  }
+  // Some limit is used to the full, or the motion could be larger.
+  EXPECT_GE(std::ranges::max(found.forecast.limits, {}, &LimitUse::share).share, 0.99);
+}
+
+TEST(Design, BeginsAndEndsAtRest) {
+  const Excitation& found = usual();
+  EXPECT_EQ(found.t[0], 0.0);
+  EXPECT_NEAR(found.t[found.t.size() - 1], 8.0, 1e-9);
+  for (const Index k : {Index(0), found.t.size() - 1}) {
+    EXPECT_LE(found.motion.qd.row(k).cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_LE(found.motion.qdd.row(k).cwiseAbs().maxCoeff(), 1e-9);
+  }
+}
+
+TEST(Design, TellsMoreThanTheRandomMotionThatItBeganWith) {
+  const Excitation& found = usual();
+  ASSERT_EQ(found.starts.size(), 1U);
+  const double gain = found.starts.front().objective_begin - found.starts.front().objective_end;
+  // 58 parameters: their mean deviation falls to a tenth and less.
+  EXPECT_GE(gain, 2.0 * 58.0 * std::log(10.0) * 0.5);
+}
+
+TEST(Design, OfOneSeedIsTheSameWhateverTheThreads) {
+  ExcitationOptions options = quick();
+  options.starts = 2;
+  options.evaluations = 20;
+  const Excitation one = design(arm(), options);
+  options.threads = 2;
+  const Excitation two = design(arm(), options);
+  EXPECT_EQ(one.motion.q, two.motion.q);
+  options.seed = 77;
+  EXPECT_NE(design(arm(), options).motion.q, one.motion.q);
+}
+
+TEST(Design, KeepsJerkLimits) {
+  ExcitationOptions options = quick();
+  options.limits.jerk = Vector::Constant(6, 30.0);
+  const Excitation found = design(arm(), options);
+  const double f_m = options.rate_hz;
+  const Matrix jerk =
+      f_m * (found.motion.qdd.bottomRows(found.t.size() - 1) - found.motion.qdd.topRows(found.t.size() - 1));
+  EXPECT_LE(jerk.cwiseAbs().maxCoeff(), 30.0);
+}
+
+TEST(Design, BeginsWhereItIsTold) {
+  ExcitationOptions options = quick();
+  options.start = Vector::Constant(6, 0.2);
+  const Excitation found = design(arm(), options);
+  EXPECT_LE((found.motion.q.row(0).transpose() - options.start).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LE((found.motion.q.bottomRows(1).transpose() - options.start).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(Design, ForSomeParametersTellsMoreOfThem) {
+  ExcitationOptions options = quick();
+  options.starts = 3;
+  const auto sigma = [](const Excitation& found, const std::string& name) {
+    return std::ranges::find(found.forecast.parameters, name, &ForetoldParameter::name)->sigma;
+  };
+  const Excitation of_all = design(arm(), options);
+  options.criterion = Criterion::parameters;
+  options.parameters = {"MX6", "MY6"};
+  const Excitation found = design(arm(), options);
+  EXPECT_LT(sigma(found, "MX6") * sigma(found, "MY6"), sigma(of_all, "MX6") * sigma(of_all, "MY6"));
+}
+
+TEST(Design, KnowsEarlierLogs) {
+  ExcitationOptions options = quick();
+  options.evaluations = 100;
+  const Excitation first = design(arm(), options);
+  options.known = first.forecast.information;
+  options.seed = 2;
+  const Excitation second = design(arm(), options);
+  // The first motion once more would add b log 2.
+  const double twice =
+      first.forecast.log_det + static_cast<double>(first.forecast.base.size()) * std::log(2.0);
+  EXPECT_GT(second.forecast.log_det, twice);
+}
+
+TEST(Design, StopsWhenItIsTold) {
+  ExcitationOptions options = quick();
+  options.evaluations = 100000;
+  int asked = 0;
+  options.stopped = [&] { return ++asked > 30; };
+  const Excitation found = design(arm(), options);
+  EXPECT_TRUE(found.stopped);
+  EXPECT_LE(found.starts.front().evaluations, 40);
+  EXPECT_LE(std::ranges::max(found.forecast.limits, {}, &LimitUse::share).share, 1.0);
+}
+
+TEST(Design, RefusesAJointThatGravityPins) {
+  ExcitationOptions options = quick();
+  options.limits.torque = Vector::Constant(6, 100.0);
+  options.limits.torque[1] = 0.5;
+  options.limits.lower = Vector::Constant(6, 1.0);
+  options.limits.upper = Vector::Constant(6, 1.5);
+  const std::string said = message(arm(), options);
+  EXPECT_NE(
+      said.find("design: no pose was found in which the robot can rest within its limits; in the best of "
+                "500 random ones joint_2: torque is "),
+      std::string::npos)
+      << said;
+}
+
+TEST(Design, RefusesAStartBeyondTheLimits) {
+  ExcitationOptions options = quick();
+  options.start = Vector::Zero(6);
+  options.start[4] = 3.0;
+  EXPECT_EQ(
+      message(arm(), options),
+      "design: the robot can not rest at start within its limits: joint_5: position is 3 where it may be "
+      "2.219");
+}
+
+TEST(Design, RefusesOptionsByName) {
+  ExcitationOptions options = quick();
+  options.harmonics = 1;
+  EXPECT_EQ(message(arm(), options), "design: harmonics is 1, must lie between 2 and 50");
+  options = quick();
+  options.criterion = Criterion::parameters;
+  EXPECT_EQ(message(arm(), options), "design: criterion = \"parameters\" must say for which");
+  options.parameters = {"MX7"};
+  EXPECT_NE(message(arm(), options).find("design: the robot has no base parameter \"MX7\"; did you mean"),
+            std::string::npos);
+  options = quick();
+  options.noise.sigma = Vector::Constant(2, 1.0);
+  EXPECT_EQ(message(arm(), options), "design: noise must have one positive number for each of the 6 joints");
+}
+
+TEST(Forecast, IsTheDeviationBoundOfAnExactLog) {
+  const Robot robot = arm();
+  ExcitationOptions options = quick();
+  options.noise.sigma = Vector::LinSpaced(6, 1.0, 0.2);
+  const Excitation found = design(robot, options);
+  Log log;
+  log.f_m = options.rate_hz;
+  log.t = found.t;
+  log.q = found.motion.q;
+  log.tau = found.forecast.tau;
+  const Vector bound = deviation_bound(robot, log, options.noise.sigma);
+  // That one leaves out samples at reversals, here one in fifty.
+  for (Index i = 0; i < bound.size(); ++i) {
+    EXPECT_NEAR(found.forecast.parameters[static_cast<std::size_t>(i)].sigma, bound[i], 0.03 * bound[i]);
+  }
+}
+
+TEST(Forecast, NamesWhatAMotionDoesNotShow) {
+  const Robot robot = arm();
+  Motion motion = sampled(usual().series, 2001);
+  motion.q.col(5).setConstant(0.3);
+  motion.qd.col(5).setZero();
+  motion.qdd.col(5).setZero();
+  const Forecast found = forecast(robot, motion, 250.0, quick());
+  EXPECT_TRUE(std::isinf(found.log_det));
+  const auto prospect = [&](const std::string& name) {
+    return std::ranges::find(found.parameters, name, &ForetoldParameter::name)->prospect;
+  };
+  EXPECT_EQ(prospect("Fv6"), ForetoldParameter::Prospect::unseen);
+  EXPECT_EQ(prospect("Fc6"), ForetoldParameter::Prospect::unseen);
+  EXPECT_NE(prospect("Fv1"), ForetoldParameter::Prospect::unseen);
+}
+
+TEST(Forecast, FallsWithTheRootOfTheRateOfIndependentErrors) {
+  const Robot robot = arm();
+  ExcitationOptions options = quick();
+  const Motion motion = sampled(usual().series, 2001);
+  const double fine = forecast(robot, motion, 250.0, options).parameters.front().sigma;
+  options.noise.rate_hz = 25.0;
+  const double coarse = forecast(robot, motion, 250.0, options).parameters.front().sigma;
+  EXPECT_NEAR(coarse / fine, std::sqrt(10.0), 1e-9);
+}
+
+}  // namespace
+}  // namespace rivid
