@@ -62,8 +62,8 @@ JointFriction drawn_friction(const Recipe& recipe, double rms, double speed, Ran
   const double skew = recipe.asymmetry * random.sign();
   out.Fc_plus = Fc * (1.0 + 0.5 * skew);
   out.Fc_minus = Fc * (1.0 - 0.5 * skew);
-  out.Fv_plus = Fv * (1.0 + skew);
-  out.Fv_minus = Fv * (1.0 - skew);
+  out.Fv_plus = Fv * (1.0 + 0.5 * skew);
+  out.Fv_minus = Fv * (1.0 - 0.5 * skew);
   out.offset = random.uniform(-0.2, 0.2) * Fc;
   out.stribeck = recipe.stribeck * Fc;
   out.stribeck_speed = random.uniform(0.05, 0.2) * speed;

@@ -74,9 +74,10 @@ fs::path drafted(const Truth& truth, const fs::path& folder) {
 Experiment read_for(const fs::path& file, const std::string& method) {
   Experiment out = read_experiment(file);
   if (method == "iv" && !out.control) {
-    const std::vector<std::string> settings = {"method.follows=measured", "method.reference_cutoff_hz=10",
-                                               "control.law=pd",          "control.omega_n=20",
-                                               "control.zeta=1",          "control.assumed=true"};
+    const std::vector<std::string> settings = {
+        "method.follows=measured", "method.reference_cutoff_hz=10",   "control.law=pd",
+        "control.omega_n=20",      "control.reference_velocity=true", "control.zeta=1",
+        "control.assumed=true"};
     out = read_experiment(file, Use::identification, settings);
   }
   if (method != "as-drafted") {
@@ -169,8 +170,8 @@ std::vector<Record> carried_out(const Name& name, const Asked& asked) {
         record.check = checked(experiment);
       }
     });
-    const bool worth_it =
-        record.judgement.outcome == Outcome::wrong || record.judgement.outcome == Outcome::crashed;
+    const bool worth_it = asked.keep_all || record.judgement.outcome == Outcome::wrong ||
+                          record.judgement.outcome == Outcome::crashed;
     if (!asked.keep.empty() && worth_it) {
       keep(folder.path(), asked.keep / (name.text() + '_' + method));
     }

@@ -27,8 +27,8 @@ struct Record {
 struct Asked {
   std::vector<std::string> methods = {"as-drafted"};
   bool check = false;
-  std::filesystem::path keep =
-      {};  ///< folder for the folders of what was confidently wrong or crashed; empty: none
+  std::filesystem::path keep = {};  ///< where folders are kept; empty: nowhere
+  bool keep_all = false;            ///< not only those of what was confidently wrong or crashed
 };
 
 /// Writes one experiment into a folder of its own, drafts its experiment file as `rivid_identify init` does, and

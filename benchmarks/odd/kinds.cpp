@@ -39,8 +39,8 @@ constexpr std::array all = {
          }},
     Kind{"ar_disturbance", "hard",
          [](Random& x, Recipe& r) {
-           r.disturbance = x.log_uniform(0.01, 0.05);
-           r.disturbance_memory = x.uniform(0.95, 0.995);
+           r.disturbance = x.log_uniform(0.005, 0.03);
+           r.disturbance_memory = x.uniform(0.9, 0.98);
          }},
     Kind{"coarse_current", "hard", [](Random& x, Recipe& r) { r.torque_quantum = x.log_uniform(0.01, 0.05); }},
     Kind{"saturation", "hard", [](Random& x, Recipe& r) { r.saturation = x.uniform(0.65, 0.95); }},
@@ -65,23 +65,23 @@ constexpr std::array all = {
     Kind{"jitter_stamped", "log",
          [](Random& x, Recipe& r) {
            sampled_beside_the_controller(r);
-           r.jitter = x.log_uniform(0.02, 0.2);
+           r.jitter = x.log_uniform(0.03, 0.3);
          }},
     Kind{"jitter_hidden", "log",
          [](Random& x, Recipe& r) {
            sampled_beside_the_controller(r);
-           r.jitter = x.log_uniform(0.02, 0.2);
+           r.jitter = x.log_uniform(0.03, 0.3);
            r.stamped = false;
          }},
     Kind{"dropped_stamped", "log",
          [](Random& x, Recipe& r) {
            sampled_beside_the_controller(r);
-           r.dropped = x.log_uniform(0.002, 0.05);
+           r.dropped = x.log_uniform(0.005, 0.1);
          }},
     Kind{"dropped_hidden", "log",
          [](Random& x, Recipe& r) {
            sampled_beside_the_controller(r);
-           r.dropped = x.log_uniform(0.002, 0.05);
+           r.dropped = x.log_uniform(0.005, 0.1);
            r.stamped = false;
          }},
     Kind{"clock_1pct", "log", [](Random& x, Recipe& r) { r.clock = 1.0 + 0.01 * x.sign(); }},
@@ -91,11 +91,11 @@ constexpr std::array all = {
     Kind{"torque_spikes", "log", [](Random& x, Recipe& r) { r.spikes = x.log_uniform(0.002, 0.02); }},
 
     Kind{"stribeck", "physics", [](Random& x, Recipe& r) { r.stribeck = x.uniform(0.3, 1.0); }, true},
-    Kind{"asymmetric", "physics", [](Random& x, Recipe& r) { r.asymmetry = x.uniform(0.2, 0.6); }, true},
+    Kind{"asymmetric", "physics", [](Random& x, Recipe& r) { r.asymmetry = x.uniform(0.1, 0.4); }, true},
     Kind{"load_friction", "physics", [](Random& x, Recipe& r) { r.load_friction = x.uniform(0.03, 0.12); }, true},
-    Kind{"friction_drift", "physics", [](Random& x, Recipe& r) { r.drift = x.uniform(0.2, 0.5); }, true},
-    Kind{"elastic", "physics", [](Random& x, Recipe& r) { r.elastic_hz = x.uniform(8.0, 25.0); }},
-    Kind{"ripple", "physics", [](Random& x, Recipe& r) { r.ripple = x.log_uniform(0.01, 0.08); }},
+    Kind{"friction_drift", "physics", [](Random& x, Recipe& r) { r.drift = x.uniform(0.3, 0.6); }, true},
+    Kind{"elastic", "physics", [](Random& x, Recipe& r) { r.elastic_hz = x.log_uniform(12.0, 40.0); }},
+    Kind{"ripple", "physics", [](Random& x, Recipe& r) { r.ripple = x.log_uniform(0.02, 0.1); }},
     Kind{"payload_mid", "physics", [](Random& x, Recipe& r) { r.payload = x.uniform(0.2, 0.6); }},
 
     Kind{"torque_sign", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::torque_sign; }},

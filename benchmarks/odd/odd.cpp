@@ -19,12 +19,14 @@ struct Arguments {
   int threads = 2;
   bool check = false;
   bool table_only = false;
+  bool keep_all = false;
   std::filesystem::path records = "odd.csv";
   std::filesystem::path keep;
 };
 
 int run(const Arguments& arguments) {
-  odd::Asked asked{.methods = {}, .check = arguments.check, .keep = arguments.keep};
+  odd::Asked asked{
+      .methods = {}, .check = arguments.check, .keep = arguments.keep, .keep_all = arguments.keep_all};
   std::istringstream methods(arguments.method);
   for (std::string method; std::getline(methods, method, ',');) {
     asked.methods.push_back(method);
@@ -60,6 +62,11 @@ int tool(int argc, char** argv) {
             {"--records", "FILE.csv", "One line an experiment and method; those in it are not run again",
              &to.records},
             {"--keep", "DIR", "Keeps the folders of what was confidently wrong or crashed", &to.keep},
+            {.name = "--keep-all",
+             .value = "",
+             .text = "Keeps all of them",
+             .target = &to.keep_all,
+             .needs = "--keep"},
             {"--table", "", "Only prints the table of the records", &to.table_only},
             {"--threads", "N", "Experiments at a time", &to.threads, apps::thread_range}},
        .footer = "docs/trust.md tells what the kinds are and what the columns mean."},

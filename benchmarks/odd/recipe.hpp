@@ -55,7 +55,7 @@ struct Recipe {
   bool has_reference = true;
   // What no model has
   double stribeck = 0.0;       ///< over the dry friction
-  double asymmetry = 0.0;      ///< of friction between directions
+  double asymmetry = 0.0;      ///< difference of friction between directions, over its mean
   double load_friction = 0.0;  ///< N·m of friction for one N·m
   double drift = 0.0;          ///< share of friction lost in the log
   double elastic_hz = 0.0;     ///< frequency of the joints with their motors held

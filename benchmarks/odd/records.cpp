@@ -20,6 +20,7 @@ constexpr std::string_view header =
     "seed,kind,number,method,used,status,outcome,material,counted,covered,rms_error,worst,worst_sigmas,"
     "worst_percent,warnings,check,joints,rate_hz,written_s,identified_s,message";
 constexpr std::size_t columns = 21;
+constexpr double tiny = 1e-300;  // in place of no error at all, under a logarithm
 
 std::string key_of(const Name& name, const std::string& method) {
   return std::to_string(name.seed) + ' ' + name.text() + ' ' + method;
@@ -163,52 +164,57 @@ std::string table(std::span<const Record> records, const std::string& method) {
   return out + "| **all**" + rest.cells();
 }
 
-// Geometric means over the experiments that both methods identified.
-std::string ratios(std::span<const Record> records) {
-  std::map<std::string, const Record*> by_wls;
+// A method beside WLS.
+struct Comparison {
+  int answered_by_wls = 0;
+  int answered = 0;  // of these
+  double sum = 0.0;  // of the logarithms of the ratios of errors
+};
+
+// Geometric means of the errors over those of WLS, over the experiments that both identified.
+std::string comparison(std::span<const Record> records, const std::string& method) {
+  std::map<std::string, double> of_wls;
   for (const Record& r : records) {
     if (r.method == "wls" && r.status == "identified") {
-      by_wls[key_of(r.name, {})] = &r;
+      of_wls[key_of(r.name, {})] = r.judgement.rms_error;
     }
   }
-  std::map<std::string_view, std::pair<double, int>> sums;
+  std::map<std::string_view, Comparison> found;
   for (const Record& r : records) {
-    const auto other = by_wls.find(key_of(r.name, {}));
-    if (r.method == "wls" || r.status != "identified" || other == by_wls.end()) {
+    const auto wls = of_wls.find(key_of(r.name, {}));
+    if (r.method != method || wls == of_wls.end()) {
       continue;
     }
-    const double ratio = r.judgement.rms_error / other->second->judgement.rms_error;
-    if (ratio > 0.0 && std::isfinite(ratio)) {
-      // A group of one kind has its name.
-      for (const std::string_view name : std::set{r.name.kind->name, r.name.kind->group}) {
-        sums[name].first += std::log(ratio);
-        ++sums[name].second;
+    // A group of one kind has its name.
+    for (const std::string_view name : std::set{r.name.kind->name, r.name.kind->group}) {
+      Comparison& line = found[name];
+      ++line.answered_by_wls;
+      if (r.status == "identified") {
+        ++line.answered;
+        line.sum += std::log(std::max(r.judgement.rms_error, tiny) / std::max(wls->second, tiny));
       }
     }
   }
-  if (sums.empty()) {
-    return {};
-  }
-  std::string out =
-      "\nRMS error of the other method over that of WLS, geometric mean where both identified\n\n| kind | N "
-      "| "
-      "ratio |\n|---|---|---|\n";
+  std::string out;
+  const auto add = [&](std::string_view name, const std::string& shown) {
+    if (const auto line = found.find(name); line != found.end()) {
+      const Comparison& it = line->second;
+      out += "| " + shown + " | " + std::to_string(it.answered_by_wls) + " | " +
+             fixed(100.0 * it.answered / it.answered_by_wls, 1) + " | " +
+             (it.answered > 0 ? number(std::exp(it.sum / it.answered), 3) : std::string("–")) + " |\n";
+    }
+  };
   for (const std::string_view group : groups()) {
-    const auto line = [&](std::string_view name, const std::string& shown) {
-      if (const auto found = sums.find(name); found != sums.end()) {
-        const auto [sum, count] = found->second;
-        out +=
-            "| " + shown + " | " + std::to_string(count) + " | " + number(std::exp(sum / count), 3) + " |\n";
-      }
-    };
-    line(group, "**" + std::string(group) + "**");
+    add(group, "**" + std::string(group) + "**");
     for (const Kind& kind : kinds()) {
       if (kind.group == group && kind.name != group) {
-        line(kind.name, std::string(kind.name));
+        add(kind.name, std::string(kind.name));
       }
     }
   }
-  return out;
+  return out.empty() ? out
+                     : "\n| kind | answered by wls | of these by " + method +
+                           " % | rms error over that of wls |\n|---|---|---|---|\n" + out;
 }
 
 }  // namespace
@@ -258,7 +264,10 @@ std::string tables(std::span<const Record> records) {
   for (const std::string& method : methods) {
     out += (out.empty() ? "" : "\n") + table(records, method);
   }
-  return out + ratios(records);
+  for (const std::string& method : methods) {
+    out += method == "wls" ? std::string() : comparison(records, method);
+  }
+  return out;
 }
 
 }  // namespace rivid::odd
