@@ -19,6 +19,7 @@ struct Arguments {
   int threads = 2;
   bool check = false;
   bool table_only = false;
+  bool codes = false;
   bool keep_all = false;
   std::filesystem::path records = "odd.csv";
   std::filesystem::path keep;
@@ -40,7 +41,7 @@ int run(const Arguments& arguments) {
                      .threads = arguments.threads},
                     asked, file, true);
   }
-  apps::print(odd::tables(file.records()));
+  apps::print(odd::tables(file.records()) + (arguments.codes ? odd::code_table(file.records()) : ""));
   return apps::success;
 }
 
@@ -68,6 +69,7 @@ int tool(int argc, char** argv) {
              .target = &to.keep_all,
              .needs = "--keep"},
             {"--table", "", "Only prints the table of the records", &to.table_only},
+            {"--codes", "", "Prints as well which warnings and findings each kind has", &to.codes},
             {"--threads", "N", "Experiments at a time", &to.threads, apps::thread_range}},
        .footer = "docs/trust.md tells what the kinds are and what the columns mean."},
       argc, argv, [&] { return run(to); });

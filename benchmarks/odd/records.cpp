@@ -217,6 +217,33 @@ std::string comparison(std::span<const Record> records, const std::string& metho
                            " % | rms error over that of wls |\n|---|---|---|---|\n" + out;
 }
 
+// The most frequent codes of lists "a;b", each with the share of the lists that it is in.
+std::string frequent(const std::vector<std::string>& lists) {
+  constexpr std::size_t shown = 4;
+  std::map<std::string, int> counts;
+  for (const std::string& list : lists) {
+    std::set<std::string> codes;
+    std::istringstream in(list);
+    for (std::string code; std::getline(in, code, ';');) {
+      codes.insert(code);
+    }
+    for (const std::string& code : codes) {
+      ++counts[code];
+    }
+  }
+  std::vector<std::pair<int, std::string>> sorted;
+  for (const auto& [code, count] : counts) {
+    sorted.emplace_back(-count, code);
+  }
+  std::ranges::sort(sorted);
+  std::string out;
+  for (std::size_t i = 0; i < std::min(shown, sorted.size()); ++i) {
+    out += (out.empty() ? "" : ", ") + sorted[i].second + ' ' +
+           number(-100.0 * sorted[i].first / static_cast<double>(lists.size()), 2);
+  }
+  return out;
+}
+
 }  // namespace
 
 RecordFile::RecordFile(std::filesystem::path file) : file_(std::move(file)) {
@@ -266,6 +293,22 @@ std::string tables(std::span<const Record> records) {
   }
   for (const std::string& method : methods) {
     out += method == "wls" ? std::string() : comparison(records, method);
+  }
+  return out;
+}
+
+std::string code_table(std::span<const Record> records) {
+  std::map<std::pair<std::string, std::string_view>, std::array<std::vector<std::string>, 2>> lists;
+  for (const Record& r : records) {
+    auto& found = lists[{r.method, r.name.kind->name}];
+    found[0].push_back(r.judgement.warnings);
+    found[1].push_back(r.check == "-" ? "" : r.check);
+  }
+  std::string out =
+      "\n| method | kind | warnings of the result, % | findings of check, % |\n|---|---|---|---|\n";
+  for (const auto& [key, found] : lists) {
+    out += "| " + key.first + " | " + std::string(key.second) + " | " + frequent(found[0]) + " | " +
+           frequent(found[1]) + " |\n";
   }
   return out;
 }

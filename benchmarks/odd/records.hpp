@@ -33,4 +33,7 @@ class RecordFile {
 /// Tables by kind and group in Markdown, one a method, and how the errors of IV compare with those of WLS.
 [[nodiscard]] std::string tables(std::span<const Record> records);
 
+/// Which warnings and which findings of check() are how frequent, kind by kind, in Markdown.
+[[nodiscard]] std::string code_table(std::span<const Record> records);
+
 }  // namespace rivid::odd

@@ -231,7 +231,7 @@ std::string urdf_of(const Arm& arm, const Numbers& largest_torque) {
     const Body& body = joint.body;
     const Matrix3d& I = body.inertia_com;
     const std::string number = std::to_string(j + 1);
-    const double reach = joint.prismatic ? 1.0 : std::numbers::pi;
+    const double reach = joint.prismatic ? 1.0 : 2.0 * std::numbers::pi;
     out << "  <link name=\"link_" << number << "\">\n    <inertial>\n      <origin xyz=\""
         << in_urdf(body.com) << "\"/>\n      <mass value=\"" << body.mass << "\"/>\n      <inertia ixx=\""
         << I(0, 0) << "\" ixy=\"" << I(0, 1) << "\" ixz=\"" << I(0, 2) << "\" iyy=\"" << I(1, 1)
