@@ -63,14 +63,14 @@ Command command_of(Arguments& to) {
             thread_range},
            {"--json", "", "Print the result as JSON instead of the table", &to.json},
            {"--quiet", "", "Print nothing but errors", &to.quiet},
-           {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+           {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
             &to.dry_run}},
       .footer =
           "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
           "failure.\n"
           "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
           "rivid_identify check EXPERIMENT.toml looks for faults.\n"
-          "rivid_identify explain CODE tells cause and cure of a fault, a warning or a status.\n"
+          "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status.\n"
           "The keys of an experiment file are listed in docs/experiment.md."};
   std::ranges::move(arguments(to.write_back), std::back_inserter(out.arguments));
   return out;
@@ -194,7 +194,7 @@ int identify_from(const Arguments& arguments) {
       tell(result.warnings);
     }
     if (result.status != Status::identified) {
-      std::cerr << "rivid_identify explain " << name(result.status) << " tells cause and cure\n";
+      std::cerr << "rivid_identify explain " << name(result.status) << " prints cause and cure\n";
     }
     std::cerr << "wrote " << file.string() << '\n';
     if (arguments.report) {

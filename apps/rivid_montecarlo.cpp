@@ -35,7 +35,7 @@ Command command_of(Arguments& to) {
   return {
       .name = "rivid_montecarlo",
       .description =
-          "Simulates an experiment many times, identifies each, and tells how far the results can be "
+          "Simulates an experiment many times, identifies each, and reports how far the results can be "
           "trusted.",
       .arguments = {{.name = "experiment",
                      .value = "EXPERIMENT.toml",
@@ -54,7 +54,7 @@ Command command_of(Arguments& to) {
                     {"--report", "", "Write report.html beside summary.json: plots to look at", &to.report},
                     {"--json", "", "Print the summary as JSON", &to.json},
                     {"--quiet", "", "Print nothing but errors", &to.quiet},
-                    {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+                    {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
                      &to.dry_run}},
       .footer =
           "A run that was finished is never made again: stopped and started anew, the program goes on, and "

@@ -47,7 +47,7 @@ Command command_of(Arguments& to) {
                      "Folder for log.csv and simulation.json; default: EXPERIMENT_simulation", &to.output},
                     {"--json", "", "Print the summary as JSON", &to.json},
                     {"--quiet", "", "Print nothing but errors", &to.quiet},
-                    {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+                    {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
                      &to.dry_run}},
       .footer =
           "Exit codes: 0 simulated, 1 ended early (log.csv goes up to there), 2 bad input or usage, 3 "

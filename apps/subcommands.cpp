@@ -137,11 +137,11 @@ int check_command(int argc, char** argv) {
                      set_argument(to.set),
                      {"--threads", "N", "Threads that share the work", &to.threads, thread_range},
                      {"--json", "", "Print the findings as JSON", &to.json},
-                     {"--quiet", "", "Print nothing but errors; the exit code tells", &to.quiet}},
+                     {"--quiet", "", "Print nothing but errors; the exit code is the answer", &to.quiet}},
        .footer =
            "Exit codes: 0 fine, warnings allowed; 1 a finding makes an identification useless; 2 bad input "
            "or usage; 3 numerical failure.\n"
-           "rivid_identify explain CODE tells cause and cure of a finding."},
+           "rivid_identify explain CODE prints cause and cure of a finding."},
       argc, argv, [&] { return check(to); });
 }
 

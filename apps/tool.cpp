@@ -59,7 +59,7 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     if (e.get_exit_code() == 0) {
       return app.exit(e);
     }
-    throw InputError(std::string(e.what()) + "; --help tells the usage");
+    throw InputError(std::string(e.what()) + "; --help prints the usage");
   }
   return std::nullopt;
 }

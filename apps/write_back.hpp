@@ -29,7 +29,7 @@ struct WriteBack {
 /// @throws InputError  where a URDF is asked for and the robot was not read from one
 void check(const WriteBack& options, const Experiment& experiment);
 
-/// Writes what is asked for and tells of it on standard error; the difference goes to standard output.
+/// Writes what is asked for and reports it on standard error; the difference goes to standard output.
 ///
 /// @return  whether all was written; else standard error says why not
 [[nodiscard]] bool write_back(const WriteBack& options, const Experiment& experiment,

@@ -36,7 +36,7 @@ constexpr std::array codes = {
         "do not show.",
         "Record a motion of that joint as well, or fix the joint in the URDF."},
     DiagnosticCode{"standstill", note, "A joint stands still for a large part of a log.",
-                   "Dry friction at rest is whatever it needs to be, so these samples tell nothing.",
+                   "Dry friction at rest is whatever it needs to be, so these samples carry no information.",
                    "Cut them off with [signal] window; rows = \"exact\" leaves them out."},
     DiagnosticCode{"position_unit", error, "Positions look as if they were in another unit.",
                    "They leave the limits of the joint, or turn too often, and degrees taken for radians, or "
@@ -116,10 +116,10 @@ constexpr std::array codes = {
                    "Where their cross-correlation is largest.", "Nothing, if it is that of your controller."},
     DiagnosticCode{"torque_delay", error, "Torques and positions are not simultaneous.",
                    "The torques fit the motion much better when they are shifted in time.",
-                   "Change [log] torque_lag by the samples that the text tells."},
+                   "Change [log] torque_lag by the samples that the text gives."},
     DiagnosticCode{"small_torque_delay", note, "Torques and positions are a little apart in time.",
                    "The torques fit the motion better when they are shifted in time, but well without it.",
-                   "Nothing, or change [log] torque_lag by the samples that the text tells."},
+                   "Nothing, or change [log] torque_lag by the samples that the text gives."},
     DiagnosticCode{
         "torque_lag", warning, "Torques look a little early or late beside the motion.",
         "What the model leaves of the torques goes along with their rate, by more than chance, and by enough "
@@ -177,7 +177,7 @@ constexpr std::array codes = {
     DiagnosticCode{"forecast", note, "What an identification from these data will look like.",
                    "From a quick weighted fit.", "Nothing."},
     DiagnosticCode{"weak_excitation", warning,
-                   "Warning of a result: the motion hardly tells some parameters apart.",
+                   "Warning of a result: the motion hardly distinguishes some parameters.",
                    "The observation matrix with columns of unit length has a condition number above 100, and "
                    "most of the "
                    "variance of the named parameters comes from its weak directions.",
@@ -240,8 +240,7 @@ constexpr std::array codes = {
                    "What was identified is their sum, which is less than what they weigh in the URDF.",
                    "Correct the masses of these links in the URDF, and write it again."},
     DiagnosticCode{"reference_limits", warning, "The reference of a simulation leaves the limits of a joint.",
-                   "A position beyond the limits that the URDF tells.",
-                   "Correct [reference], or the limits."},
+                   "A position beyond the limits of the URDF.", "Correct [reference], or the limits."},
     DiagnosticCode{"added_control_unrecorded", warning,
                    "The log of a simulation does not hold the whole torque.",
                    "added_control comes after the controller's signal, which is all that is recorded.",

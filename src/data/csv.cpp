@@ -172,7 +172,7 @@ void set_clock(Log& log, Index samples, const std::optional<Vector>& stamps, std
                           (rate_hz ? "; the stated rate of " + number(*rate_hz) + " Hz is used" : ""));
     } else if (rate_hz && std::abs(report.rate_hz - *rate_hz) > rate_tolerance * *rate_hz) {
       log.warnings.push_back(Finding{"stated_rate", log.source,
-                                     "the time stamps tell " + number(report.rate_hz) +
+                                     "the time stamps give " + number(report.rate_hz) +
                                          " Hz; the stated rate of " + number(*rate_hz) + " Hz is used"});
     }
     if (!rate_hz && report.rate_hz <= 0.0) {
@@ -302,19 +302,12 @@ std::string to_csv(const Log& log) {
     }
   }
   out += '\n';
-  constexpr std::size_t longest_double = 24;
-  std::array<char, longest_double> cell{};
-  const auto add = [&](double value) {
-    // Without the sign that a zero may have.
-    out.append(cell.data(), std::to_chars(cell.data(), cell.data() + cell.size(), value + 0.0).ptr);
-  };
   for (Index k = 0; k < log.samples(); ++k) {
-    add(log.t[k]);
+    out += exact(log.t[k]);
     for (const Quantity& quantity : quantities) {
       const Matrix& values = log.*quantity.member;
       for (Index j = 0; j < values.cols(); ++j) {
-        out += ',';
-        add(values(k, j));
+        out += ',' + exact(values(k, j));
       }
     }
     out += '\n';

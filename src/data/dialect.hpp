@@ -67,7 +67,7 @@ inline constexpr auto powers_of_five = [] {
 /// mantissa / 10^k, rounded to the nearest double, ties to even. mantissa > 0, 0 ≤ k ≤ 27.
 ///
 /// With both operands shifted to 64 bits, the quotient of 128 by 64 bits has 63 or 64 of them, so 53 remain
-/// after rounding and the rest of the division tells a tie from a value just above it.
+/// after rounding and the rest of the division distinguishes a tie from a value just above it.
 inline double divided(std::uint64_t mantissa, std::size_t k) {
   __extension__ using Wide = unsigned __int128;
   const std::uint64_t divisor = powers_of_five[k];

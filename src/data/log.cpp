@@ -93,7 +93,7 @@ std::optional<std::string> Log::complaint() const {
            "; resample them or ignore them by regularised(), or state the rate when reading";
   }
   if (std::abs(rate_hz - f_m) > clock_tolerance * f_m) {
-    return source + ": f_m is " + number(f_m) + " Hz, but the time stamps tell " + number(rate_hz) + " Hz";
+    return source + ": f_m is " + number(f_m) + " Hz, but the time stamps give " + number(rate_hz) + " Hz";
   }
   return std::nullopt;
 }

@@ -210,16 +210,16 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
 
 std::string TimeReport::summary() const {
   std::string out = std::to_string(samples) + " samples at " + number(rate_hz) + " Hz";
-  const auto tell = [&](const TimeFault& fault, const std::string& what) {
+  const auto add = [&](const TimeFault& fault, const std::string& what) {
     if (fault.count > 0) {
       out += "; " + what + " (first at row " + std::to_string(fault.row + 1) + ", t = " + number(fault.time) +
              " s)";
     }
   };
-  tell(repeated, std::to_string(repeated.count) + " repeated");
-  tell(reversed, std::to_string(reversed.count) + " reversed");
-  tell(missing, counted(missing.count, "gap") + " of " + counted(missing_rows, "missing row"));
-  tell(jumps, counted(jumps.count, "jump"));
+  add(repeated, std::to_string(repeated.count) + " repeated");
+  add(reversed, std::to_string(reversed.count) + " reversed");
+  add(missing, counted(missing.count, "gap") + " of " + counted(missing_rows, "missing row"));
+  add(jumps, counted(jumps.count, "jump"));
   const auto percent = [](double fraction) {
     const double value = 100.0 * fraction;
     return number(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
@@ -333,7 +333,7 @@ std::vector<Log> regularised(Log log, Irregular irregular, const ResampleOptions
   if (irregular == Irregular::ignore && (!report.regular || options.rate_hz)) {
     const double rate_hz = options.rate_hz.value_or(report.rate_hz);
     if (rate_hz <= 0.0) {
-      throw InputError(log.source + ": the time stamps do not go forward, so they tell no rate; state it");
+      throw InputError(log.source + ": the time stamps do not go forward, so they give no rate; state it");
     }
     log.notes.push_back("time stamps ignored, rows taken as samples at " +
                         std::string(options.rate_hz ? "the stated " : "the mean rate of ") + number(rate_hz) +

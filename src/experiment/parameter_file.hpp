@@ -9,7 +9,7 @@
 
 namespace rivid::detail {
 
-/// Names and values as a file tells them, each once.
+/// Names and values of a file, each once.
 class NamedValues {
  public:
   /// @param where  the file, as messages start with it

@@ -17,7 +17,7 @@ const TomlReader& require(const std::optional<TomlReader>& section, const std::f
   return *section;
 }
 
-// The sections of a file, looked up before one can be missing, so that a mistyped name is told first.
+// The sections of a file, looked up before one can be missing, so that a mistyped name is reported first.
 struct FileSections {
   FileSections(const toml::table& table, const std::filesystem::path& path, Use use) {
     TomlReader keys(table, path.string(), "");

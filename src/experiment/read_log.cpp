@@ -74,7 +74,7 @@ class Units {
   static constexpr std::array<std::string_view, 7> quantities = {
       "position", "velocity", "torque", "control", "reference", "reference_velocity", "time"};
 
-  std::set<std::string> idle_;  // quantities whose unit is told and was not asked for
+  std::set<std::string> idle_;  // quantities whose unit is given and was not asked for
   std::array<double, quantities.size()> scales_ = {1, 1, 1, 1, 1, 1, 1};
 };
 

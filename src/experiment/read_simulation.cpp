@@ -170,7 +170,7 @@ ReferenceSource read_reference_source(TomlReader keys, const Path& folder, Index
       out.motion = read_logged(keys, n, !out.file.empty());
     }
   }
-  // A mistyped key is told before what is missing for it.
+  // A mistyped key is reported before what is missing for it.
   keys.finish();
   std::visit([&](const auto& motion) { refuse(keys, motion); }, out.motion);
   return out;

@@ -12,7 +12,7 @@ namespace rivid::detail {
 /// The columns of one quantity, one for each joint.
 struct RecognisedColumns {
   std::vector<std::string> columns;  ///< base to tip; empty: none were found
-  std::optional<std::string> unit;   ///< that the names tell, as unit_scale() knows it
+  std::optional<std::string> unit;   ///< that the names give, as unit_scale() knows it
 };
 
 /// Sorted by the keys of a [log] section.
@@ -28,7 +28,7 @@ struct RecognisedLog {
 };
 
 /// Names are taken apart into words ("actual_q_0", "/joint_states/elbow/position", "Axis1 Torque [Nm]"); a quantity is
-/// where they say the same of all joints, which are told by their names or by numbers from 0 or 1. Words that say that
+/// where they say the same of all joints, which are distinguished by their names or by numbers from 0 or 1. Words that say that
 /// a column holds something else (accelerations, external torques, temperatures) rule it out.
 ///
 /// @param names   of the columns of a file

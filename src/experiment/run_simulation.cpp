@@ -133,9 +133,8 @@ struct Setup {
   DynamicModel model;
   std::unique_ptr<Reference> reference;
   SimulationOptions options;
-  SimulationOptions disturbed;  // the same with noise
-  std::unique_ptr<ControlLaw>
-      law;  // none where the robot is no robot at the start, as the record's outcome tells
+  SimulationOptions disturbed;      // the same with noise
+  std::unique_ptr<ControlLaw> law;  // none where the robot is no robot at the start: see the record's outcome
 };
 
 SimulationRecord record_of(const Robot& robot) {

@@ -61,14 +61,14 @@ inline constexpr auto method_keys =
                      {.type = "word", .otherwise = "`\"ols\"`"}},
                Field{"physical",
                      nullptr,
-                     "whether the nearest physically consistent standard parameters are told beside the "
-                     "plain estimate, by any method; a table says how, see [below](#methodphysical)",
+                     "whether the nearest physically consistent standard parameters are reported beside "
+                     "the plain estimate, by any method; a table gives options, see [below](#methodphysical)",
                      {.type = "boolean, or table", .otherwise = "`false`"}},
                Field{"essential",
                      nullptr,
-                     "whether the parameters that the data need are told beside all of them, by any method, "
-                     "see [statistics](statistics.md#the-parameters-that-matter). A table says how, see "
-                     "[below](#methodessential).",
+                     "whether the essential parameters, those that the data need, are reported beside all "
+                     "of them, by any method, see [statistics](statistics.md#the-parameters-that-matter). A "
+                     "table gives options, see [below](#methodessential).",
                      {.type = "boolean, or table", .otherwise = "`false`"}});
 inline constexpr auto iv_keys =
     std::tuple(Field{"simulation",
@@ -162,7 +162,7 @@ void read_method(TomlReader keys, Experiment& out);
 /// One column a joint, or `otherwise` where the key is absent: "q1", 3, or { column = "q1", unit = "deg", sign = -1,
 /// scale = 2.0, offset = 0.1 }; the offset is in SI units.
 ///
-/// @param unit  factor to SI where a column does not tell its own
+/// @param unit  factor to SI where a column does not give its own
 /// @param n     joints
 [[nodiscard]] std::vector<Column> read_columns(TomlReader& keys, std::string_view key, double unit,
                                                const std::vector<Column>& otherwise, Index n);

@@ -142,7 +142,7 @@ class TomlReader {
   /// Refuses keys that nobody asked for.
   void finish() const;
 
-  /// Where one of these keys, which must be there, seems to be there under a mistyped name, tells that.
+  /// Where one of these keys, which must be there, seems to be there under a mistyped name, reports that.
   void look_for_mistyped(const std::vector<std::string>& wanted) const;
 
   [[noreturn]] void fail(const toml::node& node, std::string_view key, const std::string& what) const;

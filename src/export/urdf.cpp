@@ -41,7 +41,7 @@ Eigen::Matrix3d tensor(const Inertial& inertial) {
   return I;
 }
 
-// A body as a URDF tells it.
+// A body as a URDF describes it.
 struct Body {
   double mass = 0.0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero();
@@ -109,7 +109,7 @@ bool same_chain(const Robot& a, const Robot& b) {
          });
 }
 
-// The robot as the text tells it.
+// The robot as the text describes it.
 Robot read_again(std::string_view xml, const std::string& source, const Robot& robot) {
   if (robot.base.empty() || robot.joints.empty()) {
     throw InputError("rewritten_urdf: robot \"" + robot.name +
@@ -297,10 +297,10 @@ class Writer {
     for (std::size_t k = 0; k < I.size(); ++k) {
       set_numbers(node.child("inertia"), tensor_names[k], {&I[k], 1}, size);
     }
-    const bool told = body.mass != 0.0 && (origin || !body.com.isZero(0.0));
-    if (told && !origin) {
+    const bool given = body.mass != 0.0 && (origin || !body.com.isZero(0.0));
+    if (given && !origin) {
       splice_.insert_child(tag(node), {"<origin xyz=\"" + exact(body.com) + "\"/>"});
-    } else if (told) {
+    } else if (given) {
       const double length = std::max(body.com.cwiseAbs().maxCoeff(), std::sqrt(size / std::abs(body.mass)));
       set_numbers(origin, "xyz", {body.com.data(), 3}, length);
     }

@@ -253,7 +253,7 @@ std::vector<Step> steps(const Lines& a, const Lines& b) {
   return out;
 }
 
-// "3,7": from line 3 on seven lines; an empty range is told by the line before it.
+// "3,7": from line 3 on seven lines; of an empty range the line before it stands.
 std::string range(std::size_t first, std::size_t count) {
   const std::string start = std::to_string(count == 0 ? first : first + 1);
   return count == 1 ? start : start + ',' + std::to_string(count);

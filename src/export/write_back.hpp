@@ -9,7 +9,7 @@
 
 namespace rivid::detail {
 
-/// The standard parameters of one joint and its link, as descriptions of robots tell them.
+/// The standard parameters of one joint and its link, as robot descriptions have them.
 struct JointValues {
   Inertial inertial = Inertial::Zero();  // in rivid's link frame
   double Ia = 0.0;

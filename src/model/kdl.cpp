@@ -74,7 +74,7 @@ KDL::RigidBodyInertia rigid_body(const Inertial& inertial) {
          KDL::RigidBodyInertia(m - 1.0, KDL::Vector::Zero(), KDL::RotationalInertia::Zero());
 }
 
-// Where the standard parameters of a moving link are told.
+// The frame of the standard parameters of a moving link.
 struct LinkFrame {
   Eigen::Isometry3d in_root = Eigen::Isometry3d::Identity();  // in the segment's root at q = 0
   Eigen::Isometry3d tip = Eigen::Isometry3d::Identity();      // the segment's tip in the link frame
@@ -136,7 +136,7 @@ LinkFrame link_frame(const Eigen::Isometry3d& tip, const Eigen::Vector3d& origin
     frame.in_root.translation() = origin;
     frame.tip = frame.in_root.inverse() * tip;
     frame.warning = who +
-                    "the tip of its segment is off the joint's axis; the parameters of its link are told " +
+                    "the tip of its segment is off the joint's axis; the parameters of its link are given " +
                     "in a frame at the joint's origin with the axes of the segment's root";
   }
   const Eigen::Vector3d local_axis = (frame.in_root.linear().transpose() * axis).normalized();
@@ -146,7 +146,7 @@ LinkFrame link_frame(const Eigen::Isometry3d& tip, const Eigen::Vector3d& origin
     frame.tip = Eigen::Isometry3d(R.transpose()) * frame.tip;
     frame.warning = who + "its axis " + text(local_axis) +
                     " is oblique in the link frame; the parameters of its " +
-                    "link are told in a frame with the same origin that is turned to have z along the axis";
+                    "link are given in a frame with the same origin that is turned to have z along the axis";
   }
   return frame;
 }
@@ -178,7 +178,7 @@ Eigen::Vector3d checked_axis(const KDL::Joint& joint, JointType type, const std:
   const double scale = eigen(type == JointType::revolute ? twist.rot : twist.vel).dot(axis);
   if (std::abs(scale - 1.0) > rotation_tolerance) {
     throw InputError(who + "its scale is " + std::to_string(scale) +
-                     ", must be 1; tell a gear as gear_ratio and turn a negative axis round");
+                     ", must be 1; give a gear as gear_ratio and turn a negative axis round");
   }
   return axis;
 }

@@ -94,7 +94,7 @@ class Checker {
     const pugi::xml_node origin = document_.only_child(from, "origin", who);
     if (origin.attribute("quat_xyzw")) {
       document_.refuse(origin,
-                       who + ": <origin> has quat_xyzw, which is not supported; tell the rotation as rpy");
+                       who + ": <origin> has quat_xyzw, which is not supported; write the rotation as rpy");
     }
     const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
     const pugi::xml_node out = to.append_child("origin");
@@ -221,7 +221,7 @@ class Checker {
       document_.refuse(node, joined(who, ": its ", attribute, " limit is ", value, ", must not be negative"));
     }
     if (tell && (value == 0.0 || value == infinity)) {
-      warn(node, who + ": its " + attribute + " limit is " + (value == 0.0 ? "0" : "not told") +
+      warn(node, who + ": its " + attribute + " limit is " + (value == 0.0 ? "0" : "not given") +
                      "; taken as unlimited");
     }
     return value == 0.0 ? infinity : value;

@@ -95,7 +95,7 @@ struct UrdfPath {
 [[nodiscard]] UrdfPath urdf_path(const UrdfDocument& document, const UrdfTopology& tree,
                                  const UrdfOptions& options);
 
-/// A limit that the file does not tell is written as this value or beyond.
+/// A limit that the file does not give is written as this value or beyond.
 inline constexpr double urdf_unlimited = 1e300;
 
 /// A URDF of which every number and name has been checked.

@@ -25,7 +25,7 @@ enum class Shown { everywhere, screen, page };
 // What a row or an item is singled out for.
 enum class Mark {
   none,
-  weak,    // the data hardly tell it
+  weak,    // the data hardly determine it
   unseen,  // the data do not show it
   apart,   // farther from another estimate than the intervals are wide
   gone,    // taken out of the model

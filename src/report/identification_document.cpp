@@ -53,7 +53,7 @@ std::string in_words(const CovarianceReport& covariance) {
   return out;
 }
 
-// p tells whether a difference is seen at all, the shift whether it matters.
+// p says whether a difference is seen at all, the shift whether it matters.
 std::string in_words(const HausmanTest& hausman) {
   constexpr double significant = 0.05;
   constexpr double small_shift = 1.0;
@@ -139,7 +139,7 @@ Table verdicts(const Parameters& parameters) {
   return out;
 }
 
-// What the data do not tell well, and the motion that would help; folded where it is long.
+// What the data determine badly, and the motion that would help; folded where it is long.
 List advice(const Parameters& parameters) {
   constexpr std::ptrdiff_t few = 10;
   List out{"advice"};
@@ -401,9 +401,10 @@ Section prefilter_section(const Identification& result, const PrefilterReport& r
   if (report.chi.size() == static_cast<Index>(result.parameters.size())) {
     out.blocks.push_back({Heading{"Against the estimate without it"}, page});
     out.blocks.push_back(
-        {Sentence{"Whitening moves no parameter far where the model is right. How far they are apart is told "
-                  "in deviations of the estimate without the prefilter; marked where that is beyond both "
-                  "95 % intervals"},
+        {Sentence{
+             "Whitening moves no parameter far where the model is right. How far they are apart is given "
+             "in deviations of the estimate without the prefilter; marked where that is beyond both "
+             "95 % intervals"},
          page});
     out.blocks.push_back({shift_table(result, report), page});
   }
@@ -416,7 +417,7 @@ Table iteration_table(const std::vector<IvIteration>& all) {
   return table_of(
       places(all.size()),
       {{{"k", format::count}, [](std::size_t k) { return static_cast<double>(k); }},
-       // The residual of Y against the simulated regressor tells whether the assumed loop is the actual one.
+       // The residual of Y against the simulated regressor shows whether the assumed loop is the actual one.
        {{"|Y - V chi| / |Y|", format::percent}, [&](std::size_t k) { return all[k].relative_error; }},
        {{"largest step", format::significant(3), "sigma"},
         [&](std::size_t k) { return k == 0 ? Cell("") : Cell(all[k].largest_step); }},
@@ -547,7 +548,7 @@ Section essential_section(const Identification& result, const EssentialModel& mo
                           " parameters are enough for these data. The others are taken out one by one, the "
                           "least certain first, as long as an F-test at " +
                           number(100.0 * model.options.significance, 3) +
-                          " % does not tell the loss from chance. Of all removals together F = " +
+                          " % does not reject their removal. Of all removals together F = " +
                           number(found.F, 3) + ", p = " + number(found.p, 2)}},
                 {essential_table(result.parameters, found)}};
   if (!found.held.empty()) {
@@ -609,7 +610,7 @@ Section conditioning_section(const Identification& result) {
   constexpr std::size_t few = 16;
   const Vector& R = result.R_diagonal;
   const double largest = R.size() > 0 ? R.maxCoeff() : 0.0;
-  // On a logarithmic scale: 1 for the largest, 0 for one that rounding can not tell from zero.
+  // On a logarithmic scale: 1 for the largest, 0 for one that is zero to rounding.
   const auto share = [&](std::size_t i) {
     const double decades = -std::log10(std::numeric_limits<double>::epsilon());
     return at(R, i) > 0.0 ? std::max(1.0 + std::log10(at(R, i) / largest) / decades, 0.0) : 0.0;
@@ -626,11 +627,12 @@ Section conditioning_section(const Identification& result) {
       table_of(places(std::min(result.parameters.size(), static_cast<std::size_t>(R.size()))), fields);
   pivots.fold = {"Pivots of all parameters, on a logarithmic scale", result.parameters.size() <= few};
   Section out{"conditioning", "Conditioning", "Conditioning", {}, page};
-  out.blocks = {{Sentence{"The condition number of the problem is " + number(result.condition, 4) +
-                          ". A parameter is hard to tell from the others where its pivot |R_ii| of the "
-                          "factored observation matrix is small" +
-                          (result.iv ? ", or where the simulated motion, F below 10, hardly shows it" : "")}},
-                {std::move(pivots)}};
+  out.blocks = {
+      {Sentence{"The condition number of the problem is " + number(result.condition, 4) +
+                ". A parameter is hard to distinguish from the others where its pivot |R_ii| of the "
+                "factored observation matrix is small" +
+                (result.iv ? ", or where the simulated motion, F below 10, hardly shows it" : "")}},
+      {std::move(pivots)}};
   return out;
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-// The tables of keys in docs/experiment.md and of members in docs/result.md, as the fields tell them.
+// The tables of keys in docs/experiment.md and of members in docs/result.md, made from the fields.
 namespace rivid::detail {
 
 /// Markdown tables by their names: "signal", "result.fit".

@@ -74,7 +74,7 @@ std::string polyline(std::string_view kind, const std::vector<Point>& points) {
   return "<polyline class=\"" + std::string(kind) + "\" points=\"" + list + "\"/>";
 }
 
-// @param label  what a reader who does not see it is told
+// @param label  text for a reader who does not see the plot
 std::string svg_picture(Point size, const std::string& label, const std::string& content) {
   const std::string w = number(size[0]);
   const std::string h = number(size[1]);

@@ -25,7 +25,7 @@ constexpr double no_time = 1e-9;
 constexpr double samples_between_looks = 10.0;
 // Samples whose accelerations are found together at most: many packs of the widest registers.
 constexpr Index samples_together = 64;
-// The clock is looked at, and progress told, once in so many steps.
+// Steps between two looks at the clock, and two reports of progress.
 constexpr Index steps_between_clocks = 256;
 
 // One simulation from its beginning to its end.

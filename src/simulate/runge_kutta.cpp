@@ -231,7 +231,7 @@ class RungeKutta final : public LoopIntegrator {
 
   // First zero of a margin up to `above`, where it is negative: Illinois' form of the false position. The margin of an
   // element that has just been let go begins at zero, so the search begins a little later; if it turned back at once,
-  // that little time passes all the same, for else its torques could never tell otherwise.
+  // that little time passes all the same, for else its torques could never show otherwise.
   double locate(Index element, double above) {
     double a = std::min(above, least_progress / h_);
     double b = above;

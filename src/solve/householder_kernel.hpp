@@ -34,7 +34,7 @@ struct HouseholderBlock {
 struct HouseholderKernel {
   int lanes;  ///< doubles in a vector register
   void (*eliminate)(const HouseholderBlock& block);
-  /// Copies, and tells whether the magnitude of every value is at most `limit`; it is not for a nan. As many values
+  /// Copies, and returns whether the magnitude of every value is at most `limit`; it is not for a nan. As many values
   /// at `next` are asked for meanwhile: columns of a large matrix lie too far apart for the machine to foresee.
   bool (*copy_within)(const double* from, std::ptrdiff_t count, double limit, double* to, const double* next);
   /// Whether the magnitude of every value is at most `limit`.

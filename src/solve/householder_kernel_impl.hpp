@@ -367,7 +367,7 @@ class Householder {
   }
 
   // Magnitudes compare as the integers that their bits make, and those of a nan lie above infinity's: so the sign
-  // of limit − magnitude, gathered by or, tells, without a branch.
+  // of limit − magnitude, gathered by or, says so without a branch.
   template <typename See>
   static bool within(const double* values, std::ptrdiff_t count, double limit, const See& see) {
     constexpr long long magnitude = __LONG_LONG_MAX__;

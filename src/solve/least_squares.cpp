@@ -249,7 +249,7 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
     return out;
   }
   out.condition = condition_number(out.R);
-  // What lies in the null space can not be told; the other entries are unique all the same.
+  // What lies in the null space is not determined; the other entries are unique all the same.
   const detail::Svd svd = detail::svd(scaled.R, Eigen::ComputeThinU | Eigen::ComputeFullV);
   const Matrix V = svd.V.leftCols(out.rank);
   const Vector s = svd.values.head(out.rank);

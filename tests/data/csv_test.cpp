@@ -100,7 +100,7 @@ TEST(ReadCsv, PrefersTheStatedRateAndNotesWhatTheTimeStampsTell) {
 
   const TemporaryFile slower("t,q1\n0,1\n0.01,2\n0.02,3\n");
   EXPECT_TRUE(says(read_csv(slower.path(), {.rate_hz = 125.0}).warnings.at(0).text,
-                   "the time stamps tell 100 Hz; the stated rate of 125 Hz is used"));
+                   "the time stamps give 100 Hz; the stated rate of 125 Hz is used"));
 }
 
 TEST(ReadCsv, NotesIrregularTimeStampsAndTheLogComplains) {

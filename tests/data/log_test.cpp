@@ -34,7 +34,7 @@ TEST(Log, ComplainsAboutSizesRatesAndValues) {
   EXPECT_TRUE(says(complaint([](Log& log) { log = {}; }), "the log has 0 samples, at least 2 are required"));
   EXPECT_TRUE(says(complaint([](Log& log) { log.f_m = 0.0; }), "run1.csv: f_m is 0 Hz, must be positive"));
   EXPECT_TRUE(
-      says(complaint([](Log& log) { log.f_m = 12.0; }), "f_m is 12 Hz, but the time stamps tell 10 Hz"));
+      says(complaint([](Log& log) { log.f_m = 12.0; }), "f_m is 12 Hz, but the time stamps give 10 Hz"));
   EXPECT_TRUE(says(complaint([](Log& log) { log.q.resize(0, 0); }), "the log has no positions"));
   EXPECT_TRUE(says(complaint([](Log& log) { log.qd.setZero(5, 1); }),
                    "qd is 5 × 1, must be 5 × 2 (samples × joints)"));

@@ -100,6 +100,23 @@ TYPED_TEST(LeastSquaresFit, HasIntervalsThatHoldTheTruthAsOftenAsTheySay) {
   }
 }
 
+// (17) divides by r − b: of 56 rows for 8 parameters a division by r would give 0.86 of the variance.
+TEST(Ols, EstimatesTheVarianceOfTheNoiseWithoutBias) {
+  constexpr int runs = 400;
+  constexpr double noise = 0.05;
+  double mean = 0.0;
+  Index freedom = 0;
+  for (int run = 0; run < runs; ++run) {
+    const Log log = excerpt(scara_log(noise, static_cast<std::uint64_t>(5000 + run), 0.0, 1.0), 400, 32);
+    const Identification found = LeastSquaresFit<Ols>::identified(log);
+    ASSERT_EQ(found.status, Status::identified);
+    freedom = found.fit.rows - found.base.size();
+    mean += std::pow(found.fit.sigma_rho / noise, 2) / runs;
+  }
+  EXPECT_EQ(freedom, 48);
+  EXPECT_NEAR(mean, 1.0, 4.0 * std::sqrt(2.0 / static_cast<double>(freedom) / runs));
+}
+
 TEST(Wls, BeatsOlsWhereJointsHaveUnequalNoise) {
   const Log log = scara_log(0.3, 7);
   const Robot robot = test::scara();

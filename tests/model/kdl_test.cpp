@@ -247,7 +247,7 @@ TEST(RobotFromKdl, TellsTheParametersOfADenavitHartenbergSegmentAtTheJoint) {
   ASSERT_EQ(robot.warnings.size(), 1U);
   EXPECT_EQ(
       robot.warnings[0].text,
-      "joint \"elbow\": the tip of its segment is off the joint's axis; the parameters of its link are told "
+      "joint \"elbow\": the tip of its segment is off the joint's axis; the parameters of its link are given "
       "in a frame at the joint's origin with the axes of the segment's root");
 }
 
@@ -326,7 +326,7 @@ TEST(RobotFromKdl, RefusesAnAxisOfZeros) {
 TEST(RobotFromKdl, RefusesAScaleOtherThanOne) {
   EXPECT_EQ(
       refusal(one_segment(KDL::Joint("elbow", KDL::Joint::RotZ, -2.0))),
-      "robot_from: joint \"elbow\": its scale is -2.000000, must be 1; tell a gear as gear_ratio and turn a "
+      "robot_from: joint \"elbow\": its scale is -2.000000, must be 1; give a gear as gear_ratio and turn a "
       "negative axis round");
 }
 

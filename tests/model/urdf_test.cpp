@@ -305,9 +305,9 @@ TEST(ReadUrdf, RefusesWhatIsNoNumber) {
   EXPECT_EQ(
       refusal(arm_with("damping=\"0.5\"", "damping=\"some\"")),
       "arm.urdf:28: joint \"elbow\": <dynamics damping=\"some\"> must be a finite number, such as 1.5e-3");
-  EXPECT_EQ(
-      refusal(arm_with("rpy=\"0 0 0\"", "quat_xyzw=\"0 0 0 1\"")),
-      "arm.urdf:5: link \"upper\": <origin> has quat_xyzw, which is not supported; tell the rotation as rpy");
+  EXPECT_EQ(refusal(arm_with("rpy=\"0 0 0\"", "quat_xyzw=\"0 0 0 1\"")),
+            "arm.urdf:5: link \"upper\": <origin> has quat_xyzw, which is not supported; write the rotation "
+            "as rpy");
 }
 
 TEST(ReadUrdf, RefusesInertialsThatAreIncomplete) {
@@ -381,7 +381,7 @@ TEST(ReadUrdf, WarnsOfAnObliqueAxisAndTellsTheParametersAboutIt) {
   EXPECT_EQ(
       texts(robot),
       Strings{"arm.urdf: joint \"shoulder\": its axis (0.6, 0, 0.8) is oblique in the link frame; the "
-              "parameters of its link are told in a frame with the same origin that is turned to have z "
+              "parameters of its link are given in a frame with the same origin that is turned to have z "
               "along the axis"});
   const Eigen::Matrix3d R = robot.chain.links[0].R;
   const Inertial wanted =
@@ -453,7 +453,7 @@ TEST(ReadUrdf, WarnsOfLimitsThatAreNotTold) {
             Strings{"arm.urdf:16: joint \"shoulder\": has no <limit>; taken as unlimited"});
   EXPECT_EQ(warnings(arm_with(limit, "<limit lower=\"0\" upper=\"0\" velocity=\"0\"/>")),
             (Strings{"arm.urdf:20: joint \"shoulder\": its velocity limit is 0; taken as unlimited",
-                     "arm.urdf:20: joint \"shoulder\": its effort limit is not told; taken as unlimited",
+                     "arm.urdf:20: joint \"shoulder\": its effort limit is not given; taken as unlimited",
                      "arm.urdf:20: joint \"shoulder\": its position limits are both 0; taken as unlimited"}));
   const Robot robot = parse_urdf(arm_with(limit, ""), "arm.urdf");
   EXPECT_EQ(robot.joints[0].lower, -infinity);
