@@ -103,6 +103,14 @@ TEST(ReadExperiment, TakesPrefilterAndEssentialAsSwitchesOrWithTheirOptions) {
             std::string::npos);
 }
 
+TEST(ReadExperiment, TakesAWordForEachSideOfASwitch) {
+  const std::string rest = "[log]\nfiles = \"a.csv\"\n[signal]\ncutoff_hz = 20\n[method]\n";
+  EXPECT_TRUE(read(rest + "initial_state = \"reference\"\n").iv.start_on_reference);
+  EXPECT_FALSE(read(rest + "initial_state = \"measured\"\n").iv.start_on_reference);
+  EXPECT_NE(refusal(rest + "initial_state = true\n").find("initial_state must be a string"),
+            std::string::npos);
+}
+
 class Settings : public testing::Test {
  protected:
   [[nodiscard]] Experiment read(const std::vector<std::string>& settings) const {

@@ -81,6 +81,34 @@ TEST(Document, TextAndPageShowTheSameNumbers) {
   EXPECT_EQ(numbers_in(words_of(html_of(document))), of_text);
 }
 
+TEST(Document, ShowsNumbersInTheFormatOfTheirColumn) {
+  EXPECT_EQ(shown({"", format::percent}, 0.0625), "6.250 %");
+  EXPECT_EQ(shown({"", format::fixed(2), "σ"}, -0.125), "-0.12 σ");
+  EXPECT_EQ(shown({"", format::significant(3)}, 12.3456), "12.3");
+  EXPECT_EQ(shown({"", format::count}, 1000.0), "1000");
+  EXPECT_EQ(shown({"", format::deviation}, std::nan("")), "-");
+}
+
+// Decimals of the fourth significant digit of σ, nine at most.
+TEST(Document, ShowsAValueAsExactlyAsItsDeviationIsKnown) {
+  EXPECT_EQ(shown({"", format::deviation}, Cell(3.25, 0.01)), "3.25000");
+  EXPECT_EQ(shown({"", format::deviation}, Cell(3.25, 0.0099)), "3.250000");
+  EXPECT_EQ(shown({"", format::deviation}, Cell(3.25, 20.0)), "3.25");
+  EXPECT_EQ(shown({"", format::deviation}, Cell(3.25, 2e-6)), "3.250000000");
+  EXPECT_EQ(shown({"", format::deviation}, Cell(1234.5678, 5000.0)), "1235");
+}
+
+TEST(Document, FoldsWhatIsLongAndOpensWhatShallBeSeen) {
+  Document document;
+  for (const bool open : {false, true}) {
+    const std::string title = open ? "open one" : "closed one";
+    document.sections.push_back({"a", "A", "A", {{Table{{{""}}, {{{"word"}}}, {title, open}}}}});
+  }
+  const std::string page = html_of(document);
+  EXPECT_NE(page.find("<details><summary>closed one</summary>"), std::string::npos) << page;
+  EXPECT_NE(page.find("<details open><summary>open one</summary>"), std::string::npos) << page;
+}
+
 TEST(Document, TextAndPageShowTheSameMarks) {
   const Document document = document_of_everything();
   const std::string text = text_of(document);
