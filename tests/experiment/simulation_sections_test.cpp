@@ -92,6 +92,7 @@ TEST_F(SimulationSections, TellWhichKeyOfTheControlIsWrong) {
           {":4:1: unknown key \"K_p\" in [control]; did you mean \"k_p\"?"});
   refused("law = \"pd\"\nomega_n = [1, 2, 3]\n",
           {":4:11: [control] omega_n has 3 entries, must have one for each"});
+  refused("law = \"pd\"\nomega_n = [1]\n", {":4:11: [control] omega_n has 1 entry, must have one for each"});
   refused("law = \"pd\"\nk_p = 1\nk_v = 0\n",
           {"[control] k_v of joint \"joint_1\" is 0, must be finite and of the sign"});
   refused("law = \"pd\"\nk_p = 1\nk_v = 1\nomega_n = 1\n", {"give either omega_n and zeta, or k_p and k_v"});
