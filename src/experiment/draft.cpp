@@ -10,6 +10,7 @@
 
 #include "experiment/recognised_columns.hpp"
 #include "experiment/sections.hpp"
+#include "experiment/text_file.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
 #include "rivid/data/time_stamps.hpp"
@@ -20,6 +21,7 @@ namespace rivid {
 
 namespace {
 
+using detail::from_folder;
 using detail::RecognisedColumns;
 using Path = std::filesystem::path;
 
@@ -44,15 +46,6 @@ std::string toml_strings(std::span<const std::string> items) {
     out += (out.empty() ? "" : ", ") + toml_string(item);
   }
   return "[" + out + "]";
-}
-
-// A path as it is written in a file of that folder: relative where both may move together.
-std::string from_folder(const Path& path, const Path& folder) {
-  std::error_code error;
-  const std::string relative =
-      std::filesystem::proximate(path, folder.empty() ? Path(".") : folder, error).generic_string();
-  return error || relative.starts_with("../../") ? std::filesystem::absolute(path).generic_string()
-                                                 : relative;
 }
 
 // The clock of a log.

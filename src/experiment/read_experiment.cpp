@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 
+#include "experiment/read_excitation.hpp"
 #include "experiment/sections.hpp"
+#include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 
 namespace rivid {
@@ -9,41 +12,37 @@ using detail::TomlReader;
 
 namespace {
 
-const TomlReader& require(const std::optional<TomlReader>& section, const std::filesystem::path& path,
-                          const char* name) {
-  if (!section) {
-    throw InputError(path.string() + ": section [" + name + "] is missing");
-  }
-  return *section;
-}
+constexpr auto of_identification = std::to_array<std::string_view>({"robot", "log", "signal"});
+constexpr auto of_simulation =
+    std::to_array<std::string_view>({"robot", "control", "reference", "simulation"});
+constexpr auto of_monte_carlo =
+    std::to_array<std::string_view>({"robot", "control", "reference", "simulation", "montecarlo"});
+constexpr auto of_excitation = std::to_array<std::string_view>({"robot", "excitation"});
 
 // The sections of a file, looked up before one can be missing, so that a mistyped name is reported first.
 struct FileSections {
-  FileSections(const toml::table& table, const std::filesystem::path& path, Use use) {
+  FileSections(const toml::table& table, const std::filesystem::path& path,
+               std::span<const std::string_view> required) {
     TomlReader keys(table, path.string(), "");
     for (const auto& [name, section] :
          {std::pair("robot", &robot), std::pair("log", &log), std::pair("signal", &signal),
           std::pair("method", &method), std::pair("validation", &validation), std::pair("control", &control),
           std::pair("reference", &reference), std::pair("simulation", &simulation),
-          std::pair("montecarlo", &montecarlo)}) {
+          std::pair("montecarlo", &montecarlo), std::pair("excitation", &excitation)}) {
       if (auto found = keys.section(name)) {
         section->emplace(std::move(*found));
       }
     }
     keys.finish();
-    require(robot, path, "robot");
-    if (use == Use::identification) {
-      require(log, path, "log");
-      require(signal, path, "signal");
-    } else {
-      require(control, path, "control");
-      require(reference, path, "reference");
-      require(simulation, path, "simulation");
+    for (const std::string_view name : required) {
+      if (!table.contains(name)) {
+        throw InputError(path.string() + ": section [" + std::string(name) + "] is missing");
+      }
     }
   }
 
   std::optional<TomlReader> robot, log, signal, method, validation, control, reference, simulation,
-      montecarlo;
+      montecarlo, excitation;
 };
 
 Experiment experiment_of(const FileSections& sections, const std::filesystem::path& path) {
@@ -75,6 +74,10 @@ Experiment experiment_of(const FileSections& sections, const std::filesystem::pa
   }
   if (sections.simulation) {
     out.simulation = detail::read_simulation(*sections.simulation, folder, n, out.control);
+  }
+  if (sections.excitation) {
+    std::vector<std::filesystem::path> known;
+    (void)detail::read_excitation_options(*sections.excitation, folder, out.robot, known);  // its checks
   }
   return out;
 }
@@ -115,19 +118,21 @@ constexpr std::string_view experiment_file = "the experiment file";
 Experiment read_experiment(const std::filesystem::path& path, Use use,
                            std::span<const std::string> settings) {
   const toml::table table = detail::parsed_toml(path, experiment_file, settings);
-  Experiment out = experiment_of(FileSections(table, path, use), path);
+  const std::span<const std::string_view> required =
+      use == Use::identification ? std::span<const std::string_view>(of_identification) : of_simulation;
+  Experiment out = experiment_of(FileSections(table, path, required), path);
   out.origins = detail::origins(table);
   return out;
 }
 
 MonteCarlo read_monte_carlo(const std::filesystem::path& path, std::span<const std::string> settings) {
   const toml::table table = detail::parsed_toml(path, experiment_file, settings);
-  const FileSections sections(table, path, Use::simulation);
+  const FileSections sections(table, path, of_monte_carlo);
   MonteCarlo out;
   out.experiment = experiment_of(sections, path);
   out.experiment.origins = detail::origins(table);
   out.settings.assign(settings.begin(), settings.end());
-  TomlReader keys = require(sections.montecarlo, path, "montecarlo");
+  TomlReader keys = *sections.montecarlo;
   keys.read(out);
   const toml::node* const trials = keys.find("trial");
   keys.finish();
@@ -136,6 +141,22 @@ MonteCarlo read_monte_carlo(const std::filesystem::path& path, std::span<const s
   }
   for (const toml::node* const trial : TomlReader::items(*trials)) {
     out.trials.push_back(read_trial(keys.section(*trial, "trial"), out, sections.signal.has_value()));
+  }
+  return out;
+}
+
+ExcitationPlan read_excitation(const std::filesystem::path& path, std::span<const std::string> settings) {
+  const toml::table table = detail::parsed_toml(path, experiment_file, settings);
+  const FileSections sections(table, path, of_excitation);
+  ExcitationPlan out;
+  out.experiment = experiment_of(sections, path);
+  out.experiment.origins = detail::origins(table);
+  out.settings.assign(settings.begin(), settings.end());
+  out.options = detail::read_excitation_options(*sections.excitation, path.parent_path(),
+                                                out.experiment.robot, out.known);
+  if (!out.known.empty() && (!sections.log || !sections.signal)) {
+    throw InputError(path.string() +
+                     ": [excitation] known names logs, which [log] and [signal] say how to read");
   }
   return out;
 }

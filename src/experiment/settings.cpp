@@ -3,6 +3,7 @@
 
 #include "experiment/json_fields.hpp"
 #include "experiment/sections.hpp"
+#include "rivid/experiment/excitation.hpp"
 #include "rivid/simulate/control_laws.hpp"
 
 namespace rivid {
@@ -198,6 +199,20 @@ std::vector<Setting> settings(const Experiment& experiment, Use use) {
   std::vector<Setting> out = std::move(collector).settings();
   for (Setting& setting : out) {
     setting.origin = origin_of(setting.key, experiment.origins);
+  }
+  return out;
+}
+
+std::vector<Setting> settings(const ExcitationPlan& plan) {
+  Collector collector;
+  add_robot(collector, plan.experiment);
+  collector.add("excitation", plan.options);
+  collector.add("excitation", plan.options.noise);
+  collector.add_value("excitation.known", plan.known);
+  collector.add("excitation.limits", plan.options.limits);
+  std::vector<Setting> out = std::move(collector).settings();
+  for (Setting& setting : out) {
+    setting.origin = origin_of(setting.key, plan.experiment.origins);
   }
   return out;
 }

@@ -38,6 +38,15 @@ std::string file_text(const std::filesystem::path& path, std::string_view what) 
   return text.str();
 }
 
+std::string from_folder(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  std::error_code error;
+  const std::string relative =
+      std::filesystem::proximate(path, folder.empty() ? std::filesystem::path(".") : folder, error)
+          .generic_string();
+  return error || relative.starts_with("../../") ? std::filesystem::absolute(path).generic_string()
+                                                 : relative;
+}
+
 TextTable read_text_table(const std::filesystem::path& path, std::string_view what) {
   TextTable out{.file = path.string(), .header = {}, .rows = {}};
   std::istringstream in(file_text(path, what));

@@ -12,6 +12,9 @@ namespace rivid::detail {
 /// @throws InputError  where it can not be read
 [[nodiscard]] std::string file_text(const std::filesystem::path& path, std::string_view what);
 
+/// A path as it is written in a file of that folder: relative where both may move together.
+[[nodiscard]] std::string from_folder(const std::filesystem::path& path, const std::filesystem::path& folder);
+
 /// A table whose cells may hold words: separated by commas or semicolons, with a header, blank lines and lines that
 /// start with # left out.
 struct TextTable {

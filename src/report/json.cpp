@@ -11,6 +11,7 @@
 
 #include "experiment/json_fields.hpp"
 #include "rivid/error.hpp"
+#include "rivid/report/excitation.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
@@ -256,6 +257,17 @@ Json control(const SimulationRecord& record) {
           {"gains", json_of(by_name(record.control.gains))}};
 }
 
+Json forecast_members(const ExcitationPlan& plan, const Forecast& forecast) {
+  return {{"format", 1},
+          {"robot", robot_members(plan.experiment.robot)},
+          {"log_det", forecast.log_det},
+          {"condition", forecast.condition},
+          {"parameters", json_of(forecast.parameters)},
+          {"limits", json_of(forecast.limits)},
+          {"information", json_of(forecast.information)},
+          {"warnings", warnings_of(forecast.findings)}};
+}
+
 }  // namespace
 
 InputFile input_file(const std::filesystem::path& path) {
@@ -307,6 +319,22 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.physical) {
     out["physical"] = physical(robot, result.base, *result.physical);
   }
+  return text_of(out);
+}
+
+std::string to_json(const ExcitationPlan& plan, const Forecast& forecast, const Provenance& provenance) {
+  Json out = forecast_members(plan, forecast);
+  out["provenance"] = members(provenance, Json::object());
+  return text_of(out);
+}
+
+std::string to_json(const ExcitationPlan& plan, const Excitation& excitation, const Provenance& provenance) {
+  Json out = forecast_members(plan, excitation.forecast);
+  out["motion"] = json_of(excitation.series);
+  out["stopped"] = excitation.stopped;
+  out["starts"] = json_of(excitation.starts);
+  out["best_start"] = excitation.best_start;
+  out["provenance"] = members(provenance, Json::object());
   return text_of(out);
 }
 

@@ -4,7 +4,9 @@
 #include <sstream>
 
 #include "experiment/json_fields.hpp"
+#include "experiment/read_excitation.hpp"
 #include "experiment/sections.hpp"
+#include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 #include "rivid/simulate/control_laws.hpp"
 
@@ -141,6 +143,8 @@ std::map<std::string, KeyTable> key_tables() {
       .add<SimulationOptions>()
       .add<SimulationOptions>(SimulationOptions::integration());
   out["simulation.added_control"].add<SimulationPlan::AddedControl>();
+  out["excitation"].add<ExcitationOptions>().add<TorqueNoise>().add<ExcitationPlan>(excitation_keys);
+  out["excitation.limits"].add<MotionLimits>();
   out["montecarlo"].add<MonteCarlo>();
   out["montecarlo.trial"].add<MonteCarlo::Trial>(trial_keys);
   return out;
@@ -159,7 +163,10 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.essential", member_table<EssentialParameters>()},
                                             {"result.physical", member_table<PhysicalParameters>()},
                                             {"result.iterations", member_table<IvIteration>()},
-                                            {"result.loop", member_table<LoopDiagnosis>()}};
+                                            {"result.loop", member_table<LoopDiagnosis>()},
+                                            {"plan.parameters", member_table<ForetoldParameter>()},
+                                            {"plan.limits", member_table<LimitUse>()},
+                                            {"plan.starts", member_table<StartReport>()}};
   for (const auto& [name, table] : key_tables()) {
     out[name] = table.text();
   }

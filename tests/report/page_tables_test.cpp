@@ -1,4 +1,4 @@
-// The tables of docs/experiment.md and docs/result.md are those of the fields, and the reader knows their keys.
+// The tables of docs/experiment.md, docs/result.md and docs/excite.md are those of the fields, and the reader knows their keys.
 //
 // After a change of a field: RIVID_WRITE_PAGES=1 build/test/tests/report_page_tables_test
 
@@ -41,8 +41,11 @@ void expect_tables(const std::string& name) {
 TEST(PageTables, OfTheExperimentFileAreThoseOfItsFields) { expect_tables("experiment.md"); }
 TEST(PageTables, OfTheResultAreThoseOfItsFields) { expect_tables("result.md"); }
 
+TEST(PageTables, OfThePlanAreThoseOfItsFields) { expect_tables("excite.md"); }
+
 TEST(PageTables, AreAllOnAPage) {
-  const std::string pages = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/result.md");
+  const std::string pages =
+      text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/result.md") + text_of(RIVID_DOCS "/excite.md");
   for (const auto& [name, table] : page_tables()) {
     EXPECT_NE(pages.find("<!-- table: " + name + " -->"), std::string::npos) << name;
   }

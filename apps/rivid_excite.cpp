@@ -1,0 +1,212 @@
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "rivid/data/csv.hpp"
+#include "rivid/error.hpp"
+#include "rivid/experiment/excitation.hpp"
+#include "rivid/report/excitation.hpp"
+#include "rivid/report/file.hpp"
+#include "rivid/signal/filter.hpp"
+#include "rivid/text.hpp"
+#include "tool.hpp"
+
+namespace {
+
+using namespace rivid;
+using namespace rivid::apps;
+using Clock = std::chrono::steady_clock;
+
+struct Arguments {
+  std::filesystem::path experiment;
+  std::filesystem::path motion;  // of the subcommand forecast
+  std::optional<std::int64_t> seconds;
+  std::optional<int> starts;
+  std::optional<std::int64_t> seed;
+  int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
+  std::vector<std::string> set;
+  std::filesystem::path output;
+  bool json = false;
+  bool quiet = false;
+  bool dry_run = false;
+};
+
+const std::string exit_codes = "Exit codes: 0 done, 2 bad input or usage, 3 numerical failure.\n";
+
+Command command_of(Arguments& to) {
+  return {
+      .name = "rivid_excite",
+      .description =
+          "Designs the motion that tells most of a robot's parameters, and foretells how well each will be "
+          "known.",
+      .arguments = {{.name = "experiment",
+                     .value = "EXPERIMENT.toml",
+                     .text = "Experiment file (TOML): robot, excitation",
+                     .target = &to.experiment,
+                     .required = true},
+                    {"--seconds", "NUMBER", "Time for the search: the best motion found until then is taken",
+                     &to.seconds, IntegerRange{1, 1'000'000}},
+                    {"--starts", "NUMBER", "Random motions to begin with, instead of the experiment file's",
+                     &to.starts, IntegerRange{1, 100'000}},
+                    {"--seed", "NUMBER", "Seed instead of the experiment file's", &to.seed,
+                     IntegerRange{0, std::numeric_limits<std::int64_t>::max()}},
+                    {"--threads", "NUMBER", "Starts at a time; default: one for each processor", &to.threads,
+                     thread_range},
+                    set_argument(to.set),
+                    {"--output", "DIR", "Folder for the files; default: EXPERIMENT_excitation", &to.output},
+                    {"--json", "", "Print plan.json", &to.json},
+                    {"--quiet", "", "Print nothing but errors", &to.quiet},
+                    {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+                     &to.dry_run}},
+      .footer =
+          "Ctrl-C ends the search and keeps the best motion so far.\n"
+          "\"rivid_excite forecast EXPERIMENT.toml MOTION.csv\" foretells the same for a motion that is "
+          "there already.\n" +
+          exit_codes + "The keys of an experiment file are listed in docs/experiment.md."};
+}
+
+Command forecast_command(Arguments& to) {
+  return {.name = "rivid_excite forecast",
+          .description = "Foretells how well each parameter will be known from a motion.",
+          .arguments = {{.name = "experiment",
+                         .value = "EXPERIMENT.toml",
+                         .text = "Experiment file (TOML): robot, excitation",
+                         .target = &to.experiment,
+                         .required = true},
+                        {.name = "motion",
+                         .value = "MOTION.csv",
+                         .text = "Positions over time, with the columns of [log]",
+                         .target = &to.motion,
+                         .required = true},
+                        set_argument(to.set),
+                        {"--output", "DIR", "Folder for forecast.json; without it nothing is written",
+                         &to.output},
+                        {"--json", "", "Print forecast.json", &to.json},
+                        {"--quiet", "", "Print nothing but errors", &to.quiet}},
+          .footer = exit_codes};
+}
+
+// What an interrupt sets; nothing else may be done in a handler.
+volatile std::sig_atomic_t interrupted = 0;
+void interrupt(int /*signal*/) { interrupted = 1; }
+
+// Flags override the experiment file; what they changed is kept for the provenance.
+Overrides apply(const Arguments& arguments, ExcitationPlan& plan) {
+  Overrides overrides;
+  const auto note = [&](const std::string& key, const std::string& value) {
+    overrides.emplace_back(key, value);
+    plan.experiment.origins["excitation." + key] = "--" + key;
+  };
+  if (arguments.starts) {
+    plan.options.starts = *arguments.starts;
+    note("starts", std::to_string(*arguments.starts));
+  }
+  if (arguments.seed) {
+    plan.options.seed = static_cast<std::uint64_t>(*arguments.seed);
+    note("seed", std::to_string(*arguments.seed));
+  }
+  if (arguments.seconds) {
+    overrides.emplace_back("seconds", std::to_string(*arguments.seconds));
+  }
+  return overrides;
+}
+
+Provenance provenance_of(const ExcitationPlan& plan, Overrides overrides) {
+  Provenance out{
+      .program = "rivid_excite", .inputs = {}, .overrides = std::move(overrides), .settings = settings(plan)};
+  for (const std::string& setting : plan.settings) {
+    const std::size_t equals = setting.find('=');
+    out.overrides.emplace_back("set " + setting.substr(0, equals), setting.substr(equals + 1));
+  }
+  for (const std::filesystem::path& input : plan.inputs()) {
+    out.inputs.push_back(input_file(input));
+  }
+  return out;
+}
+
+Excitation designed(const Arguments& arguments, ExcitationPlan& plan) {
+  ProgressBar bar(!arguments.quiet);
+  plan.options.threads = arguments.threads;
+  plan.options.progress = std::ref(bar);
+  const auto end = Clock::now() + std::chrono::seconds(arguments.seconds.value_or(0));
+  plan.options.stopped = [&] { return interrupted != 0 || (arguments.seconds && Clock::now() >= end); };
+  // A second Ctrl-C ends the program at once.
+  struct sigaction action = {};
+  action.sa_handler = interrupt;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  return design(plan.experiment.robot, plan.options);
+}
+
+int design_from(const Arguments& arguments) {
+  ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
+  Overrides overrides = apply(arguments, plan);
+  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_excitation");
+  const std::filesystem::path motion = folder / "motion.csv";
+  const std::filesystem::path experiment = folder / "experiment.toml";
+  const std::filesystem::path file = folder / "plan.json";
+  plan.options.known = known_information(plan);
+  if (arguments.dry_run) {
+    const MotionBounds bounds = motion_bounds(plan.experiment.robot, plan.options.limits);
+    if (const auto fault = missing_limit(plan.experiment.robot, bounds)) {
+      throw InputError(arguments.experiment.string() + ": " + *fault);
+    }
+    if (!arguments.quiet) {
+      print("settings\n" + in_lines(settings(plan)) + "\n" + would_write({motion, experiment, file}));
+      tell(bounds.findings);
+    }
+    return success;
+  }
+  const Excitation found = designed(arguments, plan);
+  const std::string json = to_json(plan, found, provenance_of(plan, std::move(overrides)));
+  write_file(motion, motion_csv(found));
+  write_file(experiment, experiment_text(plan, found, folder));
+  write_file(file, json);
+  if (!arguments.quiet) {
+    print(arguments.json ? json : summary(found));
+    std::cerr << "wrote " << motion.string() << ", " << experiment.string() << " and " << file.string()
+              << '\n';
+  }
+  return success;
+}
+
+int forecast_from(const Arguments& arguments) {
+  ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
+  plan.options.known = known_information(plan);
+  const Log log = read_csv(arguments.motion, plan.experiment.log.columns);
+  if (const auto fault = log.complaint()) {
+    throw InputError(*fault);
+  }
+  Motion motion = differentiate(log.q, log.f_m);
+  const Forecast found = forecast(plan.experiment.robot, motion, log.f_m, plan.options);
+  Provenance provenance = provenance_of(plan, {});
+  provenance.inputs.push_back(input_file(arguments.motion));
+  const std::string json = to_json(plan, found, provenance);
+  if (!arguments.output.empty()) {
+    write_file(arguments.output / "forecast.json", json);
+  }
+  if (!arguments.quiet) {
+    print(arguments.json ? json : summary(found));
+  }
+  return success;
+}
+
+int tool(int argc, char** argv) {
+  Arguments arguments;
+  if (argc > 1 && std::string_view(argv[1]) == "forecast") {
+    return run_command(forecast_command(arguments), argc - 1, argv + 1,
+                       [&] { return forecast_from(arguments); });
+  }
+  return run_command(command_of(arguments), argc, argv, [&] { return design_from(arguments); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return run_tool("rivid_excite", tool, argc, argv); }

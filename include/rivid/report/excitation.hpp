@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "rivid/excite/excitation.hpp"
+#include "rivid/experiment/excitation.hpp"
+#include "rivid/report/json.hpp"
+
+namespace rivid {
+
+/// A designed motion as JSON, the content of plan.json; docs/excite.md describes its members.
+[[nodiscard]] std::string to_json(const ExcitationPlan& plan, const Excitation& excitation,
+                                  const Provenance& provenance);
+/// The same of a forecast alone.
+[[nodiscard]] std::string to_json(const ExcitationPlan& plan, const Forecast& forecast,
+                                  const Provenance& provenance);
+
+/// For people: what each parameter will be known to, and how much of each limit is used. UTF-8, at most 110 columns wide.
+[[nodiscard]] std::string summary(const Excitation& excitation);
+[[nodiscard]] std::string summary(const Forecast& forecast);
+
+/// A motion as text, one row a sample: t, q1 …, qd1 …, qdd1 … and, where torques are foretold, tau1 …, in SI units.
+/// read_csv() reads it as a log.
+[[nodiscard]] std::string motion_csv(const Excitation& excitation);
+
+}  // namespace rivid

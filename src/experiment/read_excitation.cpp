@@ -1,0 +1,75 @@
+#include "experiment/read_excitation.hpp"
+
+#include "experiment/sections.hpp"
+#include "rivid/error.hpp"
+#include "rivid/experiment/excitation.hpp"
+#include "rivid/identify/rows.hpp"
+
+namespace rivid {
+
+namespace detail {
+
+ExcitationOptions read_excitation_options(TomlReader keys, const std::filesystem::path& folder,
+                                          const Robot& robot, std::vector<std::filesystem::path>& known) {
+  const Index n = robot.size();
+  ExcitationOptions out;
+  keys.read(out, n);
+  keys.read(out.noise, n);
+  if (const toml::node* const node = keys.find("known")) {
+    for (const toml::node* const item : TomlReader::items(*node)) {
+      known.push_back(file_at(keys, *item, "known", folder));
+    }
+  }
+  if (auto limits = keys.section("limits")) {
+    limits->read(out.limits, n);
+    limits->finish();
+    limits->refuse(out.limits.complaint(n));
+  }
+  keys.finish();
+  keys.refuse(out.complaint(robot));
+  return out;
+}
+
+}  // namespace detail
+
+std::vector<std::filesystem::path> ExcitationPlan::inputs() const {
+  std::vector<std::filesystem::path> out = {experiment.file, experiment.robot_file};
+  out.insert(out.end(), known.begin(), known.end());
+  return out;
+}
+
+Matrix known_information(const ExcitationPlan& plan) {
+  if (plan.known.empty()) {
+    return {};
+  }
+  const Robot& robot = plan.experiment.robot;
+  const Vector& sigma = plan.options.noise.sigma;
+  if (sigma.size() == 0) {
+    throw InputError(plan.experiment.file.string() +
+                     ": [excitation] noise is required with known: it says what earlier logs are worth");
+  }
+  LogSource source = plan.experiment.log;
+  source.files = plan.known;
+  const BaseParameters base = base_parameters(robot);
+  const double noise_hz =
+      plan.options.noise.rate_hz > 0.0 ? plan.options.noise.rate_hz : plan.options.rate_hz;
+  Matrix out = Matrix::Zero(base.size(), base.size());
+  for (const Log& log : read_logs(source, robot)) {
+    const SignalOptions& signal = plan.experiment.estimation.signal;
+    const Rows rows_of_log = rows(robot, base, log, signal);
+    double n_d = 1.0;
+    for (const int factor : signal.decimation) {
+      n_d *= factor;
+    }
+    // A row stands for its part of the time.
+    const double worth = noise_hz * n_d / log.f_m;
+    for (std::size_t j = 0; j < rows_of_log.W.joints.size(); ++j) {
+      const JointRows& joint = rows_of_log.W.joints[j];
+      const double deviation = sigma[static_cast<Index>(j)];
+      out(joint.columns, joint.columns) += worth / (deviation * deviation) * joint.W.transpose() * joint.W;
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid

@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <array>
+
+#include "report/document.hpp"
+#include "rivid/report/excitation.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace detail {
+
+namespace {
+
+using Parameter = ForetoldParameter;
+
+Mark mark_of(const Parameter& parameter) {
+  switch (parameter.prospect) {
+    case Parameter::Prospect::weak:
+      return Mark::weak;
+    case Parameter::Prospect::unseen:
+      return Mark::unseen;
+    case Parameter::Prospect::good:
+      break;
+  }
+  return Mark::none;
+}
+
+Table parameter_table(const Forecast& forecast) {
+  return table_of<std::vector<Parameter>>(
+      forecast.parameters,
+      {{{"parameter", format::name}, [](const Parameter& p) { return p.name; }},
+       {{"a priori", format::deviation}, [](const Parameter& p) { return Cell(p.value, p.sigma); }},
+       {{"foretold σ", format::significant(2)}, [](const Parameter& p) { return p.sigma; }},
+       {{"%σ", format::fixed(1)}, [](const Parameter& p) { return p.relative_sigma_percent; }},
+       {{"unit"}, [](const Parameter& p) { return p.unit; }}},
+      mark_of);
+}
+
+Table limit_table(const Forecast& forecast) {
+  return table_of<std::vector<LimitUse>>(
+      forecast.limits,
+      {{{"joint", format::name}, [](const LimitUse& l) { return l.joint; }},
+       {{"limit"}, [](const LimitUse& l) { return l.quantity; }},
+       {{"used", format::percents(1)}, [](const LimitUse& l) { return l.share; }},
+       {{"extreme", format::significant(4)}, [](const LimitUse& l) { return l.value; }},
+       {{"allowed", format::significant(4)}, [](const LimitUse& l) { return l.limit; }},
+       {{"unit"}, [](const LimitUse& l) { return l.unit; }},
+       {{"at s", format::fixed(2)}, [](const LimitUse& l) { return l.time; }}},
+      [](const LimitUse& l) { return l.share > 1.0 ? Mark::bad : Mark::none; });
+}
+
+// "52 parameters, of which 49 within 30 %, 3 weak, none unseen".
+std::string verdict(const Forecast& forecast) {
+  const auto of = [&](Parameter::Prospect prospect) {
+    return std::ranges::count(forecast.parameters, prospect, &Parameter::prospect);
+  };
+  return counted(std::ssize(forecast.parameters), "base parameter") + ": " +
+         std::to_string(of(Parameter::Prospect::good)) + " will be known within 30 %, " +
+         std::to_string(of(Parameter::Prospect::weak)) + " are weak (?), " +
+         std::to_string(of(Parameter::Prospect::unseen)) + " unseen (x)";
+}
+
+Document document_of(const Forecast& forecast) {
+  Document out;
+  out.line = verdict(forecast);
+  out.opening.push_back(
+      {Sentence{"log det of the information " + number(forecast.log_det, 6) +
+                ", condition of the weighted observation matrix " + number(forecast.condition, 4)}});
+  out.opening.push_back({FindingList{forecast.findings}});
+  Section parameters{.id = "parameters", .title = "Parameters", .heading = "Foretold standard deviations"};
+  parameters.blocks.push_back({parameter_table(forecast)});
+  Section limits{.id = "limits", .title = "Limits", .heading = "Limits"};
+  limits.blocks.push_back({limit_table(forecast)});
+  out.sections = {std::move(parameters), std::move(limits)};
+  return out;
+}
+
+Document document_of(const Excitation& excitation) {
+  Document out = document_of(excitation.forecast);
+  const double duration = excitation.series.duration;
+  out.line = "Motion of " + number(duration, 4) + " s: " + out.line;
+  if (excitation.stopped) {
+    out.opening.insert(out.opening.begin(),
+                       {Sentence{"the search was ended early: this is the best so far"}});
+  }
+  return out;
+}
+
+}  // namespace
+
+}  // namespace detail
+
+std::string summary(const Forecast& forecast) { return detail::text_of(detail::document_of(forecast)); }
+std::string summary(const Excitation& excitation) { return detail::text_of(detail::document_of(excitation)); }
+
+std::string motion_csv(const Excitation& excitation) {
+  const Motion& motion = excitation.motion;
+  const std::array<std::pair<const char*, const Matrix*>, 4> columns = {
+      {{"q", &motion.q}, {"qd", &motion.qd}, {"qdd", &motion.qdd}, {"tau", &excitation.forecast.tau}}};
+  std::string out = "t";
+  for (const auto& [name, values] : columns) {
+    for (Index j = 0; j < values->cols(); ++j) {
+      out += "," + std::string(name) + std::to_string(j + 1);
+    }
+  }
+  out += '\n';
+  for (Index k = 0; k < excitation.t.size(); ++k) {
+    out += exact(excitation.t[k]);
+    for (const auto& [name, values] : columns) {
+      for (Index j = 0; j < values->cols(); ++j) {
+        out += "," + exact((*values)(k, j));
+      }
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace rivid
