@@ -19,6 +19,8 @@ using Path = std::filesystem::path;
 constexpr auto file_keys =
     std::to_array<std::string_view>({"urdf", "mdh", "file", "files", "table", "parameters"});
 constexpr double rows_a_period = 100.0;  // of the highest harmonic
+constexpr double cutoff_over_motion =
+    10.0;  // low-pass of the positions over the highest frequency of the motion
 
 // Paths of a file in one folder as those of a file in another.
 void move_paths(toml::node& node, bool is_file, const Path& from, const Path& to) {
@@ -116,6 +118,11 @@ std::string experiment_text(const ExcitationPlan& plan, const Excitation& excita
   toml::table& signal = section(file, "signal");
   if (signal.empty()) {
     signal.insert("decimation", decimation(plan.options));
+    if (controlled) {
+      signal.insert("cutoff_hz", "off");  // instruments do without a filter
+    } else {
+      signal.insert("cutoff_hz", cutoff_over_motion * plan.options.harmonics / plan.options.duration);
+    }
     if (controlled && plan.experiment.control->sampling.period > 0.0) {
       signal.insert("torque_held", true);
     }

@@ -44,8 +44,8 @@ TEST(PageTables, OfTheResultAreThoseOfItsFields) { expect_tables("result.md"); }
 TEST(PageTables, OfThePlanAreThoseOfItsFields) { expect_tables("excite.md"); }
 
 TEST(PageTables, AreAllOnAPage) {
-  const std::string pages =
-      text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/result.md") + text_of(RIVID_DOCS "/excite.md");
+  const std::string pages = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/result.md") +
+                            text_of(RIVID_DOCS "/excite.md");
   for (const auto& [name, table] : page_tables()) {
     EXPECT_NE(pages.find("<!-- table: " + name + " -->"), std::string::npos) << name;
   }
