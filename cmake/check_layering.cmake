@@ -21,12 +21,13 @@ set(export_may_include model regressor data identify simulate experiment report)
 
 include(${CMAKE_CURRENT_LIST_DIR}/RividHeaders.cmake)
 
-# The rooms of src/identify/: rows → estimate → infer.
-set(rooms rows physical estimate infer check)
+# The rooms of src/identify/: rows → estimate → infer → choose.
+set(rooms rows physical estimate infer choose check)
 set(rows_may_see "")
 set(physical_may_see "")
 set(estimate_may_see rows)
 set(infer_may_see rows estimate)
+set(choose_may_see rows estimate infer)
 set(check_may_see rows)
 
 if(NOT IS_DIRECTORY "${SOURCE_DIR}/include/rivid")

@@ -120,6 +120,13 @@ constexpr std::array codes = {
     DiagnosticCode{"small_torque_delay", note, "Torques and positions are a little apart in time.",
                    "The torques fit the motion better when they are shifted in time, but well without it.",
                    "Nothing, or change [log] torque_lag by the samples that the text gives."},
+    DiagnosticCode{"noise_bias", warning, "Noise of the positions biases parameters.",
+                   "Least squares takes the noise of positions that are differentiated twice for motion. "
+                   "What it does to each "
+                   "parameter is computed from the noise that the log shows.",
+                   "Widen the window of the rows ([signal] decimation), or give controller and reference and "
+                   "take method \"iv\". Where "
+                   "decimation is \"auto\" no window helps: a faster or larger motion does."},
     DiagnosticCode{
         "torque_lag", warning, "Torques look a little early or late beside the motion.",
         "What the model leaves of the torques goes along with their rate, by more than chance, and by enough "

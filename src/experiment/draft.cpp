@@ -25,7 +25,6 @@ using detail::from_folder;
 using detail::RecognisedColumns;
 using Path = std::filesystem::path;
 
-constexpr double row_spacing = 0.02;  // [s], what one row of the fit stands for
 // No log of a moving arm is slower than that; what seems to be has its time in a smaller unit [Hz].
 constexpr double slowest_rate = 5.0;
 
@@ -190,18 +189,9 @@ void write_log(Writer& out, const detail::RecognisedLog& columns, const std::vec
   out.line();
 }
 
-void write_signal(Writer& out, const std::optional<Clock>& clock) {
+void write_signal(Writer& out) {
   out.line("[signal]");
-  out.key("cutoff_hz", toml_string("off"),
-          "no position filter: the decimation averages motion and torque alike");
-  const double rate_hz = clock ? clock->rate_hz : 0.0;
-  const long decimation = std::lround(row_spacing * rate_hz);
-  if (decimation > 1) {
-    out.key("decimation", std::to_string(decimation),
-            "a row every " + number(1e3 * static_cast<double>(decimation) / rate_hz, 3) + " ms");
-  } else {
-    out.comment("decimation = 20   # rate of the log in Hz / 50: a row every 20 ms");
-  }
+  out.key("decimation", toml_string("auto"), "the window of the rows is chosen by the noise of the log");
   out.comment(
       "torque_held = true   # where the torques are what the controller asked for, held until its next "
       "sample");
@@ -210,8 +200,8 @@ void write_signal(Writer& out, const std::optional<Clock>& clock) {
 
 void write_control(Writer& out, const std::optional<Clock>& clock) {
   out.comment(
-      "The log has a reference: with the control law, rivid_identify --method iv needs no filter that suits");
-  out.comment("the noise and is not biased by feedback (docs/control.md, docs/instrumental.md).");
+      "The log has a reference: with the control law, instrumental variables are not biased by noise and");
+  out.comment("feedback (docs/control.md, docs/instrumental.md).");
   out.comment("[control]");
   out.comment("law = \"pd\"        # or \"pid\", \"cascade\", \"computed_torque\"");
   out.comment("omega_n = 10      # rad/s: a guess of the bandwidth, one for all joints or a list");
@@ -282,9 +272,10 @@ std::string text_of(const Parts& found, const Path& file) {
   out.line();
   write_robot(out, found.robot, from_folder(found.robot_file, folder), found.options, found.by_control());
   write_log(out, found.columns, found.joints, std::span(files).first(fitted), found.clock);
-  write_signal(out, found.clock);
+  write_signal(out);
   out.line("[method]");
-  out.key("name", toml_string("wls"), "each joint weighted by its own noise");
+  out.key("name", toml_string("auto"),
+          "instrumental variables with [control] and a reference, else weighted least squares");
   out.line();
   if (fitted < files.size()) {
     out.line("[validation]");

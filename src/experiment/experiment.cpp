@@ -74,7 +74,11 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
                              const Progress& progress) {
   Estimation estimation = experiment.estimation;
   estimation.progress = progress;
-  if (Iv* const iv = std::get_if<Iv>(&estimation.method)) {
+  Auto* const open = std::get_if<Auto>(&estimation.method);
+  if (Iv* const iv = open != nullptr ? &open->iv : std::get_if<Iv>(&estimation.method)) {
+    if (!experiment.control && open != nullptr) {
+      return identify(experiment.robot, logs, estimation);
+    }
     if (!experiment.control) {
       throw InputError(
           experiment.file.string() +
@@ -88,13 +92,14 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
 }
 
 void Experiment::take_method(std::string_view name) {
-  for (const Method& method : {Method(Ols{}), Method(Wls{}), Method(iv)}) {
+  for (const Method& method : {Method(Ols{}), Method(Wls{}), Method(iv), Method(Auto{iv})}) {
     if (rivid::name(method) == name) {
       estimation.method = method;
       return;
     }
   }
-  throw InputError("Experiment: there is no method \"" + std::string(name) + "\", only ols, wls and iv");
+  throw InputError("Experiment: there is no method \"" + std::string(name) +
+                   "\", only ols, wls, iv and auto");
 }
 
 std::vector<std::filesystem::path> Experiment::inputs(Use use) const {

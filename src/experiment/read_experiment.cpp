@@ -12,7 +12,7 @@ using detail::TomlReader;
 
 namespace {
 
-constexpr auto of_identification = std::to_array<std::string_view>({"robot", "log", "signal"});
+constexpr auto of_identification = std::to_array<std::string_view>({"robot", "log"});
 constexpr auto of_simulation =
     std::to_array<std::string_view>({"robot", "control", "reference", "simulation"});
 constexpr auto of_monte_carlo =
@@ -82,7 +82,7 @@ Experiment experiment_of(const FileSections& sections, const std::filesystem::pa
   return out;
 }
 
-MonteCarlo::Trial read_trial(TomlReader keys, const MonteCarlo& plan, bool has_signal) {
+MonteCarlo::Trial read_trial(TomlReader keys, const MonteCarlo& plan) {
   MonteCarlo::Trial out{.label = {}, .experiment = plan.experiment};
   const toml::node* const label = keys.find("label");
   if (label == nullptr) {
@@ -97,8 +97,6 @@ MonteCarlo::Trial read_trial(TomlReader keys, const MonteCarlo& plan, bool has_s
   }
   if (const auto signal = keys.section("signal")) {
     out.experiment.estimation.signal = detail::read_signal(*signal, out.experiment.robot.size());
-  } else if (!has_signal) {
-    keys.fail("must have a table signal, since there is no section [signal] for all trials");
   }
   if (const auto control = keys.section("control")) {
     out.experiment.control = detail::read_control(*control, out.experiment.robot);
@@ -140,7 +138,7 @@ MonteCarlo read_monte_carlo(const std::filesystem::path& path, std::span<const s
     keys.fail("must have at least one table [[montecarlo.trial]]");
   }
   for (const toml::node* const trial : TomlReader::items(*trials)) {
-    out.trials.push_back(read_trial(keys.section(*trial, "trial"), out, sections.signal.has_value()));
+    out.trials.push_back(read_trial(keys.section(*trial, "trial"), out));
   }
   return out;
 }

@@ -64,12 +64,6 @@ void read_prefilter(TomlReader& keys, Iv& iv) {
 SignalOptions read_signal(TomlReader keys, Index n) {
   SignalOptions out;
   keys.read(out, n);
-  if (keys.find("cutoff_hz") == nullptr) {
-    keys.look_for_mistyped({"cutoff_hz"});
-    keys.fail(
-        "must say cutoff_hz, the cut-off of the position filter in Hz: some ten times the highest frequency "
-        "of the motion, or \"off\" for no filter");
-  }
   if (keys.find("torque_order") == nullptr) {
     out.torque_order = out.order;
   }

@@ -43,8 +43,11 @@ List list_of(std::string kind, const std::vector<std::string>& texts) {
 // ---------------------------------------------------------------------------------------------- words
 
 std::string in_words(const CovarianceReport& covariance) {
-  if (covariance.kind == CovarianceKind::hac) {
-    return "from the residuals, correlated over " + number(covariance.lag, 3) + " s (Newey-West)";
+  if (covariance.kind == CovarianceKind::hac || covariance.kind == CovarianceKind::blocks) {
+    return "from the residuals, correlated over " + number(covariance.lag, 3) + " s (Newey-West)" +
+           (covariance.blocks > 0 ? ", scaled to " + std::to_string(covariance.blocks) +
+                                        " blocks of time (median " + number(covariance.block_ratio, 3) + ")"
+                                  : "");
   }
   std::string out = "as if residuals were independent (classical)";
   if (covariance.decimation_factor != 1.0) {
@@ -115,8 +118,11 @@ Table parameters_table(const Parameters& parameters) {
                    {{"unit"}, [](const P& p) { return p.unit; }},
                    {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
                    {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+                   {{"sigma of noise", format::deviation, "", page},
+                    [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }},
                    {{"95 % interval"}, interval_words},
                    {{"", format::interval, "", page}, interval_bar},
+                   {{"bias by noise", format::fixed(2), "σ", page}, [](const P& p) { return p.noise_bias; }},
                    {{"a priori", format::significant(4), "", page}, [](const P& p) { return p.a_priori; }},
                    {{"grouped from"}, [](const P& p) { return p.regrouped == p.name ? "" : p.regrouped; }}},
                   mark_of);
@@ -690,6 +696,18 @@ Section provenance_section(const Robot& robot, const Identification& result, con
 
 // ---------------------------------------------------------------------------------------------- the whole
 
+// What was chosen in place of what was left open.
+std::vector<std::string> choices_of(const Identification& result) {
+  std::vector<std::string> out;
+  if (result.method_choice) {
+    out.push_back("method: " + result.method_choice->reason);
+  }
+  if (result.row_choice) {
+    out.push_back("rows: " + result.row_choice->reason);
+  }
+  return out;
+}
+
 KeyFigures figures_of(const Identification& result) {
   KeyFigures out{
       {{std::to_string(result.columns), "base parameters"}, {std::to_string(result.fit.rows), "rows"}}};
@@ -714,8 +732,10 @@ Document verdict_of(const Identification& result) {
   out.line = result.title + ": " + std::string(name(result.status)) + ", " + std::to_string(result.columns) +
              " base parameters from " + std::to_string(result.fit.rows) + " rows, relative error " +
              percent(result.fit.relative_error) + ", condition " + number(result.condition, 4);
-  out.opening = {
-      {list_of("reasons", result.reasons)}, {figures_of(result), page}, {FindingList{result.warnings}}};
+  out.opening = {{list_of("reasons", result.reasons)},
+                 {list_of("choices", choices_of(result))},
+                 {figures_of(result), page},
+                 {FindingList{result.warnings}}};
   return out;
 }
 
@@ -799,7 +819,7 @@ std::vector<std::pair<std::string, std::string>> row_settings(const SignalOption
   std::vector<std::pair<std::string, std::string>> out = {
       {"Rows", std::string(name(signal.exact_rows() ? RowScheme::exact : RowScheme::paper)) +
                    (signal.convention == Convention::matlab ? ", convention matlab" : "") +
-                   (signal.torque_held ? ", torques held between samples" : "")},
+                   (signal.held() ? ", torques held between samples" : "")},
       {"Filter of the positions", cutoff(signal.cutoff_hz, signal.order)},
       {"Filter of the torques", cutoff(signal.torque_cutoff_hz, signal.torque_order)},
       {"Decimation", decimation(signal.decimation)},

@@ -302,6 +302,12 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.diagnostics) {
     out["tests"] = json_of(*result.diagnostics);
   }
+  if (result.row_choice) {
+    out["row_choice"] = json_of(*result.row_choice);
+  }
+  if (result.method_choice) {
+    out["method_choice"] = json_of(*result.method_choice);
+  }
   if (result.iv) {
     out["iterations"] = json_of(result.iv->iterations);
     out["loop"] = json_of(result.iv->loop);

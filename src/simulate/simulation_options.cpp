@@ -48,6 +48,8 @@ bool not_negative(double value) { return std::isfinite(value) && value >= 0; }
 
 }  // namespace
 
+std::vector<double> detail::backward_difference() noexcept { return {1.0, -1.0}; }
+
 std::optional<std::string> Sampling::complaint(Index n) const {
   if (auto fault = outside("sampling.period", period, not_negative(period), "0 or positive [s]")) {
     return fault;

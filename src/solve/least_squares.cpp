@@ -265,13 +265,47 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   return out;
 }
 
+namespace {
+
+// A group with hardly more rows than its own fit takes away fits itself, and its weight would be without bounds: it is given the
+// relative error that other groups have, which counts as so many degrees of freedom.
+void pool_poor(std::span<const RowGroup> groups, const std::vector<double>& freedoms,
+               std::vector<double>& sigmas) {
+  constexpr double enough = 12.0;
+  const auto rms = [&](std::size_t g) {
+    return groups[g].qr.y_norm() / std::sqrt(static_cast<double>(groups[g].qr.rows()));
+  };
+  std::vector<double> relative;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (freedoms[g] >= enough && rms(g) > 0.0) {
+      relative.push_back(sigmas[g] / rms(g));
+    }
+  }
+  if (relative.empty()) {
+    return;
+  }
+  std::ranges::nth_element(relative, relative.begin() + std::ssize(relative) / 2);
+  const double typical = relative[relative.size() / 2];
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (groups[g].qr.rows() > 0 && freedoms[g] < enough) {
+      const double pooled = typical * rms(g);
+      sigmas[g] = std::sqrt((freedoms[g] * sigmas[g] * sigmas[g] + enough * pooled * pooled) /
+                            (freedoms[g] + enough));
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
   const Vector norms = column_norms(groups);
   std::vector<double> out;
+  std::vector<double> freedoms;
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
     if (rows == 0) {
       out.push_back(1.0);
+      freedoms.push_back(0.0);
       continue;
     }
     Matrix R = group.qr.R();
@@ -298,7 +332,9 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
     const double rounding =
         std::numeric_limits<double>::epsilon() * group.qr.y_norm() + std::numeric_limits<double>::min();
     out.push_back(std::max(norm, rounding) / std::sqrt(freedom));
+    freedoms.push_back(rows > rank ? freedom : 0.0);
   }
+  pool_poor(groups, freedoms, out);
   return out;
 }
 

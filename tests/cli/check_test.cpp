@@ -218,6 +218,8 @@ TEST_F(Check, NamesAMissingFilterOnlyForLeastSquares) {
   replace("cutoff_hz = 20", "cutoff_hz = \"off\"");
   expect_sound();  // the window of the decimation takes the noise away
   replace("decimation = 20\n", "");
+  expect_sound();  // a window that the noise asks for does so too
+  replace("cutoff_hz = \"off\"", "cutoff_hz = \"off\"\ndecimation = 1");
   expect_finding(findings(0), "warning", "cutoff_high", "joint_1");
   replace("name = \"wls\"", "name = \"iv\"");
   folder().write("scara.toml", folder().read("scara.toml") +

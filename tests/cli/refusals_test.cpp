@@ -325,14 +325,9 @@ TEST_F(Refusal, OfAnUnknownKeyOfAJoint) {
 
 TEST_F(Refusal, OfAMissingSection) {
   std::string text = folder().read("scara.toml");
-  const std::size_t signal = text.find("[signal]");
-  folder().write("scara.toml", text.erase(signal, text.find("[method]") - signal));
-  expect_refused({"scara.toml: section [signal] is missing"});
-}
-
-TEST_F(Refusal, OfAMissingCutOffTellsHowToChooseIt) {
-  edit("scara.toml", "cutoff_hz = 20", "");
-  expect_refused({"[signal] must say cutoff_hz", "\"off\" for no filter"});
+  const std::size_t log = text.find("[log]");
+  folder().write("scara.toml", text.erase(log, text.find("[signal]") - log));
+  expect_refused({"scara.toml: section [log] is missing"});
 }
 
 TEST_F(Refusal, OfASyntaxErrorNamesLineAndColumn) {
@@ -443,7 +438,8 @@ TEST_F(Refusal, OfAnUnknownMethodListsTheMethods) {
 
 TEST_F(Refusal, OfAnUnknownMethodInTheExperimentFile) {
   edit("scara.toml", R"(name = "wls")", R"(name = "lms")");
-  expect_refused({"scara.toml:24:8: [method] name is \"lms\", must be one of \"ols\", \"wls\" and \"iv\""});
+  expect_refused(
+      {"scara.toml:24:8: [method] name is \"lms\", must be one of \"ols\", \"wls\", \"iv\" and \"auto\""});
 }
 
 TEST_F(Refusal, OfAnUnknownFlag) { expect_refused({"--foo"}, {"scara.toml", "--foo"}); }

@@ -95,8 +95,8 @@ TEST_F(Draft, KnowsTheDefaultNames) {
   EXPECT_EQ(names_of(columns.reference), (Names{"qref1", "qref2", "qref3"}));
   EXPECT_TRUE(columns.control.empty()) << "torques are at hand";
   EXPECT_EQ(columns.time->name, "t");
-  EXPECT_EQ(read.estimation.signal.decimation, std::vector<int>{20}) << "a row every 20 ms";
-  EXPECT_EQ(read.estimation.signal.cutoff_hz, 0.0);
+  EXPECT_TRUE(read.estimation.signal.automatic());
+  EXPECT_EQ(name(read.estimation.method), "auto");
 }
 
 // Names that Universal Robots' real-time interface writes.
@@ -118,7 +118,7 @@ TEST_F(Draft, KnowsTheNamesOfUniversalRobots) {
   EXPECT_EQ(names_of(columns.reference_velocity), (Names{"target_qd_0", "target_qd_1", "target_qd_2"}));
   EXPECT_EQ(names_of(columns.control), (Names{"actual_current_0", "actual_current_1", "actual_current_2"}));
   EXPECT_TRUE(columns.torque.empty());
-  EXPECT_EQ(read.estimation.signal.decimation, std::vector<int>{10});
+  EXPECT_TRUE(read.estimation.signal.automatic());
 }
 
 // libfranka's: q_d is asked for, tau_ext_hat_filtered and tau_J_d are not what was measured.
@@ -176,7 +176,6 @@ TEST_F(Draft, TakesUnitsFromNames) {
   EXPECT_EQ(columns.position[2].scale, unit_scale("deg"));
   EXPECT_EQ(columns.torque[1].scale, 1e-3);
   EXPECT_EQ(columns.velocity[1].scale, unit_scale("deg/s"));
-  EXPECT_EQ(read.estimation.signal.decimation, std::vector<int>{20});
 }
 
 TEST_F(Draft, TakesUnitsFromTheEndsOfNames) {

@@ -87,7 +87,7 @@ TEST(ExactRows, LeaveOutReversalsAndStandstill) {
   EXPECT_NEAR(masks[0].threshold, 4.0 * noise, 0.1 * 4.0 * noise);
   for (Index k = 0; k < 2000; ++k) {
     const double velocity = 2.0 * std::cos(2.0 * static_cast<double>(k) / f_m);
-    const bool moving = masks[0].moving[static_cast<std::size_t>(k)] != 0;
+    const bool moving = masks[0].direction[static_cast<std::size_t>(k)] != 0;
     // q̈ reaches 4 rad/s²: within two samples of a reversal the velocity stays below 0.04 rad/s.
     if (std::abs(velocity) > 0.1) {
       EXPECT_TRUE(moving) << k;
@@ -95,7 +95,7 @@ TEST(ExactRows, LeaveOutReversalsAndStandstill) {
     if (std::abs(velocity) < masks[0].threshold) {
       EXPECT_FALSE(moving) << k;
     }
-    EXPECT_FALSE(masks[1].moving[static_cast<std::size_t>(k)]) << k;
+    EXPECT_FALSE(masks[1].direction[static_cast<std::size_t>(k)]) << k;
   }
 }
 
@@ -109,18 +109,18 @@ TEST(ExactRows, AMotorOfSeveralJointsReversesWithTheirSum) {
     q.row(k) << t, -t * t;
   }
   const std::vector<MotionMask> masks = motion_masks(robot, q, q, f_m, {});
-  EXPECT_FALSE(masks[0].moving[100]);
-  EXPECT_FALSE(masks[1].moving[100]);
-  EXPECT_TRUE(masks[0].moving[50]);
-  EXPECT_TRUE(masks[1].moving[150]);
+  EXPECT_FALSE(masks[0].direction[100]);
+  EXPECT_FALSE(masks[1].direction[100]);
+  EXPECT_TRUE(masks[0].direction[50]);
+  EXPECT_TRUE(masks[1].direction[150]);
 }
 
 TEST(ExactRows, WindowsLieWithinStretchesOfMotion) {
   MotionMask mask;
-  mask.moving.assign(100, 1);
-  mask.moving[30] = 0;
+  mask.direction.assign(100, 1);
+  mask.direction[30] = 0;
   for (std::size_t k = 60; k < 80; ++k) {
-    mask.moving[k] = 0;
+    mask.direction[k] = 0;
   }
   EXPECT_EQ(window_centres(mask, 0, 100, 10), (std::vector<Index>{9, 19, 40, 50, 89}));
   EXPECT_EQ(window_centres(mask, 5, 60, 10), (std::vector<Index>{9, 35, 45}));

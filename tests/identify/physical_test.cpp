@@ -251,7 +251,7 @@ TEST(PhysicalModel, IsWhatAWarningOfWeakExcitationAsksFor) {
              warning.text.find("the data can hardly tell apart") != std::string::npos;
     });
   };
-  Estimation method{.signal = test::ScaraStudy::filtered()};
+  Estimation method{.method = Ols{}, .signal = test::ScaraStudy::filtered()};
   EXPECT_EQ(warnings_of_weakness(identify(scara.robot, log, method)), 0);
   // Joint 2 hardly moves against joint 1: its own inertia and that which it carries look alike.
   log.q.col(1) = 0.005 * log.q.col(1).array() + 0.1;

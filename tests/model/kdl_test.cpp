@@ -232,7 +232,7 @@ TEST(RobotFromKdl, WarnsOfAnObliqueAxis) {
   EXPECT_EQ(
       robot.warnings[0].text,
       "joint \"elbow\": its axis (0.6, 0, 0.8) is oblique in the link frame; the parameters of its link are "
-      "told in a frame with the same origin that is turned to have z along the axis");
+      "given in a frame with the same origin that is turned to have z along the axis");
 }
 
 TEST(RobotFromKdl, TellsTheParametersOfADenavitHartenbergSegmentAtTheJoint) {

@@ -96,7 +96,9 @@ void parameters_are(Numbers& numbers, const Identification& result) {
     numbers.are(path + "/value", p.value);
     numbers.are(path + "/sigma", p.sigma);
     numbers.are(path + "/relative_sigma_percent", p.relative_sigma_percent);
+    numbers.are(path + "/plain_sigma", p.plain_sigma);
     numbers.are(path + "/interval_95", p.interval_95);
+    numbers.are(path + "/noise_bias", p.noise_bias);
     numbers.are(path + "/a_priori", p.a_priori);
     for (const auto& [name, coefficient] : result.base.regrouping(static_cast<Index>(i))) {
       numbers.are(path + "/regrouping/" + name, coefficient);
@@ -255,6 +257,8 @@ void result_is(const Robot& robot, const Identification& result) {
     numbers.are(at("/covariance/C_chi", static_cast<std::size_t>(row)), Vector(result.C_chi.row(row)));
   }
   numbers.are("/covariance/lag", result.covariance.lag);
+  numbers.are("/covariance/blocks", result.covariance.blocks);
+  numbers.are("/covariance/block_ratio", result.covariance.block_ratio);
   numbers.are("/covariance/decimation_factor", result.covariance.decimation_factor);
   numbers.are("/covariance/quantile_975", result.covariance.quantile_975);
   fit_is(numbers, "/fit", result.fit);
@@ -276,6 +280,16 @@ void result_is(const Robot& robot, const Identification& result) {
   }
   if (result.iv) {
     iterations_are(numbers, *result.iv);
+  }
+  if (result.row_choice) {
+    numbers.are("/row_choice/decimation", result.row_choice->decimation);
+    numbers.are("/row_choice/row_spacing", result.row_choice->row_spacing);
+    numbers.are("/row_choice/foretold/largest", result.row_choice->foretold.largest);
+    numbers.are("/row_choice/at_half/largest", result.row_choice->at_half.largest);
+    numbers.are("/row_choice/at_double/largest", result.row_choice->at_double.largest);
+  }
+  if (result.method_choice) {
+    numbers.are("/method_choice/least_squares", result.method_choice->least_squares);
   }
   if (result.physical) {
     physical_is(numbers, robot, result.base, *result.physical);

@@ -69,8 +69,10 @@ inline std::pair<Identification, std::vector<double>> unfiltered(Experiment expe
                                                                  std::string_view method) {
   experiment.take_method(method);
   const SignalOptions filtered = experiment.estimation.signal;
-  experiment.estimation.signal = {
-      .trim = filtered.trim, .velocity_threshold = filtered.velocity_threshold, .window = filtered.window};
+  experiment.estimation.signal = {.decimation = {1},
+                                  .trim = filtered.trim,
+                                  .velocity_threshold = filtered.velocity_threshold,
+                                  .window = filtered.window};
   Identification found = run(experiment);
   found.estimation.signal = filtered;
   std::vector<double> errors;

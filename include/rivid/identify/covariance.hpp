@@ -13,14 +13,15 @@ namespace rivid {
 
 /// How the covariance of an estimate is told.
 enum class CovarianceKind {
-  automatic,  ///< classical in Convention::matlab, hac otherwise
+  automatic,  ///< classical in Convention::matlab, blocks otherwise
   classical,  ///< (18) of [RIV]: as if the errors of the rows were independent of each other
-  hac  ///< from the errors themselves, however they are correlated over time and among joints: Newey & West (1987)
+  hac,  ///< from the errors themselves, however they are correlated over time and among joints: Newey & West (1987)
+  blocks  ///< that of `hac`, scaled to what the estimate moves by when a block of time is left out: model errors that last
 };
 
 template <>
 inline constexpr std::array names_of<CovarianceKind> =
-    std::to_array<std::string_view>({"automatic", "classical", "hac"});
+    std::to_array<std::string_view>({"automatic", "classical", "hac", "blocks"});
 
 struct CovarianceOptions {
   CovarianceKind kind = CovarianceKind::automatic;
@@ -31,22 +32,27 @@ struct CovarianceOptions {
 
   template <typename C = CovarianceOptions>
   static constexpr auto fields() {
-    return std::tuple(Field{"covariance", &C::kind,
-                            "where standard deviations come from, see [statistics](statistics.md). "
-                            "`\"hac\"`: from the residuals, however these are correlated in time and among "
-                            "joints; `\"classical\"`: (18), as if the errors of rows were independent; "
-                            "`\"automatic\"`: classical with `convention = \"matlab\"`, else HAC"},
-                      Field{"covariance_lag",
-                            &C::lag,
-                            "time over which `\"hac\"` counts residuals as correlated",
-                            {.otherwise = "by a rule", .unit = "s", .range = Range::above(0.0)}});
+    return std::tuple(
+        Field{"covariance", &C::kind,
+              "where standard deviations come from, see [statistics](statistics.md). "
+              "`\"hac\"`: from the residuals, however these are correlated in time and among "
+              "joints; `\"blocks\"`: the same, scaled to what the estimate moves by without one tenth of "
+              "the time each; `\"classical\"`: (18), as if the errors of rows were independent; "
+              "`\"automatic\"`: classical with `convention = \"matlab\"`, else blocks"},
+        Field{"covariance_lag",
+              &C::lag,
+              "time over which `\"hac\"` and `\"blocks\"` count residuals as correlated",
+              {.otherwise = "by a rule", .unit = "s", .range = Range::above(0.0)}});
   }
 };
 
 /// Where the standard deviations of an estimate come from.
 struct CovarianceReport {
   CovarianceKind kind = CovarianceKind::classical;
-  double lag = 0.0;  ///< of `hac` [s]
+  double lag = 0.0;  ///< of `hac` and `blocks` [s]
+  int blocks = 0;    ///< of time, of `blocks`; 0 where there were none
+  double block_ratio =
+      1.0;  ///< of the deviations that blocks tell over those of `hac`, the median of all parameters
   /// By which deviations were divided to undo what a decimation filter does to white errors, see deviation_factor();
   /// 1 where nothing was undone.
   double decimation_factor = 1.0;
@@ -57,16 +63,24 @@ struct CovarianceReport {
   static constexpr auto fields() {
     return std::tuple(
         Field{"kind", &R::kind,
-              "`\"hac\"`: from the residuals, correlated as they are; `\"classical\"`: (18), which takes the "
-              "errors of rows for independent"},
-        Field{"lag", &R::lag, "time over which `\"hac\"` counts residuals as correlated", {.unit = "s"}},
+              "`\"hac\"`: from the residuals, correlated as they are; `\"blocks\"`: scaled to the scatter of "
+              "blocks of "
+              "time; `\"classical\"`: (18), which takes the errors of rows for independent"},
+        Field{"lag", &R::lag, "time over which residuals count as correlated", {.unit = "s"}},
+        Field{"blocks", &R::blocks, "of time, of `\"blocks\"`; 0 where there were none"},
+        Field{"block_ratio",
+              &R::block_ratio,
+              "of the deviations that blocks tell over those of `\"hac\"`, the median of all parameters: far "
+              "above 1 where "
+              "errors of the model outweigh noise",
+              {.unit = "1"}},
         Field{"decimation_factor",
               &R::decimation_factor,
               "by which classical deviations were divided to undo the decimation; 1 where they were not",
               {.unit = "1"}},
         Field{"quantile_975",
               &R::quantile_975,
-              "half width of `interval_95` in σ: Student's t, widened for the lag with `\"hac\"`",
+              "half width of `interval_95` in σ: Student's t, widened for the lag but with `\"classical\"`",
               {.unit = "1"}});
   }
 };

@@ -156,14 +156,20 @@ inline constexpr std::array names_of<Iv::Weights> = std::to_array<std::string_vi
 /// Base parameters to begin with that make M(q) regular without any knowledge of the robot, (48) and (51) of [RIV].
 [[nodiscard]] Vector regular_start(const Robot& robot, const BaseParameters& base);
 
+/// The method that the logs allow, see MethodChoice: instrumental variables where controller and reference are known, least squares
+/// where they are not, or where there is no answer by instruments.
+struct Auto {
+  Iv iv = {};  ///< with the controller, where it is known
+};
+
 /// How an estimate is made of the rows; what belongs to one method alone is a member of its struct.
-using Method = std::variant<Ols, Wls, Iv>;
+using Method = std::variant<Ols, Wls, Iv, Auto>;
 
 /// Their names, in their order.
-inline constexpr std::array<std::string_view, 3> method_names = {"ols", "wls", "iv"};
-/// "ols", "wls", "iv".
+inline constexpr std::array<std::string_view, 4> method_names = {"ols", "wls", "iv", "auto"};
+/// "ols", "wls", "iv", "auto".
 [[nodiscard]] std::string_view name(const Method& method);
-/// "IDIM-OLS", "IDIM-WLS", "IDIM-IV".
+/// "IDIM-OLS", "IDIM-WLS", "IDIM-IV", "automatic".
 [[nodiscard]] std::string_view title(const Method& method);
 
 /// Called on the way through a long computation with a name and the fraction done, 0 to 1.
@@ -171,7 +177,7 @@ using Progress = std::function<void(std::string_view stage, double fraction)>;
 
 /// What identify() does: rows by `signal`, an estimate of them by `method`, and what is inferred from it.
 struct Estimation {
-  Method method = Ols{};
+  Method method = Auto{};
   SignalOptions signal = {};
   CovarianceOptions covariance = {};
   std::optional<Physical> physical = {};    ///< the physically consistent model as well

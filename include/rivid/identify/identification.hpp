@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -44,14 +45,17 @@ inline constexpr std::array names_of<Verdict> =
 
 /// One identified base parameter with its statistics, Eqs. (17–19) of [RIV].
 struct ParameterEstimate {
-  std::string name;                                ///< "ZZ1R"
-  std::string unit;                                ///< SI, joint side
-  std::string regrouped;                           ///< "ZZ1 + Ia1 + 0.25 M2"
-  double value = 0.0;                              ///< not a number where the data do not determine it
-  double sigma = 0.0;                              ///< standard deviation; infinite where undetermined
-  double relative_sigma_percent = 0.0;             ///< 100 σ / |value|
+  std::string name;                     ///< "ZZ1R"
+  std::string unit;                     ///< SI, joint side
+  std::string regrouped;                ///< "ZZ1 + Ia1 + 0.25 M2"
+  double value = 0.0;                   ///< not a number where the data do not determine it
+  double sigma = 0.0;                   ///< standard deviation; infinite where undetermined
+  double relative_sigma_percent = 0.0;  ///< 100 σ / |value|
+  double plain_sigma = 0.0;  ///< σ of CovarianceKind::hac, where `sigma` is that of `blocks`; else the same
   std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
-  double a_priori = 0.0;                           ///< the same base parameter from the robot description
+  /// Expected bias by the noise of the positions, in σ. Not a number where instruments know none of that noise, and for robust estimates.
+  double noise_bias = std::numeric_limits<double>::quiet_NaN();
+  double a_priori = 0.0;  ///< the same base parameter from the robot description
   Verdict verdict = Verdict::identified;
   std::string advice;  ///< why it is not `identified`, and the motion that would help; else empty
 
@@ -69,7 +73,17 @@ struct ParameterEstimate {
               {.unit = "`unit`"}},
         Field{
             "relative_sigma_percent", &R::relative_sigma_percent, "100 σ / \\|value\\| (19)", {.unit = "%"}},
+        Field{"plain_sigma",
+              &R::plain_sigma,
+              "deviation by the residuals alone, HAC, where `sigma` knows blocks of time as well; else the "
+              "same",
+              {.unit = "`unit`"}},
         Field{"interval_95", &R::interval_95, "value ± `covariance.quantile_975` σ", {.unit = "`unit`"}},
+        Field{"noise_bias",
+              &R::noise_bias,
+              "expected bias by the noise of the positions, see [rows](rows.md#noise); null with instruments "
+              "that know nothing of it, and of robust estimates",
+              {.unit = "σ"}},
         Field{"regrouped", &R::regrouped, "the group as a person writes it (6): `\"ZZ1 + 0.25 M2\"`"},
         Field{"regrouping",
               nullptr,
@@ -264,6 +278,8 @@ struct IvHistory {
   LoopDiagnosis loop;
   /// Strength of the instruments for each parameter, as the F statistic of a first stage, (b): weak below 10.
   Vector first_stage_F;
+  Vector
+      least_squares;  ///< IDIM-WLS (IDIM-OLS without weights) on the same rows, (b); empty where it has not full rank
 };
 
 /// Autoregressive model of the error of one joint's rows, ρ_t = Σ_i ar_i ρ_{t−i} + e_t.
@@ -304,6 +320,59 @@ struct PrefilterReport {
   }
 };
 
+/// By how much an estimate moves when its rows are made by another window.
+struct WindowShift {
+  double largest = std::numeric_limits<double>::quiet_NaN();  ///< change of a parameter in its σ
+  std::string parameter;                                      ///< that it is of
+
+  template <typename R = WindowShift>
+  static constexpr auto fields() {
+    return std::tuple(Field{"largest", &R::largest, "change of a parameter", {.unit = "σ"}},
+                      Field{"parameter", &R::parameter, "that it is of"});
+  }
+};
+
+/// Rows that were chosen by the noise of the positions: SignalOptions::automatic().
+struct RowChoice {
+  int decimation = 1;        ///< n_d: samples from one row to the next; half of what a row reaches over
+  double row_spacing = 0.0;  ///< the same in time [s]
+  bool torque_held = false;  ///< what was found of the torques, or was given
+  WindowShift foretold;      ///< the largest expected bias by noise, see ParameterEstimate::noise_bias
+  WindowShift at_half;    ///< the estimate by least squares at half that window, against that at the window
+  WindowShift at_double;  ///< the same at twice the window
+  std::string reason;     ///< one sentence: what was chosen and why
+
+  template <typename R = RowChoice>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"decimation", &R::decimation, "samples from one row to the next"},
+        Field{"row_spacing", &R::row_spacing, "the same in time", {.unit = "s"}},
+        Field{"torque_held", &R::torque_held, "what was found of the torques, or was given"},
+        Field{"foretold", &R::foretold, "`largest` expected bias by noise in σ, and the `parameter`"},
+        Field{"at_half", &R::at_half,
+              "`largest` change of the estimate by least squares at half that window in σ, and the "
+              "`parameter`"},
+        Field{"at_double", &R::at_double, "the same at twice the window"},
+        Field{"reason", &R::reason, "one sentence: what was chosen and why"});
+  }
+};
+
+/// The method that was chosen by the experiment: Auto.
+struct MethodChoice {
+  std::string reason;    ///< one sentence: what ran and why
+  Vector least_squares;  ///< IDIM-WLS on the same rows, (b); empty where that is what ran
+
+  template <typename R = MethodChoice>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"reason", &R::reason, "one sentence: what ran and why"},
+        Field{"least_squares",
+              &R::least_squares,
+              "IDIM-WLS on the same rows, in the order of `parameters`; empty where that is what ran",
+              {.unit = "SI"}});
+  }
+};
+
 /// What an identification found, the answer of identify().
 struct [[nodiscard]] Identification {
   std::string method;  ///< "ols", "wls", "iv"
@@ -314,7 +383,8 @@ struct [[nodiscard]] Identification {
   std::vector<Finding> warnings;     ///< what may make the result wrong
   std::vector<std::string> notes;    ///< what was done to the data
 
-  Estimation estimation;  ///< that was asked for, without `progress`; a validation uses its signal
+  /// That ran, with what was chosen in place of what was left open, without `progress`; a validation uses its signal.
+  Estimation estimation;
   BaseParameters base;
   /// (b), Eq. (15), one of many solutions if rank deficient. Of IDIM-IV (29): the last iterate whose own instruments
   /// could be solved for, not a number where there is none.
@@ -330,10 +400,13 @@ struct [[nodiscard]] Identification {
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
   std::vector<Validation> validation;
-  std::optional<IvHistory> iv;               ///< of the methods that iterate
-  std::optional<PrefilterReport> prefilter;  ///< where IDIM-IV was asked for it
-  std::optional<RobustReport> robust;        ///< where the method was asked for it
-  std::optional<Diagnostics> diagnostics;    ///< where the covariance is that of CovarianceKind::hac
+  std::optional<RowChoice> row_choice;        ///< where SignalOptions::automatic() asked for it
+  std::optional<MethodChoice> method_choice;  ///< where Auto asked for it
+  std::optional<IvHistory> iv;                ///< of the methods that iterate
+  std::optional<PrefilterReport> prefilter;   ///< where IDIM-IV was asked for it
+  std::optional<RobustReport> robust;         ///< where the method was asked for it
+  std::optional<Diagnostics>
+      diagnostics;  ///< where the covariance is that of CovarianceKind::hac or ::blocks
   /// Where the method was asked for it and all parameters are determined.
   std::optional<EssentialModel> essential;
   std::optional<PhysicalModel> physical;  ///< where the method was asked for it

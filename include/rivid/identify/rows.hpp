@@ -36,25 +36,29 @@ inline constexpr std::array names_of<RowScheme> =
 struct SignalOptions {
   RowScheme rows = RowScheme::automatic;
   /// Whether a torque acts from its sample until the next one, as that of a sampled controller does; else it is what was
-  /// measured at the sample.
-  bool torque_held = false;
+  /// measured at the sample. Nothing lets identify() find out where the rows are chosen by it, and is false elsewhere.
+  std::optional<bool> torque_held = {};
   double cutoff_hz = 0.0;         ///< of the zero-phase low-pass of the positions [Hz]; 0 is none
   int order = 4;                  ///< of that Butterworth filter, for one direction
   double torque_cutoff_hz = 0.0;  ///< of a zero-phase low-pass of the torques [Hz]; 0 is none
   int torque_order = 4;
-  /// Factors of the parallel decimation, one a stage, n_d being their product; empty is none.
+  /// Factors of the parallel decimation, one a stage, n_d being their product; {1} is none. Empty lets identify() choose the window of
+  /// exact rows without a position filter by the noise of the log, see RowChoice, and is none elsewhere.
   std::vector<int> decimation = {};
   /// Samples left out at the beginning and at the end, counted at the measuring rate before decimation; nothing
   /// lets the position filter decide (the samples that its borders spoil, see settling_samples()).
   std::optional<std::array<Index, 2>> trim = {};
   /// Rows of joint j are left out where |q̇_j| is below velocity_threshold[j] [rad/s | m/s]; empty keeps all, but for those
-  /// that RowScheme::exact leaves out by itself.
+  /// that RowScheme::exact leaves out by itself. Where the window is chosen, empty is a twentieth of the joint's rms velocity.
   std::vector<double> velocity_threshold = {};
   /// Only rows with window[0] ≤ t ≤ window[1] [s] are kept; samples outside still serve the filters.
   std::optional<std::array<double, 2>> window = {};
   /// Padding, decimation phase and the formula of the residual's deviation, see Convention.
   Convention convention = Convention::standard;
 
+  /// Whether identify() is to choose the rows.
+  [[nodiscard]] bool automatic() const { return decimation.empty() && cutoff_hz == 0.0 && exact_rows(); }
+  [[nodiscard]] bool held() const { return torque_held.value_or(false); }
   [[nodiscard]] bool exact_rows() const {
     return rows == RowScheme::exact || (rows == RowScheme::automatic && convention == Convention::standard);
   }
@@ -70,16 +74,19 @@ struct SignalOptions {
               "`\"exact\"`: rows that hold but for noise; `\"paper\"`: every sample, as in [RIV]. "
               "`\"automatic\"`: exact, unless `convention = \"matlab\"`",
               {.otherwise = "see [rows](rows.md)"}},
-        Field{"torque_held", &S::torque_held,
+        Field{"torque_held",
+              &S::torque_held,
               "the torque of a sample acts until the next one, as a sampled controller's does; else it was "
-              "measured at the sample"},
+              "measured at the sample. `\"auto\"`: told by the log where `decimation` is `\"auto\"`, else "
+              "false",
+              {.type = "boolean or `\"auto\"`", .otherwise = "`\"auto\"`", .word = "auto"}},
         Field{"cutoff_hz",
               &S::cutoff_hz,
               "cut-off of the zero-phase Butterworth low-pass of the positions. `\"off\"` goes well with "
               "exact rows, whose decimation averages the noise away; a cut-off should be some ten times the "
               "highest frequency of the motion",
               {.type = "number or `\"off\"`",
-               .otherwise = "required",
+               .otherwise = "`\"off\"`",
                .unit = "Hz",
                .range = Range::above(0.0),
                .word = "off",
@@ -101,8 +108,13 @@ struct SignalOptions {
         Field{"decimation",
               &S::decimation,
               "n_d of (13), or the factors of several stages, one after the other: `[10, 10]` keeps one "
-              "sample in 100",
-              {.otherwise = "none", .range = Range::from(1)}},
+              "sample in 100. `\"auto\"`: chosen by the noise of the log, see [rows](rows.md); without exact "
+              "rows, or with "
+              "`cutoff_hz`, none",
+              {.type = "integer, list of integers, or `\"auto\"`",
+               .otherwise = "`\"auto\"`",
+               .range = Range::from(1),
+               .word = "auto"}},
         Field{"trim",
               &S::trim,
               "left out at the ends, counted at the measuring rate",
@@ -117,7 +129,7 @@ struct SignalOptions {
               "rows of a joint that moves slower are left out; exact rows have a threshold of their own "
               "besides",
               {.type = "number, or one a joint",
-               .otherwise = "0",
+               .otherwise = "0; a twentieth of the rms velocity where `decimation` is chosen",
                .unit = "rad/s, m/s",
                .range = Range::from(0)}},
         Field{"window",

@@ -18,6 +18,11 @@
 
 namespace rivid {
 
+namespace detail {
+// {1, −1}, made where no exception can pass: g++ 12 warns of members that an aggregate has not made yet otherwise.
+[[nodiscard]] std::vector<double> backward_difference() noexcept;
+}  // namespace detail
+
 /// How the motion is integrated.
 enum class Integrator {
   automatic,  ///< adams where the control is continuous, bogacki_shampine where it is sampled
@@ -49,7 +54,7 @@ struct Sampling {
   int delay = 0;        ///< periods between a measurement and the control signal that follows from it
   /// q̇[k] = Σ_i velocity_filter[i] q[k − i] / period, for what the law takes as velocity: {1, −1} is the backward
   /// difference; empty: the true velocity. Before the first sample the position counts as constant.
-  std::vector<double> velocity_filter = {1.0, -1.0};
+  std::vector<double> velocity_filter = detail::backward_difference();
   Vector quantum = {};  ///< resolution of the position measurement, (n) or empty [rad | m]; 0 is none
   /// Error of the measured position at each instant, (periods × n) or empty [rad | m]; rows beyond the last are zero.
   /// It goes through the controller.

@@ -50,7 +50,8 @@ struct LeastSquares {
 
 /// Standard deviation of the error of each group's rows, from a fit to this group alone, Eq. (20) of [RIV]; the
 /// rank of the group's own columns counts for the degrees of freedom. Never zero: rows that fit to rounding get the
-/// rounding error of Y, and a group without rows gets 1.
+/// rounding error of Y, and a group without rows gets 1. A group with
+/// fewer than twelve degrees of freedom nearly fits itself: it is pooled with the relative error of the others.
 [[nodiscard]] std::vector<double> group_sigmas(std::span<const RowGroup> groups);
 
 /// Norm and sum of the weighted residual over all groups.

@@ -69,15 +69,28 @@ void check_duplicates(std::span<const Log> logs, std::span<const Log> validation
   }
 }
 
-void check_excitation(const Robot& robot, std::span<const Log> logs, const CheckOptions& options,
-                      Findings& out) {
-  Identification quick;
+// What an identification would come to.
+struct Forecast {
+  std::optional<Identification> result;
+  std::string refusal;  // why there is none
+};
+
+Forecast forecast(const Robot& robot, std::span<const Log> logs, const CheckOptions& options) {
   try {
-    quick = identify(robot, logs, {.method = Wls{}, .signal = options.signal, .threads = options.threads});
+    return {.result = identify(robot, logs,
+                               {.method = Wls{}, .signal = options.signal, .threads = options.threads}),
+            .refusal = {}};
   } catch (const InputError& e) {
-    out.add("rows_unusable", "signal", e.what());
+    return {.result = {}, .refusal = e.what()};
+  }
+}
+
+void check_excitation(const Forecast& forecast, Findings& out) {
+  if (!forecast.result) {
+    out.add("rows_unusable", "signal", forecast.refusal);
     return;
   }
+  const Identification& quick = *forecast.result;
   const std::string all = "all joints";
   if (quick.status != Status::identified) {
     for (const std::string& reason : quick.reasons) {
@@ -98,7 +111,7 @@ void check_excitation(const Robot& robot, std::span<const Log> logs, const Check
     out.add("weak_parameters", all, weak);
   }
   for (const Finding& warning : quick.warnings) {
-    if (warning.code == "torque_lag" && !out.has("torque_delay")) {
+    if ((warning.code == "torque_lag" && !out.has("torque_delay")) || warning.code == "noise_bias") {
       out.add(warning.code, all, warning.text);
     }
   }
@@ -107,20 +120,21 @@ void check_excitation(const Robot& robot, std::span<const Log> logs, const Check
   out.add("forecast", all,
           std::to_string(identified) + " of " + counted(quick.base.size(), "base parameter") +
               " well, from " + counted(quick.fit.rows, "row") + ", condition " + number(quick.condition, 3) +
-              ", relative error " + number(100.0 * quick.fit.relative_error, 3) + " %");
+              ", relative error " + number(100.0 * quick.fit.relative_error, 3) + " %" +
+              (quick.row_choice ? "; " + quick.row_choice->reason : ""));
 }
 
 }  // namespace detail
 
 std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
-                           const CheckOptions& options) {
+                           const CheckOptions& asked) {
   if (logs.empty()) {
     throw InputError("check: no log is given");
   }
   if (const auto complaint = robot.complaint()) {
     throw InputError("check: " + *complaint);
   }
-  if (const auto complaint = options.signal.complaint(robot.size())) {
+  if (const auto complaint = asked.signal.complaint(robot.size())) {
     throw InputError("check: " + *complaint);
   }
   detail::Findings out;
@@ -142,10 +156,15 @@ std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::s
       out.add(warning.code, log.source, warning.text);
     }
   }
+  const detail::Forecast forecast = detail::forecast(robot, logs, asked);
+  CheckOptions options = asked;
+  if (forecast.result) {
+    options.signal = forecast.result->estimation.signal;
+  }
   detail::check_duplicates(logs, validation, out);
   detail::check_series(robot, logs, options, out);
   detail::check_torques(robot, base, logs, options, out);
-  detail::check_excitation(robot, logs, options, out);
+  detail::check_excitation(forecast, out);
   return std::move(out).sorted();
 }
 

@@ -67,7 +67,7 @@ void TorqueProbe::add(const Log& log, const CheckOptions& options) {
   const Matrix q = zero_phase(log.q, filter);
   out.motion = differentiate(q, log.f_m);
   Matrix tau = effort(robot_, log);
-  average_torque(tau, signal.torque_held);
+  average_torque(tau, signal.held());
   out.tau = zero_phase(tau, filter);
   out.masks = motion_masks(robot_, log.q, q, log.f_m, signal);
   const Index border = std::min(settling_samples(filter) + 2, log.samples() / 4);
@@ -100,7 +100,7 @@ std::vector<Index> TorqueProbe::moving_rows(const ProbedLog& log, Index position
   std::vector<Index> out;
   const MotionMask& mask = log.masks[static_cast<std::size_t>(position_column)];
   for (std::size_t k = 0; k < log.samples.size(); ++k) {
-    if (mask.moving[static_cast<std::size_t>(log.samples[k])] != 0) {
+    if (mask.direction[static_cast<std::size_t>(log.samples[k])] != 0) {
       out.push_back(static_cast<Index>(k));
     }
   }

@@ -64,7 +64,8 @@ std::optional<std::string> Robust::complaint() const {
 }
 
 std::optional<std::string> Estimation::complaint(const Robot& robot) const {
-  const Iv* const iv = std::get_if<Iv>(&method);
+  const Auto* const open = std::get_if<Auto>(&method);
+  const Iv* const iv = open != nullptr && open->iv.control ? &open->iv : std::get_if<Iv>(&method);
   if (auto fault = iv != nullptr ? complaint_of(*iv, *this, robot) : signal.complaint(robot.size())) {
     return fault;
   }
@@ -89,7 +90,7 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
 std::string_view name(const Method& method) { return method_names[method.index()]; }
 
 std::string_view title(const Method& method) {
-  constexpr std::array<std::string_view, 3> titles = {"IDIM-OLS", "IDIM-WLS", "IDIM-IV"};
+  constexpr std::array<std::string_view, 4> titles = {"IDIM-OLS", "IDIM-WLS", "IDIM-IV", "automatic"};
   return titles[method.index()];
 }
 

@@ -52,7 +52,7 @@ CovarianceKind resolved(CovarianceKind kind, Convention convention) {
   if (kind != CovarianceKind::automatic) {
     return kind;
   }
-  return convention == Convention::matlab ? CovarianceKind::classical : CovarianceKind::hac;
+  return convention == Convention::matlab ? CovarianceKind::classical : CovarianceKind::blocks;
 }
 
 Uncertainty classical_covariance(const SignalOptions& signal, double sigma, const Matrix& unit_covariance,
@@ -60,6 +60,7 @@ Uncertainty classical_covariance(const SignalOptions& signal, double sigma, cons
   const double factor = decimation_factor(signal);
   const double deviation = sigma / factor;
   return {.C = deviation * deviation * unit_covariance,
+          .plain_sigma = {},
           .report = {.kind = CovarianceKind::classical,
                      .decimation_factor = factor,
                      .quantile_975 = student_quantile_975(freedom)}};
@@ -72,10 +73,75 @@ Uncertainty hac_covariance(std::span<const Matrix> series, double interval, cons
   const auto instants = static_cast<double>(intervals(series));
   return {
       .C = bread * S * bread.transpose(),
+      .plain_sigma = {},
       .report = {.kind = CovarianceKind::hac,
                  .lag = static_cast<double>(lag) * interval,
                  .quantile_975 = student_quantile_975(freedom) *
                                  fixed_lag_widening(std::min(static_cast<double>(lag + 1) / instants, 1.0))}};
+}
+
+void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Uncertainty& uncertainty) {
+  // Degrees of freedom that the ratio of all parameters counts beside those of one.
+  constexpr double common = 9.0;
+  // By which deviations shrink at most.
+  constexpr double least = 0.5;
+  const Index b = bread.rows();
+  const auto G = static_cast<Index>(blocks.size());
+  if (G < 4) {
+    return;
+  }
+  Matrix left_out(b, G);
+  Matrix influence(b, G);
+  for (Index g = 0; g < G; ++g) {
+    const BlockSums& block = blocks[static_cast<std::size_t>(g)];
+    influence.col(g) = bread * block.Zrho;
+    // χ̂ without the block: (A − A_g)⁻¹ (a − a_g).
+    left_out.col(g) = -solve(Matrix::Identity(b, b) - bread * block.ZW, influence.col(g));
+  }
+  if (!left_out.allFinite()) {
+    return;
+  }
+  left_out.colwise() -= left_out.rowwise().mean().eval();
+  const auto freedom = static_cast<double>(G - 1);
+  // A block draws the estimate towards itself: its influence is too small by one minus its leverage, and what the estimate without
+  // it moves by too large by as much. With errors that last the larger one is the better one by far.
+  constexpr double of_left_out = 1.5;
+  const Vector jackknife =
+      freedom / static_cast<double>(G) *
+      left_out.rowwise()
+          .norm()
+          .array()
+          .pow(of_left_out)
+          .matrix()
+          .cwiseProduct(influence.rowwise().norm().array().pow(2.0 - of_left_out).matrix());
+  std::vector<double> ratios;
+  for (Index i = 0; i < b; ++i) {
+    const double variance = uncertainty.C(i, i);
+    if (std::isfinite(variance) && variance > 0.0) {
+      ratios.push_back(jackknife[i] / variance);
+    }
+  }
+  if (ratios.empty()) {
+    return;
+  }
+  std::ranges::sort(ratios);
+  // The median of a mean of nine squares is 0.927 of its mean.
+  const double all = std::max(ratios[ratios.size() / 2] / 0.927, least * least);
+  Vector scale = Vector::Ones(b);
+  for (Index i = 0; i < b; ++i) {
+    const double variance = uncertainty.C(i, i);
+    if (std::isfinite(variance) && variance > 0.0) {
+      const double own = std::max(jackknife[i] / variance, least * least);
+      scale[i] = std::sqrt((common * all + freedom * own) / (common + freedom));
+    }
+  }
+  uncertainty.plain_sigma = uncertainty.C.diagonal().cwiseSqrt();
+  uncertainty.report.kind = CovarianceKind::blocks;
+  uncertainty.report.blocks = static_cast<int>(G);
+  uncertainty.report.block_ratio = std::sqrt(all);
+  uncertainty.C = scale.asDiagonal() * uncertainty.C * scale.asDiagonal();
+  uncertainty.report.quantile_975 =
+      std::max(uncertainty.report.quantile_975, student_quantile_975(common + freedom));
 }
 
 std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scores) {

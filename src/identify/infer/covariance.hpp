@@ -18,7 +18,8 @@ namespace rivid::detail {
 
 // An estimate's covariance and where it comes from.
 struct Uncertainty {
-  Matrix C;  // (b × b)
+  Matrix C;            // (b × b)
+  Vector plain_sigma;  // deviations before they were scaled to blocks, (b); empty where they were not
   CovarianceReport report;
 };
 
@@ -39,6 +40,13 @@ struct Uncertainty {
 // freedom  rows without the parameters
 [[nodiscard]] Uncertainty hac_covariance(std::span<const Matrix> series, double interval, const Matrix& bread,
                                          const CovarianceOptions& options, double freedom);
+
+// What the scatter of the blocks of time tells of an estimate beside its HAC covariance: estimates without one block each (delete-a-block jackknife). Errors of
+// the model last longer than any lag, and what the parameters take up of errors that last no residual shows.
+//
+// Deviations of the covariance are scaled to those of the jackknife, all alike by the ratio of all parameters and each by its own in part, for ten
+// blocks tell a deviation to a quarter of itself only.
+void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Uncertainty& uncertainty);
 
 [[nodiscard]] std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scores);
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "identify/infer/covariance.hpp"
+#include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
 
 namespace rivid {
@@ -21,6 +22,8 @@ double relative(double part, double whole) {
 struct Statistics {
   Uncertainty uncertainty;
   std::optional<Diagnostics> diagnostics;
+  std::vector<BlockSums> blocks;
+  Vector least_squares;  // χ̂ of least squares on the rows of an estimate by instruments
 };
 
 Scores scores_of(const Problem& problem, const Estimate& estimate, const LeastSquares* by_least_squares) {
@@ -63,10 +66,13 @@ HausmanTest hausman(const Problem& problem, const Estimate& estimate, const Scor
 Statistics statistics_of(const Problem& problem, const Estimate& estimate) {
   const CovarianceOptions& options = problem.estimation.covariance;
   const SignalOptions& signal = problem.estimation.signal;
-  if (resolved(options.kind, signal.convention) != CovarianceKind::hac) {
+  const CovarianceKind kind = resolved(options.kind, signal.convention);
+  if (kind == CovarianceKind::classical) {
     return {.uncertainty = classical_covariance(estimate.signals.front(), estimate.sigma,
                                                 estimate.unit_covariance, estimate.freedom()),
-            .diagnostics = {}};
+            .diagnostics = {},
+            .blocks = {},
+            .least_squares = {}};
   }
   std::optional<LeastSquares> ls;
   if (estimate.instruments) {
@@ -80,7 +86,13 @@ Statistics statistics_of(const Problem& problem, const Estimate& estimate) {
   Statistics out = {
       .uncertainty = hac_covariance(found.series.front(), found.interval, bread, options, estimate.freedom()),
       .diagnostics =
-          Diagnostics{.residuals = residual_tests(problem.robot, found), .hausman = {}, .torque_lag = {}}};
+          Diagnostics{.residuals = residual_tests(problem.robot, found), .hausman = {}, .torque_lag = {}},
+      .blocks = {},
+      .least_squares = {}};
+  if (kind == CovarianceKind::blocks && estimate.rank == problem.base.size()) {
+    scale_to_blocks(found.blocks, bread, out.uncertainty);
+  }
+  out.blocks = found.blocks;
   out.uncertainty.C.diagonal() += undetermined(estimate.bread);
   const Vector sigma = out.uncertainty.C.diagonal().cwiseSqrt();
   if (!estimate.loss && signal.exact_rows()) {
@@ -88,6 +100,7 @@ Statistics statistics_of(const Problem& problem, const Estimate& estimate) {
   }
   if (ls && ls->full_rank()) {
     out.diagnostics->hausman = hausman(problem, estimate, found, *ls, bread, sigma);
+    out.least_squares = ls->chi;
   }
   return out;
 }
@@ -105,6 +118,7 @@ void describe_parameters(const Robot& robot, Identification& out) {
                               .value = value,
                               .sigma = sigma,
                               .relative_sigma_percent = 100.0 * sigma / std::abs(value),
+                              .plain_sigma = sigma,
                               .interval_95 = {value - t * sigma, value + t * sigma},
                               .a_priori = a_priori[i],
                               .verdict = {},
@@ -143,9 +157,22 @@ void infer(const Problem& problem, const Estimate& estimate, Identification& out
   out.fit = judged(problem.robot, problem.data, out.chi, estimate.rank, problem.estimation.signal.convention);
   out.fit.sigma_rho = estimate.sigma_rho;
   describe_parameters(problem.robot, out);
+  for (Index i = 0; i < found.uncertainty.plain_sigma.size(); ++i) {
+    out.parameters[static_cast<std::size_t>(i)].plain_sigma = found.uncertainty.plain_sigma[i];
+  }
+  if (out.iv) {
+    out.iv->least_squares = std::move(found.least_squares);
+  } else if (!estimate.loss) {
+    const Vector bias = noise_bias(problem, estimate);
+    for (Index i = 0; i < bias.size(); ++i) {
+      ParameterEstimate& parameter = out.parameters[static_cast<std::size_t>(i)];
+      parameter.noise_bias = bias[i] / parameter.sigma;
+    }
+  }
+  judge_noise(out);
   judge_robust(out);
   judge_torque_lag(out);
-  add_physical(problem, estimate, out);
+  add_physical(problem, estimate, found.blocks, out);
   judge_parameters(problem.robot, problem.logs, out);
   add_essential(problem, estimate, out);
 }
@@ -186,8 +213,8 @@ Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index 
 
 }  // namespace detail
 
-Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
-  const detail::Problem problem(robot, logs, estimation);
+Identification detail::identified(const Problem& problem) {
+  const Estimation& estimation = problem.estimation;
   Identification out;
   out.method = name(estimation.method);
   out.title = title(estimation.method);
@@ -220,10 +247,6 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
     detail::judge_loop(found.error_with_V, out);
   }
   return out;
-}
-
-Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {
-  return identify(robot, std::span<const Log>(&log, 1), estimation);
 }
 
 Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {

@@ -1,10 +1,14 @@
 #pragma once
 
 #include "identify/estimate/estimate.hpp"
+#include "identify/infer/scores.hpp"
 
 // The third of three stages: rows → estimate → infer. Once for all methods; each function fills what its name says of the
 // result.
 namespace rivid::detail {
+
+// All three stages of a problem that leaves nothing open.
+[[nodiscard]] Identification identified(const Problem& problem);
 
 // The model against the rows, unweighted. Each joint is charged its share of the `estimated` parameters; a validation
 // charges none.
@@ -22,9 +26,13 @@ void add_essential(const Problem& problem, const Estimate& estimate, Identificat
 
 // out.physical of an estimate with all its statistics, where it is asked for; else a warning where the data leave much
 // open that it would settle.
-void add_physical(const Problem& problem, const Estimate& estimate, Identification& out);
+//
+// blocks  of time that the weight of the prior is validated on, one by one; none leave it to what the prior costs
+void add_physical(const Problem& problem, const Estimate& estimate, std::span<const BlockSums> blocks,
+                  Identification& out);
 
 // Warnings, and what reports have to say of out.parameters.
+void judge_noise(Identification& out);
 void judge_robust(Identification& out);
 void judge_torque_lag(Identification& out);
 void judge_instruments(Identification& out);  // a status as well

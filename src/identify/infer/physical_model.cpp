@@ -1,3 +1,7 @@
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,10 +54,78 @@ constexpr double least_weight = 1e-6;
 // Where a tenth of the weight does not lower the price by so much, it is not the pull that costs.
 constexpr double worth_it = 0.9;
 
+// Weights of the prior that are validated, over the one that was given.
+constexpr std::array<double, 7> tried_weights = {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3};
+
+// By what the sum of squares of each block grows when parameters come from the other blocks, with the prior's weight: for each block one
+// entry; none where the others do not determine the parameters.
+std::vector<double> validated(const Robot& robot, const Physical& options, double sigma,
+                              std::span<const BlockSums> blocks, const Identification& result) {
+  const Index b = result.base.size();
+  Matrix all = Matrix::Zero(b, b);
+  for (const BlockSums& block : blocks) {
+    all += 0.5 * (block.ZW + block.ZW.transpose());
+  }
+  std::vector<double> out;
+  for (const BlockSums& block : blocks) {
+    const Matrix own = 0.5 * (block.ZW + block.ZW.transpose());
+    const SymmetricEigen others = symmetric_eigen(all - own);
+    if (!(others.values[0] > 0.0)) {
+      return {};
+    }
+    const Matrix root = others.values.cwiseSqrt().asDiagonal() * others.vectors.transpose() / sigma;
+    const Vector chi = result.chi - solve(all - own, block.Zrho);
+    const Vector change = physical(robot, result.base, chi, root, options).chi - result.chi;
+    out.push_back((change.dot(own * change) - 2.0 * change.dot(block.Zrho)) / (sigma * sigma));
+  }
+  return out;
+}
+
+// The weight with which blocks of time are predicted best by the others; the largest one of those that do hardly worse. Nothing where
+// blocks can not say.
+std::optional<double> weight_by_prediction(const Robot& robot, const Physical& options, double sigma,
+                                           std::span<const BlockSums> blocks, const Identification& result) {
+  if (blocks.size() < 4 || result.status != Status::identified) {
+    return std::nullopt;
+  }
+  std::vector<std::vector<double>> errors;
+  for (const double factor : tried_weights) {
+    Physical tried = options;
+    tried.weight = factor * options.weight;
+    errors.push_back(validated(robot, tried, sigma, blocks, result));
+    if (errors.back().empty()) {
+      return std::nullopt;
+    }
+  }
+  const auto sum = [](const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); };
+  const auto best = std::ranges::min_element(errors, {}, sum);
+  std::size_t chosen = static_cast<std::size_t>(best - errors.begin());
+  for (std::size_t w = chosen + 1; w < errors.size(); ++w) {
+    // The differences of the blocks, and what their sum scatters by.
+    double difference = 0.0;
+    double squares = 0.0;
+    for (std::size_t g = 0; g < blocks.size(); ++g) {
+      const double d = errors[w][g] - (*best)[g];
+      difference += d;
+      squares += d * d;
+    }
+    if (difference <= std::sqrt(squares)) {
+      chosen = w;
+    }
+  }
+  return tried_weights[chosen] * options.weight;
+}
+
 // The parameters, and the options with the weight that they were found with.
-PhysicalModel found_model(const Robot& robot, const Physical& options, const Matrix& root, double freedom,
-                          const Identification& result) {
+PhysicalModel found_model(const Robot& robot, Physical options, const Matrix& root, double sigma,
+                          double freedom, std::span<const BlockSums> blocks, const Identification& result) {
   PhysicalModel out;
+  if (options.weight_may_fall) {
+    if (const auto weight = weight_by_prediction(robot, options, sigma, blocks, result)) {
+      options.weight = *weight;
+      options.weight_may_fall = false;
+    }
+  }
   out.options = options;
   out.parameters = physical(robot, result.base, result.chi, root, options);
   while (options.weight_may_fall && out.parameters.distance > 0.5 * tolerable_price * freedom &&
@@ -72,20 +144,27 @@ PhysicalModel found_model(const Robot& robot, const Physical& options, const Mat
 
 }  // namespace
 
-void add_physical(const Problem& problem, const Estimate& estimate, Identification& out) {
+void add_physical(const Problem& problem, const Estimate& estimate, std::span<const BlockSums> blocks,
+                  Identification& out) {
   const std::optional<Physical>& options = problem.estimation.physical;
   const Matrix root = estimate.root / estimate.sigma;
   if (!options) {
     warn_of_weak_excitation(root, out);
     return;
   }
-  PhysicalModel model = found_model(problem.robot, *options, root,
-                                    static_cast<double>(rows_of(problem.data.groups) - out.base.size()), out);
-  if (model.options.weight != options->weight) {
+  PhysicalModel model =
+      found_model(problem.robot, *options, root, estimate.sigma,
+                  static_cast<double>(rows_of(problem.data.groups) - out.base.size()), blocks, out);
+  if (model.options.weight != options->weight && model.options.weight_may_fall) {
     out.notes.push_back(
         "the robot description is far from what the data say: the physically consistent "
         "parameters follow it with the weight " +
         number(model.options.weight, 3) + " instead of " + number(options->weight, 3));
+  }
+  if (options->weight_may_fall && !model.options.weight_may_fall) {
+    out.notes.push_back("the physically consistent parameters follow the robot description with the weight " +
+                        number(model.options.weight, 3) +
+                        ", with which the logs predict their own blocks of time best");
   }
   model.fit = judged(problem.robot, problem.data, model.parameters.chi, out.base.size(),
                      out.estimation.signal.convention);

@@ -16,6 +16,11 @@ constexpr double most_intervals = 2048.0;
 // Leverage that is corrected for at most: a row that determines a parameter alone has no residual to speak of.
 constexpr double most_leverage = 0.9;
 
+// Blocks of time that all logs are divided into, by their durations.
+constexpr double wanted_blocks = 10.0;
+// Rows of a joint, in a log, that the products of a block are summed over; of more every second, third … stands for all.
+constexpr Index most_products = 4000;
+
 // Takes the rows [V W Y] or [W Y] of a joint and keeps the sums over them.
 class ScoreSink final : public RowSink {
  public:
@@ -33,7 +38,8 @@ class ScoreSink final : public RowSink {
 
   // stride    samples from one row to the next where none is left out
   ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> signs,
-            double samples_per_interval, Index intervals, Index stride, std::optional<Loss> loss)
+            double samples_per_interval, Index intervals, Index stride, std::optional<Loss> loss,
+            Index samples, Index blocks)
       : own_(own),
         W_at_(with_V ? own : 0),
         estimators_(std::move(estimators)),
@@ -44,7 +50,10 @@ class ScoreSink final : public RowSink {
         loss_(loss),
         rows_(Matrix::Zero(LagSums::lead + RowSource::most_wanted, W_at_ + own + 1)),
         rho_(Vector::Zero(LagSums::lead + RowSource::most_wanted)),
-        lag_(own, stride, intervals, samples_per_interval) {
+        lag_(own, stride, intervals, samples_per_interval),
+        samples_(samples),
+        product_step_(std::max<Index>(samples / stride / most_products, 1)) {
+    blocks_.assign(loss_ ? 0 : static_cast<std::size_t>(blocks), {Matrix::Zero(own, own), Vector::Zero(own)});
     sums_.assign(estimators_.size(), Matrix::Zero(intervals, own));
     curvatures_.assign(loss_ ? estimators_.size() : 0, Matrix::Zero(own, own));
   }
@@ -70,6 +79,7 @@ class ScoreSink final : public RowSink {
       if (e == 0) {
         see(rho, samples);
         rho_.segment(lead, count) = rho;
+        add_to_blocks(Z, W, rho, samples);
         lag_.add(all_Z, all.middleCols(W_at_, own_), all.col(W_at_ + own_), rho_.head(lead + count),
                  estimator.chi, samples);
       }
@@ -113,6 +123,11 @@ class ScoreSink final : public RowSink {
       all.col(columns[static_cast<std::size_t>(c)]) += weight_ * weight_ * sums_[e].col(c);
     }
   }
+  // Adds the sums of block g to those of all joints.
+  void add_block_to(BlockSums& all, const std::vector<Index>& columns, std::size_t g) const {
+    all.ZW(columns, columns) += weight_ * weight_ * blocks_[g].ZW;
+    all.Zrho(columns) += weight_ * weight_ * blocks_[g].Zrho;
+  }
   void add_curvature_to(Matrix& all, const std::vector<Index>& columns, std::size_t e) const {
     all(columns, columns) += curvatures_[e];
   }
@@ -127,6 +142,33 @@ class ScoreSink final : public RowSink {
       rho[k] *= loss.loss.weight(u);
     }
     return slope;
+  }
+
+  void add_to_blocks(const Eigen::Ref<const Matrix>& Z, const Eigen::Ref<const Matrix>& W, const Vector& rho,
+                     std::span<const Index> samples) {
+    if (blocks_.empty()) {
+      return;
+    }
+    const auto blocks = static_cast<Index>(blocks_.size());
+    const auto count = static_cast<Index>(samples.size());
+    const auto block_of = [&](Index k) {
+      return std::min(samples[static_cast<std::size_t>(k)] * blocks / samples_, blocks - 1);
+    };
+    for (Index begin = 0, end = 0; begin < count; begin = end) {
+      while (end < count && block_of(end) == block_of(begin)) {
+        ++end;
+      }
+      BlockSums& block = blocks_[static_cast<std::size_t>(block_of(begin))];
+      block.Zrho.noalias() += Z.middleRows(begin, end - begin).transpose() * rho.segment(begin, end - begin);
+      const Index first = begin + (product_step_ - seen_ % product_step_) % product_step_;
+      seen_ += end - begin;
+      if (first < end) {
+        const auto some = Eigen::seq(first, end - 1, product_step_);
+        const Matrix some_Z = Z(some, Eigen::all);
+        const Matrix some_W = W(some, Eigen::all);
+        block.ZW.noalias() += static_cast<double>(product_step_) * (some_Z.transpose() * some_W);
+      }
+    }
   }
 
   void see(const Vector& rho, std::span<const Index> samples) {
@@ -163,6 +205,10 @@ class ScoreSink final : public RowSink {
   Matrix rows_;  // behind those of the call before that LagSums needs
   Vector rho_;   // of the first estimator
   LagSums lag_;
+  Index samples_;       // of the log
+  Index product_step_;  // from one row to the next whose products are summed
+  Index seen_ = 0;      // rows
+  std::vector<BlockSums> blocks_;
   std::vector<Matrix> sums_;
   std::vector<Matrix> curvatures_;
   ResidualMoments moments_;
@@ -173,6 +219,20 @@ class ScoreSink final : public RowSink {
 
 std::optional<ScoreSink::Loss> loss_of(const RowLoss* loss, std::size_t j) {
   return loss == nullptr ? std::nullopt : std::optional(ScoreSink::Loss{loss->loss, loss->scales[j]});
+}
+
+// Blocks of each log.
+std::vector<Index> blocks_of(std::span<const ScoredLog> logs) {
+  std::vector<double> seconds;
+  double all = 0.0;
+  for (const ScoredLog& each : logs) {
+    all += seconds.emplace_back(static_cast<double>(each.log->samples()) / each.log->f_m);
+  }
+  std::vector<Index> out;
+  for (const double one : seconds) {
+    out.push_back(std::max<Index>(std::lround(wanted_blocks * one / all), 1));
+  }
+  return out;
 }
 
 double interval_for(std::span<const ScoredLog> logs) {
@@ -209,7 +269,9 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
   if (loss != nullptr) {
     out.curvature.assign(estimators.size(), Matrix::Zero(base.size(), base.size()));
   }
-  for (const ScoredLog& each : logs) {
+  const std::vector<Index> blocks = blocks_of(logs);
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    const ScoredLog& each = logs[l];
     RowSource source(robot, base, *each.log, *each.signal, team);
     const double samples_per_interval = out.interval * each.log->f_m;
     const auto intervals =
@@ -226,7 +288,7 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
       }
       sinks.add(static_cast<Index>(columns.size()), each.instruments != nullptr, std::move(own), weights[j],
                 signs.empty() ? std::vector<Index>{} : signs[j], samples_per_interval, intervals,
-                stride_of(*each.signal), loss_of(loss, j));
+                stride_of(*each.signal), loss_of(loss, j), each.log->samples(), blocks[l]);
     }
     const WhitenedSinks whitened(sinks.sinks(), whitening, widths);
     source.send(whitened.sinks(),
@@ -240,6 +302,13 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
         }
       }
       out.series[e].push_back(std::move(all));
+    }
+    for (std::size_t g = 0; loss == nullptr && g < static_cast<std::size_t>(blocks[l]); ++g) {
+      BlockSums& all =
+          out.blocks.emplace_back(Matrix::Zero(base.size(), base.size()), Vector::Zero(base.size()));
+      for (std::size_t j = 0; j < source.joints(); ++j) {
+        sinks[j].add_block_to(all, source.columns(j), g);
+      }
     }
     out.rates.P_rho.emplace_back(intervals, robot.size());
     out.rates.PD.emplace_back(intervals, robot.size());

@@ -100,6 +100,12 @@ struct RateSums {
   std::vector<Matrix> ZD_by_time;  // of all joints together, (intervals × b)
 };
 
+// Sums over the rows of a block of time.
+struct BlockSums {
+  Matrix ZW;    // Zᵀ Ω⁻¹ W, (b × b)
+  Vector Zrho;  // Zᵀ Ω⁻¹ ρ, (b)
+};
+
 // What a second look at the rows finds once an estimate is known.
 struct Scores {
   // Σ Z_tᵀ Ω⁻¹ ρ_t over the rows of each interval of time, (intervals × b): for each estimator one of each log.
@@ -109,6 +115,7 @@ struct Scores {
   std::vector<Matrix> curvature;
   std::vector<ResidualMoments> residuals;  // of the first estimator, one a joint
   RateSums rates;                          // of the first estimator
+  std::vector<BlockSums> blocks;  // of the first estimator: some ten of all logs together; empty with a loss
 };
 
 // How the rows of a log are made.

@@ -64,6 +64,32 @@ void judge_robust(Identification& out) {
   }
 }
 
+void judge_noise(Identification& out) {
+  // Beyond their intervals in one run of six instead of twenty.
+  constexpr double notable = 1.0;
+  std::vector<const ParameterEstimate*> biased;
+  for (const ParameterEstimate& parameter : out.parameters) {
+    if (std::abs(parameter.noise_bias) > notable) {
+      biased.push_back(&parameter);
+    }
+  }
+  if (biased.empty()) {
+    return;
+  }
+  std::ranges::sort(biased, {}, [](const ParameterEstimate* p) { return -std::abs(p->noise_bias); });
+  constexpr std::size_t most_named = 5;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(biased.size(), most_named); ++k) {
+    text += (k == 0 ? "" : ", ") + biased[k]->name + " by " + number(biased[k]->noise_bias, 2) + " σ";
+  }
+  out.warnings.push_back(
+      Finding{"noise_bias",
+              {},
+              "noise of the positions is expected to bias " + text +
+                  (biased.size() > most_named ? " and " + std::to_string(biased.size() - most_named) + " more"
+                                              : "")});
+}
+
 void judge_torque_lag(Identification& out) {
   // Outside of their intervals, by a lag that is there.
   constexpr double significant = 3.0;
@@ -77,9 +103,9 @@ void judge_torque_lag(Identification& out) {
   }
   const auto is = [&](double samples) { return std::abs(lag.samples - samples) < 2.0 * lag.sigma; };
   std::string cure = "add " + fixed(lag.samples, 2) + " to [log] torque_lag";
-  if (!out.estimation.signal.torque_held && is(-0.5)) {
+  if (!out.estimation.signal.held() && is(-0.5)) {
     cure = "so are torques that a controller holds until its next sample: [signal] torque_held = true";
-  } else if (out.estimation.signal.torque_held && is(0.5)) {
+  } else if (out.estimation.signal.held() && is(0.5)) {
     cure = "so are torques that were measured at their samples: [signal] torque_held = false";
   }
   out.warnings.push_back(Finding{

@@ -4,14 +4,22 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "identify/rows/position_noise.hpp"
 #include "rivid/signal/filter.hpp"
 
 namespace rivid::detail {
 
 namespace {
 
-// A velocity stands out of its noise from so many standard deviations on …
+// A velocity stands out of its noise from so many standard deviations on, which should be no more than this part of its rms …
 constexpr double outstanding = 4.0;
+constexpr double small_part = 0.01;
+// … to which a low-pass brings it, whose cut-off falls by this factor, but not below so many times the end of the motion's
+// spectrum: a velocity that is no longer that of the joint tells no direction.
+// A stretch of motion goes further than so many standard deviations of the position: less is a joint that sticks.
+constexpr double least_travel = 12.0;
+constexpr double cutoff_step = 1.4;
+constexpr double least_cutoff = 0.5;
 // … and above this part of the joint's own rms velocity, below which the rounding of a log without noise decides.
 constexpr double least_velocity = 1e-3;
 // Two central differences in a row reach over two samples to each side.
@@ -22,18 +30,6 @@ constexpr double quiet_part = 0.95;
 constexpr double quiet_square = 0.7588;
 // Σ of the squared binomial coefficients of the fourth difference.
 constexpr double fourth_difference_gain = 70.0;
-
-// Standard deviation of the velocity per unit of the position's, for white noise.
-double velocity_gain(double f_m, const SignalOptions& options) {
-  if (options.cutoff_hz == 0.0) {
-    return f_m * std::sqrt(0.5);
-  }
-  const Filter filter = butterworth(options.order, options.cutoff_hz, f_m);
-  const Index half = settling_samples(filter) + difference_reach;
-  Matrix impulse = Matrix::Zero(2 * half + 1, 1);
-  impulse(half, 0) = 1.0;
-  return central_difference(zero_phase(impulse, filter), f_m).norm();
-}
 
 // Samples that a row reaches to each side: filters smear a reversal over half a period of their cut-off.
 Index reach(double f_m, const SignalOptions& options) {
@@ -47,7 +43,8 @@ Index reach(double f_m, const SignalOptions& options) {
 }
 
 // Clears the samples that do not lie within a stretch of one direction above the threshold, or near its ends.
-void mask_slow(const Vector& velocity, double threshold, Index reach, std::vector<std::uint8_t>& moving) {
+void mask_slow(const Vector& velocity, double threshold, double travel, Index reach,
+               std::vector<std::int8_t>& mask) {
   const auto direction = [&](Index k) {
     return std::abs(velocity[k]) > threshold ? (velocity[k] > 0.0 ? 1 : -1) : 0;
   };
@@ -59,14 +56,52 @@ void mask_slow(const Vector& velocity, double threshold, Index reach, std::vecto
     // The borders of the log are no reversals.
     const Index from = begin == 0 ? 0 : begin + reach;
     const Index to = end == velocity.size() ? end : end - reach;
-    if (direction(begin) == 0 || from >= to) {
-      std::fill(moving.begin() + begin, moving.begin() + end, 0);
+    if (direction(begin) == 0 || from >= to ||
+        std::abs(velocity.segment(begin, end - begin).sum()) < travel) {
+      std::fill(mask.begin() + begin, mask.begin() + end, 0);
     } else {
-      std::fill(moving.begin() + begin, moving.begin() + from, 0);
-      std::fill(moving.begin() + to, moving.begin() + end, 0);
+      std::fill(mask.begin() + begin, mask.begin() + from, 0);
+      std::fill(mask.begin() + to, mask.begin() + end, 0);
     }
     begin = end;
   }
+}
+
+double rms(const Vector& v) { return std::sqrt(v.squaredNorm() / static_cast<double>(v.size())); }
+
+// A velocity that tells where a joint moves, and what of it may be noise.
+struct MaskVelocity {
+  Vector v;
+  double sigma = 0.0;
+  double travel = 0.0;  // sum of v over a stretch that noise may pretend
+  bool smoothed = false;
+
+  [[nodiscard]] double threshold() const { return std::max(outstanding * sigma, least_velocity * rms(v)); }
+};
+
+// q, filtered  measured and filtered positions of a joint, or of a motor that several turn
+MaskVelocity mask_velocity(const Vector& q, const Vector& filtered, double f_m,
+                           const SignalOptions& options) {
+  const PositionNoise noise(q, f_m);
+  MaskVelocity out{.v = central_difference(filtered, f_m)};
+  const auto deviation_with = [&](const Filter& filter) {
+    return noise.deviation() * std::sqrt(RowBand(filter, f_m).velocity_gain());
+  };
+  const bool prefiltered = options.cutoff_hz > 0.0;
+  out.sigma = deviation_with(prefiltered ? butterworth(options.order, options.cutoff_hz, f_m) : Filter{});
+  out.travel = least_travel * noise.deviation() * f_m;
+  double cutoff_hz = 0.25 * f_m;
+  const auto noisy = [&] { return outstanding * out.sigma > small_part * rms(out.v); };
+  if (!noisy() || prefiltered) {
+    return out;
+  }
+  while (noisy() && cutoff_hz > least_cutoff * noise.valley()) {
+    cutoff_hz /= cutoff_step;
+    out.sigma = deviation_with(butterworth(2, cutoff_hz, f_m));
+  }
+  out.v = central_difference(zero_phase(q, butterworth(2, cutoff_hz, f_m)), f_m);
+  out.smoothed = true;
+  return out;
 }
 
 // Σ_i kernel_i x[k + first + i] in place of x[k] of each column, the ends repeated.
@@ -121,26 +156,20 @@ Motion averaged_motion(const Eigen::Ref<const Matrix>& q, double f_m) {
 std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const Matrix& filtered, double f_m,
                                      const SignalOptions& options) {
   const Index n = robot.size();
-  const double gain = velocity_gain(f_m, options);
-  Vector sigma(n);
-  for (Index j = 0; j < n; ++j) {
-    sigma[j] = gain * noise_level(q.col(j));
-  }
   const Index to_each_side = reach(f_m, options);
-  const auto threshold_of = [&](const Vector& v, double noise) {
-    const double rms = std::sqrt(v.squaredNorm() / static_cast<double>(v.size()));
-    return std::max(outstanding * noise, least_velocity * rms);
-  };
   std::vector<MotionMask> out(static_cast<std::size_t>(n));
   for (Index j = 0; j < n; ++j) {
     MotionMask& mask = out[static_cast<std::size_t>(j)];
-    const Vector v = central_difference(filtered.col(j), f_m);
-    mask.threshold = threshold_of(v, sigma[j]);
+    const MaskVelocity found = mask_velocity(q.col(j), filtered.col(j), f_m, options);
+    mask.threshold = found.threshold();
+    mask.smoothed = found.smoothed;
     if (!options.velocity_threshold.empty()) {
       mask.threshold = std::max(mask.threshold, options.velocity_threshold[static_cast<std::size_t>(j)]);
     }
-    mask.moving.assign(static_cast<std::size_t>(q.rows()), 1);
-    mask_slow(v, mask.threshold, to_each_side, mask.moving);
+    mask.direction.resize(static_cast<std::size_t>(q.rows()));
+    std::ranges::transform(found.v, mask.direction.begin(),
+                           [](double v) { return v < 0.0 ? std::int8_t{-1} : std::int8_t{1}; });
+    mask_slow(found.v, mask.threshold, found.travel, to_each_side, mask.direction);
   }
   // The dry friction of a motor that several joints turn reverses with that motor.
   for (const Coupling& coupling : robot.couplings) {
@@ -148,11 +177,11 @@ std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const 
       continue;
     }
     const Vector c = coupling.row(n);
-    const Vector v = central_difference(filtered * c, f_m);
-    const double threshold = threshold_of(v, c.cwiseProduct(sigma).norm());
+    const MaskVelocity found = mask_velocity(q * c, filtered * c, f_m, options);
     for (Index j = 0; j < n; ++j) {
       if (c[j] != 0.0) {
-        mask_slow(v, threshold, to_each_side, out[static_cast<std::size_t>(j)].moving);
+        mask_slow(found.v, found.threshold(), found.travel, to_each_side,
+                  out[static_cast<std::size_t>(j)].direction);
       }
     }
   }
@@ -160,7 +189,7 @@ std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const 
 }
 
 std::vector<Index> window_centres(const MotionMask& mask, Index first, Index count, Index n_d) {
-  const auto moving = [&](Index k) { return mask.moving[static_cast<std::size_t>(first + k)] != 0; };
+  const auto moving = [&](Index k) { return mask.direction[static_cast<std::size_t>(first + k)] != 0; };
   std::vector<Index> out;
   for (Index begin = 0; begin < count; ++begin) {
     Index end = begin;

@@ -29,12 +29,15 @@ void average_torque(Matrix& tau, bool held);
 // Samples whose torque the model explains: those where a joint moves, and all samples that its row is made of lie between
 // the same two reversals.
 struct MotionMask {
-  std::vector<std::uint8_t> moving;  // one a sample
-  double threshold = 0.0;            // of |q̇| [rad/s | m/s]
+  std::vector<std::int8_t> direction;  // one a sample: 1 or −1 where the joint moves, 0 where it has no row
+  double threshold = 0.0;              // of |q̇| [rad/s | m/s]
+  bool smoothed =
+      false;  // directions are of a low-passed velocity: that of single samples may have the other sign
 };
 
 // The mask of each joint's rows, (n). A joint counts as moving where its velocity stands out of the noise of its own
-// positions.
+// positions. Where that takes more than a small part of the motion, the velocity is low-passed for the mask alone: noise would
+// choose its own rows otherwise, those that it makes fast, and tear the stretches that windows lie in.
 //
 // q         measured positions, (n_m × n)
 // filtered  the same, after the position filter of the options

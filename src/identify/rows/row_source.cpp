@@ -176,17 +176,17 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
     q_ = log.q;
   }
   const bool exact = options.exact_rows();
-  if (log.tau.size() > 0 && options.torque_cutoff_hz == 0.0 && !options.torque_held && !exact) {
+  if (log.tau.size() > 0 && options.torque_cutoff_hz == 0.0 && !options.held() && !exact) {
     require_joints("torque", log.tau, robot, log);
     tau_ = &log.tau;
   } else {
     made_tau_ = effort(robot, log);
     if (exact) {
-      average_torque(made_tau_, options.torque_held);
+      average_torque(made_tau_, options.held());
       if (options.cutoff_hz > 0.0) {
         made_tau_ = filtered(made_tau_, options.cutoff_hz, options.order);
       }
-    } else if (options.torque_held) {
+    } else if (options.held()) {
       // It is centred half a sample behind its own.
       made_tau_.bottomRows(made_tau_.rows() - 1) =
           (0.5 * (made_tau_.topRows(made_tau_.rows() - 1) + made_tau_.bottomRows(made_tau_.rows() - 1)))
@@ -199,6 +199,24 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
   }
   if (exact) {
     masks_ = motion_masks(robot, log.q, q_, log.f_m, options);
+    find_sign_columns(robot, base);
+  }
+}
+
+void RowSource::find_sign_columns(const Robot& robot, const BaseParameters& base) {
+  sign_columns_.resize(joints());
+  const std::vector<StandardParameter> parameters = base.columns();
+  for (std::size_t j = 0; j < joints(); ++j) {
+    if (!masks_[j].smoothed || robot.joints[j].sign_speed > 0.0) {
+      continue;
+    }
+    for (std::size_t c = 0; c < columns(j).size(); ++c) {
+      const StandardParameter& parameter = parameters[static_cast<std::size_t>(columns(j)[c])];
+      const KindRow& row = about(parameter.kind);
+      if (row.basis == Basis::sign && !row.coupled) {
+        sign_columns_[j].push_back({static_cast<Index>(c), row.direction});
+      }
+    }
   }
 }
 
@@ -237,7 +255,7 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
   for (const Motion& motion : others) {
     batch_.require("rows", motion, 0, log_.samples());
   }
-  if (options_.decimation.empty() || options_.convention == Convention::standard) {
+  if (stride_of(options_) == 1 || options_.convention == Convention::standard) {
     Stream stream = planned(sinks, others.size(), team_.size());
     decimate(stream);
     run(stream, others, progress);
@@ -294,7 +312,7 @@ void RowSource::decimate(Stream& stream) const {
   stream.stride = stride_of(options_);
   for (std::size_t j = 0; j < joints(); ++j) {
     StreamedJoint& joint = stream.joints[j];
-    if (!masks_.empty() && !options_.decimation.empty()) {
+    if (!masks_.empty() && stream.stride > 1) {
       joint.centres = window_centres(masks_[j], range_.first, range_.count, stream.stride);
       joint.stages.emplace_back(WindowDecimator(joint.columns, stream.stride, joint.centres));
       joint.all_kept = true;  // windows lie within the mask
@@ -340,7 +358,7 @@ void RowSource::run(Stream& stream, std::span<const Motion> others,
 }
 
 Index RowSource::stretches() const {
-  return options_.decimation.empty() ? std::max<Index>(range_.count / least_stretch, 1) : 1;
+  return stride_of(options_) == 1 ? std::max<Index>(range_.count / least_stretch, 1) : 1;
 }
 
 void RowSource::send_stretch(Index stretch, std::span<RowSink* const> sinks,
@@ -409,8 +427,28 @@ void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first
               end - begin, targets, begin, workspace);
   for (std::size_t j = 0; j < joints(); ++j) {
     const StreamedJoint& joint = stream.joints[j];
+    fill_signs(j, sample, end - begin,
+               joint.room.target.data +
+                   static_cast<Index>(columns(j).size() * others.size()) * joint.room.target.ld + begin,
+               joint.room.target.ld);
     std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, end - begin,
                 joint.room.target.data + (joint.columns - 1) * joint.room.target.ld + begin);
+  }
+}
+
+// The sign of a noisy velocity is no linear function of the noise, and no average mends it: where the mask had to smooth the
+// velocity, the columns of W that are signs take their direction from it.
+void RowSource::fill_signs(std::size_t j, Index sample, Index count, double* W, Index ld) const {
+  if (masks_.empty()) {
+    return;
+  }
+  for (const SignColumn& column : sign_columns_[j]) {
+    for (Index k = 0; k < count; ++k) {
+      const double direction = masks_[j].direction[static_cast<std::size_t>(sample + k)];
+      if (direction != 0.0) {
+        W[column.column * ld + k] = friction_entry(Basis::sign, column.direction, direction, 0.0);
+      }
+    }
   }
 }
 
@@ -455,7 +493,7 @@ void RowSource::finish(Stream& stream, std::size_t j) const {
 bool RowSource::kept(Index j, Index sample) const {
   const auto at = static_cast<std::size_t>(j);
   if (!masks_.empty()) {
-    return masks_[at].moving[static_cast<std::size_t>(sample)] != 0;
+    return masks_[at].direction[static_cast<std::size_t>(sample)] != 0;
   }
   return options_.velocity_threshold.empty() ||
          std::abs(velocity(sample, j)) >= options_.velocity_threshold[at];

@@ -142,6 +142,11 @@ class RowSource {
   };
   struct StreamedJoint;
   struct Stream;
+  // A column of W, within a joint's own, that is the sign of its velocity.
+  struct SignColumn {
+    Index column = 0;
+    Direction direction = Direction::both;
+  };
 
   [[nodiscard]] static Range kept_range(const Log& log, const SignalOptions& options);
   [[nodiscard]] Matrix filtered(const Matrix& x, double cutoff_hz, int order);
@@ -154,6 +159,8 @@ class RowSource {
   void fill_share(Stream& stream, std::span<const Motion> others, Index first, Index count, int member) const;
   void fill(Stream& stream, std::span<const Motion> others, Index first, Index begin, Index end,
             BatchWorkspace& workspace) const;
+  void find_sign_columns(const Robot& robot, const BaseParameters& base);
+  void fill_signs(std::size_t j, Index sample, Index count, double* W, Index ld) const;
   void advance(Stream& stream, std::size_t j, Index count) const;
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;
   void finish(Stream& stream, std::size_t j) const;
@@ -170,6 +177,7 @@ class RowSource {
   Matrix made_tau_;  // empty where the log's torques are used as they are
   const Matrix* tau_ = nullptr;
   std::vector<MotionMask> masks_;
+  std::vector<std::vector<SignColumn>> sign_columns_;  // of each joint, where the mask smoothed its velocity
   bool all_kept_ = false;
 };
 

@@ -1,0 +1,69 @@
+#include <algorithm>
+#include <utility>
+
+#include "identify/choose/row_choice.hpp"
+#include "identify/infer/infer.hpp"
+#include "rivid/error.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::Problem;
+
+Identification identified(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
+  return detail::identified(Problem(robot, logs, estimation));
+}
+
+// Why instruments can not be made; empty where they can.
+std::string obstacle(const Iv& iv, std::span<const Log> logs) {
+  if (!iv.control) {
+    return "the controller is not known, whose simulation makes instruments";
+  }
+  const bool followed = iv.follows == Iv::Follows::measured ||
+                        std::ranges::all_of(logs, [](const Log& log) { return log.q_r.size() > 0; });
+  return followed ? "" : "no reference was logged, which the simulation makes instruments of";
+}
+
+Identification by_suitable_method(const Robot& robot, std::span<const Log> logs, Estimation estimation) {
+  const Iv iv = std::get<Auto>(estimation.method).iv;
+  std::string why = obstacle(iv, logs);
+  if (why.empty()) {
+    estimation.method = iv;
+    Identification out = identified(robot, logs, estimation);
+    if (out.status == Status::identified) {
+      out.method_choice = {.reason = "instrumental variables, for controller and reference are known",
+                           .least_squares = out.iv->least_squares};
+      return out;
+    }
+    why = "instruments gave no answer (" + out.reasons.front() + ")";
+  }
+  estimation.method = Wls{};
+  Identification out = identified(robot, logs, estimation);
+  out.method_choice = {.reason = "weighted least squares, for " + why, .least_squares = {}};
+  return out;
+}
+
+}  // namespace
+
+Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& asked) {
+  Estimation estimation = asked;
+  std::optional<RowChoice> rows;
+  if (!logs.empty() && asked.signal.automatic() && !asked.complaint(robot)) {
+    rows = detail::choose_rows(robot, logs, estimation);
+  }
+  Identification out = std::holds_alternative<Auto>(asked.method)
+                           ? by_suitable_method(robot, logs, estimation)
+                           : identified(robot, logs, estimation);
+  if (rows) {
+    detail::report_noise(out, *rows);
+  }
+  out.row_choice = std::move(rows);
+  return out;
+}
+
+Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {
+  return identify(robot, std::span<const Log>(&log, 1), estimation);
+}
+
+}  // namespace rivid

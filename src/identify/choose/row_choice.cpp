@@ -1,0 +1,378 @@
+#include "identify/choose/row_choice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "identify/infer/infer.hpp"
+#include "identify/infer/noise_bias.hpp"
+#include "identify/rows/factors.hpp"
+#include "identify/rows/row_source.hpp"
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// The first window: noise is this part of the worst joint's mean square acceleration.
+constexpr double pilot_share = 1e-3;
+// Largest expected bias of a parameter in σ, and of the noise in the mean square of a joint's residual.
+constexpr double most_bias = 0.15;
+constexpr double most_noise = 0.25;
+// Largest bias in σ that errors of the torques could cause if all of them moved the arm; a window that serves this alone leaves enough rows,
+// and this part of the mean square acceleration of each joint.
+constexpr double most_disturbance = 0.5;
+constexpr double kept_motion = 0.9;
+// Rows slower than this part of a joint's rms velocity are left out.
+constexpr double slow_part = 0.05;
+// Rows for each parameter that a window leaves at least; and those below which residuals tell too little of the errors
+// to be worth less noise.
+constexpr double fewest_rows = 4.0;
+constexpr double enough_rows = 15.0;
+// Rounds of a window and the fit that tells the next one.
+constexpr int most_rounds = 4;
+// Samples that a window is chosen by: of longer logs a part stands for all.
+constexpr Index most_samples = 30000;
+// A window reaches over no more than this part of a log.
+constexpr Index fewest_windows = 20;
+// A lag of the torques agrees with none or half a sample within so many deviations. Where it agrees with both, odds of held ones
+// decide along: signals that a controller computed are held as a rule, torques are measured more often than not.
+constexpr double lag_sigmas = 3.0;
+constexpr double odds_of_control = 10.0;
+constexpr double odds_of_torque = 0.5;
+
+// 1, 2, 3, …, then in steps of some 20 %, in numbers that people like.
+std::vector<int> windows(Index most) {
+  constexpr std::array<int, 12> decade = {10, 12, 15, 18, 20, 25, 30, 40, 50, 60, 70, 80};
+  std::vector<int> out = {1, 2, 3, 4, 5, 6, 7, 8};
+  for (int scale = 1; scale <= 1'000'000; scale *= 10) {
+    for (const int mantissa : decade) {
+      out.push_back(mantissa * scale);
+    }
+  }
+  std::erase_if(out, [&](int n_d) { return n_d > std::max<Index>(most, 1); });
+  return out;
+}
+
+// Stretches from the middle of long logs.
+std::vector<Log> parts_of(std::span<const Log> logs) {
+  Index samples = 0;
+  for (const Log& log : logs) {
+    samples += log.samples();
+  }
+  std::vector<Log> out;
+  for (const Log& log : logs) {
+    const Index count = static_cast<Index>(static_cast<double>(log.samples()) *
+                                           static_cast<double>(most_samples) / static_cast<double>(samples));
+    out.push_back(excerpt(log, (log.samples() - count) / 2, count));
+  }
+  return out;
+}
+
+bool are_long(std::span<const Log> logs, const SignalOptions& signal) {
+  Index samples = 0;
+  for (const Log& log : logs) {
+    samples += log.samples();
+  }
+  return samples > most_samples && !signal.window;
+}
+
+Index shortest(std::span<const Log> logs) {
+  Index out = logs.front().samples();
+  for (const Log& log : logs) {
+    out = std::min(out, log.samples());
+  }
+  return out;
+}
+
+class Chooser {
+ public:
+  Chooser(const Robot& robot, std::span<const Log> logs, const Estimation& asked)
+      : robot_(robot),
+        parts_(are_long(logs, asked.signal) ? parts_of(logs) : std::vector<Log>()),
+        logs_(parts_.empty() ? logs : std::span<const Log>(parts_)),
+        noise_(position_noise(logs_)),
+        windows_(windows(shortest(logs_) / fewest_windows)) {
+    told_ = {.method = Wls{},
+             .signal = asked.signal,
+             .covariance = {.kind = CovarianceKind::hac, .lag = asked.covariance.lag},
+             .threads = asked.threads};
+    if (told_.signal.velocity_threshold.empty()) {
+      told_.signal.velocity_threshold = thresholds();
+    }
+  }
+
+  RowChoice chosen() {
+    std::size_t at = first();
+    std::optional<Identification> fit = tried(at);
+    for (int round = 0; fit && round < most_rounds; ++round) {
+      const std::size_t better = wanted(*fit, at);
+      if (better == at) {
+        break;
+      }
+      std::optional<Identification> next = identified_with(windows_[better]);
+      if (!next) {
+        break;
+      }
+      fit = std::move(next);
+      at = better;
+    }
+    RowChoice out;
+    if (fit && !told_.signal.torque_held && held(*fit)) {
+      told_.signal.torque_held = true;
+      fit = identified_with(windows_[at]);
+    }
+    told_.signal.torque_held = told_.signal.held();
+    told_.signal.decimation = {windows_[at]};
+    out.decimation = windows_[at];
+    out.row_spacing = windows_[at] / logs_.front().f_m;
+    out.torque_held = told_.signal.held();
+    if (fit) {
+      compare(*fit, at, out);
+    }
+    return out;
+  }
+
+  [[nodiscard]] const SignalOptions& signal() const { return told_.signal; }
+
+ private:
+  [[nodiscard]] std::vector<double> thresholds() const {
+    std::vector<double> out;
+    for (Index j = 0; j < robot_.size(); ++j) {
+      double squares = 0.0;
+      double count = 0.0;
+      for (const Log& log : logs_) {
+        // Differences over so many samples that noise does not count.
+        const Index span =
+            std::clamp<Index>(static_cast<Index>(0.05 * log.f_m), 1, std::max<Index>(log.samples() / 4, 1));
+        const Index m = log.samples() - span;
+        if (m > 0) {
+          const double scale = log.f_m / static_cast<double>(span);
+          squares += scale * scale * (log.q.col(j).tail(m) - log.q.col(j).head(m)).squaredNorm();
+          count += static_cast<double>(m);
+        }
+      }
+      out.push_back(slow_part * std::sqrt(squares / std::max(count, 1.0)));
+    }
+    return out;
+  }
+
+  [[nodiscard]] SignalOptions with(int n_d) const {
+    SignalOptions out = told_.signal;
+    out.decimation = {n_d};
+    return out;
+  }
+
+  // Noise of all joints' rows in all logs.
+  [[nodiscard]] std::vector<std::vector<DerivativeNoise>> noise_with(int n_d) const {
+    std::vector<std::vector<DerivativeNoise>> out;
+    for (std::size_t l = 0; l < logs_.size(); ++l) {
+      const RowBand band(with(n_d), logs_[l].f_m);
+      std::vector<DerivativeNoise>& joints = out.emplace_back();
+      for (const PositionNoise& one : noise_[l]) {
+        joints.push_back(one.in(band));
+      }
+    }
+    return out;
+  }
+
+  // The window that noise alone asks for.
+  [[nodiscard]] std::size_t first() const {
+    for (std::size_t w = 0; w < windows_.size(); ++w) {
+      const std::vector<std::vector<DerivativeNoise>> noise = noise_with(windows_[w]);
+      double worst = 0.0;
+      for (std::size_t j = 0; j < noise.front().size(); ++j) {
+        double noisy = 0.0;
+        double moving = 0.0;
+        for (std::size_t l = 0; l < logs_.size(); ++l) {
+          noisy += noise[l][j].acceleration * static_cast<double>(logs_[l].samples());
+          moving += noise_[l][j].motion() * static_cast<double>(logs_[l].samples());
+        }
+        worst =
+            std::max(worst, told_.signal.velocity_threshold[j] > 0.0 && moving > 0.0 ? noisy / moving : 0.0);
+      }
+      if (worst <= pilot_share) {
+        return w;
+      }
+    }
+    return windows_.size() - 1;
+  }
+
+  // Least part of the mean square acceleration of a joint's motion that a window leaves.
+  [[nodiscard]] double motion_kept(int n_d) const {
+    double out = 1.0;
+    for (std::size_t l = 0; l < logs_.size(); ++l) {
+      const RowBand all(with(1), logs_[l].f_m);
+      const RowBand band(with(n_d), logs_[l].f_m);
+      for (const PositionNoise& joint : noise_[l]) {
+        const double whole = joint.motion_in(all);
+        out = std::min(out, whole > 0.0 ? joint.motion_in(band) / whole : 1.0);
+      }
+    }
+    return out;
+  }
+
+  // Nothing where a window leaves too few rows.
+  std::optional<Identification> identified_with(int n_d) {
+    Estimation estimation = told_;
+    estimation.signal = with(n_d);
+    try {
+      problem_ = std::make_unique<Problem>(robot_, logs_, estimation);
+      Identification out = identified(*problem_);
+      return out.status == Status::identified ? std::optional(std::move(out)) : std::nullopt;
+    } catch (const InputError&) {
+      return std::nullopt;
+    }
+  }
+
+  // The first window of these that leaves enough rows: shorter and shorter ones.
+  std::optional<Identification> tried(std::size_t& at) {
+    for (;;) {
+      if (std::optional<Identification> fit = identified_with(windows_[at])) {
+        return fit;
+      }
+      if (at == 0) {
+        return std::nullopt;
+      }
+      at -= std::min<std::size_t>(at, 3);
+    }
+  }
+
+  // The window that the fit at another one asks for.
+  [[nodiscard]] std::size_t wanted(const Identification& fit, std::size_t at) const {
+    const NoiseSensitivity sensitivity(robot_, fit.base, logs_, problem_->signals, problem_->data, fit.chi);
+    const Matrix bread = least_squares(problem_->data.groups, fit.base.size(), fit.weights).unit_covariance;
+    const Vector sigma = fit.C_chi.diagonal().cwiseSqrt();
+    const auto here = sensitivity.effect(noise_with(windows_[at]), fit.chi, fit.weights);
+    // Of a window of one sample, as far as stretches of motion do not end within.
+    const double rows_a_parameter =
+        static_cast<double>(fit.fit.rows) * windows_[at] / static_cast<double>(fit.base.size());
+    std::size_t best = 0;
+    for (std::size_t w = 0; w < windows_.size(); ++w) {
+      if (w > at && rows_a_parameter < fewest_rows * windows_[w]) {
+        break;
+      }
+      best = w;
+      const auto effect = sensitivity.effect(noise_with(windows_[w]), fit.chi, fit.weights);
+      const double bias = (bread * effect.D_chi).cwiseAbs().cwiseQuotient(sigma).maxCoeff();
+      double share = 0.0;
+      std::vector<double> others;
+      for (std::size_t j = 0; j < effect.mean_squares.size(); ++j) {
+        // What the residual has beside this noise falls at most as that of white noise does.
+        const double residual = fit.fit.joints[j].sigma_rho * fit.fit.joints[j].sigma_rho;
+        const double other =
+            std::max(residual - here.mean_squares[j], 0.1 * residual) * windows_[at] / windows_[w];
+        share = std::max(share, effect.mean_squares[j] > 0.0
+                                    ? effect.mean_squares[j] / (effect.mean_squares[j] + other)
+                                    : 0.0);
+        others.push_back(other);
+      }
+      const double moved =
+          (bread * sensitivity.disturbance(others, fit.weights)).cwiseAbs().cwiseQuotient(sigma).maxCoeff();
+      const bool rows_left = w + 1 < windows_.size() && rows_a_parameter >= enough_rows * windows_[w + 1];
+      const bool quiet = share <= most_noise || !rows_left;
+      const bool still =
+          moved <= most_disturbance || !rows_left || motion_kept(windows_[w + 1]) < kept_motion;
+      if (bias <= most_bias && quiet && still) {
+        break;
+      }
+    }
+    return best;
+  }
+
+  [[nodiscard]] bool held(const Identification& fit) const {
+    if (!fit.diagnostics || !fit.diagnostics->torque_lag) {
+      return false;
+    }
+    const TorqueLag& lag = *fit.diagnostics->torque_lag;
+    const double from_none = lag.samples / lag.sigma;
+    const double from_half = (lag.samples + 0.5) / lag.sigma;
+    const bool computed = logs_.front().tau.size() == 0;
+    const double log_odds = 0.5 * (from_none * from_none - from_half * from_half) +
+                            std::log(computed ? odds_of_control : odds_of_torque);
+    return std::abs(from_half) < lag_sigmas && (std::abs(from_none) > lag_sigmas || log_odds > 0.0);
+  }
+
+  void compare(const Identification& fit, std::size_t at, RowChoice& out) {
+    const Vector sigma = fit.C_chi.diagonal().cwiseSqrt();
+    const auto shift = [&](const Vector& change) {
+      Index worst = 0;
+      WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst), .parameter = {}};
+      found.largest *= change[worst] < 0.0 ? -1.0 : 1.0;
+      found.parameter = fit.parameters[static_cast<std::size_t>(worst)].name;
+      return found;
+    };
+    const auto moved_at = [&](int n_d) {
+      const auto other = n_d == windows_[at] ? std::nullopt : estimate_with(n_d);
+      return other ? shift(*other - fit.chi) : WindowShift{};
+    };
+    out.at_half = moved_at(std::max(windows_[at] / 2, 1));
+    out.at_double = moved_at(2 * windows_[at]);
+  }
+
+  std::optional<Vector> estimate_with(int n_d) const {
+    Estimation estimation = told_;
+    estimation.signal = with(n_d);
+    try {
+      const Problem problem(robot_, logs_, estimation);
+      const LeastSquares found =
+          least_squares(problem.data.groups, problem.base.size(), joint_weights(problem));
+      return found.full_rank() ? std::optional(found.chi) : std::nullopt;
+    } catch (const InputError&) {
+      return std::nullopt;
+    }
+  }
+
+  const Robot& robot_;
+  std::vector<Log> parts_;  // empty where the logs are taken whole
+  std::span<const Log> logs_;
+  std::vector<std::vector<PositionNoise>> noise_;
+  std::vector<int> windows_;
+  Estimation told_;                   // of the pilots
+  std::unique_ptr<Problem> problem_;  // of the last pilot
+};
+
+std::string reason(const RowChoice& choice) {
+  std::string out = "a row every " + number(1e3 * choice.row_spacing, 3) +
+                    " ms (decimation = " + std::to_string(choice.decimation) + ")" +
+                    (choice.torque_held ? ", torques held between samples" : "");
+  if (std::isfinite(choice.foretold.largest)) {
+    out += ": noise of the positions is expected to move no parameter by more than " +
+           number(std::abs(choice.foretold.largest), 2) + " σ (" + choice.foretold.parameter + ")";
+  }
+  const auto moves = [](const WindowShift& shift) {
+    return number(std::abs(shift.largest), 2) + " σ (" + shift.parameter + ")";
+  };
+  if (std::isfinite(choice.at_half.largest)) {
+    out += "; the estimate moves by " + moves(choice.at_half) + " at half that spacing";
+  }
+  if (std::isfinite(choice.at_double.largest)) {
+    out += (std::isfinite(choice.at_half.largest) ? " and by " : "; the estimate moves by ") +
+           moves(choice.at_double) + " at double";
+  }
+  return out;
+}
+
+}  // namespace
+
+void report_noise(const Identification& result, RowChoice& choice) {
+  for (const ParameterEstimate& parameter : result.parameters) {
+    if (std::isfinite(parameter.noise_bias) &&
+        !(std::abs(parameter.noise_bias) <= std::abs(choice.foretold.largest))) {
+      choice.foretold = {.largest = parameter.noise_bias, .parameter = parameter.name};
+    }
+  }
+  choice.reason = reason(choice);
+}
+
+RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
+  Chooser chooser(robot, logs, estimation);
+  RowChoice out = chooser.chosen();
+  estimation.signal = chooser.signal();
+  return out;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,228 @@
+#include "identify/infer/noise_bias.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dense.hpp"
+#include "identify/rows/row_source.hpp"
+#include "rivid/model/kinds.hpp"
+#include "rivid/regressor/batch.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Samples of a log that stand for all.
+constexpr Index most_samples = 400;
+// Step of a velocity, of which W is quadratic but for friction that is none of the laws' columns left out [rad/s | m/s].
+constexpr double velocity_step = 1e-3;
+
+// Some samples of a log, and how fast the joints move there.
+Motion sampled(const Log& log, const SignalOptions& signal) {
+  const Index half = std::max<Index>(stride_of(signal), 1);
+  const Index count = std::clamp<Index>(log.samples() - 2 * half, 0, most_samples);
+  Motion out{Matrix(count, log.q.cols()), Matrix(count, log.q.cols()), Matrix::Zero(count, log.q.cols())};
+  for (Index k = 0; k < count; ++k) {
+    const Index at = half + k * (log.samples() - 2 * half) / count;
+    out.q.row(k) = log.q.row(at);
+    out.qd.row(k) =
+        (log.q.row(at + half) - log.q.row(at - half)) * (0.5 * log.f_m / static_cast<double>(half));
+  }
+  return out;
+}
+
+class Regressors {
+ public:
+  Regressors(const Robot& robot, const BaseParameters& base, Index samples)
+      : batch_(robot, base.columns()), block_(batch_, std::max<Index>(samples, 1)) {}
+
+  // W of each joint's rows.
+  std::vector<Matrix> at(const Motion& motion) {
+    batch_.fill(motion, 0, motion.samples(), block_);
+    std::vector<Matrix> out;
+    for (std::size_t i = 0; i < batch_.joints(); ++i) {
+      out.emplace_back(block_.W(i));
+    }
+    return out;
+  }
+
+  [[nodiscard]] const RegressorBatch& batch() const { return batch_; }
+
+ private:
+  RegressorBatch batch_;
+  RegressorBlock block_;
+};
+
+// Dry friction jumps, and the masks of rows keep away from its jumps.
+void clear_dry(const BaseParameters& base, const std::vector<Index>& columns, Matrix& W) {
+  const std::vector<StandardParameter> parameters = base.columns();
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (role(parameters[static_cast<std::size_t>(columns[c])].kind) == Role::dry) {
+      W.col(static_cast<Index>(c)).setZero();
+    }
+  }
+}
+
+// Mean over some samples of Σ_j E_j (M⁻¹)_ji for each joint i, where M_ij = E_j χ is the mass matrix.
+std::vector<Vector> mean_responses(const std::vector<std::vector<Matrix>>& E,
+                                   const std::vector<std::vector<Index>>& columns, const Vector& chi) {
+  const std::size_t n = E.size();
+  std::vector<Vector> out;
+  for (std::size_t i = 0; i < n; ++i) {
+    out.emplace_back(Vector::Zero(static_cast<Index>(columns[i].size())));
+  }
+  constexpr Index step = 4;
+  double count = 0.0;
+  for (Index k = 0; k < E[0][0].rows(); k += step) {
+    Matrix M(n, n);
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        M(static_cast<Index>(i), static_cast<Index>(j)) = E[j][i].row(k).dot(chi(columns[i]));
+      }
+    }
+    // Early estimates are no robots everywhere.
+    const SymmetricEigen eigen = symmetric_eigen(M);
+    if (!(eigen.values[0] > 0.0)) {
+      continue;
+    }
+    const Matrix inverse =
+        eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        out[i] += inverse(static_cast<Index>(j), static_cast<Index>(i)) * E[j][i].row(k).transpose();
+      }
+    }
+    ++count;
+  }
+  for (Vector& response : out) {
+    response /= std::max(count, 1.0);
+  }
+  return out;
+}
+
+// Mean of the products of rows that move.
+Matrix mean_products(const Matrix& E, const std::vector<Index>& moving) {
+  const Matrix kept = E(moving, Eigen::all);
+  return kept.transpose() * kept / static_cast<double>(std::max<std::size_t>(moving.size(), 1));
+}
+
+}  // namespace
+
+std::vector<std::vector<PositionNoise>> position_noise(std::span<const Log> logs) {
+  std::vector<std::vector<PositionNoise>> out;
+  for (const Log& log : logs) {
+    std::vector<PositionNoise>& joints = out.emplace_back();
+    for (Index j = 0; j < log.q.cols(); ++j) {
+      joints.emplace_back(log.q.col(j), log.f_m);
+    }
+  }
+  return out;
+}
+
+NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
+                                   std::span<const SignalOptions> signals, const RowFactors& data,
+                                   const Vector& chi)
+    : b_(base.size()) {
+  const auto n = static_cast<std::size_t>(robot.size());
+  for (const RowGroup& group : data.groups) {
+    columns_.push_back(group.columns);
+    rows_.push_back(static_cast<double>(group.qr.rows()));
+  }
+  shares_.assign(n, {});
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    const Motion motion = sampled(logs[l], signals[l]);
+    Regressors regressors(robot, base, motion.samples());
+    std::vector<std::vector<Index>> moving(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      for (Index k = 0; k < motion.samples(); ++k) {
+        if (std::abs(motion.qd(k, static_cast<Index>(i))) >= data.thresholds[i]) {
+          moving[i].push_back(k);
+        }
+      }
+      shares_[i].push_back(static_cast<double>(moving[i].size()) * static_cast<double>(logs[l].samples()) /
+                           static_cast<double>(std::max<Index>(motion.samples(), 1)));
+    }
+    std::vector<std::vector<Means>>& means = means_.emplace_back(n);
+    Motion probe = motion;
+    probe.qd.setZero();
+    const std::vector<Matrix> at_rest = regressors.at(probe);
+    std::vector<std::vector<Matrix>> E;  // [joint of the noise][joint of the row]
+    for (std::size_t j = 0; j < n; ++j) {
+      const auto column = static_cast<Index>(j);
+      probe.qdd.col(column).setOnes();
+      std::vector<Matrix> by_acceleration = regressors.at(probe);
+      probe.qdd.col(column).setZero();
+      Motion faster = motion;
+      faster.qd.col(column).array() += velocity_step;
+      std::vector<Matrix> by_velocity = regressors.at(faster);
+      faster.qd.col(column).array() -= 2.0 * velocity_step;
+      const std::vector<Matrix> slower = regressors.at(faster);
+      for (std::size_t i = 0; i < n; ++i) {
+        by_acceleration[i] -= at_rest[i];
+        by_velocity[i] = (by_velocity[i] - slower[i]) / (2.0 * velocity_step);
+        clear_dry(base, columns_[i], by_velocity[i]);
+        means[i].push_back(
+            {mean_products(by_acceleration[i], moving[i]), mean_products(by_velocity[i], moving[i])});
+      }
+      E.push_back(std::move(by_acceleration));
+    }
+    responses_.push_back(mean_responses(E, columns_, chi));
+  }
+  for (std::vector<double>& shares : shares_) {
+    double sum = 0.0;
+    for (const double share : shares) {
+      sum += share;
+    }
+    for (double& share : shares) {
+      share /= sum > 0.0 ? sum : 1.0;
+    }
+  }
+}
+
+NoiseSensitivity::Effect NoiseSensitivity::effect(std::span<const std::vector<DerivativeNoise>> noise,
+                                                  const Vector& chi, std::span<const double> weights) const {
+  Effect out{Vector::Zero(b_), std::vector<double>(rows_.size(), 0.0)};
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Vector own = chi(columns_[i]);
+    Vector D_chi = Vector::Zero(own.size());
+    for (std::size_t l = 0; l < means_.size(); ++l) {
+      for (std::size_t j = 0; j < noise[l].size(); ++j) {
+        const Means& means = means_[l][i][j];
+        D_chi += shares_[i][l] * (noise[l][j].acceleration * (means.acceleration * own) +
+                                  noise[l][j].velocity * (means.velocity * own));
+      }
+    }
+    out.mean_squares[i] = own.dot(D_chi);
+    out.D_chi(columns_[i]) += rows_[i] * weights[i] * weights[i] * D_chi;
+  }
+  return out;
+}
+
+Vector NoiseSensitivity::disturbance(std::span<const double> mean_squares,
+                                     std::span<const double> weights) const {
+  Vector out = Vector::Zero(b_);
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    for (std::size_t l = 0; l < responses_.size(); ++l) {
+      out(columns_[i]) +=
+          shares_[i][l] * rows_[i] * weights[i] * weights[i] * mean_squares[i] * responses_[l][i];
+    }
+  }
+  return out;
+}
+
+Vector noise_bias(const Problem& problem, const Estimate& estimate) {
+  const std::vector<std::vector<PositionNoise>> noise = position_noise(problem.logs);
+  const NoiseSensitivity sensitivity(problem.robot, problem.base, problem.logs, estimate.signals,
+                                     problem.data, estimate.chi);
+  std::vector<std::vector<DerivativeNoise>> in_rows;
+  for (std::size_t l = 0; l < noise.size(); ++l) {
+    const RowBand band(estimate.signals[l], problem.logs[l].f_m);
+    std::vector<DerivativeNoise>& joints = in_rows.emplace_back();
+    for (const PositionNoise& one : noise[l]) {
+      joints.push_back(one.in(band));
+    }
+  }
+  return -(finite_part(estimate.bread) * sensitivity.effect(in_rows, estimate.chi, estimate.weights).D_chi);
+}
+
+}  // namespace rivid::detail
