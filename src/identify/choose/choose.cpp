@@ -9,10 +9,11 @@ namespace rivid {
 
 namespace {
 
-using detail::Problem;
+using detail::EstimationProblem;
 
 Identification identified(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
-  return detail::identified(Problem(robot, logs, estimation));
+  const EstimationProblem problem(robot, logs, estimation);
+  return detail::identified(problem);
 }
 
 // Why instruments can not be made; empty where they can.

@@ -220,7 +220,7 @@ class Chooser {
     Estimation estimation = told_;
     estimation.signal = with(n_d);
     try {
-      problem_ = std::make_unique<Problem>(robot_, logs_, estimation);
+      problem_ = std::make_unique<EstimationProblem>(robot_, logs_, estimation);
       Identification out = identified(*problem_);
       return out.status == Status::identified ? std::optional(std::move(out)) : std::nullopt;
     } catch (const InputError&) {
@@ -317,7 +317,7 @@ class Chooser {
     Estimation estimation = told_;
     estimation.signal = with(n_d);
     try {
-      const Problem problem(robot_, logs_, estimation);
+      const EstimationProblem problem(robot_, logs_, estimation);
       const LeastSquares found =
           least_squares(problem.data.groups, problem.base.size(), joint_weights(problem));
       return found.full_rank() ? std::optional(found.chi) : std::nullopt;
@@ -331,8 +331,8 @@ class Chooser {
   std::span<const Log> logs_;
   std::vector<std::vector<PositionNoise>> noise_;
   std::vector<int> windows_;
-  Estimation told_;                   // of the pilots
-  std::unique_ptr<Problem> problem_;  // of the last pilot
+  Estimation told_;                             // of the pilots
+  std::unique_ptr<EstimationProblem> problem_;  // of the last pilot
 };
 
 std::string reason(const RowChoice& choice) {

@@ -230,7 +230,7 @@ Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
   return out;
 }
 
-ClosedLoops::ClosedLoops(const Problem& problem)
+ClosedLoops::ClosedLoops(const EstimationProblem& problem)
     : problem_(problem),
       mean_speed_(Vector::Zero(problem.joints())),
       mean_square_(Vector::Zero(problem.joints())) {
@@ -297,7 +297,7 @@ MotionError MotionDistance::error() const {
   return {ratio.col(0), ratio.col(1), ratio.col(2)};
 }
 
-std::vector<std::string> locked_joints(const Problem& problem, const SimulatedLoops& loops) {
+std::vector<std::string> locked_joints(const EstimationProblem& problem, const SimulatedLoops& loops) {
   std::vector<std::string> out;
   for (Index j = 0; j < problem.joints(); ++j) {
     double moving = 0.0;
@@ -316,7 +316,8 @@ std::vector<std::string> locked_joints(const Problem& problem, const SimulatedLo
   return out;
 }
 
-LoopDiagnosis diagnosed_loop(const Problem& problem, const ClosedLoops& all, const SimulatedLoops& loops) {
+LoopDiagnosis diagnosed_loop(const EstimationProblem& problem, const ClosedLoops& all,
+                             const SimulatedLoops& loops) {
   const Index n = problem.joints();
   Vector missed = Vector::Zero(n);
   Vector control = Vector::Zero(n);

@@ -50,7 +50,7 @@ struct SimulatedLoops {
 class ClosedLoops {
  public:
   // throws InputError where a log lacks what its loop follows
-  explicit ClosedLoops(const Problem& problem);
+  explicit ClosedLoops(const EstimationProblem& problem);
 
   // earlier  iterations: their effort bounds that of this one
   [[nodiscard]] SimulatedLoops simulated(const Vector& chi, std::span<const IvIteration> earlier) const;
@@ -59,7 +59,7 @@ class ClosedLoops {
   [[nodiscard]] const AuxiliaryLoop& of_log(std::size_t k) const { return *loops_[k]; }
 
  private:
-  const Problem& problem_;
+  const EstimationProblem& problem_;
   std::vector<std::unique_ptr<AuxiliaryLoop>> loops_;
   Vector mean_speed_;  // |q̇| of the measured motions
   Vector mean_square_;
@@ -83,10 +83,11 @@ class MotionDistance {
 // How well the assumed controller explains the logs.
 //
 // loops  simulated with the estimate
-[[nodiscard]] LoopDiagnosis diagnosed_loop(const Problem& problem, const ClosedLoops& all,
+[[nodiscard]] LoopDiagnosis diagnosed_loop(const EstimationProblem& problem, const ClosedLoops& all,
                                            const SimulatedLoops& loops);
 
 // Reasons: joints that their friction holds throughout the simulation, which gives no instruments.
-[[nodiscard]] std::vector<std::string> locked_joints(const Problem& problem, const SimulatedLoops& loops);
+[[nodiscard]] std::vector<std::string> locked_joints(const EstimationProblem& problem,
+                                                     const SimulatedLoops& loops);
 
 }  // namespace rivid::detail

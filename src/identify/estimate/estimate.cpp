@@ -12,7 +12,7 @@ namespace rivid::detail {
 
 namespace {
 
-std::string who(const Problem& problem) {
+std::string who(const EstimationProblem& problem) {
   return "identify(" + std::string(title(problem.estimation.method)) + ")";
 }
 
@@ -38,7 +38,8 @@ std::string joined(const BaseParameters& base, const std::vector<Index>& set) {
 
 }  // namespace
 
-Problem::Problem(const Robot& its_robot, std::span<const Log> its_logs, const Estimation& its_estimation)
+EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log> its_logs,
+                                     const Estimation& its_estimation)
     : robot(its_robot), logs(its_logs), estimation(its_estimation) {
   if (logs.empty()) {
     throw InputError(who(*this) + ": no log is given");
@@ -64,12 +65,12 @@ Problem::Problem(const Robot& its_robot, std::span<const Log> its_logs, const Es
   team = std::make_unique<ThreadTeam>(estimation.threads);
 }
 
-void Problem::refuse_few_rows(Index rows) const {
+void EstimationProblem::refuse_few_rows(Index rows) const {
   throw InputError(who(*this) + ": " + std::to_string(rows) + " rows for " + std::to_string(base.size()) +
                    " base parameters; more rows than parameters are needed");
 }
 
-Estimated estimated(const Problem& problem, Identification& out) {
+Estimated estimated(const EstimationProblem& problem, Identification& out) {
   if (std::holds_alternative<Iv>(problem.estimation.method)) {
     return instrumental_estimate(problem, out);
   }
@@ -94,7 +95,7 @@ double deviation(const Residual& r, double freedom, Convention convention) {
   return r.norm / std::sqrt(std::max(freedom, 1.0));
 }
 
-std::vector<double> joint_weights(const Problem& problem) {
+std::vector<double> joint_weights(const EstimationProblem& problem) {
   const std::vector<RowGroup>& groups = problem.data.groups;
   for (std::size_t j = 0; j < groups.size(); ++j) {
     if (groups[j].qr.rows() > 0 && groups[j].qr.y_norm() == 0.0) {
@@ -117,7 +118,7 @@ void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermine
   }
 }
 
-void report_robust(const Problem& problem, const Reweighting& reweighting, const Vector& plain,
+void report_robust(const EstimationProblem& problem, const Reweighting& reweighting, const Vector& plain,
                    Identification& out) {
   const Robust& options = *problem.estimation.robust;
   out.title += options.kind == RobustKind::huber ? ", Huber" : ", bisquare";

@@ -16,11 +16,11 @@
 namespace rivid::detail {
 
 // What an identification stands on, from the beginning to the end.
-struct Problem {
+struct EstimationProblem {
   // All are referred to, not copied.
   //
   // throws InputError where they do not fit together
-  Problem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation);
+  EstimationProblem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation);
 
   const Robot& robot;
   std::span<const Log> logs;
@@ -72,9 +72,9 @@ struct Estimated {
 };
 
 // out: status and reasons, and the reports of robust estimation, prefilter and iteration.
-[[nodiscard]] Estimated estimated(const Problem& problem, Identification& out);
-[[nodiscard]] Estimate least_squares_estimate(const Problem& problem, Identification& out);
-[[nodiscard]] Estimated instrumental_estimate(const Problem& problem, Identification& out);
+[[nodiscard]] Estimated estimated(const EstimationProblem& problem, Identification& out);
+[[nodiscard]] Estimate least_squares_estimate(const EstimationProblem& problem, Identification& out);
+[[nodiscard]] Estimated instrumental_estimate(const EstimationProblem& problem, Identification& out);
 
 // A covariance without the infinite deviations of what is not determined, and these: zero where there are none, (b).
 [[nodiscard]] Matrix finite_part(Matrix covariance);
@@ -86,7 +86,7 @@ struct Estimated {
 // 1 / σ of each joint's rows, (20).
 //
 // throws InputError where a joint's torque is zero throughout
-[[nodiscard]] std::vector<double> joint_weights(const Problem& problem);
+[[nodiscard]] std::vector<double> joint_weights(const EstimationProblem& problem);
 
 // Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by `what`".
 void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
@@ -95,7 +95,7 @@ void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermine
 // What an M-estimate made of the rows: out.robust, the title, and the status where it did not settle.
 //
 // plain  estimate of the rows as they are
-void report_robust(const Problem& problem, const Reweighting& reweighting, const Vector& plain,
+void report_robust(const EstimationProblem& problem, const Reweighting& reweighting, const Vector& plain,
                    Identification& out);
 
 }  // namespace rivid::detail

@@ -17,7 +17,8 @@ namespace {
 constexpr int most_rounds = 10;
 
 // The noise models that the residual of `chi` tells, one a joint.
-std::vector<NoiseModel> noise_models(const Problem& problem, const IvSolver& solver, const Vector& chi) {
+std::vector<NoiseModel> noise_models(const EstimationProblem& problem, const IvSolver& solver,
+                                     const Vector& chi) {
   const std::vector<RowGroup>& joints = problem.data.groups;
   const Instruments& instruments = solver.instruments();
   const Index order = problem.iv().prefilter_order;
@@ -43,7 +44,7 @@ std::vector<NoiseModel> noise_models(const Problem& problem, const IvSolver& sol
 // Noise models and instruments in turn, with out.prefilter.
 //
 // solver  that has settled
-void prefilter(const Problem& problem, IvSolver& solver, Identification& out) {
+void prefilter(const EstimationProblem& problem, IvSolver& solver, Identification& out) {
   PrefilterReport& report = out.prefilter.emplace();
   report.chi = solver.history().back().chi;
   solver.instruments().keep_every_row();
@@ -69,7 +70,7 @@ void prefilter(const Problem& problem, IvSolver& solver, Identification& out) {
 }
 
 // The estimate of weighted rows with the statistics of an M-estimate, which plain rows tell.
-Estimate with_statistics(const Problem& problem, Estimate estimate, const Reweighting& reweighting,
+Estimate with_statistics(const EstimationProblem& problem, Estimate estimate, const Reweighting& reweighting,
                          const std::vector<InstrumentalGroup>& plain) {
   const Index b = problem.base.size();
   const std::vector<RobustSums> sums = reweighting.sums();
@@ -89,7 +90,7 @@ Estimate with_statistics(const Problem& problem, Estimate estimate, const Reweig
 // The M-estimate by instruments, Σ V_tᵀ ω² s ψ_t = 0, with out.robust: weights on rows and instruments in turn.
 //
 // solver  that has settled
-Estimate robust_estimate(const Problem& problem, IvSolver& solver, Identification& out) {
+Estimate robust_estimate(const EstimationProblem& problem, IvSolver& solver, Identification& out) {
   const Vector plain_chi = solver.estimate()->chi;
   const std::size_t plain_iterations = solver.history().size();
   Instruments& instruments = solver.instruments();
@@ -107,7 +108,7 @@ Estimate robust_estimate(const Problem& problem, IvSolver& solver, Identificatio
 
 }  // namespace
 
-Estimated instrumental_estimate(const Problem& problem, Identification& out) {
+Estimated instrumental_estimate(const EstimationProblem& problem, Identification& out) {
   IvSolver solver(problem, out);
   const bool settled = solver.iterate(solver.start());
   Estimated found;

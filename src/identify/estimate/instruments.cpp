@@ -57,7 +57,7 @@ Motion instrument_motion(const Motion& simulated, double f_m, const SignalOption
 
 }  // namespace
 
-Instruments::Instruments(const Problem& problem) : problem_(problem), signals_(problem.signals) {
+Instruments::Instruments(const EstimationProblem& problem) : problem_(problem), signals_(problem.signals) {
   count_rows();
 }
 

@@ -12,7 +12,7 @@ namespace rivid::detail {
 // Makes the rows [V W Y] of all logs.
 class Instruments {
  public:
-  explicit Instruments(const Problem& problem);
+  explicit Instruments(const EstimationProblem& problem);
 
   // Factors of [V | W Y] of each joint.
   //
@@ -51,7 +51,7 @@ class Instruments {
   [[nodiscard]] std::vector<std::vector<Index>> sign_columns() const;
   void count_rows();
 
-  const Problem& problem_;
+  const EstimationProblem& problem_;
   std::vector<SignalOptions> signals_;  // one a log
   std::vector<Vector> whitening_;       // empty without
   Reweighting* reweighting_ = nullptr;

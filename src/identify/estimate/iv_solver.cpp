@@ -23,7 +23,7 @@ constexpr int most_dampings = 3;
 
 }  // namespace
 
-IvSolver::IvSolver(const Problem& problem, Identification& out)
+IvSolver::IvSolver(const EstimationProblem& problem, Identification& out)
     : problem_(problem),
       method_(problem.iv()),
       out_(out),

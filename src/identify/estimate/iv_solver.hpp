@@ -20,7 +20,7 @@ class IvSolver {
   // out  its status and reasons tell why an iteration did not settle
   //
   // throws InputError where loops and logs do not fit together or a joint's torque is zero throughout
-  IvSolver(const Problem& problem, Identification& out);
+  IvSolver(const EstimationProblem& problem, Identification& out);
 
   // The parameters that the options begin with.
   [[nodiscard]] Vector start() const;
@@ -71,7 +71,7 @@ class IvSolver {
   [[nodiscard]] double deviation_of(const Vector& chi) const;
   [[nodiscard]] Vector first_stage_F() const;
 
-  const Problem& problem_;
+  const EstimationProblem& problem_;
   const Iv& method_;
   Identification& out_;
   ClosedLoops loops_;

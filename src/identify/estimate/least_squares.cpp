@@ -7,14 +7,16 @@ namespace rivid::detail {
 
 namespace {
 
-bool by_joint(const Problem& problem) { return std::holds_alternative<Wls>(problem.estimation.method); }
+bool by_joint(const EstimationProblem& problem) {
+  return std::holds_alternative<Wls>(problem.estimation.method);
+}
 
-std::vector<double> ones(const Problem& problem) {
+std::vector<double> ones(const EstimationProblem& problem) {
   return std::vector<double>(problem.data.groups.size(), 1.0);
 }
 
 // The estimate whose triangle and covariance these are, its chi and statistics aside.
-Estimate estimate_of(const Problem& problem, const LeastSquares& solution, Identification& out) {
+Estimate estimate_of(const EstimationProblem& problem, const LeastSquares& solution, Identification& out) {
   if (!solution.full_rank()) {
     explain_rank(solution.rank, solution.undetermined, "these data", out);
   }
@@ -34,7 +36,7 @@ Estimate estimate_of(const Problem& problem, const LeastSquares& solution, Ident
 // The estimate of the rows as they are.
 //
 // throws InputError where there are too few
-LeastSquares plain_solution(const Problem& problem, const std::vector<double>& weights) {
+LeastSquares plain_solution(const EstimationProblem& problem, const std::vector<double>& weights) {
   LeastSquares out = least_squares(problem.data.groups, problem.base.size(), weights);
   if (const Index rows = rows_of(problem.data.groups); rows <= out.rank) {
     problem.refuse_few_rows(rows);
@@ -51,7 +53,7 @@ Matrix sandwich(const LeastSquares& A, const Matrix& root_B) {
 }
 
 // Weights of the rows and parameters in turn, from the estimate `plain` on.
-Estimate robust_estimate(const Problem& problem, const Vector& plain, Identification& out) {
+Estimate robust_estimate(const EstimationProblem& problem, const Vector& plain, Identification& out) {
   const Index b = problem.base.size();
   const auto& progress = problem.estimation.progress;
   Reweighting reweighting(*problem.estimation.robust, plain, problem.data.groups.size());
@@ -93,7 +95,7 @@ Estimate robust_estimate(const Problem& problem, const Vector& plain, Identifica
 
 }  // namespace
 
-Estimate least_squares_estimate(const Problem& problem, Identification& out) {
+Estimate least_squares_estimate(const EstimationProblem& problem, Identification& out) {
   std::vector<double> weights = by_joint(problem) ? joint_weights(problem) : ones(problem);
   const LeastSquares solution = plain_solution(problem, weights);
   if (problem.estimation.robust) {

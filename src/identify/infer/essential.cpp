@@ -191,7 +191,7 @@ EssentialParameters essential(const Robot& robot, const BaseParameters& base,
   return out;
 }
 
-void detail::add_essential(const Problem& problem, const Estimate& estimate, Identification& out) {
+void detail::add_essential(const EstimationProblem& problem, const Estimate& estimate, Identification& out) {
   const std::optional<Essential>& options = problem.estimation.essential;
   if (!options) {
     return;

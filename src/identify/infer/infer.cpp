@@ -26,7 +26,8 @@ struct Statistics {
   Vector least_squares;  // χ̂ of least squares on the rows of an estimate by instruments
 };
 
-Scores scores_of(const Problem& problem, const Estimate& estimate, const LeastSquares* by_least_squares) {
+Scores scores_of(const EstimationProblem& problem, const Estimate& estimate,
+                 const LeastSquares* by_least_squares) {
   const EstimateInstruments* const instruments = estimate.instruments ? &*estimate.instruments : nullptr;
   const bool corrected = leverage_counts(estimate.rows, problem.base.size());
   const auto estimator = [&](const Vector& chi, bool instrumental, const Matrix& bread) {
@@ -49,7 +50,7 @@ Scores scores_of(const Problem& problem, const Estimate& estimate, const LeastSq
 }
 
 // The comparison with least squares on the same rows.
-HausmanTest hausman(const Problem& problem, const Estimate& estimate, const Scores& scores,
+HausmanTest hausman(const EstimationProblem& problem, const Estimate& estimate, const Scores& scores,
                     const LeastSquares& ls, const Matrix& bread, const Vector& sigma) {
   Matrix bread_ls = ls.unit_covariance;
   Vector shift = estimate.chi - ls.chi;
@@ -63,7 +64,7 @@ HausmanTest hausman(const Problem& problem, const Estimate& estimate, const Scor
                       scores.interval, problem.estimation.covariance, sigma);
 }
 
-Statistics statistics_of(const Problem& problem, const Estimate& estimate) {
+Statistics statistics_of(const EstimationProblem& problem, const Estimate& estimate) {
   const CovarianceOptions& options = problem.estimation.covariance;
   const SignalOptions& signal = problem.estimation.signal;
   const CovarianceKind kind = resolved(options.kind, signal.convention);
@@ -135,7 +136,7 @@ void forget_errors(Fit& fit) {
   }
 }
 
-void infer_without_estimate(const Problem& problem, Identification& out) {
+void infer_without_estimate(const EstimationProblem& problem, Identification& out) {
   const Index b = problem.base.size();
   out.condition = std::numeric_limits<double>::infinity();
   out.chi = Vector::Constant(b, std::numeric_limits<double>::quiet_NaN());
@@ -146,7 +147,7 @@ void infer_without_estimate(const Problem& problem, Identification& out) {
   judge_parameters(problem.robot, problem.logs, out);
 }
 
-void infer(const Problem& problem, const Estimate& estimate, Identification& out) {
+void infer(const EstimationProblem& problem, const Estimate& estimate, Identification& out) {
   out.weights = estimate.weights;
   out.condition = estimate.condition;
   out.chi = estimate.chi;
@@ -213,7 +214,7 @@ Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index 
 
 }  // namespace detail
 
-Identification detail::identified(const Problem& problem) {
+Identification detail::identified(const EstimationProblem& problem) {
   const Estimation& estimation = problem.estimation;
   Identification out;
   out.method = name(estimation.method);

@@ -8,7 +8,7 @@
 namespace rivid::detail {
 
 // All three stages of a problem that leaves nothing open.
-[[nodiscard]] Identification identified(const Problem& problem);
+[[nodiscard]] Identification identified(const EstimationProblem& problem);
 
 // The model against the rows, unweighted. Each joint is charged its share of the `estimated` parameters; a validation
 // charges none.
@@ -22,14 +22,14 @@ namespace rivid::detail {
 void judge_parameters(const Robot& robot, std::span<const Log> logs, Identification& out);
 
 // out.essential, where it is wanted: the parameters that the estimate can not do without, and their fit.
-void add_essential(const Problem& problem, const Estimate& estimate, Identification& out);
+void add_essential(const EstimationProblem& problem, const Estimate& estimate, Identification& out);
 
 // out.physical of an estimate with all its statistics, where it is asked for; else a warning where the data leave much
 // open that it would settle.
 //
 // blocks  of time that the weight of the prior is validated on, one by one; none leave it to what the prior costs
-void add_physical(const Problem& problem, const Estimate& estimate, std::span<const BlockSums> blocks,
-                  Identification& out);
+void add_physical(const EstimationProblem& problem, const Estimate& estimate,
+                  std::span<const BlockSums> blocks, Identification& out);
 
 // Warnings, and what reports have to say of out.parameters.
 void judge_noise(Identification& out);

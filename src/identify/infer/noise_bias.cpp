@@ -210,7 +210,7 @@ Vector NoiseSensitivity::disturbance(std::span<const double> mean_squares,
   return out;
 }
 
-Vector noise_bias(const Problem& problem, const Estimate& estimate) {
+Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate) {
   const std::vector<std::vector<PositionNoise>> noise = position_noise(problem.logs);
   const NoiseSensitivity sensitivity(problem.robot, problem.base, problem.logs, estimate.signals,
                                      problem.data, estimate.chi);

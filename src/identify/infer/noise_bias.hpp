@@ -58,6 +58,6 @@ class NoiseSensitivity {
 };
 
 // Expected bias of an estimate by least squares, (b) [SI].
-[[nodiscard]] Vector noise_bias(const Problem& problem, const Estimate& estimate);
+[[nodiscard]] Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate);
 
 }  // namespace rivid::detail

@@ -144,8 +144,8 @@ PhysicalModel found_model(const Robot& robot, Physical options, const Matrix& ro
 
 }  // namespace
 
-void add_physical(const Problem& problem, const Estimate& estimate, std::span<const BlockSums> blocks,
-                  Identification& out) {
+void add_physical(const EstimationProblem& problem, const Estimate& estimate,
+                  std::span<const BlockSums> blocks, Identification& out) {
   const std::optional<Physical>& options = problem.estimation.physical;
   const Matrix root = estimate.root / estimate.sigma;
   if (!options) {
