@@ -13,7 +13,8 @@ namespace {
 
 constexpr double longest_step = 1e-3;
 constexpr double longest_elastic_step = 2.5e-4;
-constexpr double far_away = 30.0;  // no joint goes there [rad | m]
+constexpr double least_step = 0.05;  // between jittering instants, in periods
+constexpr double far_away = 30.0;    // no joint goes there [rad | m]
 
 double rounded(double x, double quantum) { return quantum > 0.0 ? quantum * std::round(x / quantum) : x; }
 
@@ -97,6 +98,32 @@ class Disturbance {
   Numbers size_, now_;
 };
 
+// What encoders and torque sensors make of the truth.
+class Sensors {
+ public:
+  Sensors(const Recipe& recipe, const Load& load, Random& random)
+      : recipe_(recipe), load_(load), random_(random) {}
+
+  [[nodiscard]] Numbers positions(Numbers q) {
+    for (double& value : q) {
+      value = rounded(value + recipe_.noise * random_.normal(), recipe_.quantum);
+    }
+    return q;
+  }
+  [[nodiscard]] Numbers torques(Numbers tau) {
+    for (Index j = 0; j < tau.size(); ++j) {
+      tau[j] = rounded(tau[j] + recipe_.torque_noise * load_.rms[j] * random_.normal(),
+                       recipe_.torque_quantum * load_.largest[j]);
+    }
+    return tau;
+  }
+
+ private:
+  const Recipe& recipe_;
+  const Load& load_;
+  Random& random_;
+};
+
 // A causal low-pass of first order.
 void low_pass(Matrix& columns, double cutoff_hz, double rate_hz) {
   const double share = 1.0 - std::exp(-2.0 * std::numbers::pi * cutoff_hz / rate_hz);
@@ -158,38 +185,37 @@ Recording recorded(const Recipe& recipe, const Plant& plant, const Controller& c
   simulation.start(0.0, begin.q, begin.qd);
   Loop loop(controller, plant, motion);
   Disturbance disturbance(recipe, load.rms);
+  Sensors sensors(recipe, load, random);
   const Simulation::Torque torque = [&](double t, const Numbers& q, const Numbers& qd) {
     return loop.torque(t, q, qd);
   };
   for (Index k = 0; k < instants; ++k) {
+    const double nominal = period * static_cast<double>(k);
     if (k > 0) {
       const double late = recipe.jitter * period * std::clamp(random.normal(), -3.0, 3.0);
-      const double t = period * static_cast<double>(k) + late;
-      simulation.advance(std::max(t, simulation.time() + 0.05 * period), torque, disturbance.next(random));
+      const double next = std::max(nominal + late, simulation.time() + least_step * period);
+      simulation.advance(next, torque, disturbance.next(random));
     }
     const double t = simulation.time();
     const Numbers q = simulation.positions();
+    const Numbers qd = simulation.velocities();
     if (!q.allFinite() || q.cwiseAbs().maxCoeff() > far_away) {
       throw Diverged{};
     }
-    Numbers y(n);
-    for (Index j = 0; j < n; ++j) {
-      y[j] = rounded(q[j] + recipe.noise * random.normal(), recipe.quantum);
-    }
-    const Numbers qd = simulation.velocities();
-    Numbers tau = k > 0 && controller.continuous ? loop.torque(t, q, qd) : Numbers();
+    const Numbers y = sensors.positions(q);
+    const Numbers before = k > 0 && controller.continuous ? loop.torque(t, q, qd) : Numbers();
     loop.sample(t, y, q);
-    // A law without periods feeds readings back that jump with each sample: its torque there is the mean of both sides.
-    tau = tau.size() > 0 ? Numbers(0.5 * (tau + loop.torque(t, q, qd))) : loop.torque(t, q, qd);
+    Numbers tau = loop.torque(t, q, qd);
+    if (before.size() > 0) {
+      // The readings that a continuous law feeds back jump with each sample: its torque there is the mean of both sides.
+      tau = 0.5 * (before + tau);
+    }
     if (k % recipe.control_every == 0) {
       const Index row = k / recipe.control_every;
-      log.t[row] = recipe.stamped ? t : period * static_cast<double>(k);
+      log.t[row] = recipe.stamped ? t : nominal;
       log.q.row(row) = y.transpose();
       log.q_r.row(row) = motion.at(t).q.transpose();
-      for (Index j = 0; j < n; ++j) {
-        log.tau(row, j) = rounded(tau[j] + recipe.torque_noise * load.rms[j] * random.normal(),
-                                  recipe.torque_quantum * load.largest[j]);
-      }
+      log.tau.row(row) = sensors.torques(tau).transpose();
     }
   }
   return log;
