@@ -119,7 +119,7 @@ struct Count {
     out +=
         " | " + (counted > 0 ? fixed(100.0 * static_cast<double>(covered) / static_cast<double>(counted), 1)
                              : std::string("–"));
-    return out + " | " + number(1e3 * seconds / all, 2) + " |\n";
+    return out + " | " + fixed(1e3 * seconds / all, 0) + " |\n";
   }
 };
 
@@ -239,7 +239,7 @@ std::string frequent(const std::vector<std::string>& lists) {
   std::string out;
   for (std::size_t i = 0; i < std::min(shown, sorted.size()); ++i) {
     out += (out.empty() ? "" : ", ") + sorted[i].second + ' ' +
-           number(-100.0 * sorted[i].first / static_cast<double>(lists.size()), 2);
+           fixed(-100.0 * sorted[i].first / static_cast<double>(lists.size()), 0);
   }
   return out;
 }
