@@ -26,13 +26,13 @@ double log_det_of(const Eigen::LLT<Matrix>& factor, const Vector& d) {
   return 2.0 * (factor.matrixLLT().diagonal().array().log().sum() - d.array().log().sum());
 }
 
-Score score_of(const Matrix& C, double log_det, const Objective& objective) {
+ObjectiveValue score_of(const Matrix& C, double log_det, const Objective& objective) {
   if (const auto* const torque = std::get_if<TorqueError>(&objective)) {
     const double trace = (C * torque->B).trace();
     return {std::log(trace), C * torque->B * C / trace};
   }
   if (const auto* const chosen = std::get_if<Deviations>(&objective)) {
-    Score out{0.0, Matrix::Zero(C.rows(), C.cols())};
+    ObjectiveValue out{0.0, Matrix::Zero(C.rows(), C.cols())};
     for (const Index i : chosen->parameters) {
       out.value += std::log(C(i, i));
       out.K += C.col(i) * C.col(i).transpose() / C(i, i);
@@ -60,7 +60,7 @@ void add_information(const SampledRegressor& regressor, std::span<const Matrix> 
   }
 }
 
-std::optional<Score> score(const Matrix& M, const Objective& objective) {
+std::optional<ObjectiveValue> score(const Matrix& M, const Objective& objective) {
   const Scaled scaled(M);
   if (!scaled.d.allFinite()) {
     return std::nullopt;
@@ -70,7 +70,7 @@ std::optional<Score> score(const Matrix& M, const Objective& objective) {
     return std::nullopt;
   }
   const Matrix C = scaled.d.asDiagonal() * factor.solve(Matrix(scaled.d.asDiagonal()));
-  Score out = score_of(C, log_det_of(factor, scaled.d), objective);
+  ObjectiveValue out = score_of(C, log_det_of(factor, scaled.d), objective);
   return std::isfinite(out.value) ? std::optional(std::move(out)) : std::nullopt;
 }
 

@@ -16,7 +16,7 @@ void add_information(const SampledRegressor& regressor, std::span<const Matrix> 
                      Matrix& M);
 
 /// A scalar of the information matrix M that is to be made small, and its derivative K: d value = −⟨K, dM⟩.
-struct Score {
+struct ObjectiveValue {
   double value = 0.0;
   Matrix K;
 };
@@ -34,7 +34,7 @@ using Objective = std::variant<Information, TorqueError, Deviations>;
 /// Nothing where M is not positive definite.
 ///
 /// @param M  (b × b), symmetric
-[[nodiscard]] std::optional<Score> score(const Matrix& M, const Objective& objective);
+[[nodiscard]] std::optional<ObjectiveValue> score(const Matrix& M, const Objective& objective);
 
 /// log det M, or −∞.
 [[nodiscard]] double log_determinant(const Matrix& M);

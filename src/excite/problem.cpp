@@ -80,7 +80,7 @@ Problem::Value Problem::operator()(const Vector& z, Vector* gradient, Matrix* ja
   }
   Matrix M = task_.known;
   add_information(regressor_, W_, weights_, M);
-  const std::optional<Score> scored = score(M, task_.objective);
+  const std::optional<ObjectiveValue> scored = score(M, task_.objective);
   out.defined = scored.has_value();
   if (!scored) {
     return out;
