@@ -261,6 +261,10 @@ constexpr std::array codes = {
     DiagnosticCode{"no_torque_model", warning, "A designed motion does not keep to torque limits.",
                    "The robot's description has no masses, so torques can not be foretold.",
                    "Give the inertials, or accelerations in [excitation.limits] that the drives can do."},
+    DiagnosticCode{"clearance_left_out", note, "A pair of bodies is not kept apart.",
+                   "It is nearer than the clearance in most random poses: bodies that are always near, or "
+                   "capsules that are too thick.",
+                   "Give capsules in [excitation.space] where that pair matters."},
     DiagnosticCode{"noise_assumed", note, "Foretold standard deviations rest on an assumed noise.",
                    "Nothing is said of the torque errors, so 1 % of the torque limits is taken.",
                    "Give noise in [excitation]: the residual's deviation of an earlier identification."},

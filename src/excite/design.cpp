@@ -28,21 +28,33 @@ constexpr double last_rho = 1000.0;
 constexpr int polishings = 3;
 // Part of a limit that is kept free for peaks that move between polishing and check.
 constexpr double reserve = 2e-4;
-constexpr Index denser = 10;
+constexpr Index denser = 40;
 constexpr int poses = 500;
 constexpr int draws = 20;
 // What an objective counts that is not defined.
 constexpr double undefined_objective = 1e6;
 
 std::string limit_in_words(const Task& task, Index limit) {
-  const detail::SideLimit side = detail::side_limits(task.bounds)[static_cast<std::size_t>(limit)];
+  const std::vector<detail::SideLimit> sides = detail::side_limits(task.bounds);
+  if (limit >= std::ssize(sides)) {
+    const detail::Clearances clearances = detail::clearances_of(task);
+    const Index pair = limit - std::ssize(sides);
+    return clearances.first(pair) + ": distance to " + clearances.second(pair);
+  }
+  const detail::SideLimit& side = sides[static_cast<std::size_t>(limit)];
   return task.robot.joints[static_cast<std::size_t>(side.joint)].name + ": " +
          std::string(detail::name(side.quantity));
 }
 
 // What a limit's value means: "82.1 of at most 60 N·m".
 std::string excess_in_words(const Task& task, Index limit, double value) {
-  const detail::SideLimit side = detail::side_limits(task.bounds)[static_cast<std::size_t>(limit)];
+  const std::vector<detail::SideLimit> sides = detail::side_limits(task.bounds);
+  if (limit >= std::ssize(sides)) {
+    const double distance = task.space.clearance - value * detail::clearance_scale;
+    return limit_in_words(task, limit) + " is " + number(distance, 3) + " m where it must be at least " +
+           number(task.space.clearance, 3) + " m";
+  }
+  const detail::SideLimit& side = sides[static_cast<std::size_t>(limit)];
   return limit_in_words(task, limit) + " is " + number(side.side * (side.edge + value * side.scale), 4) +
          " where it may be " + number(side.side * side.edge, 4);
 }
@@ -352,6 +364,9 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
     return fault;
   }
   if (auto fault = limits.complaint(n)) {
+    return fault;
+  }
+  if (auto fault = space.complaint(robot)) {
     return fault;
   }
   if (noise.sigma.size() != 0 && (noise.sigma.size() != n || !(noise.sigma.array() > 0.0).all())) {

@@ -151,7 +151,12 @@ Task task_of(std::string_view who, const Robot& robot, const ExcitationOptions& 
            .weights = {},
            .known = {},
            .objective = Information{},
-           .bounds = motion_bounds(robot, options.limits)};
+           .bounds = motion_bounds(robot, options.limits),
+           .space = options.space};
+  if (!options.space.wanted()) {
+    out.space.self_collision = false;  // nobody asked
+  }
+  const Clearances told(robot, out.space, out.bounds.lower, out.bounds.upper, findings);
   findings.insert(findings.end(), out.bounds.findings.begin(), out.bounds.findings.end());
   if (out.bounds.torque.array().isFinite().any()) {
     out.chi = out.base.from_standard(robot.chi_st());
@@ -194,6 +199,16 @@ Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const Ex
   }
   if (task.chi.size() > 0) {
     out.tau = detail::foretold_torques(regressor, motion, task.chi);
+  }
+  detail::Clearances clearances = detail::clearances_of(task);
+  const detail::Approach nearest = detail::approach(clearances, motion.q);
+  for (Index p = 0; p < clearances.size(); ++p) {
+    out.clearances.push_back(
+        {.first = clearances.first(p),
+         .second = clearances.second(p),
+         .distance = nearest.distance[p],
+         .wanted = options.space.clearance,
+         .time = static_cast<double>(nearest.sample[static_cast<std::size_t>(p)]) / f_m});
   }
   const Matrix jerk = derivative(motion.qdd, f_m);
   out.limits = uses(robot, task.bounds, {motion, jerk, out.tau}, f_m);

@@ -1,6 +1,7 @@
 #include "excite/problem.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace rivid::detail {
 
@@ -20,6 +21,27 @@ Robot smoothed(Robot robot, double sign_speed) {
     joint.sign_speed = std::max(joint.sign_speed, sign_speed);
   }
   return robot;
+}
+
+Clearances clearances_of(const Task& task) {
+  std::vector<Finding> told;
+  return {task.robot, task.space, task.bounds.lower, task.bounds.upper, told};
+}
+
+Approach approach(Clearances& clearances, const Matrix& q) {
+  Approach out{Vector::Constant(clearances.size(), std::numeric_limits<double>::infinity()),
+               std::vector<Index>(static_cast<std::size_t>(clearances.size()))};
+  Vector distances(clearances.size());
+  for (Index k = 0; clearances.size() > 0 && k < q.rows(); ++k) {
+    clearances.at(q.row(k).transpose(), distances, nullptr);
+    for (Index p = 0; p < distances.size(); ++p) {
+      if (distances[p] < out.distance[p]) {
+        out.distance[p] = distances[p];
+        out.sample[static_cast<std::size_t>(p)] = k;
+      }
+    }
+  }
+  return out;
 }
 
 Matrix foretold_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi) {
@@ -52,11 +74,12 @@ Problem::Problem(const Task& task, const FourierCurve& curve, Index samples, dou
     : task_(task),
       curve_(curve),
       regressor_(smoothed(task.robot, smoothing_speed), task.base),
+      clearances_(clearances_of(task)),
       rho_(rho),
       tables_(curve.tables(middles(curve.duration(), samples))),
       weights_(task.weights * (curve.duration() / static_cast<double>(samples))),
       limits_(side_limits(task.bounds)),
-      shifts_(Vector::Zero(std::ssize(limits_))) {}
+      shifts_(Vector::Zero(limits())) {}
 
 Problem::Value Problem::operator()(const Vector& z, Vector* gradient, Matrix* jacobian) {
   const Matrix coefficients = curve_.coefficients(z);
@@ -78,6 +101,10 @@ Problem::Value Problem::operator()(const Vector& z, Vector* gradient, Matrix* ja
     const Vector g = (limit.side * limited.of(limit).array() - limit.edge) / limit.scale;
     out.limits[static_cast<Index>(l)] = soft_maximum(g, rho_, shares[l]) + shifts_[static_cast<Index>(l)];
   }
+  if (jacobian != nullptr) {
+    jacobian->setZero(variables(), limits());
+  }
+  keep_clear(at.motion, out, jacobian);
   Matrix M = task_.known;
   add_information(regressor_, W_, weights_, M);
   const std::optional<ObjectiveValue> scored = score(M, task_.objective);
@@ -105,13 +132,47 @@ Problem::Value Problem::operator()(const Vector& z, Vector* gradient, Matrix* ja
   for (Index j = 0; j < curve_.joints(); ++j) {
     gradient->segment(j * m, m) = curve_.pulled_back(j, slope.col(j));
   }
-  *jacobian = limit_slopes(at, shares, of_torque);
+  jacobian->leftCols(std::ssize(limits_)) = limit_slopes(at, shares, of_torque);
   return out;
+}
+
+// The distances as limits, behind those of the joints.
+void Problem::keep_clear(const Motion& motion, Value& out, Matrix* jacobian) {
+  const Index pairs = clearances_.size();
+  if (pairs == 0) {
+    return;
+  }
+  const Index N = motion.samples();
+  const Index n = motion.joints();
+  Matrix distances(pairs, N);
+  std::vector<Matrix> slopes(jacobian != nullptr ? static_cast<std::size_t>(N) : 0);
+  for (Index k = 0; k < N; ++k) {
+    clearances_.at(motion.q.row(k).transpose(), distances.col(k),
+                   jacobian != nullptr ? &slopes[static_cast<std::size_t>(k)] : nullptr);
+  }
+  Vector share;
+  for (Index p = 0; p < pairs; ++p) {
+    const Index limit = std::ssize(limits_) + p;
+    const Vector g = (task_.space.clearance - distances.row(p).transpose().array()) / clearance_scale;
+    out.limits[limit] = soft_maximum(g, rho_, share) + shifts_[limit];
+    if (jacobian == nullptr) {
+      continue;
+    }
+    Matrix by_joint(N, n);
+    for (Index k = 0; k < N; ++k) {
+      by_joint.row(k) = -share[k] / clearance_scale * slopes[static_cast<std::size_t>(k)].col(p).transpose();
+    }
+    const Matrix slope = tables_.position.transpose() * by_joint;
+    for (Index j = 0; j < n; ++j) {
+      jacobian->col(limit).segment(j * curve_.per_joint(), curve_.per_joint()) =
+          curve_.pulled_back(j, slope.col(j));
+    }
+  }
 }
 
 Matrix Problem::limit_slopes(const Sampled& at, std::span<const Vector> shares,
                              std::span<const Slopes> of_torque) const {
-  Matrix out = Matrix::Zero(variables(), limits());
+  Matrix out = Matrix::Zero(variables(), std::ssize(limits_));
   const Index m = curve_.per_joint();
   for (std::size_t l = 0; l < limits_.size(); ++l) {
     const SideLimit& limit = limits_[l];
@@ -156,19 +217,64 @@ DenseCheck::DenseCheck(const Task& task, const FourierCurve& curve, Index sample
     : task_(task),
       curve_(curve),
       regressor_(task.robot, task.base),
+      clearances_(clearances_of(task)),
       tables_(curve.tables(Vector::LinSpaced(samples, 0.0, curve.duration()))),
       limits_(side_limits(task.bounds)) {}
 
+namespace {
+
+// States at the reversals between samples, one before and one after each: dry friction steps there.
+Motion reversals(const Motion& motion) {
+  constexpr double nearly_at_rest = 1e-12;
+  std::vector<std::pair<Index, Index>> found;
+  for (Index j = 0; j < motion.joints(); ++j) {
+    for (Index k = 0; k + 1 < motion.samples(); ++k) {
+      if (motion.qd(k, j) * motion.qd(k + 1, j) < 0.0) {
+        found.emplace_back(k, j);
+      }
+    }
+  }
+  const Index n = motion.joints();
+  const Index rows = 2 * std::ssize(found);
+  Motion out{.q = Matrix(rows, n), .qd = Matrix(rows, n), .qdd = Matrix(rows, n)};
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const auto [k, j] = found[i];
+    const double part = motion.qd(k, j) / (motion.qd(k, j) - motion.qd(k + 1, j));
+    for (const Index side : {0, 1}) {
+      const Index row = 2 * static_cast<Index>(i) + side;
+      out.q.row(row) = motion.q.row(k) + part * (motion.q.row(k + 1) - motion.q.row(k));
+      out.qd.row(row) = motion.qd.row(k) + part * (motion.qd.row(k + 1) - motion.qd.row(k));
+      out.qdd.row(row) = motion.qdd.row(k) + part * (motion.qdd.row(k + 1) - motion.qdd.row(k));
+      out.qd(row, j) = side == 0 ? nearly_at_rest : -nearly_at_rest;
+    }
+  }
+  return out;
+}
+
+Matrix stacked(const Matrix& a, const Matrix& b) {
+  Matrix out(a.rows() + b.rows(), a.cols());
+  out << a, b;
+  return out;
+}
+
+}  // namespace
+
 Vector DenseCheck::operator()(const Vector& z) {
   const Matrix coefficients = curve_.coefficients(z);
-  const Motion motion = curve_.motion(tables_, coefficients);
   const Matrix jerk = FourierCurve::jerk(tables_, coefficients);
+  Motion motion = curve_.motion(tables_, coefficients);
+  const Motion turning = reversals(motion);
+  motion = {.q = stacked(motion.q, turning.q),
+            .qd = stacked(motion.qd, turning.qd),
+            .qdd = stacked(motion.qdd, turning.qdd)};
   const Matrix torque = task_.chi.size() > 0 ? foretold_torques(regressor_, motion, task_.chi) : Matrix();
   const LimitedMotion limited{motion, jerk, torque};
-  Vector out(std::ssize(limits_));
+  Vector out(std::ssize(limits_) + clearances_.size());
   for (std::size_t l = 0; l < limits_.size(); ++l) {
     out[static_cast<Index>(l)] = peak(limits_[l], limited).value;
   }
+  out.tail(clearances_.size()) =
+      (task_.space.clearance - approach(clearances_, motion.q).distance.array()) / clearance_scale;
   return out;
 }
 

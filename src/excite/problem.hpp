@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "excite/clearance.hpp"
 #include "excite/constraints.hpp"
 #include "excite/curve.hpp"
 #include "excite/information.hpp"
@@ -20,10 +21,24 @@ struct Task {
   Matrix known;    ///< information that is there already, (b × b)
   Objective objective;
   MotionBounds bounds;
+  Space space = {};
 };
 
 /// The robot with Coulomb friction that is smooth at reversals, where it is not so already.
 [[nodiscard]] Robot smoothed(Robot robot, double sign_speed);
+
+/// Distances that the task keeps.
+[[nodiscard]] Clearances clearances_of(const Task& task);
+
+/// Smallest distance of each pair along a motion, and at which sample.
+struct Approach {
+  Vector distance;
+  std::vector<Index> sample;
+};
+[[nodiscard]] Approach approach(Clearances& clearances, const Matrix& q);
+
+/// Distances count as limits: (clearance − distance) / clearance_scale ≤ 0.
+inline constexpr double clearance_scale = 0.1;  // [m]
 
 /// Torques of a motion by the a-priori model, (samples × n).
 [[nodiscard]] Matrix foretold_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi);
@@ -42,7 +57,7 @@ class Problem {
   Problem(const Task& task, const FourierCurve& curve, Index samples, double rho);
 
   [[nodiscard]] Index variables() const { return curve_.variables(); }
-  [[nodiscard]] Index limits() const { return std::ssize(limits_); }
+  [[nodiscard]] Index limits() const { return std::ssize(limits_) + clearances_.size(); }
   [[nodiscard]] const FourierCurve& curve() const { return curve_; }
 
   /// @param gradient  where wanted: of the objective, (variables)
@@ -55,12 +70,14 @@ class Problem {
  private:
   struct Sampled;
 
+  void keep_clear(const Motion& motion, Value& out, Matrix* jacobian);
   [[nodiscard]] Matrix limit_slopes(const Sampled& at, std::span<const Vector> shares,
                                     std::span<const Slopes> of_torque) const;
 
   const Task& task_;
   const FourierCurve& curve_;
   SampledRegressor regressor_;
+  Clearances clearances_;
   double rho_;
   FunctionTables tables_;
   Vector weights_;  // of one sample, (n)
@@ -69,7 +86,7 @@ class Problem {
   std::vector<Matrix> W_;
 };
 
-/// Limits on a grid as dense as the motion is played, with friction as it is.
+/// Limits on a grid at least as dense as the motion is played, with friction as it is, on both sides of each reversal.
 class DenseCheck {
  public:
   DenseCheck(const Task& task, const FourierCurve& curve, Index samples);
@@ -81,6 +98,7 @@ class DenseCheck {
   const Task& task_;
   const FourierCurve& curve_;
   SampledRegressor regressor_;
+  Clearances clearances_;
   FunctionTables tables_;
   std::vector<SideLimit> limits_;
 };

@@ -9,6 +9,66 @@ namespace rivid {
 
 namespace detail {
 
+namespace {
+
+// Three numbers that must be there.
+Eigen::Vector3d point(TomlReader& keys, std::string_view key) {
+  const auto values = keys.get<std::vector<double>>(key);
+  if (!values || values->size() != 3) {
+    keys.fail(std::string(key) + " must be three numbers");
+  }
+  return Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]);
+}
+
+double required(TomlReader& keys, std::string_view key) {
+  const auto value = keys.get<double>(key);
+  if (!value) {
+    keys.fail(std::string(key) + " must be there");
+  }
+  return *value;
+}
+
+// The tables of a list, one after the other.
+template <typename Read>
+void read_tables(TomlReader& keys, std::string_view key, const Read& read) {
+  const toml::node* const node = keys.find(key);
+  if (node == nullptr) {
+    return;
+  }
+  std::size_t count = 0;
+  for (const toml::node* const item : TomlReader::items(*node)) {
+    TomlReader table = keys.section(*item, key);
+    read(table, table.get<std::string>("name").value_or(std::string(key) + " " + std::to_string(++count)));
+    table.finish();
+  }
+}
+
+Space read_space(TomlReader keys, const Robot& robot) {
+  Space out;
+  keys.read(out);
+  if (const auto floor = keys.get<double>("floor")) {
+    out.half_spaces.push_back({.name = "floor", .normal = Eigen::Vector3d::UnitZ(), .offset = *floor});
+  }
+  read_tables(keys, "half_spaces", [&](TomlReader& table, std::string name) {
+    out.half_spaces.push_back(
+        {.name = std::move(name), .normal = point(table, "normal"), .offset = required(table, "offset")});
+  });
+  read_tables(keys, "boxes", [&](TomlReader& table, std::string name) {
+    out.boxes.push_back({.name = std::move(name), .min = point(table, "min"), .max = point(table, "max")});
+  });
+  read_tables(keys, "capsules", [&](TomlReader& table, const std::string& /*name*/) {
+    out.capsules.push_back({.link = table.get<std::string>("link").value_or(""),
+                            .from = point(table, "from"),
+                            .to = point(table, "to"),
+                            .radius = required(table, "radius")});
+  });
+  keys.finish();
+  keys.refuse(out.complaint(robot));
+  return out;
+}
+
+}  // namespace
+
 ExcitationOptions read_excitation_options(TomlReader keys, const std::filesystem::path& folder,
                                           const Robot& robot, std::vector<std::filesystem::path>& known) {
   const Index n = robot.size();
@@ -24,6 +84,9 @@ ExcitationOptions read_excitation_options(TomlReader keys, const std::filesystem
     limits->read(out.limits, n);
     limits->finish();
     limits->refuse(out.limits.complaint(n));
+  }
+  if (const auto space = keys.section("space")) {
+    out.space = read_space(*space, robot);
   }
   keys.finish();
   keys.refuse(out.complaint(robot));

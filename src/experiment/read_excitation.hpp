@@ -18,7 +18,34 @@ inline constexpr auto excitation_keys =
                Field{"limits",
                      nullptr,
                      "what the motion must keep to, see [below](#excitationlimits)",
-                     {.type = "table", .otherwise = "those of the robot"}});
+                     {.type = "table", .otherwise = "those of the robot"}},
+               Field{"space",
+                     nullptr,
+                     "what the robot must not touch, see [below](#excitationspace)",
+                     {.type = "table", .otherwise = "nothing is kept clear of"}});
+/// Of [excitation.space], beside those of Space.
+inline constexpr auto space_keys =
+    std::tuple(Field{"floor",
+                     nullptr,
+                     "height of the floor in the base frame",
+                     {.type = "number", .otherwise = "none", .unit = "m"}},
+               Field{"half_spaces",
+                     nullptr,
+                     "walls and ceilings, `{ normal = [x, y, z], offset = d, name = \"…\" }` each: the robot "
+                     "stays where normal · x ≥ d "
+                     "in the base frame",
+                     {.type = "list of tables", .otherwise = "–", .unit = "m"}},
+               Field{"boxes",
+                     nullptr,
+                     "obstacles along the axes of the base frame, `{ min = [x, y, z], max = [x, y, z], name "
+                     "= \"…\" }` each",
+                     {.type = "list of tables", .otherwise = "–", .unit = "m"}},
+               Field{"capsules",
+                     nullptr,
+                     "bodies of links, `{ link = \"…\", from = [x, y, z], to = [x, y, z], radius = r }` "
+                     "each: all points within r of "
+                     "a line in the link's frame",
+                     {.type = "list of tables", .otherwise = "between the joints", .unit = "m"}});
 
 /// [excitation]
 ///

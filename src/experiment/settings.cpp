@@ -210,6 +210,7 @@ std::vector<Setting> settings(const ExcitationPlan& plan) {
   collector.add("excitation", plan.options.noise);
   collector.add_value("excitation.known", plan.known);
   collector.add("excitation.limits", plan.options.limits);
+  collector.add("excitation.space", plan.options.space);
   std::vector<Setting> out = std::move(collector).settings();
   for (Setting& setting : out) {
     setting.origin = origin_of(setting.key, plan.experiment.origins);

@@ -49,6 +49,17 @@ Table limit_table(const Forecast& forecast) {
       [](const LimitUse& l) { return l.share > 1.0 ? Mark::bad : Mark::none; });
 }
 
+Table clearance_table(const Forecast& forecast) {
+  return table_of<std::vector<ClearanceUse>>(
+      forecast.clearances,
+      {{{"link", format::name}, [](const ClearanceUse& c) { return c.first; }},
+       {{"from"}, [](const ClearanceUse& c) { return c.second; }},
+       {{"smallest distance m", format::fixed(4)}, [](const ClearanceUse& c) { return c.distance; }},
+       {{"asked", format::fixed(4)}, [](const ClearanceUse& c) { return c.wanted; }},
+       {{"at s", format::fixed(2)}, [](const ClearanceUse& c) { return c.time; }}},
+      [](const ClearanceUse& c) { return c.distance < c.wanted ? Mark::bad : Mark::none; });
+}
+
 // "52 parameters, of which 49 within 30 %, 3 weak, none unseen".
 std::string verdict(const Forecast& forecast) {
   const auto of = [&](Parameter::Prospect prospect) {
@@ -72,6 +83,11 @@ Document document_of(const Forecast& forecast) {
   Section limits{.id = "limits", .title = "Limits", .heading = "Limits"};
   limits.blocks.push_back({limit_table(forecast)});
   out.sections = {std::move(parameters), std::move(limits)};
+  if (!forecast.clearances.empty()) {
+    Section space{.id = "clearances", .title = "Clearances", .heading = "Clearances"};
+    space.blocks.push_back({clearance_table(forecast)});
+    out.sections.push_back(std::move(space));
+  }
   return out;
 }
 

@@ -264,6 +264,7 @@ Json forecast_members(const ExcitationPlan& plan, const Forecast& forecast) {
           {"condition", forecast.condition},
           {"parameters", json_of(forecast.parameters)},
           {"limits", json_of(forecast.limits)},
+          {"clearances", json_of(forecast.clearances)},
           {"information", json_of(forecast.information)},
           {"warnings", warnings_of(forecast.findings)}};
 }

@@ -145,6 +145,7 @@ std::map<std::string, KeyTable> key_tables() {
   out["simulation.added_control"].add<SimulationPlan::AddedControl>();
   out["excitation"].add<ExcitationOptions>().add<TorqueNoise>().add<ExcitationPlan>(excitation_keys);
   out["excitation.limits"].add<MotionLimits>();
+  out["excitation.space"].add<Space>(space_keys).add<Space>();
   out["montecarlo"].add<MonteCarlo>();
   out["montecarlo.trial"].add<MonteCarlo::Trial>(trial_keys);
   return out;
@@ -166,6 +167,7 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.loop", member_table<LoopDiagnosis>()},
                                             {"plan.parameters", member_table<ForetoldParameter>()},
                                             {"plan.limits", member_table<LimitUse>()},
+                                            {"plan.clearances", member_table<ClearanceUse>()},
                                             {"plan.starts", member_table<StartReport>()}};
   for (const auto& [name, table] : key_tables()) {
     out[name] = table.text();

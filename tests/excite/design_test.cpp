@@ -136,6 +136,35 @@ TEST(Design, KeepsJerkLimits) {
   EXPECT_LE(jerk.cwiseAbs().maxCoeff(), 30.0);
 }
 
+TEST(Design, KeepsClearOfTheFloorAndOfItself) {
+  ExcitationOptions options = quick();
+  options.space.half_spaces = {{.name = "floor", .normal = {0, 0, 1}, .offset = -0.2}};
+  options.space.boxes = {{.name = "table", .min = {0.4, -0.5, -0.2}, .max = {0.9, 0.5, 0.05}}};
+  options.space.clearance = 0.04;
+  const Excitation found = design(arm(), options);
+  ASSERT_FALSE(found.forecast.clearances.empty());
+  for (const ClearanceUse& use : found.forecast.clearances) {
+    EXPECT_GE(use.distance, 0.04) << use.first << " " << use.second;
+  }
+  // The motion that nobody warned goes through.
+  options.starts = 1;
+  const Forecast unwarned = forecast(arm(), usual().motion, options.rate_hz, options);
+  EXPECT_LT(std::ranges::min(unwarned.clearances, {}, &ClearanceUse::distance).distance, 0.0);
+}
+
+TEST(Design, RefusesAStartInCollision) {
+  ExcitationOptions options = quick();
+  options.space.half_spaces = {{.name = "floor", .normal = {0, 0, 1}, .offset = 0.1}};
+  options.space.self_collision = false;
+  options.start = Vector::Zero(6);
+  options.start[1] = 2.0;  // bent down
+  options.start[2] = 1.0;
+  const std::string said = message(arm(), options);
+  EXPECT_NE(said.find("design: the robot can not rest at start within its limits: "), std::string::npos)
+      << said;
+  EXPECT_NE(said.find(": distance to floor is "), std::string::npos) << said;
+}
+
 TEST(Design, BeginsWhereItIsTold) {
   ExcitationOptions options = quick();
   options.start = Vector::Constant(6, 0.2);

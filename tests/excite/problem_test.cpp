@@ -27,8 +27,10 @@ Vector random_vector(Index size, double scale, std::mt19937_64& random) {
   return Vector::NullaryExpr(size, [&] { return normal(random); });
 }
 
-void expect_exact_slopes(const Robot& robot, const Objective& objective) {
-  const detail::Task task = test::task(robot, objective);
+void expect_exact_slopes(const Robot& robot, const Objective& objective,
+                         const Space& space = {.self_collision = false}) {
+  detail::Task task = test::task(robot, objective);
+  task.space = space;
   const FourierCurve curve(10.0, 5, task.bounds, {});
   Problem problem(task, curve, 150, 300.0);
   std::mt19937_64 random(7);
@@ -68,6 +70,13 @@ TEST(Problem, HasExactSlopesForEveryObjective) {
   const Matrix A = Matrix::NullaryExpr(b, b, [&] { return std::normal_distribution<double>()(random); });
   expect_exact_slopes(robot, detail::TorqueError{.B = A * A.transpose()});
   expect_exact_slopes(robot, detail::Deviations{.parameters = {0, b / 2, b - 1}});
+}
+
+TEST(Problem, HasExactSlopesOfDistances) {
+  Space space{.half_spaces = {{.name = "floor", .normal = {0, 0, 1}, .offset = -1.5}},
+              .self_collision = false};
+  space.boxes = {{.name = "table", .min = {0.8, -0.5, -0.5}, .max = {1.0, 0.5, 0.1}}};
+  expect_exact_slopes(test::many_robots().front(), detail::Information{}, space);
 }
 
 TEST(Problem, CountsWhatIsKnownAlready) {

@@ -31,7 +31,8 @@ inline detail::Task task(const Robot& robot, detail::Objective objective = detai
           .weights = Vector::LinSpaced(robot.size(), 1.0, 4.0),
           .known = Matrix::Zero(b, b),
           .objective = std::move(objective),
-          .bounds = wide_bounds(robot.size())};
+          .bounds = wide_bounds(robot.size()),
+          .space = {.self_collision = false}};
 }
 
 /// Robots of all kinds: the paper's, arms of six joints with and without coupled motors, mixed joints, every friction law

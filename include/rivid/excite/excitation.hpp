@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "rivid/excite/limits.hpp"
+#include "rivid/excite/space.hpp"
 #include "rivid/fields.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/model/robot.hpp"
@@ -60,6 +61,7 @@ struct ExcitationOptions {
   std::vector<std::string> parameters = {};  ///< of Criterion::parameters, by their names
   TorqueNoise noise = {};
   MotionLimits limits = {};
+  Space space = {};        ///< what the robot must not touch
   Matrix known = {};       ///< information of earlier logs, Σ Wᵀ W / σ², (b × b); empty: none
   int starts = 4;          ///< random motions that the search begins with
   std::uint64_t seed = 1;  ///< of the first one; the others have the next numbers
@@ -106,7 +108,7 @@ struct ExcitationOptions {
         Field{"samples",
               &E::samples,
               "instants at which limits are kept while searching; the result is checked at every sample of "
-              "`rate_hz`, and at ten times as many instants as these",
+              "`rate_hz`, and at forty times as many instants as these",
               {.otherwise = "40 a harmonic", .range = Range::from(0)}});
   }
 };
@@ -174,6 +176,7 @@ struct [[nodiscard]] Forecast {
   double condition = 0.0;                     ///< of the weighted observation matrix
   std::vector<ForetoldParameter> parameters;  ///< (b)
   std::vector<LimitUse> limits;               ///< one for each limit of each joint
+  std::vector<ClearanceUse> clearances;       ///< of each pair that is kept apart
   Matrix tau;                                 ///< foretold torques, (n_m × n); empty without a-priori masses
   std::vector<Finding> findings;              ///< what was taken for granted
 };
@@ -215,10 +218,10 @@ struct [[nodiscard]] Excitation {
 
 /// Designs a motion that tells as much as possible of a robot's base parameters, within limits:
 ///
-///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,  subject to  q, q̇, q̈, dq̈/dt and τ within their limits
+///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,  subject to  q, q̇, q̈, dq̈/dt, τ and distances within their limits
 ///
 /// over the coefficients of Fourier series that begin and end at rest, q̇ = q̈ = 0. Gradients are exact; limits are soft
-/// maxima joint by joint; the method of moving asymptotes [Svanberg 2002] begins from several random motions, and the best
+/// maxima joint by joint and pair by pair; the method of moving asymptotes [Svanberg 2002] begins from several random motions, and the best
 /// is brought to its limits on the samples that are played. The motion that is returned keeps all limits there.
 ///
 /// @throws InputError  where a limit is missing, no pose can be held at rest within the limits, no motion determines the

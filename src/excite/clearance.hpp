@@ -1,0 +1,72 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "excite/distance.hpp"
+#include "rivid/excite/space.hpp"
+#include "rivid/model/robot.hpp"
+#include "rivid/types.hpp"
+
+namespace rivid::detail {
+
+/// Distances that a robot keeps, each between a capsule of a link and an obstacle or a capsule of another link, with their
+/// exact derivatives by the joint positions.
+class Clearances {
+ public:
+  /// Pairs of neighbours, and those that are nearer than the clearance in most random poses, are left out.
+  ///
+  /// @param bounds    positions of the random poses
+  /// @param findings  pairs that are left out are told here
+  Clearances(const Robot& robot, const Space& space, const Vector& lower, const Vector& upper,
+             std::vector<Finding>& findings);
+
+  [[nodiscard]] Index size() const { return std::ssize(pairs_); }
+  [[nodiscard]] std::string first(Index pair) const;
+  [[nodiscard]] std::string second(Index pair) const;
+
+  /// Distances between the surfaces at one pose, negative by the radii at most where they overlap, (size) [m].
+  ///
+  /// @param slopes  where wanted: derivatives, (n × size)
+  void at(const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> distances, Matrix* slopes);
+
+ private:
+  // A capsule in the frame of its joint; −1 is the base.
+  struct Body {
+    Index joint;
+    Segment line;
+    double radius;
+    std::string name;
+  };
+  // Of the second one, one is not −1.
+  struct Pair {
+    std::size_t body;
+    Index other = -1;
+    Index box = -1;
+    Index half_space = -1;
+  };
+  struct Frame {
+    Eigen::Matrix3d R;
+    Eigen::Vector3d o;
+  };
+
+  void add_bodies(const Space& space);
+  void add_pairs(const Space& space);
+  void drop_near_pairs(const Vector& lower, const Vector& upper, double clearance,
+                       std::vector<Finding>& findings);
+  void place(const Eigen::Ref<const Vector>& q);
+  [[nodiscard]] Nearest nearest_of(const Pair& pair) const;
+  void add_slope(Index joint, const Eigen::Vector3d& point, const Eigen::Vector3d& direction,
+                 Eigen::Ref<Vector> slope) const;
+
+  const Robot& robot_;
+  std::vector<HalfSpace> half_spaces_;
+  std::vector<Box> boxes_;
+  std::vector<Body> bodies_;
+  std::vector<Pair> pairs_;
+  std::vector<Frame> frames_;    // of the joints at the pose
+  std::vector<Segment> placed_;  // lines of the bodies at the pose
+};
+
+}  // namespace rivid::detail

@@ -1,0 +1,192 @@
+// Distances against those of FCL, and their derivatives against differences.
+
+#include "excite/clearance.hpp"
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/narrowphase/distance.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "rivid/model/urdf.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+using detail::Segment;
+
+// FCL's capsules lie along z about their middle.
+fcl::Transform3d placed(const Segment& line) {
+  fcl::Transform3d out = fcl::Transform3d::Identity();
+  out.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), line.to - line.from).toRotationMatrix();
+  out.translation() = 0.5 * (line.from + line.to);
+  return out;
+}
+
+double distance_of(const fcl::CollisionGeometryd& a, const fcl::Transform3d& at,
+                   const fcl::CollisionGeometryd& b, const fcl::Transform3d& bt) {
+  fcl::DistanceRequestd request;
+  request.gjk_solver_type = fcl::GST_LIBCCD;
+  request.distance_tolerance = 1e-10;
+  fcl::DistanceResultd result;
+  fcl::distance(&a, at, &b, bt, request, result);
+  return result.min_distance;
+}
+
+Segment random_segment(std::mt19937_64& random) {
+  return {test::random_vector(random, 1.0), test::random_vector(random, 1.0)};
+}
+
+// What FCL leaves of its iteration.
+constexpr double oracle_tolerance = 2e-5;
+
+TEST(Distance, OfCapsulesIsThatOfFcl) {
+  std::mt19937_64 random(5);
+  int apart = 0;
+  for (int k = 0; k < 500; ++k) {
+    const Segment a = random_segment(random);
+    const Segment b = random_segment(random);
+    const double radius = 0.05;
+    const double own = detail::nearest(a, b).distance() - 2.0 * radius;
+    if (own < 0.01) {
+      continue;
+    }
+    ++apart;
+    const fcl::Capsuled first(radius, (a.to - a.from).norm());
+    const fcl::Capsuled second(radius, (b.to - b.from).norm());
+    EXPECT_NEAR(own, distance_of(first, placed(a), second, placed(b)), oracle_tolerance) << "draw " << k;
+  }
+  EXPECT_GE(apart, 300);
+}
+
+TEST(Distance, FromABoxIsThatOfFcl) {
+  std::mt19937_64 random(6);
+  int apart = 0;
+  for (int k = 0; k < 500; ++k) {
+    const Segment a = random_segment(random);
+    const Eigen::Vector3d corner = test::random_vector(random, 1.0);
+    const Box box{.min = corner, .max = corner + Eigen::Vector3d(0.3, 0.5, 0.2)};
+    const double radius = 0.05;
+    const double own = detail::nearest(a, box).distance() - radius;
+    if (own < 0.01) {
+      continue;
+    }
+    ++apart;
+    const fcl::Capsuled first(radius, (a.to - a.from).norm());
+    const fcl::Boxd second(0.3, 0.5, 0.2);
+    fcl::Transform3d at = fcl::Transform3d::Identity();
+    at.translation() = 0.5 * (box.min + box.max);
+    EXPECT_NEAR(own, distance_of(first, placed(a), second, at), oracle_tolerance) << "draw " << k;
+  }
+  EXPECT_GE(apart, 200);
+}
+
+TEST(Distance, OfParallelAndShortSegmentsIsTheirs) {
+  const Segment a{{0, 0, 0}, {1, 0, 0}};
+  EXPECT_NEAR(detail::nearest(a, Segment{{0.5, 1, 0}, {3, 1, 0}}).distance(), 1.0, 1e-12);
+  EXPECT_NEAR(detail::nearest(a, Segment{{2, 1, 0}, {3, 1, 0}}).distance(), std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(detail::nearest(a, Segment{{-1, 0, 0}, {-1, 0, 0}}).distance(), 1.0, 1e-12);
+  EXPECT_NEAR(detail::nearest(Segment{{2, 2, 0}, {2, 2, 0}}, a).distance(), std::sqrt(5.0), 1e-12);
+  const Box box{.min = {2, -1, -1}, .max = {3, 1, 1}};
+  EXPECT_NEAR(detail::nearest(a, box).distance(), 1.0, 1e-12);
+  EXPECT_EQ(detail::nearest(Segment{{0, 0, 0}, {5, 0, 0}}, box).distance(), 0.0);
+  EXPECT_NEAR(detail::nearest(Segment{{0, 0, 0}, {0, 0, 1}}, box).distance(), 2.0, 1e-12);
+}
+
+Space surroundings() {
+  Space out;
+  out.half_spaces = {{.name = "floor", .normal = {0, 0, 2}, .offset = -3.0},
+                     {.name = "wall", .normal = {1, 1, 0}, .offset = -4.0}};
+  out.boxes = {{.name = "table", .min = {1.5, -1.0, -1.0}, .max = {2.0, 1.0, 0.2}}};
+  return out;
+}
+
+TEST(Clearances, HaveExactSlopes) {
+  std::mt19937_64 random(9);
+  std::vector<Robot> robots = {read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"),
+                               test::random_robot(6, random)};
+  for (const Robot& robot : robots) {
+    const Index n = robot.size();
+    std::vector<Finding> findings;
+    detail::Clearances clearances(robot, surroundings(), Vector::Constant(n, -2.0), Vector::Constant(n, 2.0),
+                                  findings);
+    ASSERT_GE(clearances.size(), 6);
+    std::uniform_real_distribution<double> within(-2.0, 2.0);
+    constexpr double h = 1e-6;
+    for (int k = 0; k < 20; ++k) {
+      const Vector q = Vector::NullaryExpr(n, [&] { return within(random); });
+      Vector d(clearances.size());
+      Vector up(clearances.size());
+      Vector down(clearances.size());
+      Matrix slopes;
+      clearances.at(q, d, &slopes);
+      for (Index j = 0; j < n; ++j) {
+        clearances.at(q + h * Vector::Unit(n, j), up, nullptr);
+        clearances.at(q - h * Vector::Unit(n, j), down, nullptr);
+        for (Index p = 0; p < clearances.size(); ++p) {
+          // Where the nearest points jump, or bodies overlap, there is no derivative.
+          const double left = (d[p] - down[p]) / h;
+          const double right = (up[p] - d[p]) / h;
+          if (std::abs(left - right) < 1e-3 && d[p] > 0.0) {
+            EXPECT_NEAR(slopes(j, p), 0.5 * (left + right), 2e-5)
+                << robot.name << ": " << clearances.first(p) << ", " << clearances.second(p) << ", joint "
+                << j + 1;
+          }
+        }
+      }
+    }
+  }
+}
+
+// The planar arm of the paper, whose joints are 0.5 m apart: by hand.
+TEST(Clearances, AreThoseOfAPlanarArm) {
+  Robot robot = test::scara();
+  robot.base = "base";
+  Space space;
+  space.radius = 0.1;
+  space.capsules = {{.link = "link_2", .from = {0, 0, 0}, .to = {0.4, 0, 0}, .radius = 0.1}};
+  space.half_spaces = {{.name = "wall", .normal = {1, 0, 0}, .offset = -1.0}};
+  std::vector<Finding> findings;
+  detail::Clearances clearances(robot, space, Vector::Constant(2, -1.0), Vector::Constant(2, 1.0), findings);
+  Vector d(clearances.size());
+  clearances.at(Eigen::Vector2d(3.14159265358979, 0.0), d, nullptr);
+  for (Index p = 0; p < clearances.size(); ++p) {
+    if (clearances.second(p) == "wall") {
+      const double reach = clearances.first(p) == "link_1" ? 0.5 : 0.9;
+      EXPECT_NEAR(d[p], 1.0 - reach - 0.1, 1e-9) << clearances.first(p);
+    }
+  }
+}
+
+TEST(Clearances, LeaveOutPairsThatAreAlwaysNear) {
+  const Robot robot = read_urdf(RIVID_DATA "/six_axis/six_axis.urdf");
+  Space space;
+  space.half_spaces = {{.name = "ceiling", .normal = {0, 0, -1}, .offset = 5.0}};  // below the arm
+  std::vector<Finding> findings;
+  const detail::Clearances clearances(robot, space, Vector::Constant(6, -2.0), Vector::Constant(6, 2.0),
+                                      findings);
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().code, "clearance_left_out");
+  for (Index p = 0; p < clearances.size(); ++p) {
+    EXPECT_NE(clearances.second(p), "ceiling");
+  }
+}
+
+TEST(Space, RefusesWhatIsNoSpace) {
+  const Robot robot = read_urdf(RIVID_DATA "/six_axis/six_axis.urdf");
+  Space space;
+  space.capsules = {{.link = "forerm"}};
+  EXPECT_NE(space.complaint(robot)->find("capsules: the robot has no link \"forerm\""), std::string::npos);
+  space = {.boxes = {{.name = "table", .min = {1, 0, 0}, .max = {0, 1, 1}}}};
+  EXPECT_EQ(*space.complaint(robot), "boxes: min of \"table\" must lie below its max along each axis");
+  space = {.half_spaces = {{.name = "floor", .normal = {0, 0, 0}}}};
+  EXPECT_EQ(*space.complaint(robot), "half_spaces: the normal of \"floor\" must not be zero");
+  space = {.clearance = -1.0};
+  EXPECT_EQ(*space.complaint(robot), "clearance is -1 m, must not be negative");
+}
+
+}  // namespace
+}  // namespace rivid
