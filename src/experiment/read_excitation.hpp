@@ -47,6 +47,37 @@ inline constexpr auto space_keys =
                      "a line in the link's frame",
                      {.type = "list of tables", .otherwise = "between the joints", .unit = "m"}});
 
+/// Of one of half_spaces, boxes and capsules.
+inline constexpr auto half_space_keys = std::tuple(
+    Field{"normal", nullptr, "direction of free space", {.type = "three numbers", .otherwise = "required"}},
+    Field{"offset",
+          nullptr,
+          "the robot stays where normal · x is not below it",
+          {.type = "number", .otherwise = "required", .unit = "m"}},
+    Field{"name",
+          nullptr,
+          "that messages and tables call it by",
+          {.type = "string", .otherwise = "its number"}});
+inline constexpr auto box_keys = std::tuple(
+    Field{
+        "min", nullptr, "its lowest corner", {.type = "three numbers", .otherwise = "required", .unit = "m"}},
+    Field{"max",
+          nullptr,
+          "its highest corner",
+          {.type = "three numbers", .otherwise = "required", .unit = "m"}},
+    Field{"name",
+          nullptr,
+          "that messages and tables call it by",
+          {.type = "string", .otherwise = "its number"}});
+inline constexpr auto capsule_keys = std::tuple(
+    Field{"link", nullptr, "link that it is fixed to", {.type = "string", .otherwise = "required"}},
+    Field{"from",
+          nullptr,
+          "one end of its line, in the link's frame",
+          {.type = "three numbers", .otherwise = "required", .unit = "m"}},
+    Field{"to", nullptr, "the other end", {.type = "three numbers", .otherwise = "required", .unit = "m"}},
+    Field{"radius", nullptr, "about the line", {.type = "number", .otherwise = "required", .unit = "m"}});
+
 /// [excitation]
 ///
 /// @param known  is set to the earlier logs that it names

@@ -146,6 +146,9 @@ std::map<std::string, KeyTable> key_tables() {
   out["excitation"].add<ExcitationOptions>().add<TorqueNoise>().add<ExcitationPlan>(excitation_keys);
   out["excitation.limits"].add<MotionLimits>();
   out["excitation.space"].add<Space>(space_keys).add<Space>();
+  out["excitation.half_space"].add<HalfSpace>(half_space_keys);
+  out["excitation.box"].add<Box>(box_keys);
+  out["excitation.capsule"].add<Capsule>(capsule_keys);
   out["montecarlo"].add<MonteCarlo>();
   out["montecarlo.trial"].add<MonteCarlo::Trial>(trial_keys);
   return out;
