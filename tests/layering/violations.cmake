@@ -36,6 +36,7 @@ case(INSIDE src/report/a.cpp LINE "  #  include <rivid/solve/streaming_qr.hpp>"
 case(INSIDE src/signal/a.cpp LINE "#include \"solve/kernel.hpp\"" FAILS_WITH "a.cpp:2: signal must not include solve/")
 case(INSIDE src/identify/rows/a.cpp LINE "#include \"identify/estimate/a.hpp\""
      FAILS_WITH "a.cpp:2: identify/rows must not include identify/estimate/a.hpp")
+case(INSIDE src/identify/rows/a.hpp LINE "class Rows final : public Sink {\nclass Rows {" FAILS_WITH "a.hpp:3: there is a class Rows")
 case(INSIDE src/identify/estimate/a.cpp LINE "#include \"identify/infer/a.hpp\""
      FAILS_WITH "a.cpp:2: identify/estimate must not include identify/infer/a.hpp")
 case(INSIDE src/identify/attic/a.cpp LINE "" FAILS_WITH "a.cpp:1: room attic of identify is not in the table")

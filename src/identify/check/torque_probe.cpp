@@ -144,7 +144,7 @@ std::vector<JointFactor> TorqueProbe::factors(const Reading& reading) const {
   return out;
 }
 
-Score TorqueProbe::score(const Reading& reading, const std::vector<JointFactor>& factors) const {
+ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFactor>& factors) const {
   const Index n = robot_.size();
   const Index b = base_.size();
   const auto usable = [&](std::size_t j) {
@@ -170,7 +170,7 @@ Score TorqueProbe::score(const Reading& reading, const std::vector<JointFactor>&
   Vector scale = A.colwise().norm();
   scale = scale.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; });
   const Index rows = std::max<Index>(row, 1);
-  Score out;
+  ProbeScore out;
   out.chi = scale.cwiseInverse().cwiseProduct(
       minimum_norm_solution(A.topRows(rows) * scale.cwiseInverse().asDiagonal(), y.head(rows), 1e-6));
   out.left = Vector::Constant(n, -1.0);

@@ -43,7 +43,7 @@ struct JointFactor {
 };
 
 // How well a reading fits.
-struct Score {
+struct ProbeScore {
   Vector chi;
   Vector left;                      // squared part of each joint's torque that is left, (n); −1 without rows
   std::vector<std::uint8_t> wrong;  // joints whose inertia and friction are negative
@@ -62,8 +62,8 @@ class TorqueProbe {
   // The logs as the experiment says.
   [[nodiscard]] Reading as_told() const;
   [[nodiscard]] std::vector<JointFactor> factors(const Reading& reading) const;
-  [[nodiscard]] Score score(const Reading& reading, const std::vector<JointFactor>& factors) const;
-  [[nodiscard]] Score score(const Reading& reading) const { return score(reading, factors(reading)); }
+  [[nodiscard]] ProbeScore score(const Reading& reading, const std::vector<JointFactor>& factors) const;
+  [[nodiscard]] ProbeScore score(const Reading& reading) const { return score(reading, factors(reading)); }
   // Squared part of its torque that each joint leaves by itself, mean over joints, for torques that come `shift` samples
   // later; a number for each shift.
   [[nodiscard]] Vector left_at(const Reading& reading, const std::vector<Index>& shifts) const;

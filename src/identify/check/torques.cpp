@@ -142,7 +142,8 @@ std::vector<Change> changes(const Robot& robot, const Reading& reading) {
 bool only_torques(std::string_view code) { return code == "torque_sign" || code == "torque_order"; }
 
 // Signs of a torque and of its position are hard to tell apart where a joint hardly feels the others.
-std::string rival(const TorqueProbe& probe, const Change& best, const Score& score, const Reading& before) {
+std::string rival(const TorqueProbe& probe, const Change& best, const ProbeScore& score,
+                  const Reading& before) {
   constexpr double nearly_as_well = 1.5;
   const bool torque = best.code == "torque_sign";
   if ((!torque && best.code != "position_sign") || best.subject == "all joints") {
@@ -154,7 +155,7 @@ std::string rival(const TorqueProbe& probe, const Change& best, const Score& sco
       before.torque_sign.cwiseProduct(best.reading.position_scale.cwiseQuotient(before.position_scale));
   other.position_scale =
       before.position_scale.cwiseProduct(best.reading.torque_sign.cwiseQuotient(before.torque_sign));
-  const Score rivals = probe.score(other);
+  const ProbeScore rivals = probe.score(other);
   return rivals.faults() == score.faults() && rivals.total < nearly_as_well * score.total
              ? std::string("; the other sign of its ") + (torque ? "position" : "torque") +
                    " does nearly as well"
@@ -169,8 +170,8 @@ void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& 
   }
   Reading other = reading;
   other.gravity *= -1.0;
-  const Score now = probe.score(reading);
-  const Score upside_down = probe.score(other);
+  const ProbeScore now = probe.score(reading);
+  const ProbeScore upside_down = probe.score(other);
   if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total) {
     out.add("gravity_direction", base_name(robot),
             "gravity points the other way: the model then leaves " +
@@ -184,14 +185,14 @@ Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
   Reading reading = probe.as_told();
   for (Index round = 0; round <= robot.size(); ++round) {
     const std::vector<JointFactor> factors = probe.factors(reading);
-    const Score now = probe.score(reading, factors);
+    const ProbeScore now = probe.score(reading, factors);
     if (now.left.maxCoeff() < suspicious && now.faults() == 0) {
       break;
     }
     std::optional<Change> best;
-    Score best_score;
+    ProbeScore best_score;
     for (Change& change : changes(robot, reading)) {
-      const Score score =
+      const ProbeScore score =
           only_torques(change.code) ? probe.score(change.reading, factors) : probe.score(change.reading);
       const bool mends_fit = score.total < convincing * now.total && score.faults() <= now.faults();
       const bool mends_signs = score.faults() < now.faults() && score.total < no_worse * now.total;
@@ -274,7 +275,7 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
               (behind ? "add " + samples + " to" : "take " + samples + " from") + " [log] torque_lag");
 }
 
-void check_unexplained(const Robot& robot, const Score& score, Findings& out) {
+void check_unexplained(const Robot& robot, const ProbeScore& score, Findings& out) {
   for (Index j = 0; j < robot.size(); ++j) {
     if (score.left[j] > hopeless) {
       out.add("unexplained_torque", joint_name(robot, j),
