@@ -13,7 +13,7 @@ namespace rivid::detail {
 namespace {
 
 // Samples of a log that stand for all.
-constexpr Index most_samples = 400;
+constexpr Index most_samples = 150;
 // Step of a velocity, of which W is quadratic but for friction that is none of the laws' columns left out [rad/s | m/s].
 constexpr double velocity_step = 1e-3;
 
@@ -71,7 +71,7 @@ std::vector<Vector> mean_responses(const std::vector<std::vector<Matrix>>& E,
   for (std::size_t i = 0; i < n; ++i) {
     out.emplace_back(Vector::Zero(static_cast<Index>(columns[i].size())));
   }
-  constexpr Index step = 4;
+  constexpr Index step = 2;
   double count = 0.0;
   for (Index k = 0; k < E[0][0].rows(); k += step) {
     Matrix M(n, n);
