@@ -406,7 +406,7 @@ struct [[nodiscard]] Identification {
   std::optional<PrefilterReport> prefilter;   ///< where IDIM-IV was asked for it
   std::optional<RobustReport> robust;         ///< where the method was asked for it
   std::optional<Diagnostics>
-      diagnostics;  ///< where the covariance is that of CovarianceKind::hac or ::blocks
+      diagnostics;  ///< where the covariance is that of CovarianceKind::hac or CovarianceKind::blocks
   /// Where the method was asked for it and all parameters are determined.
   std::optional<EssentialModel> essential;
   std::optional<PhysicalModel> physical;  ///< where the method was asked for it
