@@ -78,7 +78,7 @@ double PivotedQr::last_pivot() const {
 
 Matrix PivotedQr::solve(const Matrix& B) const { return factors_->qr.solve(B); }
 
-Vector PivotedQr::Qt_times(Vector y) const {
+Vector PivotedQr::rotated(Vector y) const {
   y.applyOnTheLeft(factors_->qr.householderQ().adjoint());
   return y;
 }

@@ -58,7 +58,8 @@ class PivotedQr {
   [[nodiscard]] Index rank() const;
   [[nodiscard]] double last_pivot() const;
   [[nodiscard]] Matrix solve(const Matrix& B) const;
-  [[nodiscard]] Vector Qt_times(Vector y) const;
+  /// Qᵀ y.
+  [[nodiscard]] Vector rotated(Vector y) const;
 
  private:
   struct Factors;

@@ -325,7 +325,7 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
       const detail::PivotedQr pivoted(scaled.R, tolerance);
       rank = pivoted.rank();
       // What the dependent columns' pivots, mere rounding errors, would take of Y belongs to the residual.
-      const Vector qty = pivoted.Qt_times(group.qr.qty());
+      const Vector qty = pivoted.rotated(group.qr.qty());
       norm = std::hypot(qty.tail(qty.size() - rank).norm(), norm);
     }
     const auto freedom = static_cast<double>(std::max<Index>(rows - rank, 1));
