@@ -18,9 +18,6 @@ using Path = std::filesystem::path;
 // Keys whose values are files.
 constexpr auto file_keys =
     std::to_array<std::string_view>({"urdf", "mdh", "file", "files", "table", "parameters"});
-constexpr double rows_a_period = 100.0;  // of the highest harmonic
-constexpr double cutoff_over_motion =
-    10.0;  // low-pass of the positions over the highest frequency of the motion
 
 // Paths of a file in one folder as those of a file in another.
 void move_paths(toml::node& node, bool is_file, const Path& from, const Path& to) {
@@ -60,12 +57,6 @@ toml::table reference_of(const FourierSeries& series) {
   return toml::table{{"type", FourierSeries::word}, {"omega_f", series.omega_f},
                      {"A", rows_of(series.A)},      {"B", rows_of(series.B)},
                      {"q0", list_of(series.q0)},    {"duration", series.duration}};
-}
-
-// So many samples a row that the shortest period still has a hundred.
-std::int64_t decimation(const ExcitationOptions& options) {
-  const double samples = options.rate_hz * options.duration / options.harmonics;
-  return std::max<std::int64_t>(1, std::lround(samples / rows_a_period));
 }
 
 // Noise of a sample at the rate of the log.
@@ -117,18 +108,13 @@ std::string experiment_text(const ExcitationPlan& plan, const Excitation& excita
   const bool controlled = plan.experiment.control.has_value();
   toml::table& signal = section(file, "signal");
   if (signal.empty()) {
-    signal.insert("decimation", decimation(plan.options));
-    if (controlled) {
-      signal.insert("cutoff_hz", "off");  // instruments do without a filter
-    } else {
-      signal.insert("cutoff_hz", cutoff_over_motion * plan.options.harmonics / plan.options.duration);
-    }
+    signal.insert("decimation", "auto");
     if (controlled && plan.experiment.control->sampling.period > 0.0) {
       signal.insert("torque_held", true);
     }
   }
   if (!file.contains("method")) {
-    file.insert("method", toml::table{{"name", controlled ? "iv" : "wls"}});
+    file.insert("method", toml::table{{"name", "auto"}});
   }
   if (controlled && !file.contains("simulation")) {
     file.insert("simulation", simulation_of(plan.options));

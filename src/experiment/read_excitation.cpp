@@ -3,6 +3,7 @@
 #include "experiment/sections.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/excitation.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/identify/rows.hpp"
 
 namespace rivid {
@@ -118,7 +119,10 @@ Matrix known_information(const ExcitationPlan& plan) {
       plan.options.noise.rate_hz > 0.0 ? plan.options.noise.rate_hz : plan.options.rate_hz;
   Matrix out = Matrix::Zero(base.size(), base.size());
   for (const Log& log : read_logs(source, robot)) {
-    const SignalOptions& signal = plan.experiment.estimation.signal;
+    SignalOptions signal = plan.experiment.estimation.signal;
+    if (signal.automatic()) {
+      signal = identify(robot, log, {.method = Wls{}, .signal = signal}).estimation.signal;
+    }
     const Rows rows_of_log = rows(robot, base, log, signal);
     double n_d = 1.0;
     for (const int factor : signal.decimation) {

@@ -152,9 +152,8 @@ ExcitationPlan read_excitation(const std::filesystem::path& path, std::span<cons
   out.settings.assign(settings.begin(), settings.end());
   out.options = detail::read_excitation_options(*sections.excitation, path.parent_path(),
                                                 out.experiment.robot, out.known);
-  if (!out.known.empty() && (!sections.log || !sections.signal)) {
-    throw InputError(path.string() +
-                     ": [excitation] known names logs, which [log] and [signal] say how to read");
+  if (!out.known.empty() && !sections.log) {
+    throw InputError(path.string() + ": [excitation] known names logs, which [log] says how to read");
   }
   return out;
 }
