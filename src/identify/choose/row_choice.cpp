@@ -96,12 +96,12 @@ class Chooser {
         logs_(parts_.empty() ? logs : std::span<const Log>(parts_)),
         noise_(position_noise(logs_)),
         windows_(windows(shortest(logs_) / fewest_windows)) {
-    told_ = {.method = Wls{},
-             .signal = asked.signal,
-             .covariance = {.kind = CovarianceKind::hac, .lag = asked.covariance.lag},
-             .threads = asked.threads};
-    if (told_.signal.velocity_threshold.empty()) {
-      told_.signal.velocity_threshold = thresholds();
+    options_ = {.method = Wls{},
+                .signal = asked.signal,
+                .covariance = {.kind = CovarianceKind::hac, .lag = asked.covariance.lag},
+                .threads = asked.threads};
+    if (options_.signal.velocity_threshold.empty()) {
+      options_.signal.velocity_threshold = thresholds();
     }
   }
 
@@ -121,22 +121,22 @@ class Chooser {
       at = better;
     }
     RowChoice out;
-    if (fit && !told_.signal.torque_held && held(*fit)) {
-      told_.signal.torque_held = true;
+    if (fit && !options_.signal.torque_held && held(*fit)) {
+      options_.signal.torque_held = true;
       fit = identified_with(windows_[at]);
     }
-    told_.signal.torque_held = told_.signal.held();
-    told_.signal.decimation = {windows_[at]};
+    options_.signal.torque_held = options_.signal.held();
+    options_.signal.decimation = {windows_[at]};
     out.decimation = windows_[at];
     out.row_spacing = windows_[at] / logs_.front().f_m;
-    out.torque_held = told_.signal.held();
+    out.torque_held = options_.signal.held();
     if (fit) {
       compare(*fit, at, out);
     }
     return out;
   }
 
-  [[nodiscard]] const SignalOptions& signal() const { return told_.signal; }
+  [[nodiscard]] const SignalOptions& signal() const { return options_.signal; }
 
  private:
   [[nodiscard]] std::vector<double> thresholds() const {
@@ -161,7 +161,7 @@ class Chooser {
   }
 
   [[nodiscard]] SignalOptions with(int n_d) const {
-    SignalOptions out = told_.signal;
+    SignalOptions out = options_.signal;
     out.decimation = {n_d};
     return out;
   }
@@ -191,8 +191,8 @@ class Chooser {
           noisy += noise[l][j].acceleration * static_cast<double>(logs_[l].samples());
           moving += noise_[l][j].motion() * static_cast<double>(logs_[l].samples());
         }
-        worst =
-            std::max(worst, told_.signal.velocity_threshold[j] > 0.0 && moving > 0.0 ? noisy / moving : 0.0);
+        worst = std::max(worst,
+                         options_.signal.velocity_threshold[j] > 0.0 && moving > 0.0 ? noisy / moving : 0.0);
       }
       if (worst <= pilot_share) {
         return w;
@@ -215,30 +215,29 @@ class Chooser {
     return out;
   }
 
-  // Nothing where a window leaves too few rows.
+  // Nothing where a window leaves too few rows, or these do not determine all parameters.
   std::optional<Identification> identified_with(int n_d) {
-    Estimation estimation = told_;
-    estimation.signal = with(n_d);
+    pilot_ = options_;
+    pilot_.signal = with(n_d);
+    too_few_rows_ = false;
     try {
-      problem_ = std::make_unique<EstimationProblem>(robot_, logs_, estimation);
+      problem_ = std::make_unique<EstimationProblem>(robot_, logs_, pilot_);
       Identification out = identified(*problem_);
       return out.status == Status::identified ? std::optional(std::move(out)) : std::nullopt;
     } catch (const InputError&) {
+      too_few_rows_ = true;
       return std::nullopt;
     }
   }
 
   // The first window of these that leaves enough rows: shorter and shorter ones.
   std::optional<Identification> tried(std::size_t& at) {
-    for (;;) {
-      if (std::optional<Identification> fit = identified_with(windows_[at])) {
-        return fit;
-      }
-      if (at == 0) {
-        return std::nullopt;
-      }
+    std::optional<Identification> fit = identified_with(windows_[at]);
+    while (!fit && too_few_rows_ && at > 0) {
       at -= std::min<std::size_t>(at, 3);
+      fit = identified_with(windows_[at]);
     }
+    return fit;
   }
 
   // The window that the fit at another one asks for.
@@ -314,7 +313,7 @@ class Chooser {
   }
 
   std::optional<Vector> estimate_with(int n_d) const {
-    Estimation estimation = told_;
+    Estimation estimation = options_;
     estimation.signal = with(n_d);
     try {
       const EstimationProblem problem(robot_, logs_, estimation);
@@ -331,8 +330,10 @@ class Chooser {
   std::span<const Log> logs_;
   std::vector<std::vector<PositionNoise>> noise_;
   std::vector<int> windows_;
-  Estimation told_;                             // of the pilots
-  std::unique_ptr<EstimationProblem> problem_;  // of the last pilot
+  Estimation options_;                          // of all fits, but for the window
+  Estimation pilot_;                            // of the last one
+  std::unique_ptr<EstimationProblem> problem_;  // of the last one
+  bool too_few_rows_ = false;                   // for the last one
 };
 
 std::string reason(const RowChoice& choice) {
