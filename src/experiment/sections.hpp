@@ -57,8 +57,10 @@ inline constexpr auto method_keys =
                      nullptr,
                      "`\"ols\"`: ordinary least squares (15–19). `\"wls\"`: each joint's rows weighted by "
                      "one over the deviation of a fit to these rows alone (20). `\"iv\"`: instrumental "
-                     "variables from the simulated closed loop (27–34), which needs `[control]`.",
-                     {.type = "word", .otherwise = "`\"ols\"`"}},
+                     "variables from the simulated closed loop (27–34), which needs `[control]`. `\"auto\"`: "
+                     "`\"iv\"` with "
+                     "`[control]` and a reference, else, or where that gives no answer, `\"wls\"`.",
+                     {.type = "word", .otherwise = "`\"auto\"`"}},
                Field{"physical",
                      nullptr,
                      "whether the nearest physically consistent standard parameters are reported beside "
