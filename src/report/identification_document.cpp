@@ -112,20 +112,20 @@ Cell interval_bar(const ParameterEstimate& p) {
 // One line a column.
 Table parameters_table(const Parameters& parameters) {
   using P = ParameterEstimate;
-  return table_of(parameters,
-                  {{{"parameter", format::name}, [](const P& p) { return p.name; }},
-                   {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
-                   {{"unit"}, [](const P& p) { return p.unit; }},
-                   {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
-                   {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
-                   {{"sigma of noise", format::deviation, "", page},
-                    [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }},
-                   {{"95 % interval"}, interval_words},
-                   {{"", format::interval, "", page}, interval_bar},
-                   {{"bias by noise", format::fixed(2), "σ", page}, [](const P& p) { return p.noise_bias; }},
-                   {{"a priori", format::significant(4), "", page}, [](const P& p) { return p.a_priori; }},
-                   {{"grouped from"}, [](const P& p) { return p.regrouped == p.name ? "" : p.regrouped; }}},
-                  mark_of);
+  return table_of(
+      parameters,
+      {{{"parameter", format::name}, [](const P& p) { return p.name; }},
+       {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
+       {{"unit"}, [](const P& p) { return p.unit; }},
+       {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
+       {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+       {{"HAC", format::deviation, "", page}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }},
+       {{"95 % interval"}, interval_words},
+       {{"", format::interval, "", page}, interval_bar},
+       {{"bias", format::fixed(2), "σ", page}, [](const P& p) { return p.noise_bias; }},
+       {{"a priori", format::significant(4), "", page}, [](const P& p) { return p.a_priori; }},
+       {{"grouped from"}, [](const P& p) { return p.regrouped == p.name ? "" : p.regrouped; }}},
+      mark_of);
 }
 
 // Weak parameters by their names; those that are not excited with what they need.

@@ -19,11 +19,11 @@ Identification identified(const Robot& robot, std::span<const Log> logs, const E
 // Why instruments can not be made; empty where they can.
 std::string obstacle(const Iv& iv, std::span<const Log> logs) {
   if (!iv.control) {
-    return "the controller is not known, whose simulation makes instruments";
+    return "no controller is given ([control]), so no instruments can be simulated";
   }
   const bool followed = iv.follows == Iv::Follows::measured ||
                         std::ranges::all_of(logs, [](const Log& log) { return log.q_r.size() > 0; });
-  return followed ? "" : "no reference was logged, which the simulation makes instruments of";
+  return followed ? "" : "no reference was logged, so no instruments can be simulated";
 }
 
 Identification by_suitable_method(const Robot& robot, std::span<const Log> logs, Estimation estimation) {
@@ -33,15 +33,15 @@ Identification by_suitable_method(const Robot& robot, std::span<const Log> logs,
     estimation.method = iv;
     Identification out = identified(robot, logs, estimation);
     if (out.status == Status::identified) {
-      out.method_choice = {.reason = "instrumental variables, for controller and reference are known",
+      out.method_choice = {.reason = "instrumental variables: controller and reference are known",
                            .least_squares = out.iv->least_squares};
       return out;
     }
-    why = "instruments gave no answer (" + out.reasons.front() + ")";
+    why = "instrumental variables gave no answer (" + out.reasons.front() + ")";
   }
   estimation.method = Wls{};
   Identification out = identified(robot, logs, estimation);
-  out.method_choice = {.reason = "weighted least squares, for " + why, .least_squares = {}};
+  out.method_choice = {.reason = "weighted least squares: " + why, .least_squares = {}};
   return out;
 }
 
