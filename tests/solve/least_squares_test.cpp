@@ -145,6 +145,21 @@ TEST(GroupSigmas, TakeColumnsOfRoundingErrorsForZero) {
   EXPECT_NEAR(group_sigmas(groups)[0], (Y - independent * own).norm() / std::sqrt(48.0), 1e-12);
 }
 
+// Five rows of four columns leave one degree of freedom, which can come out as small as it likes.
+TEST(GroupSigmas, OfAGroupWithHardlyMoreRowsThanColumnsArePooledWithTheOthers) {
+  const Matrix W = random_matrix(205, 4, 71);
+  const Vector Y = W * Vector::Ones(4) + 0.1 * random_matrix(205, 1, 72);
+  std::vector<RowGroup> groups = {{{0, 1, 2, 3}, StreamingQr(4)}, {{0, 1, 2, 3}, StreamingQr(4)}};
+  groups[0].qr.add(W.topRows(200), Y.head(200));
+  // Rows that fit themselves to rounding.
+  const Matrix few = W.bottomRows(5);
+  groups[1].qr.add(few, few * Vector::Constant(4, 2.0));
+  const std::vector<double> sigmas = group_sigmas(groups);
+  const double relative = sigmas[0] * std::sqrt(200.0) / Y.head(200).norm();
+  const double rms = (few * Vector::Constant(4, 2.0)).norm() / std::sqrt(5.0);
+  EXPECT_NEAR(sigmas[1], std::sqrt(12.0 / 13.0) * relative * rms, 1e-9 * sigmas[1]);
+}
+
 TEST(GroupSigmas, AreNeverZero) {
   const Matrix W = random_matrix(50, 3, 61);
   std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}};

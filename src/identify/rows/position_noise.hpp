@@ -41,7 +41,7 @@ class RowBand {
 // Fourth differences of the series, of its means over 2 samples, over 4, …, each see an octave and next to nothing of what is slower. The
 // motion takes the low octaves, where accelerations are the larger the lower the frequency; noise takes the high ones, where it is
 // the other way round. The first valley of the acceleration's spectrum, from the highest octave on, parts them; below it noise is taken
-// for as large as there.
+// for as large as there, which overestimates it: the octave of the valley has some of the motion in it.
 class PositionNoise {
  public:
   // q  positions, (n_m) [rad | m]
