@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "rivid/data/log.hpp"
 #include "rivid/identify/identification.hpp"
@@ -82,6 +83,16 @@ TEST_F(FirstAnswer, TakesInstrumentsWhereControllerAndReferenceAreKnown) {
   const Identification no_reference = identify(robot, without, {.method = Auto{known}});
   EXPECT_EQ(no_reference.method, "wls");
   EXPECT_NE(no_reference.method_choice->reason.find("no reference was logged"), std::string::npos);
+}
+
+TEST_F(FirstAnswer, IsNotSpoiledByAShortLogBesideALongOne) {
+  const std::vector<Log> both = {log(1.0, 5), excerpt(log(1.0, 6), 400, 120)};
+  const Identification alone = identify(robot, both[0], Estimation{});
+  const Identification found = identify(robot, both, Estimation{});
+  EXPECT_GE(found.row_choice->decimation, alone.row_choice->decimation / 2);
+  for (Index i = 0; i < base.size(); ++i) {
+    EXPECT_LT(std::abs(z(found, i)), 5.0);
+  }
 }
 
 TEST_F(FirstAnswer, LeavesWhatWasAskedForAlone) {

@@ -36,8 +36,9 @@ constexpr double enough_rows = 15.0;
 constexpr int most_rounds = 4;
 // Samples that a window is chosen by: of longer logs a part stands for all.
 constexpr Index most_samples = 30000;
-// A window reaches over no more than this part of a log.
-constexpr Index fewest_windows = 20;
+// Windows that the longest and the shortest log have room for at least.
+constexpr Index many_windows = 20;
+constexpr Index some_windows = 4;
 // A lag of the torques agrees with none or half a sample within so many deviations. Where it agrees with both, odds of held ones
 // decide along: signals that a controller computed are held as a rule, torques are measured more often than not.
 constexpr double lag_sigmas = 3.0;
@@ -80,12 +81,15 @@ bool are_long(std::span<const Log> logs, const SignalOptions& signal) {
   return samples > most_samples && !signal.window;
 }
 
-Index shortest(std::span<const Log> logs) {
-  Index out = logs.front().samples();
+// The longest window that still divides the longest log into many, and the shortest one into some.
+Index longest_window(std::span<const Log> logs) {
+  Index longest = 0;
+  Index shortest = logs.front().samples();
   for (const Log& log : logs) {
-    out = std::min(out, log.samples());
+    longest = std::max(longest, log.samples());
+    shortest = std::min(shortest, log.samples());
   }
-  return out;
+  return std::min(longest / many_windows, shortest / some_windows);
 }
 
 class Chooser {
@@ -95,7 +99,7 @@ class Chooser {
         parts_(are_long(logs, asked.signal) ? parts_of(logs) : std::vector<Log>()),
         logs_(parts_.empty() ? logs : std::span<const Log>(parts_)),
         noise_(position_noise(logs_)),
-        windows_(windows(shortest(logs_) / fewest_windows)) {
+        windows_(windows(longest_window(logs_))) {
     options_ = {.method = Wls{},
                 .signal = asked.signal,
                 .covariance = {.kind = CovarianceKind::hac, .lag = asked.covariance.lag},
