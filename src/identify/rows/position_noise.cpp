@@ -14,7 +14,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 // Σ of the squared binomial coefficients of the fourth difference.
-constexpr double fourth_difference_gain = 70.0;
+constexpr double fourth_difference_power = 70.0;
 // An octave with fewer means tells nothing.
 constexpr std::size_t fewest_means = 24;
 // Power that rises by more than this factor from one octave to the next lower one is motion: that of the arm, or stiction and
@@ -65,8 +65,8 @@ double mean_square(const std::vector<double>& x, std::size_t order) {
 }
 
 // Mean square of the fourth differences but for the largest, which are outliers; as if the noise were normal.
-double quiet_square(const std::vector<double>& x) {
-  constexpr double quiet_part = 0.95;
+double quiet_mean_square(const std::vector<double>& x) {
+  constexpr double quiet_share = 0.95;
   constexpr double part_of_square = 0.7588;  // of a normal variable within that quantile of its square
   constexpr std::size_t most = 8192;
   const std::size_t step = x.size() / most + 1;
@@ -74,7 +74,8 @@ double quiet_square(const std::vector<double>& x) {
   for (std::size_t k = 2; k + 2 < x.size(); k += step) {
     squares.push_back(std::pow(fourth_difference(x, k), 2));
   }
-  const auto quiet = static_cast<std::ptrdiff_t>(std::ceil(quiet_part * static_cast<double>(squares.size())));
+  const auto quiet =
+      static_cast<std::ptrdiff_t>(std::ceil(quiet_share * static_cast<double>(squares.size())));
   std::ranges::nth_element(squares, squares.begin() + (quiet - 1));
   double sum = 0.0;
   for (std::ptrdiff_t k = 0; k < quiet; ++k) {
@@ -139,8 +140,8 @@ PositionNoise::PositionNoise(const Eigen::Ref<const Vector>& q, double f_m) : f_
   std::vector<double> quiet;
   double samples = 1.0;  // of a mean
   while (means.size() >= fewest_means) {
-    levels_.push_back(samples * mean_square(means, 4) / fourth_difference_gain);
-    quiet.push_back(samples * quiet_square(means) / fourth_difference_gain);
+    levels_.push_back(samples * mean_square(means, 4) / fourth_difference_power);
+    quiet.push_back(samples * quiet_mean_square(means) / fourth_difference_power);
     const double rate = f_m / samples;
     accelerations.push_back(mean_square(means, 2) * rate * rate * rate * rate);
     for (std::size_t k = 0; k + 1 < means.size(); k += 2) {
