@@ -11,29 +11,27 @@ namespace detail {
 
 namespace {
 
-using Parameter = ForetoldParameter;
-
-Mark mark_of(const Parameter& parameter) {
+Mark foretold_mark(const ForetoldParameter& parameter) {
   switch (parameter.prospect) {
-    case Parameter::Prospect::weak:
+    case ForetoldParameter::Prospect::weak:
       return Mark::weak;
-    case Parameter::Prospect::unseen:
+    case ForetoldParameter::Prospect::unseen:
       return Mark::unseen;
-    case Parameter::Prospect::good:
+    case ForetoldParameter::Prospect::good:
       break;
   }
   return Mark::none;
 }
 
-Table parameter_table(const Forecast& forecast) {
-  return table_of<std::vector<Parameter>>(
+Table foretold_table(const Forecast& forecast) {
+  return table_of<std::vector<ForetoldParameter>>(
       forecast.parameters,
-      {{{"parameter", format::name}, [](const Parameter& p) { return p.name; }},
-       {{"a priori", format::deviation}, [](const Parameter& p) { return Cell(p.value, p.sigma); }},
-       {{"foretold σ", format::significant(2)}, [](const Parameter& p) { return p.sigma; }},
-       {{"%σ", format::fixed(1)}, [](const Parameter& p) { return p.relative_sigma_percent; }},
-       {{"unit"}, [](const Parameter& p) { return p.unit; }}},
-      mark_of);
+      {{{"parameter", format::name}, [](const ForetoldParameter& p) { return p.name; }},
+       {{"a priori", format::deviation}, [](const ForetoldParameter& p) { return Cell(p.value, p.sigma); }},
+       {{"foretold σ", format::significant(2)}, [](const ForetoldParameter& p) { return p.sigma; }},
+       {{"%σ", format::fixed(1)}, [](const ForetoldParameter& p) { return p.relative_sigma_percent; }},
+       {{"unit"}, [](const ForetoldParameter& p) { return p.unit; }}},
+      foretold_mark);
 }
 
 Table limit_table(const Forecast& forecast) {
@@ -61,25 +59,25 @@ Table clearance_table(const Forecast& forecast) {
 }
 
 // "52 parameters, of which 49 within 30 %, 3 weak, none unseen".
-std::string verdict(const Forecast& forecast) {
-  const auto of = [&](Parameter::Prospect prospect) {
-    return std::ranges::count(forecast.parameters, prospect, &Parameter::prospect);
+std::string foretold_verdict(const Forecast& forecast) {
+  const auto of = [&](ForetoldParameter::Prospect prospect) {
+    return std::ranges::count(forecast.parameters, prospect, &ForetoldParameter::prospect);
   };
   return counted(std::ssize(forecast.parameters), "base parameter") + ": " +
-         std::to_string(of(Parameter::Prospect::good)) + " will be known within 30 %, " +
-         std::to_string(of(Parameter::Prospect::weak)) + " are weak (?), " +
-         std::to_string(of(Parameter::Prospect::unseen)) + " unseen (x)";
+         std::to_string(of(ForetoldParameter::Prospect::good)) + " will be known within 30 %, " +
+         std::to_string(of(ForetoldParameter::Prospect::weak)) + " are weak (?), " +
+         std::to_string(of(ForetoldParameter::Prospect::unseen)) + " unseen (x)";
 }
 
 Document document_of(const Forecast& forecast) {
   Document out;
-  out.line = verdict(forecast);
+  out.line = foretold_verdict(forecast);
   out.opening.push_back(
       {Sentence{"log det of the information " + number(forecast.log_det, 6) +
                 ", condition of the weighted observation matrix " + number(forecast.condition, 4)}});
   out.opening.push_back({FindingList{forecast.findings}});
   Section parameters{.id = "parameters", .title = "Parameters", .heading = "Foretold standard deviations"};
-  parameters.blocks.push_back({parameter_table(forecast)});
+  parameters.blocks.push_back({foretold_table(forecast)});
   Section limits{.id = "limits", .title = "Limits", .heading = "Limits"};
   limits.blocks.push_back({limit_table(forecast)});
   out.sections = {std::move(parameters), std::move(limits)};
