@@ -12,7 +12,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Eigenvalues below this part of the largest, of M with unit diagonal, are rounding.
-constexpr double nothing = 1e-13;
+constexpr double negligible = 1e-13;
 
 // M with unit diagonal, which makes it as well conditioned as units allow: M = D⁻¹ S D⁻¹.
 struct Scaled {
@@ -101,7 +101,7 @@ Spread spread(const Matrix& M) {
   }
   const Scaled scaled(M(seen, seen));
   const SymmetricEigen eigen = symmetric_eigen(scaled.S);
-  const double least = nothing * eigen.values.maxCoeff();
+  const double least = negligible * eigen.values.maxCoeff();
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto k = static_cast<Index>(i);
     double variance = 0.0;
@@ -109,7 +109,7 @@ Spread spread(const Matrix& M) {
       const double part = eigen.vectors(k, e) * eigen.vectors(k, e);
       if (eigen.values[e] > least) {
         variance += part / eigen.values[e];
-      } else if (part > nothing) {
+      } else if (part > negligible) {
         variance = infinity;
       }
     }

@@ -12,7 +12,7 @@ namespace rivid {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double no_limit = std::numeric_limits<double>::infinity();
 
 // Limits that so many joints share by chance are rare: they fill a place in the file.
 constexpr Index joints_of_a_placeholder = 4;
@@ -84,7 +84,7 @@ bool has_inertials(const Robot& robot) {
 void bound_torques(const Robot& robot, const MotionLimits& limits, MotionBounds& out) {
   out.torque = given_or(limits.torque, of_joints(robot, &Joint::max_effort)) * limits.torque_share;
   if (!has_inertials(robot)) {
-    out.torque.setConstant(infinity);
+    out.torque.setConstant(no_limit);
     out.findings.push_back(
         Finding{"no_torque_model", robot.name,
                 "the links have no a-priori masses, so torques can not be foretold and are not "
@@ -114,7 +114,7 @@ MotionBounds motion_bounds(const Robot& robot, const MotionLimits& limits) {
   if (const auto fault = limits.complaint(robot.size())) {
     throw InputError("motion_bounds: " + *fault);
   }
-  const Vector none = Vector::Constant(robot.size(), infinity);
+  const Vector none = Vector::Constant(robot.size(), no_limit);
   MotionBounds out;
   bound_positions(robot, limits, out);
   out.velocity = given_or(limits.velocity, of_joints(robot, &Joint::max_velocity)) * limits.velocity_share;
