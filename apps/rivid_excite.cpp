@@ -12,8 +12,8 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/excitation.hpp"
+#include "rivid/output.hpp"
 #include "rivid/report/excitation.hpp"
-#include "rivid/report/file.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
@@ -93,9 +93,12 @@ Command forecast_command(Arguments& to) {
           .footer = exit_codes};
 }
 
-// What an interrupt sets; nothing else may be done in a handler.
+// The first interrupt ends the search, the next one the program.
 volatile std::sig_atomic_t interrupted = 0;
-void interrupt(int /*signal*/) { interrupted = 1; }
+void interrupt(int /*signal*/) {
+  interrupted = 1;
+  exit_on_signals();
+}
 
 // Flags override the experiment file; what they changed is kept for the provenance.
 Overrides apply(const Arguments& arguments, ExcitationPlan& plan) {
@@ -137,10 +140,8 @@ Excitation designed(const Arguments& arguments, ExcitationPlan& plan) {
   plan.options.progress = std::ref(bar);
   const auto end = Clock::now() + std::chrono::seconds(arguments.seconds.value_or(0));
   plan.options.stopped = [&] { return interrupted != 0 || (arguments.seconds && Clock::now() >= end); };
-  // A second Ctrl-C ends the program at once.
   struct sigaction action = {};
   action.sa_handler = interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
   return design(plan.experiment.robot, plan.options);
 }
@@ -153,22 +154,25 @@ int design_from(const Arguments& arguments) {
   const std::filesystem::path experiment = folder / "experiment.toml";
   const std::filesystem::path file = folder / "plan.json";
   plan.options.known = known_information(plan);
+  const std::vector<PlannedFile> files = {{motion, ".csv"}, {experiment, ".toml"}, {file, ".json"}};
+  Outputs outputs = planned(plan.inputs(), files);
   if (arguments.dry_run) {
     const MotionBounds bounds = motion_bounds(plan.experiment.robot, plan.options.limits);
     if (const auto fault = missing_limit(plan.experiment.robot, bounds)) {
       throw InputError(arguments.experiment.string() + ": " + *fault);
     }
     if (!arguments.quiet) {
-      print("settings\n" + in_lines(settings(plan)) + "\n" + would_write({motion, experiment, file}));
+      print("settings\n" + in_lines(settings(plan)) + "\n" + would_write(files));
       tell(bounds.findings);
     }
     return success;
   }
   const Excitation found = designed(arguments, plan);
   const std::string json = to_json(plan, found, provenance_of(plan, std::move(overrides)));
-  write_file(motion, motion_csv(found));
-  write_file(experiment, experiment_text(plan, found, folder));
-  write_file(file, json);
+  outputs.put(motion, motion_csv(found));
+  outputs.put(experiment, experiment_text(plan, found, folder));
+  outputs.put(file, json);
+  outputs.commit();
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(found));
     std::cerr << "wrote " << motion.string() << ", " << experiment.string() << " and " << file.string()
@@ -179,6 +183,13 @@ int design_from(const Arguments& arguments) {
 
 int forecast_from(const Arguments& arguments) {
   ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
+  const std::filesystem::path file = arguments.output / "forecast.json";
+  std::vector<std::filesystem::path> inputs = plan.inputs();
+  inputs.push_back(arguments.motion);
+  Outputs outputs(inputs);
+  if (!arguments.output.empty()) {
+    outputs.plan(file, ".json");
+  }
   plan.options.known = known_information(plan);
   const Log log = read_csv(arguments.motion, plan.experiment.log.columns);
   if (const auto fault = log.complaint()) {
@@ -190,7 +201,8 @@ int forecast_from(const Arguments& arguments) {
   provenance.inputs.push_back(input_file(arguments.motion));
   const std::string json = to_json(plan, found, provenance);
   if (!arguments.output.empty()) {
-    write_file(arguments.output / "forecast.json", json);
+    outputs.put(file, json);
+    outputs.commit();
   }
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(found));

@@ -7,7 +7,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/report/file.hpp"
+#include "rivid/output.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/text.hpp"
@@ -120,8 +120,7 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   return overrides;
 }
 
-void print_plan(std::ostream& out, const Experiment& experiment,
-                const std::vector<std::filesystem::path>& files) {
+void print_plan(std::ostream& out, const Experiment& experiment, const std::vector<PlannedFile>& files) {
   const Robot& robot = experiment.robot;
   const BaseParameters base = base_parameters(robot);
   out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", " << robot.size()
@@ -158,13 +157,14 @@ int identify_from(const Arguments& arguments) {
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   const std::filesystem::path file = folder / "result.json";
   const std::filesystem::path report = folder / "report.html";
+  std::vector<PlannedFile> files = {{file, ".json"}};
+  if (arguments.report) {
+    files.push_back({report, ".html"});
+  }
+  std::ranges::copy(arguments.write_back.files(), std::back_inserter(files));
+  Outputs outputs = planned(experiment.inputs(), files, arguments.write_back.force);
   if (arguments.dry_run) {
     std::ostringstream plan;
-    std::vector<std::filesystem::path> files = arguments.write_back.files();
-    if (arguments.report) {
-      files.insert(files.begin(), report);
-    }
-    files.insert(files.begin(), file);
     print_plan(plan, experiment, files);
     if (!arguments.quiet) {
       print(plan.str());
@@ -181,10 +181,12 @@ int identify_from(const Arguments& arguments) {
   const Provenance provenance =
       provenance_of("rivid_identify", experiment, Use::identification, overrides, arguments.set);
   const std::string json = to_json(experiment.robot, result, provenance);
-  write_file(file, json);
+  outputs.put(file, json);
   if (arguments.report) {
-    write_file(report, html_report(experiment.robot, result, predicted, provenance));
+    outputs.put(report, html_report(experiment.robot, result, predicted, provenance));
   }
+  const WrittenBack back = write_back(arguments.write_back, experiment, result, run_id(provenance), outputs);
+  outputs.commit();
   if (!arguments.quiet) {
     std::ostringstream table;
     table << result;
@@ -200,9 +202,14 @@ int identify_from(const Arguments& arguments) {
     if (arguments.report) {
       std::cerr << "wrote " << report.string() << '\n';
     }
+    tell(back.warnings);
+    print(back.diff);
+    for (const std::filesystem::path& written : back.files) {
+      std::cerr << "wrote " << written.string() << '\n';
+    }
   }
-  const bool written = write_back(arguments.write_back, experiment, result, arguments.quiet);
-  return written && result.status == Status::identified ? success : no_success;
+  std::cerr << back.refusal;
+  return back.refusal.empty() && result.status == Status::identified ? success : no_success;
 }
 
 int tool(int argc, char** argv) {

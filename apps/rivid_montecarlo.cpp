@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "rivid/experiment/monte_carlo.hpp"
-#include "rivid/report/file.hpp"
+#include "rivid/output.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
@@ -84,16 +84,14 @@ void make_missing(const MonteCarlo& plan, MonteCarloFile& file, int threads, Pro
   bar.clear();
 }
 
-// The page of a plan. Runs are all that the command line can change in it.
-std::string page_of(const Arguments& arguments, const MonteCarlo& plan,
-                    std::span<const MonteCarloSummary> found, std::span<const MonteCarloRow> rows) {
+// Runs are all that the command line can change in a plan.
+Provenance provenance_of_runs(const Arguments& arguments, const MonteCarlo& plan) {
   Overrides overrides;
   if (arguments.runs) {
     overrides.emplace_back("runs", std::to_string(*arguments.runs));
   }
-  return html_report(plan, found, rows,
-                     provenance_of("rivid_montecarlo", plan.experiment, Use::simulation, std::move(overrides),
-                                   plan.settings));
+  return provenance_of("rivid_montecarlo", plan.experiment, Use::simulation, std::move(overrides),
+                       plan.settings);
 }
 
 std::string in_words(const MonteCarlo& plan, const SimulationOutlook& one, std::ptrdiff_t there) {
@@ -121,13 +119,10 @@ std::string settings_of(const MonteCarlo& plan) {
 
 // What would be done.
 void dry_run(const Arguments& arguments, const MonteCarlo& plan, const std::filesystem::path& folder,
-             std::vector<std::filesystem::path> files) {
+             const std::vector<PlannedFile>& files) {
   const auto held = arguments.restart ? std::map<int, std::vector<MonteCarloRow>>() : held_runs(folder, plan);
   const auto there = std::ranges::count_if(held, [&](const auto& run) { return run.first < plan.runs; });
   const SimulationOutlook one = outlook(plan.experiment);
-  if (!arguments.report) {
-    files.pop_back();
-  }
   if (!arguments.quiet) {
     print(in_words(plan, one, there) + settings_of(plan) + would_write(files));
   }
@@ -139,8 +134,13 @@ int run_from(const Arguments& arguments) {
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_montecarlo");
   const std::filesystem::path summary = folder / "summary.json";
   const std::filesystem::path report = folder / "report.html";
+  std::vector<PlannedFile> files = {{folder / "runs.csv", ".csv"}, {summary, ".json"}};
+  if (arguments.report) {
+    files.push_back({report, ".html"});
+  }
+  Outputs outputs = planned(plan.experiment.inputs(Use::simulation), files);
   if (arguments.dry_run) {
-    dry_run(arguments, plan, folder, {folder / "runs.csv", summary, report});
+    dry_run(arguments, plan, folder, files);
     return success;
   }
   MonteCarloFile file(folder, plan, arguments.restart);
@@ -149,11 +149,13 @@ int run_from(const Arguments& arguments) {
 
   const std::vector<MonteCarloRow> rows = file.rows();
   const std::vector<MonteCarloSummary> found = summaries(plan, rows);
-  const std::string json = to_json(found);
-  write_file(summary, json);
+  const Provenance provenance = provenance_of_runs(arguments, plan);
+  const std::string json = to_json(found, run_id(provenance));
+  outputs.put(summary, json);
   if (arguments.report) {
-    write_file(report, page_of(arguments, plan, found, rows));
+    outputs.put(report, html_report(plan, found, rows, provenance));
   }
+  outputs.commit();
   if (!arguments.quiet) {
     std::ostringstream table;
     table << std::span<const MonteCarloSummary>(found);

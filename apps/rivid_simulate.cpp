@@ -8,7 +8,7 @@
 
 #include "rivid/data/csv.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/report/file.hpp"
+#include "rivid/output.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
@@ -74,7 +74,7 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
 }
 
 std::string in_words(const Experiment& experiment, const SimulationOutlook& found,
-                     const std::vector<std::filesystem::path>& files) {
+                     const std::vector<PlannedFile>& files) {
   const Robot& robot = experiment.robot;
   const SimulationRecord& record = found.record;
   std::ostringstream out;
@@ -100,10 +100,12 @@ int simulate_from(const Arguments& arguments) {
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_simulation");
   const std::filesystem::path log = folder / "log.csv";
   const std::filesystem::path file = folder / "simulation.json";
+  const std::vector<PlannedFile> files = {{log, ".csv"}, {file, ".json"}};
+  Outputs outputs = planned(experiment.inputs(Use::simulation), files);
   if (arguments.dry_run) {
     const SimulationOutlook found = outlook(experiment);
     if (!arguments.quiet) {
-      print(in_words(experiment, found, {log, file}));
+      print(in_words(experiment, found, files));
       tell(found.record.warnings);
     }
     return found.record.simulation.outcome == Outcome::completed ? success : no_success;
@@ -115,8 +117,9 @@ int simulate_from(const Arguments& arguments) {
   const std::string json =
       to_json(experiment.robot, record,
               provenance_of("rivid_simulate", experiment, Use::simulation, overrides, arguments.set));
-  write_file(log, to_csv(record.log));
-  write_file(file, json);
+  outputs.put(log, to_csv(record.log));
+  outputs.put(file, json);
+  outputs.commit();
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(experiment.robot, record));
     tell(record.warnings);

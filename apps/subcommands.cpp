@@ -9,7 +9,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/report/file.hpp"
+#include "rivid/output.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
@@ -36,11 +36,18 @@ int init(InitArguments arguments) {
     throw InputError(output.string() +
                      ": is there already; --output names another file, --force writes over it");
   }
+  std::vector<std::filesystem::path> inputs = arguments.logs;
+  inputs.push_back(arguments.robot);
+  Outputs outputs(inputs, arguments.force);
+  if (!arguments.print_only) {
+    outputs.plan(output, ".toml");
+  }
   const ExperimentDraft draft = draft_experiment(output, arguments.robot, arguments.options, arguments.logs);
   if (arguments.print_only) {
     print(draft.text);
   } else {
-    write_file(output, draft.text);
+    outputs.put(output, draft.text);
+    outputs.commit();
   }
   tell("note", draft.doubts);
   if (!arguments.print_only) {

@@ -1,5 +1,6 @@
 #include "tool.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +16,16 @@
 namespace rivid::apps {
 
 namespace {
+
+// A file opened later must not take the number of a standard stream that is closed, and be written to as such.
+void occupy_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) < 0) {
+      // Takes the lowest free number. What is read-only refuses output as a closed stream does.
+      static_cast<void>(::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+    }
+  }
+}
 
 void complain(std::string_view name, std::string_view kind, std::string_view what) {
   std::cerr << name << ": " << kind << ": " << on_one_line(what) << '\n';
@@ -81,6 +92,8 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
 }
 
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv) {
+  occupy_standard_streams();
+  exit_on_signals();
   try {
     return tool(argc, argv);
   } catch (const InputError& e) {
@@ -110,10 +123,19 @@ void tell(const std::vector<Finding>& findings) {
   }
 }
 
-std::string would_write(const std::vector<std::filesystem::path>& files) {
+Outputs planned(const std::vector<std::filesystem::path>& inputs, const std::vector<PlannedFile>& files,
+                bool force) {
+  Outputs out(inputs, force);
+  for (const PlannedFile& file : files) {
+    out.plan(file.path, file.extension);
+  }
+  return out;
+}
+
+std::string would_write(const std::vector<PlannedFile>& files) {
   std::string out;
-  for (const std::filesystem::path& file : files) {
-    out += "would write " + file.string() + "\n";
+  for (const PlannedFile& file : files) {
+    out += "would write " + file.path.string() + "\n";
   }
   return out;
 }

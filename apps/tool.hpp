@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "rivid/finding.hpp"
+#include "rivid/output.hpp"
 #include "rivid/report/json.hpp"
 
 // What the command line tools share. tool.cpp alone includes the parser of command lines, which takes long to compile.
@@ -83,8 +84,20 @@ void tell(const std::vector<Finding>& findings);
 /// All settings, one line each: key, value with its unit, and whether that is the default or where else it comes from.
 [[nodiscard]] std::string in_lines(const std::vector<Setting>& settings);
 
+/// A file that a tool will write, and the extension of such files.
+struct PlannedFile {
+  std::filesystem::path path;
+  std::string_view extension;
+};
+
+/// The outputs of a run, planned: see Outputs.
+///
+/// @throws InputError  where writing one of them would destroy something
+[[nodiscard]] Outputs planned(const std::vector<std::filesystem::path>& inputs,
+                              const std::vector<PlannedFile>& files, bool force = false);
+
 /// "would write FILE", one line each: the end of what --dry-run prints.
-[[nodiscard]] std::string would_write(const std::vector<std::filesystem::path>& files);
+[[nodiscard]] std::string would_write(const std::vector<PlannedFile>& files);
 
 /// Files for a result: the folder of the flag, or one beside the user that is called after the experiment.
 [[nodiscard]] std::filesystem::path output_folder(const std::filesystem::path& flag,

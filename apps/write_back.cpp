@@ -1,6 +1,7 @@
 #include "write_back.hpp"
 
-#include <iostream>
+#include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -8,7 +9,6 @@
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/urdf.hpp"
 #include "rivid/identify/prediction.hpp"
-#include "rivid/report/file.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::apps {
@@ -29,24 +29,24 @@ Path sidecar_file(const Path& urdf, const std::string& name) {
   return Path(urdf).replace_extension(extension(format_of(name)));
 }
 
-bool refuse(const Path& file, const std::vector<Finding>& reasons) {
-  tell(reasons);
-  std::cerr << "rivid_identify: " << file.string() << " is not written; --force does it nevertheless\n";
-  return false;
-}
-
-void write(const Path& file, const std::string& content, bool quiet) {
-  write_file(file, content);
-  if (!quiet) {
-    std::cerr << "wrote " << file.string() << '\n';
+std::string refusal(const Path& file, const std::vector<Finding>& reasons) {
+  std::string out;
+  for (const Finding& reason : reasons) {
+    out += in_words(reason) + "\n";
   }
+  return out + "rivid_identify: " + file.string() + " is not written; --force does it nevertheless\n";
 }
 
-bool write_urdf(const WriteBack& options, const Experiment& experiment, const Identification& result,
-                bool quiet) {
+void put(const Path& file, const std::string& content, Outputs& outputs, WrittenBack& back) {
+  outputs.put(file, content);
+  back.files.push_back(file);
+}
+
+void put_urdf(const WriteBack& options, const Experiment& experiment, const Identification& result,
+              Outputs& outputs, WrittenBack& back) {
   if (!result.physical) {
-    std::cerr << "error: there is no estimate that a URDF could be written from\n";
-    return false;
+    back.refusal = "error: there is no estimate that a URDF could be written from\n";
+    return;
   }
   const Robot& robot = experiment.robot;
   const Vector& chi_st = result.physical->parameters.chi_st;
@@ -54,53 +54,48 @@ bool write_urdf(const WriteBack& options, const Experiment& experiment, const Id
   const std::string input = experiment.robot_file.string();
   const RewrittenUrdf urdf = rewritten_urdf(before, input, robot, chi_st, {.force = options.force});
   if (urdf.text.empty()) {
-    return refuse(options.urdf, urdf.faults);
+    back.refusal = refusal(options.urdf, urdf.faults);
+    return;
   }
-  std::vector<std::pair<Path, std::string>> files = {{options.urdf, urdf.text}};
+  back.warnings = urdf.faults;
+  std::ranges::copy(urdf.warnings, std::back_inserter(back.warnings));
+  if (options.diff) {
+    back.diff = unified_diff(before, urdf.text, input, options.urdf.string());
+  }
+  put(options.urdf, urdf.text, outputs, back);
   for (const std::string& name : options.sidecars) {
-    files.emplace_back(sidecar_file(options.urdf, name), sidecar(format_of(name), robot, chi_st));
+    put(sidecar_file(options.urdf, name), sidecar(format_of(name), robot, chi_st), outputs, back);
   }
-  if (!quiet) {
-    tell(urdf.faults);
-    tell(urdf.warnings);
-  }
-  if (options.diff && !quiet) {
-    print(unified_diff(before, urdf.text, input, options.urdf.string()));
-  }
-  for (const auto& [file, content] : files) {
-    write(file, content, quiet);
-  }
-  return true;
 }
 
-void write_header(const WriteBack& options, const Experiment& experiment, const Identification& result,
-                  bool quiet) {
+void put_header(const WriteBack& options, const Experiment& experiment, const Identification& result,
+                const std::string& run, Outputs& outputs, WrittenBack& back) {
   const DynamicModel model = identified_model(experiment.robot, result, {.force = options.force});
-  if (!quiet && !model.clamped().empty()) {
-    tell({Finding{"driving_friction",
-                  {},
-                  options.header.string() + ": " + listed(model.clamped()) +
-                      " would drive and not brake; taken as zero"}});
+  if (!model.clamped().empty()) {
+    back.warnings.push_back(Finding{"driving_friction",
+                                    {},
+                                    options.header.string() + ": " + listed(model.clamped()) +
+                                        " would drive and not brake; taken as zero"});
   }
-  write(options.header,
-        c_header(model, c_identifier(options.header.stem().string()),
-                 result.title + " of " + experiment.file.filename().string() +
-                     (result.physical ? ", physically consistent parameters" : "")),
-        quiet);
+  put(options.header,
+      c_header(model, c_identifier(options.header.stem().string()),
+               result.title + " of " + experiment.file.filename().string() +
+                   (result.physical ? ", physically consistent parameters" : "") + ", run " + run),
+      outputs, back);
 }
 
 }  // namespace
 
-std::vector<Path> WriteBack::files() const {
-  std::vector<Path> out;
+std::vector<PlannedFile> WriteBack::files() const {
+  std::vector<PlannedFile> out;
   if (!urdf.empty()) {
-    out.push_back(urdf);
+    out.push_back({urdf, ".urdf"});
     for (const std::string& name : sidecars) {
-      out.push_back(sidecar_file(urdf, name));
+      out.push_back({sidecar_file(urdf, name), extension(format_of(name))});
     }
   }
   if (!header.empty()) {
-    out.push_back(header);
+    out.push_back({header, ".h"});
   }
   return out;
 }
@@ -131,21 +126,26 @@ void check(const WriteBack& options, const Experiment& experiment) {
   }
 }
 
-bool write_back(const WriteBack& options, const Experiment& experiment, const Identification& result,
-                bool quiet) {
-  const std::vector<Path> files = options.files();
+WrittenBack write_back(const WriteBack& options, const Experiment& experiment, const Identification& result,
+                       const std::string& run, Outputs& outputs) {
+  WrittenBack back;
+  const std::vector<PlannedFile> files = options.files();
   if (files.empty()) {
-    return true;
+    return back;
   }
   if (result.status != Status::identified && !options.force) {
     const std::string status(name(result.status));
-    return refuse(files.front(), {Finding{status, {}, "the result is " + status + ", not identified"}});
+    back.refusal =
+        refusal(files.front().path, {Finding{status, {}, "the result is " + status + ", not identified"}});
+    return back;
   }
-  const bool written = options.urdf.empty() || write_urdf(options, experiment, result, quiet);
+  if (!options.urdf.empty()) {
+    put_urdf(options, experiment, result, outputs, back);
+  }
   if (!options.header.empty()) {
-    write_header(options, experiment, result, quiet);
+    put_header(options, experiment, result, run, outputs, back);
   }
-  return written;
+  return back;
 }
 
 }  // namespace rivid::apps

@@ -18,7 +18,15 @@ struct WriteBack {
   bool force = false;
 
   /// Files that will be written.
-  [[nodiscard]] std::vector<std::filesystem::path> files() const;
+  [[nodiscard]] std::vector<PlannedFile> files() const;
+};
+
+/// What became of them.
+struct WrittenBack {
+  std::vector<std::filesystem::path> files;
+  std::vector<Finding> warnings;
+  std::string diff;     ///< for standard output, or empty
+  std::string refusal;  ///< for standard error: why a file is not written, or empty
 };
 
 /// Arguments of the command line that set them.
@@ -29,10 +37,10 @@ struct WriteBack {
 /// @throws InputError  where a URDF is asked for and the robot was not read from one
 void check(const WriteBack& options, const Experiment& experiment);
 
-/// Writes what is asked for and reports it on standard error; the difference goes to standard output.
+/// Puts what is asked for to the outputs of the run.
 ///
-/// @return  whether all was written; else standard error says why not
-[[nodiscard]] bool write_back(const WriteBack& options, const Experiment& experiment,
-                              const Identification& result, bool quiet);
+/// @param run  its run_id()
+[[nodiscard]] WrittenBack write_back(const WriteBack& options, const Experiment& experiment,
+                                     const Identification& result, const std::string& run, Outputs& outputs);
 
 }  // namespace rivid::apps

@@ -5,7 +5,7 @@
 #include <iostream>
 #include <iterator>
 
-#include "rivid/report/file.hpp"
+#include "rivid/output.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::study {

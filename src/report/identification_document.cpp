@@ -668,7 +668,9 @@ std::string friction_words(const Joint& joint) {
 Section provenance_section(const Robot& robot, const Identification& result, const Provenance& provenance) {
   using J = Joint;
   std::vector<std::pair<std::string, std::string>> settings = {
-      {"Program", provenance.program + ", rivid " + std::string(version)}, {"Method", result.title}};
+      {"Program", provenance.program + ", rivid " + std::string(version)},
+      {"Run", run_id(provenance)},
+      {"Method", result.title}};
   std::ranges::move(row_settings(result.estimation.signal), std::back_inserter(settings));
   for (const auto& [flag, value] : provenance.overrides) {
     settings.emplace_back("Flag --" + flag, value);

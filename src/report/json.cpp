@@ -207,7 +207,8 @@ Json members(const Provenance& provenance, Json options) {
   }
   add(options, provenance.settings);
   options["overrides"] = std::move(overrides);
-  return {{"program", provenance.program},
+  return {{"run", run_id(provenance)},
+          {"program", provenance.program},
           {"rivid", version},
           {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
                         std::to_string(EIGEN_MINOR_VERSION)},
@@ -280,6 +281,23 @@ InputFile input_file(const std::filesystem::path& path) {
     throw InputError(path.string() + ": the file can not be read");
   }
   return {path.string(), digest.data()};
+}
+
+std::string run_id(const Provenance& provenance) {
+  std::string text = provenance.program + '\n' + version + '\n';
+  for (const InputFile& input : provenance.inputs) {
+    text += input.sha256 + '\n';
+  }
+  for (const auto& [flag, value] : provenance.overrides) {
+    text += flag + '=' + value + '\n';
+  }
+  for (const Setting& setting : provenance.settings) {
+    text += setting.key + '=' + setting.value + '\n';
+  }
+  std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
+  SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), digest.data());
+  constexpr std::size_t digits = 16;
+  return {digest.data(), digits};
 }
 
 std::string to_json(const Robot& robot, const Identification& result, const Provenance& provenance) {
@@ -363,8 +381,12 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
                   {"provenance", members(provenance, Json::object())}});
 }
 
-std::string to_json(std::span<const MonteCarloSummary> summaries) {
-  return text_of({{"format", 1}, {"trials", json_of(std::vector(summaries.begin(), summaries.end()))}});
+std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run) {
+  Json out = {{"format", 1}, {"trials", json_of(std::vector(summaries.begin(), summaries.end()))}};
+  if (!run.empty()) {
+    out["run"] = run;
+  }
+  return text_of(out);
 }
 
 std::string to_json(std::span<const Finding> findings) {

@@ -331,6 +331,7 @@ Section plan_section(const MonteCarlo& plan, const Provenance& provenance) {
   const Robot& robot = plan.experiment.robot;
   std::vector<std::pair<std::string, std::string>> settings = {
       {"Program", provenance.program + ", rivid " + std::string(version)},
+      {"Run", run_id(provenance)},
       {"Robot", robot.name + ", " + counted(robot.size(), "joint")},
       {"Runs", std::to_string(plan.runs) + "; run k, counted from 0, has the seed " +
                    std::to_string(plan.seed) + " + k"}};

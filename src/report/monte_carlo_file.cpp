@@ -4,7 +4,7 @@
 
 #include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
-#include "rivid/report/file.hpp"
+#include "rivid/output.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"

@@ -225,9 +225,9 @@ TEST_F(Identify, AnInterruptionLeavesNoPartOfAResult) {
     process.send(SIGINT);
     const Outcome run = process.wait();
     if (run.signal == 0) {
-      EXPECT_EQ(run.exit_code, 0) << run.err;
+      EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 130) << run.exit_code << run.err;
     } else {
-      EXPECT_EQ(run.signal, SIGINT);
+      EXPECT_EQ(run.signal, SIGINT);  // the program had not begun
     }
     if (std::filesystem::exists(folder().path() / result_file)) {
       EXPECT_EQ(Json::parse(folder().read(result_file))["status"], "identified");

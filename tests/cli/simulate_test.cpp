@@ -152,10 +152,15 @@ TEST_F(Simulate, TakesParametersFromAResultAndFromItsOwnSummary) {
     EXPECT_NEAR(parameter(of_result, p["name"].get<std::string>())["value"].get<double>(),
                 p["value"].get<double>(), 1e-12);
   }
-  set_line("parameters =", std::string("parameters = \"") + summary_file + "\"");
+  folder().write("earlier.json", folder().read(summary_file));
+  set_line("parameters =", "parameters = \"earlier.json\"");
   const Json again = summary_of();
   EXPECT_EQ(again["parameters"], of_result["parameters"]);
-  EXPECT_EQ(again["provenance"]["inputs"][2]["path"], summary_file);
+  EXPECT_EQ(again["provenance"]["inputs"][2]["path"], "earlier.json");
+  // It would be gone if the next simulation took its place.
+  set_line("parameters =", std::string("parameters = \"") + summary_file + "\"");
+  EXPECT_EQ(simulate().exit_code, 2);
+  EXPECT_EQ(Json::parse(folder().read(summary_file)), again);
 }
 
 // Outcomes

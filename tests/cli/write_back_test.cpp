@@ -147,7 +147,7 @@ TEST_F(WriteBack, TheHeaderIsCalledAfterItsFile) {
   const Outcome run = identify({"scara.toml", "--write-header", "my-scara.h"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const std::string header = folder().read("my-scara.h");
-  EXPECT_TRUE(header.starts_with("/* Torques of a robot, written by rivid: IDIM-WLS of scara.toml.\n"))
+  EXPECT_TRUE(header.starts_with("/* Torques of a robot, written by rivid: IDIM-WLS of scara.toml, run "))
       << header;
   EXPECT_NE(header.find("static inline void my_scara_inverse_dynamics("), std::string::npos);
 }
@@ -156,7 +156,9 @@ TEST_F(WriteBack, TheHeaderHasThePhysicalParametersWhereTheyWereAskedFor) {
   const Outcome run = identify({"scara.toml", "--physical", "--write-header", "scara.h"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const std::string header = folder().read("scara.h");
-  const std::string origin = "IDIM-WLS of scara.toml, physically consistent parameters";
+  const Json result = Json::parse(folder().read("scara_result/result.json"));
+  const std::string origin = "IDIM-WLS of scara.toml, physically consistent parameters, run " +
+                             result["provenance"]["run"].get<std::string>();
   EXPECT_NE(header.find(origin + ".\n"), std::string::npos) << header;
   const rivid::DynamicModel model =
       rivid::read_identified_model(folder().path() / "scara_result/result.json");

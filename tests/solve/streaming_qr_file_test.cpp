@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "rivid/report/file.hpp"
+#include "rivid/output.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 #include "support/complaint.hpp"
 #include "support/random_matrix.hpp"

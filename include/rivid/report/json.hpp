@@ -29,6 +29,10 @@ struct Provenance {
   std::vector<Setting> settings = {};  ///< all that it was made with, see settings()
 };
 
+/// What all files of one run carry: 16 hexadecimal digits of the SHA-256 of program, version, inputs and settings. Equal
+/// runs have the same, and files that have different ones come from different runs.
+[[nodiscard]] std::string run_id(const Provenance& provenance);
+
 /// A result as JSON, the content of result.json; docs/result.md describes its members. Numbers are written so that
 /// they read back bit by bit; what is not a number or infinite becomes null.
 [[nodiscard]] std::string to_json(const Robot& robot, const Identification& result,

@@ -63,7 +63,9 @@ class MonteCarloFile {
 std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries);
 
 /// Summaries as JSON, the content of summary.json. It holds no times, so that the same runs give the same file.
-[[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries);
+///
+/// @param run  see run_id(); empty: none is written
+[[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run = {});
 
 /// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md tells what it
 /// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. It

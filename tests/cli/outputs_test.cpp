@@ -1,0 +1,123 @@
+// What the tools write destroys nothing: not their inputs, not each other, nothing that is no regular file.
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <thread>
+
+#include "support/identify_tool.hpp"
+
+namespace {
+
+using rivid::test::content_of;
+using rivid::test::Json;
+using rivid::test::Outcome;
+using rivid::test::outcome_of;
+using rivid::test::Process;
+
+class Outputs : public rivid::test::IdentifyTool {
+ protected:
+  // Through a shell, with its redirections and limits.
+  [[nodiscard]] Outcome shell(const std::string& script) const {
+    return outcome_of({"/bin/sh", "-c", script}, folder().path());
+  }
+};
+
+TEST_F(Outputs, AreRefusedWhereTheyAreInputs) {
+  const std::string urdf = folder().read("scara.urdf");
+  std::filesystem::create_symlink("scara_s2.csv", folder().path() / "link.h");
+  expect_refused({"scara_s2.csv: is an input of this run"}, {"scara.toml", "--write-header", "scara_s2.csv"});
+  expect_refused({"link.h: is an input of this run (scara_s2.csv)"},
+                 {"scara.toml", "--write-header", "link.h"});
+  expect_refused({"scara.toml: is an input of this run"}, {"scara.toml", "--write-urdf", "scara.toml"});
+  expect_refused({"./scara.urdf: is an input of this run (scara.urdf)"},
+                 {"scara.toml", "--write-urdf", "./scara.urdf", "--force"});
+  expect_refused({"scara_validation.csv: is an input of this run"},
+                 {"scara.toml", "--write-header", "scara_validation.csv", "--force"});
+  EXPECT_EQ(folder().read("scara.urdf"), urdf);
+}
+
+TEST_F(Outputs, AreRefusedWhereTheyAreEachOther) {
+  expect_refused({"out/result.json: is written twice"},
+                 {"scara.toml", "--output", "out", "--write-urdf", "out/result.json"});
+  expect_refused({"new.h: is written twice"},
+                 {"scara.toml", "--write-urdf", "new.h", "--write-header", "new.h"});
+}
+
+TEST_F(Outputs, OfAnotherKindAreRefusedWithoutForce) {
+  folder().write("notes.txt", "mine");
+  expect_refused({"notes.txt: is there already and is no .h file"},
+                 {"scara.toml", "--write-header", "notes.txt"});
+  EXPECT_EQ(identify({"scara.toml", "--write-header", "notes.txt", "--force"}).exit_code, 0);
+  EXPECT_NE(folder().read("notes.txt").find("#ifndef"), std::string::npos);
+}
+
+TEST_F(Outputs, AreRefusedWhereAPipeIs) {
+  ASSERT_EQ(::mkfifo((folder().path() / "pipe.urdf").c_str(), 0600), 0);
+  expect_refused({"pipe.urdf: is no regular file"}, {"scara.toml", "--write-urdf", "pipe.urdf"});
+  EXPECT_TRUE(std::filesystem::is_fifo(folder().path() / "pipe.urdf"));
+}
+
+TEST_F(Outputs, OfInitAreNotItsInputs) {
+  expect_refused({"scara_s2.csv: is an input of this run"},
+                 {"init", "scara.urdf", "scara_s2.csv", "--output", "scara_s2.csv", "--force"});
+}
+
+TEST_F(Outputs, AreNotWrittenWhereAFileWouldBeTooLarge) {
+  const Outcome run = shell("ulimit -f 4; exec '" + std::string(RIVID_IDENTIFY) + "' scara.toml");
+  EXPECT_EQ(run.signal, 0);
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("result.json: can not be written: File too large"), std::string::npos) << run.err;
+  EXPECT_TRUE(std::filesystem::is_empty(folder().path() / "scara_result"));
+}
+
+TEST_F(Outputs, OfOneRunCarryItsName) {
+  ASSERT_EQ(identify({"scara.toml", "--report", "--write-header", "model.h"}).exit_code, 0);
+  const Json result = Json::parse(folder().read("scara_result/result.json"));
+  const std::string run = result["provenance"]["run"];
+  EXPECT_EQ(run.size(), 16U);
+  EXPECT_NE(folder().read("scara_result/report.html").find(run), std::string::npos);
+  EXPECT_NE(folder().read("model.h").find("run " + run), std::string::npos);
+  ASSERT_EQ(identify({"scara.toml", "--quiet"}).exit_code, 0);
+  EXPECT_EQ(Json::parse(folder().read("scara_result/result.json"))["provenance"]["run"], run);
+  ASSERT_EQ(identify({"scara.toml", "--set", "signal.decimation=10"}).exit_code, 0);
+  EXPECT_NE(Json::parse(folder().read("scara_result/result.json"))["provenance"]["run"], run);
+}
+
+TEST_F(Outputs, DoNotTakeWhatIsMeantForAClosedScreen) {
+  const std::string montecarlo =
+      "'" + std::string(RIVID_MONTECARLO) + "' montecarlo_s1.toml --runs 2 --output ";
+  provide("montecarlo_s1.toml");
+  ASSERT_EQ(shell(montecarlo + "open").exit_code, 0);
+  const Outcome closed = shell(montecarlo + "closed >&-");
+  EXPECT_EQ(closed.exit_code, 2) << closed.err;
+  EXPECT_NE(closed.err.find("standard output can not be written to"), std::string::npos) << closed.err;
+  EXPECT_EQ(std::ranges::count(folder().read("closed/runs.csv"), '\n'),
+            std::ranges::count(folder().read("open/runs.csv"), '\n'));
+  EXPECT_EQ(shell(montecarlo + "none <&- >&- 2>&-").exit_code, 2);
+}
+
+// The first signals that come while the program reads and computes.
+TEST_F(Outputs, AreOldOrNewWhenASignalEndsTheProgram) {
+  ASSERT_EQ(identify({"scara.toml"}).exit_code, 0);
+  const std::string old = folder().read("scara_result/result.json");
+  std::vector<std::string> command =
+      rivid::test::identify_command({"scara.toml", "--output", "scara_result", "--log"});
+  command.insert(command.end(), 60, "scara_s2.csv");
+  for (const auto& [signal, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
+    Process process(command, folder().path());
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const auto sent = std::chrono::steady_clock::now();
+    process.send(signal);
+    const Outcome run = process.wait();
+    const auto taken = std::chrono::steady_clock::now() - sent;
+    EXPECT_EQ(run.exit_code, code) << run.err;
+    EXPECT_LT(taken, std::chrono::milliseconds(200));
+    EXPECT_EQ(folder().read("scara_result/result.json"), old);
+  }
+  EXPECT_EQ(std::ranges::distance(std::filesystem::directory_iterator(folder().path() / "scara_result")), 1);
+}
+
+}  // namespace
