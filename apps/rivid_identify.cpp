@@ -66,7 +66,7 @@ Command command_of(Arguments& to) {
            {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
             &to.dry_run}},
       .footer =
-          "Exit codes: 0 identified, 1 not identified (rank deficient), 2 bad input or usage, 3 numerical "
+          "Exit codes: 0 identified, 1 doubtful or not identified, 2 bad input or usage, 3 numerical "
           "failure.\n"
           "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
           "rivid_identify check EXPERIMENT.toml looks for faults.\n"

@@ -28,7 +28,7 @@ set(physical_may_see "")
 set(estimate_may_see rows)
 set(infer_may_see rows estimate)
 set(choose_may_see rows estimate infer)
-set(check_may_see rows)
+set(check_may_see rows infer)
 
 if(NOT IS_DIRECTORY "${SOURCE_DIR}/include/rivid")
   message(FATAL_ERROR "check_layering: SOURCE_DIR is \"${SOURCE_DIR}\", which has no include/rivid")

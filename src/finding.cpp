@@ -63,6 +63,12 @@ constexpr std::array codes = {
         "from those of the log by the same factor for all joints: a wrong rate_hz, or time stamps in another "
         "unit.",
         "Correct [log] rate_hz or the unit of time."},
+    DiagnosticCode{"clock_jitter", warning, "The samples were not taken at the instants that the log says.",
+                   "The errors of positions go along with the velocities of several joints at once: time "
+                   "stamps that are missing, or "
+                   "rounded, or samples that were lost.",
+                   "Log the instants of the controller and name them in [log] time; a log without gaps is "
+                   "better still."},
     DiagnosticCode{"duplicate_column", error, "Two joints have the same column.",
                    "All their samples are equal.", "Name one column for each joint in [log]."},
     DiagnosticCode{
@@ -157,6 +163,80 @@ constexpr std::array codes = {
         "With gravity along another axis of the base the torques of all joints agree: a robot on a wall or "
         "ceiling, or a sign.",
         "Correct [robot] gravity: the acceleration of free fall in the frame of the base."},
+    DiagnosticCode{"torque_gain", error,
+                   "The torque of a joint has another scale than those of the other joints.",
+                   "A score test: the rows of the other joints, which share parameters with this one, agree "
+                   "with it after a "
+                   "change of its gain alone. A drive gain, a gear ratio or a torque constant that is wrong.",
+                   "Correct drive_gain in [robot], or the scale of its column in [log], as the text says."},
+    DiagnosticCode{"zero_offset", error, "The zero of a joint is not where the URDF has it.",
+                   "A score test: an offset of its position explains much of the residual, on blocks of time "
+                   "left out as well.",
+                   "Give its column in [log] position the offset of the text, or calibrate the joint."},
+    DiagnosticCode{
+        "gravity_tilt", error, "The base is tilted against gravity.",
+        "A score test: gravity that is turned a little explains much of the residual, on blocks of time left "
+        "out as well.",
+        "Set [robot] gravity as the text says, or level the base."},
+    DiagnosticCode{"clock_rate", error, "The clock of the log runs a little too fast or too slow.",
+                   "A score test: velocities and accelerations by another clock agree better with gravity "
+                   "and with each other.",
+                   "Correct [log] rate_hz or the time stamps as the text says."},
+    DiagnosticCode{
+        "joint_origin", error, "The frame of a joint is not where the URDF has it.",
+        "A score test: a joint that is displaced or turned explains much of the residual, on blocks of time "
+        "left out as well.",
+        "Compare <origin> of that joint in the URDF with the arm, or with the maker's calibration."},
+    DiagnosticCode{
+        "load_changed", error, "The load of the last link changes within the logs.",
+        "A score test: other parameters of the last link from some instant on explain much of the residual.",
+        "Identify each load from a log of its own."},
+    DiagnosticCode{
+        "model_mismatch", warning, "Something in robot or log is other than the experiment says.",
+        "A score test finds more than chance, in the direction that the text names, and by enough to move a "
+        "parameter out of its interval. It may be a small fault of that kind, or one that looks like it.",
+        "Look at what the text names; compare with another log."},
+    DiagnosticCode{
+        "load_friction", warning, "Friction of a joint grows with its load.",
+        "A score test: |torque of the load| times the direction of motion explains a part of the residual "
+        "that the "
+        "friction law leaves.",
+        "Take a friction law with load, where there is one; the inertial parameters of the log may be off by "
+        "what the text tells."},
+    DiagnosticCode{"stribeck_friction", warning,
+                   "Friction of a joint is larger at low speed than its law says.",
+                   "A score test: a term that falls with speed explains a part of the residual.",
+                   "Leave slow rows out with [signal] velocity_threshold, or move faster."},
+    DiagnosticCode{
+        "direction_friction", warning, "Friction of a joint differs between its directions.",
+        "A score test: another viscous or dry friction for forward motion explains a part of the residual.",
+        "Set friction = \"asymmetric\" in [robot]."},
+    DiagnosticCode{
+        "joint_elasticity", warning, "A joint looks elastic.",
+        "A score test: a link that gives way in proportion to its load explains a part of the residual.",
+        "Move more slowly, or measure at the link."},
+    DiagnosticCode{"joint_coupling", warning, "A motor looks to turn two joints.",
+                   "A score test: accelerations and velocities of the other joint explain a part of the "
+                   "residual of each.",
+                   "Add a [[robot.coupling]] of these joints."},
+    DiagnosticCode{"friction_drives", warning, "An identified friction drives and does not brake.",
+                   "Its coefficient is negative by more than three deviations: a wrong sign or scale of a "
+                   "torque, slow motion, or "
+                   "friction that the law does not have.",
+                   "Look for the other findings; record faster motion both ways."},
+    DiagnosticCode{"negative_rotor", warning, "An identified rotor inertia is negative.",
+                   "It is below zero by more than three deviations: a joint without geared rotor behind its "
+                   "torque sensor, or "
+                   "torques that are late.",
+                   "Set rotor_inertia = false for that joint where torques are measured at the joint."},
+    DiagnosticCode{"poor_fit", error, "The model leaves most of the torques.",
+                   "Whatever its parameters: columns of another log, a wrong geometry, a delay that changes.",
+                   "Plot torques beside the motion; run rivid_identify check."},
+    DiagnosticCode{"validation_worse", warning, "On another log the model is much worse than in the fit.",
+                   "The residual of a joint there is more than twice that of the fit: another load, another "
+                   "temperature, a motion "
+                   "that the log of the fit did not show.",
+                   "Compare the two logs; identify from both."},
     DiagnosticCode{
         "unexplained_torque", warning, "No parameters explain the torque of a joint.",
         "The model leaves most of the torque of that joint, whatever its parameters: columns of another "
@@ -171,11 +251,6 @@ constexpr std::array codes = {
     DiagnosticCode{"hardly_excited", note, "These data hardly show some parameters.",
                    "A parameter as large as any of its kind would pass unnoticed.",
                    "Record the motion that the text names where these parameters matter."},
-    DiagnosticCode{"poor_condition", warning, "The motion excites the parameters badly.",
-                   "The condition number of the observation matrix is large: small errors of the model move "
-                   "the parameters "
-                   "far, and other motions will not be predicted well.",
-                   "Record a richer motion, add logs, or use a prior."},
     DiagnosticCode{"weak_parameters", note, "Some parameters will have wide intervals.",
                    "A quick weighted fit forecasts intervals that hold zero or deviations above 30 % of the "
                    "value. Often these "
@@ -268,6 +343,12 @@ constexpr std::array codes = {
     DiagnosticCode{"noise_assumed", note, "Foretold standard deviations rest on an assumed noise.",
                    "Nothing is said of the torque errors, so 1 % of the torque limits is taken.",
                    "Give noise in [excitation]: the residual's deviation of an earlier identification."},
+    DiagnosticCode{
+        "doubtful", error, "Status of a result: there is an estimate, and reasons not to trust it.",
+        "Findings of severity error about robot, log or model: another unit, sign, order, gain, zero or "
+        "clock than the experiment "
+        "says. The reasons name them.",
+        "Mend what the reasons name and identify again. URDF and C header are written with --force alone."},
     DiagnosticCode{
         "rank_deficient", error,
         "Status of a result: the data, or the instruments, do not determine all parameters.",

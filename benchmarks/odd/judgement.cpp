@@ -41,7 +41,8 @@ std::map<std::string, double> scales(const Identification& result, const Vector&
 }  // namespace
 
 std::string_view word(Outcome outcome) {
-  constexpr std::array<std::string_view, 5> words = {"honest", "warned", "refused", "wrong", "crashed"};
+  constexpr std::array<std::string_view, 6> words = {"honest",  "warned", "doubtful",
+                                                     "refused", "wrong",  "crashed"};
   return words[static_cast<std::size_t>(outcome)];
 }
 
@@ -63,6 +64,7 @@ Judgement judged(const Identification& result, const Vector& truth, bool inertia
     }
   }
   if (result.status != Status::identified) {
+    out.outcome = result.status == Status::doubtful ? Outcome::doubtful : Outcome::refused;
     return out;
   }
   const std::map<std::string, double> largest = scales(result, truth);

@@ -8,11 +8,12 @@ namespace rivid::odd {
 
 /// What became of an experiment.
 enum class Outcome {
-  honest,   ///< identified, no warning, and no parameter that is wrong
-  warned,   ///< identified, with a warning that covers what is wrong, if anything is
-  refused,  ///< no answer: another status than `identified`, or the input was refused
-  wrong,    ///< confidently wrong, see judged()
-  crashed   ///< an exception that is no refusal
+  honest,    ///< identified, no warning, and no parameter that is wrong
+  warned,    ///< identified, with a warning that covers what is wrong, if anything is
+  doubtful,  ///< an estimate that the result itself doubts
+  refused,   ///< no answer: another status, or the input was refused
+  wrong,     ///< confidently wrong, see judged()
+  crashed    ///< an exception that is no refusal
 };
 /// "honest", …
 [[nodiscard]] std::string_view word(Outcome outcome);

@@ -64,8 +64,8 @@ std::optional<Record> record_of(const std::string& line) {
              .message = cells[20],
              .judgement = {}};
   Judgement& j = out.judgement;
-  for (const Outcome outcome :
-       {Outcome::honest, Outcome::warned, Outcome::refused, Outcome::wrong, Outcome::crashed}) {
+  for (const Outcome outcome : {Outcome::honest, Outcome::warned, Outcome::doubtful, Outcome::refused,
+                                Outcome::wrong, Outcome::crashed}) {
     if (word(outcome) == cells[6]) {
       j.outcome = outcome;
     }
@@ -87,7 +87,7 @@ std::optional<Record> record_of(const std::string& line) {
 
 // What a line of a table counts.
 struct Count {
-  std::array<int, 5> outcomes{};
+  std::array<int, 6> outcomes{};
   int all = 0;
   int material = 0;
   int wrong_and_checked = 0;  // that check() has nothing against
@@ -110,7 +110,7 @@ struct Count {
   [[nodiscard]] std::string cells() const {
     const auto percent = [&](int part) { return fixed(100.0 * part / all, 1); };
     std::string out = " | " + std::to_string(all);
-    for (const Outcome outcome : {Outcome::honest, Outcome::warned, Outcome::refused}) {
+    for (const Outcome outcome : {Outcome::honest, Outcome::warned, Outcome::doubtful, Outcome::refused}) {
       out += " | " + percent(outcomes[static_cast<std::size_t>(outcome)]);
     }
     out += " | **" + percent(outcomes[static_cast<std::size_t>(Outcome::wrong)]) + "** (" +
@@ -147,9 +147,9 @@ std::string table(std::span<const Record> records, const std::string& method) {
     }
   }
   std::string out = "Method: " + method +
-                    "\n\n| kind | N | honest % | warned % | refused % | wrong % (material" +
+                    "\n\n| kind | N | honest % | warned % | doubtful % | refused % | wrong % (material" +
                     (checked ? "; check clean too" : "") +
-                    ") | crashed | coverage % | time [ms] |\n|---|---|---|---|---|---|---|---|---|\n";
+                    ") | crashed | coverage % | time [ms] |\n|---|---|---|---|---|---|---|---|---|---|\n";
   for (const std::string_view group : groups()) {
     if (!by_group.contains(group)) {
       continue;

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "rivid/error.hpp"
+#include "rivid/identify/check.hpp"
 
 namespace rivid {
 
@@ -153,17 +154,15 @@ Identification run(const Experiment& experiment, const Progress& progress) {
       for (const std::string& note : log.notes) {
         out.notes.push_back(log.source + ": " + note);
       }
-      out.warnings.insert(out.warnings.end(), log.warnings.begin(), log.warnings.end());
     }
   };
-  const std::vector<Finding>& doubts = experiment.robot.warnings;
-  out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
   take_notes(logs);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
   for (const Log& log : others) {
     out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
   }
   take_notes(others);
+  examine(experiment.robot, logs, others, out);
   return out;
 }
 

@@ -730,14 +730,19 @@ Document verdict_of(const Identification& result) {
   Document out;
   out.subtitle = result.title;
   out.verdict = identified ? Mark::good : Mark::bad;
-  out.headline = identified ? "Identified" : "Not identified: " + std::string(why_not(result.status));
+  out.headline = identified ? "Identified"
+                 : result.status == Status::doubtful
+                     ? "Doubtful: " + std::string(why_not(result.status))
+                     : "Not identified: " + std::string(why_not(result.status));
   out.line = result.title + ": " + std::string(name(result.status)) + ", " + std::to_string(result.columns) +
              " base parameters from " + std::to_string(result.fit.rows) + " rows, relative error " +
              percent(result.fit.relative_error) + ", condition " + number(result.condition, 4);
-  out.opening = {{list_of("reasons", result.reasons)},
+  // The reasons of a doubtful result are findings, which say what to do as well.
+  const bool told_below = result.status == Status::doubtful;
+  out.opening = {{list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},
+                 {FindingList{result.warnings}},
                  {list_of("choices", choices_of(result))},
-                 {figures_of(result), page},
-                 {FindingList{result.warnings}}};
+                 {figures_of(result), page}};
   return out;
 }
 
@@ -803,6 +808,8 @@ std::string_view why_not(Status status) {
   switch (status) {
     case Status::identified:
       return "";
+    case Status::doubtful:
+      return "there are reasons not to trust the estimate";
     case Status::rank_deficient:
       return "the data do not determine all parameters";
     case Status::not_converged:

@@ -321,6 +321,9 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.diagnostics) {
     out["tests"] = json_of(*result.diagnostics);
   }
+  if (!result.alternatives.empty()) {
+    out["alternatives"] = json_of(result.alternatives);
+  }
   if (result.row_choice) {
     out["row_choice"] = json_of(*result.row_choice);
   }

@@ -160,6 +160,7 @@ std::map<std::string, std::string> page_tables() {
   std::map<std::string, std::string> out = {{"result.parameters", member_table<ParameterEstimate>()},
                                             {"result.covariance", member_table<CovarianceReport>()},
                                             {"result.tests", member_table<Diagnostics>()},
+                                            {"result.alternatives", member_table<ModelTest>()},
                                             {"result.fit", member_table<Fit>()},
                                             {"result.fit.joints", member_table<JointFit>()},
                                             {"result.prefilter", member_table<PrefilterReport>()},

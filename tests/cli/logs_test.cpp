@@ -131,10 +131,11 @@ TEST_F(LogFormat, AnOffsetOfAPositionIsInSiUnits) {
 
 TEST_F(LogFormat, TorquesEqualControlSignalsTimesDriveGains) {
   edit("scara.toml", "gravity =", "drive_gain = [35.15, 0.7]\ngear_ratio = [1.0, -3.0]\ngravity =");
-  const Json control = result_of();
+  // The gear turns the torque round, which is doubted.
+  const Json control = result_of({"scara.toml"}, 1);
   edit("scara.toml", R"(control = ["v1", "v2"])",
        R"(torque = [{ column = "v1", scale = 35.15 }, { column = "v2", scale = -2.1 }])");
-  const Json torque = result_of();
+  const Json torque = result_of({"scara.toml"}, 1);
   expect_same_parameters(control, torque, rounding);
   EXPECT_NEAR(control["fit"]["error_norm"].get<double>(), torque["fit"]["error_norm"].get<double>(),
               rounding * control["fit"]["error_norm"].get<double>());

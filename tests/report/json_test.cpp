@@ -99,6 +99,7 @@ void parameters_are(Numbers& numbers, const Identification& result) {
     numbers.are(path + "/plain_sigma", p.plain_sigma);
     numbers.are(path + "/interval_95", p.interval_95);
     numbers.are(path + "/noise_bias", p.noise_bias);
+    numbers.are(path + "/model_shift", p.model_shift);
     numbers.are(path + "/a_priori", p.a_priori);
     for (const auto& [name, coefficient] : result.base.regrouping(static_cast<Index>(i))) {
       numbers.are(path + "/regrouping/" + name, coefficient);

@@ -5,6 +5,7 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/finding.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/model/robot.hpp"
 
@@ -15,6 +16,21 @@ struct CheckOptions {
   bool instrumental = false;  ///< whether the method is IDIM-IV, which noise does not bias
   int threads = 1;
 };
+
+/// Judges a result: looks at robot, logs, model and result for what makes it wrong, and adds what it finds to the warnings, the
+/// gravest first. A finding of severity error makes an `identified` result `doubtful`, with the finding as its reason.
+///
+/// What is looked for: units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,
+/// reference and motion that do not belong together; alternatives to robot and log that explain the torques better, by score tests
+/// whose covariance comes from blocks of time (gains and zeros of joints, direction of gravity, rate of the clock, geometry, a load
+/// that changes, friction laws, elastic and coupled joints); friction that drives; validation that is much worse than the
+/// fit. docs/diagnostics.md tells how.
+///
+/// @param logs        that the result is of
+/// @param validation  logs that `result.validation` is of, and that are compared with the others
+/// @throws InputError  where logs, robot and result do not fit together
+void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+             Identification& result);
 
 /// Looks for what would make an identification from these logs fail or mislead, before there is any: doubts about robot
 /// and logs, units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,

@@ -95,6 +95,38 @@ struct TorqueLag {
   }
 };
 
+/// An alternative to the model of robot and log that explains the torques better, by a score test whose covariance comes from
+/// blocks of time, see examine().
+struct ModelTest {
+  std::string code;            ///< of the finding that it makes
+  std::string subject;         ///< joint or joints
+  TestResult test;             ///< as an F statistic
+  Vector estimate;             ///< of its parameters, whose units docs/diagnostics.md tells, (k)
+  Vector sigma;                ///< their standard deviations, (k)
+  double explained = 0.0;      ///< part of the squared residual, on blocks of time that took no part
+  double largest_shift = 0.0;  ///< max |Δχ̂| / σ with it: the effect size
+  std::string parameter;       ///< where it is
+
+  template <typename R = ModelTest>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"code", &R::code, "of the finding that it makes"},
+        Field{"subject", &R::subject, "joint or joints"},
+        Field{"test", &R::test, "score test as an F statistic"},
+        Field{"estimate",
+              &R::estimate,
+              "of its parameters: part of a gain or a rate, rad or m of a zero, rad of gravity, and so on",
+              {.unit = "by `code`"}},
+        Field{"sigma", &R::sigma, "their standard deviations", {.unit = "by `code`"}},
+        Field{"explained",
+              &R::explained,
+              "part of the squared residual that goes with it, on blocks of time that took no part",
+              {.unit = "1"}},
+        Field{"largest_shift", &R::largest_shift, "largest change of a parameter with it", {.unit = "σ"}},
+        Field{"parameter", &R::parameter, "that it is of"});
+  }
+};
+
 /// Tests on a result. Small p-values with small effects are no reason for concern.
 struct Diagnostics {
   std::vector<ResidualTests> residuals;  ///< one a joint

@@ -21,6 +21,7 @@ namespace rivid {
 
 enum class Status {
   identified,
+  doubtful,          ///< an estimate that examine() found reasons not to trust
   rank_deficient,    ///< the data, or the instruments, do not determine all parameters
   not_converged,     ///< the iteration limit came first
   cycling,           ///< the iteration goes round among a few estimates
@@ -29,8 +30,9 @@ enum class Status {
 };
 
 template <>
-inline constexpr std::array names_of<Status> = std::to_array<std::string_view>(
-    {"identified", "rank_deficient", "not_converged", "cycling", "weak_instruments", "not_simulable"});
+inline constexpr std::array names_of<Status> =
+    std::to_array<std::string_view>({"identified", "doubtful", "rank_deficient", "not_converged", "cycling",
+                                     "weak_instruments", "not_simulable"});
 
 /// What the data say about a parameter.
 enum class Verdict {
@@ -55,6 +57,8 @@ struct ParameterEstimate {
   std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
   /// Expected bias by the noise of the positions, in σ. Not a number where instruments know none of that noise, and for robust estimates.
   double noise_bias = std::numeric_limits<double>::quiet_NaN();
+  /// By what the likeliest of Identification::alternatives moves it, which is part of `sigma`.
+  double model_shift = 0.0;
   double a_priori = 0.0;  ///< the same base parameter from the robot description
   Verdict verdict = Verdict::identified;
   std::string advice;  ///< why it is not `identified`, and the motion that would help; else empty
@@ -84,6 +88,11 @@ struct ParameterEstimate {
               "expected bias by the noise of the positions, see [rows](rows.md#noise); null with instruments "
               "that know nothing of it, and of robust estimates",
               {.unit = "σ"}},
+        Field{"model_shift",
+              &R::model_shift,
+              "by what the likeliest of `alternatives` moves it, which is part of `sigma`; 0 where there is "
+              "none",
+              {.unit = "`unit`"}},
         Field{"regrouped", &R::regrouped, "the group as a person writes it (6): `\"ZZ1 + 0.25 M2\"`"},
         Field{"regrouping",
               nullptr,
@@ -379,9 +388,10 @@ struct [[nodiscard]] Identification {
   std::string
       title;  ///< "IDIM-OLS", "IDIM-WLS", "IDIM-IV"; of robust ones "IDIM-OLS, Huber", "IDIM-OLS, bisquare"
   Status status = Status::identified;
-  std::vector<std::string> reasons;  ///< why the status is not `identified`
-  std::vector<Finding> warnings;     ///< what may make the result wrong
-  std::vector<std::string> notes;    ///< what was done to the data
+  std::vector<std::string> reasons;     ///< why the status is not `identified`
+  std::vector<Finding> warnings;        ///< what may make the result wrong
+  std::vector<ModelTest> alternatives;  ///< that examine() believes in, the likeliest first
+  std::vector<std::string> notes;       ///< what was done to the data
 
   /// That ran, with what was chosen in place of what was left open, without `progress`; a validation uses its signal.
   Estimation estimation;

@@ -5,6 +5,9 @@
 #include <cmath>
 
 #include "identify/check/findings.hpp"
+#include "identify/check/torque_probe.hpp"
+#include "identify/infer/covariance.hpp"
+#include "identify/infer/infer.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/text.hpp"
@@ -14,9 +17,6 @@ namespace rivid {
 namespace detail {
 
 namespace {
-
-// Condition number of the weighted rows from which on a fit does not carry over to other motions.
-constexpr double poor_condition = 5000.0;
 
 // "Fv1 (32 %), XY2 (214 %)": weak parameters with the deviations to expect.
 std::string weak_ones(const Identification& result) {
@@ -39,6 +39,14 @@ void Findings::add(std::string_view code, std::string subject, std::string text)
 bool Findings::has(std::string_view code, std::string_view subject) const {
   return std::ranges::any_of(
       all_, [&](const Finding& f) { return f.code == code && (subject.empty() || f.subject == subject); });
+}
+
+bool Findings::any(Severity of) const {
+  return std::ranges::any_of(all_, [&](const Finding& f) { return severity(f) == of; });
+}
+
+void Findings::drop(std::string_view code) {
+  std::erase_if(all_, [&](const Finding& f) { return f.code == code; });
 }
 
 std::vector<Finding> Findings::sorted() && {
@@ -69,28 +77,71 @@ void check_duplicates(std::span<const Log> logs, std::span<const Log> validation
   }
 }
 
-// What an identification would come to.
-struct Forecast {
-  std::optional<Identification> result;
-  std::string refusal;  // why there is none
-};
+namespace {
 
-Forecast forecast(const Robot& robot, std::span<const Log> logs, const CheckOptions& options) {
-  try {
-    return {.result = identify(robot, logs,
-                               {.method = Wls{}, .signal = options.signal, .threads = options.threads}),
-            .refusal = {}};
-  } catch (const InputError& e) {
-    return {.result = {}, .refusal = e.what()};
+// Reference columns matter where the simulated loop follows them.
+bool follows_reference(const Identification& result) {
+  const Iv* const iv = std::get_if<Iv>(&result.estimation.method);
+  return iv != nullptr && iv->follows == Iv::Follows::reference;
+}
+
+// Robot, logs and model, as far as a result can be wrong by them; the alternatives to the model that are believed.
+Alternatives examine_logs(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+                          const Identification& result, const CheckOptions& options, Findings& out) {
+  for (const Finding& doubt : robot.warnings) {
+    out.add(doubt.code, robot.name, doubt.text);
+  }
+  for (const std::span<const Log> some : {logs, validation}) {
+    for (const Log& log : some) {
+      for (const Finding& warning : log.warnings) {
+        out.add(warning.code, log.source, warning.text);
+      }
+    }
+  }
+  check_duplicates(logs, validation, out);
+  check_series(robot, logs, options, out);
+  if (out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
+    return {};
+  }
+  const TorqueProbe probe(robot, result.base, logs, options.signal);
+  check_torques(probe, robot, result.base, out);
+  const bool tells = !out.any(Severity::error) && result.status == Status::identified;
+  return tells ? check_model(probe, robot, result, out) : Alternatives();
+}
+
+// Whether deviations are to know the errors of the model; those of published digits are not.
+bool knows_model(const Estimation& estimation) {
+  return resolved(estimation.covariance.kind, estimation.signal.convention) == CovarianceKind::blocks;
+}
+
+// The covariance with what the likeliest alternative moves the estimate by.
+void widen(const Robot& robot, std::span<const Log> logs, const Vector& shift, Identification& result) {
+  result.C_chi += shift * shift.transpose();
+  const double t = result.covariance.quantile_975;
+  for (Index i = 0; i < shift.size(); ++i) {
+    ParameterEstimate& p = result.parameters[static_cast<std::size_t>(i)];
+    const double before = p.sigma;
+    p.model_shift = shift[i];
+    p.sigma = std::sqrt(result.C_chi(i, i));
+    p.noise_bias *= before / p.sigma;
+    p.relative_sigma_percent = 100.0 * p.sigma / std::abs(p.value);
+    p.interval_95 = {p.value - t * p.sigma, p.value + t * p.sigma};
+    p.verdict = {};
+    p.advice.clear();
+  }
+  judge_parameters(robot, logs, result);
+}
+
+// What the result says of itself.
+void examine_result(const Robot& robot, std::span<const Log> validation, const Identification& result,
+                    Findings& out) {
+  if (result.status == Status::identified) {
+    check_signs(robot, result, out);
+    check_validation(robot, validation, result, out);
   }
 }
 
-void check_excitation(const Forecast& forecast, Findings& out) {
-  if (!forecast.result) {
-    out.add("rows_unusable", "signal", forecast.refusal);
-    return;
-  }
-  const Identification& quick = *forecast.result;
+void add_forecast(const Identification& quick, bool instrumental, Findings& out) {
   const std::string all = "all joints";
   if (quick.status != Status::identified) {
     for (const std::string& reason : quick.reasons) {
@@ -102,17 +153,14 @@ void check_excitation(const Forecast& forecast, Findings& out) {
       out.add(std::isfinite(p.sigma) ? "hardly_excited" : "not_excited", p.name, p.advice);
     }
   }
-  if (quick.status == Status::identified && quick.condition > poor_condition) {
-    out.add("poor_condition", all,
-            "condition number " + number(quick.condition, 4) + " of the weighted rows, should be below " +
-                number(poor_condition));
-  }
   if (const std::string weak = weak_ones(quick); !weak.empty()) {
     out.add("weak_parameters", all, weak);
   }
   for (const Finding& warning : quick.warnings) {
-    if ((warning.code == "torque_lag" && !out.has("torque_delay")) || warning.code == "noise_bias") {
-      out.add(warning.code, all, warning.text);
+    const bool told = warning.code == "torque_lag" && out.has("torque_delay");
+    const bool harmless = warning.code == "noise_bias" && instrumental;
+    if (!told && !harmless) {
+      out.add(warning.code, warning.subject.empty() ? all : warning.subject, warning.text);
     }
   }
   const auto identified =
@@ -124,7 +172,44 @@ void check_excitation(const Forecast& forecast, Findings& out) {
               (quick.row_choice ? "; " + quick.row_choice->reason : ""));
 }
 
+}  // namespace
+
 }  // namespace detail
+
+void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+             Identification& result) {
+  if (logs.empty()) {
+    throw InputError("examine: no log is given");
+  }
+  detail::Findings found;
+  for (const Finding& own : result.warnings) {
+    found.add(own.code, own.subject, own.text);
+  }
+  detail::Alternatives alternatives = detail::examine_logs(robot, logs, validation, result,
+                                                           {.signal = result.estimation.signal,
+                                                            .instrumental = detail::follows_reference(result),
+                                                            .threads = result.estimation.threads},
+                                                           found);
+  detail::examine_result(robot, validation, result, found);
+  result.alternatives = std::move(alternatives.believed);
+  if (alternatives.shift.size() > 0 && detail::knows_model(result.estimation)) {
+    detail::widen(robot, logs, alternatives.shift, result);
+  }
+  if (found.has("torque_delay")) {
+    found.drop("torque_lag");
+  }
+  result.warnings = std::move(found).sorted();
+  std::erase_if(result.warnings, [](const Finding& f) { return severity(f) == Severity::note; });
+  if (result.status != Status::identified) {
+    return;
+  }
+  for (const Finding& finding : result.warnings) {
+    if (severity(finding) == Severity::error) {
+      result.status = Status::doubtful;
+      result.reasons.push_back(sentence(finding));
+    }
+  }
+}
 
 std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
                            const CheckOptions& asked) {
@@ -138,13 +223,6 @@ std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::s
     throw InputError("check: " + *complaint);
   }
   detail::Findings out;
-  for (const Finding& doubt : robot.warnings) {
-    out.add(doubt.code, robot.name, doubt.text);
-  }
-  const BaseParameters base = base_parameters(robot);
-  if (auto doubt = base.doubt()) {
-    out.add("base_doubt", robot.name, std::move(*doubt));
-  }
   for (const Log& log : logs) {
     if (const auto complaint = log.complaint()) {
       throw InputError("check: " + *complaint);
@@ -152,19 +230,26 @@ std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::s
     for (const std::string& note : log.notes) {
       out.add("log_note", log.source, note);
     }
-    for (const Finding& warning : log.warnings) {
-      out.add(warning.code, log.source, warning.text);
+  }
+  // What an identification would come to; where it is refused, robot and logs are looked at all the same.
+  Identification quick;
+  CheckOptions options = asked;
+  try {
+    quick = identify(robot, logs, {.method = Wls{}, .signal = asked.signal, .threads = asked.threads});
+    options.signal = quick.estimation.signal;
+  } catch (const InputError& e) {
+    out.add("rows_unusable", "signal", e.what());
+    quick.status = Status::rank_deficient;
+    quick.base = base_parameters(robot);
+    if (auto doubt = quick.base.doubt()) {
+      out.add("base_doubt", robot.name, std::move(*doubt));
     }
   }
-  const detail::Forecast forecast = detail::forecast(robot, logs, asked);
-  CheckOptions options = asked;
-  if (forecast.result) {
-    options.signal = forecast.result->estimation.signal;
+  static_cast<void>(detail::examine_logs(robot, logs, validation, quick, options, out));
+  detail::examine_result(robot, validation, quick, out);
+  if (!out.has("rows_unusable")) {
+    detail::add_forecast(quick, options.instrumental, out);
   }
-  detail::check_duplicates(logs, validation, out);
-  detail::check_series(robot, logs, options, out);
-  detail::check_torques(robot, base, logs, options, out);
-  detail::check_excitation(forecast, out);
   return std::move(out).sorted();
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rivid/identify/check.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/regressor/base.hpp"
 
 namespace rivid::detail {
@@ -20,6 +21,8 @@ class Findings {
   void add(std::string_view code, std::string subject, std::string text);
 
   [[nodiscard]] bool has(std::string_view code, std::string_view subject = {}) const;
+  [[nodiscard]] bool any(Severity of) const;
+  void drop(std::string_view code);
   // Sorted by severity, in the order in which they came.
   [[nodiscard]] std::vector<Finding> sorted() &&;
 
@@ -32,9 +35,6 @@ class Findings {
 
 // A cut-off frequency that keeps the motion of a log and takes its noise away, by its spectrum alone [Hz].
 [[nodiscard]] double suitable_cutoff(const Log& log);
-
-// Whether the options' own cut-off keeps the motion, and leaves more of it than of noise.
-[[nodiscard]] bool cutoff_serves(const Log& log, const SignalOptions& signal);
 
 // Each log by itself: units, columns, saturation, standstill, encoders, cut-off, reference.
 void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out);
@@ -50,16 +50,30 @@ void check_reference(const Robot& robot, std::span<const Log> logs, const Log& l
 void check_duplicates(std::span<const Log> logs, std::span<const Log> validation, Findings& out);
 
 // Torques against the motion.
-void check_torques(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-                   const CheckOptions& options, Findings& out);
+void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, Findings& out);
 
 // Sizes of the torques, and the clock, under the reading of the logs that fits.
 void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
                  const Reading& reading, Findings& out);
 
-// What the rows of the signal chain show.
-void check_excitation(const Robot& robot, std::span<const Log> logs, const CheckOptions& options,
+// Friction that drives and inertias that are negative, beyond doubt.
+void check_signs(const Robot& robot, const Identification& result, Findings& out);
+
+// The residual of validations against that of a fit to these logs and what the covariance of the parameters lets expect.
+//
+// validation  logs that result.validation is of
+void check_validation(const Robot& robot, std::span<const Log> validation, const Identification& result,
                       Findings& out);
+
+// What the alternatives to the model behind a result say.
+struct Alternatives {
+  std::vector<ModelTest> believed;  // the likeliest first
+  Vector shift;                     // of the parameters by that one, (b); empty where there is none
+};
+
+// The model behind a result against its nearest alternatives.
+[[nodiscard]] Alternatives check_model(const TorqueProbe& probe, const Robot& robot,
+                                       const Identification& result, Findings& out);
 
 // Figures of single columns of a log.
 

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "identify/check/findings.hpp"
@@ -73,12 +75,19 @@ Index window_stride(const SignalOptions& signal) {
 }
 
 constexpr double alike = Likeness::alike;
-// A motion this many times larger or smaller than its reference is not a matter of gains.
-constexpr double other_unit = 5.0;
+// Motions that are so many times their references are told in other units: degrees, millimetres. Slow control and resonances make other
+// factors.
+constexpr std::array unit_factors = {180.0 / std::numbers::pi, std::numbers::pi / 180.0, 1000.0, 1e-3};
+constexpr double like_a_unit = 0.4;
 // Search for delays of the motion behind its reference [s].
 constexpr double longest_lead = 0.5;
 constexpr double longest_delay = 5.0;
-constexpr Index compared_samples = 1500;
+constexpr Index compared_samples = 600;
+// Correlation of a motion with the reference of another joint that tells them exchanged, and below which it has nothing to do with its own.
+constexpr double much_alike = 0.95;
+constexpr double unlike = 0.5;
+// A motion below this part of its reference follows none.
+constexpr double least_following = 0.05;
 
 // The reference, and by how much the motion is behind it.
 struct Following {
@@ -86,14 +95,15 @@ struct Following {
   Likeness at_delay;   // q = factor q_r
 };
 
-Following following(const Log& log, Index j) {
-  const Index stride = std::max<Index>(1, log.samples() / compared_samples);
-  const Index count = log.samples() / stride;
-  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q(log.q.col(j).data(), count,
+Following following(const Eigen::Ref<const Vector>& motion, const Eigen::Ref<const Vector>& reference,
+                    double f_m) {
+  const Index stride = std::max<Index>(1, motion.size() / compared_samples);
+  const Index count = motion.size() / stride;
+  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q(motion.data(), count,
                                                             Eigen::InnerStride<>(stride));
-  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q_r(log.q_r.col(j).data(), count,
+  const Eigen::Map<const Vector, 0, Eigen::InnerStride<>> q_r(reference.data(), count,
                                                               Eigen::InnerStride<>(stride));
-  const double step = static_cast<double>(stride) / log.f_m;
+  const double step = static_cast<double>(stride) / f_m;
   const auto lead = std::min(static_cast<Index>(longest_lead / step), count / 4);
   const auto delay = std::min(static_cast<Index>(longest_delay / step), count / 4);
   constexpr double shortness = 2e-3;  // correlation that a second less is worth [1/s]
@@ -141,27 +151,14 @@ double suitable_cutoff(const Log& log) {
   return std::min(room * cutoff_hz, highest);
 }
 
-bool cutoff_serves(const Log& log, const SignalOptions& signal) {
-  if (signal.cutoff_hz <= 0.0 || signal.cutoff_hz >= 0.5 * log.f_m) {
-    return false;
-  }
-  for (Index j = 0; j < log.q.cols(); ++j) {
-    if (stands_still(log.q.col(j))) {
-      continue;
-    }
-    const Effect found = effect(log, j, signal.cutoff_hz, signal.order);
-    if (found.lost > lost_share * rms(centred(log.q.col(j))) || found.acceleration_noise > 0.5) {
-      return false;
-    }
-  }
-  return true;
-}
-
 void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log, const CheckOptions& options,
                   Findings& out) {
   const SignalOptions& signal = options.signal;
   if (signal.cutoff_hz >= 0.5 * log.f_m) {
     return;  // refused later, with a better message
+  }
+  if (window_stride(signal) > 1 && signal.cutoff_hz == 0.0) {
+    return;  // what noise does to such rows is computed: noise_bias
   }
   for (Index j = 0; j < robot.size(); ++j) {
     if (stands_still(log.q.col(j))) {
@@ -190,23 +187,46 @@ void check_reference(const Robot& robot, std::span<const Log> logs, const Log& l
     return;
   }
   bool leads = true;
+  bool any_follows = false;
+  std::vector<std::pair<Index, Following>> lost;
   std::string delays;
   for (Index j = 0; j < robot.size(); ++j) {
-    if (stands_still(log.q.col(j)) && stands_still(log.q_r.col(j))) {
+    if (stands_still(log.q.col(j)) || stands_still(log.q_r.col(j))) {
       continue;
     }
-    const Following found = following(log, j);
+    const Following found = following(log.q.col(j), log.q_r.col(j), log.f_m);
     const double factor = found.at_delay.factor;
-    const std::string subject = place(robot, logs, log, j);
     leads = leads && found.delay < -2.0 / log.f_m;
     delays += (delays.empty() ? "" : ", ") + robot.joints[static_cast<std::size_t>(j)].name + " " +
               number(found.delay, 3) + " s";
-    if (std::abs(found.at_delay.correlation) < alike) {
-      out.add("reference_mismatch", subject,
-              "correlation of motion and reference is " + number(found.at_delay.correlation, 2) +
-                  " at best, should be above " + number(alike));
-    } else if (factor < 1.0 / other_unit || factor > other_unit) {
-      out.add("reference_unit", subject, "the motion is " + number(factor, 3) + " times its reference");
+    if (found.at_delay.correlation > alike) {
+      any_follows = true;
+      if (std::ranges::any_of(unit_factors,
+                              [&](double unit) { return std::abs(std::log(factor / unit)) < like_a_unit; })) {
+        out.add("reference_unit", place(robot, logs, log, j),
+                "the motion is " + number(factor, 3) + " times its reference");
+      }
+    } else if (range(log.q.col(j)) > least_following * range(log.q_r.col(j))) {
+      lost.emplace_back(j, found);
+    }
+  }
+  const bool of_another_log = !any_follows && std::ranges::any_of(lost, [](const auto& it) {
+    return std::abs(it.second.at_delay.correlation) < unlike;
+  });
+  for (const auto& [j, found] : lost) {
+    // Slow control and saturation make motions unlike their references; those of another log or joint are another matter.
+    std::string other;
+    for (Index k = 0; k < robot.size(); ++k) {
+      if (k != j && !stands_still(log.q_r.col(k)) &&
+          following(log.q.col(j), log.q_r.col(k), log.f_m).at_delay.correlation > much_alike) {
+        other = "; it follows that of " + robot.joints[static_cast<std::size_t>(k)].name;
+      }
+    }
+    const double correlation = found.at_delay.correlation;
+    if (!other.empty() || correlation < -much_alike || of_another_log) {
+      out.add("reference_mismatch", place(robot, logs, log, j),
+              "correlation of motion and reference is " + number(correlation, 2) +
+                  " at best, should be above " + number(alike) + other);
     }
   }
   if (delays.empty()) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "identify/check/findings.hpp"
@@ -35,6 +36,10 @@ constexpr double beyond_effort = 5.0;
 // Part of the samples at one extreme value, in runs of at least so many, that is saturation.
 constexpr double saturated_share = 0.005;
 constexpr Index saturated_run = 3;
+// Of the part of the samples at the value next to it.
+constexpr double saturated_factor = 6.0;
+// Velocities are differences over so long a time [s].
+constexpr double velocity_span = 0.02;
 // A recorded velocity this much larger or smaller than the differences of the positions is another one.
 constexpr double same_scale = 1.25;
 
@@ -96,18 +101,29 @@ void check_columns(const Robot& robot, std::span<const Log> logs, const Log& log
   duplicates(log.v_tau, "control signal");
 }
 
-// Samples that stand at an extreme value, one after the other.
-Index clipped(const Eigen::Ref<const Vector>& x, double extreme) {
+// Samples that stand at a value, one after the other.
+Index clipped(const Eigen::Ref<const Vector>& x, double value) {
   Index count = 0;
   for (Index begin = 0; begin < x.size();) {
     Index end = begin;
-    while (end < x.size() && x[end] == extreme) {
+    while (end < x.size() && x[end] == value) {
       ++end;
     }
     count += end - begin >= saturated_run ? end - begin : 0;
     begin = std::max(end, begin + 1);
   }
   return count;
+}
+
+// The value next to an extreme one.
+double next_to(const Eigen::Ref<const Vector>& x, double extreme) {
+  double out = std::numeric_limits<double>::quiet_NaN();
+  for (const double value : x) {
+    if (value != extreme && !(std::abs(value - extreme) >= std::abs(out - extreme))) {
+      out = value;
+    }
+  }
+  return out;
 }
 
 void check_torque_values(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
@@ -127,7 +143,10 @@ void check_torque_values(const Robot& robot, std::span<const Log> logs, const Lo
     const bool moves = !stands_still(log.q.col(j));
     for (const double extreme : {x.col(j).minCoeff(), x.col(j).maxCoeff()}) {
       const double share = static_cast<double>(clipped(x.col(j), extreme)) / static_cast<double>(x.rows());
-      if (moves && share > saturated_share) {
+      // A coarse signal stands at all of its values for a while, at its extremes a little longer.
+      const auto beside =
+          static_cast<double>(clipped(x.col(j), next_to(x.col(j), extreme))) / static_cast<double>(x.rows());
+      if (moves && share > saturated_share && share > saturated_factor * beside) {
         out.add("torque_saturated", subject,
                 what + " stays at " + number(extreme, 4) + " for " + number(100.0 * share, 2) +
                     " % of the samples");
@@ -143,6 +162,21 @@ void check_torque_values(const Robot& robot, std::span<const Log> logs, const Lo
       }
     }
   }
+}
+
+// (n_m × n), the ends held.
+Matrix velocities(const Log& log) {
+  const Index last = log.samples() - 1;
+  const Index half =
+      std::clamp<Index>(std::lround(0.5 * velocity_span * log.f_m), 1, std::max<Index>(last / 2, 1));
+  Matrix out(log.samples(), log.q.cols());
+  for (Index k = 0; k <= last; ++k) {
+    const Index before = std::max<Index>(k - half, 0);
+    const Index after = std::min(k + half, last);
+    out.row(k) = (log.q.row(after) - log.q.row(before)) *
+                 (log.f_m / static_cast<double>(std::max<Index>(after - before, 1)));
+  }
+  return out;
 }
 
 void check_velocities(const Robot& robot, std::span<const Log> logs, const Log& log, const Matrix& qd,
@@ -212,6 +246,78 @@ void check_encoders(const Robot& robot, std::span<const Log> logs, const Log& lo
             number(noise_level(log.q.col(j)), 2) + " step " + number(quantum(log.q.col(j)), 2);
   }
   out.add("encoder", logs.size() == 1 ? "all joints" : log.source, text + " [rad | m]");
+}
+
+// Errors of the instants, which all joints share in proportion to their velocities, against errors of positions, which they do not. By
+// fourth differences, that hold little of a motion.
+void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings& out) {
+  // Part of the joints' noise that is common, over that of independent errors: 1 for none, n for all.
+  constexpr double common = 1.5;
+  // Neighbouring fourth differences of white errors correlate by -0.8, those of motions by nearly 1.
+  constexpr double rough = -0.4;
+  constexpr double power = 70.0;  // of the fourth difference of white errors
+  constexpr double least_jitter = 0.01;
+  constexpr double lost_part = 0.5;
+  const Index n = log.q.cols();
+  const Index m = log.samples() - 4;
+  std::vector<Index> moving;
+  for (Index j = 0; j < n; ++j) {
+    if (!stands_still(log.q.col(j))) {
+      moving.push_back(j);
+    }
+  }
+  if (moving.size() < 2 || m < 100) {
+    return;
+  }
+  Vector along = Vector::Zero(m);    // Σ w q̇ Δ⁴q
+  Vector weights = Vector::Zero(m);  // Σ w q̇²
+  for (const Index j : moving) {
+    const auto x = log.q.col(j);
+    const Vector fourth =
+        x.head(m) - 4.0 * x.segment(1, m) + 6.0 * x.segment(2, m) - 4.0 * x.segment(3, m) + x.tail(m);
+    const double variance = fourth.squaredNorm() / static_cast<double>(m);
+    if (variance > 0.0) {
+      const auto v = qd.col(j).segment(2, m);
+      along += v.cwiseProduct(fourth) / variance;
+      weights += v.cwiseAbs2() / variance;
+    }
+  }
+  const Vector found = along.array() / weights.array().max(1e-300).sqrt();
+  const double share = found.squaredNorm() / static_cast<double>(m);
+  const double neighbours = found.head(m - 1).dot(found.tail(m - 1)) / found.squaredNorm();
+  if (!(share > common) || !(neighbours < rough)) {
+    return;
+  }
+  // Fourth differences of the errors of the instants, in periods, where the robot moves fast enough to tell.
+  const double fast = weights.mean();
+  double squares = 0.0;
+  double count = 0.0;
+  Index lost = 0;
+  Index quiet_until = 0;
+  for (Index k = 0; k < m; ++k) {
+    if (weights[k] < fast) {
+      continue;
+    }
+    const double error = along[k] / weights[k] * log.f_m;
+    squares += error * error;
+    count += 1.0;
+    // A step by one period has fourth differences of one and three.
+    if (std::abs(error) > lost_part * 3.0 && k >= quiet_until) {
+      ++lost;
+      quiet_until = k + 5;
+    }
+  }
+  const double jitter = std::sqrt(squares / std::max(count, 1.0) / power);
+  if (jitter < least_jitter) {
+    return;
+  }
+  const std::string seen =
+      lost > 0 && jitter < 0.2
+          ? "; at " + counted(lost, "instant") + " or more it steps by a period, as where samples are lost"
+          : "";
+  out.add(
+      "clock_jitter", std::move(subject),
+      "the instants of the samples are off by " + number(100.0 * jitter, 2) + " % of a period (rms)" + seen);
 }
 
 // Small motions everywhere: radians that were taken for degrees.
@@ -292,9 +398,10 @@ void check_series(const Robot& robot, std::span<const Log> logs, const CheckOpti
     if (!moves) {
       continue;
     }
-    const Matrix qd = central_difference(zero_phase(log.q, log.f_m, suitable_cutoff(log)), log.f_m);
+    const Matrix qd = velocities(log);
     check_standstill(robot, logs, log, qd, out);
     check_velocities(robot, logs, log, qd, out);
+    check_clock(log, qd, logs.size() == 1 ? "all joints" : log.source, out);
     check_cutoff(robot, logs, log, options, out);
     check_reference(robot, logs, log, out);
   }

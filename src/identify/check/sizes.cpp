@@ -45,16 +45,13 @@ struct SizeRows {
   Vector tau;
 };
 
-SizeRows size_rows(const TorqueProbe& probe, const ProbedLog& log, const Robot& robot, const Reading& reading,
-                   const Motion& motion, const Matrix& held, const Matrix& moved, Index j) {
+SizeRows size_rows(const ProbedLog& log, const Robot& robot, const Reading& reading, const Motion& motion,
+                   const Matrix& held, const Matrix& moved, Index j) {
   const auto at = static_cast<std::size_t>(j);
-  const std::vector<Index> rows = probe.moving_rows(log, reading.position[at]);
+  const std::vector<Index> rows = TorqueProbe::moving_rows(log, reading.position[at]);
   const auto count = static_cast<Index>(rows.size());
-  SizeRows out{Matrix::Zero(count, 2 + own * robot.size()), Vector(count)};
-  for (Index k = 0; k < count; ++k) {
-    const Index sample = log.samples[static_cast<std::size_t>(rows[static_cast<std::size_t>(k)])];
-    out.tau[k] = reading.torque_sign[j] * log.tau(sample, reading.torque[at]);
-  }
+  SizeRows out{Matrix::Zero(count, 2 + own * robot.size()),
+               reading.torque_sign[j] * log.tau.col(reading.torque[at])(rows)};
   out.W.col(0) = held.col(j)(rows);
   out.W.col(1) = moved.col(j)(rows);
   const Vector v = motion.qd.col(j)(rows);
@@ -128,7 +125,7 @@ Sizes sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& 
     const Matrix held = torques(loaded, base, {motion.q, none, none}, chi);
     const Matrix moved = torques(loaded, base, motion, chi) - held;
     for (Index j = 0; j < n; ++j) {
-      const SizeRows rows = size_rows(probe, log, robot, reading, motion, held, moved, j);
+      const SizeRows rows = size_rows(log, robot, reading, motion, held, moved, j);
       qr.add(rows.W, rows.tau);
       gravity += rows.W.col(0).squaredNorm();
       inertia += rows.W.col(1).squaredNorm();
@@ -183,7 +180,7 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
               "against " + std::string(by_gravity ? "gravity" : "dry friction") + " inertia is " +
                   number(found.inertia / timeless, 2) +
                   " times that of the a-priori model: the rate would be " +
-                  number(probe.logs().front().f_m * clock, 2) + " Hz");
+                  number(probe.logs().front().log->f_m * clock, 2) + " Hz");
     }
     return;
   }

@@ -1,15 +1,20 @@
 #include "identify/check/torque_probe.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "dense.hpp"
 #include "identify/check/findings.hpp"
+#include "identify/rows/position_noise.hpp"
+#include "identify/rows/row_source.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/solve/streaming_qr.hpp"
+#include "signal/window_decimator.hpp"
 
 namespace rivid::detail {
 
@@ -19,18 +24,67 @@ namespace {
 constexpr Index probe_samples = 1600;
 // A joint with fewer rows of motion than its columns times this tells nothing.
 constexpr Index rows_per_column = 3;
+// Samples at each end of a piece of log that its differences and averages spoil.
+constexpr Index settled = 2;
+// Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so few of them.
+constexpr double little_noise = 0.01;
+constexpr Index least_windows = 40;
+// Of the instants one in so many serves for a first look.
+constexpr Index some_step = 4;
 constexpr Index poses = 32;
 constexpr unsigned probe_seed = 1687;
+
+// Samples that the windows are apart if they stand half over each other: as in the rows of the estimate, but no less than
+// noise asks for.
+Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
+  Index shortest = logs.front().samples();
+  for (const Log& log : logs) {
+    shortest = std::min(shortest, log.samples());
+  }
+  const Index widest = std::max<Index>(shortest / least_windows, 1);
+  Index out = std::clamp<Index>(stride_of(signal), 1, widest);
+  for (const Log& log : logs) {
+    for (Index j = 0; j < log.q.cols(); ++j) {
+      if (stands_still(log.q.col(j))) {
+        continue;
+      }
+      const PositionNoise noise(log.q.col(j), log.f_m);
+      const auto share = [&](Index n_d) {
+        SignalOptions windowed;
+        windowed.decimation = {static_cast<int>(n_d)};
+        return noise.in(RowBand(windowed, log.f_m)).acceleration / noise.motion();
+      };
+      while (out < widest && share(out) > little_noise) {
+        out = std::min(out + std::max<Index>(out / 2, 1), widest);
+      }
+    }
+  }
+  return out;
+}
 
 }  // namespace
 
 TorqueProbe::TorqueProbe(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-                         const CheckOptions& options)
+                         const SignalOptions& signal)
     : robot_(robot),
       base_(base),
       samples_of_log_(std::max<Index>(1, probe_samples / static_cast<Index>(logs.size()))) {
+  const Index n_d = probe_stride(logs, signal);
+  half_width_ = n_d + settled;
+  window_ = decimation_window(n_d);
+  const Index width = 2 * half_width_ + 1;
+  const auto kernel = [&](const Matrix& impulses) -> Vector {
+    return impulses.middleRows(settled + 1, window_.size()).transpose() * window_;
+  };
+  Matrix torque = Matrix::Identity(width, width);
+  const Motion motion = averaged_motion(torque, 1.0);
+  average_torque(torque, signal.held());
+  position_kernel_ = kernel(motion.q);
+  velocity_kernel_ = kernel(motion.qd);
+  acceleration_kernel_ = kernel(motion.qdd);
+  torque_kernel_ = kernel(torque);
   for (const Log& log : logs) {
-    add(log, options);
+    add(log, signal);
   }
 }
 
@@ -54,60 +108,113 @@ Robot TorqueProbe::robot_with(const Eigen::Vector3d& gravity) const {
   return out;
 }
 
-void TorqueProbe::add(const Log& log, const CheckOptions& options) {
-  SignalOptions signal = options.signal;
-  if (!cutoff_serves(log, signal)) {
-    signal.cutoff_hz = suitable_cutoff(log);
-    signal.order = 4;
-  }
-  signal.torque_cutoff_hz = 0.0;
-  const Filter filter = butterworth(signal.order, signal.cutoff_hz, log.f_m);
+void TorqueProbe::add(const Log& log, const SignalOptions& signal) {
   ProbedLog out;
-  out.f_m = log.f_m;
-  const Matrix q = zero_phase(log.q, filter);
-  out.motion = differentiate(q, log.f_m);
-  Matrix tau = effort(robot_, log);
-  average_torque(tau, signal.held());
-  out.tau = zero_phase(tau, filter);
-  out.masks = motion_masks(robot_, log.q, q, log.f_m, signal);
-  const Index border = std::min(settling_samples(filter) + 2, log.samples() / 4);
-  const Index count = log.samples() - 2 * border;
+  out.log = &log;
+  const auto inside = [&](Index k) {
+    return !signal.window || (log.t[k] >= (*signal.window)[0] && log.t[k] <= (*signal.window)[1]);
+  };
+  const Index count = log.samples() - 2 * half_width_;
   const Index stride = std::max<Index>(1, count / samples_of_log_);
-  for (Index k = border; k < border + count; k += stride) {
-    const double t = log.t[k];
-    if (!options.signal.window || (t >= (*options.signal.window)[0] && t <= (*options.signal.window)[1])) {
+  for (Index k = half_width_; k < half_width_ + count; k += stride) {
+    if (inside(k)) {
       out.samples.push_back(k);
     }
   }
+  const Index n = robot_.size();
+  const Index inner = window_.size();
+  out.motion = {Matrix(out.size(), n), Matrix(out.size(), n), Matrix(out.size(), n)};
+  out.moves.resize(out.size(), n);
+  SignalOptions masking;
+  masking.velocity_threshold = signal.velocity_threshold;
+  masking.decimation = {static_cast<int>((inner + 1) / 2)};
+  const std::vector<MotionMask> masks = motion_masks(robot_, log.q, log.q, log.f_m, masking);
+  for (Index i = 0; i < out.size(); ++i) {
+    const Index k = out.samples[static_cast<std::size_t>(i)];
+    const auto around = log.q.middleRows(k - half_width_, 2 * half_width_ + 1);
+    out.motion.q.row(i).noalias() = position_kernel_.transpose() * around;
+    out.motion.qd.row(i).noalias() = log.f_m * (velocity_kernel_.transpose() * around);
+    out.motion.qdd.row(i).noalias() = log.f_m * log.f_m * (acceleration_kernel_.transpose() * around);
+    for (Index j = 0; j < n; ++j) {
+      const std::vector<std::int8_t>& direction = masks[static_cast<std::size_t>(j)].direction;
+      const auto first = direction.begin() + (k - inner / 2);
+      out.moves(i, j) =
+          *first != 0 && std::all_of(first, first + inner, [&](std::int8_t d) { return d == *first; });
+    }
+  }
+  out.tau = torques_at(out, 0);
   probed_.push_back(std::move(out));
 }
 
-Motion TorqueProbe::motion_at(const ProbedLog& log, const Reading& reading) const {
-  const auto picked = [&](const Matrix& x) {
-    Matrix out(static_cast<Index>(log.samples.size()), robot_.size());
-    for (Index j = 0; j < robot_.size(); ++j) {
-      const Index column = reading.position[static_cast<std::size_t>(j)];
-      for (std::size_t k = 0; k < log.samples.size(); ++k) {
-        out(static_cast<Index>(k), j) = reading.position_scale[j] * x(log.samples[k], column);
-      }
+Observation TorqueProbe::averaged_observation(const ProbedLog& log, std::span<const Index> instants) const {
+  const auto count = static_cast<Index>(instants.size());
+  const RegressorBatch batch(robot_, base_.columns());
+  RegressorBlock block(batch, window_.size());
+  Observation out{.columns = base_.size(), .joints = {}};
+  for (std::size_t j = 0; j < batch.joints(); ++j) {
+    out.joints.push_back({batch.of_joint(j), Matrix(count, static_cast<Index>(batch.of_joint(j).size()))});
+  }
+  for (Index i = 0; i < count; ++i) {
+    const Index k = log.samples[static_cast<std::size_t>(instants[static_cast<std::size_t>(i)])];
+    const Motion around =
+        averaged_motion(log.log->q.middleRows(k - half_width_, 2 * half_width_ + 1), log.log->f_m);
+    batch.fill(around, settled + 1, window_.size(), block);
+    for (std::size_t j = 0; j < batch.joints(); ++j) {
+      out.joints[j].W.row(i).noalias() = window_.transpose() * block.W(j);
     }
-    return out;
-  };
-  return {picked(log.motion.q), picked(log.motion.qd), picked(log.motion.qdd)};
-}
-
-std::vector<Index> TorqueProbe::moving_rows(const ProbedLog& log, Index position_column) const {
-  std::vector<Index> out;
-  const MotionMask& mask = log.masks[static_cast<std::size_t>(position_column)];
-  for (std::size_t k = 0; k < log.samples.size(); ++k) {
-    if (mask.direction[static_cast<std::size_t>(log.samples[k])] != 0) {
-      out.push_back(static_cast<Index>(k));
+  }
+  // Noise turns the sign of single velocities, not that of their average.
+  const Motion averages = {log.motion.q(instants, Eigen::all), log.motion.qd(instants, Eigen::all),
+                           log.motion.qdd(instants, Eigen::all)};
+  const Observation of_averages = observation(robot_, base_, averages);
+  for (std::size_t j = 0; j < batch.joints(); ++j) {
+    for (std::size_t c = 0; c < out.joints[j].columns.size(); ++c) {
+      const auto leading = static_cast<std::size_t>(out.joints[j].columns[c]);
+      if (role(base_.parameters[leading].leading.kind) == Role::dry) {
+        const auto column = static_cast<Index>(c);
+        out.joints[j].W.col(column) = of_averages.joints[j].W.col(column);
+      }
     }
   }
   return out;
 }
 
-std::vector<JointFactor> TorqueProbe::factors(const Reading& reading) const {
+Matrix TorqueProbe::torques_at(const ProbedLog& log, Index shift, Index every) const {
+  const Index last = log.log->samples() - half_width_ - 1;
+  const bool measured = log.log->tau.size() > 0;
+  const Matrix& signal = measured ? log.log->tau : log.log->v_tau;
+  Matrix out((log.size() + every - 1) / every, robot_.size());
+  for (Index i = 0; i < out.rows(); ++i) {
+    const Index k = std::clamp(log.samples[static_cast<std::size_t>(i * every)] + shift, half_width_, last);
+    out.row(i).noalias() =
+        torque_kernel_.transpose() * signal.middleRows(k - half_width_, 2 * half_width_ + 1);
+  }
+  return measured ? out : Matrix(out * robot_.drive_matrix().transpose());
+}
+
+Motion TorqueProbe::motion_at(const ProbedLog& log, const Reading& reading) const {
+  const auto picked = [&](const Matrix& x) {
+    Matrix out = x(Eigen::all, reading.position);
+    out *= reading.position_scale.asDiagonal();
+    return out;
+  };
+  return {picked(log.motion.q), picked(log.motion.qd), picked(log.motion.qdd)};
+}
+
+std::vector<Index> TorqueProbe::moving_rows(const ProbedLog& log, Index position_column, Part part) {
+  const Index half = log.size() / 2;
+  const Index begin = part == Part::second_half ? half : 0;
+  const Index end = part == Part::first_half ? half : log.size();
+  std::vector<Index> out;
+  for (Index k = begin; k < end; k += part == Part::some ? some_step : 1) {
+    if (log.moves(k, position_column)) {
+      out.push_back(k);
+    }
+  }
+  return out;
+}
+
+std::vector<JointFactor> TorqueProbe::factors(const Reading& reading, Part part) const {
   const Index n = robot_.size();
   const Robot robot = robot_with(reading.gravity);
   std::vector<Observation> W;
@@ -123,12 +230,9 @@ std::vector<JointFactor> TorqueProbe::factors(const Reading& reading) const {
     Vector squares = Vector::Zero(n);
     for (std::size_t l = 0; l < probed_.size(); ++l) {
       const ProbedLog& log = probed_[l];
-      const std::vector<Index> rows = moving_rows(log, reading.position[j]);
+      const std::vector<Index> rows = moving_rows(log, reading.position[j], part);
       const Matrix of_joint = W[l].joints[j].W(rows, Eigen::all);
-      Matrix tau(static_cast<Index>(rows.size()), n);
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        tau.row(static_cast<Index>(k)) = log.tau.row(log.samples[static_cast<std::size_t>(rows[k])]);
-      }
+      const Matrix tau = log.tau(rows, Eigen::all);
       sums += tau.colwise().sum().transpose();
       squares += tau.colwise().squaredNorm().transpose();
       qr.add(of_joint, tau);
@@ -197,6 +301,27 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
   return out;
 }
 
+double TorqueProbe::left_of_other_half(const Reading& reading) const {
+  const std::array halves = {factors(reading, Part::first_half), factors(reading, Part::second_half)};
+  double left = 0.0;
+  double joints = 0.0;
+  for (std::size_t half = 0; half < 2; ++half) {
+    const Vector chi = score(reading, halves[1 - half]).chi;
+    for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
+      const JointFactor& f = halves[half][j];
+      const Index column = reading.torque[j];
+      if (f.rows == 0 || !(f.centred[column] > 0.0)) {
+        continue;
+      }
+      const Vector r = reading.torque_sign[static_cast<Index>(j)] * f.Z.col(column) - f.R * chi(f.columns);
+      // A half that says nothing of what the other one needs counts as unexplained, not as worse than that.
+      left += std::min(1.0, (r.squaredNorm() + f.rest[column]) / f.centred[column]);
+      joints += 1.0;
+    }
+  }
+  return left / std::max(joints, 1.0);
+}
+
 bool TorqueProbe::dissipates(const Vector& chi, Index joint, const Reading& reading) const {
   // Of each function of friction, per unit of its coefficient.
   std::array<double, basis_rows.size()> power_of{};
@@ -252,29 +377,31 @@ Vector TorqueProbe::left_at(const Reading& reading, const std::vector<Index>& sh
   Vector out = Vector::Zero(count);
   double joints = 0.0;
   std::vector<Observation> W;
-  W.reserve(probed_.size());
+  std::vector<std::vector<Matrix>> tau;  // of some instants of each log at each shift
   for (const ProbedLog& log : probed_) {
     W.push_back(observation(robot, base_, motion_at(log, reading)));
+    std::vector<Matrix>& at = tau.emplace_back();
+    for (const Index shift : shifts) {
+      at.push_back(torques_at(log, shift, some_step));
+    }
   }
   for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
     StreamingQr qr(W.front().joints[j].W.cols(), count);
     double sum = 0.0;
     double square = 0.0;
     for (std::size_t l = 0; l < probed_.size(); ++l) {
-      const ProbedLog& log = probed_[l];
-      const std::vector<Index> rows = moving_rows(log, reading.position[j]);
-      Matrix tau(static_cast<Index>(rows.size()), count);
+      const std::vector<Index> rows = moving_rows(probed_[l], reading.position[j], Part::some);
+      Matrix shifted(static_cast<Index>(rows.size()), count);
       for (std::size_t k = 0; k < rows.size(); ++k) {
-        const Index sample = log.samples[static_cast<std::size_t>(rows[k])];
         for (Index s = 0; s < count; ++s) {
-          const Index shifted =
-              std::clamp<Index>(sample + shifts[static_cast<std::size_t>(s)], 0, log.tau.rows() - 1);
-          tau(static_cast<Index>(k), s) = log.tau(shifted, reading.torque[j]);
+          shifted(static_cast<Index>(k), s) =
+              tau[l][static_cast<std::size_t>(s)](rows[k] / some_step, reading.torque[j]);
         }
-        sum += log.tau(sample, reading.torque[j]);
-        square += std::pow(log.tau(sample, reading.torque[j]), 2);
       }
-      qr.add(W[l].joints[j].W(rows, Eigen::all), tau);
+      const Vector now = probed_[l].tau.col(reading.torque[j])(rows);
+      sum += now.sum();
+      square += now.squaredNorm();
+      qr.add(W[l].joints[j].W(rows, Eigen::all), shifted);
     }
     const double centred = square - sum * sum / static_cast<double>(std::max<Index>(qr.rows(), 1));
     if (qr.rows() >= rows_per_column * qr.columns() && centred > 0.0) {

@@ -10,18 +10,25 @@
 #include "rivid/identify/check.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/base.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid::detail {
 
-// The motion of a log, filtered, and its torques, at all samples.
+// Instants of a log, evenly spread: motion and torques as windows around them see them.
 struct ProbedLog {
-  Motion motion;
-  Matrix tau;                     // (n_m × n)
-  std::vector<MotionMask> masks;  // where each joint moves
-  std::vector<Index> samples;     // that rows are made of
-  double f_m = 0.0;
+  const Log* log = nullptr;
+  std::vector<Index> samples;  // in the middle of the windows
+  Motion motion;               // (samples × n)
+  Matrix tau;                  // (samples × n)
+  // Whether a joint moves one way throughout the window, by the column of its position, (samples × n).
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> moves;
+
+  [[nodiscard]] Index size() const { return static_cast<Index>(samples.size()); }
 };
+
+// Instants that rows are made of: all, some for a first look, or those of one half of each log.
+enum class Part { all, some, first_half, second_half };
 
 // A way to read the log: which column is which joint, with which sign and unit, and where gravity points.
 struct Reading {
@@ -57,31 +64,47 @@ class TorqueProbe {
  public:
   // Robot and base parameters are referred to, not copied.
   TorqueProbe(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-              const CheckOptions& options);
+              const SignalOptions& signal);
 
   // The logs as the experiment says.
   [[nodiscard]] Reading as_told() const;
-  [[nodiscard]] std::vector<JointFactor> factors(const Reading& reading) const;
+  [[nodiscard]] std::vector<JointFactor> factors(const Reading& reading, Part part = Part::all) const;
   [[nodiscard]] ProbeScore score(const Reading& reading, const std::vector<JointFactor>& factors) const;
   [[nodiscard]] ProbeScore score(const Reading& reading) const { return score(reading, factors(reading)); }
+  // Squared part of the torques that each half of the logs leaves with the parameters of the other one, mean over joints.
+  [[nodiscard]] double left_of_other_half(const Reading& reading) const;
   // Squared part of its torque that each joint leaves by itself, mean over joints, for torques that come `shift` samples
   // later; a number for each shift.
   [[nodiscard]] Vector left_at(const Reading& reading, const std::vector<Index>& shifts) const;
   [[nodiscard]] const std::vector<ProbedLog>& logs() const { return probed_; }
+  // W at some instants of a log, averaged by the window as the torques are; `log.motion` goes through the model averaged, which is the
+  // same but for curvature.
+  [[nodiscard]] Observation averaged_observation(const ProbedLog& log, std::span<const Index> instants) const;
   // Mean of M(q) over random poses, (n × n).
   [[nodiscard]] Matrix inertias(const Vector& chi) const;
   [[nodiscard]] Robot robot_with(const Eigen::Vector3d& gravity) const;
   [[nodiscard]] Motion motion_at(const ProbedLog& log, const Reading& reading) const;
-  // Places in log.samples where the joint of that column moves.
-  [[nodiscard]] std::vector<Index> moving_rows(const ProbedLog& log, Index position_column) const;
+  // Instants at which the joint of that column moves.
+  [[nodiscard]] static std::vector<Index> moving_rows(const ProbedLog& log, Index position_column,
+                                                      Part part = Part::all);
 
  private:
-  void add(const Log& log, const CheckOptions& options);
+  void add(const Log& log, const SignalOptions& signal);
+  // Torques around every so-manieth instant, so many samples later, (instants × n).
+  [[nodiscard]] Matrix torques_at(const ProbedLog& log, Index shift, Index every = 1) const;
   // Whether friction takes power from a joint's motion; a joint without friction does not say no.
   [[nodiscard]] bool dissipates(const Vector& chi, Index joint, const Reading& reading) const;
 
   const Robot& robot_;
   const BaseParameters& base_;
+  Index half_width_ =
+      1;  // samples from the middle of a window to its end, and of the differences and averages at both ends
+  Vector window_;
+  // What window, averages and differences make of the samples around an instant, at 1 Hz, (2 half_width_ + 1).
+  Vector position_kernel_;
+  Vector velocity_kernel_;
+  Vector acceleration_kernel_;
+  Vector torque_kernel_;
   Index samples_of_log_;
   std::vector<ProbedLog> probed_;
 };

@@ -16,8 +16,10 @@ namespace {
 
 // Squared part of a joint's torque that the model leaves: from here on something is looked for, and from there on it is
 // told even where nothing is found.
-constexpr double suspicious = 0.003;
+constexpr double suspicious = 0.01;
 constexpr double hopeless = 0.5;
+// Mean over the joints from which on a model is none.
+constexpr double poor = 0.25;
 // A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
 constexpr double convincing = 0.4;
 constexpr double no_worse = 1.05;
@@ -180,46 +182,68 @@ void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& 
   }
 }
 
-// Looks for changes of the reading that mend what is wrong, one after the other; the reading that is believed at last.
+// A change and how the torques fit under it.
+struct Mending {
+  Change change;
+  ProbeScore score;
+};
+
+// The change that mends most of what is wrong, by some of the rows; nothing where none does.
+std::optional<Mending> likeliest(const TorqueProbe& probe, const Robot& robot, const Reading& reading) {
+  const std::vector<JointFactor> factors = probe.factors(reading, Part::some);
+  const ProbeScore now = probe.score(reading, factors);
+  std::optional<Mending> best;
+  for (Change& change : changes(robot, reading)) {
+    const ProbeScore score = probe.score(
+        change.reading, only_torques(change.code) ? factors : probe.factors(change.reading, Part::some));
+    const bool mends_fit = score.total < convincing * now.total && score.faults() <= now.faults();
+    const bool mends_signs = score.faults() < now.faults() && score.total < no_worse * now.total;
+    if (!mends_fit && !mends_signs) {
+      continue;
+    }
+    const bool better = !best || score.faults() < best->score.faults() ||
+                        (score.faults() == best->score.faults() && tie * score.total < best->score.total);
+    if (better) {
+      best = Mending{std::move(change), score};
+    }
+  }
+  return best;
+}
+
+// Looks for changes of the reading that mend what is wrong, one after the other; the reading that is believed at last. A change is
+// believed where all rows, and each half of the logs with the parameters of the other one, say so.
 Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
   Reading reading = probe.as_told();
   for (Index round = 0; round <= robot.size(); ++round) {
-    const std::vector<JointFactor> factors = probe.factors(reading);
-    const ProbeScore now = probe.score(reading, factors);
+    const ProbeScore now = probe.score(reading);
     if (now.left.maxCoeff() < suspicious && now.faults() == 0) {
       break;
     }
-    std::optional<Change> best;
-    ProbeScore best_score;
-    for (Change& change : changes(robot, reading)) {
-      const ProbeScore score =
-          only_torques(change.code) ? probe.score(change.reading, factors) : probe.score(change.reading);
-      const bool mends_fit = score.total < convincing * now.total && score.faults() <= now.faults();
-      const bool mends_signs = score.faults() < now.faults() && score.total < no_worse * now.total;
-      if (!mends_fit && !mends_signs) {
-        continue;
-      }
-      const bool better = !best || score.faults() < best_score.faults() ||
-                          (score.faults() == best_score.faults() && tie * score.total < best_score.total);
-      if (better) {
-        best_score = score;
-        best = std::move(change);
-      }
-    }
+    std::optional<Mending> best = likeliest(probe, robot, reading);
     if (!best) {
       break;
     }
+    best->score = probe.score(best->change.reading);
+    const double before = probe.left_of_other_half(reading);
+    const double after = probe.left_of_other_half(best->change.reading);
+    const bool mends_signs = best->score.faults() < now.faults();
+    if (!(after < (mends_signs ? no_worse : convincing) * before)) {
+      break;
+    }
+    const Change& change = best->change;
     // A unit is told once, even where single joints were seen to leave their limits.
     const bool told =
-        best->code == "position_unit" ? out.has(best->code) : out.has(best->code, best->subject);
+        change.code == "position_unit" ? out.has(change.code) : out.has(change.code, change.subject);
     if (!told) {
-      out.add(best->code, best->subject,
-              best->text + ": the model then leaves " + number(100.0 * std::sqrt(best_score.total), 2) +
-                  " % of the torques instead of " + number(100.0 * std::sqrt(now.total), 2) + " %" +
-                  (best_score.faults() < now.faults() ? ", and inertia and friction are positive" : "") +
-                  rival(probe, *best, best_score, reading));
+      const auto percent = [](double left) { return number(100.0 * std::sqrt(left), 2) + " %"; };
+      out.add(change.code, change.subject,
+              change.text + ": the model then leaves " + percent(best->score.total) +
+                  " of the torques instead of " + percent(now.total) +
+                  ", of each half with the other's parameters " + percent(after) + " instead of " +
+                  percent(before) + (mends_signs ? ", and inertia and friction are positive" : "") +
+                  rival(probe, change, best->score, reading));
     }
-    reading = best->reading;
+    reading = change.reading;
   }
   return reading;
 }
@@ -248,7 +272,7 @@ Delay least_left(const TorqueProbe& probe, const Reading& reading, const std::ve
 }
 
 void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out) {
-  const double f_m = probe.logs().front().f_m;
+  const double f_m = probe.logs().front().log->f_m;
   const double now = probe.left_at(reading, {0})[0];
   const Delay coarse = least_left(probe, reading, shifts_for(f_m));
   if (coarse.samples == 0 || coarse.left > delay_convincing * now) {
@@ -276,6 +300,13 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
 }
 
 void check_unexplained(const Robot& robot, const ProbeScore& score, Findings& out) {
+  if (score.total > poor && !out.any(Severity::error)) {
+    out.add("poor_fit", "all joints",
+            "the model leaves " + number(100.0 * std::sqrt(score.total), 2) +
+                " % of the torques (means taken off), of windows that "
+                "average noise away; should be below " +
+                number(100.0 * std::sqrt(poor), 2) + " %");
+  }
   for (Index j = 0; j < robot.size(); ++j) {
     if (score.left[j] > hopeless) {
       out.add("unexplained_torque", joint_name(robot, j),
@@ -287,12 +318,7 @@ void check_unexplained(const Robot& robot, const ProbeScore& score, Findings& ou
 
 }  // namespace
 
-void check_torques(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-                   const CheckOptions& options, Findings& out) {
-  if (out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
-    return;
-  }
-  const TorqueProbe probe(robot, base, logs, options);
+void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, Findings& out) {
   const Reading reading = mended(probe, robot, out);
   check_gravity(probe, robot, reading, out);
   check_delay(probe, reading, out);

@@ -18,6 +18,9 @@ namespace {
 // part of a parameter's variance that must come from such directions for it to suffer.
 constexpr double severe = 100.0;
 constexpr double most_of_the_variance = 0.5;
+// They suffer where the index takes a residual of this part of the torques to that size: small errors of the model are
+// multiplied by it at most.
+constexpr double harmful = 10.0;
 
 void warn_of_weak_excitation(const Matrix& root, Identification& out) {
   if (out.status == Status::rank_deficient) {
@@ -28,7 +31,7 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
   const Vector& s = factors.values;
   const Index size = s.size();
   const double index = s[0] / s[size - 1];
-  if (!(index > severe)) {
+  if (!(index > severe) || !(index * out.fit.centred_relative_error > harmful)) {
     return;
   }
   const Index weak = (s.array() * severe < s[0]).count();

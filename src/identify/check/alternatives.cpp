@@ -1,0 +1,431 @@
+#include "identify/check/alternatives.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "dense.hpp"
+#include "rivid/regressor/batch.hpp"
+#include "rivid/solve/streaming_qr.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Blocks of time that errors are independent between.
+constexpr Index wanted_blocks = 20;
+// Instants of all logs that are compared.
+constexpr Index most_instants = 400;
+constexpr Index rows_of_a_column = 3;
+// Of lengths [m], angles [rad] and the clock, for differences.
+constexpr double small_step = 1e-5;
+// Joints as far apart as the motors of wrists turn together.
+constexpr Index coupled_reach = 2;
+// Stribeck friction falls over this part of a joint's rms velocity.
+constexpr double stribeck_part = 0.2;
+
+bool is_revolute(const Robot& robot, Index j) {
+  return robot.joints[static_cast<std::size_t>(j)].type == JointType::revolute;
+}
+
+std::string joint_of(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
+
+// Torques that the same parameters make in another robot or of another motion, less those of the ones told.
+class Effects {
+ public:
+  Effects(const Robot& robot, const BaseParameters& base, const ProbedRows& rows)
+      : robot_(robot), columns_(base.columns()), rows_(rows), fitted_(rows.W * rows.chi) {
+    for (const PickedLog& log : rows.logs) {
+      motions_.push_back(log.motion);
+    }
+    told_ = torques(robot, motions_);
+  }
+
+  // Per small_step, (rows).
+  [[nodiscard]] Vector of(const Robot& other) const {
+    return (torques(other, motions_) - told_) / small_step;
+  }
+  [[nodiscard]] Vector of(const std::vector<Motion>& others) const {
+    return (torques(robot_, others) - told_) / small_step;
+  }
+  [[nodiscard]] const std::vector<Motion>& motions() const { return motions_; }
+  // W χ, (rows).
+  [[nodiscard]] const Vector& fitted() const { return fitted_; }
+
+ private:
+  [[nodiscard]] Vector torques(const Robot& robot, const std::vector<Motion>& motions) const {
+    const RegressorBatch batch(robot, columns_);
+    Vector out(rows_.Y.size());
+    for (std::size_t l = 0; l < motions.size(); ++l) {
+      const Index samples = motions[l].samples();
+      RegressorBlock block(batch, std::max<Index>(samples, 1));
+      batch.fill(motions[l], 0, samples, block);
+      for (const ProbedRows::Piece& piece : rows_.pieces) {
+        if (piece.log == l) {
+          const auto j = static_cast<std::size_t>(piece.joint);
+          const Vector all = block.W(j) * rows_.chi(batch.of_joint(j));
+          out.segment(piece.first, piece.size()) = rows_.weights[piece.joint] * all(piece.instants);
+        }
+      }
+    }
+    return out;
+  }
+
+  const Robot& robot_;
+  std::vector<StandardParameter> columns_;
+  const ProbedRows& rows_;
+  Vector fitted_;
+  Vector told_;  // the same of the averaged motions
+  std::vector<Motion> motions_;
+};
+
+Robot with_gravity(const Robot& robot, const Eigen::Vector3d& gravity) {
+  Robot out = robot;
+  out.chain.gravity = gravity;
+  return out;
+}
+
+// Frame j moved and turned against the one before it, in its own axes.
+Robot moved(const Robot& robot, Index j, const Eigen::Vector3d& shift, const Eigen::Vector3d& turn) {
+  Robot out = robot;
+  Chain::Link& link = out.chain.links[static_cast<std::size_t>(j)];
+  link.p += link.R * shift;
+  if (turn.norm() > 0.0) {
+    link.R = link.R * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  }
+  return out;
+}
+
+void add_gravity(const Robot& robot, const Effects& effects, std::vector<Alternative>& out) {
+  if (robot.chain.gravity.norm() == 0.0) {
+    return;
+  }
+  Matrix effect(effects.fitted().size(), 2);
+  for (Index i = 0; i < 2; ++i) {
+    effect.col(i) = effects.of(with_gravity(robot, tilted_gravity(robot, small_step * Vector::Unit(2, i))));
+  }
+  out.push_back({"gravity_tilt", robot.base.empty() ? "base" : robot.base, std::move(effect)});
+}
+
+void add_geometry(const Robot& robot, const Effects& effects, std::vector<Alternative>& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+    const Eigen::Vector3d z = small_step * Eigen::Vector3d::UnitZ();
+    const bool revolute = is_revolute(robot, j);
+    out.push_back({"zero_offset", joint_of(robot, j),
+                   effects.of(revolute ? moved(robot, j, none, z) : moved(robot, j, z, none)), revolute});
+    Matrix origin(effects.fitted().size(), 5);
+    origin << effects.of(moved(robot, j, small_step * Eigen::Vector3d::UnitX(), none)),
+        effects.of(moved(robot, j, small_step * Eigen::Vector3d::UnitY(), none)),
+        effects.of(revolute ? moved(robot, j, z, none) : moved(robot, j, none, z)),
+        effects.of(moved(robot, j, none, small_step * Eigen::Vector3d::UnitX())),
+        effects.of(moved(robot, j, none, small_step * Eigen::Vector3d::UnitY()));
+    out.push_back({"joint_origin", joint_of(robot, j), std::move(origin)});
+  }
+}
+
+// Columns that are zero in the rows of all joints but one.
+template <typename Of>
+Matrix of_joint(const ProbedRows& rows, Index joint, Index columns, const Of& of) {
+  Matrix out = Matrix::Zero(rows.Y.size(), columns);
+  for (const ProbedRows::Piece& piece : rows.pieces) {
+    if (piece.joint == joint) {
+      out.middleRows(piece.first, piece.size()) = rows.weights[joint] * of(piece);
+    }
+  }
+  return out;
+}
+
+void add_gains(const Robot& robot, const ProbedRows& rows, const Effects& effects,
+               std::vector<Alternative>& out) {
+  for (Index j = 0; robot.size() > 1 && j < robot.size(); ++j) {
+    Matrix effect = Matrix::Zero(rows.Y.size(), 1);
+    for (const ProbedRows::Piece& piece : rows.pieces) {
+      if (piece.joint == j) {
+        effect.col(0).segment(piece.first, piece.size()) =
+            effects.fitted().segment(piece.first, piece.size());
+      }
+    }
+    out.push_back({"torque_gain", joint_of(robot, j), std::move(effect)});
+  }
+}
+
+// The parameters whose torques load gears and bearings: all but those of drives and friction.
+Vector loading(const BaseParameters& base, const Vector& chi) {
+  Vector out = chi;
+  for (Index i = 0; i < base.size(); ++i) {
+    if (role(base.parameters[static_cast<std::size_t>(i)].leading.kind) != Role::inertial) {
+      out[i] = 0.0;
+    }
+  }
+  return out;
+}
+
+void add_friction(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
+                  std::vector<Alternative>& out) {
+  const Vector load = rows.W * loading(base, rows.chi);
+  for (Index j = 0; j < robot.size(); ++j) {
+    const auto speed = [&](const ProbedRows::Piece& piece) -> Vector {
+      return rows.logs[piece.log].motion.qd.col(j)(piece.instants);
+    };
+    double squares = 0.0;
+    double count = 0.0;
+    for (const ProbedRows::Piece& piece : rows.pieces) {
+      if (piece.joint == j) {
+        squares += speed(piece).squaredNorm();
+        count += static_cast<double>(piece.size());
+      }
+    }
+    const double falls = stribeck_part * std::sqrt(squares / std::max(count, 1.0));
+    out.push_back({"load_friction", joint_of(robot, j),
+                   of_joint(rows, j, 1,
+                            [&](const auto& piece) -> Matrix {
+                              const auto own = load.segment(piece.first, piece.size());
+                              return own.cwiseAbs().cwiseProduct(speed(piece).cwiseSign()) / rows.weights[j];
+                            }),
+                   is_revolute(robot, j)});
+    out.push_back({"stribeck_friction", joint_of(robot, j),
+                   of_joint(rows, j, 1,
+                            [&](const auto& piece) -> Matrix {
+                              const Vector v = speed(piece);
+                              return v.cwiseSign().cwiseProduct(
+                                  (-(v / falls).cwiseAbs2()).array().exp().matrix());
+                            }),
+                   is_revolute(robot, j)});
+    out.push_back(
+        {"direction_friction", joint_of(robot, j), of_joint(rows, j, 2, [&](const auto& piece) -> Matrix {
+           const Vector v = speed(piece);
+           Matrix E(v.size(), 2);
+           E << v.cwiseMax(0.0), Vector((v.array() > 0.0).template cast<double>());
+           return E;
+         })});
+  }
+}
+
+void add_couplings(const Robot& robot, const ProbedRows& rows, std::vector<Alternative>& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    for (Index k = j + 1; k < std::min(robot.size(), j + coupled_reach + 1); ++k) {
+      const auto half = [&](Index own, Index other) {
+        return of_joint(rows, own, 4, [&](const auto& piece) -> Matrix {
+          const Motion& m = rows.logs[piece.log].motion;
+          const Vector a = m.qdd.col(other)(piece.instants);
+          const Vector v = m.qd.col(other)(piece.instants);
+          const Vector mine = m.qd.col(own)(piece.instants);
+          Matrix E(v.size(), 4);
+          const Vector minus = own == j ? Vector((mine - v).cwiseSign()) : Vector(-(v - mine).cwiseSign());
+          E << a, v, (mine + v).cwiseSign(), own == j ? minus : Vector((mine - v).cwiseSign());
+          return E;
+        });
+      };
+      out.push_back(
+          {"joint_coupling", joint_of(robot, j) + " and " + joint_of(robot, k), half(j, k) + half(k, j)});
+    }
+  }
+}
+
+// Derivatives by central differences over the instants of a log, with the first and the last one zero.
+Matrix rate(const Matrix& x, double per_instant) {
+  Matrix out = Matrix::Zero(x.rows(), x.cols());
+  const Index inner = x.rows() - 2;
+  if (inner > 0) {
+    out.middleRows(1, inner) = (x.bottomRows(inner) - x.topRows(inner)) * (0.5 * per_instant);
+  }
+  return out;
+}
+
+Matrix second_rate(const Matrix& x, double per_instant) {
+  Matrix out = Matrix::Zero(x.rows(), x.cols());
+  const Index inner = x.rows() - 2;
+  if (inner > 0) {
+    out.middleRows(1, inner) =
+        (x.bottomRows(inner) - 2.0 * x.middleRows(1, inner) + x.topRows(inner)) * (per_instant * per_instant);
+  }
+  return out;
+}
+
+// The encoder of an elastic joint sits at the motor: the link is behind by the load over the stiffness.
+void add_elasticity(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
+                    const Effects& effects, std::vector<Alternative>& out) {
+  const RegressorBatch batch(robot, base.columns());
+  const Vector loads = loading(base, rows.chi);
+  for (Index j = 0; j < robot.size(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    std::vector<Motion> motions = effects.motions();
+    for (std::size_t l = 0; l < motions.size(); ++l) {
+      const ProbedLog& log = *rows.logs[l].log;
+      const std::vector<Index>& picked = rows.logs[l].instants;
+      if (log.size() < 3) {
+        continue;
+      }
+      RegressorBlock block(batch, log.size());
+      batch.fill(log.motion, 0, log.size(), block);
+      const Matrix load = block.W(at) * loads(batch.of_joint(at));
+      const double per_instant = log.log->f_m / static_cast<double>(log.samples[1] - log.samples[0]);
+      motions[l].q.col(j) -= small_step * load(picked, 0);
+      motions[l].qd.col(j) -= small_step * rate(load, per_instant)(picked, 0);
+      motions[l].qdd.col(j) -= small_step * second_rate(load, per_instant)(picked, 0);
+    }
+    out.push_back({"joint_elasticity", joint_of(robot, j), effects.of(motions), is_revolute(robot, j)});
+  }
+}
+
+std::vector<Motion> faster(std::vector<Motion> motions) {
+  for (Motion& motion : motions) {
+    motion.qd *= 1.0 + small_step;
+    motion.qdd *= (1.0 + small_step) * (1.0 + small_step);
+  }
+  return motions;
+}
+
+// Another load from some instant on.
+void add_load_changes(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
+                      std::vector<Alternative>& out) {
+  constexpr Index instants = 5;
+  std::vector<Index> last;
+  for (Index i = 0; i < base.size(); ++i) {
+    const StandardParameter& p = base.parameters[static_cast<std::size_t>(i)].leading;
+    if (p.joint == robot.size() - 1 && role(p.kind) == Role::inertial) {
+      last.push_back(i);
+    }
+  }
+  for (Index k = 1; k <= instants; ++k) {
+    const Index from = k * rows.blocks / (instants + 1);
+    Matrix effect = rows.W(Eigen::all, last);
+    for (Index r = 0; r < effect.rows(); ++r) {
+      if (rows.block_of[static_cast<std::size_t>(r)] < from) {
+        effect.row(r).setZero();
+      }
+    }
+    out.push_back({"load_changed", robot.joints.back().link, std::move(effect), true,
+                   static_cast<double>(k) / (instants + 1)});
+  }
+}
+
+}  // namespace
+
+Eigen::Vector3d tilted_gravity(const Robot& robot, const Vector& angles) {
+  const Eigen::Vector3d& g = robot.chain.gravity;
+  const Eigen::Vector3d first = g.unitOrthogonal();
+  const Eigen::Vector3d axis = angles[0] * first + angles[1] * g.normalized().cross(first);
+  return axis.norm() > 0.0 ? Eigen::Vector3d(Eigen::AngleAxisd(axis.norm(), axis.normalized()) * g) : g;
+}
+
+std::optional<ProbedRows> ProbedRows::of(const TorqueProbe& probe, const Robot& robot,
+                                         const BaseParameters& base) {
+  const Index n = robot.size();
+  ProbedRows out;
+  std::vector<Observation> W;
+  std::vector<Index> first_block;
+  double seconds = 0.0;
+  Index instants = 0;
+  const auto duration = [](const ProbedLog& log) {
+    return static_cast<double>(log.log->samples()) / log.log->f_m;
+  };
+  for (const ProbedLog& log : probe.logs()) {
+    seconds += duration(log);
+    instants += log.size();
+  }
+  const Index every = std::max<Index>(1, instants / most_instants);
+  std::vector<Index> blocks;
+  for (const ProbedLog& log : probe.logs()) {
+    PickedLog picked{&log, {}, {}};
+    for (Index i = 0; i < log.size(); i += every) {
+      picked.instants.push_back(i);
+    }
+    picked.motion = {log.motion.q(picked.instants, Eigen::all), log.motion.qd(picked.instants, Eigen::all),
+                     log.motion.qdd(picked.instants, Eigen::all)};
+    W.push_back(probe.averaged_observation(log, picked.instants));
+    first_block.push_back(out.blocks);
+    blocks.push_back(std::max<Index>(std::lround(wanted_blocks * duration(log) / seconds), 1));
+    out.blocks += blocks.back();
+    out.logs.push_back(std::move(picked));
+  }
+  out.weights = Vector::Ones(n);
+  Index rows = 0;
+  for (Index j = 0; j < n; ++j) {
+    Index of_joint = 0;
+    for (std::size_t l = 0; l < out.logs.size(); ++l) {
+      Piece piece{j, l, {}, rows};
+      for (std::size_t i = 0; i < out.logs[l].instants.size(); ++i) {
+        if (out.logs[l].log->moves(out.logs[l].instants[i], j)) {
+          piece.instants.push_back(static_cast<Index>(i));
+        }
+      }
+      rows += piece.size();
+      of_joint += piece.size();
+      out.pieces.push_back(std::move(piece));
+    }
+    if (of_joint < rows_of_a_column * W.front().joints[static_cast<std::size_t>(j)].W.cols()) {
+      return std::nullopt;
+    }
+  }
+  out.W = Matrix::Zero(rows, base.size());
+  out.Y = Vector(rows);
+  for (const Piece& piece : out.pieces) {
+    const PickedLog& log = out.logs[piece.log];
+    const JointRows& of_joint = W[piece.log].joints[static_cast<std::size_t>(piece.joint)];
+    for (std::size_t c = 0; c < of_joint.columns.size(); ++c) {
+      out.W.col(of_joint.columns[c]).segment(piece.first, piece.size()) =
+          of_joint.W.col(static_cast<Index>(c))(piece.instants);
+    }
+    for (Index i = 0; i < piece.size(); ++i) {
+      const Index instant =
+          log.instants[static_cast<std::size_t>(piece.instants[static_cast<std::size_t>(i)])];
+      out.Y[piece.first + i] = log.log->tau(instant, piece.joint);
+      out.block_of.push_back(first_block[piece.log] +
+                             blocks[piece.log] * log.log->samples[static_cast<std::size_t>(instant)] /
+                                 log.log->log->samples());
+    }
+  }
+  // Once for the weights, and once with them.
+  for (int round = 0; round < 2; ++round) {
+    StreamingQr qr(base.size(), 1);
+    qr.add(out.W, out.Y);
+    out.R = qr.R();
+    const Vector diagonal = out.R.diagonal().cwiseAbs();
+    if (!(diagonal.minCoeff() > 1e-12 * diagonal.maxCoeff())) {
+      return std::nullopt;
+    }
+    out.chi = out.R.triangularView<Eigen::Upper>().solve(qr.qty());
+    out.residual = out.Y - out.W * out.chi;
+    for (Index j = 0; round == 0 && j < n; ++j) {
+      double squares = 0.0;
+      double count = 0.0;
+      for (const Piece& piece : out.pieces) {
+        if (piece.joint == j) {
+          squares += out.residual.segment(piece.first, piece.size()).squaredNorm();
+          count += static_cast<double>(piece.size());
+        }
+      }
+      if (!(squares > 0.0)) {
+        return std::nullopt;
+      }
+      out.weights[j] = std::sqrt(count / squares);
+      for (const Piece& piece : out.pieces) {
+        if (piece.joint == j) {
+          out.W.middleRows(piece.first, piece.size()) *= out.weights[j];
+          out.Y.segment(piece.first, piece.size()) *= out.weights[j];
+        }
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
+                                      const ProbedRows& rows) {
+  const Effects effects(robot, base, rows);
+  std::vector<Alternative> out;
+  add_gains(robot, rows, effects, out);
+  add_gravity(robot, effects, out);
+  out.push_back({"clock_rate", "all joints", effects.of(faster(effects.motions()))});
+  add_geometry(robot, effects, out);
+  add_load_changes(robot, base, rows, out);
+  add_elasticity(robot, base, rows, effects, out);
+  add_friction(robot, base, rows, out);
+  add_couplings(robot, rows, out);
+  return out;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "identify/check/torque_probe.hpp"
+#include "rivid/regressor/base.hpp"
+#include "rivid/types.hpp"
+
+namespace rivid::detail {
+
+// Some instants of a probed log.
+struct PickedLog {
+  const ProbedLog* log = nullptr;
+  std::vector<Index> instants;  // places in the probed log
+  Motion motion;                // (instants × n)
+};
+
+// The rows of all joints at some instants of a probe, one joint after the other, weighted by 1/σ of each joint, and the fit of
+// the model to them.
+struct ProbedRows {
+  // Rows of a joint from a log.
+  struct Piece {
+    Index joint = 0;
+    std::size_t log = 0;
+    std::vector<Index> instants;  // places in the picked log
+    Index first = 0;              // row
+
+    [[nodiscard]] Index size() const { return static_cast<Index>(instants.size()); }
+  };
+
+  // Nothing where a joint has too few rows or the rows do not determine the parameters.
+  static std::optional<ProbedRows> of(const TorqueProbe& probe, const Robot& robot,
+                                      const BaseParameters& base);
+
+  std::vector<PickedLog> logs;
+  std::vector<Piece> pieces;
+  Vector weights;               // (n)
+  Matrix W;                     // (rows × b)
+  Vector Y;                     // (rows)
+  std::vector<Index> block_of;  // of time, of each row
+  Index blocks = 0;
+  Matrix R;    // of W = Q R
+  Vector chi;  // argmin ‖Y − W χ‖
+  Vector residual;
+};
+
+// A way in which robot or log may be other than the experiment says, by what it would do to the torques.
+struct Alternative {
+  std::string_view code;  // of the finding
+  std::string subject;    // joint or joints
+  Matrix effect;          // of each of its parameters, per unit, in weighted rows, (rows × k)
+  bool turns = true;      // whether the joint is a revolute one
+  double from = 0.0;      // of load_changed: part of the time that is over by then
+};
+
+// Gravity turned by two small angles about the axes of gravity_tilt.
+[[nodiscard]] Eigen::Vector3d tilted_gravity(const Robot& robot, const Vector& angles);
+
+// All that are looked at: gains and zeros of joints, the direction of gravity, the clock, the geometry, a load that changes,
+// friction laws, elastic joints, motors that two joints turn.
+[[nodiscard]] std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
+                                                    const ProbedRows& rows);
+
+}  // namespace rivid::detail

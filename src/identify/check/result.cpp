@@ -1,0 +1,87 @@
+// What a result says of itself: friction that drives, a validation that contradicts the fit.
+
+#include <algorithm>
+#include <cmath>
+
+#include "identify/check/alternatives.hpp"
+#include "identify/check/findings.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// A sign is beyond doubt from so many σ on.
+constexpr double beyond_doubt = 3.0;
+// A residual of a joint on another log that is so many times the expected one contradicts the fit.
+constexpr double much_worse = 2.0;
+
+std::string value_of(const ParameterEstimate& p) {
+  return p.name + " = " + number(p.value, 3) + " ± " + number(p.sigma, 2) + " " + p.unit;
+}
+
+}  // namespace
+
+void check_signs(const Robot& robot, const Identification& result, Findings& out) {
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const ParameterEstimate& p = result.parameters[i];
+    const StandardParameter& leading = result.base.parameters[i].leading;
+    if (about(leading.kind).coupled || !(p.value < -beyond_doubt * p.sigma)) {
+      continue;
+    }
+    const std::string& joint = robot.joints[static_cast<std::size_t>(leading.joint)].name;
+    const Role of = role(leading.kind);
+    if (of == Role::viscous || of == Role::dry) {
+      out.add("friction_drives", joint, value_of(p) + ", friction brakes");
+    } else if (of == Role::rotor) {
+      out.add("negative_rotor", joint, value_of(p) + ", inertias are positive");
+    }
+  }
+}
+
+void check_validation(const Robot& robot, std::span<const Log> validation, const Identification& result,
+                      Findings& out) {
+  for (std::size_t l = 0; l < std::min(validation.size(), result.validation.size()); ++l) {
+    const Validation& found = result.validation[l];
+    const auto suspicious = [&](std::size_t j) {
+      return found.fit.joints[j].sigma_rho > much_worse * result.fit.joints[j].sigma_rho;
+    };
+    bool any = false;
+    for (std::size_t j = 0; j < found.fit.joints.size(); ++j) {
+      any = any || suspicious(j);
+    }
+    if (!any) {
+      continue;
+    }
+    const TorqueProbe probe(robot, result.base, validation.subspan(l, 1), result.estimation.signal);
+    const std::optional<ProbedRows> rows = ProbedRows::of(probe, robot, result.base);
+    if (!rows) {
+      continue;
+    }
+    const Vector residual = rows->Y - rows->W * result.chi;
+    for (const ProbedRows::Piece& piece : rows->pieces) {
+      const auto j = static_cast<std::size_t>(piece.joint);
+      if (!suspicious(j)) {
+        continue;
+      }
+      // What errors of the parameters make of this motion.
+      const auto of_joint = rows->W.middleRows(piece.first, piece.size());
+      const double by_parameters = (of_joint * result.C_chi).cwiseProduct(of_joint).rowwise().sum().mean();
+      const auto mean_square = [&](const Vector& x) {
+        return x.segment(piece.first, piece.size()).squaredNorm() / static_cast<double>(piece.size());
+      };
+      const double seen = std::sqrt(mean_square(residual)) / rows->weights[piece.joint];
+      const double expected =
+          std::sqrt(mean_square(rows->residual) + by_parameters) / rows->weights[piece.joint];
+      if (seen > much_worse * expected) {
+        const std::string& unit = result.fit.joints[j].unit;
+        out.add("validation_worse", result.fit.joints[j].name,
+                found.file + ": the model leaves " + number(seen, 3) + " " + unit +
+                    " there; by a fit to that log and the uncertainty of the parameters " +
+                    number(expected, 3) + " " + unit + " were to be expected");
+      }
+    }
+  }
+}
+
+}  // namespace rivid::detail

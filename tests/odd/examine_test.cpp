@@ -1,0 +1,150 @@
+// examine(): faults that are planted in the logs of random arms are named with their size, and nothing is where there is none.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "odd/run.hpp"
+#include "odd/user_folder.hpp"
+#include "rivid/experiment/draft.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/identify/check.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace rivid::odd {
+namespace {
+
+// Another seed than that of the pages.
+constexpr std::uint64_t seed = 1616;
+
+// A robot as a user would describe it, and a log of it.
+struct Case {
+  Robot robot;
+  Log log;
+};
+
+// The first experiments of the kind whose arms have at least so many joints.
+std::vector<Case> cases(const char* kind, std::size_t wanted, Index joints) {
+  std::vector<Case> out;
+  for (std::uint64_t number = 0; out.size() < wanted; ++number) {
+    const test::TemporaryFolder folder;
+    static_cast<void>(write_experiment({seed, kinds_of(kind).front(), number}, folder.path()));
+    const std::vector<std::filesystem::path> logs = {folder.path() / "log_1.csv"};
+    folder.write(
+        "experiment.toml",
+        draft_experiment(folder.path() / "experiment.toml", folder.path() / "robot.urdf", {}, logs).text);
+    const Experiment experiment = read_experiment(folder.path() / "experiment.toml");
+    if (experiment.robot.size() >= joints) {
+      out.push_back({experiment.robot, read_logs(experiment.log, experiment.robot).front()});
+    }
+  }
+  return out;
+}
+
+Identification examined(const Case& one) {
+  Identification out = identify(one.robot, one.log, {});
+  examine(one.robot, std::span(&one.log, 1), {}, out);
+  return out;
+}
+
+// The alternative of that code and subject, if it is the likeliest or its rival.
+const ModelTest* told(const Identification& result, std::string_view code, std::string_view subject) {
+  const auto at = std::ranges::find_if(
+      result.alternatives, [&](const ModelTest& t) { return t.code == code && t.subject == subject; });
+  return at == result.alternatives.end() ? nullptr : &*at;
+}
+
+// Names of planted faults are told with estimates within 4 standard deviations, or a tenth, of their sizes.
+void expect_named(const std::function<void(Case&)>& plant, std::string_view code,
+                  const std::function<std::string(const Robot&)>& subject, double size, std::size_t least) {
+  constexpr std::size_t tried = 8;
+  std::size_t named = 0;
+  for (Case one : cases("good", tried, 4)) {
+    plant(one);
+    const Identification result = examined(one);
+    const ModelTest* const found = told(result, code, subject(one.robot));
+    if (found != nullptr) {
+      ++named;
+      EXPECT_NEAR(found->estimate.norm(), std::abs(size),
+                  std::max(4.0 * found->sigma[0], 0.1 * std::abs(size)))
+          << one.robot.name;
+      if (found->estimate.size() == 1) {
+        EXPECT_GT(found->estimate[0] * size, 0.0);
+      }
+      EXPECT_FALSE(result.warnings.empty());
+    }
+  }
+  EXPECT_GE(named, least) << code;
+}
+
+std::string second(const Robot& robot) { return robot.joints.at(1).name; }
+std::string everywhere(const Robot& /*robot*/) { return "all joints"; }
+std::string base_of_arm(const Robot& robot) { return robot.base; }
+
+TEST(Examine, SaysNothingOfGoodLogs) {
+  constexpr std::size_t tried = 30;
+  std::size_t warned = 0;
+  for (const Case& one : cases("good", tried, 2)) {
+    const Identification result = examined(one);
+    EXPECT_EQ(result.status, Status::identified);
+    warned += result.alternatives.empty() ? 0U : 1U;
+  }
+  EXPECT_LE(warned, 1U);
+}
+
+TEST(Examine, NamesTheGainOfATorque) {
+  expect_named([](Case& one) { one.log.tau.col(1) *= 1.1; }, "torque_gain", second, 0.1, 6);
+}
+
+TEST(Examine, NamesTheZeroOfAJoint) {
+  // Positions are told 0.06 too large: so much has to be taken off.
+  expect_named([](Case& one) { one.log.q.col(1).array() += 0.06; }, "zero_offset", second, -0.06, 4);
+}
+
+TEST(Examine, NamesTheTiltOfTheBase) {
+  constexpr double tilt = 0.06;
+  expect_named(
+      [](Case& one) {
+        one.robot.chain.gravity = Eigen::Vector3d(std::sin(tilt) * 9.80665, 0.0, -std::cos(tilt) * 9.80665);
+      },
+      "gravity_tilt", base_of_arm, tilt, 4);
+}
+
+TEST(Examine, NamesTheRateOfTheClock) {
+  // Time stamps that run by 3 % too fast: velocities are 3 % larger.
+  expect_named(
+      [](Case& one) {
+        one.log.t *= 1.03;
+        one.log.f_m /= 1.03;
+      },
+      "clock_rate", everywhere, 0.03, 3);
+}
+
+// What is wrong but not refused widens the intervals by what it does.
+TEST(Examine, WidensIntervalsByTheShiftOfTheLikeliestAlternative) {
+  std::size_t widened = 0;
+  for (Case one : cases("good", 6, 4)) {
+    one.log.tau.col(1) *= 1.05;
+    Identification result = identify(one.robot, one.log, {});
+    const Identification before = result;
+    examine(one.robot, std::span(&one.log, 1), {}, result);
+    if (result.alternatives.empty()) {
+      continue;
+    }
+    ++widened;
+    double largest = 0.0;
+    for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+      const ParameterEstimate& p = result.parameters[i];
+      EXPECT_NEAR(p.sigma, std::hypot(before.parameters[i].sigma, p.model_shift), 1e-12 * p.sigma);
+      largest = std::max(largest, std::abs(p.model_shift) / before.parameters[i].sigma);
+    }
+    EXPECT_NEAR(largest, result.alternatives.front().largest_shift, 1e-9 * largest);
+    EXPECT_TRUE(result.chi == before.chi);
+  }
+  EXPECT_GE(widened, 4U);
+}
+
+}  // namespace
+}  // namespace rivid::odd
