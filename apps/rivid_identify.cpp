@@ -70,6 +70,7 @@ Command command_of(Arguments& to) {
           "failure.\n"
           "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
           "rivid_identify check EXPERIMENT.toml looks for faults.\n"
+          "rivid_identify payload EXPERIMENT.toml --loaded LOG.csv identifies a payload.\n"
           "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status.\n"
           "The keys of an experiment file are listed in docs/experiment.md."};
   std::ranges::move(arguments(to.write_back), std::back_inserter(out.arguments));
@@ -219,6 +220,9 @@ int tool(int argc, char** argv) {
   }
   if (first == "explain") {
     return explain_command(argc - 1, argv + 1);
+  }
+  if (first == "payload") {
+    return payload_command(argc - 1, argv + 1);
   }
   if (first == "init") {
     return init_command(argc - 1, argv + 1);

@@ -13,6 +13,11 @@ int init_command(int argc, char** argv);
 /// @return  exit code: success, no_success where a finding makes an identification useless
 int check_command(int argc, char** argv);
 
+/// rivid_identify payload EXPERIMENT.toml --loaded LOG.csv.
+///
+/// @return  exit code: success, no_success where the payload is not identified
+int payload_command(int argc, char** argv);
+
 /// rivid_identify explain [CODE].
 int explain_command(int argc, char** argv);
 

@@ -10,6 +10,7 @@
 
 #include "experiment/recognised_columns.hpp"
 #include "experiment/sections.hpp"
+#include "experiment/target_gains.hpp"
 #include "experiment/text_file.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
@@ -116,7 +117,7 @@ std::string joined(std::span<const std::string> names) {
 }
 
 void write_robot(Writer& out, const Robot& robot, const std::string& file, const UrdfOptions& options,
-                 bool control) {
+                 bool control, const std::optional<detail::TargetGains>& gains) {
   out.line("[robot]");
   out.key(is_table(file) ? "mdh" : "urdf", toml_string(file));
   if (!options.base.empty()) {
@@ -127,7 +128,14 @@ void write_robot(Writer& out, const Robot& robot, const std::string& file, const
   }
   out.key("friction", toml_string("symmetric"), "Fv q̇ + Fc sign q̇ + offset, for every joint");
   out.key("rotor_inertia", "true", "false behind joint torque sensors and for direct drives");
-  if (control) {
+  if (control && gains) {
+    std::vector<std::string> values;
+    for (const double gain : gains->gains) {
+      values.push_back(number(gain, 4));
+    }
+    out.key("drive_gain", "[" + joined(values) + "]",
+            "N·m/A, from the wanted currents and torques of the log");
+  } else if (control) {
     const std::vector<std::string> ones(robot.joints.size(), "1.0");
     out.key("drive_gain", "[" + joined(ones) + "]",
             "N·m (or N) for one unit of the control columns: fill in");
@@ -220,6 +228,7 @@ struct Parts {
   std::vector<std::string> names;  // of their columns
   detail::RecognisedLog columns;
   std::optional<Clock> clock;
+  std::optional<detail::TargetGains> gains;
 
   [[nodiscard]] bool by_control() const {
     return columns.torque.columns.empty() && !columns.control.columns.empty();
@@ -247,7 +256,13 @@ std::vector<std::string> doubts_about(const Parts& found) {
   if (found.clock && !found.clock->forward) {
     out.push_back("time goes back: " + found.clock->summary);
   }
-  if (found.by_control()) {
+  if (found.by_control() && found.gains) {
+    out.push_back(
+        "drive_gain is what the controller's own model says, " +
+        std::string("wanted currents over wanted torques of the log, to ") +
+        number(100.0 * found.gains->error, 2) +
+        " % of the currents; rivid_identify payload --gains estimate finds it from a known payload");
+  } else if (found.by_control()) {
     out.emplace_back(
         "control signals are taken for torques in their own unit until [robot] drive_gain says what they "
         "make");
@@ -270,7 +285,8 @@ std::string text_of(const Parts& found, const Path& file) {
   out.comment("  rivid_identify " + name + " --report   the parameters");
   out.comment("docs/experiment.md lists every key.");
   out.line();
-  write_robot(out, found.robot, from_folder(found.robot_file, folder), found.options, found.by_control());
+  write_robot(out, found.robot, from_folder(found.robot_file, folder), found.options, found.by_control(),
+              found.gains);
   write_log(out, found.columns, found.joints, std::span(files).first(fitted), found.clock);
   write_signal(out);
   out.line("[method]");
@@ -324,6 +340,10 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
   found.columns = detail::recognised_log(found.names, found.joints);
   if (!found.columns.time.columns.empty()) {
     found.clock = clock_of(logs.front(), found.columns.time);
+  }
+  if (found.by_control()) {
+    found.gains =
+        detail::target_gains(logs.front(), found.names, found.columns.velocity.columns, found.robot.size());
   }
   return {.text = text_of(found, file), .complete = found.complete(), .doubts = doubts_about(found)};
 }

@@ -53,6 +53,8 @@ class Draft : public testing::Test {
     folder_.write(file, text);
   }
 
+  void write_text(const std::string& text) const { folder_.write("log.csv", text); }
+
   [[nodiscard]] ExperimentDraft draft(const Names& joints, const Names& logs = {"log.csv"},
                                       const UrdfOptions& options = {}) const {
     folder_.write("robot.urdf", chain_of(joints));
@@ -262,6 +264,33 @@ TEST_F(Draft, TellsOfColumnsThatAlmostFit) {
 
   write_log("t,joint_1_pos,joint_2_pos,joint_3_pos,hand_pos,tau1,tau2,tau3,pos1,pos2");
   EXPECT_EQ(draft(numbered).doubts.size(), 0U) << "what was found needs no other columns";
+}
+
+// A controller that logs the current and the torque that it wants tells its gains, friction aside.
+TEST_F(Draft, ReadsTheGainsOfAControllersOwnModel) {
+  std::string text =
+      "t,q1,q2,q3,qd1,qd2,qd3,i1,i2,i3,itarget1,itarget2,itarget3,tautarget1,tautarget2,tautarget3\n";
+  const std::vector<double> gains = {11.5, 9.25, 4.0};
+  for (int k = 0; k < 400; ++k) {
+    const double t = 0.01 * k;
+    std::string positions, speeds, currents, wanted, torques;
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double w = 1.0 + 0.4 * static_cast<double>(j);
+      const double qd = std::cos(w * t);
+      const double tau = 5.0 * std::sin(2.3 * w * t) + 3.0;
+      const double friction = 0.8 * qd + 1.5 * (qd > 0.0 ? 1.0 : -1.0);
+      positions += "," + std::to_string(std::sin(w * t) / w);
+      speeds += "," + std::to_string(qd);
+      currents += ",0.5";
+      wanted += "," + std::to_string((tau + friction) / gains[j]);
+      torques += "," + std::to_string(tau);
+    }
+    text += std::to_string(t) + positions + speeds + currents + wanted + torques + "\n";
+  }
+  write_text(text);
+  const ExperimentDraft found = draft(ur);
+  EXPECT_NE(found.text.find("drive_gain = [11.5, 9.25, 4]"), std::string::npos) << found.text;
+  EXPECT_NE(found.text.find("control = [\"i1\", \"i2\", \"i3\"]"), std::string::npos) << found.text;
 }
 
 }  // namespace

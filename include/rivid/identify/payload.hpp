@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rivid/data/log.hpp"
+#include "rivid/identify/estimation.hpp"
+#include "rivid/model/parameters.hpp"
+#include "rivid/model/robot.hpp"
+
+namespace rivid {
+
+/// Which parameters of a payload are estimated.
+enum class PayloadModel {
+  automatic,  ///< ten, or four where the motion does not show the inertia
+  point,      ///< four: mass and centre of mass, all mass in that point
+  body        ///< ten: mass, centre of mass and inertia
+};
+
+template <>
+inline constexpr std::array names_of<PayloadModel> =
+    std::to_array<std::string_view>({"automatic", "point", "body"});
+
+/// What is known beside the logs when a payload is identified.
+struct PayloadOptions {
+  PayloadModel model = PayloadModel::automatic;
+  /// Pose of the flange frame in the frame of the last link, which the result is told in: orientation and origin [m].
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  /// Mass of the payload where it is known, to calibrate the drive gains with [kg]; its standard deviation.
+  std::optional<double> mass = {};
+  double mass_sigma = 0.0;
+  /// Relative standard deviation of each joint's drive gain, (n): 0, it is exact; infinite, nothing is known of it and it is
+  /// estimated. Empty: all exact.
+  Vector gain_sigma = {};
+  /// Whether dry friction grows with the load of the gear, (Fc + Fl |M q̈ + N|) sign q̇, where a joint has Fc.
+  bool load_friction = false;
+
+  [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
+};
+
+/// One number of a payload.
+struct PayloadValue {
+  std::string name;  ///< "mass", "com_x" … "com_z", "Ixx" … "Iyz"
+  std::string unit;
+  double value = 0.0;
+  double sigma = 0.0;  ///< standard deviation
+  std::array<double, 2> interval_95 = {0.0, 0.0};
+};
+
+/// The drive gain of one joint, from what the payload showed of it.
+struct GainEstimate {
+  std::string joint;
+  double nominal =
+      0.0;  ///< joint-side torque per unit of the control signal, as the robot has it: Joint::g_tau()
+  double value = 0.0;
+  double sigma = 0.0;
+  std::array<double, 2> interval_95 = {0.0, 0.0};
+  /// Whether the interval is narrower than ±30 % of the value: a joint that the load does not move tells nothing.
+  bool identifiable = false;
+};
+
+/// A payload in the flange frame, with intervals that carry what is not known of the arm and of its gains.
+struct [[nodiscard]] Payload {
+  bool identified = false;
+  std::string reason;                       ///< why it is not identified, or why its inertia is not told
+  PayloadModel model = PayloadModel::body;  ///< that was estimated: body or point
+  double mass = 0.0;                        ///< [kg]
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass [m]
+  Eigen::Matrix3d inertia =
+      Eigen::Matrix3d::Zero();  ///< about the centre of mass, axes of the flange [kg·m²]; zero of a point
+  std::vector<PayloadValue> values;  ///< mass, com_x, com_y, com_z, and of a body Ixx Iyy Izz Ixy Ixz Iyz
+  std::vector<GainEstimate> gains;   ///< where PayloadOptions::gain_sigma is not zero
+  Vector Fl;                         ///< friction by load of each joint, (n) [1]; zero where it has none
+  Vector chi;                        ///< base parameters of the arm, base_parameters(robot), (b)
+  double relative_error = 0.0;       ///< ‖Y − Ŷ‖ / ‖Y‖ over all rows
+  Index rows = 0;
+  int iterations = 0;
+  CovarianceReport covariance;
+};
+
+/// Identifies a payload from logs of the arm without and with it: one fit of all rows, with common parameters of the arm
+/// and ten (or four) columns of a body on the last link in the rows with the payload, weighted joint by joint. Gauss-Newton, for
+/// unknown gains and friction that follows the load are not linear: with the relative inverse gain r_j of each joint,
+///
+///   y_j = r_j (W_j χ + L_j λ),   K_j = nominal_j / r_j.
+///
+/// Noise is in the torques: currents as regressors would bias the gains. Without a known mass and without any known gain
+/// only ratios of all of them can be told; that is refused.
+///
+/// @param without  logs of the arm alone, at least one
+/// @param with     logs with the payload, at least one
+/// @param estimation  signal and covariance; the method is weighted least squares
+/// @throws InputError  where robot, logs and options do not fit together
+Payload identify_payload(const Robot& robot, std::span<const Log> without, std::span<const Log> with,
+                         const Estimation& estimation, const PayloadOptions& options = {});
+
+/// URScript: set_target_payload(m, [com], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]).
+[[nodiscard]] std::string urscript_line(const Payload& payload);
+/// libfranka: robot.setLoad(mass, {com}, {inertia, column by column}).
+[[nodiscard]] std::string libfranka_line(const Payload& payload);
+
+}  // namespace rivid

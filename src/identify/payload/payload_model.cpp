@@ -1,0 +1,287 @@
+#include "identify/payload/payload_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "dense.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+constexpr int most_iterations = 60;
+// Step of an unknown in its deviations for independent errors that ends the iteration.
+constexpr double settled_step = 1e-3;
+// Eigenvalues of the scaled information that count as zero, relative to the largest.
+constexpr double singular = 1e-11;
+// Errors of a joint's torques are at least this part of them: no weight is infinite.
+constexpr double least_error = 1e-7;
+// A known mass without a deviation, relative.
+constexpr double exact_mass = 1e-5;
+constexpr double most_leverage_of_row = 0.9;
+constexpr double blocks_of_time = 10.0;
+
+double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
+
+// Slopes of the ten parameters of a point by its first moments and mass, π = [h, m].
+Eigen::Matrix<double, inertial_count, 4> point_slopes(const Eigen::Ref<const Vector>& pi) {
+  const Eigen::Vector3d h = pi.head<3>();
+  const double m = pi[3];
+  Eigen::Matrix<double, inertial_count, 4> out = Eigen::Matrix<double, inertial_count, 4>::Zero();
+  out.bottomRows<4>().setIdentity();
+  const auto tensor = [](const Eigen::Matrix3d& I) {
+    return Eigen::Vector<double, 6>(I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2));
+  };
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d e = Eigen::Vector3d::Unit(k);
+    out.col(k).head<6>() =
+        tensor(2.0 * h[k] * Eigen::Matrix3d::Identity() - e * h.transpose() - h * e.transpose()) / m;
+  }
+  out.col(3).head<6>() = -tensor(h.squaredNorm() * Eigen::Matrix3d::Identity() - h * h.transpose()) / (m * m);
+  return out;
+}
+
+}  // namespace
+
+PayloadFit::PayloadFit(const Robot& robot, const PayloadColumns& columns, std::span<const PayloadLog> logs,
+                       const PayloadOptions& options, bool point)
+    : columns_(columns), logs_(logs), options_(options), point_(point), b_(columns.base.size()) {
+  Index size = b_ + payload_size();
+  const std::vector<StandardParameter> all = columns.all.columns();
+  for (const StandardParameter& p : all) {
+    rigid_.push_back(is_friction(p.kind) ? 0 : 1);
+  }
+  for (int j = 0; j < static_cast<int>(robot.size()); ++j) {
+    const auto sign = std::ranges::find_if(
+        all, [&](const StandardParameter& p) { return p.joint == j && p.kind == ParameterKind::Fc; });
+    const bool follows = options.load_friction && sign != all.end();
+    load_at_.push_back(follows ? size++ : -1);
+    sign_at_.push_back(follows ? sign - all.begin() : -1);
+  }
+  if (options.gain_sigma.size() > 0 && (options.gain_sigma.array() > 0.0).any()) {
+    gains_at_ = size;
+    size += robot.size();
+  }
+  theta_ = Vector::Zero(size);
+  if (gains_at_ >= 0) {
+    theta_.tail(robot.size()).setOnes();
+  }
+  if (point) {
+    theta_[b_ + 3] = options.mass.value_or(1.0);
+  }
+  weights_ = Vector::Ones(robot.size());
+}
+
+Vector PayloadFit::load_friction() const {
+  Vector out = Vector::Zero(weights_.size());
+  for (Index j = 0; j < out.size(); ++j) {
+    const Index at = load_at_[static_cast<std::size_t>(j)];
+    out[j] = at >= 0 ? theta_[at] : 0.0;
+  }
+  return out;
+}
+
+Inertial PayloadFit::body(const Eigen::Ref<const Vector>& pi) const {
+  if (!point_) {
+    return pi;
+  }
+  const double m = pi[3];
+  return inertial_from_com(m, pi.head<3>() / m, Eigen::Matrix3d::Zero());
+}
+
+PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows& rows,
+                                        const Vector& theta) const {
+  const Index count = rows.W.rows();
+  const Index own = static_cast<Index>(rows.columns.size());
+  Tangent out{Matrix::Zero(count, theta.size()), rows.y};
+  const auto pi = theta.segment(b_, payload_size());
+  const Inertial load = body(pi);
+  // Values of all columns, the payload's own on top of the arm's, and where the payload's stand.
+  Vector value = Vector::Zero(own);
+  Matrix body_columns = Matrix::Zero(count, inertial_count);
+  Index sign_column = -1;
+  for (Index c = 0; c < own; ++c) {
+    const Index at = rows.columns[static_cast<std::size_t>(c)];
+    value[c] = at < b_ ? theta[at] : 0.0;
+    sign_column = at == sign_at_[rows.joint] ? c : sign_column;
+    for (std::size_t k = 0; log.loaded && k < inertial_count; ++k) {
+      if (columns_.body[k] == at) {
+        value[c] += load[static_cast<Index>(k)];
+        body_columns.col(static_cast<Index>(k)) = rows.W.col(c);
+      }
+    }
+  }
+  const Index Fl_at = load_at_[rows.joint];
+  const double Fl = Fl_at >= 0 ? theta[Fl_at] : 0.0;
+  Vector rigid = Vector::Zero(count);
+  Vector torque = Vector::Zero(count);
+  for (Index c = 0; c < own; ++c) {
+    const auto at = static_cast<std::size_t>(rows.columns[static_cast<std::size_t>(c)]);
+    (rigid_[at] != 0 ? rigid : torque) += value[c] * rows.W.col(c);
+  }
+  Vector factor = Vector::Ones(count);
+  if (Fl_at >= 0 && sign_column >= 0) {
+    const Vector sign = rows.W.col(sign_column);
+    const Vector by_load = sign.cwiseProduct(rigid.cwiseAbs());
+    out.J.col(Fl_at) = by_load;
+    torque += Fl * by_load;
+    factor += Fl * sign.cwiseProduct(rigid.unaryExpr(&sign_of));
+  }
+  torque += rigid;
+  for (Index c = 0; c < own; ++c) {
+    const Index at = rows.columns[static_cast<std::size_t>(c)];
+    if (at < b_) {
+      out.J.col(at) = rigid_[static_cast<std::size_t>(at)] != 0 ? Vector(rows.W.col(c).cwiseProduct(factor))
+                                                                : Vector(rows.W.col(c));
+    }
+  }
+  if (log.loaded) {
+    const Matrix slopes = factor.asDiagonal() * body_columns;
+    if (point_) {
+      out.J.middleCols(b_, 4) = slopes * point_slopes(pi);
+    } else {
+      out.J.middleCols(b_, inertial_count) = slopes;
+    }
+  }
+  if (gains_at_ >= 0) {
+    const Index at = gains_at_ + static_cast<Index>(rows.joint);
+    out.J *= theta[at];
+    out.J.col(at) = torque;
+    torque *= theta[at];
+  }
+  out.rho -= torque;
+  return out;
+}
+
+Matrix PayloadFit::known() const {
+  Matrix out = Matrix::Zero(theta_.size(), theta_.size());
+  for (Index j = 0; gains_at_ >= 0 && j < options_.gain_sigma.size(); ++j) {
+    const double sigma = std::max(options_.gain_sigma[j], exact_mass);
+    out(gains_at_ + j, gains_at_ + j) = std::isfinite(sigma) ? 1.0 / (sigma * sigma) : 0.0;
+  }
+  if (options_.mass) {
+    const double sigma = std::max(options_.mass_sigma, exact_mass * *options_.mass);
+    const Index at = b_ + payload_size() - 1;
+    out(at, at) = 1.0 / (sigma * sigma);
+  }
+  return out;
+}
+
+void PayloadFit::add_known(const Vector& theta, Matrix& A, Vector& a) const {
+  const Matrix P = known();
+  A += P;
+  for (Index j = 0; gains_at_ >= 0 && j < options_.gain_sigma.size(); ++j) {
+    a[gains_at_ + j] += P(gains_at_ + j, gains_at_ + j) * (1.0 - theta[gains_at_ + j]);
+  }
+  if (options_.mass) {
+    const Index at = b_ + payload_size() - 1;
+    a[at] += P(at, at) * (*options_.mass - theta[at]);
+  }
+}
+
+Matrix PayloadFit::inverse_information(const Matrix& A) {
+  const Vector scale = A.diagonal().unaryExpr([](double x) { return x > 0.0 ? 1.0 / std::sqrt(x) : 0.0; });
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  const double least = singular * eigen.values[eigen.values.size() - 1];
+  rank_ = (eigen.values.array() > least).count();
+  const Vector inverse = eigen.values.unaryExpr([&](double x) { return x > least ? 1.0 / x : 0.0; });
+  return scale.asDiagonal() * (eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose()) *
+         scale.asDiagonal();
+}
+
+bool PayloadFit::solve() {
+  const Index p = theta_.size();
+  const auto n = weights_.size();
+  bool settled = false;
+  for (iterations_ = 1; iterations_ <= most_iterations && !settled; ++iterations_) {
+    Matrix A = Matrix::Zero(p, p);
+    Vector a = Vector::Zero(p);
+    Vector squares = Vector::Zero(n);
+    Vector counts = Vector::Zero(n);
+    Vector y_squares = Vector::Zero(n);
+    for (const PayloadLog& log : logs_) {
+      for (const PayloadRows& rows : log.joints) {
+        const Tangent t = tangent(log, rows, theta_);
+        const auto j = static_cast<Index>(rows.joint);
+        const double weight = weights_[j] * weights_[j];
+        A.selfadjointView<Eigen::Lower>().rankUpdate(t.J.transpose(), weight);
+        a += weight * (t.J.transpose() * t.rho);
+        squares[j] += t.rho.squaredNorm();
+        counts[j] += static_cast<double>(t.rho.size());
+        y_squares[j] += rows.y.squaredNorm();
+      }
+    }
+    A.triangularView<Eigen::StrictlyUpper>() = A.transpose();
+    relative_error_ = std::sqrt(squares.sum() / y_squares.sum());
+    rows_ = static_cast<Index>(counts.sum());
+    add_known(theta_, A, a);
+    bread_ = inverse_information(A);
+    const Vector step = bread_ * a;
+    theta_ += step;
+    // The first step comes from nowhere: its residuals weigh nothing.
+    const Vector before = weights_;
+    if (iterations_ > 1) {
+      for (Index j = 0; j < n; ++j) {
+        const double least = least_error * least_error * y_squares[j];
+        weights_[j] = y_squares[j] > 0.0 ? std::sqrt(counts[j] / std::max(squares[j], least)) : weights_[j];
+      }
+    }
+    const Vector sigma = bread_.diagonal().cwiseSqrt();
+    settled = iterations_ > 3 && (step.array().abs() <= settled_step * sigma.array()).all() &&
+              ((weights_ - before).array().abs() <= settled_step * before.array()).all();
+    if (!theta_.allFinite()) {
+      return false;
+    }
+  }
+  --iterations_;
+  return settled;
+}
+
+Uncertainty PayloadFit::uncertainty(const CovarianceOptions& options) const {
+  const Index p = theta_.size();
+  double interval = 0.0;
+  double seconds = 0.0;
+  for (const PayloadLog& log : logs_) {
+    interval = std::max(interval, static_cast<double>(log.stride) / log.f_m);
+    seconds += static_cast<double>(log.samples) / log.f_m;
+  }
+  std::vector<Matrix> series;
+  std::vector<BlockSums> blocks;
+  for (const PayloadLog& log : logs_) {
+    const double per_interval = interval * log.f_m;
+    const double duration = static_cast<double>(log.samples) / log.f_m;
+    Matrix& sums = series.emplace_back(
+        Matrix::Zero(static_cast<Index>(static_cast<double>(log.samples) / per_interval) + 1, p));
+    const Index count = std::max<Index>(std::lround(blocks_of_time * duration / seconds), 1);
+    const std::size_t first = blocks.size();
+    blocks.resize(first + static_cast<std::size_t>(count), {Matrix::Zero(p, p), Vector::Zero(p)});
+    for (const PayloadRows& rows : log.joints) {
+      const double w = weights_[static_cast<Index>(rows.joint)];
+      const Tangent t = tangent(log, rows, theta_);
+      const Vector leverage = (w * w * (t.J * bread_).cwiseProduct(t.J).rowwise().sum());
+      for (Index k = 0; k < t.rho.size(); ++k) {
+        const Index sample = rows.samples[static_cast<std::size_t>(k)];
+        // A row draws the estimate towards itself.
+        const double rho = t.rho[k] / (1.0 - std::min(leverage[k], most_leverage_of_row));
+        const Vector score = w * w * rho * t.J.row(k).transpose();
+        sums.row(interval_of(sample, per_interval)) += score.transpose();
+        BlockSums& block =
+            blocks[first + static_cast<std::size_t>(std::min(sample * count / log.samples, count - 1))];
+        block.Zrho += score;
+        block.ZW.selfadjointView<Eigen::Lower>().rankUpdate(t.J.row(k).transpose(), w * w);
+      }
+    }
+  }
+  for (BlockSums& block : blocks) {
+    block.ZW.triangularView<Eigen::StrictlyUpper>() = block.ZW.transpose();
+  }
+  Uncertainty out = hac_covariance(series, interval, bread_, options, static_cast<double>(rows_ - p));
+  if (resolved(options.kind, Convention::standard) == CovarianceKind::blocks) {
+    scale_to_blocks(blocks, bread_, out);
+  }
+  out.C += bread_ * known() * bread_;
+  return out;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "identify/infer/scores.hpp"
+#include "rivid/data/log.hpp"
+#include "rivid/identify/estimation.hpp"
+#include "rivid/regressor/base.hpp"
+
+namespace rivid::detail {
+
+// Columns of the arm's base parameters, and of those standard parameters of its last link that are none of them.
+struct PayloadColumns {
+  explicit PayloadColumns(const Robot& robot);
+
+  BaseParameters base;                     // of the arm, friction by load aside
+  BaseParameters all;                      // with the others behind; for rows alone
+  std::array<Index, inertial_count> body;  // where XX … M of the last link stand
+};
+
+// The rows of one joint from one log.
+struct PayloadRows {
+  std::size_t joint = 0;
+  std::vector<Index> columns;  // of PayloadColumns::all
+  Matrix W;
+  Vector y;
+  std::vector<Index> samples;
+};
+
+// The rows of one log.
+struct PayloadLog {
+  bool loaded = false;
+  double f_m = 0.0;
+  Index samples = 0;
+  Index stride = 1;
+  std::vector<PayloadRows> joints;
+};
+
+// All rows of a log, which are held: a payload is identified from minutes.
+//
+// robot  without friction by load
+[[nodiscard]] PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
+                                      const SignalOptions& signal, bool loaded, ThreadTeam& team);
+
+}  // namespace rivid::detail

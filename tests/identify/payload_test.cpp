@@ -1,0 +1,287 @@
+#include "rivid/identify/payload.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "rivid/identify/rows.hpp"
+#include "rivid/model/urdf.hpp"
+#include "support/complaint.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// A box on the flange.
+struct Box {
+  double mass = 3.0;
+  Eigen::Vector3d com = {0.04, -0.02, 0.11};
+  Eigen::Matrix3d inertia = Eigen::Vector3d(0.03, 0.025, 0.012).asDiagonal();
+
+  [[nodiscard]] Inertial inertial() const { return inertial_from_com(mass, com, inertia); }
+};
+
+// An arm that moves by sines, and its torques with any load on the last link.
+class Bench {
+ public:
+  explicit Bench(Robot its_robot, Index samples = 2500) : robot(std::move(its_robot)), samples_(samples) {
+    for (Joint& joint : robot.joints) {
+      joint.friction = Friction::symmetric;
+      joint.Fv = 1.0 + 0.1 * static_cast<double>(joint.name.size());
+      joint.Fc = 2.0;
+    }
+  }
+
+  [[nodiscard]] Log log(const Inertial& load, double sigma, std::uint64_t seed, std::uint64_t motion) const {
+    Log out;
+    out.source = "run_" + std::to_string(motion) + ".csv";
+    out.f_m = 100.0;
+    out.t = Vector::NullaryExpr(samples_, [&](Index k) { return static_cast<double>(k) / out.f_m; });
+    std::mt19937_64 random(motion);
+    std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
+    out.q = Matrix::Zero(samples_, robot.size());
+    for (Index j = 0; j < robot.size(); ++j) {
+      for (int harmonic = 1; harmonic <= 6; ++harmonic) {
+        const double a = symmetric(random) / std::sqrt(harmonic);
+        const double phase = 3.0 * symmetric(random);
+        for (Index k = 0; k < samples_; ++k) {
+          out.q(k, j) += a * std::sin(0.005 * harmonic * static_cast<double>(k) + phase);
+        }
+      }
+    }
+    out.tau = Matrix::Ones(samples_, robot.size());
+    const BaseParameters base = base_parameters(robot);
+    Vector chi_st = robot.chi_st();
+    for (std::size_t i = 0; i < base.standard.size(); ++i) {
+      const StandardParameter& p = base.standard[i];
+      if (p.joint + 1 == static_cast<int>(robot.size()) && role(p.kind) == Role::inertial) {
+        chi_st[static_cast<Index>(i)] += load[static_cast<Index>(p.kind)];
+      }
+    }
+    const Vector chi = base.from_standard(chi_st);
+    std::normal_distribution<double> noise(0.0, sigma);
+    std::mt19937_64 errors(seed);
+    const Rows made = rows(robot, base, out, signal());
+    for (std::size_t j = 0; j < made.Y.size(); ++j) {
+      const JointRows& joint = made.W.joints[j];
+      const auto at = static_cast<Index>(j);
+      Vector tau = joint.W * chi(joint.columns);
+      if (Fl.size() > 0) {
+        Vector rigid = Vector::Zero(tau.size());
+        Vector sign = rigid;
+        for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+          const StandardParameter& p = base.parameters[static_cast<std::size_t>(joint.columns[c])].leading;
+          const auto column = joint.W.col(static_cast<Index>(c));
+          if (!is_friction(p.kind)) {
+            rigid += chi[joint.columns[c]] * column;
+          } else if (p.kind == ParameterKind::Fc) {
+            sign = column;
+          }
+        }
+        tau += Fl[at] * sign.cwiseProduct(rigid.cwiseAbs());
+      }
+      for (Index k = 0; k < tau.size(); ++k) {
+        out.tau(made.samples[j][static_cast<std::size_t>(k)], at) = (tau[k] + noise(errors)) * gain(at);
+      }
+    }
+    return out;
+  }
+
+  [[nodiscard]] Payload identified(const Box& box, double sigma, std::uint64_t seed,
+                                   const PayloadOptions& options = {}) const {
+    const Log without = log(Inertial::Zero(), sigma, 2 * seed, 1);
+    const Log with = log(box.inertial(), sigma, 2 * seed + 1, 2);
+    return identify_payload(robot, std::span(&without, 1), std::span(&with, 1), {.signal = signal()},
+                            options);
+  }
+
+  static SignalOptions signal() { return {.rows = RowScheme::paper, .velocity_threshold = {}}; }
+
+  Robot robot;
+  Vector gains = {};  // measured torque per torque
+  Vector Fl = {};     // friction by load
+
+ private:
+  [[nodiscard]] double gain(Index j) const { return gains.size() > 0 ? gains[j] : 1.0; }
+  Index samples_;
+};
+
+Robot six_axis() { return read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"); }
+
+std::array<double, 10> truth_of(const Box& box) {
+  const Eigen::Matrix3d& I = box.inertia;
+  return {box.mass, box.com[0], box.com[1], box.com[2], I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
+}
+
+TEST(Payload, IsFoundWithoutNoise) {
+  const Box box;
+  const Payload found = Bench(six_axis()).identified(box, 0.0, 1, {.model = PayloadModel::body});
+  ASSERT_TRUE(found.identified) << found.reason;
+  ASSERT_EQ(found.values.size(), 10U);
+  const auto truth = truth_of(box);
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    EXPECT_NEAR(found.values[k].value, truth[k], 1e-6) << found.values[k].name;
+  }
+  EXPECT_LT(found.relative_error, 1e-8);
+}
+
+TEST(Payload, IsToldInTheFlangeFrame) {
+  std::mt19937_64 random(5);
+  PayloadOptions options{.model = PayloadModel::body};
+  options.R = test::random_rotation(random);
+  options.p = {0.01, 0.02, 0.1};
+  const Box box;
+  const Payload found = Bench(six_axis()).identified(box, 0.0, 1, options);
+  EXPECT_LT((options.R * found.com + options.p - box.com).norm(), 1e-6);
+  EXPECT_LT((options.R * found.inertia * options.R.transpose() - box.inertia).norm(), 1e-6);
+}
+
+// Mass, centre of mass and inertia of payloads from half a kilogram to ten, on three arms.
+TEST(Payload, HasItsNumbersWithinTheirIntervals) {
+  int held = 0;
+  int all = 0;
+  std::vector<Robot> arms = {six_axis()};
+  for (const std::uint64_t seed : {3U, 8U}) {
+    std::mt19937_64 random(seed);
+    arms.push_back(test::random_robot(5, random));
+  }
+  for (const Robot& arm : arms) {
+    const Bench bench(arm, 1500);
+    std::uint64_t seed = 100;
+    for (const double mass : {0.5, 3.0, 10.0}) {
+      const Box box{.mass = mass, .inertia = mass / 3.0 * Box().inertia};
+      for (int run = 0; run < 12; ++run) {
+        const Payload found = bench.identified(box, 0.5, ++seed, {.model = PayloadModel::body});
+        ASSERT_TRUE(found.identified) << found.reason;
+        const auto truth = truth_of(box);
+        for (std::size_t k = 0; k < truth.size(); ++k) {
+          const auto [low, high] = found.values[k].interval_95;
+          held += low <= truth[k] && truth[k] <= high ? 1 : 0;
+          ++all;
+        }
+      }
+    }
+  }
+  const double coverage = static_cast<double>(held) / all;
+  RecordProperty("coverage", std::to_string(coverage));
+  EXPECT_GE(coverage, 0.93) << held << " of " << all;
+  EXPECT_LE(coverage, 0.98) << held << " of " << all;
+}
+
+TEST(Payload, IsAPointWhereItsInertiaIsNotSeen) {
+  const Box light{.mass = 1.0, .inertia = 1e-4 * Eigen::Matrix3d::Identity()};
+  const Payload found = Bench(six_axis()).identified(light, 1.0, 4);
+  ASSERT_TRUE(found.identified);
+  EXPECT_EQ(found.model, PayloadModel::point);
+  EXPECT_EQ(found.values.size(), 4U);
+  EXPECT_TRUE(test::says(found.reason, "mass and centre of mass are told alone"));
+  EXPECT_LE(found.values[0].interval_95[0], 1.0);
+  EXPECT_GE(found.values[0].interval_95[1], 1.0);
+}
+
+// δm / m = δK / K.
+TEST(Payload, CarriesTheUncertaintyOfTheGains) {
+  const Bench bench(six_axis());
+  const Box box;
+  PayloadOptions options{.model = PayloadModel::point};
+  const Payload exact = bench.identified(box, 0.01, 6, options);
+  options.gain_sigma = Vector::Constant(6, 0.01);
+  const Payload uncertain = bench.identified(box, 0.01, 6, options);
+  EXPECT_LT(exact.values[0].sigma, 0.001 * box.mass);
+  // Six independent gains, of which those that feel most of the weight count.
+  EXPECT_GT(uncertain.values[0].sigma, 0.003 * box.mass);
+  EXPECT_LT(uncertain.values[0].sigma, 0.011 * box.mass);
+}
+
+TEST(Payload, FindsTheGainsFromAKnownMass) {
+  Bench bench(six_axis());
+  bench.gains.resize(6);
+  bench.gains << 0.9, 1.12, 0.95, 1.2, 1.0, 2.0;
+  const Box box;
+  PayloadOptions options{.model = PayloadModel::body, .mass = box.mass};
+  options.gain_sigma = Vector::Constant(6, infinity);
+  const Payload found = bench.identified(box, 0.0, 7, options);
+  ASSERT_TRUE(found.identified) << found.reason;
+  for (std::size_t j = 0; j < 6; ++j) {
+    EXPECT_NEAR(found.gains[j].value, found.gains[j].nominal / bench.gains[static_cast<Index>(j)], 1e-5) << j;
+    EXPECT_TRUE(found.gains[j].identifiable);
+  }
+}
+
+TEST(Payload, HasGainsWithoutBiasWithinTheirIntervals) {
+  Bench bench(six_axis(), 1500);
+  bench.gains.resize(6);
+  bench.gains << 0.9, 1.12, 0.95, 1.2, 1.0, 0.8;
+  const Box box{.mass = 8.0};
+  PayloadOptions options{.model = PayloadModel::body, .mass = box.mass};
+  options.gain_sigma = Vector::Constant(6, infinity);
+  constexpr int runs = 40;
+  int held = 0;
+  int all = 0;
+  Vector bias = Vector::Zero(6);
+  for (int run = 0; run < runs; ++run) {
+    const Payload found = bench.identified(box, 0.5, 300 + static_cast<std::uint64_t>(run), options);
+    ASSERT_TRUE(found.identified) << found.reason;
+    for (Index j = 0; j < 6; ++j) {
+      const GainEstimate& gain = found.gains[static_cast<std::size_t>(j)];
+      const double truth = gain.nominal / bench.gains[j];
+      if (gain.identifiable) {
+        held += gain.interval_95[0] <= truth && truth <= gain.interval_95[1] ? 1 : 0;
+        bias[j] += (gain.value / truth - 1.0) / runs;
+        ++all;
+      }
+    }
+  }
+  const double coverage = static_cast<double>(held) / all;
+  RecordProperty("coverage", std::to_string(coverage));
+  EXPECT_GE(coverage, 0.92) << held << " of " << all;
+  EXPECT_LE(coverage, 0.985) << held << " of " << all;
+  EXPECT_LT(bias.cwiseAbs().maxCoeff(), 0.01) << bias.transpose();
+}
+
+TEST(Payload, IsFoundUnderFrictionByLoad) {
+  Bench bench(six_axis());
+  bench.Fl = Vector::LinSpaced(6, 0.03, 0.12);
+  PayloadOptions options{.model = PayloadModel::body, .load_friction = true};
+  const Payload found = bench.identified(Box(), 0.0, 9, options);
+  ASSERT_TRUE(found.identified) << found.reason;
+  EXPECT_NEAR(found.mass, Box().mass, 1e-6);
+  EXPECT_LT((found.Fl - bench.Fl).cwiseAbs().maxCoeff(), 1e-6);
+  options.load_friction = false;
+  EXPECT_GT(std::abs(bench.identified(Box(), 0.0, 9, options).mass - Box().mass), 0.01);
+}
+
+TEST(Payload, RefusesWhatCanNotBeTold) {
+  const Bench bench(six_axis());
+  PayloadOptions options;
+  options.gain_sigma = Vector::Constant(6, infinity);
+  EXPECT_TRUE(test::says(
+      test::complaint_of([&] { static_cast<void>(bench.identified(Box(), 0.1, 1, options)); }), "ratios"));
+  options.gain_sigma = Vector::Zero(2);
+  EXPECT_TRUE(
+      test::says(test::complaint_of([&] { static_cast<void>(bench.identified(Box(), 0.1, 1, options)); }),
+                 "gain_sigma has 2 values"));
+  const Log log = bench.log(Inertial::Zero(), 0.1, 1, 1);
+  EXPECT_TRUE(test::says(test::complaint_of([&] {
+                           static_cast<void>(identify_payload(bench.robot, {}, std::span(&log, 1), {}));
+                         }),
+                         "no log without the payload"));
+}
+
+TEST(Payload, IsWrittenAsControllersTakeIt) {
+  Payload payload;
+  payload.mass = 2.805;
+  payload.com = {0.0295, 0.1592, -0.1662};
+  payload.inertia << 1, 2, 3, 2, 4, 5, 3, 5, 6;
+  EXPECT_EQ(urscript_line(payload),
+            "set_target_payload(2.805, [0.0295, 0.1592, -0.1662], [1, 4, 6, 2, 3, 5])");
+  EXPECT_EQ(libfranka_line(payload),
+            "robot.setLoad(2.805, {0.0295, 0.1592, -0.1662}, {1, 2, 3, 2, 4, 5, 3, 5, 6});");
+}
+
+}  // namespace
+}  // namespace rivid
