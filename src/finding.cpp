@@ -60,8 +60,9 @@ constexpr std::array codes = {
     DiagnosticCode{
         "time_scale", error, "The clock of the log runs too fast or too slow.",
         "Velocities that were recorded, or the inertia against the gravity of the a-priori model, differ "
-        "from those of the log by the same factor for all joints: a wrong rate_hz, or time stamps in another "
-        "unit.",
+        "from those of the log by the same factor for all joints, or the rate is one that no dynamics show "
+        "at: a "
+        "wrong rate_hz, or time stamps in another unit.",
         "Correct [log] rate_hz or the unit of time."},
     DiagnosticCode{"clock_jitter", warning, "The samples were not taken at the instants that the log says.",
                    "The errors of positions go along with the velocities of several joints at once: time "

@@ -45,7 +45,7 @@ TEST_F(Tx40, FitsAsTheReferenceDoes) {
   expect_relative(found["fit"]["condition"].get<double>(), 919.169, other_rows);
   expect_relative(found["fit"]["rows"].get<double>(), 1382.0, other_rows);
   expect_joints(found["fit"], {4.0655, 3.89683, 7.20351, 7.40214, 8.86062, 6.96098}, other_rows);
-  EXPECT_TRUE(found["warnings"].empty()) << found["warnings"];
+  EXPECT_EQ(found["status"], "identified");
   const Json& coupling = found["robot"]["coupling"];
   ASSERT_EQ(coupling.size(), 1U);
   EXPECT_EQ(coupling[0]["motor"], "joint_6");

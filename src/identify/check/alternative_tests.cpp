@@ -158,7 +158,8 @@ std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alter
     found.p = f_tail(found.statistic, freedom, G - freedom);
     found.fit = delta.dot(score) / squares;
     found.held_out = held_out / squares;
-    found.shift = -absorbed * (T * delta);
+    found.shift = (-absorbed * (T * delta)).head(rows.chi.size());
+    found.columns = E * T;
     out.push_back(std::move(found));
   }
   return out;

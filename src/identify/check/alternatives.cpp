@@ -244,6 +244,37 @@ Matrix second_rate(const Matrix& x, double per_instant) {
   return out;
 }
 
+// Torques that are recorded late, per second: their rate, without that of dry friction, which jumps.
+void add_delay(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
+               std::vector<Alternative>& out) {
+  const RegressorBatch batch(robot, base.columns());
+  Vector chi = rows.chi;
+  for (Index i = 0; i < base.size(); ++i) {
+    if (role(base.parameters[static_cast<std::size_t>(i)].leading.kind) == Role::dry) {
+      chi[i] = 0.0;
+    }
+  }
+  Matrix effect = Matrix::Zero(rows.Y.size(), 1);
+  for (std::size_t l = 0; l < rows.logs.size(); ++l) {
+    const ProbedLog& log = *rows.logs[l].log;
+    if (log.size() < 3) {
+      continue;
+    }
+    RegressorBlock block(batch, log.size());
+    batch.fill(log.motion, 0, log.size(), block);
+    const double per_instant = log.log->f_m / static_cast<double>(log.samples[1] - log.samples[0]);
+    for (const ProbedRows::Piece& piece : rows.pieces) {
+      if (piece.log == l) {
+        const auto j = static_cast<std::size_t>(piece.joint);
+        const Matrix late = -rate(block.W(j) * chi(batch.of_joint(j)), per_instant)(rows.logs[l].instants, 0);
+        effect.col(0).segment(piece.first, piece.size()) =
+            rows.weights[piece.joint] * late.col(0)(piece.instants);
+      }
+    }
+  }
+  out.push_back({"torque_delay", "all joints", std::move(effect)});
+}
+
 // The encoder of an elastic joint sits at the motor: the link is behind by the load over the stiffness.
 void add_elasticity(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
                     const Effects& effects, std::vector<Alternative>& out) {
@@ -312,8 +343,9 @@ Eigen::Vector3d tilted_gravity(const Robot& robot, const Vector& angles) {
 }
 
 std::optional<ProbedRows> ProbedRows::of(const TorqueProbe& probe, const Robot& robot,
-                                         const BaseParameters& base) {
+                                         const Identification& result) {
   const Index n = robot.size();
+  const BaseParameters& base = result.base;
   ProbedRows out;
   std::vector<Observation> W;
   std::vector<Index> first_block;
@@ -341,7 +373,7 @@ std::optional<ProbedRows> ProbedRows::of(const TorqueProbe& probe, const Robot& 
     out.blocks += blocks.back();
     out.logs.push_back(std::move(picked));
   }
-  out.weights = Vector::Ones(n);
+  out.weights = Eigen::Map<const Vector>(result.weights.data(), n);
   Index rows = 0;
   for (Index j = 0; j < n; ++j) {
     Index of_joint = 0;
@@ -378,39 +410,38 @@ std::optional<ProbedRows> ProbedRows::of(const TorqueProbe& probe, const Robot& 
                                  log.log->log->samples());
     }
   }
-  // Once for the weights, and once with them.
-  for (int round = 0; round < 2; ++round) {
-    StreamingQr qr(base.size(), 1);
-    qr.add(out.W, out.Y);
-    out.R = qr.R();
-    const Vector diagonal = out.R.diagonal().cwiseAbs();
-    if (!(diagonal.minCoeff() > 1e-12 * diagonal.maxCoeff())) {
-      return std::nullopt;
-    }
-    out.chi = out.R.triangularView<Eigen::Upper>().solve(qr.qty());
-    out.residual = out.Y - out.W * out.chi;
-    for (Index j = 0; round == 0 && j < n; ++j) {
-      double squares = 0.0;
-      double count = 0.0;
-      for (const Piece& piece : out.pieces) {
-        if (piece.joint == j) {
-          squares += out.residual.segment(piece.first, piece.size()).squaredNorm();
-          count += static_cast<double>(piece.size());
-        }
-      }
-      if (!(squares > 0.0)) {
-        return std::nullopt;
-      }
-      out.weights[j] = std::sqrt(count / squares);
-      for (const Piece& piece : out.pieces) {
-        if (piece.joint == j) {
-          out.W.middleRows(piece.first, piece.size()) *= out.weights[j];
-          out.Y.segment(piece.first, piece.size()) *= out.weights[j];
-        }
-      }
-    }
+  for (const Piece& piece : out.pieces) {
+    out.W.middleRows(piece.first, piece.size()) *= out.weights[piece.joint];
+    out.Y.segment(piece.first, piece.size()) *= out.weights[piece.joint];
+  }
+  if (!out.fit(true) || !(out.residual.squaredNorm() > 0.0)) {
+    return std::nullopt;
   }
   return out;
+}
+
+bool ProbedRows::fit(bool with_chi) {
+  constexpr double independent = 1e-12;
+  StreamingQr qr(W.cols(), 1);
+  qr.add(W, Y);
+  R = qr.R();
+  const Vector diagonal = R.diagonal().cwiseAbs();
+  if (!(diagonal.minCoeff() > independent * diagonal.maxCoeff())) {
+    return false;
+  }
+  const Vector solution = R.triangularView<Eigen::Upper>().solve(qr.qty());
+  residual = Y - W * solution;
+  if (with_chi) {
+    chi = solution;
+  }
+  return true;
+}
+
+void ProbedRows::take(const Matrix& columns) {
+  const Index before = W.cols();
+  W.conservativeResize(Eigen::NoChange, before + columns.cols());
+  W.rightCols(columns.cols()) = columns * (W.leftCols(before).norm() / columns.norm());
+  fit(false);
 }
 
 std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
@@ -420,6 +451,7 @@ std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& 
   add_gains(robot, rows, effects, out);
   add_gravity(robot, effects, out);
   out.push_back({"clock_rate", "all joints", effects.of(faster(effects.motions()))});
+  add_delay(robot, base, rows, out);
   add_geometry(robot, effects, out);
   add_load_changes(robot, base, rows, out);
   add_elasticity(robot, base, rows, effects, out);

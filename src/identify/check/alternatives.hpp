@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "identify/check/torque_probe.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/types.hpp"
 
@@ -19,7 +20,7 @@ struct PickedLog {
   Motion motion;                // (instants × n)
 };
 
-// The rows of all joints at some instants of a probe, one joint after the other, weighted by 1/σ of each joint, and the fit of
+// The rows of all joints at some instants of a probe, one joint after the other, weighted as those of a result, and the fit of
 // the model to them.
 struct ProbedRows {
   // Rows of a joint from a log.
@@ -33,18 +34,25 @@ struct ProbedRows {
   };
 
   // Nothing where a joint has too few rows or the rows do not determine the parameters.
+  //
+  // result  whose base parameters and weights are taken
   static std::optional<ProbedRows> of(const TorqueProbe& probe, const Robot& robot,
-                                      const BaseParameters& base);
+                                      const Identification& result);
+
+  // Takes columns of an alternative that is believed behind those of the parameters, and fits them as well.
+  void take(const Matrix& columns);
+  // R and the residual of W as it is, and the solution of the first columns into chi where `with_chi`; false where W has not full rank.
+  bool fit(bool with_chi);
 
   std::vector<PickedLog> logs;
   std::vector<Piece> pieces;
   Vector weights;               // (n)
-  Matrix W;                     // (rows × b)
+  Matrix W;                     // (rows × b and those taken)
   Vector Y;                     // (rows)
   std::vector<Index> block_of;  // of time, of each row
   Index blocks = 0;
   Matrix R;    // of W = Q R
-  Vector chi;  // argmin ‖Y − W χ‖
+  Vector chi;  // argmin ‖Y − W χ‖ before anything is taken
   Vector residual;
 };
 

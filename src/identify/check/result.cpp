@@ -54,7 +54,7 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
       continue;
     }
     const TorqueProbe probe(robot, result.base, validation.subspan(l, 1), result.estimation.signal);
-    const std::optional<ProbedRows> rows = ProbedRows::of(probe, robot, result.base);
+    const std::optional<ProbedRows> rows = ProbedRows::of(probe, robot, result);
     if (!rows) {
       continue;
     }

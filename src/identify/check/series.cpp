@@ -362,6 +362,17 @@ bool check_motion(const Robot& robot, std::span<const Log> logs, Findings& out) 
   return true;
 }
 
+// Rates that no dynamics can be seen at, or that nothing is logged at: time in another unit.
+void check_rate(const Log& log, std::string subject, Findings& out) {
+  constexpr double slowest_rate = 8.0;  // [Hz]
+  constexpr double fastest_rate = 2e5;
+  if (log.f_m < slowest_rate || log.f_m > fastest_rate) {
+    out.add("time_scale", std::move(subject),
+            "the rate is " + number(log.f_m, 3) + " Hz, should be between " + number(slowest_rate) + " and " +
+                number(fastest_rate) + ": time may be in another unit, milliseconds say");
+  }
+}
+
 }  // namespace
 
 double rms(const Eigen::Ref<const Vector>& x) {
@@ -389,6 +400,7 @@ void check_series(const Robot& robot, std::span<const Log> logs, const CheckOpti
     check_smallness(robot, logs, out);
   }
   for (const Log& log : logs) {
+    check_rate(log, logs.size() == 1 ? "all joints" : log.source, out);
     check_columns(robot, logs, log, out);
     for (Index j = 0; j < robot.size(); ++j) {
       check_limits(robot, logs, log, j, out);

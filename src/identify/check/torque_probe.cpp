@@ -92,6 +92,7 @@ Reading TorqueProbe::as_told() const {
   const Index n = robot_.size();
   Reading out{.position = std::vector<Index>(static_cast<std::size_t>(n)),
               .position_scale = Vector::Ones(n),
+              .position_offset = Vector::Zero(n),
               .torque = std::vector<Index>(static_cast<std::size_t>(n)),
               .torque_sign = Vector::Ones(n),
               .gravity = robot_.chain.gravity};
@@ -198,7 +199,9 @@ Motion TorqueProbe::motion_at(const ProbedLog& log, const Reading& reading) cons
     out *= reading.position_scale.asDiagonal();
     return out;
   };
-  return {picked(log.motion.q), picked(log.motion.qd), picked(log.motion.qdd)};
+  Matrix q = picked(log.motion.q);
+  q.rowwise() += reading.position_offset.transpose();
+  return {std::move(q), picked(log.motion.qd), picked(log.motion.qdd)};
 }
 
 std::vector<Index> TorqueProbe::moving_rows(const ProbedLog& log, Index position_column, Part part) {
@@ -263,12 +266,12 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
       continue;
     }
     const JointFactor& f = factors[j];
-    const double weight = 1.0 / std::sqrt(f.centred[reading.torque[j]]);
+    const double unit = reading.torque_sign[static_cast<Index>(j)];
+    const double weight = 1.0 / std::sqrt(unit * unit * f.centred[reading.torque[j]]);
     for (std::size_t c = 0; c < f.columns.size(); ++c) {
       A.col(f.columns[c]).segment(row, f.R.rows()) = weight * f.R.col(static_cast<Index>(c));
     }
-    y.segment(row, f.R.rows()) =
-        weight * reading.torque_sign[static_cast<Index>(j)] * f.Z.col(reading.torque[j]);
+    y.segment(row, f.R.rows()) = weight * unit * f.Z.col(reading.torque[j]);
     row += f.R.rows();
   }
   Vector scale = A.colwise().norm();
@@ -292,7 +295,8 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
       chi[static_cast<Index>(c)] = out.chi[f.columns[c]];
     }
     const Vector r = reading.torque_sign[at] * f.Z.col(reading.torque[j]) - f.R * chi;
-    out.left[at] = (r.squaredNorm() + f.rest[reading.torque[j]]) / f.centred[reading.torque[j]];
+    const double square = reading.torque_sign[at] * reading.torque_sign[at];
+    out.left[at] = (r.squaredNorm() / square + f.rest[reading.torque[j]]) / f.centred[reading.torque[j]];
     out.total += out.left[at];
     count += 1.0;
     out.wrong[j] = M[at] < 0.0 && !dissipates(out.chi, at, reading) ? 1 : 0;
@@ -313,7 +317,7 @@ double TorqueProbe::left_of_other_half(const Reading& reading) const {
       if (f.rows == 0 || !(f.centred[column] > 0.0)) {
         continue;
       }
-      const Vector r = reading.torque_sign[static_cast<Index>(j)] * f.Z.col(column) - f.R * chi(f.columns);
+      const Vector r = f.Z.col(column) - f.R * chi(f.columns) / reading.torque_sign[static_cast<Index>(j)];
       // A half that says nothing of what the other one needs counts as unexplained, not as worse than that.
       left += std::min(1.0, (r.squaredNorm() + f.rest[column]) / f.centred[column]);
       joints += 1.0;

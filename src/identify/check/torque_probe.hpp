@@ -34,8 +34,9 @@ enum class Part { all, some, first_half, second_half };
 struct Reading {
   std::vector<Index> position;  // column of each joint
   Vector position_scale;
+  Vector position_offset;  // added after the scale [rad | m]
   std::vector<Index> torque;
-  Vector torque_sign;
+  Vector torque_sign;  // and unit
   Eigen::Vector3d gravity;
 };
 

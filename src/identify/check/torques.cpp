@@ -16,7 +16,7 @@ namespace {
 
 // Squared part of a joint's torque that the model leaves: from here on something is looked for, and from there on it is
 // told even where nothing is found.
-constexpr double suspicious = 0.01;
+constexpr double suspicious = 0.003;
 constexpr double hopeless = 0.5;
 // Mean over the joints from which on a model is none.
 constexpr double poor = 0.25;
@@ -58,7 +58,29 @@ void add_sign_changes(const Robot& robot, const Reading& reading, std::vector<Ch
   for (Index j = 0; j < robot.size(); ++j) {
     Reading r = reading;
     r.position_scale[j] *= -1.0;
+    Reading both = r;
+    both.torque_sign[j] *= -1.0;
     out.push_back({"position_sign", joint_name(robot, j), "its position has the other sign", std::move(r)});
+    out.push_back({"position_sign", joint_name(robot, j), "its position and its torque have the other sign",
+                   std::move(both)});
+  }
+}
+
+// Zeros that are a quarter or half a turn away.
+void add_zero_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  constexpr double quarter = 0.5 * std::numbers::pi;
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (robot.joints[static_cast<std::size_t>(j)].type != JointType::revolute) {
+      continue;
+    }
+    for (const double turns : {1.0, -1.0, 2.0}) {
+      Reading r = reading;
+      r.position_offset[j] += turns * quarter;
+      out.push_back({"zero_offset", joint_name(robot, j),
+                     "its zero is " + number(90.0 * turns) + "° away, offset = " +
+                         number(turns * quarter, 6) + " for its column in [log] position",
+                     std::move(r)});
+    }
   }
 }
 
@@ -111,6 +133,16 @@ void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Ch
                    degrees ? "positions are in degrees" : "positions were turned from degrees twice",
                    std::move(every)});
   }
+  for (Index j = 0; robot.size() > 1 && j < robot.size(); ++j) {
+    for (const double scale : {1e-3, 1e3}) {
+      Reading r = reading;
+      r.torque_sign[j] *= scale;
+      out.push_back({"torque_unit", joint_name(robot, j),
+                     scale < 1.0 ? "its torque is a thousand times that of the others, as N·mm would be"
+                                 : "its torque is a thousandth of that of the others, as kN·m would be",
+                     std::move(r)});
+    }
+  }
 }
 
 void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
@@ -138,10 +170,13 @@ std::vector<Change> changes(const Robot& robot, const Reading& reading) {
   add_order_changes(robot, reading, out);
   add_unit_changes(robot, reading, out);
   add_gravity_changes(robot, reading, out);
+  add_zero_changes(robot, reading, out);
   return out;
 }
 
-bool only_torques(std::string_view code) { return code == "torque_sign" || code == "torque_order"; }
+bool only_torques(std::string_view code) {
+  return code == "torque_sign" || code == "torque_order" || code == "torque_unit";
+}
 
 // Signs of a torque and of its position are hard to tell apart where a joint hardly feels the others.
 std::string rival(const TorqueProbe& probe, const Change& best, const ProbeScore& score,
