@@ -230,6 +230,11 @@ constexpr std::array codes = {
                    "torque sensor, or "
                    "torques that are late.",
                    "Set rotor_inertia = false for that joint where torques are measured at the joint."},
+    DiagnosticCode{"few_rows", error, "There are hardly more rows than parameters.",
+                   "A short log, a narrow [signal] window, or a decimation that leaves little: residuals of "
+                   "so few rows say nothing "
+                   "of the errors.",
+                   "Record a longer motion, or lower [signal] decimation."},
     DiagnosticCode{"poor_fit", error, "The model leaves most of the torques.",
                    "Whatever its parameters: columns of another log, a wrong geometry, a delay that changes.",
                    "Plot torques beside the motion; run rivid_identify check."},

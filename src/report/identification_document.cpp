@@ -725,6 +725,27 @@ KeyFigures figures_of(const Identification& result) {
   return out;
 }
 
+// One finding of each code, the others by their subjects.
+std::vector<Finding> told_once(const std::vector<Finding>& findings) {
+  std::vector<Finding> out;
+  std::vector<std::vector<std::string>> others;
+  for (const Finding& finding : findings) {
+    const auto at = std::ranges::find(out, finding.code, &Finding::code);
+    if (at == out.end() || finding.subject.empty()) {
+      out.push_back(finding);
+      others.emplace_back();
+    } else {
+      others[static_cast<std::size_t>(at - out.begin())].push_back(finding.subject);
+    }
+  }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!others[i].empty()) {
+      out[i].text += "; the same of " + listed(others[i]);
+    }
+  }
+  return out;
+}
+
 Document verdict_of(const Identification& result) {
   const bool identified = result.status == Status::identified;
   Document out;
@@ -740,7 +761,7 @@ Document verdict_of(const Identification& result) {
   // The reasons of a doubtful result are findings, which say what to do as well.
   const bool told_below = result.status == Status::doubtful;
   out.opening = {{list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},
-                 {FindingList{result.warnings}},
+                 {FindingList{told_once(result.warnings)}},
                  {list_of("choices", choices_of(result))},
                  {figures_of(result), page}};
   return out;

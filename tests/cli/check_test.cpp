@@ -89,6 +89,12 @@ TEST_F(Check, FindsNothingInOtherMotionsOfThatRobot) {
   expect_sound();
 }
 
+TEST_F(Check, HardlyMoreRowsThanParametersAreDoubted) {
+  const Json result = result_of({"scara.toml", "--set", "signal.window=[1, 1.6]"}, 1);
+  EXPECT_EQ(result.at("status"), "doubtful");
+  expect_finding({{"findings", result.at("warnings")}}, "error", "few_rows", "all joints");
+}
+
 TEST_F(Check, NamesExchangedTorques) {
   replace("control = [\"v1\", \"v2\"]", "control = [\"v2\", \"v1\"]");
   expect_error("torque_order", "joint_1 and joint_2");

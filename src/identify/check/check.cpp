@@ -136,6 +136,7 @@ void widen(const Robot& robot, std::span<const Log> logs, const Vector& shift, I
 void examine_result(const Robot& robot, std::span<const Log> validation, const Identification& result,
                     Findings& out) {
   if (result.status == Status::identified) {
+    check_rows(result, out);
     check_signs(robot, result, out);
     check_validation(robot, validation, result, out);
   }

@@ -59,6 +59,9 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
 // Friction that drives and inertias that are negative, beyond doubt.
 void check_signs(const Robot& robot, const Identification& result, Findings& out);
 
+// Rows enough to tell deviations from.
+void check_rows(const Identification& result, Findings& out);
+
 // The residual of validations against that of a fit to these logs and what the covariance of the parameters lets expect.
 //
 // validation  logs that result.validation is of

@@ -16,6 +16,9 @@ constexpr double beyond_doubt = 3.0;
 // A residual of a joint on another log that is so many times the expected one contradicts the fit.
 constexpr double much_worse = 2.0;
 
+// Rows for each parameter that deviations can be told from.
+constexpr Index least_rows = 2;
+
 std::string value_of(const ParameterEstimate& p) {
   return p.name + " = " + number(p.value, 3) + " ± " + number(p.sigma, 2) + " " + p.unit;
 }
@@ -36,6 +39,16 @@ void check_signs(const Robot& robot, const Identification& result, Findings& out
     } else if (of == Role::rotor) {
       out.add("negative_rotor", joint, value_of(p) + ", inertias are positive");
     }
+  }
+}
+
+void check_rows(const Identification& result, Findings& out) {
+  const Index rows = result.fit.rows;
+  const Index b = result.base.size();
+  if (rows < least_rows * b) {
+    out.add("few_rows", "all joints",
+            std::to_string(rows) + " rows for " + counted(b, "base parameter") + ", should be " +
+                std::to_string(least_rows * b) + " at least: deviations mean nothing");
   }
 }
 
