@@ -8,6 +8,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "data/log_columns.hpp"
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
@@ -187,45 +188,50 @@ void set_clock(Log& log, Index samples, const std::optional<Vector>& stamps, std
   }
 }
 
-Log read(std::string_view who, const std::filesystem::path& path, const LogOptions& options,
-         std::size_t required) {
-  if (const auto fault = options.complaint()) {
-    throw InputError(std::string(who) + ": " + *fault);
+// Which columns of a table are what.
+struct Choice {
+  Columns columns;
+  std::optional<Column> time;
+
+  // In the order of their quantities, time last.
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> out;
+    for (const std::vector<Column>& list : columns) {
+      for (const Column& column : list) {
+        out.push_back(column.name);
+      }
+    }
+    if (time) {
+      out.push_back(time->name);
+    }
+    return out;
   }
-  Log log;
-  log.source = path.string();
-  if (std::error_code ignored; std::filesystem::is_fifo(path, ignored)) {
-    throw InputError(log.source + ": is a pipe, a file is required, which can be read more than once");
-  }
-  const std::vector<std::string> names = column_names(path, options.table);
-  const Columns columns = resolved(options, required, names, log.source, log.notes);
-  const std::optional<Column> time = time_column(options, names, log.notes);
-  if (!time && !options.rate_hz) {
+};
+
+Choice chosen(const LogOptions& options, std::size_t required, const std::vector<std::string>& names,
+              Log& log) {
+  Choice out = {.columns = resolved(options, required, names, log.source, log.notes),
+                .time = time_column(options, names, log.notes)};
+  if (!out.time && !options.rate_hz) {
     throw InputError(
         log.source +
         ": there is no time column \"t\" or \"time\"; say which column it is, or state the rate");
   }
+  return out;
+}
 
-  TableOptions table_options = options.table;
-  for (const std::vector<Column>& list : columns) {
-    for (const Column& column : list) {
-      table_options.columns.push_back(column.name);
-    }
-  }
-  if (time) {
-    table_options.columns.push_back(time->name);
-  }
-  Table table = read_table(path, table_options);
+// Takes the columns of a choice, which are those of the table in their order.
+void fill(Log& log, const Choice& choice, Table table, const LogOptions& options) {
   if (table.rows() < 2) {
     throw InputError(log.source + ": the log has one sample, at least 2 are required");
   }
   Index next = 0;
   for (std::size_t i = 0; i < quantities.size(); ++i) {
-    const auto n = static_cast<Index>(columns[i].size());
+    const auto n = static_cast<Index>(choice.columns[i].size());
     Matrix& values = log.*quantities[i].member;
     values = table.values.middleCols(next, n);
     for (Index j = 0; j < n; ++j) {
-      const Column& column = columns[i][static_cast<std::size_t>(j)];
+      const Column& column = choice.columns[i][static_cast<std::size_t>(j)];
       if (column.scale != 1.0 || column.offset != 0.0) {
         values.col(j) = column.scale * values.col(j).array() + column.offset;
       }
@@ -236,11 +242,27 @@ Log read(std::string_view who, const std::filesystem::path& path, const LogOptio
     next += n;
   }
   std::optional<Vector> stamps;
-  if (time) {
-    stamps = time->scale * table.values.col(next).array() + time->offset;
+  if (choice.time) {
+    stamps = choice.time->scale * table.values.col(next).array() + choice.time->offset;
   }
   log.lines = std::move(table.lines);
   set_clock(log, table.rows(), stamps, options.rate_hz);
+}
+
+Log read(std::string_view who, const std::filesystem::path& path, const LogOptions& options,
+         std::size_t required) {
+  if (const auto fault = options.complaint()) {
+    throw InputError(std::string(who) + ": " + *fault);
+  }
+  Log log;
+  log.source = path.string();
+  if (std::error_code ignored; std::filesystem::is_fifo(path, ignored)) {
+    throw InputError(log.source + ": is a pipe, a file is required, which can be read more than once");
+  }
+  const Choice choice = chosen(options, required, column_names(path, options.table), log);
+  TableOptions table_options = options.table;
+  table_options.columns = choice.names();
+  fill(log, choice, read_table(path, table_options), options);
   return log;
 }
 
@@ -292,6 +314,23 @@ Log read_csv(const std::filesystem::path& path, const LogOptions& options) {
 
 Log read_reference(const std::filesystem::path& path, const LogOptions& options) {
   return read("read_reference", path, options, reference);
+}
+
+Log detail::log_of(const Table& table, const LogOptions& options) {
+  if (const auto fault = options.complaint()) {
+    throw InputError(table.source + ": " + *fault);
+  }
+  Log log;
+  log.source = table.source;
+  const Choice choice = chosen(options, position, table.names, log);
+  const std::vector<std::string> wanted = choice.names();
+  Table taken;
+  taken.values.resize(table.rows(), std::ssize(wanted));
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    taken.values.col(static_cast<Index>(k)) = table.values.col(table.column(wanted[k]));
+  }
+  fill(log, choice, std::move(taken), options);
+  return log;
 }
 
 std::string to_csv(const Log& log) {

@@ -15,6 +15,7 @@
 #include <system_error>
 #include <utility>
 
+#include "foreign_format.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -175,16 +176,16 @@ void refuse_other_formats(std::string_view text, const std::string& source) {
     std::string_view words;
   };
   using namespace std::string_view_literals;
-  static constexpr std::array formats = {
-      Format{"\xFF\xFE"sv, "is UTF-16 text; save it as UTF-8"},
-      Format{"\xFE\xFF"sv, "is UTF-16 text; save it as UTF-8"},
-      Format{"\x1F\x8B"sv, "is compressed by gzip; unpack it first"},
-      Format{"PK\x03\x04"sv, "is a zip archive or a spreadsheet; export it as text (CSV)"},
-      Format{"MATLAB 5.0"sv, "is a MATLAB file; export it as text (CSV)"}};
+  static constexpr std::array formats = {Format{"\xFF\xFE"sv, "is UTF-16 text; save it as UTF-8"},
+                                         Format{"\xFE\xFF"sv, "is UTF-16 text; save it as UTF-8"},
+                                         Format{"\x1F\x8B"sv, "is compressed by gzip; unpack it first"}};
   for (const Format& format : formats) {
     if (text.starts_with(format.start)) {
       throw InputError(source + ": " + std::string(format.words));
     }
+  }
+  if (const auto complaint = foreign_format(text, source)) {
+    throw InputError(source + ": " + *complaint);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "rivid/data/csv.hpp"
 #include "rivid/data/log.hpp"
 
 namespace rivid::detail {
@@ -26,5 +27,10 @@ inline constexpr std::array<LogColumns, 6> log_columns = {{{&Log::q, "q", true},
 /// The part of Log::complaint() that says nothing about the regularity of the time stamps or about missing
 /// positions.
 [[nodiscard]] std::optional<std::string> shape_complaint(const Log& log);
+
+/// The log in a table that a program holds: as read_csv() makes it of a file.
+///
+/// @throws InputError  as read_csv() does
+[[nodiscard]] Log log_of(const Table& table, const LogOptions& options);
 
 }  // namespace rivid::detail

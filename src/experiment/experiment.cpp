@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <variant>
 
+#include "data/log_columns.hpp"
+#include "experiment/from_program.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/check.hpp"
 
@@ -69,6 +71,28 @@ Log adjusted(Log log, const LogSource& source, const Robot& robot) {
   return log;
 }
 
+// What [log] says of a log that was read, which long gaps make several of.
+void append_pieces(Log log, const LogSource& source, const Robot& robot, std::vector<Log>& out) {
+  require_columns(log, robot);
+  if (source.side == LogSource::Side::motor) {
+    log = joint_side(robot, std::move(log));
+  }
+  if (source.torque_lag != 0.0) {
+    log = shift_torque(log, source.torque_lag);
+  }
+  for (Log& piece : regularised(std::move(log), source.irregular, source.resample)) {
+    out.push_back(adjusted(std::move(piece), source, robot));
+  }
+}
+
+void take_notes(std::span<const Log> logs, Identification& result) {
+  for (const Log& log : logs) {
+    for (const std::string& note : log.notes) {
+      result.notes.push_back(log.source + ": " + note);
+    }
+  }
+}
+
 }  // namespace
 
 Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
@@ -131,39 +155,33 @@ std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Pr
         progress("reading " + file.filename().string(), fraction);
       };
     }
-    Log log = read_csv(file, columns);
-    require_columns(log, robot);
-    if (source.side == LogSource::Side::motor) {
-      log = joint_side(robot, std::move(log));
-    }
-    if (source.torque_lag != 0.0) {
-      log = shift_torque(log, source.torque_lag);
-    }
-    for (Log& piece : regularised(std::move(log), source.irregular, source.resample)) {
-      out.push_back(adjusted(std::move(piece), source, robot));
-    }
+    append_pieces(read_csv(file, columns), source, robot, out);
   }
+  return out;
+}
+
+std::vector<Log> detail::logs_of(const Table& table, const LogSource& source, const Robot& robot) {
+  std::vector<Log> out;
+  append_pieces(log_of(table, source.columns), source, robot, out);
+  return out;
+}
+
+Identification detail::judged(const Experiment& experiment, std::span<const Log> logs,
+                              std::span<const Log> validation, const Progress& progress) {
+  Identification out = identify_logs(experiment, logs, progress);
+  take_notes(logs, out);
+  for (const Log& log : validation) {
+    out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
+  }
+  take_notes(validation, out);
+  examine(experiment.robot, logs, validation, out);
   return out;
 }
 
 Identification run(const Experiment& experiment, const Progress& progress) {
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot, progress);
-  Identification out = identify_logs(experiment, logs, progress);
-  const auto take_notes = [&](const std::vector<Log>& from) {
-    for (const Log& log : from) {
-      for (const std::string& note : log.notes) {
-        out.notes.push_back(log.source + ": " + note);
-      }
-    }
-  };
-  take_notes(logs);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
-  for (const Log& log : others) {
-    out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
-  }
-  take_notes(others);
-  examine(experiment.robot, logs, others, out);
-  return out;
+  return detail::judged(experiment, logs, others, progress);
 }
 
 std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result) {

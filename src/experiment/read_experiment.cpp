@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "experiment/from_program.hpp"
 #include "experiment/read_excitation.hpp"
 #include "experiment/sections.hpp"
 #include "rivid/experiment/excitation.hpp"
@@ -45,11 +46,8 @@ struct FileSections {
       montecarlo, excitation;
 };
 
-Experiment experiment_of(const FileSections& sections, const std::filesystem::path& path) {
-  const std::filesystem::path folder = path.parent_path();
-  Experiment out;
-  out.file = path;
-  out.robot = detail::read_robot(*sections.robot, folder, out.robot_file);
+// What the sections beside [robot] say of an experiment whose robot is known.
+void read_sections(const FileSections& sections, const std::filesystem::path& folder, Experiment& out) {
   const Index n = out.robot.size();
   if (sections.log) {
     out.log = detail::read_log_source(*sections.log, {}, folder, out.robot);
@@ -79,6 +77,13 @@ Experiment experiment_of(const FileSections& sections, const std::filesystem::pa
     std::vector<std::filesystem::path> known;
     (void)detail::read_excitation_options(*sections.excitation, folder, out.robot, known);  // its checks
   }
+}
+
+Experiment experiment_of(const FileSections& sections, const std::filesystem::path& path) {
+  Experiment out;
+  out.file = path;
+  out.robot = detail::read_robot(*sections.robot, path.parent_path(), out.robot_file);
+  read_sections(sections, path.parent_path(), out);
   return out;
 }
 
@@ -121,6 +126,36 @@ Experiment read_experiment(const std::filesystem::path& path, Use use,
   Experiment out = experiment_of(FileSections(table, path, required), path);
   out.origins = detail::origins(table);
   return out;
+}
+
+Experiment detail::experiment_from(const Robot& robot, std::string_view sections, const std::string& source) {
+  const toml::table table = parsed_toml_text(sections, source);
+  const FileSections read(table, source, {});
+  if (read.robot) {
+    throw InputError(source + ": [robot] is said by the robot");
+  }
+  Experiment out;
+  out.file = source;
+  out.robot = robot;
+  read_sections(read, {}, out);
+  return out;
+}
+
+Robot detail::robot_of(const RobotDescription& description, std::string_view keys) {
+  const toml::table table = parsed_toml_text(keys, description.source);
+  TomlReader reader(table, description.source, "robot");
+  const UrdfOptions options = read_urdf_options(reader);
+  if (!description.mdh) {
+    return with_options(std::move(reader), parse_urdf(description.text, description.source, options));
+  }
+  refuse_links_of_table(reader);
+  return with_options(std::move(reader), mdh_robot(parsed_text_table(description.text, description.source),
+                                                   description.name, options.gravity));
+}
+
+LogSource detail::log_source_of(const Robot& robot, std::string_view keys, const std::string& source) {
+  const toml::table table = parsed_toml_text(keys, source);
+  return read_log_source(TomlReader(table, source, "log"), {}, {}, robot);
 }
 
 MonteCarlo read_monte_carlo(const std::filesystem::path& path, std::span<const std::string> settings) {

@@ -3,9 +3,7 @@
 #include <cctype>
 
 #include "experiment/sections.hpp"
-#include "experiment/text_file.hpp"
 #include "rivid/model/mdh.hpp"
-#include "rivid/model/urdf.hpp"
 
 namespace rivid::detail {
 
@@ -51,6 +49,8 @@ void read_couplings(TomlReader& keys, Robot& robot) {
   }
 }
 
+}  // namespace
+
 UrdfOptions read_urdf_options(TomlReader& keys) {
   UrdfOptions options;
   options.base = keys.get<std::string>("base").value_or("");
@@ -65,6 +65,8 @@ UrdfOptions read_urdf_options(TomlReader& keys) {
   }
   return options;
 }
+
+namespace {
 
 constexpr std::array<std::string_view, 6> mdh_columns = {"joint", "type", "alpha", "a", "d", "theta"};
 
@@ -100,32 +102,35 @@ JointType joint_type(const std::string& cell, const std::string& where) {
 }  // namespace
 
 Robot read_mdh(const std::filesystem::path& path, const Eigen::Vector3d& gravity) {
-  const TextTable text = read_text_table(path, "the file");
+  return mdh_robot(read_text_table(path, "the file"), path.stem().string(), gravity);
+}
+
+Robot mdh_robot(const TextTable& text, const std::string& name, const Eigen::Vector3d& gravity) {
   std::vector<MdhRow> table;
   const auto at = text.rows.empty() ? std::array<std::size_t, mdh_columns.size()>{} : places(text.header);
   for (const TextTable::Row& row : text.rows) {
     const auto value = [&](std::size_t f) { return cell_number(row, at[f], mdh_columns[f]); };
     // A joint that is only numbered gets the name that read_mdh's robots have anyway.
-    const std::string& name = row.cells[at[0]];
-    const bool numbered = std::ranges::all_of(name, [](unsigned char c) { return std::isdigit(c) != 0; });
+    const std::string& joint = row.cells[at[0]];
+    const bool numbered = std::ranges::all_of(joint, [](unsigned char c) { return std::isdigit(c) != 0; });
     table.push_back({.type = joint_type(row.cells[at[1]], row.place),
                      .alpha = value(2),
                      .a = value(3),
                      .d = value(4),
                      .theta = value(5),
-                     .name = numbered ? "" : name});
+                     .name = numbered ? "" : joint});
   }
   if (table.empty()) {
-    throw InputError(path.string() + ": the table has no joint");
+    throw InputError(text.file + ": the table has no joint");
   }
   Robot robot = [&] {
     try {
       return robot_from(table, gravity);
     } catch (const InputError& e) {
-      throw InputError(path.string() + ": " + e.what());
+      throw InputError(text.file + ": " + e.what());
     }
   }();
-  robot.name = path.stem().string();
+  robot.name = name;
   return robot;
 }
 
@@ -158,14 +163,24 @@ Robot read_robot(TomlReader keys, const std::filesystem::path& folder, std::file
     keys.look_for_mistyped({"urdf", "mdh"});
     keys.fail(urdf ? "names both urdf and mdh, must name one" : "names no robot, must name urdf or mdh");
   }
+  if (mdh) {
+    refuse_links_of_table(keys);
+  }
+  robot_file = urdf.value_or(mdh.value_or(folder));
+  return with_options(std::move(keys),
+                      urdf ? read_urdf(robot_file, options) : read_mdh(robot_file, options.gravity));
+}
+
+void refuse_links_of_table(TomlReader& keys) {
   for (const char* const link : {"base", "tip"}) {
-    if (mdh && keys.find(link) != nullptr) {
+    if (keys.find(link) != nullptr) {
       keys.fail(*keys.find(link), link,
                 "goes with urdf: a table describes the chain from its base to its tip");
     }
   }
-  robot_file = urdf.value_or(mdh.value_or(folder));
-  Robot robot = urdf ? read_urdf(robot_file, options) : read_mdh(robot_file, options.gravity);
+}
+
+Robot with_options(TomlReader keys, Robot robot) {
   keys.read(robot_keys, robot);
   std::apply([&](const auto&... field) { (keys.read_each(field, robot.joints), ...); }, Joint::fields());
   if (auto joints = keys.section("joints")) {

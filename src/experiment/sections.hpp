@@ -6,8 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "experiment/text_file.hpp"
 #include "experiment/toml_reader.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "rivid/model/urdf.hpp"
 
 // The sections of an experiment file.
 namespace rivid::detail {
@@ -115,6 +117,18 @@ inline constexpr auto trial_keys = std::tuple(
 ///
 /// @throws InputError with file and line where the table can not be read
 [[nodiscard]] Robot read_mdh(const std::filesystem::path& path, const Eigen::Vector3d& gravity);
+
+/// The same of a table that was read already.
+[[nodiscard]] Robot mdh_robot(const TextTable& text, const std::string& name, const Eigen::Vector3d& gravity);
+
+/// Keys of [robot] that choose the chain of a URDF; `gravity` is for tables too.
+[[nodiscard]] UrdfOptions read_urdf_options(TomlReader& keys);
+
+/// Refuses those that a table has no use for.
+void refuse_links_of_table(TomlReader& keys);
+
+/// A robot with what [robot] says of it beside its description.
+[[nodiscard]] Robot with_options(TomlReader keys, Robot robot);
 
 /// Base to tip.
 [[nodiscard]] std::vector<std::string> joint_names(const Robot& robot);

@@ -48,8 +48,12 @@ std::string from_folder(const std::filesystem::path& path, const std::filesystem
 }
 
 TextTable read_text_table(const std::filesystem::path& path, std::string_view what) {
-  TextTable out{.file = path.string(), .header = {}, .rows = {}};
-  std::istringstream in(file_text(path, what));
+  return parsed_text_table(file_text(path, what), path.string());
+}
+
+TextTable parsed_text_table(const std::string& text, const std::string& source) {
+  TextTable out{.file = source, .header = {}, .rows = {}};
+  std::istringstream in(text);
   std::string line;
   for (int count = 1; std::getline(in, line); ++count) {
     if (count == 1 && line.starts_with(byte_order_mark)) {

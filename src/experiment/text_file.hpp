@@ -31,6 +31,9 @@ struct TextTable {
 /// @throws InputError  where the file can not be read or a row has not as many fields as the header
 [[nodiscard]] TextTable read_text_table(const std::filesystem::path& path, std::string_view what);
 
+/// The same of a text that was read already, which `source` names in messages.
+[[nodiscard]] TextTable parsed_text_table(const std::string& text, const std::string& source);
+
 /// The number that a cell holds.
 ///
 /// @throws InputError  where it is none or not finite

@@ -87,6 +87,14 @@ toml::table parsed_toml(const std::filesystem::path& path, std::string_view what
   return out;
 }
 
+toml::table parsed_toml_text(std::string_view text, const std::string& source) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& e) {
+    throw InputError(source + ": " + std::string(e.description()));
+  }
+}
+
 std::map<std::string, std::string> origins(const toml::table& table) {
   std::map<std::string, std::string> out;
   collect_origins(table, "", out);
@@ -249,6 +257,9 @@ void TomlReader::require_within(const toml::node& node, const Wanted& wanted, do
 }
 
 std::string TomlReader::place(const toml::source_region& at) const {
+  if (!at.path) {  // text of a program, whose lines nobody sees
+    return file_ + ": ";
+  }
   return is_set(at)
              ? *at.path + ": "
              : file_ + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column) + ": ";

@@ -31,6 +31,9 @@ namespace rivid::detail {
 [[nodiscard]] toml::table parsed_toml(const std::filesystem::path& path, std::string_view what,
                                       std::span<const std::string> settings = {});
 
+/// The same of text that a program made, which `source` names in messages.
+[[nodiscard]] toml::table parsed_toml_text(std::string_view text, const std::string& source);
+
 /// Where the keys of a table come from, by their dotted names: "file" or "--set".
 [[nodiscard]] std::map<std::string, std::string> origins(const toml::table& table);
 

@@ -61,8 +61,14 @@ class KeyTable {
   }
 
   [[nodiscard]] std::string text() const {
-    return "| key | type | default | unit | meaning |\n|---|---|---|---|---|\n" + rows_;
+    std::string out = "| key | type | default | unit | meaning |\n|---|---|---|---|---|\n";
+    for (const KeyRow& row : rows_) {
+      out += "| `" + row.key + "` | " + row.type + " | " + row.otherwise + " | " + row.unit +
+             (row.unit.empty() ? "| " : " | ") + row.meaning + " |\n";
+    }
+    return out;
   }
+  [[nodiscard]] const std::vector<KeyRow>& rows() const { return rows_; }
   [[nodiscard]] const std::set<std::string>& words() const { return words_; }
 
  private:
@@ -71,6 +77,7 @@ class KeyTable {
     const FieldDetails& d = field.details;
     std::string type(d.type);
     std::string fallback(otherwise.empty() ? d.otherwise : otherwise);
+    std::vector<std::string> words;
     if constexpr (!std::is_same_v<Access, std::nullptr_t>) {
       using Value = std::decay_t<std::invoke_result_t<Access, const Record&>>;
       if (type.empty()) {
@@ -81,14 +88,19 @@ class KeyTable {
         fallback = code(json_of(field, fresh));
       }
       if constexpr (Named<Value>) {
-        words_.insert(names_of<Value>.begin(), names_of<Value>.end());
+        words.assign(names_of<Value>.begin(), names_of<Value>.end());
+        words_.insert(words.begin(), words.end());
       }
     }
-    rows_ += "| `" + std::string(field.key) + "` | " + type + " | " + fallback + " | " + std::string(d.unit) +
-             (d.unit.empty() ? "| " : " | ") + std::string(field.meaning) + " |\n";
+    rows_.push_back({.key = std::string(field.key),
+                     .type = std::move(type),
+                     .otherwise = std::move(fallback),
+                     .unit = std::string(d.unit),
+                     .meaning = std::string(field.meaning),
+                     .words = std::move(words)});
   }
 
-  std::string rows_;
+  std::vector<KeyRow> rows_;
   std::set<std::string> words_;
 };
 
@@ -175,6 +187,14 @@ std::map<std::string, std::string> page_tables() {
                                             {"plan.starts", member_table<StartReport>()}};
   for (const auto& [name, table] : key_tables()) {
     out[name] = table.text();
+  }
+  return out;
+}
+
+std::map<std::string, std::vector<KeyRow>> key_rows() {
+  std::map<std::string, std::vector<KeyRow>> out;
+  for (const auto& [name, table] : key_tables()) {
+    out[name] = table.rows();
   }
   return out;
 }

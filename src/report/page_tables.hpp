@@ -7,6 +7,19 @@
 // The tables of keys in docs/experiment.md and of members in docs/result.md, made from the fields.
 namespace rivid::detail {
 
+/// One key of an experiment file, in the words of the page.
+struct KeyRow {
+  std::string key;
+  std::string type;
+  std::string otherwise;  ///< the default
+  std::string unit;
+  std::string meaning;
+  std::vector<std::string> words;  ///< that it may be, where it is a word
+};
+
+/// Rows of the tables of keys by the names of the tables: "signal", "method.iv".
+[[nodiscard]] std::map<std::string, std::vector<KeyRow>> key_rows();
+
 /// Markdown tables by their names: "signal", "result.fit".
 [[nodiscard]] std::map<std::string, std::string> page_tables();
 

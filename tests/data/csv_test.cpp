@@ -29,6 +29,29 @@ std::string refusal(std::string_view content, const LogOptions& options = {}) {
   return complaint_of([&] { static_cast<void>(read_csv(file.path(), options)); });
 }
 
+TEST(ReadCsv, NamesTheCommandThatConvertsOtherFormats) {
+  using namespace std::string_view_literals;
+  const auto refused = [](std::string_view content, const char* name, const char* package) {
+    const TemporaryFile file(content);
+    const std::string path = file.path().string();
+    const std::string words = complaint_of([&] { static_cast<void>(read_csv(file.path())); });
+    EXPECT_TRUE(says(words, name)) << words;
+    EXPECT_TRUE(says(words, "the Python package " + std::string(package) + " makes one")) << words;
+    EXPECT_TRUE(says(words, "rivid convert " + path)) << words;
+    EXPECT_TRUE(words.ends_with(".csv")) << words;
+  };
+  refused("\x89MCAP0\r\n...", "is an MCAP bag", "rivid[ros]");
+  refused("SQLite format 3\0..."sv, "is a rosbag2 bag", "rivid[ros]");
+  refused("#ROSBAG V2.0\n", "is a ROS 1 bag", "rivid[ros]");
+  refused("PAR1...", "is a Parquet file", "rivid[parquet]");
+  refused("ARROW1\0\0"sv, "is a Feather file", "rivid[parquet]");
+  refused("PK\x03\x04...", "is a zip archive", "rivid");
+  refused("\x93NUMPY\1\0"sv, "is a NumPy file", "rivid");
+  refused("MATLAB 5.0 MAT-file, Platform", "is a MATLAB file", "rivid[matlab]");
+  refused("MATLAB 7.3 MAT-file, Platform", "is a MATLAB file", "rivid[matlab]");
+  refused("\x89HDF\r\n\x1a\n...", "is an HDF5 file", "rivid[matlab]");
+}
+
 TEST(ReadCsv, FindsTheDefaultNames) {
   const TemporaryFile file(two_joints);
   const Log log = read_csv(file.path());
