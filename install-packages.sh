@@ -1,6 +1,7 @@
 #!/bin/sh
-# Installs what packages.txt lists, on Debian 12 and Ubuntu 24.04 or later. Silent unless it fails; where
-# everything is installed already it touches neither the network nor sudo.
+# Installs what packages.txt lists, on Debian 12 and Ubuntu 24.04 or later, and with pip into build/venv what the Python package
+# is built and tested with, python/requirements-test.txt. Silent unless it fails; where everything is installed already it
+# touches neither the network nor sudo. Where pip fails, the Python package is left out, unless CI is set.
 set -eu
 cd "$(dirname "$0")"
 
@@ -21,9 +22,31 @@ if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>
   fail "no apt here; install the packages named below, or their like, by your system's own means"
 fi
 
+python_packages() {
+  requirements=python/requirements-test.txt
+  cmp -s "$requirements" build/venv/requirements.txt && return 0
+  pip_log=$(mktemp)
+  if python3 -m venv build/venv >"$pip_log" 2>&1 &&
+    build/venv/bin/python -m pip install -q --disable-pip-version-check --retries 2 -r "$requirements" >>"$pip_log" 2>&1; then
+    cp "$requirements" build/venv/requirements.txt
+    rm -f "$pip_log"
+    return 0
+  fi
+  echo "install-packages.sh: pip could not install $(grep -v '^#' "$requirements" | tr '\n' ' '); its last words:" >&2
+  tail -n 3 "$pip_log" >&2
+  rm -f "$pip_log"
+  if [ -n "${CI:-}" ]; then
+    exit 1
+  fi
+  echo "install-packages.sh: the Python package is left out; all else can be built" >&2
+}
+
 packages=$(missing)
 packages=${packages% }
-[ -n "$packages" ] || exit 0
+if [ -z "$packages" ]; then
+  python_packages
+  exit 0
+fi
 
 if [ "$(id -u)" -eq 0 ]; then
   as_root=""
@@ -50,3 +73,4 @@ if ! apt install --no-install-recommends $packages; then
   cat "$log" >&2
   fail "apt-get could not install: ${packages}"
 fi
+python_packages

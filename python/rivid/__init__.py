@@ -1,0 +1,81 @@
+"""rivid identifies the dynamic parameters of robot arms from logs of their motion.
+
+    robot = rivid.Robot.from_urdf("ur10e.urdf", tip="tool0", friction="symmetric")
+    fit = rivid.identify(robot, rivid.Log(t=t, q=q, tau=tau), rivid.Wls())
+    print(fit.parameters)
+
+Options have the words, defaults and checks of experiment files: docs/experiment.md lists them. Numbers in parentheses, as (13), are
+equations of the paper, [RIV] in docs/references.md.
+"""
+
+from rivid import signal
+from rivid._options import (
+    Auto,
+    Cascade,
+    ComputedTorque,
+    Essential,
+    Fourier,
+    Iv,
+    Logged,
+    Ols,
+    Pd,
+    Physical,
+    Pid,
+    PointToPoint,
+    Wls,
+)
+from rivid._rivid import Error, InputError, NumericsError
+from rivid._rivid import version as __version__
+from rivid.experiment import Excitation, Experiment, Simulation, draft, excite, simulate
+from rivid.findings import Finding
+from rivid.fit import Fit, Prediction, check, identify
+from rivid.log import Log, read_log, read_logs
+from rivid.montecarlo import MonteCarloResults, Study, montecarlo
+from rivid.robot import BaseParameters, DynamicModel, InverseDynamics, Robot
+from rivid.table import Table
+
+for _error in (Error, InputError, NumericsError):
+    _error.__module__ = "rivid"
+
+__all__ = [
+    "Auto",
+    "BaseParameters",
+    "Cascade",
+    "ComputedTorque",
+    "DynamicModel",
+    "Error",
+    "Essential",
+    "Excitation",
+    "Experiment",
+    "Finding",
+    "Fit",
+    "Fourier",
+    "InputError",
+    "InverseDynamics",
+    "Iv",
+    "Log",
+    "Logged",
+    "MonteCarloResults",
+    "NumericsError",
+    "Ols",
+    "Pd",
+    "Physical",
+    "Pid",
+    "PointToPoint",
+    "Prediction",
+    "Robot",
+    "Simulation",
+    "Study",
+    "Table",
+    "Wls",
+    "__version__",
+    "check",
+    "draft",
+    "excite",
+    "identify",
+    "montecarlo",
+    "read_log",
+    "read_logs",
+    "signal",
+    "simulate",
+]

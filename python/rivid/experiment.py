@@ -1,0 +1,192 @@
+"""Experiment files, and simulated experiments."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rivid import _rivid
+from rivid._keys import Control, Motion, settings_of, toml
+from rivid.log import Log
+from rivid.robot import Robot
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from rivid._options import SimulationKeys
+    from rivid.types import Floats, Progress, Settings
+
+
+class Experiment:
+    """What an experiment file says, docs/experiment.md. ``rivid.identify(experiment)`` and ``simulate(experiment)`` do it."""
+
+    def __init__(
+        self, path: str | PathLike[str], settings: Settings | None = None, *, simulation: bool = False
+    ) -> None:
+        """Reads the file; ``simulation`` asks for the sections of a simulation in place of those of an identification.
+
+        Raises InputError with line and column for what can not be used.
+        """
+        self.path = Path(path)
+        self._settings = settings_of(settings)
+        self._experiment = _rivid.Experiment(self.path, self._settings, simulation)
+        self._simulation = simulation
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The robot of [robot]."""
+        return Robot._of(self._experiment.robot)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All settings, defaults included."""
+        return {key: json.loads(value) for key, value, _, _ in self._experiment.settings(self._simulation)}
+
+    def logs(self, *, progress: Progress | None = None) -> list[Log]:
+        """The logs of [log]."""
+        return [Log._of(log) for log in self._experiment.logs(False, progress)]
+
+    def validation(self, *, progress: Progress | None = None) -> list[Log]:
+        """The logs of [validation]."""
+        return [Log._of(log) for log in self._experiment.logs(True, progress)]
+
+    def __repr__(self) -> str:
+        return f"<Experiment {str(self.path)!r}>"
+
+
+def draft(
+    robot: str | PathLike[str],
+    logs: str | PathLike[str] | Iterable[str | PathLike[str]],
+    path: str | PathLike[str],
+    *,
+    tip: str = "",
+) -> list[str]:
+    """Writes an experiment file to begin with, as ``rivid_identify init`` does; returns what is doubtful or missing."""
+    files = [logs] if isinstance(logs, (str, PathLike)) else list(logs)
+    text, _, doubts = _rivid.draft(Path(path), Path(robot), tip, [Path(file) for file in files])
+    _rivid.write_file(Path(path), text)
+    return doubts
+
+
+class Simulation:
+    """A simulated experiment: the motion, and the log that a recorder would have kept."""
+
+    def __init__(self, robot: Robot, record: _rivid.SimulationRecord) -> None:
+        self.robot = robot
+        self._record = record
+
+    @property
+    def outcome(self) -> str:
+        """"completed", or why the simulation ended early."""
+        return self._record.outcome
+
+    @property
+    def reason(self) -> str:
+        """Why it ended early, with time and joint."""
+        return self._record.reason
+
+    @cached_property
+    def log(self) -> Log:
+        """The recorded log, with its noise."""
+        return Log._of(self._record.log)
+
+    @property
+    def t(self) -> Floats:
+        """Instants [s]."""
+        return self._record.t
+
+    @property
+    def q(self) -> Floats:
+        """True positions [rad | m]."""
+        return self._record.q
+
+    @property
+    def qd(self) -> Floats:
+        """True velocities [rad/s | m/s]."""
+        return self._record.qd
+
+    @property
+    def qdd(self) -> Floats:
+        """True accelerations [rad/s² | m/s²]."""
+        return self._record.qdd
+
+    @property
+    def tau(self) -> Floats:
+        """Torques of the drives [N·m | N]."""
+        return self._record.tau
+
+    @property
+    def v_tau(self) -> Floats:
+        """Control signals."""
+        return self._record.v_tau
+
+    @property
+    def q_r(self) -> Floats:
+        """Reference positions [rad | m]."""
+        return self._record.q_r
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The content of simulation.json."""
+        return json.loads(self._record.document(self.robot._robot))
+
+    def __str__(self) -> str:
+        return self._record.text(self.robot._robot)
+
+    def __repr__(self) -> str:
+        return f"<Simulation: {self.outcome}, {len(self.t)} samples>"
+
+
+def simulate(
+    robot: Robot | Experiment | str | PathLike[str],
+    control: Control | None = None,
+    reference: Motion | None = None,
+    *,
+    progress: Progress | None = None,
+    **keys: Unpack[SimulationKeys],
+) -> Simulation:
+    """Simulates a robot in its closed loop.
+
+    ``simulate(robot, Pd(omega_n=10, rate_hz=200), PointToPoint(via=…, durations=2.0))`` takes the a-priori values of the robot,
+    or ``parameters`` of a file; ``keys`` are those of [simulation]. ``simulate("simulate.toml")`` does what a file says.
+    """
+    if isinstance(robot, (str, PathLike)):
+        robot = Experiment(robot, simulation=True)
+    if isinstance(robot, Experiment):
+        if control is not None or reference is not None or keys:
+            raise TypeError("simulate: an experiment says control, reference and simulation itself")
+        return Simulation(robot.robot, robot._experiment.simulate(progress))
+    if control is None or reference is None:
+        raise TypeError("simulate: control and reference are required beside the robot")
+    sections = {"control": control.section(), "reference": reference.section(), "simulation": keys}
+    text = "\n".join(f"{name} = {toml(value)}" for name, value in sections.items())
+    return Simulation(robot, _rivid.simulate(robot._robot, text, progress))
+
+
+class Excitation:
+    """A designed motion, and what an identification from it will be worth."""
+
+    def __init__(self, found: tuple[str, str, Floats, Floats, Floats, Floats]) -> None:
+        text, self._summary, self.t, self.q, self.qd, self.qdd = found
+        self.document: dict[str, Any] = json.loads(text)
+
+    def __str__(self) -> str:
+        return self._summary
+
+    def __repr__(self) -> str:
+        return f"<Excitation: {len(self.t)} samples>"
+
+
+def excite(
+    path: str | PathLike[str],
+    settings: Settings | None = None,
+    *,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> Excitation:
+    """Designs the motion that [excitation] of an experiment file asks for."""
+    return Excitation(_rivid.design(Path(path), settings_of(settings), threads, progress))

@@ -1,0 +1,322 @@
+"""Identification, and its result."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterable
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from rivid import _rivid
+from rivid._keys import Method, toml
+from rivid._options import Auto
+from rivid.experiment import Experiment
+from rivid.findings import Finding, findings_of
+from rivid.log import Log, read_logs
+from rivid.robot import DynamicModel, Robot
+from rivid.table import Table
+
+if TYPE_CHECKING:
+    from rivid.types import Booleans, Floats, Indices, LogSource, Progress
+
+_SHOWN = ("name", "value", "unit", "sigma", "relative_sigma_percent", "interval_95", "verdict", "regrouped")
+_MOST_BYTES_IN_NOTEBOOK = 4_000_000
+
+
+def identify(
+    robot: Robot | Experiment | str | PathLike[str],
+    log: LogSource | Iterable[LogSource] | None = None,
+    method: Method | None = None,
+    *,
+    validation: LogSource | Iterable[LogSource] | None = None,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> Fit:
+    """Identifies the base parameters of a robot from logs of its motion, whose rows are stacked.
+
+    ``identify(robot, log, Wls(...))``: ``log`` is whatever ``read_logs`` takes; ``method`` is ``Ols``, ``Wls``, ``Iv`` or
+    ``Auto``, the default. ``identify("my_robot.toml")`` does what an experiment file says.
+
+    ``validation`` takes no part in the fit: its errors are part of the result and of its judgement. No result depends on ``threads``. ``progress(stage, fraction)`` is called now and
+    then. Data that do not determine all parameters, and reasons not to trust an estimate, are no exception but a ``status``.
+
+    Raises InputError where robot, logs and options do not fit together.
+    """
+    if isinstance(robot, (str, PathLike, Experiment)):
+        if log is not None or method is not None:
+            raise TypeError("identify: an experiment says log and method itself; see Experiment.logs and Robot.from_urdf")
+        return _of_experiment(robot if isinstance(robot, Experiment) else Experiment(robot), threads, progress)
+    if log is None:
+        raise TypeError("identify: a log is required beside the robot")
+    method = method or Auto()
+    logs = read_logs(log, robot, progress=progress)
+    others = [] if validation is None else read_logs(validation, robot, progress=progress)
+    sections = "\n".join(f"{name} = {toml(keys)}" for name, keys in method.sections().items())
+    found = _rivid.identify(
+        robot._robot,
+        [log._log for log in logs],
+        [log._log for log in others],
+        sections,
+        f"rivid.{type(method).__name__}",
+        threads,
+        progress,
+    )
+    return Fit(robot, found, logs, others)
+
+
+def _of_experiment(experiment: Experiment, threads: int, progress: Progress | None) -> Fit:
+    found = experiment._experiment.run(threads, progress)
+    return Fit(experiment.robot, found, None, [], experiment)
+
+
+def check(
+    robot: Robot,
+    log: LogSource | Iterable[LogSource],
+    method: Method | None = None,
+    *,
+    validation: LogSource | Iterable[LogSource] = (),
+    threads: int = 1,
+) -> list[Finding]:
+    """What would make an identification from these logs fail or mislead, the gravest first."""
+    method = method or Auto()
+    sections = "\n".join(f"{name} = {toml(keys)}" for name, keys in method.sections().items())
+    logs = [log._log for log in read_logs(log, robot)]
+    others = [log._log for log in read_logs(validation, robot)]
+    return findings_of(_rivid.check(robot._robot, logs, others, sections, threads))
+
+
+class Prediction:
+    """Torques of a log, measured and predicted, at the samples that the signal chain leaves."""
+
+    def __init__(self, prediction: _rivid.Prediction, joints: list[str]) -> None:
+        self._prediction = prediction
+        self.joints = joints
+
+    @property
+    def source(self) -> str:
+        """The log's name."""
+        return self._prediction.source
+
+    @property
+    def t(self) -> Floats:
+        """Instants [s]."""
+        return self._prediction.start + np.arange(self._prediction.samples) / self._prediction.f_m
+
+    @cached_property
+    def measured(self) -> Floats:
+        """Measured torques, one column a joint [N·m | N]."""
+        return self._prediction.measured
+
+    @cached_property
+    def predicted(self) -> Floats:
+        """W χ at the same samples [N·m | N]."""
+        return self._prediction.predicted
+
+    @property
+    def residual(self) -> Floats:
+        """Measured less predicted torques [N·m | N]."""
+        return self.measured - self.predicted
+
+    @cached_property
+    def kept(self) -> Booleans:
+        """Samples that the fit takes: elsewhere a joint is too slow, or reverses nearby."""
+        return self._prediction.kept
+
+    def rows(self, joint: str) -> tuple[Indices, Floats]:
+        """Samples that the rows of a joint stand for, and Y − W χ of these rows, after decimation [N·m | N]."""
+        j = self.joints.index(joint)
+        return np.array(self._prediction.rows(j), dtype=np.int64), self._prediction.residual(j)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws measured and predicted torques joint by joint by matplotlib; returns the axes."""
+        import matplotlib.pyplot as plt
+
+        if axes is None:
+            _, axes = plt.subplots(len(self.joints), sharex=True, squeeze=False, layout="constrained")
+            axes = axes[:, 0]
+        for j, (axis, joint) in enumerate(zip(axes, self.joints)):
+            axis.plot(self.t, self.measured[:, j], label="measured")
+            axis.plot(self.t, self.predicted[:, j], label="predicted")
+            axis.set_ylabel(f"{joint} torque")
+        axes[-1].set_xlabel("t [s]")
+        axes[0].legend(loc="upper right")
+        return axes
+
+    def __repr__(self) -> str:
+        return f"<Prediction of {self.source!r}: {self._prediction.samples} samples>"
+
+
+class Fit:
+    """What an identification found.
+
+    ``document`` is all of it, the content of result.json, which docs/result.md describes; the members below are views of it.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        found: _rivid.Identification,
+        logs: list[Log] | None,
+        validation: list[Log],
+        experiment: Experiment | None = None,
+    ) -> None:
+        self._found = found
+        self._logs = logs
+        self._experiment = experiment
+        self._others = validation
+        self.robot = robot
+
+    def _json(self) -> str:
+        if self._experiment is not None:
+            return self._experiment._experiment.document(self._found, self._experiment._settings)
+        return self._found.document(self.robot._robot, self._inputs)
+
+    @cached_property
+    def _inputs(self) -> list[tuple[str, str]]:
+        """Sources of the logs and SHA-256 of their numbers."""
+        return [(log.source, log.digest()) for log in self._training()]
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The content of result.json."""
+        return json.loads(self._json())
+
+    @property
+    def status(self) -> str:
+        """"identified", or what stands against it."""
+        return self.document["status"]
+
+    @property
+    def identified(self) -> bool:
+        """Whether there is an answer."""
+        return self.status == "identified"
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why the status is not "identified"."""
+        return self.document["reasons"]
+
+    @property
+    def warnings(self) -> list[Finding]:
+        """What may make the result wrong."""
+        return findings_of(self.document["warnings"])
+
+    @property
+    def notes(self) -> list[str]:
+        """What was done to the data."""
+        return self.document["notes"]
+
+    @property
+    def parameters(self) -> Table:
+        """The base parameters with their statistics, one row each."""
+        return Table(self.document["parameters"], _SHOWN)
+
+    @property
+    def chi(self) -> Floats:
+        """The estimate, in the order of ``parameters`` [SI, joint side]."""
+        return self._found.chi
+
+    @property
+    def covariance(self) -> Floats:
+        """Its covariance."""
+        return self._found.covariance
+
+    @property
+    def sigma(self) -> Floats:
+        """Its standard deviations."""
+        return self.parameters["sigma"]
+
+    @property
+    def fit(self) -> Table:
+        """How well each joint's torques are explained."""
+        return Table(self.document["fit"]["joints"])
+
+    @property
+    def relative_error(self) -> float:
+        """‖Y − W χ‖ / ‖Y‖ on the rows of the fit."""
+        return self.document["fit"]["relative_error"]
+
+    @property
+    def physical(self) -> dict[str, dict[str, float]] | None:
+        """Physically consistent standard parameters by link and name, where they were asked for."""
+        model = self.document.get("physical")
+        if model is None:
+            return None
+        return {link["link"]: {p["name"]: p["value"] for p in link["parameters"]} for link in model["links"]}
+
+    @cached_property
+    def predictions(self) -> list[Prediction]:
+        """Predictions of the logs of the fit."""
+        return [self.predict(log) for log in self._training()]
+
+    @property
+    def residuals(self) -> dict[str, Floats]:
+        """Y − W χ of the rows of the fit by joint, log after log [N·m | N]."""
+        return {j: np.concatenate([p.rows(j)[1] for p in self.predictions]) for j in self.robot.joints}
+
+    def predict(self, log: LogSource) -> Prediction:
+        """Measured and predicted torques of a log, by the signal chain of the fit."""
+        logs = read_logs(log, self.robot)
+        if len(logs) != 1:
+            raise _rivid.InputError(f"predict: {logs[0].source} is {len(logs)} logs; predict them one by one")
+        return Prediction(self._found.predict(self.robot._robot, logs[0]._log), self.robot.joints)
+
+    def validate(self, log: LogSource, *, threads: int = 1) -> dict[str, Any]:
+        """The fit on a log that took no part in it: members of ``fit`` in docs/result.md. It becomes part of the document."""
+        logs = read_logs(log, self.robot)
+        out: dict[str, Any] = {}
+        for one in logs:
+            out = json.loads(self._found.validate(self.robot._robot, one._log, threads))
+            self._others.append(one)
+        self.__dict__.pop("document", None)
+        return out
+
+    def model(self, *, parameters: Literal["estimate", "physical"] | None = None, force: bool = False) -> DynamicModel:
+        """The identified robot for a controller or a simulation: by default its physically consistent parameters, where they
+        were asked for.
+
+        Raises InputError where the robot is not identified, unless ``force``.
+        """
+        return DynamicModel(self._found.model(self.robot._robot, parameters or "", force))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes result.json."""
+        _rivid.write_file(Path(path), self._json())
+
+    def to_html(self, path: str | PathLike[str] | None = None) -> str:
+        """The report as one page: written to ``path`` where there is one, and returned."""
+        if self._experiment is not None:
+            page = self._experiment._experiment.html(self._found, self._experiment._settings)
+        else:
+            shown = [p._prediction for p in self.predictions]
+            for log in self._others:
+                shown.append(self.predict(log)._prediction)
+                shown[-1].validation = True
+            page = self._found.html(self.robot._robot, shown, self._inputs)
+        if path is not None:
+            _rivid.write_file(Path(path), page)
+        return page
+
+    def _training(self) -> list[Log]:
+        if self._logs is None:
+            assert self._experiment is not None
+            self._logs = self._experiment.logs()
+        return self._logs
+
+    def __str__(self) -> str:
+        return self._found.text()
+
+    def __repr__(self) -> str:
+        return f"<Fit {self._found.title}: {self.status}, {len(self.chi)} base parameters>"
+
+    def _repr_html_(self) -> str:
+        page = self.to_html()
+        if len(page) > _MOST_BYTES_IN_NOTEBOOK:
+            title = f"<p><b>{html.escape(self._found.title)}: {html.escape(self.status)}</b></p>"
+            return title + self.parameters._repr_html_()
+        return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: 40em; border: 0"></iframe>'

@@ -1,0 +1,145 @@
+"""Tables of columns: nested variables flattened, time stamps in seconds, empty cells filled, and names that robots use."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from rivid._rivid import InputError
+
+
+def flattened(variables: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """Columns of variables that are vectors, matrices with one row or one column a sample, or such in structs.
+
+    A matrix "q" becomes "q1", "q2", …; one with one column a sample is turned. The number of samples is that of most series.
+    """
+    series: dict[str, Any] = {}
+
+    def add(name: str, value: Any) -> None:
+        if isinstance(value, Mapping):
+            for key, item in value.items():
+                add(f"{name}.{key}" if name else str(key), item)
+        elif not isinstance(value, str):
+            array = np.asarray(value)
+            array = array.squeeze() if array.ndim > 1 else array
+            if array.ndim in (1, 2) and array.size > 1 and (array.ndim == 1 or array.dtype.kind in "fiub"):
+                series[name] = array
+
+    add("", variables)
+    if not series:
+        raise InputError(f"{source}: holds no series; there is {', '.join(map(repr, variables)) or 'nothing'}")
+    lengths = [n for array in series.values() for n in ({len(array)} if array.ndim == 1 else set(array.shape))]
+    rows = max(set(lengths), key=lambda n: (lengths.count(n), n))
+    out: dict[str, Any] = {}
+    for name, array in series.items():
+        if array.ndim == 2 and len(array) != rows and array.shape[1] == rows:
+            array = array.T
+        if len(array) != rows:
+            continue
+        if array.ndim == 1:
+            out[name] = array
+        else:
+            out |= {f"{name}{j + 1}": array[:, j] for j in range(array.shape[1])}
+    return out
+
+
+# Names that the words of joints, positions and torques do not tell, as these programs write them: MuJoCo, LeRobot,
+# KUKA (degrees), ABB (degrees).
+_ALIASES = (
+    (r"qfrc_actuator_?(\d+)", r"torque_\1"),
+    (r"observation\.state\.?(\d+)", r"position_\1"),
+    (r"observation\.effort\.?(\d+)", r"torque_\1"),
+    (r"action\.?(\d+)", r"reference_position_\1"),
+    (r"AxisAct\.?A(\d+)", r"position_\1 [deg]"),
+    (r"AxisActReal\.?A(\d+)", r"position_\1 [deg]"),
+    (r"rax_(\d+)", r"position_\1 [deg]"),
+)
+
+
+def alias(name: str) -> str:
+    """A name in words that are recognised; the name itself where nothing is known of it."""
+    last = name.rsplit("/", 1)[-1]
+    for pattern, words in _ALIASES:
+        if re.fullmatch(pattern, last):
+            return re.sub(pattern, words, last)
+    return name
+
+
+_EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
+
+
+def _seconds(array: Any) -> Any | None:
+    """Time stamps in seconds from the first on, where they are dates, ISO texts or whole numbers since 1970."""
+    if array.dtype.kind in "OUS":
+        try:
+            texts = [str(value).rstrip("Z") for value in array]
+            array = np.array(texts, dtype="datetime64[ns]")
+        except ValueError:
+            return None
+    if array.dtype.kind == "M":
+        return (array - array[0]) / np.timedelta64(1, "s")
+    if array.dtype.kind in "iu":
+        for least, scale in _EPOCHS:
+            if array[0] >= least:
+                return (array - array[0]) * scale
+    return None
+
+
+def with_seconds(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The table with a column "t" in seconds in place of seconds and nanoseconds, dates, ISO texts or stamps since 1970."""
+    out = dict(table)
+    if "t" in out and np.asarray(out["t"]).dtype.kind == "f":
+        return out
+    for name in table:
+        stem = re.fullmatch(r"(.*?)_?(?:nanosec|nanosecs|nsec|nsecs)", name)
+        seconds = next((n for s in ("sec", "secs") if stem and (n := f"{stem[1]}{s}") in table), None)
+        if stem and not seconds:
+            seconds = next((n for s in ("_sec", "_secs") if (n := f"{stem[1]}{s}") in table), None)
+        if seconds:
+            whole = np.asarray(table[seconds], dtype=np.int64)
+            out["t"] = (whole - whole[0]) + np.asarray(table[name], dtype=float) * 1e-9
+            return out
+    for name in table:
+        if re.search(r"time|stamp|^t$", name, re.IGNORECASE) and len(table[name]):
+            stamps = _seconds(np.asarray(table[name]))
+            if stamps is not None:
+                del out[name]
+                out["t"] = stamps
+                return out
+    return out
+
+
+_MOST_PERIODS = 10.0
+
+
+def complete(names: list[str], values: Any, clock: str, leading: Iterable[str]) -> tuple[Any, list[str]]:
+    """Rows without empty cells, which merged topics have.
+
+    The rows are those where `clock` and the `leading` columns have a value. What came at other times is interpolated linearly
+    between its own samples, over no more than ten of its periods; a row that still lacks a value is left out.
+    """
+    empty = np.isnan(values)
+    if not empty.any():
+        return values, []
+    at = names.index(clock)
+    kept = ~empty[:, [at, *map(names.index, leading)]].any(axis=1)
+    out = values[kept]
+    t = out[:, at]
+    for j in range(values.shape[1]):
+        known = ~empty[:, j] & ~empty[:, at]
+        gaps = np.isnan(out[:, j])
+        if not gaps.any() or np.count_nonzero(known) < 2:
+            continue
+        stamps, column = values[known, at], values[known, j]
+        after = np.searchsorted(stamps, t[gaps]).clip(1, len(stamps) - 1)
+        near = stamps[after] - stamps[after - 1] <= _MOST_PERIODS * np.median(np.diff(stamps))
+        inside = (t[gaps] >= stamps[0]) & (t[gaps] <= stamps[-1]) & near
+        out[gaps, j] = np.where(inside, np.interp(t[gaps], stamps, column), np.nan)
+    out = out[~np.isnan(out).any(axis=1)]
+    return out, [
+        f"{np.count_nonzero(empty.any(axis=1))} of {len(values)} rows have empty cells; {len(out)} rows were made of them, "
+        "with linear interpolation of what has no value at the instants of the positions"
+    ]

@@ -1,0 +1,170 @@
+#include <sstream>
+
+#include "binding.hpp"
+#include "experiment/from_program.hpp"
+#include "experiment/json_fields.hpp"
+#include "rivid/export/c_header.hpp"
+#include "rivid/identify/check.hpp"
+#include "rivid/identify/identification.hpp"
+#include "rivid/identify/prediction.hpp"
+#include "rivid/report/html.hpp"
+#include "rivid/report/json.hpp"
+#include "rivid/report/text.hpp"
+
+namespace rivid::python {
+
+namespace {
+
+// Logs of Python side by side; one is not copied.
+class Logs {
+ public:
+  explicit Logs(const std::vector<const Log*>& logs) {
+    if (logs.size() == 1) {
+      all_ = std::span(logs.front(), 1);
+      return;
+    }
+    copies_.reserve(logs.size());
+    for (const Log* const log : logs) {
+      copies_.push_back(*log);
+    }
+    all_ = copies_;
+  }
+
+  [[nodiscard]] std::span<const Log> all() const { return all_; }
+
+ private:
+  std::vector<Log> copies_;
+  std::span<const Log> all_;
+};
+
+// Source and digest of what a result was made from.
+using Inputs = std::vector<std::pair<std::string, std::string>>;
+
+Provenance provenance_of(const Identification& result, const Inputs& inputs) {
+  Provenance out{
+      .program = "rivid (Python)", .inputs = {}, .overrides = {}, .settings = settings(result.estimation)};
+  for (const auto& [source, digest] : inputs) {
+    out.inputs.push_back({source, digest});
+  }
+  return out;
+}
+
+Identification identified(const Robot& robot, const std::vector<const Log*>& logs,
+                          const std::vector<const Log*>& validation, const std::string& sections,
+                          const std::string& source, int threads, const nb::object& progress) {
+  const nb::gil_scoped_release unlocked;
+  Experiment experiment = detail::experiment_from(robot, sections, source);
+  experiment.estimation.threads = threads;
+  return detail::judged(experiment, Logs(logs).all(), Logs(validation).all(), Listener(progress));
+}
+
+std::string findings(const Robot& robot, const std::vector<const Log*>& logs,
+                     const std::vector<const Log*>& validation, const std::string& sections, int threads) {
+  const Experiment experiment = detail::experiment_from(robot, sections, "check");
+  return to_json(check(robot, Logs(logs).all(), Logs(validation).all(),
+                       {.signal = experiment.estimation.signal,
+                        .instrumental = std::holds_alternative<Iv>(experiment.estimation.method),
+                        .threads = threads}));
+}
+
+void bind_prediction(nb::module_& m) {
+  nb::class_<Prediction> prediction(m, "Prediction", "Torques of a log, measured and predicted.");
+  const auto columns = [](Vector JointPrediction::* member) {
+    return [member](const Prediction& self) {
+      Matrix out(self.samples(), std::ssize(self.joints));
+      for (std::size_t j = 0; j < self.joints.size(); ++j) {
+        out.col(static_cast<Index>(j)) = self.joints[j].*member;
+      }
+      return out;
+    };
+  };
+  prediction.def_ro("source", &Prediction::source)
+      .def_rw("validation", &Prediction::validation)
+      .def_ro("start", &Prediction::start)
+      .def_ro("f_m", &Prediction::f_m)
+      .def_prop_ro("samples", &Prediction::samples)
+      .def_prop_ro("measured", columns(&JointPrediction::measured))
+      .def_prop_ro("predicted", columns(&JointPrediction::predicted))
+      .def_prop_ro(
+          "kept",
+          [](const Prediction& self) {
+            Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic> out(self.samples(), std::ssize(self.joints));
+            for (std::size_t j = 0; j < self.joints.size(); ++j) {
+              for (Index k = 0; k < self.samples(); ++k) {
+                out(k, static_cast<Index>(j)) = self.joints[j].kept[static_cast<std::size_t>(k)] != 0;
+              }
+            }
+            return out;
+          })
+      .def(
+          "residual",
+          [](const Prediction& self, std::size_t joint) { return self.joints.at(joint).residual; }, "joint"_a)
+      .def(
+          "rows", [](const Prediction& self, std::size_t joint) { return self.joints.at(joint).rows; },
+          "joint"_a);
+}
+
+}  // namespace
+
+void bind_identify(nb::module_& m) {
+  bind_prediction(m);
+  nb::class_<Identification> result(m, "Identification", "What an identification found.");
+  result.def_prop_ro("status", [](const Identification& self) { return name(self.status); })
+      .def_ro("title", &Identification::title)
+      .def(
+          "document",
+          [](const Identification& self, const Robot& robot, const Inputs& inputs) {
+            return to_json(robot, self, provenance_of(self, inputs));
+          },
+          "robot"_a, "inputs"_a, Unlocked(), "result.json")
+      .def(
+          "text",
+          [](const Identification& self) {
+            std::ostringstream out;
+            out << self;
+            return out.str();
+          },
+          Unlocked(), "The table of the command line.")
+      .def(
+          "predict",
+          [](const Identification& self, const Robot& robot, const Log& log) {
+            return predict(robot, self, log);
+          },
+          "robot"_a, "log"_a, Unlocked())
+      .def(
+          "validate",
+          [](Identification& self, const Robot& robot, const Log& log, int threads) {
+            self.validation.push_back(validate(robot, self, log, threads));
+            return detail::json_of(self.validation.back().fit).dump();
+          },
+          "robot"_a, "log"_a, "threads"_a, Unlocked())
+      .def(
+          "html",
+          [](const Identification& self, const Robot& robot,
+             const std::vector<const Prediction*>& predictions, const Inputs& inputs) {
+            std::vector<Prediction> shown;
+            for (const Prediction* const p : predictions) {
+              shown.push_back(*p);
+            }
+            return html_report(robot, self, shown, provenance_of(self, inputs));
+          },
+          "robot"_a, "predictions"_a, "inputs"_a, Unlocked())
+      .def(
+          "model",
+          [](const Identification& self, const Robot& robot, const std::string& parameters, bool force) {
+            IdentifiedModelOptions options{.parameters = std::nullopt, .force = force};
+            if (!parameters.empty()) {
+              options.parameters = parameters == "physical" ? ParameterSet::physical : ParameterSet::estimate;
+            }
+            return identified_model(robot, self, options);
+          },
+          "robot"_a, "parameters"_a, "force"_a, Unlocked());
+  def_array(result, "chi", &Identification::chi, "Estimate of the base parameters.");
+  def_array(result, "covariance", &Identification::C_chi, "Its covariance.");
+  m.def("identify", &identified, "robot"_a, "logs"_a, "validation"_a, "sections"_a, "source"_a,
+        "threads"_a = 1, "progress"_a = nb::none());
+  m.def("check", &findings, "robot"_a, "logs"_a, "validation"_a, "sections"_a, "threads"_a = 1, Unlocked(),
+        "Findings about robot and logs, as JSON.");
+}
+
+}  // namespace rivid::python

@@ -1,0 +1,61 @@
+#include "binding.hpp"
+#include "report/page_tables.hpp"
+#include "rivid/error.hpp"
+#include "rivid/finding.hpp"
+#include "rivid/output.hpp"
+#include "rivid/report/text.hpp"
+#include "rivid/version.hpp"
+
+namespace rivid::python {
+
+namespace {
+
+// Rows of the tables of docs/experiment.md: key, type, default, unit, meaning, words.
+using OptionRow =
+    std::tuple<std::string, std::string, std::string, std::string, std::string, std::vector<std::string>>;
+
+std::map<std::string, std::vector<OptionRow>> option_tables() {
+  std::map<std::string, std::vector<OptionRow>> out;
+  for (const auto& [name, rows] : detail::key_rows()) {
+    for (const detail::KeyRow& row : rows) {
+      out[name].emplace_back(row.key, row.type, row.otherwise, row.unit, row.meaning, row.words);
+    }
+  }
+  return out;
+}
+
+void bind_errors(nb::module_& m) {
+  const nb::exception<Error> error(m, "Error");
+  // What cannot be used is a ValueError too, what gave up an ArithmeticError.
+  const auto also = [&](PyObject* other) { return nb::make_tuple(error, nb::borrow(other)); };
+  const nb::exception<InputError> input(m, "InputError", also(PyExc_ValueError));
+  const nb::exception<NumericsError> numerics(m, "NumericsError", also(PyExc_ArithmeticError));
+}
+
+}  // namespace
+
+}  // namespace rivid::python
+
+NB_MODULE(_rivid, m) {
+  using namespace rivid::python;
+  m.doc() = "The C++ library of rivid, as thin as it goes; the package rivid is the interface.";
+  m.attr("version") = rivid::version;
+  // A session of IPython ends with all that it holds, which nanobind would take for leaks.
+  nanobind::set_leak_warnings(false);
+  bind_errors(m);
+  m.def("option_tables", &option_tables,
+        "Keys of experiment files, table by table: (key, type, default, unit, meaning, words).");
+  m.def(
+      "explanation",
+      [](const std::string& code) -> std::optional<std::string> {
+        const auto known = rivid::diagnostic_code(code);
+        return known ? std::optional(rivid::explained(*known)) : std::nullopt;
+      },
+      "code"_a, "Cause and cure of a code of a finding; None for an unknown one.");
+  m.def("write_file", &rivid::write_file, "path"_a, "content"_a, Unlocked(),
+        "Writes a file as a whole or not at all.");
+  bind_data(m);
+  bind_dynamics(m);
+  bind_identify(m);
+  bind_experiment(m);
+}
