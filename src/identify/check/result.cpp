@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "identify/check/alternatives.hpp"
 #include "identify/check/findings.hpp"
@@ -88,10 +89,10 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
           std::sqrt(mean_square(rows->residual) + by_parameters) / rows->weights[piece.joint];
       if (seen > much_worse * expected) {
         const std::string& unit = result.fit.joints[j].unit;
-        out.add("validation_worse", result.fit.joints[j].name,
-                found.file + ": the model leaves " + number(seen, 3) + " " + unit +
-                    " there; by a fit to that log and the uncertainty of the parameters " +
-                    number(expected, 3) + " " + unit + " were to be expected");
+        std::string text = found.file + ": the model leaves " + number(seen, 3) + " " + unit;
+        text += " there; by a fit to that log and the uncertainty of the parameters " + number(expected, 3);
+        text += " " + unit + " were to be expected";
+        out.add("validation_worse", result.fit.joints[j].name, std::move(text));
       }
     }
   }

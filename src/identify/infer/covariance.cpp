@@ -94,7 +94,7 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
   Matrix influence(b, G);
   for (Index g = 0; g < G; ++g) {
     const BlockSums& block = blocks[static_cast<std::size_t>(g)];
-    influence.col(g) = bread * block.Zrho;
+    influence.col(g) = bread * block.Z_rho;
     // χ̂ without the block: (A − A_g)⁻¹ (a − a_g).
     left_out.col(g) = -solve(Matrix::Identity(b, b) - bread * block.ZW, influence.col(g));
   }

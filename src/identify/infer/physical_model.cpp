@@ -77,9 +77,9 @@ std::vector<double> validated(const Robot& robot, const Physical& options, doubl
       return {};
     }
     const Matrix root = others.values.cwiseSqrt().asDiagonal() * others.vectors.transpose() / sigma;
-    const Vector chi = result.chi - solve(all - own, block.Zrho);
+    const Vector chi = result.chi - solve(all - own, block.Z_rho);
     const Vector change = physical(robot, result.base, chi, root, options).chi - result.chi;
-    out.push_back((change.dot(own * change) - 2.0 * change.dot(block.Zrho)) / (sigma * sigma));
+    out.push_back((change.dot(own * change) - 2.0 * change.dot(block.Z_rho)) / (sigma * sigma));
   }
   return out;
 }

@@ -126,7 +126,7 @@ class ScoreSink final : public RowSink {
   // Adds the sums of block g to those of all joints.
   void add_block_to(BlockSums& all, const std::vector<Index>& columns, std::size_t g) const {
     all.ZW(columns, columns) += weight_ * weight_ * blocks_[g].ZW;
-    all.Zrho(columns) += weight_ * weight_ * blocks_[g].Zrho;
+    all.Z_rho(columns) += weight_ * weight_ * blocks_[g].Z_rho;
   }
   void add_curvature_to(Matrix& all, const std::vector<Index>& columns, std::size_t e) const {
     all(columns, columns) += curvatures_[e];
@@ -159,7 +159,7 @@ class ScoreSink final : public RowSink {
         ++end;
       }
       BlockSums& block = blocks_[static_cast<std::size_t>(block_of(begin))];
-      block.Zrho.noalias() += Z.middleRows(begin, end - begin).transpose() * rho.segment(begin, end - begin);
+      block.Z_rho.noalias() += Z.middleRows(begin, end - begin).transpose() * rho.segment(begin, end - begin);
       const Index first = begin + (product_step_ - seen_ % product_step_) % product_step_;
       seen_ += end - begin;
       if (first < end) {

@@ -102,8 +102,8 @@ struct RateSums {
 
 // Sums over the rows of a block of time.
 struct BlockSums {
-  Matrix ZW;    // Zᵀ Ω⁻¹ W, (b × b)
-  Vector Zrho;  // Zᵀ Ω⁻¹ ρ, (b)
+  Matrix ZW;     // Zᵀ Ω⁻¹ W, (b × b)
+  Vector Z_rho;  // Zᵀ Ω⁻¹ ρ, (b)
 };
 
 // What a second look at the rows finds once an estimate is known.

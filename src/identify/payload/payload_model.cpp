@@ -268,7 +268,7 @@ Uncertainty PayloadFit::uncertainty(const CovarianceOptions& options) const {
         sums.row(interval_of(sample, per_interval)) += score.transpose();
         BlockSums& block =
             blocks[first + static_cast<std::size_t>(std::min(sample * count / log.samples, count - 1))];
-        block.Zrho += score;
+        block.Z_rho += score;
         block.ZW.selfadjointView<Eigen::Lower>().rankUpdate(t.J.row(k).transpose(), w * w);
       }
     }
