@@ -166,7 +166,7 @@ std::vector<AlternativeTest> believed(const std::vector<Alternative>& all, const
   return found;
 }
 
-bool alike(const ModelTest& a, const ModelTest& b) { return a.code == b.code && a.subject == b.subject; }
+bool same_test(const ModelTest& a, const ModelTest& b) { return a.code == b.code && a.subject == b.subject; }
 
 std::vector<ModelTest> in_report(const std::vector<Alternative>& all, const Identification& result,
                                  const std::vector<AlternativeTest>& found) {
@@ -183,7 +183,7 @@ std::vector<ModelTest> in_report(const std::vector<Alternative>& all, const Iden
                       .largest_shift = harm.sigmas,
                       .parameter = harm.parameter};
     if (out.size() < most_told &&
-        std::ranges::none_of(out, [&](const ModelTest& t) { return alike(t, told); })) {
+        std::ranges::none_of(out, [&](const ModelTest& t) { return same_test(t, told); })) {
       out.push_back(std::move(told));
     }
   }
@@ -261,7 +261,7 @@ Alternatives check_model(const TorqueProbe& probe, const Robot& robot, const Ide
     rows->take(best.columns);
   }
   for (const ModelTest& rival : rivals) {
-    if (std::ranges::none_of(report.believed, [&](const ModelTest& it) { return alike(it, rival); })) {
+    if (std::ranges::none_of(report.believed, [&](const ModelTest& it) { return same_test(it, rival); })) {
       report.believed.push_back(rival);
     }
   }
