@@ -231,6 +231,7 @@ std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::s
     for (const std::string& note : log.notes) {
       out.add("log_note", log.source, note);
     }
+    detail::check_encoders(robot, logs, log, out);
   }
   // What an identification would come to; where it is refused, robot and logs are looked at all the same.
   Identification quick;

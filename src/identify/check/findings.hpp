@@ -39,6 +39,9 @@ class Findings {
 // Each log by itself: units, columns, saturation, standstill, encoders, cut-off, reference.
 void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out);
 
+// Resolution and noise of the encoders of a log: a note.
+void check_encoders(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out);
+
 // The position filter against the motion and the noise of a log.
 void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log, const CheckOptions& options,
                   Findings& out);

@@ -18,6 +18,8 @@ namespace {
 // A joint stands still where its positions stay within so many deviations of their noise, or within this range.
 constexpr double still_sigmas = 12.0;
 constexpr double still_range = 1e-3;  // [rad | m]
+// No encoder has so much noise [rad | m].
+constexpr double surely_moves = 0.1;
 
 constexpr double degree = std::numbers::pi / 180.0;
 
@@ -239,15 +241,6 @@ void check_standstill(const Robot& robot, std::span<const Log> logs, const Log& 
   }
 }
 
-void check_encoders(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
-  std::string text;
-  for (Index j = 0; j < robot.size(); ++j) {
-    text += (text.empty() ? "" : ", ") + robot.joints[static_cast<std::size_t>(j)].name + " noise " +
-            number(noise_level(log.q.col(j)), 2) + " step " + number(quantum(log.q.col(j)), 2);
-  }
-  out.add("encoder", logs.size() == 1 ? "all joints" : log.source, text + " [rad | m]");
-}
-
 // Errors of the instants, which all joints share in proportion to their velocities, against errors of positions, which they do not. By
 // fourth differences, that hold little of a motion.
 void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings& out) {
@@ -384,7 +377,8 @@ Vector centred(const Eigen::Ref<const Vector>& x) { return x.array() - x.mean();
 double range(const Eigen::Ref<const Vector>& x) { return x.maxCoeff() - x.minCoeff(); }
 
 bool stands_still(const Eigen::Ref<const Vector>& q) {
-  return range(q) <= std::max(still_range, still_sigmas * noise_level(q));
+  const double extent = range(q);
+  return extent < surely_moves && extent <= std::max(still_range, still_sigmas * noise_level(q));
 }
 
 Likeness likeness(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
@@ -392,6 +386,15 @@ Likeness likeness(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vect
   const Vector b = centred(y);
   const double norms = a.norm() * b.norm();
   return norms > 0.0 ? Likeness{a.dot(b) / a.squaredNorm(), a.dot(b) / norms} : Likeness{};
+}
+
+void check_encoders(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
+  std::string text;
+  for (Index j = 0; j < robot.size(); ++j) {
+    text += (text.empty() ? "" : ", ") + robot.joints[static_cast<std::size_t>(j)].name + " noise " +
+            number(noise_level(log.q.col(j)), 2) + " step " + number(quantum(log.q.col(j)), 2);
+  }
+  out.add("encoder", logs.size() == 1 ? "all joints" : log.source, text + " [rad | m]");
 }
 
 void check_series(const Robot& robot, std::span<const Log> logs, const CheckOptions& options, Findings& out) {
@@ -406,7 +409,6 @@ void check_series(const Robot& robot, std::span<const Log> logs, const CheckOpti
       check_limits(robot, logs, log, j, out);
     }
     check_torque_values(robot, logs, log, out);
-    check_encoders(robot, logs, log, out);
     if (!moves) {
       continue;
     }

@@ -28,6 +28,7 @@ constexpr Index rows_per_column = 3;
 constexpr Index settled = 2;
 // Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so few of them.
 constexpr double little_noise = 0.01;
+constexpr Index noise_samples = 2000;  // in the middle of a log, that tell of its noise
 constexpr Index least_windows = 40;
 // Of the instants one in so many serves for a first look.
 constexpr Index some_step = 4;
@@ -48,7 +49,8 @@ Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
       if (stands_still(log.q.col(j))) {
         continue;
       }
-      const PositionNoise noise(log.q.col(j), log.f_m);
+      const Index some = std::min(log.samples(), noise_samples);
+      const PositionNoise noise(log.q.col(j).segment((log.samples() - some) / 2, some), log.f_m);
       const auto share = [&](Index n_d) {
         SignalOptions windowed;
         windowed.decimation = {static_cast<int>(n_d)};
@@ -278,8 +280,10 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
   scale = scale.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; });
   const Index rows = std::max<Index>(row, 1);
   ProbeScore out;
-  out.chi = scale.cwiseInverse().cwiseProduct(
-      minimum_norm_solution(A.topRows(rows) * scale.cwiseInverse().asDiagonal(), y.head(rows), 1e-6));
+  // The long factorisation by the fast kernel, the one that decides about rank on its triangle.
+  StreamingQr qr(b, 1);
+  qr.add(A.topRows(rows) * scale.cwiseInverse().asDiagonal(), y.head(rows));
+  out.chi = scale.cwiseInverse().cwiseProduct(minimum_norm_solution(qr.R(), qr.qty(), 1e-6));
   out.left = Vector::Constant(n, -1.0);
   out.wrong.assign(factors.size(), 0);
   const Vector M = inertias(out.chi).diagonal();
@@ -355,22 +359,20 @@ Matrix TorqueProbe::inertias(const Vector& chi) const {
   std::mt19937_64 random(probe_seed);
   std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   const Matrix q = Matrix::NullaryExpr(poses, n, [&]() { return turn(random); });
-  const Robot weightless = robot_with(Eigen::Vector3d::Zero());
-  const auto torques = [&](const Matrix& qdd) {
-    const Observation W = observation(weightless, base_, {q, Matrix::Zero(poses, n), qdd});
-    Vector out(n);
-    for (Index i = 0; i < n; ++i) {
-      const JointRows& rows = W.joints[static_cast<std::size_t>(i)];
-      out[i] = (rows.W * chi(rows.columns)).mean();
-    }
-    return out;
-  };
-  const Vector rest = torques(Matrix::Zero(poses, n));
-  Matrix M(n, n);
+  // At rest, and with each joint accelerated alone, one after the other.
+  Motion motion{q.replicate(n + 1, 1), Matrix::Zero((n + 1) * poses, n), Matrix::Zero((n + 1) * poses, n)};
   for (Index k = 0; k < n; ++k) {
-    Matrix qdd = Matrix::Zero(poses, n);
-    qdd.col(k).setOnes();
-    M.col(k) = torques(qdd) - rest;
+    motion.qdd.col(k).segment((k + 1) * poses, poses).setOnes();
+  }
+  const Observation W = observation(robot_with(Eigen::Vector3d::Zero()), base_, motion);
+  Matrix M(n, n);
+  for (Index i = 0; i < n; ++i) {
+    const JointRows& rows = W.joints[static_cast<std::size_t>(i)];
+    const Vector torques = rows.W * chi(rows.columns);
+    const double rest = torques.head(poses).mean();
+    for (Index k = 0; k < n; ++k) {
+      M(i, k) = torques.segment((k + 1) * poses, poses).mean() - rest;
+    }
   }
   return M;
 }
