@@ -54,7 +54,7 @@ Command command_of(Arguments& to) {
            {"--physical", "",
             "The physically consistent standard parameters as well, as [method] physical says or by default",
             &to.physical},
-           {"--log", "FILE", "Log files instead of the experiment file's", &to.logs},
+           {"--log", "FILE", "Log files instead of the experiment file's; - is standard input", &to.logs},
            {"--validate", "FILE", "Validation logs instead of the experiment file's", &to.validate},
            set_argument(to.set),
            {"--output", "DIR", "Folder for result.json; default: EXPERIMENT_result", &to.output},

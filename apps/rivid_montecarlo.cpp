@@ -60,7 +60,8 @@ Command command_of(Arguments& to) {
           "A run that was finished is never made again: stopped and started anew, the program goes on, and "
           "ends with the\n"
           "same summary. Run k has the seed of the file plus k, whatever the threads.\n"
-          "Exit codes: 0 all runs done, 2 bad input or usage, 3 numerical failure."};
+          "Exit codes: 0 all runs done, 1 no run of a trial is identified, 2 bad input or usage, 3 numerical "
+          "failure."};
 }
 
 std::string time_left(Clock::time_point begin, int done, int missing) {
@@ -165,7 +166,8 @@ int run_from(const Arguments& arguments) {
       std::cerr << "wrote " << report.string() << '\n';
     }
   }
-  return success;
+  const auto is_empty = [](const MonteCarloSummary& trial) { return trial.identified == 0; };
+  return std::ranges::any_of(found, is_empty) ? no_success : success;
 }
 
 int tool(int argc, char** argv) {

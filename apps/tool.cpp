@@ -10,12 +10,27 @@
 #include <type_traits>
 
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 
 namespace rivid::apps {
 
 namespace {
+
+constexpr int megabyte_bits = 20;
+
+// Names from files may hold escape sequences, which a terminal must not obey.
+std::string printable(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of("\n\t"), text.size());
+    out += on_one_line(text.substr(0, end));
+    out += text.substr(end, 1);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out;
+}
 
 // A file opened later must not take the number of a standard stream that is closed, and be written to as such.
 void occupy_standard_streams() {
@@ -82,18 +97,24 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
   for (const Argument& argument : command.arguments) {
     declare(app, argument);
   }
+  std::int64_t most_megabytes = default_input_limit >> megabyte_bits;
+  app.add_option("--max-size", most_megabytes, "Largest file that is read [MiB]; default: 16384")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << (62 - megabyte_bits)));
   const bool subcommand = command.name.find(' ') != std::string::npos;
   if (!subcommand) {
     app.set_version_flag("--version", command.name + " " + version);
   }
   app.footer(command.footer);
   const std::optional<int> ended = parse(app, argc, argv);
+  limit_inputs(static_cast<std::uintmax_t>(most_megabytes) << megabyte_bits);
   return ended ? *ended : run();
 }
 
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv) {
   occupy_standard_streams();
   exit_on_signals();
+  const InputScope inputs;
   try {
     return tool(argc, argv);
   } catch (const InputError& e) {
@@ -106,20 +127,20 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 }
 
 void print(const std::string& text) {
-  if (!(std::cout << text << std::flush)) {
+  if (!(std::cout << printable(text) << std::flush)) {
     throw InputError("standard output can not be written to");
   }
 }
 
 void tell(std::string_view kind, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
-    std::cerr << kind << ": " << line << '\n';
+    std::cerr << kind << ": " << on_one_line(line) << '\n';
   }
 }
 
 void tell(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
-    std::cerr << in_words(finding) << '\n';
+    std::cerr << on_one_line(in_words(finding)) << '\n';
   }
 }
 

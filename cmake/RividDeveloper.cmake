@@ -2,6 +2,7 @@
 
 option(RIVID_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(RIVID_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+option(RIVID_HARDEN "Build the tools and the shared library with stack protector, FORTIFY and BIND_NOW" ON)
 option(RIVID_TIDY "Run clang-tidy on the library and the apps" OFF)
 
 function(rivid_developer_flags target)
@@ -24,6 +25,15 @@ function(rivid_developer_flags target)
     target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=address,undefined)
+  endif()
+endfunction()
+
+# For what is run or loaded as a file: the tools and the shared library. A sanitizer has checks of its own.
+function(rivid_hardened target)
+  if(RIVID_HARDEN AND NOT RIVID_SANITIZE)
+    target_compile_options(${target} PRIVATE -fstack-protector-strong
+                                             $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>)
+    target_link_options(${target} PRIVATE LINKER:-z,relro,-z,now)
   endif()
 endfunction()
 

@@ -82,6 +82,21 @@ install(
   FILES ${PROJECT_SOURCE_DIR}/third_party/uplot/LICENSE
   DESTINATION ${CMAKE_INSTALL_DOCDIR}
   RENAME LICENSE.uPlot)
+# What is compiled or linked into the library and the tools asks for its licence beside the binaries.
+foreach(part IN ITEMS SUNDIALS toml++ nlohmann-json CLI11)
+  install(
+    FILES ${PROJECT_SOURCE_DIR}/third_party/notices/${part}
+    DESTINATION ${CMAKE_INSTALL_DOCDIR}
+    RENAME LICENSE.${part})
+endforeach()
+# What is in the package, for tools that look for known faults: SPDX 2.3.
+find_package(CLI11 QUIET)
+set(RIVID_SPDX_CREATED 1970-01-01T00:00:00Z)
+if(DEFINED ENV{SOURCE_DATE_EPOCH})
+  string(TIMESTAMP RIVID_SPDX_CREATED "%Y-%m-%dT%H:%M:%SZ" UTC)
+endif()
+configure_file(${CMAKE_CURRENT_LIST_DIR}/rivid.spdx.in ${PROJECT_BINARY_DIR}/rivid.spdx @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/rivid.spdx DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md")
 
 set(CPACK_GENERATOR DEB)

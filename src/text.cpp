@@ -18,6 +18,31 @@ constexpr std::size_t longest_list = 60;
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
+// Bytes of the UTF-8 character that a text, not empty, begins with; 0 for a control character and for what is none: RFC 3629.
+std::size_t character_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  const unsigned first = byte(0);
+  constexpr unsigned del = 0x7F;
+  if (first < 0x80U) {
+    return first < ' ' || first == del ? 0 : 1;
+  }
+  const std::size_t length = first >= 0xC2U && first < 0xE0U   ? 2
+                             : first >= 0xE0U && first < 0xF0U ? 3
+                             : first >= 0xF0U && first < 0xF5U ? 4
+                                                               : 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80U) {
+      return 0;
+    }
+  }
+  // C1 controls, forms longer than need be, surrogates and what is beyond the last character.
+  const unsigned second = byte(1);
+  const bool refused = (first == 0xC2U && second < 0xA0U) || (first == 0xE0U && second < 0xA0U) ||
+                       (first == 0xEDU && second >= 0xA0U) || (first == 0xF0U && second < 0x90U) ||
+                       (first == 0xF4U && second >= 0x90U);
+  return refused ? 0 : length;
+}
+
 // Levenshtein's distance; upper and lower case count as the same.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   const auto same = [](char x, char y) {
@@ -68,8 +93,12 @@ std::string fixed(double value, int decimals) {
 }
 
 std::string on_one_line(std::string_view content) {
-  std::string out(content);
-  std::ranges::replace_if(out, [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  std::string out;
+  while (!content.empty()) {
+    const std::size_t length = character_length(content);
+    out += length == 0 ? "?" : content.substr(0, length);
+    content.remove_prefix(std::max<std::size_t>(length, 1));
+  }
   return out;
 }
 

@@ -57,6 +57,13 @@ if(TARGET tool_pages)
   endforeach()
 endif()
 
+if(RIVID_BUILD_APPS AND RIVID_HARDEN AND NOT RIVID_SANITIZE AND CMAKE_READELF)
+  foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_simulate)
+    rivid_script_test(hardening_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
+                      -DREADELF=${CMAKE_READELF} -DPROGRAM=$<TARGET_FILE:${tool}>)
+  endforeach()
+endif()
+
 rivid_script_test(format ${PROJECT_SOURCE_DIR}/cmake/check_format.cmake format -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 
 add_test(NAME headers_stand_alone COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --config $<CONFIG> --target

@@ -26,6 +26,7 @@
 #include "rivid/identify/payload.hpp"
 #include "rivid/identify/physical.hpp"
 #include "rivid/identify/prediction.hpp"
+#include "rivid/input.hpp"
 #include "rivid/model/mdh.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/model/urdf.hpp"

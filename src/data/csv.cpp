@@ -5,12 +5,15 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <string_view>
 #include <system_error>
 
 #include "data/log_columns.hpp"
+#include "dialect.hpp"
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -71,11 +74,12 @@ std::vector<Column> by_default(const Quantity& quantity, const std::vector<std::
   std::vector<std::size_t> numbers;
   for (const std::string& name : names) {
     const std::size_t number = joint_number(name, quantity.prefix);
-    if (number > 0 && std::find(numbers.begin(), numbers.end(), number) == numbers.end()) {
+    if (number > 0) {
       numbers.push_back(number);
     }
   }
   std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   std::vector<Column> columns;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::string prefix(quantity.prefix);
@@ -256,13 +260,12 @@ Log read(std::string_view who, const std::filesystem::path& path, const LogOptio
   }
   Log log;
   log.source = path.string();
-  if (std::error_code ignored; std::filesystem::is_fifo(path, ignored)) {
-    throw InputError(log.source + ": is a pipe, a file is required, which can be read more than once");
-  }
-  const Choice choice = chosen(options, required, column_names(path, options.table), log);
+  InputText text = read_input(path, true);
+  const std::vector<std::string> names = detail::dialect(text.bytes(), log.source, options.table).names;
+  const Choice choice = chosen(options, required, names, log);
   TableOptions table_options = options.table;
   table_options.columns = choice.names();
-  fill(log, choice, read_table(path, table_options), options);
+  fill(log, choice, detail::parsed_table(text, log.source, table_options), options);
   return log;
 }
 
@@ -270,22 +273,24 @@ Log read(std::string_view who, const std::filesystem::path& path, const LogOptio
 
 std::optional<std::string> LogOptions::complaint() const {
   for (const Quantity& quantity : quantities) {
-    const std::vector<Column>& list = this->*quantity.listed;
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      if (auto fault = column_complaint(quantity.words, list[i])) {
+    std::set<std::string_view> seen;
+    for (const Column& column : this->*quantity.listed) {
+      if (auto fault = column_complaint(quantity.words, column)) {
         return fault;
       }
-      const auto same = [&](const Column& other) { return other.name == list[i].name; };
-      if (std::any_of(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(i), same)) {
-        return std::string(quantity.words) + " lists column " + in_quotes(list[i].name) + " twice";
+      if (!seen.insert(column.name).second) {
+        return std::string(quantity.words) + " lists column " + in_quotes(column.name) + " twice";
       }
     }
+  }
+  std::set<std::string_view> positions;
+  for (const Column& column : this->position) {
+    positions.insert(column.name);
   }
   for (const Quantity& quantity : quantities) {
     const bool effort = quantity.words == "torque" || quantity.words == "control";
     for (const Column& column : this->*quantity.listed) {
-      const auto same = [&](const Column& other) { return other.name == column.name; };
-      if (effort && std::ranges::any_of(this->position, same)) {
+      if (effort && positions.contains(column.name)) {
         return std::string(quantity.words) + " lists column " + in_quotes(column.name) +
                ", which is listed as a position";
       }

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <optional>
 #include <system_error>
+#include <unordered_map>
+#include <utility>
 
 #include "dialect.hpp"
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -29,19 +33,37 @@ std::size_t field_number(std::string_view name) {
   return error == std::errc() && end == last ? number : 0;
 }
 
-std::size_t chosen_field(const std::string& name, const Dialect& dialect, const std::string& source) {
-  const std::vector<std::string>& names = dialect.names;
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found != names.end()) {
-    const auto again = std::find(found + 1, names.end(), name);
-    if (again != names.end()) {
-      const auto place = [&](auto i) {
-        return detail::field_name(static_cast<std::size_t>(i - names.begin()) + 1);
-      };
-      throw InputError(source + ": the column name " + in_quotes(name) + " stands more than once; ask for " +
-                       place(found) + " or " + place(again));
+// Fields by their names: the first two of each.
+class FieldIndex {
+ public:
+  explicit FieldIndex(const std::vector<std::string>& names) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto [at, is_new] = fields_.try_emplace(names[i], i, i);
+      if (!is_new && at->second.first == at->second.second) {
+        at->second.second = i;
+      }
     }
-    return static_cast<std::size_t>(found - names.begin());
+  }
+
+  // Both the same where one field alone has the name.
+  [[nodiscard]] std::optional<std::pair<std::size_t, std::size_t>> find(std::string_view name) const {
+    const auto at = fields_.find(name);
+    return at == fields_.end() ? std::nullopt : std::optional(at->second);
+  }
+
+ private:
+  std::unordered_map<std::string_view, std::pair<std::size_t, std::size_t>> fields_;
+};
+
+std::size_t chosen_field(const std::string& name, const Dialect& dialect, const FieldIndex& index,
+                         const std::string& source) {
+  const std::vector<std::string>& names = dialect.names;
+  if (const auto found = index.find(name)) {
+    if (found->first != found->second) {
+      throw InputError(source + ": the column name " + in_quotes(name) + " stands more than once; ask for " +
+                       detail::field_name(found->first + 1) + " or " + detail::field_name(found->second + 1));
+    }
+    return found->first;
   }
   const std::size_t number = field_number(name);
   if (number >= 1 && number <= names.size()) {
@@ -71,9 +93,11 @@ class Reader {
 
   // False where the numbers turned out to have a decimal comma and `mark` is a point: read again with a
   // comma.
-  bool read(std::string_view text, char mark, const std::vector<std::size_t>& fields, Matrix& values,
+  bool read(InputText& input, char mark, const std::vector<std::size_t>& fields, Matrix& values,
             LineNumbers& lines) {
+    const std::string_view text = input.bytes();
     mark_ = mark;
+    input_ = &input;
     total_ = text.size();
     const std::string_view data = text.substr(dialect_.begin);
     values.resize(most_rows(data, fields.size()), static_cast<Index>(fields.size()));
@@ -171,6 +195,9 @@ class Reader {
   void report_progress(std::size_t done) {
     if (done >= next_progress_) {
       next_progress_ = done + progress_step;
+      if (!may_switch()) {
+        input_->forget(done);
+      }
       if (options_.progress) {
         options_.progress(std::min(1.0, static_cast<double>(done) / static_cast<double>(total_)));
       }
@@ -235,6 +262,11 @@ class Reader {
     return *p == '\n' ? p + 1 : nullptr;
   }
 
+  // Whether a comma in a number makes all be read again.
+  [[nodiscard]] bool may_switch() const {
+    return mark_ == '.' && options_.decimal == Decimal::automatic && dialect_.separator != ',';
+  }
+
   [[nodiscard]] std::string place() const { return source_ + ":" + std::to_string(line_); }
 
   Row careful_row(std::string_view line) {
@@ -256,9 +288,7 @@ class Reader {
         continue;
       }
       double value = 0.0;
-      const bool may_switch =
-          mark_ == '.' && options_.decimal == Decimal::automatic && dialect_.separator != ',';
-      if (may_switch && detail::read_cell(cell, ',', value) == CellReading::number) {
+      if (may_switch() && detail::read_cell(cell, ',', value) == CellReading::number) {
         comma_line_ = line_;
         return Row::comma_found;
       }
@@ -315,6 +345,7 @@ class Reader {
   std::vector<double*> targets_;  // one a field: where its column starts, nullptr where it is not asked for
   std::vector<std::string_view> cells_;
   char mark_ = '.';
+  InputText* input_ = nullptr;
   std::size_t total_ = 0;
   std::size_t next_progress_ = 0;
   std::size_t line_ = 0;
@@ -362,19 +393,19 @@ std::optional<std::string> TableOptions::complaint() const {
   return std::nullopt;
 }
 
-Table read_table(const std::filesystem::path& path, const TableOptions& options) {
+Table detail::parsed_table(InputText& text, const std::string& source, const TableOptions& options) {
   check(options);
   Table table;
-  table.source = path.string();
-  const detail::MappedFile file(path);
-  const Dialect dialect = detail::dialect(file.bytes(), table.source, options);
+  table.source = source;
+  const Dialect dialect = detail::dialect(text.bytes(), table.source, options);
+  const FieldIndex index(dialect.names);
   if (options.columns.empty()) {
     for (std::size_t field = 0; field < dialect.names.size(); ++field) {
       table.fields.push_back(field);
     }
   }
   for (const std::string& name : options.columns) {
-    table.fields.push_back(chosen_field(name, dialect, table.source));
+    table.fields.push_back(chosen_field(name, dialect, index, table.source));
   }
   // A field that is asked for twice is read once.
   std::vector<std::size_t> distinct = table.fields;
@@ -385,8 +416,8 @@ Table read_table(const std::filesystem::path& path, const TableOptions& options)
 
   Reader reader(dialect, table.source, options);
   const char mark = options.decimal == Decimal::comma ? ',' : '.';
-  if (!reader.read(file.bytes(), mark, read_fields, table.values, table.lines)) {
-    reader.read(file.bytes(), ',', read_fields, table.values, table.lines);
+  if (!reader.read(text, mark, read_fields, table.values, table.lines)) {
+    reader.read(text, ',', read_fields, table.values, table.lines);
   }
   if (repeats) {
     Matrix values(table.values.rows(), static_cast<Index>(table.fields.size()));
@@ -404,10 +435,15 @@ Table read_table(const std::filesystem::path& path, const TableOptions& options)
   return table;
 }
 
+Table read_table(const std::filesystem::path& path, const TableOptions& options) {
+  check(options);
+  InputText text = read_input(path, true);
+  return detail::parsed_table(text, path.string(), options);
+}
+
 std::vector<std::string> column_names(const std::filesystem::path& path, const TableOptions& options) {
   check(options);
-  const detail::MappedFile file(path);
-  return detail::dialect(file.bytes(), path.string(), options).names;
+  return detail::dialect(read_input(path, true).bytes(), path.string(), options).names;
 }
 
 }  // namespace rivid

@@ -11,6 +11,7 @@
 #include "excite/task.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
+#include "threads.hpp"
 
 namespace rivid {
 
@@ -327,8 +328,9 @@ Excitation Designer::designed() {
   };
   {
     std::vector<std::jthread> threads;
-    for (int t = 1; t < std::min(options_.threads, options_.starts); ++t) {
-      threads.emplace_back(work);
+    const int most = std::min(detail::useful_threads(options_.threads), options_.starts);
+    for (int t = 1; t < most && detail::started(threads, work);) {
+      ++t;
     }
     work();
   }

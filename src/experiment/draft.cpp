@@ -16,6 +16,7 @@
 #include "rivid/data/table.hpp"
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -318,6 +319,7 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
     if (log.extension() == ".urdf") {
       throw InputError(log.string() + ": is a robot, which comes before the logs");
     }
+    (void)read_input(log);  // no pipe: the experiment file will name it
   }
   if (is_table(robot_file) && (!options.base.empty() || !options.tip.empty())) {
     throw InputError(robot_file.string() +

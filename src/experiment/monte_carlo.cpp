@@ -13,6 +13,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/covariance.hpp"
+#include "threads.hpp"
 
 namespace rivid {
 
@@ -103,6 +104,14 @@ std::array<double, 2> interval_of_share(double share, double runs) {
 MonteCarloParameter parameter_of(const BaseParameter& p, double truth, double bound, Index i,
                                  const std::vector<const MonteCarloRow*>& rows) {
   MonteCarloParameter out = {.name = p.name, .unit = p.unit, .truth = truth};
+  if (rows.empty()) {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    out.bias = out.rmse = out.spread = out.bias_in_spreads = out.rmse_over_bound = out.sigma_over_spread =
+        unknown;
+    out.coverage = unknown;
+    out.bias_in_spreads_95 = out.rmse_over_bound_95 = out.coverage_95 = {unknown, unknown};
+    return out;
+  }
   const auto runs = static_cast<double>(rows.size());
   double squares = 0.0;
   double sigmas = 0.0;
@@ -215,8 +224,9 @@ void monte_carlo_runs(const MonteCarlo& plan, std::span<const int> runs, int thr
     }
   };
   std::vector<std::thread> others;
-  for (int k = 1; k < threads; ++k) {
-    others.emplace_back(work);
+  const int most = detail::useful_threads(threads);
+  for (int k = 1; k < most && detail::started(others, work);) {
+    ++k;
   }
   work();
   for (std::thread& other : others) {

@@ -2,10 +2,10 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 
 namespace rivid::detail {
 
@@ -29,13 +29,10 @@ std::vector<std::string> cells(const std::string& line) {
 
 std::string file_text(const std::filesystem::path& path, std::string_view what) {
   std::error_code error;
-  const std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path, error)) {
-    throw InputError(path.string() + ": " + std::string(what) + " can not be read");
+  if (!std::filesystem::exists(path, error)) {
+    throw InputError(path.string() + ": " + std::string(what) + " can not be read: there is no such file");
   }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+  return std::string(read_input(path).bytes());
 }
 
 std::string from_folder(const std::filesystem::path& path, const std::filesystem::path& folder) {

@@ -6,7 +6,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <span>
@@ -15,6 +14,7 @@
 #include "export/write_back.hpp"
 #include "model/urdf_document.hpp"
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/text.hpp"
 
@@ -427,13 +427,7 @@ RewrittenUrdf rewritten_urdf(std::string_view xml, const std::string& source, co
   return out;
 }
 
-std::string urdf_text(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw InputError("urdf_text: " + path.string() + " can not be read");
-  }
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
+std::string urdf_text(const std::filesystem::path& path) { return std::string(read_input(path).bytes()); }
 
 RewrittenUrdf rewritten_urdf(const std::filesystem::path& path, const Robot& robot,
                              const Eigen::Ref<const Vector>& chi_st, const UrdfWriteOptions& options) {

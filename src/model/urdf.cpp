@@ -3,15 +3,13 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <kdl/tree.hpp>
 #include <limits>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/model/kdl.hpp"
 #include "urdf_document.hpp"
 
@@ -144,17 +142,7 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
 }
 
 Robot read_urdf(const std::filesystem::path& path, const UrdfOptions& options) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw InputError(path.string() + ": is a directory, must be a URDF file");
-  }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw InputError(path.string() + ": " +
-                     (std::filesystem::exists(path, error) ? "can not be read" : "there is no such file"));
-  }
-  const std::string xml((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  return parse_urdf(xml, path.string(), options);
+  return parse_urdf(read_input(path).bytes(), path.string(), options);
 }
 
 }  // namespace rivid

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "rivid/text.hpp"
@@ -95,15 +97,21 @@ void UrdfDocument::check_elements() const {
     if (std::string_view(node.name()).starts_with("xacro:")) {
       refuse(node, std::string("<") + node.name() + "> is not URDF" + advice);
     }
+    std::set<std::string_view> attributes;
     for (const pugi::xml_attribute attribute : node.attributes()) {
+      const auto is_control = [](char c) {
+        return static_cast<unsigned char>(c) < ' ' && c != '\t' && c != '\n' && c != '\r';
+      };
+      if (std::ranges::any_of(std::string_view(attribute.value()), is_control)) {
+        refuse(node, std::string("not well-formed XML: <") + node.name() +
+                         "> has a control character in attribute " + attribute.name());
+      }
       if (is_xacro(attribute.value())) {
         refuse(node, as_written(node, attribute.name()) + " holds an expression" + advice);
       }
-      for (pugi::xml_attribute other = attribute.next_attribute(); other; other = other.next_attribute()) {
-        if (std::string_view(attribute.name()) == other.name()) {
-          refuse(node, std::string("not well-formed XML: <") + node.name() + "> has two attributes " +
-                           attribute.name());
-        }
+      if (!attributes.insert(attribute.name()).second) {
+        refuse(node, std::string("not well-formed XML: <") + node.name() + "> has two attributes " +
+                         attribute.name());
       }
     }
     if (node.first_child()) {

@@ -10,6 +10,7 @@
 #include "regressor/batch_kernel.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
+#include "threads.hpp"
 
 namespace rivid {
 
@@ -235,6 +236,13 @@ Matrix Observation::dense() const {
 
 Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
                         const BatchOptions& options) {
+  for (const StandardParameter& p : base.columns()) {
+    if (p.joint < 0 || p.joint >= robot.size()) {
+      throw InputError("observation: base has " + p.name() + " of joint " + std::to_string(p.joint + 1) +
+                       ", robot \"" + robot.name + "\" has " + std::to_string(robot.size()) +
+                       " joints; give base_parameters() of this robot");
+    }
+  }
   const RegressorBatch batch(robot, base.columns(), options);
   batch.require("observation", motion, 0, motion.samples());
   Observation out;
@@ -249,7 +257,7 @@ Observation observation(const Robot& robot, const BaseParameters& base, const Mo
   // Each thread takes one stretch. A row depends on its own sample alone, so nothing changes with their number.
   constexpr Index granule = 64;
   const Index granules = (motion.samples() + granule - 1) / granule;
-  const Index threads = std::clamp<Index>(granules, 1, options.threads);
+  const Index threads = std::clamp<Index>(granules, 1, detail::useful_threads(options.threads));
   std::vector<BatchWorkspace> workspaces;
   workspaces.reserve(static_cast<std::size_t>(threads));
   for (Index t = 0; t < threads; ++t) {
@@ -261,10 +269,13 @@ Observation observation(const Robot& robot, const BaseParameters& base, const Mo
     batch.fill(motion, first, last - first, targets, first, workspaces[static_cast<std::size_t>(t)]);
   };
   std::vector<std::jthread> others;
-  for (Index t = 1; t < threads; ++t) {
-    others.emplace_back(stretch, t);
+  Index own = threads;
+  while (own > 1 && detail::started(others, stretch, own - 1)) {
+    --own;
   }
-  stretch(0);
+  for (Index t = 0; t < own; ++t) {
+    stretch(t);
+  }
   return out;
 }
 

@@ -32,6 +32,9 @@ int decimals_for(double sigma) {
 }
 
 std::string in_format(const Format& format, double value, double sigma) {
+  if (std::isnan(value)) {
+    return "–";
+  }
   switch (format.kind) {
     case Format::Kind::fixed:
       return fixed(value, format.digits);

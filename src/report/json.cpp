@@ -1,8 +1,5 @@
 #include "rivid/report/json.hpp"
 
-#include <sha2.h>
-#include <sys/types.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -10,7 +7,7 @@
 #include <sstream>
 
 #include "experiment/json_fields.hpp"
-#include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/report/text.hpp"
@@ -272,16 +269,7 @@ Json forecast_members(const ExcitationPlan& plan, const Forecast& forecast) {
 
 }  // namespace
 
-InputFile input_file(const std::filesystem::path& path) {
-  if (std::error_code ignored; std::filesystem::is_fifo(path, ignored)) {
-    throw InputError(path.string() + ": is a pipe, a file is required, which can be read more than once");
-  }
-  std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
-  if (SHA256File(path.c_str(), digest.data()) == nullptr) {
-    throw InputError(path.string() + ": the file can not be read");
-  }
-  return {path.string(), digest.data()};
-}
+InputFile input_file(const std::filesystem::path& path) { return {path.string(), input_sha256(path)}; }
 
 std::string run_id(const Provenance& provenance) {
   std::string text = provenance.program + '\n' + version + '\n';
@@ -294,10 +282,8 @@ std::string run_id(const Provenance& provenance) {
   for (const Setting& setting : provenance.settings) {
     text += setting.key + '=' + setting.value + '\n';
   }
-  std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
-  SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), digest.data());
   constexpr std::size_t digits = 16;
-  return {digest.data(), digits};
+  return sha256(text).substr(0, digits);
 }
 
 std::string to_json(const Robot& robot, const Identification& result, const Provenance& provenance) {

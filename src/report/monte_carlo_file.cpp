@@ -1,5 +1,7 @@
 #include <charconv>
+#include <cstdint>
 #include <fstream>
+#include <iomanip>
 #include <sstream>
 
 #include "experiment/text_file.hpp"
@@ -35,6 +37,17 @@ Number parsed(const std::string& cell, const std::string& place) {
   return out;
 }
 
+// FNV-1a of a line, as 16 hexadecimal digits: the last cell of each.
+std::string line_checksum(std::string_view line) {
+  std::uint64_t sum = 0xCBF29CE484222325U;
+  for (const char c : line) {
+    sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+  }
+  std::ostringstream out;
+  out << std::hex << std::setw(16) << std::setfill('0') << sum;
+  return out.str();
+}
+
 std::string lines_of(const std::vector<MonteCarloRow>& rows) {
   std::string out;
   for (const MonteCarloRow& row : rows) {
@@ -64,7 +77,7 @@ std::string csv_header(const MonteCarlo& plan) {
   for (const BaseParameter& p : base_parameters(plan.experiment.robot).parameters) {
     out += "," + p.name + ",sigma " + p.name;
   }
-  return out + "\n";
+  return out + ",checksum\n";
 }
 
 std::string to_csv(const MonteCarloRow& row) {
@@ -73,7 +86,7 @@ std::string to_csv(const MonteCarloRow& row) {
   for (Index i = 0; i < row.value.size(); ++i) {
     out += "," + exact(row.value[i]) + "," + exact(row.sigma[i]);
   }
-  return out + "\n";
+  return out + "," + line_checksum(out) + "\n";
 }
 
 std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& path, const MonteCarlo& plan) {
@@ -89,10 +102,14 @@ std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& pa
   for (std::string line; std::getline(lines, line); ++number) {
     const std::string place = path.string() + ":" + std::to_string(number);
     const std::vector<std::string> cells = cells_of(line);
-    const auto b = (cells_of(header).size() - leading_cells) / 2;
-    if (cells.size() != leading_cells + 2 * b) {
+    const auto b = (cells_of(header).size() - 1 - leading_cells) / 2;
+    if (cells.size() != leading_cells + 2 * b + 1) {
       throw InputError(place + ": has " + counted(static_cast<Index>(cells.size()), "cell") + ", must have " +
-                       std::to_string(leading_cells + 2 * b));
+                       std::to_string(leading_cells + 2 * b + 1));
+    }
+    if (cells.back() != line_checksum(std::string_view(line).substr(0, line.rfind(',')))) {
+      throw InputError(
+          place + ": is damaged, its checksum does not fit; take the line out, and its run is made again");
     }
     MonteCarloRow& row = out.emplace_back();
     row.run = parsed<int>(cells[0], place);

@@ -102,6 +102,14 @@ std::optional<std::string> SimulationOptions::complaint(Index n) const {
   if ((q_0.size() > 0 && !q_0.allFinite()) || (qd_0.size() > 0 && !qd_0.allFinite())) {
     return "q_0 and qd_0 must be finite";
   }
+  // Each tick costs a call of the law; more of them are a mistake of units.
+  constexpr double most_ticks = 5e6;
+  const double duration = samples > 0 ? static_cast<double>(samples - 1) / f_m : 0.0;
+  if (sampling.period > 0.0 && duration / sampling.period > most_ticks) {
+    return "sampling.period is " + number(sampling.period) + " s, " + number(duration / sampling.period, 3) +
+           " ticks of the controller in " + number(duration, 4) + " s; at most " + number(most_ticks) +
+           " are simulated: lower the rate of the control [Hz] or shorten the motion";
+  }
   if (friction == DryFrictionScheme::held && integrator != Integrator::rk4) {
     return "friction is held, which is a scheme of integrator rk4 alone";
   }

@@ -37,9 +37,15 @@ double continued_fraction(double b_0, const Terms& term) {
   return f;
 }
 
+// ln Γ(a) for a > 0. std::lgamma() writes the sign to a variable that all threads share.
+double log_gamma(double a) {
+  int sign = 0;
+  return ::lgamma_r(a, &sign);
+}
+
 // Γ(a, x) / Γ(a), Abramowitz and Stegun 6.5.29 and 6.5.31.
 double upper_gamma(double a, double x) {
-  const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
+  const double front = std::exp(a * std::log(x) - x - log_gamma(a));
   if (x < a + 1.0) {
     double term = 1.0 / a;
     double sum = term;
@@ -62,8 +68,7 @@ double incomplete_beta(double a, double b, double x) {
     return 1.0 - incomplete_beta(b, a, 1.0 - x);
   }
   const double front =
-      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) /
-      a;
+      std::exp(log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
   return front / continued_fraction(1.0, [&](int k) {
            const double m = std::floor(0.5 * k);
            const double numerator = k % 2 == 0

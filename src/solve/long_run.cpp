@@ -1,12 +1,32 @@
 #include <algorithm>
 #include <cmath>
+#include <string>
 
+#include "rivid/error.hpp"
 #include "rivid/solve/inference.hpp"
 
 namespace rivid {
 
+namespace {
+
+void require_equal_columns(std::span<const Matrix> series, const char* who) {
+  for (const Matrix& s : series) {
+    if (s.cols() != series.front().cols()) {
+      throw InputError(std::string(who) + ": a series has " + std::to_string(s.cols()) +
+                       " columns, the first has " + std::to_string(series.front().cols()) +
+                       "; all must have the same");
+    }
+  }
+}
+
+}  // namespace
+
 // The weights are those of overlapping sums: with b_t = s_t + … + s_{t+L}, zeros beyond the ends, S = Σ_t b_t b_tᵀ / (L + 1).
 Matrix long_run_covariance(std::span<const Matrix> series, Index lag) {
+  require_equal_columns(series, "long_run_covariance");
+  if (lag < 0) {
+    throw InputError("long_run_covariance: lag is " + std::to_string(lag) + ", must be at least 0");
+  }
   const Index columns = series.empty() ? 0 : series.front().cols();
   Matrix out = Matrix::Zero(columns, columns);
   for (const Matrix& s : series) {
@@ -31,6 +51,7 @@ Index bartlett_lag(std::span<const Matrix> series) {
   if (series.empty()) {
     return 0;
   }
+  require_equal_columns(series, "bartlett_lag");
   constexpr double most_correlated = 0.97;
   Index instants = 0;
   double numerator = 0.0;

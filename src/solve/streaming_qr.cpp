@@ -5,12 +5,12 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <utility>
 
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "rivid/text.hpp"
 #include "solve/householder_kernel.hpp"
 
@@ -394,13 +394,7 @@ StreamingQr decoded_streaming_qr(std::string_view content, std::string_view sour
 }
 
 StreamingQr read_streaming_qr(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream content;
-  content << in.rdbuf();
-  if (!in.is_open() || std::filesystem::is_directory(path) || content.bad()) {
-    throw InputError(path.string() + ": can not be read");
-  }
-  return decoded_streaming_qr(content.view(), path.string());
+  return decoded_streaming_qr(read_input(path).bytes(), path.string());
 }
 
 }  // namespace rivid

@@ -128,7 +128,7 @@ TEST_F(Refusal, OfATorqueThatIsZeroAndWouldHaveInfiniteWeight) {
 
 TEST_F(Refusal, OfAPipeInPlaceOfALog) {
   ASSERT_EQ(::mkfifo((folder().path() / "pipe").c_str(), 0600), 0);
-  expect_refused({"pipe: is a pipe, a file is required"}, {"scara.toml", "--log", "pipe"});
+  expect_refused({"pipe: is a pipe that nothing came through"}, {"scara.toml", "--log", "pipe"});
 }
 
 TEST_F(Refusal, OfPositionsThatOverflow) {
@@ -351,11 +351,11 @@ TEST_F(Refusal, OfANumberInQuotes) {
 }
 
 TEST_F(Refusal, OfAMissingExperimentFile) {
-  expect_refused({"nope.toml: the experiment file can not be read"}, {"nope.toml"});
+  expect_refused({"nope.toml: the experiment file can not be read: there is no such file"}, {"nope.toml"});
 }
 
 TEST_F(Refusal, OfAFolderInPlaceOfTheExperimentFile) {
-  expect_refused({".: the experiment file can not be read"}, {"."});
+  expect_refused({".: is a directory, a file is required"}, {"."});
 }
 
 TEST_F(Refusal, OfALogInPlaceOfTheExperimentFile) {

@@ -246,7 +246,7 @@ TEST(ReadUrdf, RefusesAMissingFileADirectoryAndAnEmptyFile) {
     return test::complaint_of([&] { return read_urdf(path); });
   };
   EXPECT_EQ(read("no_such.urdf"), "no_such.urdf: there is no such file");
-  EXPECT_EQ(read("."), ".: is a directory, must be a URDF file");
+  EXPECT_EQ(read("."), ".: is a directory, a file is required");
   EXPECT_EQ(refusal(""), "arm.urdf: is empty, must be a URDF");
   EXPECT_EQ(refusal(" \n "), "arm.urdf: is empty, must be a URDF");
 }

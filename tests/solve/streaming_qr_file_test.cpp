@@ -105,11 +105,11 @@ TEST(StreamingQrFile, NoticesEveryDamagedByte) {
 }
 
 TEST(StreamingQrFile, ThatCanNotBeReadIsNamed) {
-  for (const std::filesystem::path& path :
-       {std::filesystem::path("/no/such/part.qr"), std::filesystem::temp_directory_path()}) {
-    EXPECT_EQ(test::complaint_of([&] { return read_streaming_qr(path); }),
-              path.string() + ": can not be read");
-  }
+  const auto complaint = [](const std::filesystem::path& path) {
+    return test::complaint_of([&] { return read_streaming_qr(path); });
+  };
+  EXPECT_EQ(complaint("/no/such/part.qr"), "/no/such/part.qr: there is no such file");
+  EXPECT_EQ(complaint("/"), "/: is a directory, a file is required");
 }
 
 }  // namespace

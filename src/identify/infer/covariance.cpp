@@ -176,7 +176,7 @@ std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scor
       statistic += correlation * correlation * pairs * (rows + 2.0) / rows;
       ++lags;
       if (l == 0) {
-        test.autocorrelation = correlation;
+        test.autocorrelation = std::clamp(correlation, -1.0, 1.0);
       }
     }
     if (lags > 0.0) {

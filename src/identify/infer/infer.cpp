@@ -251,6 +251,11 @@ Identification detail::identified(const EstimationProblem& problem) {
 }
 
 Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
+  if (identification.chi.size() == 0 || identification.chi.size() != identification.base.size()) {
+    throw InputError("validate: the identification has " + std::to_string(identification.chi.size()) +
+                     " values for " + std::to_string(identification.base.size()) +
+                     " base parameters; give what identify() returned");
+  }
   const SignalOptions& signal = identification.estimation.signal;
   const RowFactors data =
       detail::all_factors(robot, identification.base, std::span(&log, 1), std::span(&signal, 1), threads, {});

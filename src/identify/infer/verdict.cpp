@@ -136,7 +136,9 @@ std::string partner(const Identification& out, std::size_t i) {
   for (Index k = 0; k < out.C_chi.cols(); ++k) {
     const double scale = std::sqrt(out.C_chi(row, row) * out.C_chi(k, k));
     const double correlation = out.C_chi(row, k) / scale;
-    if (k != row && std::isfinite(correlation) && std::abs(correlation) > most) {
+    // Of variances that are zero but for roundings there is none.
+    constexpr double at_most = 1.0 + 1e-6;
+    if (k != row && std::abs(correlation) > most && std::abs(correlation) <= at_most) {
       most = std::abs(correlation);
       text = "; hard to tell from " + out.parameters[static_cast<std::size_t>(k)].name + " (correlation " +
              number(correlation, 2) + ")";

@@ -162,7 +162,9 @@ class Newton {
     double raised = 0.0;
     for (;;) {
       factor_.compute(hessian_);
-      if (factor_.info() == Eigen::Success) {
+      // Numbers that overflowed can not be mended; the step is not a number then, and no step is made.
+      constexpr double most = 1e3;
+      if (factor_.info() == Eigen::Success || !(raised < most) || !hessian_.allFinite()) {
         break;
       }
       constexpr double first = 1e-14;
@@ -249,7 +251,8 @@ BarrierSolution minimise(const BarrierProblem& problem, const Vector& start, dou
   Newton newton(problem, start);
   BarrierSolution out;
   double weight = (1.0 + problem.cost(start) + offset) / complexity;
-  for (;;) {
+  constexpr int most_weights = 300;  // more than the range of a double has of them
+  for (int round = 0; round < most_weights; ++round) {
     double decrement = newton.aim(weight);
     for (int k = 0; decrement > centred && k < most_steps_for_a_weight && out.steps < max_steps; ++k) {
       newton.go();
@@ -260,7 +263,7 @@ BarrierSolution minimise(const BarrierProblem& problem, const Vector& start, dou
     out.gap = weight * (complexity + decrement);
     const double wanted = wanted_gap(newton.x());
     out.reached = out.gap <= wanted;
-    if (out.reached || decrement > centred) {
+    if (out.reached || !(decrement <= centred)) {
       break;
     }
     weight = std::max(reduction * weight, 0.9 * wanted / complexity);

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "threads.hpp"
+
 namespace rivid::detail {
 
 namespace {
@@ -25,9 +27,10 @@ void wait_while(const std::atomic<T>& value, T old) {
 }  // namespace
 
 ThreadTeam::ThreadTeam(int size) {
-  failures_.resize(static_cast<std::size_t>(size));
-  for (int member = 1; member < size; ++member) {
-    others_.emplace_back([this, member] { serve(member); });
+  const int most = useful_threads(size);
+  failures_.resize(static_cast<std::size_t>(most));
+  for (int member = 1; member < most && started(others_, [this, member] { serve(member); });) {
+    ++member;
   }
 }
 

@@ -1,0 +1,113 @@
+// What has no end or no meaning is refused or given up, with the reason; no run is left with numbers that are none.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/identify_tool.hpp"
+
+namespace {
+
+using rivid::test::Json;
+using rivid::test::Outcome;
+using rivid::test::outcome_of;
+
+class Budgets : public rivid::test::IdentifyTool {
+ protected:
+  // Through a shell, ended after thirty seconds: a hang is exit code 124.
+  [[nodiscard]] Outcome shell(const std::string& script) const {
+    return outcome_of({"/bin/sh", "-c", script}, folder().path());
+  }
+  std::string identifier = "timeout 30 '" + std::string(RIVID_IDENTIFY) + "' ";
+  std::string montecarlo = "timeout 30 '" + std::string(RIVID_MONTECARLO) + "' ";
+};
+
+TEST_F(Budgets, OfThreadsAreThoseOfTheMachine) {
+  provide("montecarlo_s1.toml");
+  // The memory for the stacks of a thousand threads is not there.
+  for (const std::string& tool : {identifier + "scara.toml", montecarlo + "montecarlo_s1.toml --runs 2"}) {
+    const Outcome run = shell("ulimit -v 300000; " + tool + " --threads 1024");
+    EXPECT_EQ(run.exit_code, 0) << tool << ": " << run.err;
+  }
+}
+
+TEST_F(Budgets, OfTicksAreTold) {
+  provide("scara_iv.toml");
+  edit("scara_iv.toml", "rate_hz = 200\n", "rate_hz = 1e6\n");
+  const Outcome run = shell(identifier + "scara_iv.toml");
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_NE(run.err.find("ticks of the controller"), std::string::npos) << run.err;
+}
+
+TEST_F(Budgets, OfThePhysicalModelEndWithNumbersThatOverflow) {
+  for (const char* const mass : {"1e60", "1e150", "1e300"}) {
+    provide("scara.urdf");
+    edit("scara.urdf", "<mass value=\"40\"/>", "<mass value=\"" + std::string(mass) + "\"/>");
+    const Outcome run = shell(identifier + "scara.toml --physical");
+    EXPECT_TRUE(run.exit_code >= 0 && run.exit_code <= 3) << mass << ": " << run.exit_code << run.err;
+  }
+  for (const char* const inertia : {"1e-20", "1e-100", "1e-300"}) {
+    provide("scara.urdf");
+    edit("scara.urdf", "ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1.3\" iyz=\"0\" izz=\"2.04\"",
+         "ixx=\"" + std::string(inertia) + "\" ixy=\"0\" ixz=\"0\" iyy=\"" + inertia + "\" iyz=\"0\" izz=\"" +
+             inertia + "\"");
+    const Outcome run = shell(identifier + "scara.toml --physical");
+    EXPECT_TRUE(run.exit_code >= 0 && run.exit_code <= 3) << inertia << ": " << run.exit_code << run.err;
+  }
+}
+
+TEST_F(Budgets, NothingIsIdentifiedWithoutAValue) {
+  edit("scara.toml", "position = [\"q1\", \"q2\"]",
+       "position = [{ column = \"q1\", scale = 1e-9 }, { column = \"q2\", scale = 1e-9 }]");
+  const Outcome run = shell(identifier + "scara.toml");
+  ASSERT_TRUE(std::filesystem::exists(folder().path() / "scara_result/result.json")) << run.err;
+  const Json result = Json::parse(folder().read("scara_result/result.json"));
+  const bool whole = std::ranges::none_of(
+      result["parameters"], [](const Json& p) { return p["value"].is_null() || p["sigma"].is_null(); });
+  EXPECT_EQ(run.exit_code == 0, result["status"] == "identified");
+  EXPECT_TRUE(whole || result["status"] != "identified") << run.out;
+}
+
+TEST_F(Budgets, RunsOfWhichNoneIsIdentifiedAreNoSuccess) {
+  provide("montecarlo_s1.toml");
+  ASSERT_EQ(shell(montecarlo + "montecarlo_s1.toml --runs 2").exit_code, 0);
+  const std::string file = "montecarlo_s1_montecarlo/runs.csv";
+  // One flipped byte, wherever: the same summary, or a refusal.
+  const std::string summary = folder().read("montecarlo_s1_montecarlo/summary.json");
+  const std::string rows = folder().read(file);
+  const std::string again = montecarlo + "montecarlo_s1.toml --runs 2 --quiet";
+  int refused = 0;
+  for (std::size_t i = 7; i < rows.size(); i += rows.size() / 40) {
+    std::string flipped = rows;
+    flipped[i] = static_cast<char>(flipped[i] ^ 1);
+    folder().write(file, flipped);
+    const Outcome run = shell(again);
+    refused += run.exit_code == 2 ? 1 : 0;
+    EXPECT_TRUE(run.exit_code == 2 || folder().read("montecarlo_s1_montecarlo/summary.json") == summary)
+        << "byte " << i;
+  }
+  EXPECT_GT(refused, 30);
+}
+
+TEST_F(Budgets, EscapeSequencesOfFilesDoNotReachTheScreen) {
+  edit("scara.urdf", "<robot name=\"scara\">", "<robot name=\"sc&#xC2;&#x9B;31mara\">");
+  std::string log = folder().read("scara_s2.csv");
+  log.replace(log.find("qref1"), 5, "\x1B[31m\xFF");
+  folder().write("scara_s2.csv", log);
+  for (const std::string& arguments :
+       {std::string("scara.toml"), std::string("scara.toml --set log.position='[\"a\",\"b\"]'"),
+        std::string("scara.toml --dry-run"), std::string("init scara.urdf scara_s2.csv --print")}) {
+    const Outcome run = shell(identifier + arguments);
+    for (const std::string* text : {&run.out, &run.err}) {
+      EXPECT_EQ(text->find('\x1B'), std::string::npos) << arguments;
+      EXPECT_EQ(text->find('\xFF'), std::string::npos) << arguments;
+      EXPECT_EQ(text->find("\xC2\x9B"), std::string::npos) << arguments;
+    }
+  }
+  folder().write("esc.urdf", "<robot name=\"a\x1B[31m\"><link name=\"l\"/></robot>");
+  const Outcome refused = shell(identifier + "init esc.urdf scara_s2.csv");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("has a control character in attribute name"), std::string::npos) << refused.err;
+}
+
+}  // namespace
