@@ -137,6 +137,10 @@ void sweep(const Path& folder) {
   }
 }
 
+}  // namespace
+
+namespace detail {
+
 // A temporary file, removed unless it takes the place of its target.
 class StagedFile {
  public:
@@ -262,6 +266,10 @@ class StagedFile {
   std::size_t slot_ = most_temporaries;
 };
 
+}  // namespace detail
+
+namespace {
+
 // The nearest folder above a file that is there must let files be made in it.
 void check_folder(const Path& named, Path folder) {
   std::error_code error;
@@ -302,7 +310,7 @@ struct Outputs::Plan {
   struct File {
     Path named;
     Path target;
-    std::optional<StagedFile> staged;
+    std::optional<detail::StagedFile> staged;
   };
   std::vector<Path> inputs;
   bool force = false;
@@ -370,7 +378,7 @@ void Outputs::put(const std::filesystem::path& path, std::string_view content) {
     sweep(folder);
   }
   const std::optional<FileStatus> there = status_of(file->target);
-  StagedFile staged(file->target, there);
+  detail::StagedFile staged(file->target, there);
   if (!staged.opened() || !staged.write(content)) {
     refuse_write(path, errno);
   }
