@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rivid/data/log.hpp"
+#include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/simulate/measurement.hpp"
 #include "support/scara_study.hpp"
@@ -20,6 +21,17 @@ class FirstAnswer : public testing::Test, public test::ScaraStudy {
     return (found.chi[i] - truth[i]) / found.parameters[static_cast<std::size_t>(i)].sigma;
   }
 };
+
+TEST_F(FirstAnswer, RefusesALogOfAnotherRobot) {
+  Log one = log(1.0, 1);
+  one.q.conservativeResize(Eigen::NoChange, 1);
+  try {
+    static_cast<void>(identify(robot, one, Estimation{}));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("position has 1 columns"), std::string::npos) << error.what();
+  }
+}
 
 // The mean error of least squares with rows that are too short, in σ.
 TEST_F(FirstAnswer, NoiseBiasIsForetoldAsItIsSeen) {

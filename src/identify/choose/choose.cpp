@@ -3,6 +3,7 @@
 
 #include "identify/choose/row_choice.hpp"
 #include "identify/infer/infer.hpp"
+#include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {
@@ -50,6 +51,9 @@ Identification by_suitable_method(const Robot& robot, std::span<const Log> logs,
 Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& asked) {
   Estimation estimation = asked;
   std::optional<RowChoice> rows;
+  for (const Log& log : logs) {
+    detail::require_joints("position", log.q, robot, log);
+  }
   if (!logs.empty() && asked.signal.automatic() && !asked.complaint(robot)) {
     rows = detail::choose_rows(robot, logs, estimation);
   }
