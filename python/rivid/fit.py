@@ -133,19 +133,34 @@ class Prediction:
         return np.array(self._prediction.rows(j), dtype=np.int64), self._prediction.residual(j)
 
     def plot(self, axes: Any = None) -> Any:
-        """Draws measured and predicted torques joint by joint by matplotlib; returns the axes."""
+        """Draws measured and predicted torques joint by joint by matplotlib, averaged as the rows of the fit are; returns the axes.
+
+        Sample by sample the noise of differentiated positions would hide both.
+        """
         import matplotlib.pyplot as plt
 
+        window = self._row_window()
+        border = len(window) // 2
+        t = self.t[border : len(self.t) - border]
         if axes is None:
             _, axes = plt.subplots(len(self.joints), sharex=True, squeeze=False, layout="constrained")
             axes = axes[:, 0]
         for j, (axis, joint) in enumerate(zip(axes, self.joints)):
-            axis.plot(self.t, self.measured[:, j], label="measured")
-            axis.plot(self.t, self.predicted[:, j], label="predicted")
+            axis.plot(t, np.convolve(self.measured[:, j], window, mode="valid"), label="measured")
+            axis.plot(t, np.convolve(self.predicted[:, j], window, mode="valid"), "--", label="predicted")
             axis.set_ylabel(f"{joint} torque")
         axes[-1].set_xlabel("t [s]")
         axes[0].legend(loc="upper right")
         return axes
+
+    def _row_window(self) -> Floats:
+        """The Hann window that averages samples into rows, docs/rows.md; one sample where nothing is averaged."""
+        steps = [np.diff(self._prediction.rows(j)) for j in range(len(self.joints))]
+        stride = min((int(step.min()) for step in steps if len(step)), default=1)
+        if 2 * stride >= len(self.t):
+            stride = 1
+        window = np.hanning(2 * stride + 1)[1:-1]
+        return window / window.sum()
 
     def __repr__(self) -> str:
         return f"<Prediction of {self.source!r}: {self._prediction.samples} samples>"

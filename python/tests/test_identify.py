@@ -86,6 +86,19 @@ def test_residuals_are_those_of_the_rows(fit):
         assert len(fit.residuals[joint["name"]]) == joint["rows"]
 
 
+def test_plots_show_what_the_fit_sees(fit, scara):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    prediction = fit.predict(scara / "scara_s2.csv")
+    for axis, joint in zip(prediction.plot(), prediction.joints):
+        measured, predicted = (line.get_ydata() for line in axis.lines)
+        rows, residual = prediction.rows(joint)
+        at = rows - (len(prediction.t) - len(measured)) // 2
+        inside = (at >= 0) & (at < len(measured))
+        assert inside.sum() > 0.9 * len(rows)
+        np.testing.assert_allclose((measured - predicted)[at[inside]], residual[inside], atol=1e-9 * np.abs(measured).max())
+
+
 def test_results_are_written_and_shown(fit, tmp_path):
     fit.save(tmp_path / "result.json")
     assert json.loads((tmp_path / "result.json").read_text())["parameters"] == fit.document["parameters"]
