@@ -8,6 +8,7 @@
 
 #include "odd/run.hpp"
 #include "odd/user_folder.hpp"
+#include "rivid/error.hpp"
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/check.hpp"
@@ -92,6 +93,14 @@ TEST(Examine, SaysNothingOfGoodLogs) {
     warned += result.alternatives.empty() ? 0U : 1U;
   }
   EXPECT_LE(warned, 1U);
+}
+
+TEST(Examine, RefusesTheResultOfAnotherRobot) {
+  const std::vector<Case> two = {cases("good", 1, 2).front(), cases("good", 1, 7).front()};
+  ASSERT_NE(two[0].robot.size(), two[1].robot.size());
+  Identification result = identify(two[0].robot, two[0].log, {});
+  EXPECT_THROW(examine(two[1].robot, std::span(&two[1].log, 1), {}, result), InputError);
+  EXPECT_THROW(examine(two[0].robot, std::span(&two[1].log, 1), {}, result), InputError);
 }
 
 TEST(Examine, NamesTheGainOfATorque) {

@@ -156,7 +156,6 @@ std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alter
     found.sigma = per_unit.cwiseProduct((T * V * T.transpose()).diagonal().cwiseSqrt());
     found.statistic = delta.dot(whitened) * (G - freedom) / (freedom * (G - 1.0));
     found.p = f_tail(found.statistic, freedom, G - freedom);
-    found.fit = delta.dot(score) / squares;
     found.held_out = held_out / squares;
     found.shift = (-absorbed * (T * delta)).head(rows.chi.size());
     found.columns = E * T;

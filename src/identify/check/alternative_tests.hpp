@@ -15,8 +15,7 @@ struct AlternativeTest {
   double statistic = 0.0;  // F
   double freedom = 0.0;    // its parameters that the rows can tell from others
   double p = 1.0;
-  double fit = 0.0;       // part of the sum of squares that goes with it
-  double held_out = 0.0;  // the same on blocks of time that took no part
+  double held_out = 0.0;  // part of the sum of squares that goes with it, on blocks of time that took no part
   Matrix columns;         // of its effect, as far as they are told from others, (rows × freedom)
   Vector shift;           // of the parameters χ̂ by it, (b)
 };

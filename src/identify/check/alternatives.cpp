@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "dense.hpp"
 #include "rivid/regressor/batch.hpp"
@@ -213,8 +212,8 @@ void add_couplings(const Robot& robot, const ProbedRows& rows, std::vector<Alter
           const Vector v = m.qd.col(other)(piece.instants);
           const Vector mine = m.qd.col(own)(piece.instants);
           Matrix E(v.size(), 4);
-          const Vector minus = own == j ? Vector((mine - v).cwiseSign()) : Vector(-(v - mine).cwiseSign());
-          E << a, v, (mine + v).cwiseSign(), own == j ? minus : Vector((mine - v).cwiseSign());
+          // The motor turns with the sum or with the difference, whose friction brakes the one and drives the other.
+          E << a, v, (mine + v).cwiseSign(), (mine - v).cwiseSign();
           return E;
         });
       };
@@ -437,11 +436,11 @@ bool ProbedRows::fit(bool with_chi) {
   return true;
 }
 
-void ProbedRows::take(const Matrix& columns) {
+bool ProbedRows::take(const Matrix& columns) {
   const Index before = W.cols();
   W.conservativeResize(Eigen::NoChange, before + columns.cols());
   W.rightCols(columns.cols()) = columns * (W.leftCols(before).norm() / columns.norm());
-  fit(false);
+  return fit(false);
 }
 
 std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,

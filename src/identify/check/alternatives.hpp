@@ -39,10 +39,11 @@ struct ProbedRows {
   static std::optional<ProbedRows> of(const TorqueProbe& probe, const Robot& robot,
                                       const Identification& result);
 
-  // Takes columns of an alternative that is believed behind those of the parameters, and fits them as well.
-  void take(const Matrix& columns);
+  // Takes columns of an alternative that is believed behind those of the parameters, and fits them as well; false where these
+  // are no news beside what is there, and nothing more can be tested.
+  [[nodiscard]] bool take(const Matrix& columns);
   // R and the residual of W as it is, and the solution of the first columns into chi where `with_chi`; false where W has not full rank.
-  bool fit(bool with_chi);
+  [[nodiscard]] bool fit(bool with_chi);
 
   std::vector<PickedLog> logs;
   std::vector<Piece> pieces;

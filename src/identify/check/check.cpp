@@ -8,6 +8,7 @@
 #include "identify/check/torque_probe.hpp"
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/infer.hpp"
+#include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/text.hpp"
@@ -181,6 +182,15 @@ void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log>
              Identification& result) {
   if (logs.empty()) {
     throw InputError("examine: no log is given");
+  }
+  if (static_cast<Index>(result.fit.joints.size()) != robot.size()) {
+    throw InputError("examine: the result is of " + counted(std::ssize(result.fit.joints), "joint") +
+                     ", robot \"" + robot.name + "\" has " + std::to_string(robot.size()));
+  }
+  for (const std::span<const Log> some : {logs, validation}) {
+    for (const Log& log : some) {
+      detail::require_joints("position", log.q, robot, log);
+    }
   }
   detail::Findings found;
   for (const Finding& own : result.warnings) {

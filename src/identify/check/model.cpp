@@ -258,7 +258,9 @@ Alternatives check_model(const TorqueProbe& probe, const Robot& robot, const Ide
       report.shift += best.shift;
     }
     add_finding(robot, result, named, best, told, probe.logs().front().log->f_m, out);
-    rows->take(best.columns);
+    if (!rows->take(best.columns)) {
+      break;
+    }
   }
   for (const ModelTest& rival : rivals) {
     if (std::ranges::none_of(report.believed, [&](const ModelTest& it) { return same_test(it, rival); })) {
