@@ -8,6 +8,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/output.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/text.hpp"
@@ -138,7 +139,8 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::vect
       for (const std::string& note : log.notes) {
         out << "            " << note << '\n';
       }
-      (void)rows(robot, base, log, experiment.estimation.signal);
+      const Robot linear = without_load(robot);
+      (void)rows(linear, base_parameters(linear), log, experiment.estimation.signal);
     }
   };
   print_logs("log         ", experiment.log);
@@ -174,6 +176,7 @@ int identify_from(const Arguments& arguments) {
   }
 
   ProgressBar bar(!arguments.quiet);
+  take_friction(experiment, std::ref(bar));
   const Identification result = run(experiment, std::ref(bar));
   const std::vector<Prediction> predicted =
       arguments.report ? predictions(experiment, result) : std::vector<Prediction>();

@@ -202,12 +202,15 @@ constexpr std::array codes = {
         "A score test: |torque of the load| times the direction of motion explains a part of the residual "
         "that the "
         "friction law leaves.",
-        "Take a friction law with load, where there is one; the inertial parameters of the log may be off by "
-        "what the text tells."},
+        "Set friction = \"load\" for that joint, or \"auto\" in [robot]: [robot.joints.NAME] friction = "
+        "\"load\"; else the inertial parameters may be off by what the "
+        "text tells."},
     DiagnosticCode{"stribeck_friction", warning,
                    "Friction of a joint is larger at low speed than its law says.",
                    "A score test: a term that falls with speed explains a part of the residual.",
-                   "Leave slow rows out with [signal] velocity_threshold, or move faster."},
+                   "Set friction = \"root\" for that joint, or \"auto\" in [robot]; or leave slow rows out "
+                   "with [signal] "
+                   "velocity_threshold."},
     DiagnosticCode{
         "direction_friction", warning, "Friction of a joint differs between its directions.",
         "A score test: another viscous or dry friction for forward motion explains a part of the residual.",

@@ -10,6 +10,7 @@
 #include "excite/mma.hpp"
 #include "excite/task.hpp"
 #include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
 #include "threads.hpp"
 
@@ -361,6 +362,11 @@ Excitation Designer::designed() {
 }  // namespace
 
 std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) const {
+  if (has_load(robot)) {
+    return "a motion is designed for parameters that the torques are linear in, and friction of a joint "
+           "follows its load; "
+           "design it with friction = \"symmetric\"";
+  }
   const Index n = robot.size();
   if (auto fault = range_fault(*this)) {
     return fault;

@@ -1,6 +1,7 @@
 #include "rivid/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <variant>
 
 #include "data/log_columns.hpp"
@@ -169,6 +170,9 @@ std::vector<Log> detail::logs_of(const Table& table, const LogSource& source, co
 Identification detail::judged(const Experiment& experiment, std::span<const Log> logs,
                               std::span<const Log> validation, const Progress& progress) {
   Identification out = identify_logs(experiment, logs, progress);
+  for (const FrictionChoice& choice : experiment.friction) {
+    out.notes.push_back(choice.text(experiment.robot));
+  }
   take_notes(logs, out);
   for (const Log& log : validation) {
     out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
@@ -176,6 +180,18 @@ Identification detail::judged(const Experiment& experiment, std::span<const Log>
   take_notes(validation, out);
   examine(experiment.robot, logs, validation, out);
   return out;
+}
+
+void take_friction(Experiment& experiment, const Progress& progress) {
+  const auto open = [](const Joint& joint) { return joint.friction == Friction::automatic; };
+  if (std::ranges::none_of(experiment.robot.joints, open)) {
+    return;
+  }
+  Estimation estimation = experiment.estimation;
+  estimation.progress = progress;
+  experiment.friction =
+      choose_friction(experiment.robot, read_logs(experiment.log, experiment.robot, progress), estimation);
+  experiment.robot = with_friction(std::move(experiment.robot), experiment.friction);
 }
 
 Identification run(const Experiment& experiment, const Progress& progress) {

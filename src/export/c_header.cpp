@@ -167,13 +167,24 @@ static inline void @_friction(const double qd[@_JOINTS], const double* smoothing
   }
 }
 
-/* tau = M(q) qdd + N(q, qd) + friction(qd), with the sign of qd as it is. */
+/* tau = M(q) qdd + N(q, qd) + friction(qd), with the sign of qd as it is. Friction that follows the load, of which a joint
+   takes _load |M(q) qdd + N(q, qd)|, is here alone. */
 static inline void @_inverse_dynamics(const double q[@_JOINTS], const double qd[@_JOINTS],
                                       const double qdd[@_JOINTS], double tau[@_JOINTS]) {
   double friction[@_JOINTS];
   int i;
+  int e;
   @_rigid_body(q, qd, qdd, tau);
   @_friction(qd, (const double*)0, friction);
+  for (e = 0; e < @_dry_count; ++e) {
+    const double own = @_dry_sign_speed[e];
+    for (i = 0; @_dry_load[e] > 0.0 && i < @_JOINTS; ++i) {
+      if (@_dry_torque[e][i] != 0.0) {
+        const double sign = own > 0.0 ? tanh(qd[i] / own) : qd[i] > 0.0 ? 1.0 : qd[i] < 0.0 ? -1.0 : 0.0;
+        friction[i] += @_dry_load[e] * fabs(tau[i]) * sign;
+      }
+    }
+  }
   for (i = 0; i < @_JOINTS; ++i) {
     tau[i] += friction[i];
   }
@@ -273,16 +284,17 @@ Vector coefficients(const DryFriction& element, std::span<const BasisRow> phi,
 std::string friction_tables(const DynamicModel& model) {
   std::vector<BasisRow> phi;
   std::ranges::copy_if(basis_rows, std::back_inserter(phi), [](const BasisRow& row) {
-    return row.role == Role::dry || row.role == Role::viscous;
+    return row.basis != Basis::load && (row.role == Role::dry || row.role == Role::viscous);
   });
   std::vector<std::string> direction, torque, law;
-  std::vector<double> sign_speed;
+  std::vector<double> sign_speed, load;
   for (const DryFriction& element : model.dry_friction()) {
     direction.push_back(row(element.direction));
     torque.push_back(row(element.torque));
     law.push_back("{" + row(coefficients(element, phi, &DryFriction::Term::minus)) + ", " +
                   row(coefficients(element, phi, &DryFriction::Term::plus)) + "}");
     sign_speed.push_back(element.sign_speed);
+    load.push_back(element.load);
   }
   const std::string count = std::to_string(law.size());
   if (law.empty()) {  // C has no arrays of nothing
@@ -291,6 +303,7 @@ std::string friction_tables(const DynamicModel& model) {
     torque = direction;
     law.push_back("{" + row(none) + ", " + row(none) + "}");
     sign_speed.push_back(0.0);
+    load.push_back(0.0);
   }
   const std::string length = "[" + std::to_string(law.size()) + "]";
   return "/* Friction that depends on the sign of a velocity: speed = direction . qd. */\nenum { @_dry_count "
@@ -300,6 +313,10 @@ std::string friction_tables(const DynamicModel& model) {
          "/* v_s of tanh(speed / v_s), where friction was identified smooth. */\nstatic const double "
          "@_dry_sign_speed" +
          length + " = " + row(sign_speed) +
+         ";\n/* Friction by load: part of the torque M(q) qdd + N(q, qd) of its joint. */\nstatic const "
+         "double "
+         "@_dry_load" +
+         length + " = " + row(load) +
          ";\n/* Coefficients while the speed is negative, and while it is positive. */\n" +
          table("double @_dry_law" + length + "[2][" + std::to_string(phi.size()) + "]", law) +
          "\n/* What follows the sign of the speed, which may be smooth. */\n"

@@ -17,7 +17,8 @@ namespace {
 
 void take(JointValues& to, const StandardParameter& parameter, double value, JointType type) {
   const auto text = [&] {
-    return parameter.name() + " = " + number(value, 4) + ' ' + std::string(unit(parameter.kind, type));
+    const std::string_view its_unit = unit(parameter.kind, type);
+    return parameter.name() + " = " + number(value, 4) + (its_unit == "1" ? "" : " " + std::string(its_unit));
   };
   const KindRow& row = about(parameter.kind);
   switch (role(parameter.kind)) {

@@ -9,6 +9,7 @@
 #include "dense.hpp"
 #include "regressor/batch_kernel.hpp"
 #include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
 #include "threads.hpp"
 
@@ -245,6 +246,7 @@ Observation observation(const Robot& robot, const BaseParameters& base, const Mo
   }
   const RegressorBatch batch(robot, base.columns(), options);
   batch.require("observation", motion, 0, motion.samples());
+  const LoadColumns load("observation", robot, base, batch);
   Observation out;
   out.columns = batch.size();
   std::vector<RowsTarget> targets;
@@ -276,6 +278,10 @@ Observation observation(const Robot& robot, const BaseParameters& base, const Mo
   for (Index t = 0; t < own; ++t) {
     stretch(t);
   }
+  others.clear();
+  for (std::size_t i = 0; i < batch.joints(); ++i) {
+    load.complete(i, targets[i], motion.samples(), nullptr);
+  }
   return out;
 }
 
@@ -289,6 +295,8 @@ Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard,
     all.parameters.push_back({p, p.name(), p.name(), ""});
   }
   const Index columns = all.size();
+  // Friction that follows the load is independent of all else whatever the robot's parameters are: any will do.
+  all.load.chi = Vector::Ones(columns);
   constexpr Index block = 256;
   Matrix R = Matrix::Zero(columns, columns);
   Index first = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rivid/error.hpp"
+
 namespace rivid::detail {
 
 LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw& law,
@@ -25,6 +27,14 @@ LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw
       stick_slip_(model),
       x_(Vector::Zero(states_)),
       xd_(Vector::Zero(states_)) {
+  for (const DryFriction& element : model.dry_friction()) {
+    if (held_ && element.load > 0.0) {
+      throw InputError(
+          "simulate: joint \"" + element.name +
+          "\" has friction that follows its load, which can not be held for a step; take exact or "
+          "smooth friction");
+    }
+  }
   for (Vector* v :
        {&q_, &qd_, &q_r_, &qd_r_, &qdd_r_, &v_tau_, &added_, &disturbance_, &tau_, &torque_, &friction_}) {
     *v = Vector::Zero(n_);
@@ -68,7 +78,7 @@ void LoopOde::torques_beside_bias(double t, const double* y, double* xd) {
   } else {
     torque_.noalias() -= model_.viscous() * qd_;
   }
-  if (exact_ && smooth_elements_) {
+  if (!exact_ || smooth_elements_) {
     brake_smoothly();
   }
 }
@@ -90,8 +100,6 @@ void LoopOde::driving_torques(double t, const double* y, double* f) {
   const auto n = static_cast<std::size_t>(n_);
   if (exact_) {
     stick_slip_.brake({qd_.data(), n}, {torque_.data(), n});
-  } else if (!held_) {
-    brake_smoothly();
   }
   Eigen::Map<Vector>(f, n_) = torque_;
 }
@@ -109,6 +117,13 @@ void LoopOde::brake_smoothly() {
   friction_.setZero();
   smooth_friction({qd_.data(), static_cast<std::size_t>(n_)}, friction_);
   torque_ -= friction_;
+  for (const DryFriction& law : model_.dry_friction()) {
+    if (law.load > 0.0 && (!exact_ || law.sign_speed > 0.0)) {
+      const Index j = law.joint();
+      const double slope = law.load * sign(qd_[j], law.sign_speed > 0.0 ? law.sign_speed : smooth_velocity_);
+      torque_[j] = DryFriction::carried(torque_[j], slope);
+    }
+  }
 }
 
 void LoopOde::hold_friction(const double* y) {
@@ -128,9 +143,6 @@ bool LoopOde::rate(double t, const double* y, double* yd) {
   if (exact_) {
     stick_slip_.accelerate(dynamics_, qd, {torque_.data(), n}, qdd);
     return true;
-  }
-  if (!held_) {
-    brake_smoothly();
   }
   Eigen::Map<Vector>(yd + n_, n_) = torque_;
   dynamics_.solve(qdd);

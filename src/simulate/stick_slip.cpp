@@ -42,7 +42,8 @@ StickSlip::StickSlip(const DynamicModel& model) : n_(model.size()) {
       continue;
     }
     const Index joint = only_joint(law.direction);
-    elements_.push_back({law, joint, joint >= 0 && only_joint(law.torque) == joint});
+    elements_.push_back(
+        {law, joint, joint >= 0 && only_joint(law.torque) == joint, law.Fc_plus, law.Fc_minus});
   }
   const Index count = size();
   stuck_.reserve(elements_.size());
@@ -85,9 +86,22 @@ void StickSlip::reset(std::span<const double> qd) {
   list_stuck();
 }
 
-double StickSlip::slipping_lambda(const Element& element, double speed) const {
-  const bool plus = element.mode == FrictionMode::slip_plus;
-  return element.law.dry(plus, speed, plus ? 1.0 : -1.0) + element.law.viscous(plus, speed);
+double StickSlip::slipping_lambda(const Element& element, bool plus, double speed, double driving) {
+  const DryFriction& law = element.law;
+  const double sign = plus ? 1.0 : -1.0;
+  const double lambda = law.dry(plus, speed, sign) + law.viscous(plus, speed);
+  return law.load > 0.0 ? driving - DryFriction::carried(driving - lambda, sign * law.load) : lambda;
+}
+
+void StickSlip::load_limits(std::span<const double> f, std::span<const double> N) {
+  for (Element& element : elements_) {
+    if (element.law.load > 0.0) {
+      const auto j = static_cast<std::size_t>(element.joint);
+      const double driving = f[j] + N[j];
+      element.Fc_plus = slipping_lambda(element, true, 0.0, driving);
+      element.Fc_minus = -slipping_lambda(element, false, 0.0, driving);
+    }
+  }
 }
 
 // M⁻¹ b_e of the given elements, and c_eᵀ M⁻¹ b_l among them.
@@ -142,13 +156,19 @@ void StickSlip::hold(std::span<const Index> elements) {
 }
 
 // Takes the torques of all slipping elements but those of a list off f.
-void StickSlip::brake(std::span<const double> qd, std::span<double> f, std::span<const Index> but) {
+void StickSlip::brake(std::span<const double> qd, std::span<double> f, std::span<const double> N,
+                      std::span<const Index> but) {
   for (Index e = 0; e < size(); ++e) {
     const Element& element = elements_[static_cast<std::size_t>(e)];
     if (element.mode == FrictionMode::stick || std::find(but.begin(), but.end(), e) != but.end()) {
       continue;
     }
-    lambda_[e] = slipping_lambda(element, speed(e, qd));
+    double driving = 0.0;
+    if (element.law.load > 0.0) {
+      const auto j = static_cast<std::size_t>(element.joint);
+      driving = f[j] + (N.empty() ? 0.0 : N[j]);
+    }
+    lambda_[e] = slipping_lambda(element, element.mode == FrictionMode::slip_plus, speed(e, qd), driving);
     if (element.alone) {
       f[static_cast<std::size_t>(element.joint)] -= lambda_[e] * element.law.torque[element.joint];
     } else {
@@ -159,7 +179,8 @@ void StickSlip::brake(std::span<const double> qd, std::span<double> f, std::span
 
 void StickSlip::accelerate(const Dynamics<double>& dynamics, std::span<const double> qd, std::span<double> f,
                            std::span<double> qdd) {
-  brake(qd, f, {});
+  load_limits(f, dynamics.N());
+  brake(qd, f, dynamics.N(), {});
   auto out = as_vector(qdd);
   out = as_vector(f);
   dynamics.solve(qdd);
@@ -192,8 +213,8 @@ double StickSlip::margin(Index e, std::span<const double> qd) const {
     case FrictionMode::stick:
       break;
   }
-  const double width = element.law.Fc_plus + element.law.Fc_minus;
-  const double distance = std::min(element.law.Fc_plus - lambda_[e], lambda_[e] + element.law.Fc_minus);
+  const double width = element.Fc_plus + element.Fc_minus;
+  const double distance = std::min(element.Fc_plus - lambda_[e], lambda_[e] + element.Fc_minus);
   return width > 0.0 ? distance / width : distance;
 }
 
@@ -214,6 +235,7 @@ Index StickSlip::settle(const Dynamics<double>& dynamics, Index ended, std::span
   if (resting_.empty()) {
     return 0;
   }
+  load_limits(f, dynamics.N());
   responses(dynamics, resting_);
   // The integrator leaves a rest of their speeds, which impulses of all of them together take away.
   for (const Index e : resting_) {
@@ -229,7 +251,7 @@ Index StickSlip::settle(const Dynamics<double>& dynamics, Index ended, std::span
       qd[static_cast<std::size_t>(joint)] = 0.0;
     }
   }
-  brake(qd, f, resting_);
+  brake(qd, f, dynamics.N(), resting_);
   qdd_ = as_vector(f);
   dynamics.solve({qdd_.data(), static_cast<std::size_t>(n_)});
 
@@ -260,7 +282,7 @@ bool StickSlip::pivot() {
     if (element.mode == FrictionMode::stick) {
       stuck_.push_back(e);
     } else {
-      lambda_[e] = slipping_lambda(element, 0.0);
+      lambda_[e] = element.mode == FrictionMode::slip_plus ? element.Fc_plus : -element.Fc_minus;
     }
   }
   for (const Index e : stuck_) {
@@ -276,12 +298,12 @@ bool StickSlip::pivot() {
     Element& element = elements_[static_cast<std::size_t>(e)];
     const DryFriction& law = element.law;
     if (element.mode == FrictionMode::stick) {
-      const double allowance = slack * (law.Fc_plus + law.Fc_minus);
-      if (lambda_[e] > law.Fc_plus + allowance) {
+      const double allowance = slack * (element.Fc_plus + element.Fc_minus);
+      if (lambda_[e] > element.Fc_plus + allowance) {
         element.mode = FrictionMode::slip_plus;
         return true;
       }
-      if (lambda_[e] < -law.Fc_minus - allowance) {
+      if (lambda_[e] < -element.Fc_minus - allowance) {
         element.mode = FrictionMode::slip_minus;
         return true;
       }

@@ -45,6 +45,9 @@ Term cos(const Term& a) {
 Term exp(const Term& a) {
   return Term([=](const Term::State& s) { return std::exp(a.at(s)); });
 }
+Term sqrt(const Term& a) {
+  return Term([=](const Term::State& s) { return std::sqrt(a.at(s)); });
+}
 Term tanh(const Term& a) {
   return Term([=](const Term::State& s) { return std::tanh(a.at(s)); });
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "rivid/regressor/batch.hpp"
+#include "rivid/regressor/load.hpp"
 #include "support/complaint.hpp"
 #include "support/robots.hpp"
 #include "support/tx40.hpp"
@@ -30,7 +31,8 @@ void set(const Robot& robot, Vector& chi_st, const std::string& name, double val
 // Torques of the regressor, (n_m × n).
 Matrix regressor_torques(const Robot& robot, const Vector& chi_st, const Motion& motion) {
   const BaseParameters base = base_parameters(robot);
-  return Matrix((observation(robot, base, motion).dense() * base.from_standard(chi_st))
+  const Vector chi = base.from_standard(chi_st);
+  return Matrix((observation(robot, at_load(base, chi), motion).dense() * chi)
                     .reshaped(motion.samples(), robot.size()));
 }
 

@@ -171,10 +171,11 @@ TEST(Dynamics, IsTheInverseOfTheInverseDynamics) {
     std::mt19937_64 random(static_cast<std::uint64_t>(4000 + n));
     Robot robot = test::random_robot(n, random);
     for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-      robot.joints[j].friction = j % 2 == 0 ? Friction::symmetric : Friction::asymmetric;
+      robot.joints[j].friction = friction_rows[(j + static_cast<std::size_t>(n)) % friction_rows.size()].law;
+      robot.joints[j].sign_speed = j % 3 == 2 ? 0.4 : 0.0;
     }
     const Motion motion = test::random_motion(10, n, random);
-    const DynamicModel model = model_of(robot);
+    const DynamicModel model(robot, test::distinct_friction(robot));
     for (Index k = 0; k < motion.samples(); ++k) {
       const Vector q = motion.q.row(k);
       const Vector qd = motion.qd.row(k);

@@ -8,6 +8,7 @@
 
 #include "rivid/model/kdl.hpp"
 #include "rivid/regressor/batch.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "support/complaint.hpp"
 #include "support/mallocs.hpp"
@@ -96,7 +97,7 @@ TEST(InverseDynamics, GivesTheTorquesOfTheRegressorForEveryFrictionLaw) {
       const Motion motion = test::random_motion(1, 5, random);
       const BaseParameters base = base_parameters(robot);
       Vector chi = base.from_standard(test::distinct_friction(robot));
-      const Vector expected = observation(robot, base, motion).dense() * chi;
+      const Vector expected = observation(robot, at_load(base, chi), motion).dense() * chi;
       const DynamicModel model(robot, base, chi);
       InverseDynamics dynamics(model);
       expect_close(torque(dynamics, {motion.q.transpose(), motion.qd.transpose(), motion.qdd.transpose()}),

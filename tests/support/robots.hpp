@@ -119,7 +119,8 @@ inline Vector distinct_friction(const Robot& robot) {
     if (is_friction(parameters[i].kind)) {
       // Little of a coupled motor: its friction lies beside that of the joints it couples.
       const double scale = about(parameters[i].kind).coupled ? 0.1 : 1.0;
-      chi_st[static_cast<Index>(i)] = scale * (2.0 + 0.1 * static_cast<double>(i % 17));
+      const bool load = about(parameters[i].kind).basis == Basis::load;
+      chi_st[static_cast<Index>(i)] = (load ? 0.05 : scale) * (2.0 + 0.1 * static_cast<double>(i % 17));
     }
   }
   return chi_st;

@@ -13,6 +13,7 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/fields.hpp"
+#include "rivid/identify/friction_choice.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
@@ -302,6 +303,7 @@ struct Experiment {
   std::optional<ControlLoop> control;
   std::optional<ReferenceSource> reference;
   std::optional<SimulationPlan> simulation;
+  std::vector<FrictionChoice> friction;        ///< that take_friction() made
   std::map<std::string, std::string> origins;  ///< of the settings that are no defaults: "file", "--set"
 
   /// Takes another method than the file names: "ols", "wls" or "iv".
@@ -345,6 +347,12 @@ struct Setting {
 /// @throws InputError  for what the readers refuse
 [[nodiscard]] std::vector<Log> read_logs(const LogSource& source, const Robot& robot,
                                          const Progress& progress = {});
+
+/// Puts a friction law in the place of each joint's Friction::automatic, by cross-validation on the logs of the experiment:
+/// choose_friction(). Without such a joint nothing is read. run() tells the choices in its notes.
+///
+/// @throws InputError  where logs or options can not be used
+void take_friction(Experiment& experiment, const Progress& progress = {});
 
 /// Identification from given logs by the method of the experiment.
 ///

@@ -50,7 +50,8 @@ template <typename Scalar>
 enum class JointType { revolute, prismatic };
 
 /// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction, Iam, Fvm
-/// and Fcm belong to a motor that several joints turn, see Coupling.
+/// and Fcm belong to a motor that several joints turn, see Coupling. Fl is friction in proportion to the load of the gear, Fr
+/// friction that grows with the square root of the speed.
 enum class ParameterKind {
   XX,
   XY,
@@ -72,7 +73,9 @@ enum class ParameterKind {
   Fc_minus,
   Iam,
   Fvm,
-  Fcm
+  Fcm,
+  Fl,
+  Fr
 };
 
 /// What a parameter does in the torque of a joint.
@@ -90,8 +93,13 @@ enum class Basis {
   acceleration,  ///< q̈
   speed,         ///< q̇
   sign,          ///< sign q̇
-  one            ///< 1
+  one,           ///< 1
+  load,          ///< sign q̇, times |τ_load| of the joint, see rivid/regressor/load.hpp
+  root           ///< (√(|q̇| + v) − √v) sign q̇ with v = root_speed
 };
+
+/// What keeps the slope of Basis::root finite at rest, and the motion through it smooth [rad/s | m/s].
+inline constexpr double root_speed = 1e-3;
 
 /// Velocities for which a parameter is in the torque at all; at rest both directions are silent.
 enum class Direction { both, positive, negative };
@@ -125,10 +133,12 @@ inline constexpr std::array basis_rows = {
     BasisRow{Basis::speed, Role::viscous, "speed"},  //
     BasisRow{Basis::sign, Role::dry, "sign"},        //
     BasisRow{Basis::one, Role::constant, "1.0"},
+    BasisRow{Basis::load, Role::dry, "sign"},
+    BasisRow{Basis::root, Role::viscous, "sign * (sqrt(speed * sign + 0.001) - sqrt(0.001))"},
 };
 
 /// φ of friction, of a speed and of its sign: ±1 or 0, or tanh(speed / v_s) where it is smooth. Which of the two is
-/// meant where the speed is zero, the sign says.
+/// meant where the speed is zero, the sign says. Of Basis::load it is what |τ_load| is multiplied with.
 template <typename Scalar>
 [[nodiscard, gnu::always_inline]] inline Scalar friction_function(Basis basis, const Scalar& speed,
                                                                   const Scalar& sign) {
@@ -142,6 +152,12 @@ template <typename Scalar>
       return sign;
     case Basis::one:
       return Scalar(1.0);
+    case Basis::load:
+      return sign;
+    case Basis::root: {
+      using std::sqrt;
+      return sign * (sqrt(Scalar(speed * sign + Scalar(root_speed))) - sqrt(Scalar(root_speed)));
+    }
   }
   return Scalar(0.0);
 }
@@ -165,6 +181,8 @@ inline constexpr JointUnit mass_unit = {"kg", "kg"};
 inline constexpr JointUnit rotor_unit = {"kg·m²", "kg"};
 inline constexpr JointUnit viscous_unit = {"N·m·s/rad", "N·s/m"};
 inline constexpr JointUnit torque_unit = {"N·m", "N"};
+inline constexpr JointUnit ratio_unit = {"1", "1"};
+inline constexpr JointUnit root_unit = {"N·m·(s/rad)^½", "N·(s/m)^½"};
 
 constexpr KindRow inertial_row(ParameterKind kind, std::string_view symbol, JointUnit unit) {
   return {kind, symbol, unit, Basis::body, Bound::none, APriori::inertials};
@@ -220,16 +238,23 @@ inline constexpr auto kind_rows = [] {
       {Iam, "Iam", rotor_unit, Basis::acceleration, Bound::zero, APriori::Iam, both, true},
       {Fvm, "Fvm", viscous_unit, Basis::speed, Bound::zero, APriori::Fvm, both, true},
       {Fcm, "Fcm", torque_unit, Basis::sign, Bound::zero, APriori::Fcm, both, true},
+      {Fl, "Fl", ratio_unit, Basis::load, Bound::zero},
+      {Fr, "Fr", root_unit, Basis::root, Bound::zero},
   });
 }();
 
-/// Friction law of a joint: which parameters its torque is linear in.
+/// Friction law of a joint: which parameters it has. The torque is linear in all of them but Fl, whose |τ_load| is that of
+/// the other parameters.
 enum class Friction {
-  none,       ///< no friction
-  viscous,    ///< τ = Fv q̇
-  coulomb,    ///< τ = Fv q̇ + Fc sign q̇
-  symmetric,  ///< τ = Fv q̇ + Fc sign q̇ + off, the law of Eq. (3) of [RIV]
-  asymmetric  ///< τ = Fv± q̇ + Fc± sign q̇, by the sign of q̇
+  none,        ///< no friction
+  viscous,     ///< τ = Fv q̇
+  coulomb,     ///< τ = Fv q̇ + Fc sign q̇
+  symmetric,   ///< τ = Fv q̇ + Fc sign q̇ + off, the law of Eq. (3) of [RIV]
+  asymmetric,  ///< τ = Fv± q̇ + Fc± sign q̇, by the sign of q̇
+  load,        ///< τ = Fv q̇ + (Fc + Fl |τ_load|) sign q̇ + off
+  root,        ///< τ = Fv q̇ + Fr √|q̇| sign q̇ + Fc sign q̇ + off
+  load_root,   ///< both of them: τ = Fv q̇ + Fr √|q̇| sign q̇ + (Fc + Fl |τ_load|) sign q̇ + off
+  automatic  ///< one of symmetric, root, load and load_root that choose_friction() puts in its place; until then the first
 };
 
 struct FrictionRow {
@@ -251,6 +276,10 @@ inline constexpr auto friction_rows = [] {
       {Friction::coulomb, "coulomb", detail::list<Fv, Fc>},
       {Friction::symmetric, "symmetric", detail::list<Fv, Fc, off>},
       {Friction::asymmetric, "asymmetric", detail::list<Fv_plus, Fc_plus, Fv_minus, Fc_minus>},
+      {Friction::load, "load", detail::list<Fv, Fc, off, Fl>},
+      {Friction::root, "root", detail::list<Fv, Fc, off, Fr>},
+      {Friction::load_root, "load_root", detail::list<Fv, Fc, off, Fl, Fr>},
+      {Friction::automatic, "auto", detail::list<Fv, Fc, off>},
   });
 }();
 
@@ -282,7 +311,17 @@ static_assert(detail::complete<friction_rows, &FrictionRow::law>(),
   return type == JointType::revolute ? about(kind).unit.revolute : about(kind).unit.prismatic;
 }
 
-/// "none", "viscous", "coulomb", "symmetric", "asymmetric".
+/// Whether a law has a parameter of some function.
+[[nodiscard]] constexpr bool has(Friction law, Basis basis) {
+  for (const ParameterKind kind : about(law).parameters) {
+    if (about(kind).basis == basis) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// "none", "viscous", "coulomb", "symmetric", "asymmetric", …
 [[nodiscard]] constexpr std::string_view name(Friction law) { return about(law).name; }
 
 /// Parameters of a law, in the order of the standard vector.

@@ -182,7 +182,9 @@ struct Joint {
   template <typename J = Joint>
   static constexpr auto fields() {
     return std::tuple(
-        Field{"friction", &J::friction, "friction law, see [below](#friction-laws)"},
+        Field{"friction", &J::friction,
+              "friction law, see [below](#friction-laws); `\"auto\"` chooses it by cross-validation, see "
+              "[friction](friction.md)"},
         Field{"sign_speed",
               &J::sign_speed,
               "where it is not 0, tanh(q̇ / sign_speed) takes the place of sign q̇ in the model, regressor and "
@@ -237,7 +239,7 @@ struct Robot {
   [[nodiscard]] Index size() const { return chain.joints(); }
 
   /// The standard parameters that this robot has, link by link: XX … M, then Ia where the joint has a rotor
-  /// inertia, then those of its friction law (at most 14 a link), then those of its motor's coupling.
+  /// inertia, then those of its friction law (at most 16 a link), then those of its motor's coupling.
   [[nodiscard]] std::vector<StandardParameter> standard_parameters() const;
 
   /// A-priori values of standard_parameters(), (N_s) [SI, joint side]: chi_st of Eq. (2) of [RIV].

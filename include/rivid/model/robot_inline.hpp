@@ -73,11 +73,6 @@ inline double a_priori(const Robot& robot, const StandardParameter& parameter) {
   return 0.0;
 }
 
-// Whether a law has a parameter of this function of the velocity.
-inline bool has(Friction law, Basis basis) {
-  return std::ranges::any_of(parameters(law), [&](ParameterKind kind) { return about(kind).basis == basis; });
-}
-
 // Rank of a small matrix by elimination with complete pivoting, to rounding.
 inline Index rank_of(Matrix A) {
   const Index n = std::min(A.rows(), A.cols());
@@ -160,6 +155,11 @@ inline std::optional<std::string> own_terms_complaint(const Robot& robot, const 
   members.push_back(coupling.motor);
   for (const int j : members) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (coupling.coulomb != Coupling::Coulomb::none && has(joint.friction, Basis::load)) {
+      return quoted(joint) +
+             " has friction that follows its load, and turns a motor with dry friction of its own: at "
+             "rest the two can not be distinguished; take another friction law, or coulomb = \"none\"";
+    }
     if (j == coupling.motor && coupling.inertia == Coupling::Inertia::tied && !joint.rotor_inertia) {
       return quoted(joint) + " has no Ia that the coupled inertia could be tied to: give it rotor_inertia";
     }

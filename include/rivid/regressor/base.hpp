@@ -18,6 +18,16 @@ struct BaseParameter {
   std::string unit;       ///< SI, joint side
 };
 
+/// Where the torques of a robot are linearised whose friction follows the load (Friction::load): all else is linear as it is.
+struct LoadPoint {
+  /// (b) parameters that |τ_load| is computed with; empty: none, as for robots without such friction
+  Vector chi;
+  /// If true, rows are those of Gauss-Newton's step: the columns of M q̈ + N are multiplied with
+  /// 1 + Fl sign q̇ sign τ_load, and Fl |τ_load| sign q̇ is added to the torque of the row, with Fl of `chi`. Their least-squares
+  /// solution is the next estimate, and its covariance knows that the load is an estimate, too.
+  bool tangent = false;
+};
+
 /// Base parameters of a robot, Eqs. (4–6) of [RIV]: the b ≤ N_s combinations of the standard parameters that
 /// the torques can show at all.
 struct BaseParameters {
@@ -26,6 +36,7 @@ struct BaseParameters {
   std::vector<Index> leading;               ///< (b) indices into standard, ascending
   std::vector<Index> dependent;             ///< (N_s − b) the others
   Matrix K;                                 ///< (b × N_s − b): χ = χ_leading + K χ_dependent
+  LoadPoint load;                           ///< of friction that follows the load
 
   /// The rank decision: the smallest part of a kept column that was independent of the columns before it, and the
   /// largest of a dropped one, both relative to the largest column of the same unit. A clear decision lies many decades

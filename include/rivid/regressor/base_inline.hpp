@@ -59,6 +59,21 @@ inline Matrix random_regressor(const Robot& robot, const BaseParametersOptions& 
           value;
     });
   }
+  // Friction that follows the load is independent of all else whatever the robot's parameters are: any will do.
+  const std::vector<StandardParameter> standard = robot.standard_parameters();
+  for (std::size_t c = 0; c < standard.size(); ++c) {
+    if (about(standard[c].kind).basis != Basis::load) {
+      continue;
+    }
+    for (int k = 0; k < options.samples; ++k) {
+      const Index row = k * robot.size() + standard[c].joint;
+      double load = 0.0;
+      for (std::size_t r = 0; r < standard.size(); ++r) {
+        load += is_friction(standard[r].kind) ? 0.0 : W(row, static_cast<Index>(r));
+      }
+      W(row, static_cast<Index>(c)) *= std::abs(load);
+    }
+  }
   return W;
 }
 

@@ -163,6 +163,14 @@ class BasicPack {
     }
     return load(values);
   }
+  [[gnu::always_inline]] friend BasicPack sqrt(const BasicPack& x) {
+    double values[std::size_t{Lanes}];
+    x.store(values);
+    for (double& value : values) {
+      value = __builtin_sqrt(value);
+    }
+    return load(values);
+  }
 
  private:
   using InMemory = typename detail::Lane<Lanes>::InMemory;

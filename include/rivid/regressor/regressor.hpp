@@ -81,7 +81,8 @@ class RegressorWorkspace;
 ///
 /// Every link's motion is carried from base to tip (recursive Newton-Euler), and with it the screws of all joints before
 /// it; a joint's torque is the power of the link's wrench on that joint's screw. RegressorBatch does the same for many
-/// samples, by the same template.
+/// samples, by the same template. The column of friction that follows the load holds the sign of the velocity alone, see
+/// LoadColumns.
 class RegressorColumns {
  public:
   /// Where a value of the kernel goes.

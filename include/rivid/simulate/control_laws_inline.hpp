@@ -341,16 +341,16 @@ class ComputedTorqueLaw final : public ControlLaw {
     static_cast<void>(dynamics_.set_state({input.q.data(), size}, {input.qd.data(), size}));
     v_tau = offset_;
     for (Index i = 0; i < n; ++i) {
-      double tau = dynamics_.N()[static_cast<std::size_t>(i)];
-      for (Index j = 0; j < n; ++j) {
-        tau += dynamics_.M(i, j) * acceleration(input, j);
-      }
-      v_tau += tau * signal_.col(i) + input.qd[i] * viscous_.col(i);
+      v_tau += rigid_torque(input, i) * signal_.col(i) + input.qd[i] * viscous_.col(i);
     }
     for (const DryFriction& element : dry_friction_) {
       const double speed = element.direction.dot(input.qd);
       const double part = std::tanh(element.direction.dot(input.qd_r) / coulomb_velocity_);
-      v_tau += (element.dry(part > 0.0, speed, part) + element.viscous(speed > 0.0, speed)) * element.torque;
+      double tau = element.dry(part > 0.0, speed, part) + element.viscous(speed > 0.0, speed);
+      if (element.load > 0.0) {
+        tau += element.load * std::abs(rigid_torque(input, element.joint())) * part;
+      }
+      v_tau += tau * element.torque;
     }
     v_tau = v_tau.cwiseMin(v_tau_max_).cwiseMax(-v_tau_max_);
   }
@@ -360,6 +360,14 @@ class ComputedTorqueLaw final : public ControlLaw {
   }
 
  private:
+  // M q̈ + N of joint i for the acceleration that is asked for.
+  [[nodiscard]] double rigid_torque(const ControlInput& input, Index i) const {
+    double tau = dynamics_.N()[static_cast<std::size_t>(i)];
+    for (Index j = 0; j < input.q.size(); ++j) {
+      tau += dynamics_.M(i, j) * acceleration(input, j);
+    }
+    return tau;
+  }
   [[nodiscard]] double acceleration(const ControlInput& input, Index j) const {
     return input.qdd_r[j] + k_d_[j] * (input.qd_r[j] - input.qd[j]) + k_p_[j] * (input.q_r[j] - input.q[j]);
   }

@@ -13,7 +13,7 @@ namespace rivid {
 /// A robot with numbers for its parameters, checked, as the direct dynamics (21) of [RIV] reads it: see ModelData.
 ///
 /// Friction that would drive instead of brake can not be simulated: negative coefficients count as zero, and the viscous
-/// matrix loses its negative eigenvalues; clamped() names what was changed. An asymmetric law is negative
+/// matrix loses its negative eigenvalues; clamped() names what was changed. Friction that follows the load takes at most 0.95 of it. An asymmetric law is negative
 /// where the mean of its directions is: Fc+ = 3 and Fc− = −1 are a friction of 1 with an offset of 2. The coupled
 /// friction of Coupling::Coulomb::single is taken with either sign; where joint k itself does not brake, what follows
 /// the sign of its velocity is left out, since at rest it would have no value.
@@ -68,7 +68,7 @@ class DynamicModel {
 [[nodiscard]] Vector bias(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
                           const Eigen::Ref<const Vector>& qd);
 
-/// Friction torques of a motion, viscous q̇ + offset + Σ torque_e λ_e, (n) [N·m | N].
+/// Friction torques of a motion, viscous q̇ + offset + Σ torque_e λ_e, (n) [N·m | N], without what follows the load.
 ///
 /// Elements at rest are silent, as sign(0) = 0 in the regressor. What they hold depends on the other torques.
 ///
@@ -76,7 +76,8 @@ class DynamicModel {
 /// @throws InputError  where a size differs
 [[nodiscard]] Vector friction_torque(const DynamicModel& model, const Eigen::Ref<const Vector>& qd);
 
-/// τ = M q̈ + N + friction_torque(), (n) [N·m | N]: Eq. (1) of [RIV] with numbers, the torques of the regressor.
+/// τ = M q̈ + N + friction_torque() + Fl |M q̈ + N| sign q̇, (n) [N·m | N]: Eq. (1) of [RIV] with numbers, the torques of the
+/// regressor.
 ///
 /// @param q    (n) [rad | m]
 /// @param qd   (n) [rad/s | m/s]
@@ -86,7 +87,7 @@ class DynamicModel {
                                       const Eigen::Ref<const Vector>& qd,
                                       const Eigen::Ref<const Vector>& qdd);
 
-/// q̈ = M⁻¹ (τ − N − friction_torque()), Eq. (21) of [RIV], (n) [rad/s² | m/s²], the inverse of inverse_dynamics().
+/// q̈ = M⁻¹ (τ − N − friction), Eq. (21) of [RIV], (n) [rad/s² | m/s²], the inverse of inverse_dynamics().
 ///
 /// Away from rest this is the motion; a joint at rest moves as if it had no Coulomb friction, so whoever integrates
 /// through reversals must say which joints stick.

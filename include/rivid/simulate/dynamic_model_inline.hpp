@@ -230,11 +230,18 @@ inline bool follows_one_sign(Friction law) {
   });
 }
 
+// A gear whose friction eats more of its load can not be driven by it, and a simulation would have no unique motion.
+inline constexpr double largest_load = 0.95;
+
 // Friction without what would drive, and the names of that. Directions of dry friction may be shifted by an offset.
 inline std::vector<std::string> clamp_friction(Sums& sums, Friction law, Index joint) {
   std::vector<std::string> names;
   for (const BasisRow& row : basis_rows) {
     Directions& own = sums.friction[static_cast<std::size_t>(joint)][static_cast<std::size_t>(row.basis)];
+    if (row.basis == Basis::load && own.plus > largest_load) {
+      own = {largest_load, largest_load};
+      names.push_back(parameter_name(ParameterKind::Fl, joint));
+    }
     if (!own.drive()) {
       continue;
     }
@@ -292,15 +299,17 @@ inline Vector standard_of(const Robot& robot, const BaseParameters& base,
 // single_signs: torques on all joints that follow the sign of this joint's velocity, beside its own
 inline std::optional<DryFriction> element(const Joint& joint, Index k, const Sums& sums,
                                           Vector single_signs) {
-  DryFriction out{joint.name, Vector::Unit(single_signs.size(), k), {}, {}, 0.0, 0.0, joint.sign_speed};
+  DryFriction out{joint.name, Vector::Unit(single_signs.size(), k), {}, {}, 0.0, 0.0, joint.sign_speed, 0.0};
   const auto& own = sums.friction[static_cast<std::size_t>(k)];
   for (const BasisRow& row : basis_rows) {
     const Directions& c = own[static_cast<std::size_t>(row.basis)];
-    if (c.plus > 0.0 || c.minus > 0.0) {
+    if (row.basis == Basis::load) {
+      out.load = c.plus;
+    } else if (c.plus > 0.0 || c.minus > 0.0) {
       out.terms.push_back({row.basis, c.plus, c.minus});
     }
   }
-  if (out.terms.empty()) {
+  if (out.terms.empty() && out.load == 0.0) {
     return std::nullopt;
   }
   out.Fc_plus = out.dry(true, 0.0, 1.0);
@@ -381,7 +390,8 @@ RIVID_INLINE DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<con
                                     {{Basis::sign, motor.Fcm, motor.Fcm}},
                                     motor.Fcm,
                                     motor.Fcm,
-                                    joint.sign_speed});
+                                    joint.sign_speed,
+                                    0.0});
     }
   }
   data_.chain = robot.chain;
@@ -431,7 +441,15 @@ RIVID_INLINE Vector inverse_dynamics(const DynamicModel& model, const Eigen::Ref
   detail::require_values("inverse_dynamics", "qdd", qdd, model);
   Dynamics<double> dynamics(model);
   static_cast<void>(dynamics.set_state(detail::span_of(q), detail::span_of(qd)));
-  return detail::dense(dynamics) * qdd + detail::bias_of(dynamics) + friction_torque(model, qd);
+  const Vector load = detail::dense(dynamics) * qdd + detail::bias_of(dynamics);
+  Vector tau = load + friction_torque(model, qd);
+  for (const DryFriction& element : model.dry_friction()) {
+    if (element.load > 0.0) {
+      const Index j = element.joint();
+      tau[j] += element.load * std::abs(load[j]) * sign(qd[j], element.sign_speed);
+    }
+  }
+  return tau;
 }
 
 RIVID_INLINE Vector direct_dynamics(const DynamicModel& model, const Eigen::Ref<const Vector>& q,
@@ -446,7 +464,14 @@ RIVID_INLINE Vector direct_dynamics(const DynamicModel& model, const Eigen::Ref<
                         number(smallest_eigenvalue(model, q), 3) + "; joint \"" + model.joints()[joint].name +
                         "\" would have no positive inertia while those behind it are free");
   }
-  Vector qdd = tau - detail::bias_of(dynamics) - friction_torque(model, qd);
+  Vector qdd = tau - friction_torque(model, qd);
+  for (const DryFriction& element : model.dry_friction()) {
+    if (element.load > 0.0) {
+      const Index j = element.joint();
+      qdd[j] = DryFriction::carried(qdd[j], element.load * sign(qd[j], element.sign_speed));
+    }
+  }
+  qdd -= detail::bias_of(dynamics);
   dynamics.solve({qdd.data(), static_cast<std::size_t>(qdd.size())});
   return qdd;
 }

@@ -20,6 +20,9 @@ namespace rivid {
 /// At the speed s = directionᵀ q̇ it brakes with λ(s) = Σ c φ(s, sign s) over its terms, which have a coefficient c for
 /// each direction of motion, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it there; the torques on the joints
 /// are −torque λ. The two vectors are the same but for Coupling::Coulomb::single.
+///
+/// Friction of a single joint may follow its load as well, by load |τ_load| sign s with τ_load = (M q̈ + N)_j. Since the
+/// rotors are part of M, each joint's τ_load follows from its own torque: see carried().
 struct DryFriction {
   /// Coefficients of one function while the speed is positive, and while it is negative; ≥ 0. Of Basis::speed, what a
   /// direction has beyond the other one, which is in DynamicModel::viscous().
@@ -37,6 +40,23 @@ struct DryFriction {
   double Fc_minus = 0.0;  ///< −λ where a negative one begins [N·m | N], ≥ 0
   /// Joint::sign_speed: where it is not 0, tanh(s / sign_speed) takes the place of sign s, and nothing sticks.
   double sign_speed = 0.0;
+  double load = 0.0;  ///< Fl, from 0 to below 1, of a joint whose friction follows its load; not part of λ
+
+  /// The joint that friction with `load` belongs to.
+  [[nodiscard]] Index joint() const {
+    Index j = 0;
+    while (direction[j] == 0.0) {
+      ++j;
+    }
+    return j;
+  }
+  /// τ_load = M q̈ + N that a torque carries which is left when all other friction has been taken off: the solution of
+  /// τ_load + slope |τ_load| = driving.
+  ///
+  /// @param slope  load × sign of the speed
+  [[nodiscard]] static double carried(double driving, double slope) {
+    return driving / (1.0 + (driving > 0.0 ? slope : -slope));
+  }
 
   /// What follows the sign in λ, of one direction of motion. `sign`: ±1, or what smooths it.
   template <typename Scalar>
@@ -70,7 +90,9 @@ struct DryFriction {
 
 /// What a controller has of a robot: the numbers of its dynamics (21) of [RIV],
 ///
-///   M(q) q̈ + N(q, q̇) + viscous q̇ + offset + Σ torque_e λ_e = τ,   M(q) = M_links(q) + rotor.
+///   M(q) q̈ + N(q, q̇) + viscous q̇ + offset + Σ torque_e λ_e = τ,   M(q) = M_links(q) + rotor,
+///
+/// where λ_e of friction that follows the load grows by DryFriction::load |M q̈ + N|.
 ///
 /// A DynamicModel makes them from a robot and its identified parameters; a controller may as well fill them by itself. One
 /// entry a joint everywhere.

@@ -62,7 +62,7 @@ class BasicInverseDynamics {
   /// N(q, q̇) − N(q, 0), (n) [N·m | N].
   void coriolis(const Values& q, const Values& qd, Result tau) noexcept;
 
-  /// Friction at these velocities, smoothed where the options say so, (n) [N·m | N]. A feed-forward takes the velocities
+  /// Friction at these velocities, smoothed where the options say so, without what follows the load, (n) [N·m | N]. A feed-forward takes the velocities
   /// of the reference, which do not flicker; compensation of what is measured takes measured ones and a smoothing speed.
   void friction(const Values& qd, Result tau) const noexcept;
 
@@ -81,6 +81,10 @@ class BasicInverseDynamics {
   }
   // Of friction along one direction, whose sign this speed smooths.
   [[nodiscard]] static Scalar dry(const DryFriction& element, const Scalar& speed, double smoothing);
+  [[nodiscard]] static Scalar smooth_sign(const Scalar& speed, double smoothing);
+  [[nodiscard]] double smoothing_of(std::size_t e) const {
+    return smoothing_.size() > 0 ? smoothing_[static_cast<Index>(e)] : 0.0;
+  }
   [[nodiscard]] static Vec3 origin(const Link& link, const Scalar& q);
   // What the link's motion takes. Of a revolute joint's link the tables have taken YY, of a prismatic one's the tensor.
   [[nodiscard]] static Wrench wrench(const Link& link, const Motion3& m, const Mat3& U);
@@ -166,6 +170,16 @@ Scalar BasicInverseDynamics<Scalar>::dry(const DryFriction& element, const Scala
   const Scalar backward = smoothing > 0.0 ? Scalar(one - forward) : (speed < zero ? one : zero);
   return element.dry(true, speed, one) * forward + element.dry(false, speed, Scalar(-one)) * backward +
          element.viscous(speed > zero, speed);
+}
+
+template <typename Scalar>
+Scalar BasicInverseDynamics<Scalar>::smooth_sign(const Scalar& speed, double smoothing) {
+  using std::tanh;
+  const Scalar zero(0.0);
+  return smoothing > 0.0 ? Scalar(tanh(Scalar(speed / Scalar(smoothing))))
+                         : Scalar(speed > zero   ? 1.0
+                                  : speed < zero ? -1.0
+                                                 : 0.0);
 }
 
 template <typename Scalar>
@@ -284,8 +298,17 @@ void BasicInverseDynamics<Scalar>::torque(const Values& q, const Values& qd, con
   }
   friction(qd, scratch_);
   newton_euler(q.data(), qd.data(), qdd.data(), tau.data());
-  tau += scratch_;
   add_product(model_.rotor, qdd, tau);
+  for (std::size_t e = 0; e < model_.dry_friction.size(); ++e) {
+    const DryFriction& element = model_.dry_friction[e];
+    if (element.load > 0.0) {
+      using std::abs;
+      const Index j = element.joint();
+      const Scalar sign = smooth_sign(qd[j], element.sign_speed > 0.0 ? element.sign_speed : smoothing_of(e));
+      scratch_[j] = scratch_[j] + Scalar(element.load) * sign * Scalar(abs(tau[j]));
+    }
+  }
+  tau += scratch_;
 }
 
 template <typename Scalar>
@@ -334,8 +357,7 @@ void BasicInverseDynamics<Scalar>::friction(const Values& qd, Result tau) const 
     for (Index j = 0; j < size(); ++j) {
       speed = speed + Scalar(element.direction[j]) * qd[j];
     }
-    const double smoothing = smoothing_.size() > 0 ? smoothing_[static_cast<Index>(e)] : 0.0;
-    const Scalar lambda = dry(element, speed, smoothing);
+    const Scalar lambda = dry(element, speed, smoothing_of(e));
     for (Index j = 0; j < size(); ++j) {
       tau[j] = tau[j] + Scalar(element.torque[j]) * lambda;
     }

@@ -24,6 +24,10 @@ enum class FrictionMode : signed char { slip_minus = -1, stick = 0, slip_plus = 
 ///
 /// Where elements are coupled so closely that their λ are not unique (two joints and the motor that both turn, all at
 /// rest), the holding torque is shared among them; the motion does not depend on how.
+///
+/// Friction that follows the load, DryFriction::load, is part of λ_e and of its limits here, where the torque f_j on its
+/// joint says how large it is: slipping forwards, f_j − λ_e is what remains of f_j − Fc − Fl |f_j − λ_e|; it breaks away where the λ_e that
+/// holds exceeds Fc + Fl |f_j − λ_e|.
 class StickSlip {
  public:
   explicit StickSlip(const DynamicModel& model);
@@ -54,7 +58,9 @@ class StickSlip {
                   std::span<double> qdd);
 
   /// Takes the torques of all slipping elements off f, (n).
-  void brake(std::span<const double> qd, std::span<double> f) { brake(qd, f, {}); }
+  ///
+  /// @param f  τ − viscous q̇ − offset, N included
+  void brake(std::span<const double> qd, std::span<double> f) { brake(qd, f, {}, {}); }
 
   /// λ of an element at the last accelerate() or settle() [N·m | N].
   [[nodiscard]] double lambda(Index e) const { return lambda_[e]; }
@@ -76,14 +82,22 @@ class StickSlip {
  private:
   struct Element {
     DryFriction law;
-    Index joint = -1;    // the one joint that it belongs to, −1 for a motor of several
-    bool alone = false;  // whether it brakes that joint alone
+    Index joint = -1;      // the one joint that it belongs to, −1 for a motor of several
+    bool alone = false;    // whether it brakes that joint alone
+    double Fc_plus = 0.0;  // limits of λ at rest, under the present load
+    double Fc_minus = 0.0;
     FrictionMode mode = FrictionMode::stick;
     Index changes = 0;
   };
 
-  [[nodiscard]] double slipping_lambda(const Element& element, double speed) const;
-  void brake(std::span<const double> qd, std::span<double> f, std::span<const Index> but);
+  // λ of an element that slips. driving: f_j of its joint, N included.
+  [[nodiscard]] static double slipping_lambda(const Element& element, bool plus, double speed,
+                                              double driving);
+  // Limits of all elements under the torques f, without N.
+  void load_limits(std::span<const double> f, std::span<const double> N);
+  // N: what is missing in f; empty: nothing.
+  void brake(std::span<const double> qd, std::span<double> f, std::span<const double> N,
+             std::span<const Index> but);
   void responses(const Dynamics<double>& dynamics, std::span<const Index> elements);
   void hold(std::span<const Index> elements);
   bool pivot();

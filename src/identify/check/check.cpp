@@ -11,6 +11,7 @@
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -102,6 +103,13 @@ Alternatives examine_logs(const Robot& robot, std::span<const Log> logs, std::sp
   check_duplicates(logs, validation, out);
   check_series(robot, logs, options, out);
   if (out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
+    return {};
+  }
+  if (has_load(robot)) {
+    // Score tests are of models that are linear in their parameters; what is told of signals, simpler friction tells as well.
+    const Robot plain = without_load(robot);
+    const BaseParameters base = base_parameters(plain);
+    check_torques(TorqueProbe(plain, base, logs, options.signal), plain, base, out);
     return {};
   }
   const TorqueProbe probe(robot, result.base, logs, options.signal);
@@ -222,11 +230,13 @@ void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log>
   }
 }
 
-std::vector<Finding> check(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, std::span<const Log> validation,
                            const CheckOptions& asked) {
   if (logs.empty()) {
     throw InputError("check: no log is given");
   }
+  // What is told here of signals and sizes, simpler friction tells as well.
+  const Robot robot = without_load(its_robot);
   if (const auto complaint = robot.complaint()) {
     throw InputError("check: " + *complaint);
   }

@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "identify/choose/load_passes.hpp"
 #include "identify/choose/row_choice.hpp"
 #include "identify/infer/infer.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
 
 namespace rivid {
 
@@ -13,6 +15,9 @@ namespace {
 using detail::EstimationProblem;
 
 Identification identified(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
+  if (has_load(robot)) {
+    return detail::identified_under_load(robot, logs, estimation);
+  }
   const EstimationProblem problem(robot, logs, estimation);
   return detail::identified(problem);
 }
@@ -55,7 +60,7 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
     detail::require_joints("position", log.q, robot, log);
   }
   if (!logs.empty() && asked.signal.automatic() && !asked.complaint(robot)) {
-    rows = detail::choose_rows(robot, logs, estimation);
+    rows = detail::choose_rows(without_load(robot), logs, estimation);
   }
   Identification out = std::holds_alternative<Auto>(asked.method)
                            ? by_suitable_method(robot, logs, estimation)

@@ -6,6 +6,7 @@
 
 #include "identify/rows/factors.hpp"
 #include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -39,7 +40,7 @@ std::string joined(const BaseParameters& base, const std::vector<Index>& set) {
 }  // namespace
 
 EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log> its_logs,
-                                     const Estimation& its_estimation)
+                                     const Estimation& its_estimation, Vector load)
     : robot(its_robot), logs(its_logs), estimation(its_estimation) {
   if (logs.empty()) {
     throw InputError(who(*this) + ": no log is given");
@@ -48,6 +49,7 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log
     throw InputError(who(*this) + ": " + *fault);
   }
   base = base_parameters(robot);
+  base.load = {std::move(load), true};
   const Iv* const iv = std::get_if<Iv>(&estimation.method);
   if (iv != nullptr && iv->chi_0.size() > 0 && (iv->chi_0.size() != base.size() || !iv->chi_0.allFinite())) {
     throw InputError(who(*this) + ": chi_0 has " + counted(iv->chi_0.size(), "value") +
@@ -58,6 +60,9 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log
     signals.push_back(all ? estimation.signal : without_transient(log, estimation.signal, iv->transient));
   }
   data = all_factors(robot, base, logs, signals, estimation.threads, estimation.progress);
+  if (has_load(robot)) {
+    secant = all_factors(robot, at_load(base, base.load.chi), logs, signals, estimation.threads, {});
+  }
   const Index rows = rows_of(data.groups);
   if (iv != nullptr && rows <= base.size()) {
     refuse_few_rows(rows);

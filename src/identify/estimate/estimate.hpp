@@ -19,8 +19,11 @@ namespace rivid::detail {
 struct EstimationProblem {
   // All are referred to, not copied.
   //
+  // load  of friction that follows the load: the point that the rows are the tangent at, (b); empty where there is none
+  //
   // throws InputError where they do not fit together
-  EstimationProblem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation);
+  EstimationProblem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
+                    Vector load = {});
 
   const Robot& robot;
   std::span<const Log> logs;
@@ -28,9 +31,12 @@ struct EstimationProblem {
   BaseParameters base;
   std::vector<SignalOptions> signals;  // one a log: the transient is left out
   RowFactors data;                     // of [W Y]
+  std::optional<RowFactors> secant;  // where `data` are those of a tangent: the rows whose W χ is the torque
   std::unique_ptr<ThreadTeam> team;
 
   [[nodiscard]] Index joints() const { return robot.size(); }
+  // Rows that a model is judged by.
+  [[nodiscard]] const RowFactors& rows_to_judge() const { return secant ? *secant : data; }
   [[nodiscard]] const Iv& iv() const { return std::get<Iv>(estimation.method); }
   // throws InputError
   [[noreturn]] void refuse_few_rows(Index rows) const;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -68,6 +69,16 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
   const Iv* const iv = open != nullptr && open->iv.control ? &open->iv : std::get_if<Iv>(&method);
   if (auto fault = iv != nullptr ? complaint_of(*iv, *this, robot) : signal.complaint(robot.size())) {
     return fault;
+  }
+  for (const Joint& joint : robot.joints) {
+    if (joint.friction == Friction::automatic) {
+      return "friction of joint \"" + joint.name + "\" is to be chosen; choose_friction() does that before";
+    }
+  }
+  if (iv != nullptr && iv->prefilter && has_load(robot)) {
+    return "prefilter does not go with friction that follows the load: the absolute value of the torque of a "
+           "row that is "
+           "not averaged is too large by its noise";
   }
   if (auto fault = covariance.complaint()) {
     return fault;

@@ -111,7 +111,9 @@ std::vector<std::vector<Index>> Instruments::sign_columns() const {
   for (const RowGroup& joint : problem_.data.groups) {
     std::vector<Index>& signs = out.emplace_back();
     for (std::size_t c = 0; c < joint.columns.size(); ++c) {
-      if (role(columns[static_cast<std::size_t>(joint.columns[c])].kind) == Role::dry) {
+      // What follows the load has more of the motion than the sign.
+      const ParameterKind kind = columns[static_cast<std::size_t>(joint.columns[c])].kind;
+      if (role(kind) == Role::dry && about(kind).basis != Basis::load) {
         signs.push_back(static_cast<Index>(c));
       }
     }

@@ -209,7 +209,7 @@ void detail::add_essential(const EstimationProblem& problem, const Estimate& est
   model.options = *options;
   model.parameters =
       essential(problem.robot, out.base, out.chi, out.C_chi, root, estimate.freedom(), q, *options);
-  model.fit = judged(problem.robot, problem.data, model.parameters.chi,
+  model.fit = judged(problem.robot, problem.rows_to_judge(), model.parameters.chi,
                      static_cast<Index>(model.parameters.kept.size()), out.estimation.signal.convention);
   out.essential = std::move(model);
 }

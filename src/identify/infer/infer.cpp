@@ -7,6 +7,7 @@
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
+#include "rivid/regressor/load.hpp"
 
 namespace rivid {
 
@@ -141,7 +142,8 @@ void infer_without_estimate(const EstimationProblem& problem, Identification& ou
   out.condition = std::numeric_limits<double>::infinity();
   out.chi = Vector::Constant(b, std::numeric_limits<double>::quiet_NaN());
   out.C_chi = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
-  out.fit = judged(problem.robot, problem.data, Vector::Zero(b), b, problem.estimation.signal.convention);
+  out.fit = judged(problem.robot, problem.rows_to_judge(), Vector::Zero(b), b,
+                   problem.estimation.signal.convention);
   forget_errors(out.fit);
   describe_parameters(problem.robot, out);
   judge_parameters(problem.robot, problem.logs, out);
@@ -155,7 +157,8 @@ void infer(const EstimationProblem& problem, const Estimate& estimate, Identific
   out.C_chi = std::move(found.uncertainty.C);
   out.covariance = found.uncertainty.report;
   out.diagnostics = std::move(found.diagnostics);
-  out.fit = judged(problem.robot, problem.data, out.chi, estimate.rank, problem.estimation.signal.convention);
+  out.fit = judged(problem.robot, problem.rows_to_judge(), out.chi, estimate.rank,
+                   problem.estimation.signal.convention);
   out.fit.sigma_rho = estimate.sigma_rho;
   describe_parameters(problem.robot, out);
   for (Index i = 0; i < found.uncertainty.plain_sigma.size(); ++i) {
@@ -222,6 +225,7 @@ Identification detail::identified(const EstimationProblem& problem) {
   out.estimation = estimation;
   out.estimation.progress = {};
   out.base = problem.base;
+  out.base.load.tangent = false;
   out.columns = problem.base.size();
   if (auto doubt = out.base.doubt()) {
     out.warnings.push_back(Finding{"base_doubt", {}, std::move(*doubt)});
@@ -257,9 +261,16 @@ Validation validate(const Robot& robot, const Identification& identification, co
                      " base parameters; give what identify() returned");
   }
   const SignalOptions& signal = identification.estimation.signal;
-  const RowFactors data =
-      detail::all_factors(robot, identification.base, std::span(&log, 1), std::span(&signal, 1), threads, {});
-  const auto fit = [&](const Vector& chi) { return detail::judged(robot, data, chi, 0, signal.convention); };
+  const auto rows = [&](const BaseParameters& base) {
+    return detail::all_factors(robot, base, std::span(&log, 1), std::span(&signal, 1), threads, {});
+  };
+  const RowFactors data = rows(identification.base);
+  const bool own_load = has_load(robot);
+  const auto fit = [&](const Vector& chi) {
+    return own_load
+               ? detail::judged(robot, rows(at_load(identification.base, chi)), chi, 0, signal.convention)
+               : detail::judged(robot, data, chi, 0, signal.convention);
+  };
   Validation out{log.source, fit(identification.chi), {}, {}};
   if (identification.physical) {
     out.physical = fit(identification.physical->parameters.chi);

@@ -169,7 +169,7 @@ void add_physical(const EstimationProblem& problem, const Estimate& estimate,
                         number(model.options.weight, 3) +
                         ", with which the logs predict their own blocks of time best");
   }
-  model.fit = judged(problem.robot, problem.data, model.parameters.chi, out.base.size(),
+  model.fit = judged(problem.robot, problem.rows_to_judge(), model.parameters.chi, out.base.size(),
                      out.estimation.signal.convention);
   out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
   if (!model.parameters.reached) {

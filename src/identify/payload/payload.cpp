@@ -9,6 +9,7 @@
 #include "identify/choose/row_choice.hpp"
 #include "identify/payload/payload_model.hpp"
 #include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -187,8 +188,12 @@ std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
   return std::nullopt;
 }
 
-Payload identify_payload(const Robot& robot, std::span<const Log> without, std::span<const Log> with,
-                         const Estimation& asked, const PayloadOptions& options) {
+Payload identify_payload(const Robot& its_robot, std::span<const Log> without, std::span<const Log> with,
+                         const Estimation& asked, const PayloadOptions& its_options) {
+  // Friction by load is an unknown of the fit itself.
+  const Robot robot = without_load(its_robot);
+  PayloadOptions options = its_options;
+  options.load_friction = options.load_friction || has_load(its_robot);
   require(!without.empty(), "no log without the payload is given");
   require(!with.empty(), "no log with the payload is given");
   if (const auto fault = robot.complaint()) {

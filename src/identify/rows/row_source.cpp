@@ -153,7 +153,11 @@ RowSource::Range RowSource::kept_range(const Log& log, const SignalOptions& opti
 
 RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& log,
                      const SignalOptions& options, ThreadTeam& team)
-    : log_(log), options_(options), team_(team), batch_(robot, base.columns()) {
+    : log_(log),
+      options_(options),
+      team_(team),
+      batch_(robot, base.columns()),
+      load_("rows", robot, base, batch_) {
   if (const auto complaint = options.complaint(robot.size())) {
     throw InputError("rows: " + *complaint);
   }
@@ -176,6 +180,8 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
     q_ = log.q;
   }
   const bool exact = options.exact_rows();
+  // The absolute value of a noisy torque is too large: unfiltered rows are averaged before.
+  load_by_row_ = stride_of(options) > 1 && (exact || options.cutoff_hz == 0.0);
   if (log.tau.size() > 0 && options.torque_cutoff_hz == 0.0 && !options.held() && !exact) {
     require_joints("torque", log.tau, robot, log);
     tau_ = &log.tau;
@@ -213,8 +219,8 @@ void RowSource::find_sign_columns(const Robot& robot, const BaseParameters& base
     for (std::size_t c = 0; c < columns(j).size(); ++c) {
       const StandardParameter& parameter = parameters[static_cast<std::size_t>(columns(j)[c])];
       const KindRow& row = about(parameter.kind);
-      if (row.basis == Basis::sign && !row.coupled) {
-        sign_columns_[j].push_back({static_cast<Index>(c), row.direction});
+      if ((row.basis == Basis::sign || row.basis == Basis::load) && !row.coupled) {
+        sign_columns_[j].push_back({static_cast<Index>(c), row.basis, row.direction});
       }
     }
   }
@@ -433,6 +439,20 @@ void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first
                joint.room.target.ld);
     std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, end - begin,
                 joint.room.target.data + (joint.columns - 1) * joint.room.target.ld + begin);
+    if (!load_by_row_) {
+      fill_loads(j, joint.room, joint.columns, begin, end - begin);
+    }
+  }
+}
+
+void RowSource::fill_loads(std::size_t j, const RowsRoom& room, Index columns, Index first,
+                           Index count) const {
+  const RowsTarget& target = room.target;
+  const auto own = static_cast<Index>(batch_.of_joint(j).size());
+  for (Index c = 0; c + 1 < columns; c += own) {
+    const bool last = c + own + 1 == columns;
+    load_.complete(j, {target.data + c * target.ld + first, target.ld}, count,
+                   last ? target.data + (columns - 1) * target.ld + first : nullptr);
   }
 }
 
@@ -446,7 +466,7 @@ void RowSource::fill_signs(std::size_t j, Index sample, Index count, double* W, 
     for (Index k = 0; k < count; ++k) {
       const double direction = masks_[j].direction[static_cast<std::size_t>(sample + k)];
       if (direction != 0.0) {
-        W[column.column * ld + k] = friction_entry(Basis::sign, column.direction, direction, 0.0);
+        W[column.column * ld + k] = friction_entry(column.basis, column.direction, direction, 0.0);
       }
     }
   }
@@ -525,6 +545,9 @@ void RowSource::deliver(Stream& stream, std::size_t j, const RowsRoom& room, Ind
                                            : joint.centres[static_cast<std::size_t>(row)]);
   }
   joint.delivered += count;
+  if (load_by_row_ && stream.stride > 1) {
+    fill_loads(j, room, joint.columns, 0, count);
+  }
   if (!joint.all_kept) {
     drop_rows(joint, static_cast<Index>(j), room);
   }

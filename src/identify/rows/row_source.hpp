@@ -12,6 +12,7 @@
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid::detail {
@@ -145,6 +146,7 @@ class RowSource {
   // A column of W, within a joint's own, that is the sign of its velocity.
   struct SignColumn {
     Index column = 0;
+    Basis basis = Basis::sign;
     Direction direction = Direction::both;
   };
 
@@ -160,6 +162,8 @@ class RowSource {
   void fill(Stream& stream, std::span<const Motion> others, Index first, Index begin, Index end,
             BatchWorkspace& workspace) const;
   void find_sign_columns(const Robot& robot, const BaseParameters& base);
+  // The columns of friction that follows the load, of the rows [V … W Y] in a room.
+  void fill_loads(std::size_t j, const RowsRoom& room, Index columns, Index first, Index count) const;
   void fill_signs(std::size_t j, Index sample, Index count, double* W, Index ld) const;
   void advance(Stream& stream, std::size_t j, Index count) const;
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;
@@ -171,6 +175,7 @@ class RowSource {
   const SignalOptions& options_;
   ThreadTeam& team_;
   RegressorBatch batch_;
+  LoadColumns load_;
   Range range_;
   Index rows_ = 0;
   Matrix q_;
@@ -179,6 +184,7 @@ class RowSource {
   std::vector<MotionMask> masks_;
   std::vector<std::vector<SignColumn>> sign_columns_;  // of each joint, where the mask smoothed its velocity
   bool all_kept_ = false;
+  bool load_by_row_ = false;  // the load is told by decimated rows
 };
 
 /// @throws InputError  where a series of the log has other sizes than robot and log ask for

@@ -1,0 +1,143 @@
+#include "identify/choose/load_passes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "identify/estimate/estimate.hpp"
+#include "identify/infer/infer.hpp"
+#include "rivid/regressor/load.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+constexpr int most_passes = 40;
+// Step of a parameter, in its deviations for independent errors, with which the passes end.
+constexpr double small_step = 0.02;
+// … or relative to the largest parameter, where there is no noise.
+constexpr double rounding_step = 1e-9;
+// The sign of a load has no slope: steps that do not get smaller are shortened.
+constexpr double slow = 0.8;
+constexpr double least_part = 0.1;
+// A tangent at a larger part of the load would divide by almost nothing.
+constexpr double largest_slope = 0.9;
+
+// An estimate and the deviations of independent errors; nothing where there is none.
+struct Point {
+  Vector chi;
+  Vector sigma;
+};
+
+std::optional<Point> estimated_point(const EstimationProblem& problem) {
+  Identification out;
+  out.base = problem.base;
+  const Estimated found = estimated(problem, out);
+  if (!found.estimate || !found.estimate->chi.allFinite()) {
+    return std::nullopt;
+  }
+  return Point{found.estimate->chi,
+               found.estimate->sigma * finite_part(found.estimate->unit_covariance).diagonal().cwiseSqrt()};
+}
+
+// The same values for the parameters of another friction law, zero where they are new.
+Vector carried_over(const BaseParameters& from, const Vector& chi, const BaseParameters& to) {
+  Vector out = Vector::Zero(to.size());
+  for (Index i = 0; i < to.size(); ++i) {
+    const StandardParameter& wanted = to.parameters[static_cast<std::size_t>(i)].leading;
+    for (Index k = 0; k < from.size(); ++k) {
+      const StandardParameter& given = from.parameters[static_cast<std::size_t>(k)].leading;
+      if (given.kind == wanted.kind && given.joint == wanted.joint) {
+        out[i] = chi[k];
+      }
+    }
+  }
+  return out;
+}
+
+// A point that a tangent can be taken at.
+Vector bounded(const BaseParameters& base, Vector chi) {
+  for (Index i = 0; i < base.size(); ++i) {
+    if (about(base.parameters[static_cast<std::size_t>(i)].leading.kind).basis == Basis::load) {
+      chi[i] = std::clamp(chi[i], -largest_slope, largest_slope);
+    }
+  }
+  return chi;
+}
+
+// Where the simulations of IDIM-IV begin.
+void begin_at(const Vector& chi, Estimation& estimation) {
+  if (auto* const iv = std::get_if<Iv>(&estimation.method)) {
+    iv->chi_0 = chi;
+  }
+}
+
+// What the estimates of the passes do without.
+Estimation quick(const Estimation& asked) {
+  Estimation out = asked;
+  out.physical.reset();
+  out.essential.reset();
+  return out;
+}
+
+// The estimate without friction by load, as parameters of the robot.
+Vector first_point(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
+                   const BaseParameters& base) {
+  const Robot plain = without_load(robot);
+  Estimation estimation = quick(asked);
+  if (auto* const iv = std::get_if<Iv>(&estimation.method); iv != nullptr && iv->chi_0.size() > 0) {
+    iv->chi_0 = carried_over(base, iv->chi_0, base_parameters(plain));
+  }
+  const EstimationProblem problem(plain, logs, estimation);
+  const std::optional<Point> found = estimated_point(problem);
+  return carried_over(problem.base, found ? found->chi : problem.base.from_standard(plain.chi_st()), base);
+}
+
+}  // namespace
+
+Identification identified_under_load(const Robot& robot, std::span<const Log> logs, const Estimation& asked) {
+  const BaseParameters base = base_parameters(robot);
+  Vector point = first_point(robot, logs, asked, base);
+  Estimation estimation = quick(asked);
+  std::string fault = "the load of the joints and their friction do not settle on each other in " +
+                      std::to_string(most_passes) + " passes";
+  double part = 1.0;
+  double before = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < most_passes; ++pass) {
+    begin_at(point, estimation);
+    const std::optional<Point> next = estimated_point(EstimationProblem(robot, logs, estimation, point));
+    if (!next) {
+      fault.clear();  // the last step will say why
+      break;
+    }
+    const Vector step = (next->chi - point).cwiseAbs();
+    const double size = step.cwiseQuotient(next->sigma.cwiseMax(1e-300)).maxCoeff();
+    part = size > slow * before ? std::max(0.5 * part, least_part) : part;
+    before = size;
+    point = bounded(base, point + part * (next->chi - point));
+    const double rounding = rounding_step * point.cwiseAbs().maxCoeff();
+    if ((step.array() <= (small_step * next->sigma).array().max(rounding)).all()) {
+      fault.clear();
+      break;
+    }
+  }
+  Estimation last = asked;
+  begin_at(point, last);
+  Identification out = identified(EstimationProblem(robot, logs, last, point));
+  out.estimation = asked;
+  out.estimation.progress = {};
+  if (out.chi.allFinite()) {
+    out.base.load.chi = out.chi;
+  }
+  if (!fault.empty() && out.status == Status::identified) {
+    out.status = Status::not_converged;
+    out.reasons.push_back(std::move(fault));
+  }
+  return out;
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,202 @@
+// Identification of friction that follows the load, and the choice of friction laws.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "rivid/identify/friction_choice.hpp"
+#include "rivid/identify/identification.hpp"
+#include "rivid/regressor/load.hpp"
+#include "rivid/simulate/control_laws.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "support/complaint.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+// A motion of sines, and the torques of a model on top of it, without noise.
+struct Study {
+  Robot robot;
+  BaseParameters base;
+  Vector truth;
+  Log log;
+
+  Study(int n, Friction law, std::uint64_t seed, Index samples = 1500) {
+    std::mt19937_64 random(seed);
+    robot = test::random_robot(n, random);
+    robot.chain.gravity = {0.0, 0.0, -9.81};
+    for (Joint& joint : robot.joints) {
+      joint.friction = law;
+    }
+    base = base_parameters(robot);
+    Vector chi_st = robot.chi_st();
+    const std::vector<StandardParameter> list = robot.standard_parameters();
+    std::uniform_real_distribution<double> part(0.03, 0.15);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      double& value = chi_st[static_cast<Index>(i)];
+      value = list[i].kind == ParameterKind::Fl   ? part(random)
+              : list[i].kind == ParameterKind::Fr ? 1.0 + 10.0 * part(random)
+                                                  : value;
+    }
+    truth = base.from_standard(chi_st);
+    log.source = "sines";
+    log.f_m = 100.0;
+    log.t = Vector::NullaryExpr(samples, [&](Index k) { return static_cast<double>(k) / log.f_m; });
+    std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
+    log.q = Matrix::Zero(samples, n);
+    for (Index j = 0; j < n; ++j) {
+      for (int harmonic = 1; harmonic <= 5; ++harmonic) {
+        const double a = symmetric(random) * 0.9 / std::sqrt(harmonic);
+        const double phase = 3.0 * symmetric(random);
+        for (Index k = 0; k < samples; ++k) {
+          log.q(k, j) += a * std::sin(0.0041 * harmonic * 2.0 * static_cast<double>(k) + phase);
+        }
+      }
+    }
+    log.tau = Matrix::Ones(samples, n);
+    const Rows made = rows(robot, at_load(base, truth), log, signal());
+    for (std::size_t j = 0; j < made.Y.size(); ++j) {
+      const JointRows& joint = made.W.joints[j];
+      log.tau.col(static_cast<Index>(j))(made.samples[j]) = joint.W * truth(joint.columns);
+    }
+  }
+
+  static SignalOptions signal() { return {.rows = RowScheme::paper}; }
+
+  [[nodiscard]] Log noisy(double sigma, std::uint64_t seed) const {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal(0.0, sigma);
+    Log out = log;
+    out.tau += Matrix::NullaryExpr(log.tau.rows(), log.tau.cols(), [&] { return normal(random); });
+    return out;
+  }
+};
+
+TEST(LoadFriction, IsFoundWithoutNoise) {
+  for (const Friction law : {Friction::load, Friction::load_root}) {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+      const Study study(static_cast<int>(2 + seed), law, seed);
+      for (const Method& method : {Method(Ols{}), Method(Wls{})}) {
+        const Identification found =
+            identify(study.robot, study.log, {.method = method, .signal = Study::signal()});
+        ASSERT_EQ(found.status, Status::identified);
+        const Vector error = found.chi - study.truth;
+        EXPECT_LT(error.cwiseAbs().maxCoeff(), 1e-6 * (1.0 + study.truth.cwiseAbs().maxCoeff())) << seed;
+        EXPECT_LT(found.fit.relative_error, 1e-8);
+        EXPECT_LT(validate(study.robot, found, study.log).fit.relative_error, 1e-8);
+      }
+    }
+  }
+}
+
+TEST(LoadFriction, HasThePredictedTorquesOfItsModel) {
+  const Study study(3, Friction::load, 7);
+  const Identification found =
+      identify(study.robot, study.noisy(0.3, 8), {.method = Wls{}, .signal = Study::signal()});
+  const DynamicModel model(study.robot, found.base, found.chi);
+  const Motion motion = [] {
+    std::mt19937_64 random(9);
+    return test::random_motion(30, 3, random);
+  }();
+  const Matrix W = observation(study.robot, found.base, motion).dense();
+  const Matrix predicted = (W * found.chi).reshaped(motion.samples(), 3);
+  for (Index k = 0; k < motion.samples(); ++k) {
+    const Vector tau = inverse_dynamics(model, motion.q.row(k).transpose(), motion.qd.row(k).transpose(),
+                                        motion.qdd.row(k).transpose());
+    EXPECT_LT((predicted.row(k).transpose() - tau).cwiseAbs().maxCoeff(),
+              1e-9 * (1.0 + tau.cwiseAbs().maxCoeff()));
+  }
+}
+
+// Without the tangent the covariance would take the load for known.
+TEST(LoadFriction, HasItsCoefficientsWithinTheirIntervals) {
+  constexpr int arms = 10;
+  constexpr int runs = 40;
+  int held = 0;
+  int all = 0;
+  double bias = 0.0;
+  for (std::uint64_t arm = 1; arm <= arms; ++arm) {
+    const Study study(3, Friction::load, 100 + arm);
+    for (std::uint64_t run = 0; run < runs; ++run) {
+      const Identification found = identify(study.robot, study.noisy(2.0, 1000 * arm + run),
+                                            {.method = Wls{}, .signal = Study::signal()});
+      ASSERT_EQ(found.status, Status::identified);
+      for (std::size_t i = 0; i < found.parameters.size(); ++i) {
+        if (found.base.parameters[i].leading.kind == ParameterKind::Fl) {
+          const ParameterEstimate& p = found.parameters[i];
+          const double truth = study.truth[static_cast<Index>(i)];
+          held += p.interval_95[0] <= truth && truth <= p.interval_95[1] ? 1 : 0;
+          bias += (p.value - truth) / p.sigma;
+          ++all;
+        }
+      }
+    }
+  }
+  const double coverage = static_cast<double>(held) / all;
+  RecordProperty("coverage", std::to_string(coverage));
+  EXPECT_GE(coverage, 0.93) << held << " of " << all;
+  EXPECT_LE(coverage, 0.975) << held << " of " << all;
+  EXPECT_LT(std::abs(bias / all), 4.0 / std::sqrt(all));
+}
+
+TEST(FrictionChoice, FindsTheLawOfEachJoint) {
+  Study study(3, Friction::load_root, 21, 3000);
+  // Joint 1 has neither, joint 2 follows its load, joint 3 has both.
+  for (std::size_t i = 0; i < study.base.parameters.size(); ++i) {
+    const StandardParameter& p = study.base.parameters[i].leading;
+    if ((p.kind == ParameterKind::Fl && p.joint == 0) || (p.kind == ParameterKind::Fr && p.joint < 2)) {
+      study.truth[static_cast<Index>(i)] = 0.0;
+    } else if (p.kind == ParameterKind::Fl || p.kind == ParameterKind::Fr) {
+      study.truth[static_cast<Index>(i)] = p.kind == ParameterKind::Fl ? 0.15 : 4.0;
+    }
+  }
+  const Rows made = rows(study.robot, at_load(study.base, study.truth), study.log, Study::signal());
+  for (std::size_t j = 0; j < made.Y.size(); ++j) {
+    const JointRows& joint = made.W.joints[j];
+    study.log.tau.col(static_cast<Index>(j))(made.samples[j]) = joint.W * study.truth(joint.columns);
+  }
+  Robot open = study.robot;
+  for (Joint& joint : open.joints) {
+    joint.friction = Friction::automatic;
+  }
+  const Log log = study.noisy(0.2, 22);
+  const Estimation estimation{.method = Wls{}, .signal = Study::signal()};
+  const std::vector<FrictionChoice> found = choose_friction(open, std::span(&log, 1), estimation);
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(found[0].law, Friction::symmetric);
+  EXPECT_EQ(found[1].law, Friction::load);
+  EXPECT_EQ(found[2].law, Friction::load_root);
+  EXPECT_LT(found[2].error, found[2].symmetric_error);
+  EXPECT_TRUE(found[2].text(open).starts_with("joint_3: load_root friction (Fv Fc off Fl Fr)"));
+  EXPECT_EQ(with_friction(open, found).joints[1].friction, Friction::load);
+}
+
+TEST(FrictionChoice, LeavesLawsThatAreGiven) {
+  const Study study(2, Friction::load, 31);
+  EXPECT_TRUE(choose_friction(study.robot, std::span(&study.log, 1), {}).empty());
+}
+
+TEST(FrictionChoice, IsMadeBeforeAnIdentification) {
+  Study study(2, Friction::load, 32);
+  study.robot.joints[1].friction = Friction::automatic;
+  EXPECT_TRUE(test::says(test::complaint_of([&] {
+                           static_cast<void>(identify(study.robot, study.log,
+                                                      {.method = Wls{}, .signal = Study::signal()}));
+                         }),
+                         "choose_friction()"));
+}
+
+TEST(LoadFriction, IsRefusedWithAPrefilter) {
+  const Study study(2, Friction::load, 33);
+  Iv iv;
+  iv.control = PdControl{};
+  iv.prefilter = true;
+  const Estimation estimation{.method = iv, .signal = {.rows = RowScheme::exact}};
+  ASSERT_TRUE(estimation.complaint(study.robot));
+  EXPECT_TRUE(test::says(*estimation.complaint(study.robot), "follows the load"));
+}
+
+}  // namespace
+}  // namespace rivid
