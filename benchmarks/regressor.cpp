@@ -58,6 +58,7 @@ struct Counted {
   // Friction that is smooth at reversals, which no robot here has.
   friend Counted operator/(const Counted& a, const Counted&) { return a; }
   friend Counted tanh(const Counted& a) { return a; }
+  friend Counted sqrt(const Counted& a) { return a; }
   friend Counted exp(const Counted& a) { return a; }
   friend bool operator>(const Counted&, const Counted&) { return false; }
   friend bool operator<(const Counted&, const Counted&) { return false; }

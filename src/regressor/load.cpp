@@ -53,7 +53,8 @@ LoadColumns::LoadColumns(std::string_view who, const Robot& robot, const BasePar
       const ParameterKind kind = parameters[static_cast<std::size_t>(at)].kind;
       if (follows_load(kind)) {
         joint.column = static_cast<Index>(c);
-        joint.slope = base.load.tangent ? base.load.chi[at] : 0.0;
+        joint.slope = base.load.width ? base.load.chi[at] : 0.0;
+        joint.width = base.load.width ? (*base.load.width)[static_cast<Index>(j)] : 0.0;
       } else if (is_rigid(kind)) {
         joint.rigid.push_back(static_cast<Index>(c));
         joint.value.push_back(base.load.chi[at]);
@@ -80,17 +81,15 @@ void LoadColumns::complete(std::size_t j, const RowsTarget& W, Index count, doub
       }
     }
     for (Index k = 0; k < rows; ++k) {
-      const double t = torque[static_cast<std::size_t>(k)];
+      double& at = torque[static_cast<std::size_t>(k)];
       double& entry = load[first + k];
-      // From here on the factor of M q̈ + N.
-      torque[static_cast<std::size_t>(k)] = 1.0 + joint.slope * entry *
-                                                      (t > 0.0   ? 1.0
-                                                       : t < 0.0 ? -1.0
-                                                                 : 0.0);
-      entry *= std::abs(t);
+      const double size = std::sqrt(at * at + joint.width * joint.width);
+      const double slope = size > 0.0 ? joint.slope * entry * at / size : 0.0;
       if (y != nullptr) {
-        y[first + k] += joint.slope * entry;
+        y[first + k] += slope * at;
       }
+      entry *= std::abs(at);
+      at = 1.0 + slope;  // from here on the factor of M q̈ + N
     }
     for (std::size_t r = 0; joint.slope != 0.0 && r < joint.rigid.size(); ++r) {
       double* const column = W.data + joint.rigid[r] * W.ld + first;
@@ -101,8 +100,9 @@ void LoadColumns::complete(std::size_t j, const RowsTarget& W, Index count, doub
   }
 }
 
-BaseParameters at_load(BaseParameters base, const Eigen::Ref<const Vector>& chi, bool tangent) {
-  base.load = {chi, tangent};
+BaseParameters at_load(BaseParameters base, const Eigen::Ref<const Vector>& chi,
+                       std::optional<Vector> width) {
+  base.load = {chi, std::move(width)};
   return base;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "rivid/identify/check.hpp"
 #include "rivid/identify/friction_choice.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/load.hpp"
@@ -139,6 +140,25 @@ TEST(LoadFriction, HasItsCoefficientsWithinTheirIntervals) {
   EXPECT_GE(coverage, 0.93) << held << " of " << all;
   EXPECT_LE(coverage, 0.975) << held << " of " << all;
   EXPECT_LT(std::abs(bias / all), 4.0 / std::sqrt(all));
+}
+
+// Score tests stand on the rows of the estimate's own load.
+TEST(LoadFriction, IsExaminedForOtherFaults) {
+  Study study(3, Friction::load, 41, 3000);
+  const Estimation estimation{.method = Wls{}, .signal = Study::signal()};
+  const Log good = study.noisy(0.05, 42);
+  Identification found = identify(study.robot, good, estimation);
+  examine(study.robot, std::span(&good, 1), {}, found);
+  EXPECT_EQ(found.status, Status::identified);
+  EXPECT_TRUE(found.alternatives.empty());
+
+  Log wrong = good;
+  wrong.tau.col(1) *= 1.5;
+  Identification misled = identify(study.robot, wrong, estimation);
+  examine(study.robot, std::span(&wrong, 1), {}, misled);
+  EXPECT_EQ(misled.status, Status::doubtful);
+  ASSERT_FALSE(misled.alternatives.empty());
+  EXPECT_EQ(misled.alternatives.front().code, "torque_gain");
 }
 
 TEST(FrictionChoice, FindsTheLawOfEachJoint) {

@@ -120,7 +120,15 @@ inline Vector distinct_friction(const Robot& robot) {
       // Little of a coupled motor: its friction lies beside that of the joints it couples.
       const double scale = about(parameters[i].kind).coupled ? 0.1 : 1.0;
       const bool load = about(parameters[i].kind).basis == Basis::load;
-      chi_st[static_cast<Index>(i)] = (load ? 0.05 : scale) * (2.0 + 0.1 * static_cast<double>(i % 17));
+      // Where gravity may act along a joint, its offset is part of the load that the base parameters know.
+      const auto j = static_cast<std::size_t>(parameters[i].joint);
+      const bool weight = parameters[i].kind == ParameterKind::off &&
+                          has(robot.joints[j].friction, Basis::load) &&
+                          robot.chain.links[j].type == JointType::prismatic;
+      chi_st[static_cast<Index>(i)] = (weight ? 0.0
+                                       : load ? 0.05
+                                              : scale) *
+                                      (2.0 + 0.1 * static_cast<double>(i % 17));
     }
   }
   return chi_st;

@@ -17,7 +17,7 @@ struct CheckOptions {
   int threads = 1;
 };
 
-/// Judges a result: looks at robot, logs, model and result for what makes it wrong, and adds what it finds to the warnings, the
+/// Judges a result, once: looks at robot, logs, model and result for what makes it wrong, and adds what it finds to the warnings, the
 /// gravest first. A finding of severity error makes an `identified` result `doubtful`, with the finding as its reason.
 ///
 /// What is looked for: units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,

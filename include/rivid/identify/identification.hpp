@@ -57,7 +57,7 @@ struct ParameterEstimate {
   std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
   /// Expected bias by the noise of the positions, in σ. Not a number where instruments know none of that noise, and for robust estimates.
   double noise_bias = std::numeric_limits<double>::quiet_NaN();
-  /// By what the likeliest of Identification::alternatives moves it, which is part of `sigma`.
+  /// By what those Identification::alternatives that are warnings move it together, which is part of `sigma`.
   double model_shift = 0.0;
   double a_priori = 0.0;  ///< the same base parameter from the robot description
   Verdict verdict = Verdict::identified;
@@ -90,8 +90,8 @@ struct ParameterEstimate {
               {.unit = "σ"}},
         Field{"model_shift",
               &R::model_shift,
-              "by what the likeliest of `alternatives` moves it, which is part of `sigma`; 0 where there is "
-              "none",
+              "by what those `alternatives` that are warnings move it together, which is part of `sigma`; 0 "
+              "where there is none",
               {.unit = "`unit`"}},
         Field{"regrouped", &R::regrouped, "the group as a person writes it (6): `\"ZZ1 + 0.25 M2\"`"},
         Field{"regrouping",

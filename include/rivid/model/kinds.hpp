@@ -95,10 +95,10 @@ enum class Basis {
   sign,          ///< sign q̇
   one,           ///< 1
   load,          ///< sign q̇, times |τ_load| of the joint, see rivid/regressor/load.hpp
-  root           ///< (√(|q̇| + v) − √v) sign q̇ with v = root_speed
+  root           ///< √|q̇| sign q̇ but for |q̇| near v = root_speed: q̇ / (q̇² + v²)^¼
 };
 
-/// What keeps the slope of Basis::root finite at rest, and the motion through it smooth [rad/s | m/s].
+/// What keeps the slope of Basis::root finite at rest [rad/s | m/s].
 inline constexpr double root_speed = 1e-3;
 
 /// Velocities for which a parameter is in the torque at all; at rest both directions are silent.
@@ -134,7 +134,7 @@ inline constexpr std::array basis_rows = {
     BasisRow{Basis::sign, Role::dry, "sign"},        //
     BasisRow{Basis::one, Role::constant, "1.0"},
     BasisRow{Basis::load, Role::dry, "sign"},
-    BasisRow{Basis::root, Role::viscous, "sign * (sqrt(speed * sign + 0.001) - sqrt(0.001))"},
+    BasisRow{Basis::root, Role::viscous, "speed / sqrt(sqrt(speed * speed + 1e-6))"},
 };
 
 /// φ of friction, of a speed and of its sign: ±1 or 0, or tanh(speed / v_s) where it is smooth. Which of the two is
@@ -156,7 +156,7 @@ template <typename Scalar>
       return sign;
     case Basis::root: {
       using std::sqrt;
-      return sign * (sqrt(Scalar(speed * sign + Scalar(root_speed))) - sqrt(Scalar(root_speed)));
+      return speed / sqrt(Scalar(sqrt(Scalar(speed * speed + Scalar(root_speed * root_speed)))));
     }
   }
   return Scalar(0.0);

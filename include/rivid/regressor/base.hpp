@@ -22,10 +22,10 @@ struct BaseParameter {
 struct LoadPoint {
   /// (b) parameters that |τ_load| is computed with; empty: none, as for robots without such friction
   Vector chi;
-  /// If true, rows are those of Gauss-Newton's step: the columns of M q̈ + N are multiplied with
-  /// 1 + Fl sign q̇ sign τ_load, and Fl |τ_load| sign q̇ is added to the torque of the row, with Fl of `chi`. Their least-squares
-  /// solution is the next estimate, and its covariance knows that the load is an estimate, too.
-  bool tangent = false;
+  /// (n) If set, rows are those of Gauss-Newton's step, whose least-squares solution is the next estimate and whose covariance
+  /// knows that the load is an estimate too: the columns of M q̈ + N are multiplied with 1 + Fl g sign q̇ and Fl g τ_load sign q̇
+  /// is added to the torque, with Fl of `chi` and g = τ_load / √(τ_load² + width²), the sign of the load without its jump [N·m | N].
+  std::optional<Vector> width;
 };
 
 /// Base parameters of a robot, Eqs. (4–6) of [RIV]: the b ≤ N_s combinations of the standard parameters that

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -24,7 +25,7 @@ class LoadColumns {
   [[nodiscard]] bool empty() const { return joints_.empty(); }
 
   /// Completes rows of joint j that RegressorBatch or an average of its rows filled, whose column of Basis::load holds the
-  /// sign alone. With LoadPoint::tangent they become rows of the tangent instead, see there.
+  /// sign alone. With LoadPoint::width they become rows of the tangent instead, see there.
   ///
   /// @param y  torques of these rows; null: none
   void complete(std::size_t j, const RowsTarget& W, Index count, double* y) const;
@@ -33,6 +34,7 @@ class LoadColumns {
   struct JointLoad {
     Index column = -1;          // of Fl in the joint's rows; −1: none
     double slope = 0.0;         // Fl of a tangent
+    double width = 0.0;         // of its kink
     std::vector<Index> rigid;   // columns of M q̈ + N …
     std::vector<double> value;  // … and their parameters
   };
@@ -42,9 +44,10 @@ class LoadColumns {
 
 /// The same parameters with another BaseParameters::load.
 ///
-/// @param chi  (b)
+/// @param chi    (b)
+/// @param width  (n) of a tangent
 [[nodiscard]] BaseParameters at_load(BaseParameters base, const Eigen::Ref<const Vector>& chi,
-                                     bool tangent = false);
+                                     std::optional<Vector> width = std::nullopt);
 
 /// The same robot without friction that follows the load: each joint has the law with its other parameters.
 [[nodiscard]] Robot without_load(Robot robot);

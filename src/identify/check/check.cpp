@@ -105,17 +105,18 @@ Alternatives examine_logs(const Robot& robot, std::span<const Log> logs, std::sp
   if (out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
     return {};
   }
-  if (has_load(robot)) {
-    // Score tests are of models that are linear in their parameters; what is told of signals, simpler friction tells as well.
-    const Robot plain = without_load(robot);
-    const BaseParameters base = base_parameters(plain);
-    check_torques(TorqueProbe(plain, base, logs, options.signal), plain, base, out);
+  // Other readings of the log would change the load that friction follows: simpler friction shows them as well.
+  const Robot plain = without_load(robot);
+  const BaseParameters linear = has_load(robot) ? base_parameters(plain) : result.base;
+  const TorqueProbe probe(plain, linear, logs, options.signal);
+  check_torques(probe, plain, linear, out);
+  const bool tells = !out.any(Severity::error) && result.status == Status::identified;
+  if (!tells) {
     return {};
   }
-  const TorqueProbe probe(robot, result.base, logs, options.signal);
-  check_torques(probe, robot, result.base, out);
-  const bool tells = !out.any(Severity::error) && result.status == Status::identified;
-  return tells ? check_model(probe, robot, result, out) : Alternatives();
+  return has_load(robot)
+             ? check_model(TorqueProbe(robot, result.base, logs, options.signal), robot, result, out)
+             : check_model(probe, robot, result, out);
 }
 
 // Whether deviations are to know the errors of the model; those of published digits are not.
@@ -123,7 +124,7 @@ bool knows_model(const Estimation& estimation) {
   return resolved(estimation.covariance.kind, estimation.signal.convention) == CovarianceKind::blocks;
 }
 
-// The covariance with what the likeliest alternative moves the estimate by.
+// The covariance with what the alternatives move the estimate by.
 void widen(const Robot& robot, std::span<const Log> logs, const Vector& shift, Identification& result) {
   result.C_chi += shift * shift.transpose();
   const double t = result.covariance.quantile_975;

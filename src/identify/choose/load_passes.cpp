@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,9 +20,6 @@ constexpr int most_passes = 40;
 constexpr double small_step = 0.02;
 // … or relative to the largest parameter, where there is no noise.
 constexpr double rounding_step = 1e-9;
-// The sign of a load has no slope: steps that do not get smaller are shortened.
-constexpr double slow = 0.8;
-constexpr double least_part = 0.1;
 // A tangent at a larger part of the load would divide by almost nothing.
 constexpr double largest_slope = 0.9;
 
@@ -84,9 +80,21 @@ Estimation quick(const Estimation& asked) {
   return out;
 }
 
-// The estimate without friction by load, as parameters of the robot.
-Vector first_point(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
-                   const BaseParameters& base) {
+// Standard deviation of what an estimate leaves of each joint's rows, (n).
+Vector residuals(const RowFactors& data, const Vector& chi) {
+  Vector out(static_cast<Index>(data.groups.size()));
+  for (std::size_t j = 0; j < data.groups.size(); ++j) {
+    const RowGroup& group = data.groups[j];
+    out[static_cast<Index>(j)] = group.qr.residual_norm(chi(group.columns)) /
+                                 std::sqrt(static_cast<double>(std::max<Index>(group.qr.rows(), 1)));
+  }
+  return out;
+}
+
+// The estimate without friction that follows the load, as parameters of the robot. What it leaves is where the kink of the tangents is
+// rounded: a sharp one would let rows whose load is hardly more than noise jump to and fro.
+LoadPoint first_point(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
+                      const BaseParameters& base) {
   const Robot plain = without_load(robot);
   Estimation estimation = quick(asked);
   if (auto* const iv = std::get_if<Iv>(&estimation.method); iv != nullptr && iv->chi_0.size() > 0) {
@@ -94,39 +102,35 @@ Vector first_point(const Robot& robot, std::span<const Log> logs, const Estimati
   }
   const EstimationProblem problem(plain, logs, estimation);
   const std::optional<Point> found = estimated_point(problem);
-  return carried_over(problem.base, found ? found->chi : problem.base.from_standard(plain.chi_st()), base);
+  const Vector chi = found ? found->chi : problem.base.from_standard(plain.chi_st());
+  return {carried_over(problem.base, chi, base), residuals(problem.data, chi)};
 }
 
 }  // namespace
 
 Identification identified_under_load(const Robot& robot, std::span<const Log> logs, const Estimation& asked) {
   const BaseParameters base = base_parameters(robot);
-  Vector point = first_point(robot, logs, asked, base);
+  LoadPoint point = first_point(robot, logs, asked, base);
   Estimation estimation = quick(asked);
   std::string fault = "the load of the joints and their friction do not settle on each other in " +
                       std::to_string(most_passes) + " passes";
-  double part = 1.0;
-  double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < most_passes; ++pass) {
-    begin_at(point, estimation);
+    begin_at(point.chi, estimation);
     const std::optional<Point> next = estimated_point(EstimationProblem(robot, logs, estimation, point));
     if (!next) {
       fault.clear();  // the last step will say why
       break;
     }
-    const Vector step = (next->chi - point).cwiseAbs();
-    const double size = step.cwiseQuotient(next->sigma.cwiseMax(1e-300)).maxCoeff();
-    part = size > slow * before ? std::max(0.5 * part, least_part) : part;
-    before = size;
-    point = bounded(base, point + part * (next->chi - point));
-    const double rounding = rounding_step * point.cwiseAbs().maxCoeff();
+    const Vector step = (next->chi - point.chi).cwiseAbs();
+    point.chi = bounded(base, next->chi);
+    const double rounding = rounding_step * point.chi.cwiseAbs().maxCoeff();
     if ((step.array() <= (small_step * next->sigma).array().max(rounding)).all()) {
       fault.clear();
       break;
     }
   }
   Estimation last = asked;
-  begin_at(point, last);
+  begin_at(point.chi, last);
   Identification out = identified(EstimationProblem(robot, logs, last, point));
   out.estimation = asked;
   out.estimation.progress = {};

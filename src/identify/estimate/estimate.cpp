@@ -40,7 +40,7 @@ std::string joined(const BaseParameters& base, const std::vector<Index>& set) {
 }  // namespace
 
 EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log> its_logs,
-                                     const Estimation& its_estimation, Vector load)
+                                     const Estimation& its_estimation, LoadPoint load)
     : robot(its_robot), logs(its_logs), estimation(its_estimation) {
   if (logs.empty()) {
     throw InputError(who(*this) + ": no log is given");
@@ -49,7 +49,7 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log
     throw InputError(who(*this) + ": " + *fault);
   }
   base = base_parameters(robot);
-  base.load = {std::move(load), true};
+  base.load = std::move(load);
   const Iv* const iv = std::get_if<Iv>(&estimation.method);
   if (iv != nullptr && iv->chi_0.size() > 0 && (iv->chi_0.size() != base.size() || !iv->chi_0.allFinite())) {
     throw InputError(who(*this) + ": chi_0 has " + counted(iv->chi_0.size(), "value") +

@@ -19,11 +19,11 @@ namespace rivid::detail {
 struct EstimationProblem {
   // All are referred to, not copied.
   //
-  // load  of friction that follows the load: the point that the rows are the tangent at, (b); empty where there is none
+  // load  of friction that follows the load: the point and widths that the rows are the tangent at
   //
   // throws InputError where they do not fit together
   EstimationProblem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
-                    Vector load = {});
+                    LoadPoint load = {});
 
   const Robot& robot;
   std::span<const Log> logs;

@@ -225,7 +225,7 @@ Identification detail::identified(const EstimationProblem& problem) {
   out.estimation = estimation;
   out.estimation.progress = {};
   out.base = problem.base;
-  out.base.load.tangent = false;
+  out.base.load.width.reset();
   out.columns = problem.base.size();
   if (auto doubt = out.base.doubt()) {
     out.warnings.push_back(Finding{"base_doubt", {}, std::move(*doubt)});
