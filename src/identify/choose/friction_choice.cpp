@@ -173,6 +173,12 @@ class Fits {
   std::vector<Index> root_at_;
 };
 
+// Motors of several joints with dry friction of their own do not go with every law.
+bool allowed(Robot robot, std::size_t joint, Friction law) {
+  robot.joints[joint].friction = law;
+  return !robot.complaint();
+}
+
 bool open_law(const Joint& joint) { return joint.friction == Friction::automatic; }
 
 // Rows of all logs, joint by joint and stretch by stretch; all open joints have √|q̇|.
@@ -305,7 +311,7 @@ std::vector<FrictionChoice> choose_friction(const Robot& robot, std::span<const 
     const auto at = static_cast<Index>(j);
     std::size_t best = 0;
     for (std::size_t k = 1; k < candidates.size(); ++k) {
-      if (clearly_below(errors[k].row(at), errors[best].row(at))) {
+      if (allowed(linear, j, candidates[k]) && clearly_below(errors[k].row(at), errors[best].row(at))) {
         best = k;
       }
     }

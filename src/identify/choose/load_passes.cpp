@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,11 +16,13 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr int most_passes = 40;
+constexpr int most_passes = 100;
 // Step of a parameter, in its deviations for independent errors, with which the passes end.
 constexpr double small_step = 0.02;
 // … or relative to the largest parameter, where there is no noise.
 constexpr double rounding_step = 1e-9;
+// Steps that do not get smaller go round in a circle, where a load is hardly more than noise: they are shortened.
+constexpr double least_part = 0.1;
 // A tangent at a larger part of the load would divide by almost nothing.
 constexpr double largest_slope = 0.9;
 
@@ -114,6 +117,9 @@ Identification identified_under_load(const Robot& robot, std::span<const Log> lo
   Estimation estimation = quick(asked);
   std::string fault = "the load of the joints and their friction do not settle on each other in " +
                       std::to_string(most_passes) + " passes";
+  double part = 1.0;
+  double before = std::numeric_limits<double>::infinity();
+  Vector unit;  // that steps are measured in
   for (int pass = 0; pass < most_passes; ++pass) {
     begin_at(point.chi, estimation);
     const std::optional<Point> next = estimated_point(EstimationProblem(robot, logs, estimation, point));
@@ -122,7 +128,11 @@ Identification identified_under_load(const Robot& robot, std::span<const Log> lo
       break;
     }
     const Vector step = (next->chi - point.chi).cwiseAbs();
-    point.chi = bounded(base, next->chi);
+    unit = pass == 0 ? Vector(next->sigma.cwiseMax(1e-300)) : unit;
+    const double size = step.cwiseQuotient(unit).maxCoeff();
+    part = size > before ? std::max(0.5 * part, least_part) : std::min(1.2 * part, 1.0);
+    before = size;
+    point.chi = bounded(base, point.chi + part * (next->chi - point.chi));
     const double rounding = rounding_step * point.chi.cwiseAbs().maxCoeff();
     if ((step.array() <= (small_step * next->sigma).array().max(rounding)).all()) {
       fault.clear();
