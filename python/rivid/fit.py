@@ -57,7 +57,7 @@ def identify(
     logs = read_logs(log, robot, progress=progress)
     others = [] if validation is None else read_logs(validation, robot, progress=progress)
     sections = "\n".join(f"{name} = {toml(keys)}" for name, keys in method.sections().items())
-    found = _rivid.identify(
+    found, chosen = _rivid.identify(
         robot._robot,
         [log._log for log in logs],
         [log._log for log in others],
@@ -66,7 +66,7 @@ def identify(
         threads,
         progress,
     )
-    return Fit(robot, found, logs, others)
+    return Fit(Robot._of(chosen) if chosen else robot, found, logs, others)
 
 
 def _of_experiment(experiment: Experiment, threads: int, progress: Progress | None) -> Fit:

@@ -178,6 +178,7 @@ void bind_experiment(nb::module_& m) {
           [](Experiment& self, int threads, const nb::object& progress) {
             const nb::gil_scoped_release unlocked;
             self.estimation.threads = threads;
+            take_friction(self, Listener(progress));
             return run(self, Listener(progress));
           },
           "threads"_a, "progress"_a = nb::none())

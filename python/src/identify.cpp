@@ -1,4 +1,6 @@
+#include <optional>
 #include <sstream>
+#include <utility>
 
 #include "binding.hpp"
 #include "experiment/from_program.hpp"
@@ -49,13 +51,17 @@ Provenance provenance_of(const Identification& result, const Inputs& inputs) {
   return out;
 }
 
-Identification identified(const Robot& robot, const std::vector<const Log*>& logs,
-                          const std::vector<const Log*>& validation, const std::string& sections,
-                          const std::string& source, int threads, const nb::object& progress) {
+// With the robot of the result, where friction laws were to be chosen.
+std::pair<Identification, std::optional<Robot>> identified(
+    const Robot& robot, const std::vector<const Log*>& logs, const std::vector<const Log*>& validation,
+    const std::string& sections, const std::string& source, int threads, const nb::object& progress) {
   const nb::gil_scoped_release unlocked;
   Experiment experiment = detail::experiment_from(robot, sections, source);
   experiment.estimation.threads = threads;
-  return detail::judged(experiment, Logs(logs).all(), Logs(validation).all(), Listener(progress));
+  const Logs own(logs);
+  detail::take_friction(experiment, own.all(), Listener(progress));
+  Identification found = detail::judged(experiment, own.all(), Logs(validation).all(), Listener(progress));
+  return {std::move(found), experiment.friction.empty() ? std::nullopt : std::optional(experiment.robot)};
 }
 
 std::string findings(const Robot& robot, const std::vector<const Log*>& logs,

@@ -41,6 +41,14 @@ def test_arrays_give_the_bits_of_the_file(robot, columns, scara):
         assert by_array.document["parameters"] == by_file.document["parameters"]
 
 
+def test_friction_laws_are_chosen(scara):
+    robot = rivid.Robot.from_urdf(scara / "scara.urdf", friction="auto")
+    fit = rivid.identify(robot, scara / "scara_s2.csv", rivid.Wls(torque_held=True))
+    assert [note for note in fit.document["notes"] if "by cross-validation" in note]
+    assert fit.robot is not robot
+    assert np.allclose(fit.chi, rivid.identify(fit.robot, scara / "scara_s2.csv", rivid.Wls(torque_held=True)).chi)
+
+
 def test_threads_change_nothing(robot, scara):
     log = rivid.read_log(scara / "scara_s2.csv", robot)
     one, two = (rivid.identify(robot, log, rivid.Wls(), threads=k) for k in (1, 2))

@@ -182,16 +182,18 @@ Identification detail::judged(const Experiment& experiment, std::span<const Log>
   return out;
 }
 
-void take_friction(Experiment& experiment, const Progress& progress) {
-  const auto open = [](const Joint& joint) { return joint.friction == Friction::automatic; };
-  if (std::ranges::none_of(experiment.robot.joints, open)) {
-    return;
-  }
+void detail::take_friction(Experiment& experiment, std::span<const Log> logs, const Progress& progress) {
   Estimation estimation = experiment.estimation;
   estimation.progress = progress;
-  experiment.friction =
-      choose_friction(experiment.robot, read_logs(experiment.log, experiment.robot, progress), estimation);
+  experiment.friction = choose_friction(experiment.robot, logs, estimation);
   experiment.robot = with_friction(std::move(experiment.robot), experiment.friction);
+}
+
+void take_friction(Experiment& experiment, const Progress& progress) {
+  const auto open = [](const Joint& joint) { return joint.friction == Friction::automatic; };
+  if (std::ranges::any_of(experiment.robot.joints, open)) {
+    detail::take_friction(experiment, read_logs(experiment.log, experiment.robot, progress), progress);
+  }
 }
 
 Identification run(const Experiment& experiment, const Progress& progress) {

@@ -43,6 +43,11 @@ struct RobotDescription {
 /// @throws InputError  as read_logs() does
 [[nodiscard]] std::vector<Log> logs_of(const Table& table, const LogSource& source, const Robot& robot);
 
+/// take_friction() by logs that are there.
+///
+/// @throws InputError  as take_friction() does
+void take_friction(Experiment& experiment, std::span<const Log> logs, const Progress& progress);
+
 /// Identification by the method of an experiment from logs that are there, validated on others and judged by examine(): what run()
 /// does once it has read them.
 ///
