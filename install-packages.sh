@@ -1,7 +1,8 @@
 #!/bin/sh
 # Installs what packages.txt lists, on Debian 12 and Ubuntu 24.04 or later, and with pip into build/venv what the Python package
-# is built and tested with, python/requirements-test.txt. Silent unless it fails; where everything is installed already it
-# touches neither the network nor sudo. Where pip fails, the Python package is left out, unless CI is set.
+# is built and tested with, python/requirements-test.txt, and what builds the documentation, docs/site/requirements.txt. Silent
+# unless it fails; where everything is installed already it touches neither the network nor sudo. Where pip fails, the Python
+# package is left out, unless CI is set.
 set -eu
 cd "$(dirname "$0")"
 
@@ -23,18 +24,22 @@ if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>
 fi
 
 python_packages() {
-  requirements=python/requirements-test.txt
-  cmp -s "$requirements" build/venv/requirements.txt && return 0
+  requirements=$(mktemp)
+  cat python/requirements-test.txt docs/site/requirements.txt >"$requirements"
+  if cmp -s "$requirements" build/venv/requirements.txt; then
+    rm -f "$requirements"
+    return 0
+  fi
   pip_log=$(mktemp)
   if python3 -m venv build/venv >"$pip_log" 2>&1 &&
     build/venv/bin/python -m pip install -q --disable-pip-version-check --retries 2 -r "$requirements" >>"$pip_log" 2>&1; then
     cp "$requirements" build/venv/requirements.txt
-    rm -f "$pip_log"
+    rm -f "$pip_log" "$requirements"
     return 0
   fi
   echo "install-packages.sh: pip could not install $(grep -v '^#' "$requirements" | tr '\n' ' '); its last words:" >&2
   tail -n 3 "$pip_log" >&2
-  rm -f "$pip_log"
+  rm -f "$pip_log" "$requirements"
   if [ -n "${CI:-}" ]; then
     exit 1
   fi

@@ -1,15 +1,15 @@
 # cmake -DSOURCE_DIR=… -DPROGRAM=<rivid_identify> -DOUTPUT=<folder> -P check_readme.cmake
 #
-# README.md shows examples/01_identify.cpp as it is, and the table of the demo as it is printed.
+# docs/api.md shows examples/01_identify.cpp as it is, docs/first_steps.md the table of the demo as it is printed, and README.md lines of
+# that table. The README has 120 lines at most.
 
 cmake_minimum_required(VERSION 3.25)
 
-file(READ ${SOURCE_DIR}/README.md readme)
-
+file(READ ${SOURCE_DIR}/docs/api.md api)
 file(READ ${SOURCE_DIR}/examples/01_identify.cpp example)
-string(FIND "${readme}" "```cpp\n${example}```" at)
+string(FIND "${api}" "```cpp\n${example}```" at)
 if(at EQUAL -1)
-  message(FATAL_ERROR "check_readme: README.md has no ```cpp block that is examples/01_identify.cpp to the letter")
+  message(FATAL_ERROR "check_readme: docs/api.md has no ```cpp block that is examples/01_identify.cpp to the letter")
 endif()
 
 execute_process(
@@ -17,9 +17,32 @@ execute_process(
   WORKING_DIRECTORY ${SOURCE_DIR}
   OUTPUT_VARIABLE table
   ERROR_QUIET COMMAND_ERROR_IS_FATAL ANY)
-string(FIND "${readme}" "${table}" at)
+file(READ ${SOURCE_DIR}/docs/first_steps.md page)
+string(FIND "${page}" "${table}" at)
 if(at EQUAL -1)
   message(NOTICE "${table}")
-  message(FATAL_ERROR "check_readme: README.md does not show the table above, which the demo prints")
+  message(FATAL_ERROR "check_readme: docs/first_steps.md does not show the table above, which the demo prints")
 endif()
-message(STATUS "check_readme: sample and table agree")
+
+# Brackets and semicolons mean something in a CMake list.
+file(READ ${SOURCE_DIR}/README.md readme)
+foreach(text IN ITEMS readme table)
+  string(REGEX REPLACE "[][;]" "_" ${text} "${${text}}")
+endforeach()
+string(REGEX MATCH "```text\n([^`]+)```" shown "${readme}")
+string(REGEX MATCHALL "[^\n]+" shown "${CMAKE_MATCH_1}")
+if(NOT shown)
+  message(FATAL_ERROR "check_readme: README.md shows no line of the table")
+endif()
+foreach(line IN LISTS shown)
+  string(FIND "\n${table}" "\n${line}\n" at)
+  if(at EQUAL -1)
+    message(FATAL_ERROR "check_readme: README.md shows a line that the demo does not print:\n${line}")
+  endif()
+endforeach()
+string(REGEX MATCHALL "\n" lines "${readme}")
+list(LENGTH lines count)
+if(count GREATER 120)
+  message(FATAL_ERROR "check_readme: README.md has ${count} lines, more than 120")
+endif()
+message(STATUS "check_readme: sample and tables agree")

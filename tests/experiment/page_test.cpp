@@ -1,4 +1,4 @@
-// Every example on docs/experiment.md, and that of the README, is an experiment file that can be read.
+// Every example on docs/experiment.md, and those of the README and of docs/instrumental.md, are experiment files that can be read.
 
 #include <gtest/gtest.h>
 
@@ -55,10 +55,15 @@ TEST_F(ExperimentPage, ShowsFilesThatCanBeRead) {
   }
 }
 
+TEST_F(ExperimentPage, OfInstrumentalVariablesCanBeRead) {
+  const std::vector<std::string> blocks = toml_blocks(test::content_of(RIVID_DOCS "/instrumental.md"));
+  ASSERT_EQ(blocks.size(), 1U);
+  expect_readable("[robot]\nurdf = \"my_robot.urdf\"\n" + blocks.front());
+}
+
 TEST_F(ExperimentPage, OfTheReadmeCanBeRead) {
   const std::vector<std::string> blocks = toml_blocks(test::content_of(RIVID_DOCS "/../README.md"));
-  ASSERT_EQ(blocks.size(), 2U);
-  expect_readable("[robot]\nurdf = \"my_robot.urdf\"\n" + blocks[1]);
+  ASSERT_EQ(blocks.size(), 1U);
   std::string text = blocks.front();
   const std::string tip = "tool0";
   text.replace(text.find(tip), tip.size(), "forearm");

@@ -1,0 +1,2 @@
+# Links among the pages of docs/ mean nothing to Doxygen: their text stays.
+s/\[([^][]*)\]\([^()]*\)/\1/g
