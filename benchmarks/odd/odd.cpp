@@ -71,7 +71,8 @@ int tool(int argc, char** argv) {
             {"--table", "", "Only prints the table of the records", &to.table_only},
             {"--codes", "", "Prints as well which warnings and findings each kind has", &to.codes},
             {"--threads", "N", "Experiments at a time", &to.threads, apps::thread_range}},
-       .footer = "docs/validation.md says what the columns mean, benchmarks/odd/kinds.cpp what the kinds are."},
+       .footer =
+           "docs/validation.md says what the columns mean, benchmarks/odd/kinds.cpp what the kinds are."},
       argc, argv, [&] { return run(to); });
 }
 
