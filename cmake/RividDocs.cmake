@@ -45,6 +45,7 @@ endif()
 add_custom_target(
   figures
   COMMAND ${RIVID_DOCS_FIGURES} --out ${PROJECT_SOURCE_DIR}/docs/figures --work ${PROJECT_BINARY_DIR}/figures_work
+          "$<$<BOOL:${RIVID_REAL_DATA}>:--data;${RIVID_REAL_DATA}>"
   COMMENT "Drawing the figures of the documentation"
-  VERBATIM)
+  COMMAND_EXPAND_LISTS VERBATIM)
 add_dependencies(figures rivid_excite rivid_identify rivid_montecarlo rivid_simulate)

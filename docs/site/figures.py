@@ -4,7 +4,7 @@
 
 Each figure is a function: it runs the built tools, reads their JSON and CSV, and draws. Torques are those of the C headers that
 rivid_identify writes, compiled by `cc`. --quick makes fewer simulations, for the test. report.png is a screenshot; it is left out
-where no Chromium is.
+where no Chromium is, and guide.png without the logs of --data.
 """
 
 from __future__ import annotations
@@ -73,20 +73,32 @@ class Model:
 
 
 class Log:
-    """A CSV log; motion and torques averaged over a Hann window, as rows are."""
+    """A CSV log; motion and torques averaged over a Hann window, as rows are.
 
-    def __init__(self, path: Path, window: int) -> None:
+    With drive gains the torques are currents `i1` … times these, resampled at 100 Hz; else control signals `v1` … of a sampled
+    controller.
+    """
+
+    def __init__(self, path: Path, window: int, gains: list[float] | None = None) -> None:
         table = np.genfromtxt(path, delimiter=",", names=True)
-        self.joints = sum(name.startswith("qref") for name in table.dtype.names)
-        self._columns = {name: np.column_stack([table[f"{name}{j + 1}"] for j in range(self.joints)]) for name in ("q", "v", "qref")}
+        joints = sum(re.fullmatch(r"q\d+", name) is not None for name in table.dtype.names)
+        names = ("q", "v", "qref") if gains is None else ("q", "i")
+        self._columns = {name: np.column_stack([table[f"{name}{j + 1}"] for j in range(joints)]) for name in names}
         weights = np.hanning(window + 2)[1:-1]
         self._weights = weights / weights.sum()
         self.t_all = table["t"]
+        if gains is not None:
+            self.t_all = np.arange(table["t"][0], table["t"][-1], 0.01)
+            for name, series in self._columns.items():
+                self._columns[name] = np.column_stack([np.interp(self.t_all, table["t"], column) for column in series.T])
+            tau = self._columns["i"] * gains
+        else:
+            # The control signal acts from its sample to the next, so that it is centred half a sample later.
+            held = self._columns["v"]
+            tau = np.vstack([held[:1], (held[:-1] + held[1:]) / 2])
         border = window // 2
         self.t = self.t_all[border : len(self.t_all) - border]
-        # The control signal acts from its sample to the next, so that it is centred half a sample later.
-        held = self._columns["v"]
-        self.tau = self.averaged(np.vstack([held[:1], (held[:-1] + held[1:]) / 2]))
+        self.tau = self.averaged(tau)
         self.q = self.averaged(self._columns["q"])
         self.qd = np.gradient(self.q, self.t, axis=0)
         self.qdd = np.gradient(self.qd, self.t, axis=0)
@@ -112,8 +124,9 @@ class Fit:
 class Workshop:
     """Folder to work in, the tools, and the logs and results that several figures share."""
 
-    def __init__(self, tools: Path, work: Path, out: Path, quick: bool) -> None:
+    def __init__(self, tools: Path, work: Path, out: Path, quick: bool, data: Path | None = None) -> None:
         self.tools, self.work, self.out, self.quick = tools.resolve(), work.resolve(), out.resolve(), quick
+        self.data = data.resolve() if data else None
         self._results: dict[tuple[str, ...], dict[str, Any]] = {}
 
     def run(self, tool: str, *arguments: object, statuses: tuple[int, ...] = (0,)) -> str:
@@ -184,9 +197,10 @@ def parameter(document: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def friction_band(fit: Fit, joint: int, qd: Array) -> tuple[Array, Array]:
-    """Fv q̇ + Fc sign q̇ of the estimate and half its 95 % interval."""
-    at = [fit.names.index(f"{kind}{joint + 1}") for kind in ("Fv", "Fc")]
-    columns = np.column_stack([qd, np.sign(qd)])
+    """Fv q̇ + Fc sign q̇ + off of the estimate, as far as it has them, and half its 95 % interval."""
+    kinds = [(kind, column) for kind, column in (("Fv", qd), ("Fc", np.sign(qd)), ("off", np.ones_like(qd))) if f"{kind}{joint + 1}" in fit.parameters]
+    at = [fit.names.index(f"{kind}{joint + 1}") for kind, _ in kinds]
+    columns = np.column_stack([column for _, column in kinds])
     variance = np.einsum("ki,ij,kj->k", columns, fit.covariance[np.ix_(at, at)], columns)
     return columns @ fit.chi[at], fit.document["covariance"]["quantile_975"] * np.sqrt(variance)
 
@@ -634,6 +648,51 @@ def gallery(shop: Workshop) -> None:
 
 
 @figure
+def friction_laws(shop: Workshop) -> None:
+    """The friction laws of experiment files, as curves."""
+    qd = np.concatenate([np.linspace(-1, -1e-4, 200), [0], np.linspace(1e-4, 1, 200)])
+    sign = np.sign(qd)
+    curves = {
+        "coulomb": 0.6 * qd + 0.5 * sign,
+        "symmetric": 0.6 * qd + 0.5 * sign + 0.15,
+        "asymmetric": np.where(qd > 0, 0.4 * qd + 0.4, 0.8 * qd - 0.6) * np.abs(sign),
+        "root": 0.2 * qd + 0.6 * np.sqrt(np.abs(qd)) * sign + 0.3 * sign,
+    }
+    _, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), sharey=True, layout="constrained")
+    for name, torque in curves.items():
+        left.plot(qd, torque, label=f'"{name}"')
+    for load, style in ((0.0, "-"), (2.0, "--"), (5.0, ":")):
+        right.plot(qd, 0.6 * qd + (0.3 + 0.08 * load) * sign, style, color=MODEL, label=f"load torque {load:g} N·m")
+    left.set(ylabel="friction torque [N·m]", title="Laws of the velocity")
+    right.set(title='"load": Fl = 0.08')
+    for axis in (left, right):
+        axis.set_xlabel("joint velocity [rad/s]")
+        axis.legend(loc="upper left")
+    shop.save("friction_laws")
+
+
+@figure
+def guide(shop: Workshop) -> None:
+    """Torque and friction of the UR10e of docs/guide.md; its logs are not in the repository."""
+    if shop.data is None or not (shop.data / "ur10e/ur10e.urdf").exists():
+        print("figures: skipped guide: no logs of the UR10e")
+        return
+    if not (shop.work / "ur10e").exists():
+        (shop.work / "ur10e").symlink_to(shop.data / "ur10e")
+    first, more = re.findall(r"^```toml\n(.*?)^```", (ROOT / "docs/guide.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    (shop.work / "ur10e.toml").write_text(first.replace("\n[signal]", f"{more}\n[signal]"), encoding="utf-8")
+    fit = shop.fit("ur10e", Path("ur10e.toml"))
+    gains = [joint["drive_gain"] for joint in fit.document["robot"]["joints"]]
+    log = Log(shop.work / "ur10e/unload_14harm.csv", 15, gains)
+    _, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(3, 2), layout="constrained")
+    draw_fit(left, fit, log, 2)
+    left.set(xlim=(5, 25), title="UR10e, elbow: a log that was not used in the fit")
+    draw_friction(right, fit, log, 2)
+    right.set_title("UR10e, friction of the elbow")
+    shop.save("guide")
+
+
+@figure
 def report(shop: Workshop) -> None:
     """The first screen of report.html."""
     shop.arm_log()
@@ -654,6 +713,7 @@ def main() -> int:
     parser.add_argument("--tools", type=Path, required=True, help="folder of the built tools")
     parser.add_argument("--out", type=Path, required=True, help="folder for the figures")
     parser.add_argument("--work", type=Path, help="folder for logs and results; default: work beside the figures")
+    parser.add_argument("--data", type=Path, help="folder with the logs of real robots")
     parser.add_argument("--quick", action="store_true", help="fewer simulations")
     parser.add_argument("--only", nargs="*", default=[], choices=list(FIGURES), help="these figures alone")
     given = parser.parse_args()
@@ -662,7 +722,7 @@ def main() -> int:
         folder.mkdir(parents=True, exist_ok=True)
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
                          "legend.frameon": False, "lines.linewidth": 1.2})
-    shop = Workshop(given.tools, work, given.out, given.quick)
+    shop = Workshop(given.tools, work, given.out, given.quick, given.data)
     for name in given.only or FIGURES:
         FIGURES[name](shop)
         print(f"figures: {name}", flush=True)
