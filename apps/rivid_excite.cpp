@@ -44,8 +44,8 @@ Command command_of(Arguments& to) {
   return {
       .name = "rivid_excite",
       .description =
-          "Designs the motion that tells most of a robot's parameters, and foretells how well each will be "
-          "known.",
+          "Designs an exciting trajectory for a robot, and forecasts the standard deviation of each "
+          "parameter.",
       .arguments = {{.name = "experiment",
                      .value = "EXPERIMENT.toml",
                      .text = "Experiment file (TOML): robot, excitation",
@@ -63,18 +63,18 @@ Command command_of(Arguments& to) {
                     {"--output", "DIR", "Folder for the files; default: EXPERIMENT_excitation", &to.output},
                     {"--json", "", "Print plan.json", &to.json},
                     {"--quiet", "", "Print nothing but errors", &to.quiet},
-                    {"--dry-run", "", "Read and check everything, tell what would be done, write nothing",
+                    {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
                      &to.dry_run}},
       .footer =
           "Ctrl-C ends the search and keeps the best motion so far.\n"
-          "\"rivid_excite forecast EXPERIMENT.toml MOTION.csv\" foretells the same for a motion that is "
+          "\"rivid_excite forecast EXPERIMENT.toml MOTION.csv\" forecasts the same for a motion that is "
           "there already.\n" +
           exit_codes + "The keys of an experiment file are listed in docs/experiment.md."};
 }
 
 Command forecast_command(Arguments& to) {
   return {.name = "rivid_excite forecast",
-          .description = "Foretells how well each parameter will be known from a motion.",
+          .description = "Forecasts the standard deviation of each parameter from a motion.",
           .arguments = {{.name = "experiment",
                          .value = "EXPERIMENT.toml",
                          .text = "Experiment file (TOML): robot, excitation",

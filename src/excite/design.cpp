@@ -24,7 +24,7 @@ using detail::Problem;
 using detail::Task;
 
 // Soft maxima are above the maximum by log(200) / 300 = 1.8 % of half the range at most; near the end the sharper ones,
-// shifted to what the dense grid tells, by nothing.
+// shifted to what the dense grid shows, by nothing.
 constexpr double first_rho = 300.0;
 constexpr double last_rho = 1000.0;
 constexpr int polishings = 3;
@@ -61,7 +61,7 @@ std::string excess_in_words(const Task& task, Index limit, double value) {
          " where it may be " + number(side.side * side.edge, 4);
 }
 
-// The state that other motions pass through, for the torques that are foretold along them.
+// The state that other motions pass through, for the torques that are predicted along them.
 Matrix torque_weight(const Task& task, double duration, int harmonics, std::uint64_t seed) {
   constexpr Index states = 1000;
   std::mt19937_64 random(seed);
@@ -250,7 +250,7 @@ Vector Designer::random_motion(Problem& problem, const Vector& rest, std::mt1993
 
 detail::MmaResult Designer::improved(Problem& problem, const Vector& z, int evaluations,
                                      std::string_view stage) {
-  // Differences of the objective below 1 % of a standard deviation of all parameters matter to nobody.
+  // Differences of the objective below 1 % of a standard deviation of all parameters do not matter.
   const double tolerance = 2e-3;
   return detail::minimised(
       [&](const Vector& at, Vector& gradient, Matrix& jacobian) -> detail::MmaValue {

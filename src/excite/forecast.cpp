@@ -37,7 +37,7 @@ Vector noise_of(std::string_view who, const Robot& robot, const ExcitationOption
   }
   findings.push_back(
       Finding{"noise_assumed", robot.name,
-              "torque errors are taken for 1 % of the torque limits; foretold standard deviations "
+              "torque errors are taken for 1 % of the torque limits; forecast standard deviations "
               "are in proportion to them"});
   return out;
 }

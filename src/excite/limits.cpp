@@ -87,7 +87,7 @@ void bound_torques(const Robot& robot, const MotionLimits& limits, MotionBounds&
     out.torque.setConstant(no_limit);
     out.findings.push_back(
         Finding{"no_torque_model", robot.name,
-                "the links have no a-priori masses, so torques can not be foretold and are not "
+                "the links have no a-priori masses, so torques can not be predicted and are not "
                 "limited"});
   }
 }

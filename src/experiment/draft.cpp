@@ -49,7 +49,7 @@ std::string toml_strings(std::span<const std::string> items) {
   return "[" + out + "]";
 }
 
-// The clock of a log.
+// Sampling of a log.
 struct Clock {
   std::string unit = "s";
   bool guessed = false;  // by its steps
@@ -154,7 +154,7 @@ void write_log(Writer& out, const detail::RecognisedLog& columns, const std::vec
   if (clock) {
     out.key("time", toml_string(columns.time.columns.front()), clock->summary);
     if (!clock->regular) {
-      out.key("irregular", toml_string("resample"), "onto a uniform clock");
+      out.key("irregular", toml_string("resample"), "at a uniform sampling rate");
     }
   } else {
     out.comment("time = \"…\"   # or rate_hz = 1000, where there is no column of time stamps");
@@ -282,7 +282,7 @@ std::string text_of(const Parts& found, const Path& file) {
   }
   Writer out;
   out.comment("Look it over, then");
-  out.comment("  rivid_identify check " + name + "      what is wrong with it, and what the log can tell");
+  out.comment("  rivid_identify check " + name + "      faults, and identifiability of the parameters");
   out.comment("  rivid_identify " + name + " --report   the parameters");
   out.comment("docs/experiment.md lists every key.");
   out.line();

@@ -14,7 +14,7 @@ namespace detail {
 
 namespace {
 
-// A law as its keys tell it. What is wrong with it is told when all keys are known: a mistyped one comes first.
+// A law by its keys. Its faults are reported when all keys are known: a mistyped one comes first.
 template <typename Law>
 std::optional<std::string> read_law(TomlReader& keys, const Robot& robot, ControlLoop& out) {
   Law law;

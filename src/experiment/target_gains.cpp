@@ -75,7 +75,7 @@ std::optional<TargetGains> target_gains(const std::filesystem::path& log, std::s
     const Vector current = table.col(j)(moving);
     Matrix A(speed.size(), 4);
     A << Vector(table.col(joints + j)(moving)), speed, speed.cwiseSign(), Vector::Ones(speed.size());
-    // A joint without any load tells no slope.
+    // A joint without any load has no slope.
     const Vector x = minimum_norm_solution(A, current, 1e-9);
     const double error = (current - A * x).norm() / current.norm();
     if (!(x[0] > 0.0) || !(error < most_error)) {

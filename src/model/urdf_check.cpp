@@ -161,7 +161,7 @@ class Checker {
       refuse_body(node, who + ": its inertia is not positive semidefinite: principal moments " + principal,
                   counts);
     } else if (counts && moments[0] + moments[1] < moments[2] * (1.0 - inertia_tolerance)) {
-      warn(node, who + ": no body has its inertia: of the principal moments " + principal +
+      warn(node, who + ": its inertia is physically inconsistent: of the principal moments " + principal +
                      " the largest must not exceed the sum of the others");
     }
   }

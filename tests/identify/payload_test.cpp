@@ -178,7 +178,7 @@ TEST(Payload, IsAPointWhereItsInertiaIsNotSeen) {
   ASSERT_TRUE(found.identified);
   EXPECT_EQ(found.model, PayloadModel::point);
   EXPECT_EQ(found.values.size(), 4U);
-  EXPECT_TRUE(test::says(found.reason, "mass and centre of mass are told alone"));
+  EXPECT_TRUE(test::says(found.reason, "only mass and centre of mass are reported"));
   EXPECT_LE(found.values[0].interval_95[0], 1.0);
   EXPECT_GE(found.values[0].interval_95[1], 1.0);
 }

@@ -248,7 +248,7 @@ TEST(PhysicalModel, IsWhatAWarningOfWeakExcitationAsksFor) {
   const auto warnings_of_weakness = [&](const Identification& found) {
     return std::ranges::count_if(found.warnings, [](const Finding& warning) {
       return warning.code == "weak_excitation" &&
-             warning.text.find("the data can hardly tell apart") != std::string::npos;
+             warning.text.find("the data hardly distinguish") != std::string::npos;
     });
   };
   Estimation method{.method = Ols{}, .signal = test::ScaraStudy::filtered()};

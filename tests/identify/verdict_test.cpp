@@ -98,7 +98,7 @@ TEST(Verdict, NamesTheJointThatHardlyMoves) {
 TEST(Verdict, NamesTheParameterThatAnotherIsHardToTellFrom) {
   const Identification result = identified(scara_log(0.05, 1));
   const std::string& advice = named(result, "MX2").advice;
-  EXPECT_NE(advice.find("hard to tell from ZZ2"), std::string::npos) << advice;
+  EXPECT_NE(advice.find("hard to distinguish from ZZ2"), std::string::npos) << advice;
   EXPECT_NE(advice.find("while joint_2 (which hardly moves) moves"), std::string::npos) << advice;
 }
 

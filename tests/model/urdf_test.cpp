@@ -350,10 +350,10 @@ TEST(ReadUrdf, WarnsOfAnImpossibleBodyThatDoesNotMoveWithTheChain) {
 }
 
 TEST(ReadUrdf, WarnsOfAnInertiaThatBreaksTheTriangleInequality) {
-  EXPECT_EQ(
-      warnings(arm_with("iyy=\"0.1\"", "iyy=\"0.3\"")),
-      Strings{"arm.urdf:13: link \"lower\": no body has its inertia: of the principal moments 0.1, 0.1, 0.3 "
-              "kg·m² the largest must not exceed the sum of the others"});
+  EXPECT_EQ(warnings(arm_with("iyy=\"0.1\"", "iyy=\"0.3\"")),
+            Strings{"arm.urdf:13: link \"lower\": its inertia is physically inconsistent: of the principal "
+                    "moments 0.1, 0.1, 0.3 "
+                    "kg·m² the largest must not exceed the sum of the others"});
 }
 
 TEST(ReadUrdf, RefusesAnAxisThatIsNone) {

@@ -73,10 +73,9 @@ TEST(OddJudgement, WhatIsSmallAmongItsLikeIsNotMaterial) {
 TEST(OddJudgement, AWarningOrAWeakVerdictIsAWord) {
   Example example;
   example.set(0, 2.5);
-  example.result.warnings = {
-      Finding{.code = "weak_excitation", .text = "can hardly tell apart ZZ12 and MX1"}};
+  example.result.warnings = {Finding{.code = "weak_excitation", .text = "hardly distinguish ZZ12 and MX1"}};
   EXPECT_EQ(example.judgement().outcome, Outcome::wrong);  // of another parameter
-  example.result.warnings[0].text = "can hardly tell apart ZZ1 and MX1";
+  example.result.warnings[0].text = "hardly distinguish ZZ1 and MX1";
   EXPECT_EQ(example.judgement().outcome, Outcome::warned);
   example.result.warnings = {Finding{.code = "torque_lag"}};
   EXPECT_EQ(example.judgement().outcome, Outcome::warned);

@@ -80,7 +80,7 @@ Matrix products(const ProbedRows& rows, const Matrix& E) {
   return out;
 }
 
-// The directions of some columns that are told apart from the parameters and from each other; orthonormal combinations of the
+// The directions of some columns that are distinguishable from the parameters and from each other; orthonormal combinations of the
 // columns, (columns × k).
 //
 // gram  of what of the columns no parameter reaches

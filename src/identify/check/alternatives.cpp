@@ -17,7 +17,7 @@ constexpr Index wanted_blocks = 20;
 // Instants of all logs that are compared.
 constexpr Index most_instants = 400;
 constexpr Index rows_of_a_column = 3;
-// Of lengths [m], angles [rad] and the clock, for differences.
+// Of lengths [m], angles [rad] and the sampling rate, for differences.
 constexpr double small_step = 1e-5;
 // Joints as far apart as the motors of wrists turn together.
 constexpr Index coupled_reach = 2;
@@ -30,7 +30,7 @@ bool is_revolute(const Robot& robot, Index j) {
 
 std::string joint_of(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
 
-// Torques that the same parameters make in another robot or of another motion, less those of the ones told.
+// Torques that the same parameters make in another robot or of another motion, less those of the experiment's.
 class Effects {
  public:
   Effects(const Robot& robot, const BaseParameters& base, const ProbedRows& rows)

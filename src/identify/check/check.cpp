@@ -236,7 +236,7 @@ std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, st
   if (logs.empty()) {
     throw InputError("check: no log is given");
   }
-  // What is told here of signals and sizes, simpler friction tells as well.
+  // Findings about signals and sizes do not need another friction law.
   const Robot robot = without_load(its_robot);
   if (const auto complaint = robot.complaint()) {
     throw InputError("check: " + *complaint);
@@ -254,7 +254,7 @@ std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, st
     }
     detail::check_encoders(robot, logs, log, out);
   }
-  // What an identification would come to; where it is refused, robot and logs are looked at all the same.
+  // What an identification would come to; where it is refused, robot and logs are checked nevertheless.
   Identification quick;
   CheckOptions options = asked;
   try {

@@ -29,11 +29,11 @@ constexpr double grave_of_largest = 0.02;
 // Part of the sum of squares by which a fault is believed enough to refuse a result.
 constexpr double convincing_part = 0.4;
 // An alternative with fewer parameters is preferred where it explains this part of what another one does; and one that does not win
-// is told.
+// is reported.
 constexpr double simpler_part = 0.9;
 constexpr double rival_part = 0.7;
 constexpr std::size_t most_told = 5;
-// Torques that are late by fewer samples were sampled or filtered otherwise than told, but belong to the motion.
+// Torques that are late by fewer samples were sampled or filtered otherwise than the experiment says, but belong to the motion.
 constexpr double least_delay = 2.0;
 // Alternatives that are taken, one after the other.
 constexpr int most_rounds = 3;
@@ -44,7 +44,7 @@ constexpr std::array faults = {"torque_gain",  "zero_offset",  "gravity_tilt", "
 // Alternatives that exist with positive coefficients alone.
 constexpr std::array positive = {"load_friction", "stribeck_friction", "joint_elasticity"};
 
-// Words of an alternative and what would mend it.
+// Words of an alternative and its cure.
 struct Words {
   std::string what;
   std::string cure;
@@ -77,8 +77,9 @@ Words words_of(const Robot& robot, const Alternative& alternative, const Alterna
             "[robot] gravity = " + gravity_vector(tilted_gravity(robot, test.estimate))};
   }
   if (alternative.code == "clock_rate") {
-    return {"the clock of the log looks wrong by " + plus_minus(100.0 * value, 100.0 * sigma, 2) + " %",
-            "multiply [log] rate_hz by " + number(1.0 + value, 4) + ", or mend the time stamps"};
+    return {
+        "the sampling rate of the log looks wrong by " + plus_minus(100.0 * value, 100.0 * sigma, 2) + " %",
+        "multiply [log] rate_hz by " + number(1.0 + value, 4) + ", or correct the time stamps"};
   }
   if (alternative.code == "torque_delay") {
     return {"torques look " + plus_minus(1e3 * std::abs(value), 1e3 * sigma, 2) + " ms " +

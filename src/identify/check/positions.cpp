@@ -75,7 +75,7 @@ Index window_stride(const SignalOptions& signal) {
 }
 
 constexpr double alike = Likeness::alike;
-// Motions that are so many times their references are told in other units: degrees, millimetres. Slow control and resonances make other
+// Motions that are so many times their references are in other units: degrees, millimetres. Slow control and resonances make other
 // factors.
 constexpr std::array unit_factors = {180.0 / std::numbers::pi, std::numbers::pi / 180.0, 1000.0, 1e-3};
 constexpr double like_a_unit = 0.4;
@@ -83,7 +83,7 @@ constexpr double like_a_unit = 0.4;
 constexpr double longest_lead = 0.5;
 constexpr double longest_delay = 5.0;
 constexpr Index compared_samples = 600;
-// Correlation of a motion with the reference of another joint that tells them exchanged, and below which it has nothing to do with its own.
+// Correlation of a motion with the reference of another joint that shows them exchanged, and below which it has nothing to do with its own.
 constexpr double much_alike = 0.95;
 constexpr double unlike = 0.5;
 // A motion below this part of its reference follows none.

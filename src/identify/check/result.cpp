@@ -17,7 +17,7 @@ constexpr double beyond_doubt = 3.0;
 // A residual of a joint on another log that is so many times the expected one contradicts the fit.
 constexpr double much_worse = 2.0;
 
-// Rows for each parameter that deviations can be told from.
+// Rows for each parameter from which deviations can be estimated.
 constexpr Index least_rows = 2;
 
 std::string value_of(const ParameterEstimate& p) {

@@ -1,4 +1,4 @@
-// What a log tells by itself, joint by joint, without a model of the robot.
+// Findings about a log by itself, joint by joint, without a model of the robot.
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ constexpr double slow = 0.01;
 constexpr double notable_standstill = 0.3;
 // Positions may leave the limits of the URDF by this part of their span.
 constexpr double beyond_limits = 0.1;
-// Without limits: a joint that turns more often than this is told in degrees, and a slide is not longer than that.
+// Without limits: a joint that turns more often than this is in degrees, and a slide is not longer than that.
 constexpr double most_turns = 8.0 * 2.0 * std::numbers::pi;
 constexpr double longest_slide = 20.0;  // [m]
 // Largest motion of any joint that makes degrees out of radians likely [rad].
@@ -281,7 +281,7 @@ void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings
   if (!(share > common) || !(neighbours < rough)) {
     return;
   }
-  // Fourth differences of the errors of the instants, in periods, where the robot moves fast enough to tell.
+  // Fourth differences of the errors of the instants, in periods, where the robot moves fast enough to see them.
   const double fast = weights.mean();
   double squares = 0.0;
   double count = 0.0;

@@ -16,7 +16,7 @@ namespace rivid::detail {
 
 namespace {
 
-// Sizes that differ from the a-priori ones by such factors are another unit, or another clock.
+// Sizes that differ from the a-priori ones by such factors are another unit, or another sampling rate.
 constexpr double wrong_unit = 8.0;
 constexpr double wrong_clock = 20.0;  // of inertia against gravity: the square of the clock's factor
 // Part of the torques that gravity, or inertia, must make up to be compared.
@@ -170,9 +170,10 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
     if (torque > 0.0 && off_by(torque, wrong_unit)) {
       out.add("torque_unit", all,
               "torques ask for " + number(torque, 2) + " times the a-priori " +
-                  (by_gravity       ? "masses"
-                   : timeless > 0.0 ? "dry friction"
-                                    : "inertias; or the clock is wrong by " + number(std::sqrt(torque), 2)));
+                  (by_gravity ? "masses"
+                   : timeless > 0.0
+                       ? "dry friction"
+                       : "inertias; or the sampling rate is wrong by " + number(std::sqrt(torque), 2)));
     }
     if (timeless > 0.0 && found.inertia > 0.0 && off_by(found.inertia / timeless, wrong_clock)) {
       const double clock = std::sqrt(found.inertia / timeless);

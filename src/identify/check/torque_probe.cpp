@@ -22,13 +22,13 @@ namespace {
 
 // Samples of all logs that the model is compared with.
 constexpr Index probe_samples = 1600;
-// A joint with fewer rows of motion than its columns times this tells nothing.
+// A joint with fewer rows of motion than its columns times this is not tested.
 constexpr Index rows_per_column = 3;
 // Samples at each end of a piece of log that its differences and averages spoil.
 constexpr Index settled = 2;
 // Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so few of them.
 constexpr double little_noise = 0.01;
-constexpr Index noise_samples = 2000;  // in the middle of a log, that tell of its noise
+constexpr Index noise_samples = 2000;  // in the middle of a log, for its noise
 constexpr Index least_windows = 40;
 // Of the instants one in so many serves for a first look.
 constexpr Index some_step = 4;

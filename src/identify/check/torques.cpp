@@ -15,7 +15,7 @@ namespace rivid::detail {
 namespace {
 
 // Squared part of a joint's torque that the model leaves: from here on something is looked for, and from there on it is
-// told even where nothing is found.
+// reported even where nothing is found.
 constexpr double suspicious = 0.003;
 constexpr double hopeless = 0.5;
 // Mean over the joints from which on a model is none.
@@ -178,7 +178,7 @@ bool only_torques(std::string_view code) {
   return code == "torque_sign" || code == "torque_order" || code == "torque_unit";
 }
 
-// Signs of a torque and of its position are hard to tell apart where a joint hardly feels the others.
+// Signs of a torque and of its position are hard to distinguish where a joint hardly feels the others.
 std::string rival(const TorqueProbe& probe, const Change& best, const ProbeScore& score,
                   const Reading& before) {
   constexpr double nearly_as_well = 1.5;
@@ -266,7 +266,7 @@ Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
       break;
     }
     const Change& change = best->change;
-    // A unit is told once, even where single joints were seen to leave their limits.
+    // A unit is reported once, even where single joints were seen to leave their limits.
     const bool told =
         change.code == "position_unit" ? out.has(change.code) : out.has(change.code, change.subject);
     if (!told) {
@@ -322,7 +322,7 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
   if (std::abs(static_cast<double>(found.samples)) < least_delay_samples) {
     return;
   }
-  // Where the torques are explained well all the same, a delay changes little.
+  // Where the torques are explained well nevertheless, a delay changes little.
   const bool harms = now > harmless_delay || found.left < harmful_gain * now;
   const std::string samples = counted(std::abs(found.samples), "sample");
   const bool behind = found.samples > 0;

@@ -28,11 +28,11 @@ constexpr double most_disturbance = 0.5;
 constexpr double kept_motion = 0.9;
 // Rows slower than this part of a joint's rms velocity are left out.
 constexpr double slow_part = 0.05;
-// Rows for each parameter that a window leaves at least; and those below which residuals tell too little of the errors
+// Rows for each parameter that a window leaves at least; and those below which residuals say too little about the errors
 // to be worth less noise.
 constexpr double fewest_rows = 4.0;
 constexpr double enough_rows = 15.0;
-// Rounds of a window and the fit that tells the next one.
+// Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
 // Samples that a window is chosen by: of longer logs a part stands for all.
 constexpr Index most_samples = 30000;

@@ -20,7 +20,7 @@ namespace rivid::detail {
 
 namespace {
 
-// Stretch of the log that its first position and velocity are told from [s], and the samples it takes at least.
+// Stretch of the log from which its first position and velocity are estimated [s], and the samples it takes at least.
 constexpr double start_stretch = 0.05;
 constexpr Index fewest_samples = 7;
 
@@ -42,7 +42,7 @@ Matrix filtered(const Log& log, double cutoff_hz, const SignalOptions& signal) {
   return cutoff_hz > 0.0 ? zero_phase(log.q, log.f_m, cutoff_hz, signal.order, signal.convention) : log.q;
 }
 
-// The clock of the simulation: from zero, by the rate of the log. Its own stamps may be those of an epoch.
+// Time of the simulation: from zero, at the sampling rate of the log, whose own time stamps may begin at an epoch.
 Vector instants(const Log& log) {
   return Vector::NullaryExpr(log.samples(), [&](Index k) { return static_cast<double>(k) / log.f_m; });
 }
@@ -83,7 +83,7 @@ void add(SimulationEffort& to, const SimulationEffort& effort) {
   to.seconds += effort.seconds;
 }
 
-// Position error [rad | m] that a law's stiffness is told from: too small to saturate it.
+// Position error [rad | m] from which a law's stiffness is computed: too small to saturate it.
 constexpr double dead_band_probe = 1e-6;
 // A joint that moves in a smaller part of the samples counts as locked.
 constexpr double locked_part = 0.05;
@@ -148,7 +148,7 @@ void make_dissipative(const BaseParameters& base, const Vector& mean_speed, cons
         *c += *v * mean_speed[joint];
         *v = 0.0;
       }
-      // Asymmetric friction may be shifted by an offset: its mean tells whether it brakes.
+      // Asymmetric friction may be shifted by an offset: its mean decides whether it dissipates.
       const double* const other = find(Basis::sign, opposite(direction), joint);
       if (*c < 0.0 && (other == nullptr || *c + *other < 0.0)) {
         *v += mean_square[joint] > 0.0 ? *c * mean_speed[joint] / mean_square[joint] : 0.0;

@@ -17,7 +17,7 @@ std::string who(const EstimationProblem& problem) {
   return "identify(" + std::string(title(problem.estimation.method)) + ")";
 }
 
-// throws InputError for a log whose time can not be told
+// throws InputError for a log without a sampling rate
 SignalOptions without_transient(const Log& log, SignalOptions signal, double transient) {
   if (const auto fault = log.complaint()) {
     throw InputError(*fault);
@@ -119,7 +119,7 @@ void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermine
   for (const std::vector<Index>& set : undetermined) {
     out.reasons.push_back("rank " + std::to_string(rank) + " of " + std::to_string(out.base.size()) + ": " +
                           joined(out.base, set) +
-                          (set.size() == 1 ? " is not excited by " : " can not be told apart by ") + what);
+                          (set.size() == 1 ? " is not excited by " : " can not be distinguished by ") + what);
   }
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int most_rounds = 10;
 
-// The noise models that the residual of `chi` tells, one a joint.
+// The noise models of the residual of `chi`, one a joint.
 std::vector<NoiseModel> noise_models(const EstimationProblem& problem, const IvSolver& solver,
                                      const Vector& chi) {
   const std::vector<RowGroup>& joints = problem.data.groups;
@@ -69,7 +69,7 @@ void prefilter(const EstimationProblem& problem, IvSolver& solver, Identificatio
                         counted(most_rounds, "round") + " of the prefilter");
 }
 
-// The estimate of weighted rows with the statistics of an M-estimate, which plain rows tell.
+// The estimate of weighted rows with the statistics of an M-estimate, which come from plain rows.
 Estimate with_statistics(const EstimationProblem& problem, Estimate estimate, const Reweighting& reweighting,
                          const std::vector<InstrumentalGroup>& plain) {
   const Index b = problem.base.size();

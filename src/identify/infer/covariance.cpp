@@ -203,7 +203,7 @@ HausmanTest hausman_test(const BaseParameters& base, const Vector& shift, std::s
   }
   const auto instants = static_cast<double>(intervals(influence));
   const Matrix D = long_run_covariance(influence, lag_of(influence, interval, options));
-  // Directions in which both estimates agree by construction tell nothing.
+  // Directions in which both estimates agree by construction carry no information.
   constexpr double least = 1e-10;
   const SymmetricEigen eigen = symmetric_eigen(D);
   const Vector along = eigen.vectors.transpose() * scale.cwiseProduct(shift);

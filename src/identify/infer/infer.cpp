@@ -19,7 +19,7 @@ double relative(double part, double whole) {
   return whole > 0.0 ? part / whole : std::numeric_limits<double>::quiet_NaN();
 }
 
-// A covariance, and what a second look at the rows tells beside it.
+// A covariance, and what a second pass over the rows adds to it.
 struct Statistics {
   Uncertainty uncertainty;
   std::optional<Diagnostics> diagnostics;

@@ -45,7 +45,7 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
   out.warnings.push_back(
       Finding{"weak_excitation",
               {},
-              "weak excitation: the data can hardly tell apart " + listed(names) + " (condition " +
+              "weak excitation: the data hardly distinguish " + listed(names) + " (condition " +
                   number(index, 3) + " with columns of unit length, severe above " + number(severe) +
                   "), so the model may not carry over to other motions; more exciting logs, or the "
                   "physically consistent parameters near the robot description, would settle them"});

@@ -10,7 +10,7 @@ namespace rivid::detail {
 
 namespace {
 
-// Intervals that a log is divided into at most: finer than any correlation that a covariance could still be told from,
+// Intervals that a log is divided into at most: finer than any correlation from which a covariance could still be estimated,
 // and little memory.
 constexpr double most_intervals = 2048.0;
 // Leverage that is corrected for at most: a row that determines a parameter alone has no residual to speak of.

@@ -140,8 +140,8 @@ std::string partner(const Identification& out, std::size_t i) {
     constexpr double at_most = 1.0 + 1e-6;
     if (k != row && std::abs(correlation) > most && std::abs(correlation) <= at_most) {
       most = std::abs(correlation);
-      text = "; hard to tell from " + out.parameters[static_cast<std::size_t>(k)].name + " (correlation " +
-             number(correlation, 2) + ")";
+      text = "; hard to distinguish from " + out.parameters[static_cast<std::size_t>(k)].name +
+             " (correlation " + number(correlation, 2) + ")";
     }
   }
   return text;

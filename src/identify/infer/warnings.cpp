@@ -125,7 +125,7 @@ void judge_instruments(Identification& out) {
               " (F = " + number(F[i], 3) + ")";
     }
   }
-  // A later iterate that lacks instruments altogether has told why already.
+  // A later iterate without instruments has reported the reason already.
   if (weak.empty() || out.status == Status::rank_deficient) {
     return;
   }

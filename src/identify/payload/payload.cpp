@@ -19,7 +19,7 @@ namespace {
 using detail::PayloadFit;
 using detail::PayloadLog;
 
-// An inertia is told where no principal moment's deviation exceeds this part of the largest moment.
+// An inertia is reported where no principal moment's deviation exceeds this part of the largest moment.
 constexpr double visible_inertia = 0.5;
 // A gain is identifiable where its interval is narrower than this part of it.
 constexpr double visible_gain = 0.3;
@@ -104,7 +104,7 @@ void fill_gains(const Robot& robot, const PayloadFit& fit, const detail::Uncerta
   }
 }
 
-// Why a body is none, or its inertia can not be seen; empty where it is told.
+// Why a body is none, or its inertia is not identifiable; empty where it is reported.
 std::string hidden_inertia(const Payload& body) {
   const Vector moments = detail::symmetric_eigenvalues(body.inertia);
   const double largest = body.inertia.diagonal().maxCoeff();
@@ -113,12 +113,13 @@ std::string hidden_inertia(const Payload& body) {
     worst = std::max(worst, body.values[k].sigma);
   }
   if (body.mass <= 0.0 || moments[0] <= 0.0 || moments[2] > moments[0] + moments[1]) {
-    return "no body has the inertia of the estimate, whose deviations are up to " + number(worst, 2) +
-           " kg·m²: the motion does not show it, mass and centre of mass are told alone";
+    return "the inertia of the estimate is physically inconsistent; its standard deviations are up to " +
+           number(worst, 2) +
+           " kg·m²: the motion does not show it, only mass and centre of mass are reported";
   }
   if (worst > visible_inertia * largest) {
     return "deviations of the inertia are up to " + number(worst, 2) + " kg·m² of " + number(largest, 2) +
-           ": the motion does not show it, mass and centre of mass are told alone";
+           ": the motion does not show it, only mass and centre of mass are reported";
   }
   return "";
 }
@@ -181,7 +182,7 @@ std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
            ", must have one, not negative, for each of the " + std::to_string(robot.size()) + " joints";
   }
   if (!mass && std::isinf(gain_sigma.minCoeff())) {
-    return "no gain is known and no mass: torques tell the ratios of all of them alone; give the mass of the "
+    return "no gain is known and no mass: torques determine only their ratios; give the mass of the "
            "payload, or "
            "what is known of one gain";
   }

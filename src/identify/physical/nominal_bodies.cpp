@@ -9,7 +9,7 @@ namespace rivid::detail {
 
 namespace {
 
-// Second moments below this part of the largest are no body's.
+// Second moments below this part of the largest count as physically inconsistent.
 constexpr double flat = 1e-4;
 // What they are raised to.
 constexpr double round_enough = 0.1;
@@ -72,7 +72,7 @@ Eigen::Vector3d half_way(const Chain& chain, std::size_t j) {
   return 0.5 * link_axes(chain.links[j]) * chain.links[j + 1].p;
 }
 
-// The body with its second moments raised where they are no body's; tells whether they were.
+// The body with its second moments raised where they are physically inconsistent; returns whether they were.
 bool mend(double radius, Eigen::Matrix4d& P) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread(P));
   Eigen::Vector3d moments = eigen.eigenvalues();

@@ -15,7 +15,7 @@ namespace {
 constexpr double outstanding = 4.0;
 constexpr double small_part = 0.01;
 // … to which a low-pass brings it, whose cut-off falls by this factor, but not below so many times the end of the motion's
-// spectrum: a velocity that is no longer that of the joint tells no direction.
+// spectrum: a velocity that is no longer that of the joint has no direction.
 // A stretch of motion goes further than so many standard deviations of the position: less is a joint that sticks.
 constexpr double least_travel = 12.0;
 constexpr double cutoff_step = 1.4;
@@ -24,7 +24,7 @@ constexpr double least_cutoff = 0.5;
 constexpr double least_velocity = 1e-3;
 // Two central differences in a row reach over two samples to each side.
 constexpr Index difference_reach = 2;
-// Part of the differences that tells the noise, the small ones: the others see reversals. And the mean square of a
+// Part of the differences that measures the noise, the small ones: the others contain reversals. And the mean square of a
 // Gaussian within the quantile of that part, in units of its variance.
 constexpr double quiet_part = 0.95;
 constexpr double quiet_square = 0.7588;
@@ -69,7 +69,7 @@ void mask_slow(const Vector& velocity, double threshold, double travel, Index re
 
 double rms(const Vector& v) { return std::sqrt(v.squaredNorm() / static_cast<double>(v.size())); }
 
-// A velocity that tells where a joint moves, and what of it may be noise.
+// A velocity from which follows where a joint moves, and its noise.
 struct MaskVelocity {
   Vector v;
   double sigma = 0.0;

@@ -15,10 +15,10 @@ namespace {
 constexpr double pi = std::numbers::pi;
 // Σ of the squared binomial coefficients of the fourth difference.
 constexpr double fourth_difference_power = 70.0;
-// An octave with fewer means tells nothing.
+// An octave with fewer means is ignored.
 constexpr std::size_t fewest_means = 24;
 // Power that rises by more than this factor from one octave to the next lower one is motion: that of the arm, or stiction and
-// vibration, which torques go along with.
+// vibration, which is in the torques as well.
 constexpr double clear_rise = 2.0;
 // Frequencies of a band, evenly over the logarithm.
 constexpr Index grid = 256;

@@ -74,7 +74,7 @@ std::vector<RowGroup> factored_in_stretches(const detail::RowSource& source, det
   return out;
 }
 
-// Sums of squares of a joint's rows, as far as they tell whether these can be used.
+// Sums of squares of a joint's rows, from which follows whether they can be used.
 struct Seen {
   Index rows = 0;
   bool finite = true;

@@ -33,7 +33,7 @@ Index best_order(const StreamingQr& lagged) {
 }  // namespace
 
 Autoregression autoregression(const StreamingQr& lagged, Index order) {
-  // So short stretches leave nothing to tell a model from.
+  // Stretches this short are not enough for a model.
   if (lagged.rows() <= lagged.columns()) {
     return {};
   }
