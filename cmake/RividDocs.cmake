@@ -4,8 +4,8 @@
 # The interpreter is RIVID_DOCS_PYTHON, else that of build/venv where install-packages.sh has made it, else the first in PATH.
 
 set(RIVID_DOCS_ABSENT "")
-if(NOT RIVID_BUILD_TESTS OR NOT RIVID_BUILD_APPS)
-  set(RIVID_DOCS_ABSENT "tests or tools are not built")
+if(NOT RIVID_BUILD_TESTS OR NOT RIVID_BUILD_APPS OR RIVID_SANITIZE)
+  set(RIVID_DOCS_ABSENT "tests or tools are not built, or by sanitizers")
   return()
 endif()
 if(NOT RIVID_DOCS_PYTHON AND EXISTS ${PROJECT_SOURCE_DIR}/build/venv/bin/python)
