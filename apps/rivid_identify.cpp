@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <iterator>
 #include <optional>
 #include <sstream>
 
@@ -15,7 +14,6 @@
 #include "rivid/text.hpp"
 #include "subcommands.hpp"
 #include "tool.hpp"
-#include "write_back.hpp"
 
 namespace {
 
@@ -36,11 +34,10 @@ struct Arguments {
   bool quiet = false;
   bool dry_run = false;
   bool report = false;
-  WriteBack write_back;
 };
 
 Command command_of(Arguments& to) {
-  Command out{
+  return {
       .name = "rivid_identify",
       .description = "Identifies the dynamic parameters of a robot from logs of its motion.",
       .arguments =
@@ -72,10 +69,12 @@ Command command_of(Arguments& to) {
           "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
           "rivid_identify check EXPERIMENT.toml looks for faults.\n"
           "rivid_identify payload EXPERIMENT.toml --loaded LOG.csv identifies a payload.\n"
+          "After it: rivid_identify validate RESULT LOG.csv judges it on another log, and\n"
+          "rivid_identify compare MODELS --log LOG.csv says which of several models predicts better.\n"
+          "rivid_identify export RESULT --to FORMAT writes a model for a simulator or a "
+          "controller.\n"
           "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status.\n"
           "The keys of an experiment file are listed in docs/experiment.md."};
-  std::ranges::move(arguments(to.write_back), std::back_inserter(out.arguments));
-  return out;
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
@@ -153,10 +152,6 @@ int identify_from(const Arguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const auto overrides = apply(arguments, experiment);
   experiment.estimation.threads = arguments.threads;
-  check(arguments.write_back, experiment);
-  if (!arguments.write_back.urdf.empty() && !experiment.estimation.physical) {
-    experiment.estimation.physical.emplace();  // a URDF describes bodies
-  }
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   const std::filesystem::path file = folder / "result.json";
   const std::filesystem::path report = folder / "report.html";
@@ -164,8 +159,7 @@ int identify_from(const Arguments& arguments) {
   if (arguments.report) {
     files.push_back({report, ".html"});
   }
-  std::ranges::copy(arguments.write_back.files(), std::back_inserter(files));
-  Outputs outputs = planned(experiment.inputs(), files, arguments.write_back.force);
+  Outputs outputs = planned(experiment.inputs(), files);
   if (arguments.dry_run) {
     std::ostringstream plan;
     print_plan(plan, experiment, files);
@@ -189,7 +183,6 @@ int identify_from(const Arguments& arguments) {
   if (arguments.report) {
     outputs.put(report, html_report(experiment.robot, result, predicted, provenance));
   }
-  const WrittenBack back = write_back(arguments.write_back, experiment, result, run_id(provenance), outputs);
   outputs.commit();
   if (!arguments.quiet) {
     std::ostringstream table;
@@ -206,14 +199,8 @@ int identify_from(const Arguments& arguments) {
     if (arguments.report) {
       std::cerr << "wrote " << report.string() << '\n';
     }
-    tell(back.warnings);
-    print(back.diff);
-    for (const std::filesystem::path& written : back.files) {
-      std::cerr << "wrote " << written.string() << '\n';
-    }
   }
-  std::cerr << back.refusal;
-  return back.refusal.empty() && result.status == Status::identified ? success : no_success;
+  return result.status == Status::identified ? success : no_success;
 }
 
 int tool(int argc, char** argv) {
@@ -221,11 +208,20 @@ int tool(int argc, char** argv) {
   if (first == "check") {
     return check_command(argc - 1, argv + 1);
   }
+  if (first == "compare") {
+    return compare_command(argc - 1, argv + 1);
+  }
   if (first == "explain") {
     return explain_command(argc - 1, argv + 1);
   }
+  if (first == "export") {
+    return export_command(argc - 1, argv + 1);
+  }
   if (first == "payload") {
     return payload_command(argc - 1, argv + 1);
+  }
+  if (first == "validate") {
+    return validate_command(argc - 1, argv + 1);
   }
   if (first == "init") {
     return init_command(argc - 1, argv + 1);

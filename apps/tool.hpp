@@ -87,7 +87,7 @@ void tell(const std::vector<Finding>& findings);
 /// A file that a tool will write, and the extension of such files.
 struct PlannedFile {
   std::filesystem::path path;
-  std::string_view extension;
+  std::string extension;
 };
 
 /// The outputs of a run, planned: see Outputs.

@@ -280,10 +280,19 @@ constexpr std::array codes = {
         "no_body", error, "The inertia of a link would be physically inconsistent.",
         "Its mass is not positive, or its principal moments of inertia violate the triangle inequality.",
         "Write the physically consistent parameters; --force writes the link nevertheless."},
-    DiagnosticCode{
-        "urdf_has_no_place", warning, "A URDF can not say some of what was identified.",
-        "It knows neither rotor inertias nor friction offsets, asymmetric friction or coupled motors.",
-        "Write them beside it with --sidecar, or read result.json."},
+    DiagnosticCode{"format_has_no_place", warning,
+                   "The format of an exported model, or the program that reads it, does not have some of "
+                   "what was identified.",
+                   "URDF and SDF have neither rotor inertias nor friction offsets, and URDF has no gravity; "
+                   "Drake has no dry friction; "
+                   "pinocchio.rnea() has no friction.",
+                   "Take another format, use the functions of the Python module that is written beside the "
+                   "model, or read "
+                   "result.json."},
+    DiagnosticCode{"meshes_elsewhere", warning,
+                   "An exported model names mesh files that are not where it says.",
+                   "The URDF names them relative to its own folder, and the model is written to another one.",
+                   "Write the model to the folder of the URDF, with --output."},
     DiagnosticCode{"lumped_links_scaled", warning,
                    "Links that are fixed to a moving one were made lighter in the URDF.",
                    "The identified sum is less than their masses in the URDF.",

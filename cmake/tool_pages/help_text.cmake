@@ -27,7 +27,7 @@ macro(plain variable)
   string(REPLACE "${stands_for_closing}" "]" ${variable} "${${variable}}")
 endmacro()
 
-# The words between the names of an option and its description: "FILE ... Needs: --write-urdf", "N:POSITIVE",
+# The words between the names of an option and its description: "FILE ... Needs: --other", "N:POSITIVE",
 # "mujoco|drake:{mujoco,drake}".
 function(read_specification specification out)
   string(REGEX REPLACE " *(REQUIRED|Needs:|Excludes:).*" "" specification "${specification}")

@@ -37,7 +37,7 @@ Array = np.ndarray
 
 
 class Model:
-    """Torques of an identified robot, by the C header of rivid_identify --write-header."""
+    """Torques of an identified robot, by the C header of rivid_identify export."""
 
     def __init__(self, header: Path, joints: int) -> None:
         self._name, self._joints = header.stem, joints
@@ -128,6 +128,7 @@ class Workshop:
         self.tools, self.work, self.out, self.quick = tools.resolve(), work.resolve(), out.resolve(), quick
         self.data = data.resolve() if data else None
         self._results: dict[tuple[str, ...], dict[str, Any]] = {}
+        self._folders: dict[int, Path] = {}
 
     def run(self, tool: str, *arguments: object, statuses: tuple[int, ...] = (0,)) -> str:
         done = subprocess.run([self.tools / tool, *map(str, arguments)], cwd=self.work, capture_output=True, text=True)
@@ -145,11 +146,13 @@ class Workshop:
             folder = self.work / f"result_{len(self._results)}"
             self.run("rivid_identify", file, "--output", folder, "--quiet", *given, statuses=(0, 1))
             self._results[key] = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+            self._folders[id(self._results[key])] = folder
         return self._results[key]
 
     def fit(self, name: str, file: Path, *arguments: object) -> Fit:
         header = self.work / f"{name}.h"
-        document = self.result(file, "--write-header", header, *arguments)
+        document = self.result(file, *arguments)
+        self.run("rivid_identify", "export", self._folders[id(document)], "--to", "header", "--output", header, "--quiet")
         return Fit(document, Model(header, len(document["robot"]["joints"])))
 
     def scara(self) -> Fit:

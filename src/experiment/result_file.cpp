@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -206,27 +207,76 @@ Vector values(const JsonNode& file, const BaseParameters& base, const Identified
   return out.standard(base);
 }
 
-DynamicModel model(const std::filesystem::path& path, const Robot* expected,
-                   const IdentifiedModelOptions& options) {
+// The input of the run that has this name, or the first one where the name is empty.
+std::optional<IdentifiedRobot::Source> input_of_run(const JsonNode& provenance, const std::string& name) {
+  for (const JsonNode& input : provenance.at("inputs").list()) {
+    const std::string path = input.at("path").text();
+    if (name.empty() || path == name) {
+      return IdentifiedRobot::Source{path, input.at("sha256").text()};
+    }
+  }
+  return std::nullopt;
+}
+
+// What the file says of its own origin. A file of another program may leave it out.
+void take_provenance(const JsonNode& file, IdentifiedRobot& to) {
+  if (!file.has("provenance")) {
+    return;
+  }
+  const JsonNode provenance = file.at("provenance");
+  to.run = provenance.at("run").text();
+  to.experiment = input_of_run(provenance, "");
+  const JsonNode options = provenance.at("options");
+  if (options.has("robot") && options.at("robot").has("urdf")) {
+    const JsonNode urdf = options.at("robot").at("urdf");
+    to.urdf = urdf.json().is_string() ? input_of_run(provenance, urdf.text()) : std::nullopt;
+  }
+}
+
+IdentifiedRobot identified(const std::filesystem::path& path, const Robot* expected,
+                           const IdentifiedModelOptions& options) {
   const nlohmann::json content = parsed(path);
   const JsonNode file(content, path.string());
   expect_result(file, options);
-  const Robot robot = result_robot(file.at("robot"));
+  IdentifiedRobot out;
+  out.robot = result_robot(file.at("robot"));
   if (expected != nullptr) {
-    expect_same_geometry(file.at("robot"), robot, *expected);
+    expect_same_geometry(file.at("robot"), out.robot, *expected);
   }
-  return {robot, values(file, base_parameters(robot), options)};
+  out.chi_st = values(file, base_parameters(out.robot), options);
+  out.parameters = detail::chosen_set(file.file(), file.has("physical"), options);
+  out.method = file.at("method").text();
+  out.status = file.at("status").text();
+  for (const JsonNode& parameter : file.at("parameters").list()) {
+    const auto value = [&](const char* key) {
+      const bool known = parameter.has(key) && parameter.at(key).json().is_number();
+      return known ? parameter.at(key).number() : std::numeric_limits<double>::quiet_NaN();
+    };
+    out.estimates.push_back({.name = parameter.at("name").text(),
+                             .unit = parameter.has("unit") ? parameter.at("unit").text() : "",
+                             .value = value("value"),
+                             .sigma = value("sigma")});
+  }
+  take_provenance(file, out);
+  return out;
 }
 
 }  // namespace
 
+IdentifiedRobot read_identified_robot(const std::filesystem::path& path,
+                                      const IdentifiedModelOptions& options) {
+  return identified(path, nullptr, options);
+}
+
 DynamicModel read_identified_model(const std::filesystem::path& path, const IdentifiedModelOptions& options) {
-  return model(path, nullptr, options);
+  const IdentifiedRobot out = identified(path, nullptr, options);
+  return {out.robot, out.chi_st};
 }
 
 DynamicModel read_identified_model(const std::filesystem::path& path, const Robot& robot,
                                    const IdentifiedModelOptions& options) {
-  return model(path, &robot, options);
+  const IdentifiedRobot out = identified(path, &robot, options);
+  return {out.robot, out.chi_st};
 }
 
 }  // namespace rivid

@@ -378,10 +378,6 @@ class Writer {
     if (!added.empty()) {
       splice_.insert_child(tag(joint.node), {"<dynamics" + added + "/>"});
     }
-    if (const std::vector<std::string> unsaid = values.unsaid(true); !unsaid.empty()) {
-      warnings_.push_back(
-          Finding{"urdf_has_no_place", {}, who + ": a URDF has no place for " + detail::joined(unsaid)});
-    }
   }
 
   detail::UrdfDocument document_;

@@ -37,6 +37,11 @@ void take(JointValues& to, const StandardParameter& parameter, double value, Joi
     case Role::constant:
       break;
   }
+  if (row.coupled && value != 0.0) {
+    to.coupled.push_back(text());
+  } else if (!row.coupled) {
+    to.friction_terms.push_back({value, about(row.basis).in_c, row.direction});
+  }
   std::optional<double>* const place = row.coupled                 ? nullptr
                                        : row.basis == Basis::speed ? &to.damping
                                        : row.basis == Basis::sign  ? &to.friction

@@ -13,10 +13,19 @@ namespace rivid::detail {
 struct JointValues {
   Inertial inertial = Inertial::Zero();  // in rivid's link frame
   double Ia = 0.0;
-  std::optional<double> damping;   // Fv, the mean of both directions; none where the law has none
-  std::optional<double> friction;  // Fc, likewise
-  std::string rotor;               // "Ia1 = 0.3 kg·m²"; empty where it is zero
-  std::vector<std::string> rest;   // the same of asymmetric friction, offsets, coupled motors
+  std::optional<double> damping;     // Fv, the mean of both directions; none where the law has none
+  std::optional<double> friction;    // Fc, likewise
+  std::string rotor;                 // "Ia1 = 0.3 kg·m²"; empty where it is zero
+  std::vector<std::string> rest;     // the same of asymmetric friction, offsets, coupled motors
+  std::vector<std::string> coupled;  // those of `rest` that belong to coupled motors
+
+  /// value × function(speed, sign) in the friction of the joint alone.
+  struct FrictionTerm {
+    double value = 0.0;
+    std::string_view function;  // BasisRow::in_c
+    Direction direction = Direction::both;
+  };
+  std::vector<FrictionTerm> friction_terms;
 
   /// What has no place beside inertial, damping and friction.
   [[nodiscard]] std::vector<std::string> unsaid(bool with_rotor) const;

@@ -8,6 +8,7 @@
 
 #include "experiment/json_fields.hpp"
 #include "rivid/input.hpp"
+#include "rivid/report/comparison.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/report/text.hpp"
@@ -367,6 +368,49 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
                   {"joints", tracking(robot, record)},
                   {"friction", friction(simulation)},
                   {"effort", json_of(simulation.effort)},
+                  {"provenance", members(provenance, Json::object())}});
+}
+
+std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,
+                    const Provenance& provenance) {
+  const auto model = [&](std::size_t i) { return Json(comparison.models[i].name); };
+  Json models = Json::array();
+  for (const Comparison::Error& error : comparison.models) {
+    models.push_back({{"name", error.name},
+                      {"relative_error", json_of(error.relative_error)},
+                      {"joints", json_of(error.joints)}});
+  }
+  Json tests = Json::array();
+  for (const PairedTest& test : comparison.tests) {
+    tests.push_back({{"a", model(test.a)},
+                     {"b", model(test.b)},
+                     {"ratio", json_of(test.ratio)},
+                     {"t", json_of(test.t)},
+                     {"p", json_of(test.p)},
+                     {"blocks", test.blocks},
+                     {"better", test.better ? model(*test.better) : Json()}});
+  }
+  Json all_changes = Json::array();
+  for (const ResultChanges& pair : changes) {
+    Json parameters = Json::array();
+    for (const ParameterChange& change : pair.parameters) {
+      parameters.push_back({{"name", change.name},
+                            {"unit", change.unit},
+                            {"a", change.a},
+                            {"b", change.b},
+                            {"sigma", change.sigma},
+                            {"z", change.z},
+                            {"p", change.p}});
+    }
+    all_changes.push_back({{"a", pair.a}, {"b", pair.b}, {"parameters", std::move(parameters)}});
+  }
+  return text_of({{"format", 1},
+                  {"logs", comparison.logs},
+                  {"joints", comparison.joints},
+                  {"rows", comparison.rows},
+                  {"models", std::move(models)},
+                  {"tests", std::move(tests)},
+                  {"changes", std::move(all_changes)},
                   {"provenance", members(provenance, Json::object())}});
 }
 

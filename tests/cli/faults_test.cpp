@@ -19,7 +19,7 @@ class Faults : public rivid::test::IdentifyTool {
   Faults() {
     EXPECT_EQ(identify(arguments).exit_code, 0);
     result = folder().read("scara_result/result.json");
-    header = folder().read("model.h");
+    page = folder().read("scara_result/report.html");
   }
 
   static int rounds() {
@@ -33,9 +33,9 @@ class Faults : public rivid::test::IdentifyTool {
     return out;
   }
 
-  const std::vector<std::string> arguments = {"scara.toml", "--report", "--write-header", "model.h"};
+  const std::vector<std::string> arguments = {"scara.toml", "--report"};
   std::string result;
-  std::string header;
+  std::string page;
 };
 
 TEST_F(Faults, OfSystemCallsLoseNothingAndAreTold) {
@@ -66,7 +66,7 @@ TEST_F(Faults, OfSystemCallsLoseNothingAndAreTold) {
           EXPECT_TRUE(run.exit_code == 0 || run.err.find("rivid_identify: ") != std::string::npos) << what;
           const bool whole = run.exit_code == 0 || run.err.find("standard output") != std::string::npos;
           EXPECT_TRUE(!whole || folder().read("scara_result/result.json") == result) << what;
-          EXPECT_EQ(folder().read("model.h"), header) << what;
+          EXPECT_EQ(folder().read("scara_result/report.html"), page) << what;
           EXPECT_EQ(folder().read("scara_result/result.json"), result) << what;
           EXPECT_EQ(left_behind(), std::vector<std::string>()) << what;
         }
@@ -85,7 +85,7 @@ TEST_F(Faults, OfAKillLeaveOldOrNewFilesAndNoPartOfOne) {
     process.send(SIGKILL);
     (void)process.wait();
     EXPECT_EQ(folder().read("scara_result/result.json"), result);
-    EXPECT_EQ(folder().read("model.h"), header);
+    EXPECT_EQ(folder().read("scara_result/report.html"), page);
   }
   EXPECT_EQ(identify(arguments).exit_code, 0);
   EXPECT_EQ(left_behind(), std::vector<std::string>()) << "the next run sweeps";

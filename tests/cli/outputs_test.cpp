@@ -27,36 +27,39 @@ class Outputs : public rivid::test::IdentifyTool {
 
 TEST_F(Outputs, AreRefusedWhereTheyAreInputs) {
   const std::string urdf = folder().read("scara.urdf");
-  std::filesystem::create_symlink("scara_s2.csv", folder().path() / "link.h");
-  expect_refused({"scara_s2.csv: is an input of this run"}, {"scara.toml", "--write-header", "scara_s2.csv"});
-  expect_refused({"link.h: is an input of this run (scara_s2.csv)"},
-                 {"scara.toml", "--write-header", "link.h"});
-  expect_refused({"scara.toml: is an input of this run"}, {"scara.toml", "--write-urdf", "scara.toml"});
-  expect_refused({"./scara.urdf: is an input of this run (scara.urdf)"},
-                 {"scara.toml", "--write-urdf", "./scara.urdf", "--force"});
-  expect_refused({"scara_validation.csv: is an input of this run"},
-                 {"scara.toml", "--write-header", "scara_validation.csv", "--force"});
+  ASSERT_EQ(identify({"scara.toml", "--physical", "--quiet"}).exit_code, 0);
+  std::filesystem::create_symlink("scara_result/result.json", folder().path() / "link.urdf");
+  const auto expect_refused_export = [&](std::string_view words, const std::string& file) {
+    expect_refused({words}, {"export", "scara_result", "--to", "urdf", "--force", "--output", file});
+  };
+  expect_refused_export("link.urdf: is an input of this run (scara_result/result.json)", "link.urdf");
+  expect_refused_export("scara.urdf: is an input of this run", "scara.urdf");
+  expect_refused_export("./scara.urdf: is an input of this run (scara.urdf)", "./scara.urdf");
   EXPECT_EQ(folder().read("scara.urdf"), urdf);
 }
 
 TEST_F(Outputs, AreRefusedWhereTheyAreEachOther) {
-  expect_refused({"out/result.json: is written twice"},
-                 {"scara.toml", "--output", "out", "--write-urdf", "out/result.json"});
-  expect_refused({"new.h: is written twice"},
-                 {"scara.toml", "--write-urdf", "new.h", "--write-header", "new.h"});
+  ASSERT_EQ(identify({"scara.toml", "--physical", "--quiet"}).exit_code, 0);
+  expect_refused({"out.py: is written twice"},
+                 {"export", "scara_result", "--to", "drake", "--output", "out.py"});
 }
 
 TEST_F(Outputs, OfAnotherKindAreRefusedWithoutForce) {
+  ASSERT_EQ(identify({"scara.toml", "--physical", "--quiet"}).exit_code, 0);
   folder().write("notes.txt", "mine");
   expect_refused({"notes.txt: is there already and is no .h file"},
-                 {"scara.toml", "--write-header", "notes.txt"});
-  EXPECT_EQ(identify({"scara.toml", "--write-header", "notes.txt", "--force"}).exit_code, 0);
+                 {"export", "scara_result", "--to", "header", "--output", "notes.txt"});
+  EXPECT_EQ(
+      identify({"export", "scara_result", "--to", "header", "--output", "notes.txt", "--force"}).exit_code,
+      0);
   EXPECT_NE(folder().read("notes.txt").find("#ifndef"), std::string::npos);
 }
 
 TEST_F(Outputs, AreRefusedWhereAPipeIs) {
+  ASSERT_EQ(identify({"scara.toml", "--physical", "--quiet"}).exit_code, 0);
   ASSERT_EQ(::mkfifo((folder().path() / "pipe.urdf").c_str(), 0600), 0);
-  expect_refused({"pipe.urdf: is no regular file"}, {"scara.toml", "--write-urdf", "pipe.urdf"});
+  expect_refused({"pipe.urdf: is no regular file"},
+                 {"export", "scara_result", "--to", "urdf", "--output", "pipe.urdf"});
   EXPECT_TRUE(std::filesystem::is_fifo(folder().path() / "pipe.urdf"));
 }
 
@@ -74,7 +77,8 @@ TEST_F(Outputs, AreNotWrittenWhereAFileWouldBeTooLarge) {
 }
 
 TEST_F(Outputs, OfOneRunCarryItsName) {
-  ASSERT_EQ(identify({"scara.toml", "--report", "--write-header", "model.h"}).exit_code, 0);
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  ASSERT_EQ(identify({"export", "scara_result", "--to", "header", "--output", "model.h"}).exit_code, 0);
   const Json result = Json::parse(folder().read("scara_result/result.json"));
   const std::string run = result["provenance"]["run"];
   EXPECT_EQ(run.size(), 16U);

@@ -1,7 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "rivid/identify/comparison.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/base.hpp"
@@ -24,6 +28,32 @@ namespace rivid {
 ///                     it has; a name twice; a value that is missing, null or not finite; names that are neither all
 ///                     base nor all standard parameters
 [[nodiscard]] Vector read_parameters(const std::filesystem::path& path, const BaseParameters& base);
+
+/// What result.json says of a robot, and of where its numbers come from.
+struct IdentifiedRobot {
+  Robot robot;    ///< geometry, gravity and friction laws of the result; without a-priori values
+  Vector chi_st;  ///< values of robot.standard_parameters(), (N_s) [SI, joint side]
+  /// Physical: chi_st are those of physically consistent bodies. Else base parameters stand in the places of the leading
+  /// standard ones, which gives the same torques.
+  ParameterSet parameters = ParameterSet::estimate;
+  std::string method;  ///< "wls", …
+  std::string status;  ///< "identified", …
+  std::string run;     ///< run_id() of the result; empty where the file does not say
+  /// A file that the result was made from, as it was named then.
+  struct Source {
+    std::filesystem::path path;
+    std::string sha256;
+  };
+  std::vector<ParameterValue> estimates;  ///< base parameters as they were estimated, whichever set chi_st is
+  std::optional<Source> experiment;       ///< the experiment file
+  std::optional<Source> urdf;             ///< the URDF, where the robot comes from one
+};
+
+/// The robot of a result.json; see read_identified_model() for which numbers are taken and what is refused.
+///
+/// @throws InputError  as read_identified_model()
+[[nodiscard]] IdentifiedRobot read_identified_robot(const std::filesystem::path& path,
+                                                    const IdentifiedModelOptions& options = {});
 
 /// The identified robot of a result.json, all that a controller needs, in one call:
 ///

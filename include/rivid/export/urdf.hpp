@@ -20,7 +20,7 @@ struct [[nodiscard]] RewrittenUrdf {
   std::string text;  ///< empty where there are faults and force was not asked for
   /// Links whose mass is not positive or whose inertia no body has, joints whose friction would drive, in words.
   std::vector<Finding> faults;
-  std::vector<Finding> warnings;  ///< what a URDF has no place for, and what was divided anew among links
+  std::vector<Finding> warnings;  ///< what was divided anew among links
 };
 
 /// The URDF that a robot was read from, with other standard parameters: the same bytes save numbers of `<inertial>` and
@@ -34,7 +34,7 @@ struct [[nodiscard]] RewrittenUrdf {
 ///
 /// `damping` becomes Fv and `friction` Fc, the mean of both directions where the law is asymmetric; what the law does
 /// not have is left as it is. Friction below zero is a fault and, by force, written as 0. Rotor inertias, offsets and
-/// coupled motors have no place in a URDF: warnings name them, sidecar() tells them.
+/// coupled motors have no place in a URDF: exported_model() names them.
 ///
 /// @param source  what the text is called in messages, such as a file's name
 /// @param robot   read from that text; options of its joints may have been changed since
@@ -57,30 +57,6 @@ RewrittenUrdf rewritten_urdf(const std::filesystem::path& path, const Robot& rob
 /// moments about the centre of mass that are not positive semidefinite (the triangle inequality of the principal
 /// moments of inertia). Nothing where a body has them; nothing for zeros, a link without a body.
 [[nodiscard]] std::optional<std::string> body_complaint(const Inertial& inertial);
-
-/// Who reads a sidecar. docs/write_back.md tells what each makes of its numbers.
-enum class Sidecar {
-  mujoco,    ///< default classes named after the joints: armature, damping, frictionloss
-  drake,     ///< `<transmission>` elements for the URDF: drake:rotor_inertia, drake:gear_ratio
-  pinocchio  ///< an SRDF with `<rotor_params>`
-};
-
-/// "mujoco", "drake", "pinocchio".
-[[nodiscard]] std::string_view name(Sidecar sidecar);
-[[nodiscard]] std::optional<Sidecar> sidecar_named(std::string_view name);
-
-/// What a sidecar's file name ends in: ".mujoco.xml", ".drake.xml", ".srdf".
-[[nodiscard]] std::string_view extension(Sidecar sidecar);
-
-/// What a URDF has no place for, in the words of a program that reads URDFs: the rotor inertias. Ia is told on the
-/// joint's side; where the format wants the rotor's, it is Ia / gear_ratio². Offsets, asymmetric friction and coupled
-/// motors, which none of these formats knows either, are comments.
-///
-/// @param chi_st  values of robot.standard_parameters(), (N_s) [SI, joint side]
-/// @return  well-formed XML, numbers with as many digits as it takes to read them back
-/// @throws InputError  a wrong number of values, or one that is not finite; a negative Ia, damping or friction that the
-///                     program would refuse
-[[nodiscard]] std::string sidecar(Sidecar format, const Robot& robot, const Eigen::Ref<const Vector>& chi_st);
 
 /// What changed between two texts, line by line, in the unified format that `patch -p0` takes: three lines of context,
 /// the fewest lines removed and added (Myers 1986). Empty where nothing changed.

@@ -1,0 +1,242 @@
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/experiment/result_file.hpp"
+#include "rivid/identify/comparison.hpp"
+#include "rivid/model/urdf.hpp"
+#include "rivid/report/comparison.hpp"
+#include "rivid/text.hpp"
+#include "subcommands.hpp"
+#include "tool.hpp"
+
+namespace rivid::apps {
+
+namespace {
+
+using Path = std::filesystem::path;
+
+struct CompareArguments {
+  std::vector<Path> models;
+  std::vector<Path> logs;
+  Path experiment;
+  std::vector<std::string> set;
+  Path output;
+  int threads = 1;
+  bool report = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+// A model that was asked for, and the result that it is from, where it is from one.
+struct JudgedModel {
+  Path file;
+  std::optional<IdentifiedRobot> result;
+};
+
+JudgedModel opened(const Path& given) {
+  const Path file = result_file(given);
+  const bool is_result = file.extension() == ".json";
+  return {file, is_result ? std::optional(read_identified_robot(file, {.parameters = {}, .force = true}))
+                          : std::nullopt};
+}
+
+// That of the flag, else that of the first result.
+Path experiment_file(const CompareArguments& arguments, const std::vector<JudgedModel>& models) {
+  if (!arguments.experiment.empty()) {
+    return arguments.experiment;
+  }
+  for (const JudgedModel& model : models) {
+    if (model.result && model.result->experiment) {
+      const Path file = found_again(model.result->experiment->path, model.file);
+      if (!std::filesystem::exists(file)) {
+        throw InputError(model.file.string() + ": its experiment file " + file.string() +
+                         " is not there; --experiment says how logs are read");
+      }
+      return file;
+    }
+  }
+  throw InputError("none of the models is a result that knows how logs are read; --experiment says it");
+}
+
+// What a URDF alone predicts: its bodies and its friction, without rotors.
+Robot urdf_robot(const Path& file, const Robot& like) {
+  Robot out =
+      read_urdf(file, {.base = like.base, .tip = like.joints.back().link, .gravity = like.chain.gravity});
+  for (Joint& joint : out.joints) {
+    joint.friction = Friction::coulomb;
+    joint.rotor_inertia = false;
+  }
+  return out;
+}
+
+// Drives and gears, which turn control signals into torques, are those of the experiment: all models are judged by the
+// same torques.
+void take_drives(const Robot& from, Robot& to) {
+  if (to.size() != from.size()) {
+    return;  // compare() says so
+  }
+  for (std::size_t j = 0; j < to.joints.size(); ++j) {
+    to.joints[j].drive_gain = from.joints[j].drive_gain;
+    to.joints[j].gear_ratio = from.joints[j].gear_ratio;
+  }
+  to.gear_matrix = from.gear_matrix;
+}
+
+ComparedModel compared(const JudgedModel& model, const Path& given, const Robot& robot) {
+  ComparedModel out{.name = given.string(), .robot = robot, .chi_st = {}};
+  if (model.result) {
+    out.robot = model.result->robot;
+    out.chi_st = model.result->chi_st;
+  } else if (model.file.extension() == ".urdf") {
+    out.robot = urdf_robot(model.file, robot);
+    out.chi_st = out.robot.chi_st();
+  } else {
+    out.chi_st = read_parameters(model.file, base_parameters(robot));
+  }
+  take_drives(robot, out.robot);
+  return out;
+}
+
+// From the first result to each of the others.
+std::vector<ResultChanges> changes_of(const std::vector<JudgedModel>& models,
+                                      const std::vector<ComparedModel>& named) {
+  std::vector<ResultChanges> out;
+  const auto first = std::ranges::find_if(models, [](const JudgedModel& m) { return m.result.has_value(); });
+  for (auto other = first; other != models.end(); ++other) {
+    if (other != first && other->result) {
+      out.push_back({named[static_cast<std::size_t>(first - models.begin())].name,
+                     named[static_cast<std::size_t>(other - models.begin())].name,
+                     parameter_changes(first->result->estimates, other->result->estimates)});
+    }
+  }
+  return out;
+}
+
+int compare_models(const CompareArguments& arguments, const std::string& program) {
+  std::vector<JudgedModel> models;
+  for (const Path& given : arguments.models) {
+    models.push_back(opened(given));
+  }
+  Experiment experiment =
+      read_experiment(experiment_file(arguments, models), Use::identification, arguments.set);
+  experiment.log.files = arguments.logs;
+  experiment.validation.files.clear();
+  std::vector<PlannedFile> files;
+  if (!arguments.output.empty()) {
+    files.push_back({arguments.output / "comparison.json", ".json"});
+    if (arguments.report) {
+      files.push_back({arguments.output / "comparison.html", ".html"});
+    }
+  } else if (arguments.report) {
+    throw InputError("--report needs --output, the folder that the page is written to");
+  }
+  std::vector<Path> inputs = experiment.inputs();
+  for (const JudgedModel& model : models) {
+    inputs.push_back(model.file);
+  }
+  Outputs outputs = planned(inputs, files);
+
+  std::vector<ComparedModel> named;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    named.push_back(compared(models[i], arguments.models[i], experiment.robot));
+  }
+  const ComparisonOptions options{.signal = experiment.estimation.signal, .threads = arguments.threads};
+  const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
+  const Comparison comparison = compare(named, logs, options);
+  const std::vector<ResultChanges> changes = changes_of(models, named);
+
+  Provenance provenance = provenance_of(program, experiment, Use::identification, {}, arguments.set);
+  for (const JudgedModel& model : models) {
+    provenance.inputs.push_back(input_file(model.file));
+  }
+  const std::string json = to_json(comparison, changes, provenance);
+  if (!arguments.output.empty()) {
+    outputs.put(files.front().path, json);
+    if (arguments.report) {
+      outputs.put(files.back().path, html_report(comparison, changes, options.level, provenance));
+    }
+    outputs.commit();
+  }
+  if (!arguments.quiet) {
+    print(arguments.json ? json : in_words(comparison, changes, options.level));
+    for (const PlannedFile& file : files) {
+      std::cerr << "wrote " << file.path.string() << '\n';
+    }
+  }
+  return success;
+}
+
+// What both commands take beside models and logs.
+std::vector<Argument> with_common(std::vector<Argument> own, CompareArguments& to) {
+  const std::vector<Argument> common = {
+      {"--experiment", "EXPERIMENT.toml",
+       "How the logs are read and filtered; default: as those of the first result", &to.experiment},
+      set_argument(to.set),
+      {"--output", "DIR", "Write comparison.json into this folder", &to.output},
+      {"--report", "", "Write comparison.html beside it", &to.report},
+      {"--threads", "N", "Threads that share the work", &to.threads, thread_range},
+      {"--json", "", "Print the comparison as JSON", &to.json},
+      {"--quiet", "", "Print nothing but errors", &to.quiet}};
+  own.insert(own.end(), common.begin(), common.end());
+  return own;
+}
+
+constexpr const char* compare_exit_codes =
+    "Exit codes: 0 compared; 2 bad input or usage; 3 numerical failure.";
+
+}  // namespace
+
+int compare_command(int argc, char** argv) {
+  CompareArguments to;
+  return run_command(
+      {.name = "rivid_identify compare",
+       .description =
+           "Judges models by the torques that they predict on logs, and says which one predicts better.",
+       .arguments = with_common(
+           {{.name = "models",
+             .value = "FILE",
+             .text = "Models: result.json or its folder, a URDF, or a parameter file (.toml, .csv)",
+             .target = &to.models,
+             .required = true},
+            {.name = "--log",
+             .value = "LOG.csv",
+             .text = "Logs to judge them by",
+             .target = &to.logs,
+             .required = true}},
+           to),
+       .footer = compare_exit_codes},
+      argc, argv, [&] { return compare_models(to, "rivid_identify compare"); });
+}
+
+int validate_command(int argc, char** argv) {
+  CompareArguments to;
+  Path result;
+  return run_command(
+      {.name = "rivid_identify validate",
+       .description = "Validates a result on logs that took no part in it.",
+       .arguments = with_common({{.name = "result",
+                                  .value = "RESULT.json",
+                                  .text = "result.json of rivid_identify, or the folder that it is in",
+                                  .target = &result,
+                                  .required = true},
+                                 {.name = "logs",
+                                  .value = "LOG.csv",
+                                  .text = "Logs to validate it on",
+                                  .target = &to.logs,
+                                  .required = true}},
+                                to),
+       .footer = compare_exit_codes},
+      argc, argv, [&] {
+        to.models = {result};
+        return compare_models(to, "rivid_identify validate");
+      });
+}
+
+}  // namespace rivid::apps

@@ -1,0 +1,217 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/experiment/result_file.hpp"
+#include "rivid/export/c_header.hpp"
+#include "rivid/export/model.hpp"
+#include "rivid/export/urdf.hpp"
+#include "rivid/output.hpp"
+#include "rivid/text.hpp"
+#include "subcommands.hpp"
+#include "tool.hpp"
+
+namespace rivid::apps {
+
+namespace {
+
+using Path = std::filesystem::path;
+
+struct ExportArguments {
+  Path result;
+  std::string to;
+  Path urdf;
+  Path output;
+  bool diff = false;
+  bool force = false;
+  bool dry_run = false;
+  bool quiet = false;
+};
+
+// What is to be written, before it is.
+struct Export {
+  std::vector<Path> paths;
+  std::vector<std::string> texts;
+  std::vector<Finding> faults;  // why nothing is written without --force
+  std::vector<Finding> warnings;
+};
+
+constexpr std::string_view c_header_format = "header";
+
+// The URDF that the robot was read from.
+Path urdf_of(const IdentifiedRobot& identified, const ExportArguments& arguments, const Path& result) {
+  if (!arguments.urdf.empty()) {
+    return arguments.urdf;
+  }
+  if (!identified.urdf) {
+    throw InputError(result.string() + ": its robot does not come from a URDF, which --to " + arguments.to +
+                     " needs; --to header does without");
+  }
+  const Path path = found_again(identified.urdf->path, result);
+  if (!std::filesystem::exists(path)) {
+    throw InputError(result.string() + ": its URDF " + path.string() +
+                     " is not there; --urdf says where it is now");
+  }
+  if (input_file(path).sha256 != identified.urdf->sha256) {
+    throw InputError(path.string() + ": has changed since " + result.string() +
+                     " was made from it; identify again, or take it all the same with --urdf");
+  }
+  return path;
+}
+
+// One line that says where the numbers come from.
+std::string origin_of(const IdentifiedRobot& identified) {
+  std::string method = identified.method;
+  std::ranges::transform(method, method.begin(), [](unsigned char c) { return std::toupper(c); });
+  return "IDIM-" + method +
+         (identified.experiment ? " of " + identified.experiment->path.filename().string() : "") +
+         (identified.parameters == ParameterSet::physical ? ", physically consistent parameters" : "") +
+         (identified.run.empty() ? "" : ", run " + identified.run);
+}
+
+// The main file where --output does not say: beside the result, called after the robot.
+Path usual_file(const IdentifiedRobot& identified, const Path& result, std::string_view ending) {
+  const std::string name =
+      identified.urdf ? identified.urdf->path.stem().string() : c_identifier(identified.robot.name);
+  return result.parent_path() / (name + "_identified" + std::string(ending));
+}
+
+Export header_of(const IdentifiedRobot& identified, const Path& file) {
+  const DynamicModel model(identified.robot, identified.chi_st);
+  Export out{.paths = {file},
+             .texts = {c_header(model, c_identifier(file.stem().string()), origin_of(identified))},
+             .faults = {},
+             .warnings = {}};
+  if (!model.clamped().empty()) {
+    out.warnings.push_back(Finding{
+        "driving_friction", {}, listed(model.clamped()) + " would drive and not brake; taken as zero"});
+  }
+  return out;
+}
+
+Export model_of(const IdentifiedRobot& identified, const ExportArguments& arguments, ModelFormat format,
+                const Path& urdf, const Path& file) {
+  ExportedModel model =
+      exported_model(format, urdf, identified.robot, identified.chi_st,
+                     {.force = arguments.force, .file = file, .origin = origin_of(identified)});
+  Export out{.paths = {}, .texts = {}, .faults = model.faults, .warnings = model.warnings};
+  for (ExportedModel::File& each : model.files) {
+    out.paths.push_back(each.path);
+    out.texts.push_back(std::move(each.text));
+  }
+  return out;
+}
+
+int refused(const Path& file, const std::vector<Finding>& faults) {
+  tell(faults);
+  std::cerr << "rivid_identify: " << file.string() << " is not written; --force does it nevertheless\n";
+  return no_success;
+}
+
+int write(const ExportArguments& arguments, const Export& made, Outputs& outputs) {
+  for (std::size_t i = 0; i < made.paths.size(); ++i) {
+    outputs.put(made.paths[i], made.texts[i]);
+  }
+  outputs.commit();
+  if (!arguments.quiet) {
+    tell(made.faults);
+    tell(made.warnings);
+    for (const Path& path : made.paths) {
+      std::cerr << "wrote " << path.string() << '\n';
+    }
+  }
+  return success;
+}
+
+int export_from(const ExportArguments& arguments) {
+  const Path result = result_file(arguments.result);
+  const bool header = arguments.to == c_header_format;
+  if (arguments.diff && arguments.to != "urdf") {
+    throw InputError("--diff shows what changes in a URDF; it needs --to urdf");
+  }
+  const IdentifiedRobot identified = read_identified_robot(
+      result, {.parameters = header ? std::nullopt : std::optional(ParameterSet::physical), .force = true});
+  const ModelFormat format = named<ModelFormat>(arguments.to).value_or(ModelFormat::urdf);
+  const Path urdf = header ? Path() : urdf_of(identified, arguments, result);
+  const Path file = !arguments.output.empty()
+                        ? arguments.output
+                        : usual_file(identified, result, header ? ".h" : usual_ending(format));
+  std::vector<PlannedFile> files;
+  for (const Path& path : header ? std::vector<Path>{file} : exported_files(format, file)) {
+    files.push_back({path, path.extension().string()});
+  }
+  std::vector<Path> inputs = {result};
+  if (!header) {
+    inputs.push_back(urdf);
+  }
+  Outputs outputs = planned(inputs, files, arguments.force);
+  if (identified.status != "identified" && !arguments.force) {
+    return refused(
+        file, {Finding{identified.status, {}, "the result is " + identified.status + ", not identified"}});
+  }
+  const Export made =
+      header ? header_of(identified, file) : model_of(identified, arguments, format, urdf, file);
+  if (made.paths.empty()) {
+    return refused(file, made.faults);
+  }
+  if (arguments.diff) {
+    print(unified_diff(urdf_text(urdf), made.texts.front(), urdf.string(), file.string()));
+  }
+  if (arguments.dry_run) {
+    print(would_write(files));
+    return success;
+  }
+  return write(arguments, made, outputs);
+}
+
+}  // namespace
+
+std::filesystem::path result_file(const std::filesystem::path& given) {
+  return std::filesystem::is_directory(given) ? given / "result.json" : given;
+}
+
+std::filesystem::path found_again(const std::filesystem::path& named, const std::filesystem::path& result) {
+  const Path beside = std::filesystem::absolute(result).parent_path().parent_path() / named;
+  return !std::filesystem::exists(named) && std::filesystem::exists(beside) ? beside : named;
+}
+
+int export_command(int argc, char** argv) {
+  ExportArguments to;
+  return run_command(
+      {.name = "rivid_identify export",
+       .description = "Writes the identified robot as a whole model for another program.",
+       .arguments =
+           {{.name = "result",
+             .value = "RESULT.json",
+             .text = "result.json of rivid_identify, or the folder that it is in",
+             .target = &to.result,
+             .required = true},
+            {.name = "--to",
+             .value = "mjcf|sdf|drake|pinocchio|urdf|header",
+             .text =
+                 "MuJoCo's format, Gazebo's, the files for Drake or Pinocchio, the robot's URDF with other "
+                 "numbers, or a C header with its torques",
+             .target = &to.to,
+             .required = true},
+            {"--output", "FILE", "The main file; default: ROBOT_identified beside the result", &to.output},
+            {"--urdf", "ROBOT.urdf", "The robot's URDF, where the result does not know where it is",
+             &to.urdf},
+            {"--diff", "", "Print what changes in the URDF; with --to urdf", &to.diff},
+            {"--force", "",
+             "Write a model of a result that is not identified, links that no body can be, and over files of "
+             "another kind",
+             &to.force},
+            {"--dry-run", "", "Print which files would be written", &to.dry_run},
+            {"--quiet", "", "Print nothing but errors", &to.quiet}},
+       .footer =
+           "All but header need the physically consistent parameters of rivid_identify --physical.\n"
+           "Exit codes: 0 written; 1 the result is not identified, or a link can be no body; 2 bad input "
+           "or usage."},
+      argc, argv, [&] { return export_from(to); });
+}
+
+}  // namespace rivid::apps

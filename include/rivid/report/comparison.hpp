@@ -1,0 +1,33 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rivid/identify/comparison.hpp"
+#include "rivid/report/json.hpp"
+
+namespace rivid {
+
+/// What changed from one result to another one of the same robot.
+struct ResultChanges {
+  std::string a;  ///< names of the two, as in Comparison::models
+  std::string b;
+  std::vector<ParameterChange> parameters;  ///< of parameter_changes()
+};
+
+/// A comparison for the screen: errors by model and joint, which model predicts better with p, what changed between results.
+///
+/// @param level  as ComparisonOptions::level; changes with p below it are shown
+[[nodiscard]] std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes,
+                                   double level);
+
+/// The same as JSON: docs/compare.md lists the members.
+[[nodiscard]] std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,
+                                  const Provenance& provenance);
+
+/// The same as one HTML page.
+[[nodiscard]] std::string html_report(const Comparison& comparison, std::span<const ResultChanges> changes,
+                                      double level, const Provenance& provenance);
+
+}  // namespace rivid
