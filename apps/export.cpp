@@ -142,7 +142,8 @@ int export_from(const ExportArguments& arguments) {
                         : usual_file(identified, result, header ? ".h" : usual_ending(format));
   std::vector<PlannedFile> files;
   for (const Path& path : header ? std::vector<Path>{file} : exported_files(format, file)) {
-    files.push_back({path, path.extension().string()});
+    const Path usual = usual_file(identified, result, header ? ".h" : usual_ending(format));
+    files.push_back({path, (path == file ? usual : path).extension().string()});
   }
   std::vector<Path> inputs = {result};
   if (!header) {

@@ -58,15 +58,17 @@ std::string module_start(const ExportTask& task, const std::string& title, const
   for (const JointValues& joint : task.values) {
     out += "    " + python_list(joint.friction_terms, friction_term) + ",\n";
   }
-  return out +
-         "]\n# v_s of tanh(speed / v_s) in the place of sign(speed) [rad/s, m/s]; 0: the sign "
+  return out + "]\n# friction in proportion to the load\nLOAD_FRICTION = " +
+         python_list(task.values, [](const JointValues& joint) { return exact(joint.load_friction); }) +
+         "\n# v_s of tanh(speed / v_s) in the place of sign(speed) [rad/s, m/s]; 0: the sign "
          "itself\nSIGN_SPEED = " +
          python_list(task.robot.joints, [](const Joint& joint) { return exact(joint.sign_speed); }) + R"py(
 
 
-def friction(v, sign_speed=0.0):
+def friction(v, load=None, sign_speed=0.0):
     """Identified friction torques at the velocities v of JOINTS, (n) [N·m | N].
 
+    load: torques M a + N without friction, of which LOAD_FRICTION is a part, (n) [N·m | N]; without them it is left out.
     A sign_speed above zero makes the sign of the velocity smooth where it was not identified so.
     """
     out = np.zeros(len(JOINTS))
@@ -77,6 +79,8 @@ def friction(v, sign_speed=0.0):
         for value, phi, direction in terms:
             if direction == 0 or direction == np.sign(speed):
                 out[joint] += value * phi(speed, sign)
+        if load is not None:
+            out[joint] += LOAD_FRICTION[joint] * abs(load[joint]) * sign
     return out
 )py";
 }
@@ -108,9 +112,9 @@ def load(plant):
     return model
 
 
-def friction_left_out(v, sign_speed=0.0):
-    """Friction that the plant does not have, all but the damping of its joints, (n) [N·m | N]."""
-    return friction(v, sign_speed) - np.multiply(DAMPING, v)
+def friction_left_out(v, load=None, sign_speed=0.0):
+    """Friction that the plant does not have, all but the damping of its joints, (n) [N·m | N]; see friction()."""
+    return friction(v, load, sign_speed) - np.multiply(DAMPING, v)
 )py";
 }
 
@@ -139,7 +143,8 @@ def inverse_dynamics(model, data, q, v, a, sign_speed=0.0):
         # A continuous joint has cosine and sine for its position.
         position[joint.idx_q : joint.idx_q + joint.nq] = [np.cos(angle), np.sin(angle)] if joint.nq == 2 else [angle]
     velocity[places], acceleration[places] = v, a
-    return pinocchio.rnea(model, data, position, velocity, acceleration)[places] + friction(v, sign_speed)
+    load = pinocchio.rnea(model, data, position, velocity, acceleration)[places]
+    return load + friction(v, load, sign_speed)
 )py";
 }
 

@@ -39,6 +39,8 @@ void take(JointValues& to, const StandardParameter& parameter, double value, Joi
   }
   if (row.coupled && value != 0.0) {
     to.coupled.push_back(text());
+  } else if (row.basis == Basis::load) {
+    to.load_friction = value;
   } else if (!row.coupled) {
     to.friction_terms.push_back({value, about(row.basis).in_c, row.direction});
   }

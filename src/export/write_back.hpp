@@ -26,6 +26,7 @@ struct JointValues {
     Direction direction = Direction::both;
   };
   std::vector<FrictionTerm> friction_terms;
+  double load_friction = 0.0;  // Fl: friction per |τ_load| of the joint
 
   /// What has no place beside inertial, damping and friction.
   [[nodiscard]] std::vector<std::string> unsaid(bool with_rotor) const;

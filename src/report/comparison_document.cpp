@@ -21,7 +21,7 @@ Table error_table(const Comparison& comparison) {
   Table out;
   out.columns.push_back({"joint", detail::format::name});
   for (const Comparison::Error& model : comparison.models) {
-    out.columns.push_back({model.name, detail::format::percent, "%"});
+    out.columns.push_back({model.name, detail::format::percents(2)});
   }
   const auto add = [&](const std::string& name, const auto& error, Mark mark) {
     detail::Row& row = out.rows.emplace_back(detail::Row{{Cell(name)}, mark});

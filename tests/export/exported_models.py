@@ -155,7 +155,7 @@ def compare(identify, compiler, result, robot, comparison):
     plant.Finalize()
     torques = drake_torques(plant, joints, states)
     comparison.expect(f"{robot} Drake without dry friction", torques, viscous)
-    added = [tau + drake.friction_left_out(qd) for tau, (_, qd, _) in zip(torques, states)]
+    added = [tau + drake.friction_left_out(s[1], load) for tau, s, load in zip(torques, states, rigid)]
     comparison.expect(f"{robot} Drake with friction", added, whole)
 
     plant = MultibodyPlant(0.0)

@@ -7,6 +7,7 @@
 #include "rivid/identify/comparison.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/solve/inference.hpp"
 #include "rivid/text.hpp"
 
@@ -15,8 +16,6 @@ namespace rivid {
 namespace {
 
 constexpr int fewest_blocks = 6;
-// Blocks are longer than the errors are correlated.
-constexpr Index lags_in_block = 3;
 
 // Residuals of one model on one log: of each joint, by the sample that the row stands for.
 struct JointErrors {
@@ -29,8 +28,9 @@ using LogErrors = std::vector<JointErrors>;
 LogErrors errors_of(const ComparedModel& model, const Log& log, const ComparisonOptions& options,
                     const SignalOptions& signal) {
   Identification identification;
-  identification.base = base_parameters(model.robot);
-  identification.chi = identification.base.from_standard(model.chi_st);
+  const BaseParameters base = base_parameters(model.robot);
+  identification.chi = base.from_standard(model.chi_st);
+  identification.base = at_load(base, identification.chi);
   identification.estimation.signal = signal;
   const Prediction prediction = predict(model.robot, identification, log);
   const Validation validation = validate(model.robot, identification, log, options.threads);
@@ -179,7 +179,7 @@ PairedTest paired_test(std::span<const Vector> series, int blocks) {
   for (const Vector& each : series) {
     centred.emplace_back((each.array() - mean).matrix());
   }
-  const Index shortest = lags_in_block * (bartlett_lag(centred) + 1);
+  const Index shortest = bartlett_lag(centred) + 1;  // longer than the errors are correlated
   const Index wanted = std::min<Index>(blocks, samples / std::max<Index>(shortest, 1));
   std::vector<double> sums;
   for (const Vector& each : series) {
@@ -210,7 +210,7 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   const std::size_t joints = models.front().robot.joints.size();
   Estimation estimation{.method = Wls{}, .signal = options.signal};
   if (options.signal.automatic()) {
-    static_cast<void>(detail::choose_rows(models.front().robot, logs, estimation));
+    static_cast<void>(detail::choose_rows(without_load(models.front().robot), logs, estimation));
   }
   Comparison out;
   out.signal = estimation.signal;
@@ -237,7 +237,7 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   for (std::size_t a = 0; a < models.size(); ++a) {
     for (std::size_t b = a + 1; b < models.size(); ++b) {
       PairedTest& test = out.tests.emplace_back(tested(errors, a, b, options.blocks));
-      test.p = std::min(1.0, test.p * pairs);
+      test.p = std::isfinite(test.p) ? std::min(1.0, test.p * pairs) : test.p;
       if (test.p < options.level) {
         test.better = test.t < 0.0 ? a : b;
       }
