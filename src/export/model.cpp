@@ -22,7 +22,9 @@ constexpr std::array<std::string_view, 5> endings = {".urdf", ".xml", ".sdf", "_
                                                      "_pinocchio.urdf"};
 constexpr std::array<std::string_view, 5> titles = {"URDF", "MJCF", "SDF", "URDF", "URDF"};
 
-auto no_place(std::string text) { return Finding{"format_has_no_place", {}, std::move(text)}; }
+void tell_loss(ExportedModel& out, std::string text) {
+  out.warnings.push_back(Finding{"format_has_no_place", {}, std::move(text)});
+}
 
 std::filesystem::path module_beside(const std::filesystem::path& file) {
   return file.parent_path() / (c_identifier(file.stem().string()) + ".py");
@@ -33,9 +35,9 @@ template <typename Parts>
 void tell_joints(ModelFormat format, const ExportTask& task, const Parts& parts, ExportedModel& out) {
   for (std::size_t j = 0; j < task.values.size(); ++j) {
     if (const std::vector<std::string> lost = parts(task.values[j]); !lost.empty()) {
-      out.warnings.push_back(no_place("joint \"" + task.robot.joints[j].name +
-                                      "\": " + std::string(titles[static_cast<std::size_t>(format)]) +
-                                      " has no place for " + detail::joined(lost)));
+      tell_loss(out, "joint \"" + task.robot.joints[j].name +
+                         "\": " + std::string(titles[static_cast<std::size_t>(format)]) +
+                         " has no place for " + detail::joined(lost));
     }
   }
 }
@@ -55,45 +57,43 @@ void tell_program(ModelFormat format, const ExportTask& task, ExportedModel& out
   const std::string module = module_beside(task.file).filename().string();
   switch (format) {
     case ModelFormat::urdf:
-      out.warnings.push_back(no_place("URDF has no place for gravity, which is " + gravity_of(task) +
-                                      ": set it in the program that reads the file"));
+      tell_loss(out, "URDF has no place for gravity, which is " + gravity_of(task) +
+                         ": set it in the program that reads the file");
       tell_joints(format, task, [](const JointValues& v) { return v.unsaid(true); }, out);
       break;
     case ModelFormat::mjcf:
       tell_joints(format, task, [](const JointValues& v) { return v.unsaid(false); }, out);
       if (has_dry_friction(task)) {
-        out.warnings.push_back(no_place(
-            "MuJoCo takes the direction of dry friction from the velocity one time step later: it is "
-            "another one where |q̇| is less than about 2 ms times |q̈|"));
+        tell_loss(out,
+                  "MuJoCo takes the direction of dry friction from the velocity one time step later: it is "
+                  "another one where |q̇| is less than about 2 ms times |q̈|");
       }
       break;
     case ModelFormat::sdf:
       tell_joints(format, task, [](const JointValues& v) { return v.unsaid(true); }, out);
       if (std::ranges::any_of(task.values, [](const JointValues& v) { return !v.rotor.empty(); })) {
-        out.warnings.push_back(
-            no_place("the rotor inertias stand in drake:rotor_inertia, which Drake alone reads"));
+        tell_loss(out, "the rotor inertias stand in drake:rotor_inertia, which Drake alone reads");
       }
       break;
     case ModelFormat::drake:
       tell_joints(format, task, [](const JointValues& v) { return v.coupled; }, out);
-      out.warnings.push_back(no_place("URDF has no place for gravity, which is " + gravity_of(task) +
-                                      ": load() of " + module + " sets it"));
-      out.warnings.push_back(no_place("MultibodyPlant has no friction but damping: friction_left_out() of " +
-                                      module + " has the rest"));
+      tell_loss(out, "URDF has no place for gravity, which is " + gravity_of(task) + ": load() of " + module +
+                         " sets it");
+      tell_loss(out, "MultibodyPlant has no friction but damping: friction_left_out() of " + module +
+                         " has the rest");
       for (const detail::ModelTree::Joint& joint : task.tree.joints) {
         if (joint.index >= 0 && joint.effort && *joint.effort == 0.0) {
-          out.warnings.push_back(no_place("joint \"" + joint.name +
-                                          "\": its effort limit is 0, for which Drake makes no actuator and "
-                                          "leaves its rotor inertia out; set the limit in the URDF"));
+          tell_loss(out, "joint \"" + joint.name +
+                             "\": its effort limit is 0, for which Drake makes no actuator and "
+                             "leaves its rotor inertia out; set the limit in the URDF");
         }
       }
       break;
     case ModelFormat::pinocchio:
       tell_joints(format, task, [](const JointValues& v) { return v.coupled; }, out);
-      out.warnings.push_back(no_place("URDF has no place for gravity, which is " + gravity_of(task) +
-                                      ": load() of " + module + " sets it"));
-      out.warnings.push_back(
-          no_place("pinocchio.rnea() has no friction: inverse_dynamics() of " + module + " adds it"));
+      tell_loss(out, "URDF has no place for gravity, which is " + gravity_of(task) + ": load() of " + module +
+                         " sets it");
+      tell_loss(out, "pinocchio.rnea() has no friction: inverse_dynamics() of " + module + " adds it");
       break;
   }
 }
@@ -181,7 +181,7 @@ void write_files(ModelFormat format, ExportTask& task, const std::string& xml, c
       break;
   }
   for (std::string& each : missing) {
-    out.warnings.push_back(no_place(std::move(each)));
+    tell_loss(out, std::move(each));
   }
 }
 
