@@ -32,13 +32,14 @@ endif()
 
 set(RIVID_DOCS_FIGURES ${RIVID_DOCS_PYTHON} ${PROJECT_SOURCE_DIR}/docs/site/figures.py --tools ${PROJECT_BINARY_DIR}/apps)
 set(RIVID_DOCS_SITE ${RIVID_DOCS_PYTHON} ${PROJECT_SOURCE_DIR}/docs/site/build.py --out ${PROJECT_BINARY_DIR}/docs_site --api
-                    ${PROJECT_BINARY_DIR}/doxygen/html)
+                    ${PROJECT_BINARY_DIR}/doxygen/html --tools ${PROJECT_BINARY_DIR}/apps)
 
 add_custom_target(
   docs
   COMMAND ${RIVID_DOCS_SITE}
   COMMENT "Building the documentation site"
   VERBATIM)
+add_dependencies(docs rivid_identify rivid_simulate)
 if(TARGET doxygen)
   add_dependencies(docs doxygen)
 endif()

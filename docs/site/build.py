@@ -1,10 +1,10 @@
 """Builds the documentation site, strictly: a broken link, anchor or picture, or a page outside of the navigation, is an error.
 
-    python docs/site/build.py --out build/test/site [--figures FOLDER] [--api build/test/doxygen/html]
+    python docs/site/build.py --out build/test/site [--figures FOLDER] [--api build/test/doxygen/html] [--tools build/test/apps]
 
 Pages are those of docs/, README, CONTRIBUTING and CHANGELOG, and the READMEs of data/. Other files of the repository that a page
-links to are copied beside it. --figures takes freshly drawn figures in place of docs/figures; without --api, links to the API
-pages lead to the text of docs/api.md.
+links to are copied beside it. --figures takes freshly drawn figures in place of docs/figures; --tools makes the report pages of the
+gallery. A link [text](page.md "made.html") leads to made.html where --api or --tools have made it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ import argparse
 import logging
 import re
 import shutil
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from mkdocs.commands.build import build
@@ -41,7 +43,7 @@ def page(path: Path, name: str, pages: dict[Path, str], folder: Path) -> str:
 
     def link(match: re.Match[str]) -> str:
         target = match.group(2)
-        if "://" in target or target.startswith(("mailto:", "api/")):
+        if "://" in target or target.startswith("mailto:"):
             return match.group(0)
         file = (path.parent / target).resolve()
         if file in pages:
@@ -56,11 +58,37 @@ def page(path: Path, name: str, pages: dict[Path, str], folder: Path) -> str:
             return match.group(1) + up(name) + str(copy)
         raise SystemExit(f"build: {path.relative_to(ROOT)} links to {target}, which is no file of the repository")
 
-    parts = re.split(r"(^```.*?^```$)", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
-    return "".join(part if part.startswith("```") else LINK.sub(link, part) for part in parts)
+    parts = re.split(r"(^```.*?^```$|`[^`\n]+`)", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    return "".join(part if part.startswith("`") else LINK.sub(link, part) for part in parts)
 
 
-def assemble(folder: Path, figures: Path, api: Path | None) -> None:
+def make_reports(tools: Path, folder: Path) -> None:
+    """report.html of the robots of the repository, as the gallery's commands make them."""
+    with tempfile.TemporaryDirectory() as work:
+        for name in ("scara", "six_axis"):
+            shutil.copytree(ROOT / "data" / name, Path(work) / name)
+
+        def run(robot: str, tool: str, *arguments: str) -> None:
+            subprocess.run([tools / tool, *arguments, "--quiet"], cwd=Path(work) / robot, check=True)
+
+        run("six_axis", "rivid_simulate", "simulate.toml", "--output", "made")
+        for robot, name in (("scara", "scara"), ("scara", "scara_iv"), ("six_axis", "six_axis")):
+            run(robot, "rivid_identify", f"{name}.toml", "--report", "--output", f"{name}_result")
+            shutil.copyfile(Path(work) / robot / f"{name}_result/report.html", folder / f"{name}.html")
+
+
+def made(folder: Path) -> None:
+    """Where a page has a link [text](page.md "made.html") and made.html was made, the link leads there."""
+
+    def link(match: re.Match[str]) -> str:
+        return f"]({match.group(2) if (folder / match.group(2)).exists() else match.group(1)})"
+
+    for path in folder.glob("*.md"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(re.sub(r'\]\(([^) "]+) "([^"]+\.html)"\)', link, text), encoding="utf-8")
+
+
+def assemble(folder: Path, figures: Path, api: Path | None, tools: Path | None) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     pages = sources()
     shutil.copytree(ROOT / "docs/figures", folder / "figures")
@@ -72,9 +100,10 @@ def assemble(folder: Path, figures: Path, api: Path | None) -> None:
         (folder / name).write_text(page(path, name, pages, folder), encoding="utf-8")
     if api is not None:
         shutil.copytree(api, folder / "api")
-    else:
-        text = (folder / "api.md").read_text(encoding="utf-8").replace("(api/index.html)", "(#the-library)")
-        (folder / "api.md").write_text(text, encoding="utf-8")
+    if tools is not None:
+        (folder / "reports").mkdir()
+        make_reports(tools, folder / "reports")
+    made(folder)
 
 
 def unused_figures(folder: Path) -> list[str]:
@@ -87,10 +116,12 @@ def main() -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder of the site")
     parser.add_argument("--figures", type=Path, default=ROOT / "docs/figures", help="folder of the figures")
     parser.add_argument("--api", type=Path, help="folder of Doxygen's pages")
+    parser.add_argument("--tools", type=Path, help="folder of the built tools")
     given = parser.parse_args()
     logging.basicConfig(level=logging.WARNING, format="build: %(message)s")
     folder = given.out.resolve().parent / (given.out.name + "_pages")
-    assemble(folder, given.figures.resolve(), given.api.resolve() if given.api and given.api.is_dir() else None)
+    api = given.api.resolve() if given.api and given.api.is_dir() else None
+    assemble(folder, given.figures.resolve(), api, given.tools.resolve() if given.tools else None)
     if unused := unused_figures(folder):
         raise SystemExit(f"build: no page shows {', '.join(unused)}")
     config = load_config(str(ROOT / "docs/site/mkdocs.yml"), docs_dir=str(folder), site_dir=str(given.out.resolve()))
