@@ -155,7 +155,7 @@ int check_command(int argc, char** argv) {
 int explain_command(int argc, char** argv) {
   std::string code;
   return run_command({.name = "rivid_identify explain",
-                      .description = "Tells cause and cure of what rivid_identify finds.",
+                      .description = "Prints cause and cure of what rivid_identify finds.",
                       .arguments = {{"code", "CODE", "Code of a finding; default: list them all", &code}},
                       .footer = ""},
                      argc, argv, [&] { return explain(code); });

@@ -3,7 +3,7 @@
 Robot descriptions are those of the package example-robot-data, dynamics those of Pinocchio's articulated-body
 algorithm: nothing in the logs comes from rivid. Each arm follows a sum of sines under a sampled PD control at 1 kHz, with
 dry and viscous friction, rotor inertias, encoder noise that passes through the control, and a torque disturbance that
-nobody records. One log is identified, by weighted least squares with a position filter and without, and by instrumental
+is not recorded. One log is identified, by weighted least squares with a position filter and without, and by instrumental
 variables without; another log judges. What is printed of each:
 
     relative torque error on the second log, by the rows of the method: unfiltered ones are rougher
@@ -98,7 +98,7 @@ class Arm:
         return pin.aba(self.model, self.data, self.full(q), v, tau - friction)
 
     def step(self, q, v, tau, h):
-        """The midpoint rule. Euler's is half a step late, which a fit tells from 20 s of data."""
+        """The midpoint rule. Euler's is half a step late, which a fit detects in 20 s of data."""
         middle = v + self.acceleration(q, v, tau) * h / 2
         return q + middle * h, v + self.acceleration(q + v * h / 2, middle, tau) * h
 

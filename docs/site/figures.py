@@ -493,15 +493,20 @@ def torque_shares(shop: Workshop) -> None:
     shop.save("torque_shares")
 
 
+def heavy(shop: Workshop) -> Path:
+    """The URDF of the six-joint arm with masses that are 50 % too large."""
+    path = shop.work / "heavy.urdf"
+    text = (ARM / "six_axis.urdf").read_text(encoding="utf-8")
+    path.write_text(re.sub(r'<mass value="([^"]+)"', lambda m: f'<mass value="{1.5 * float(m.group(1)):.12g}"', text), encoding="utf-8")
+    return path
+
+
 @figure
 def physical(shop: Workshop) -> None:
     """Masses of the links: of the description, of the physically consistent estimate, true."""
-    wrong = (ARM / "six_axis.urdf").read_text()
     names = [f"link_{j + 1}" for j in range(6)]
-    true = [float(x) for x in re.findall(r'<mass value="([^"]+)"', wrong)][-6:]
-    wrong = re.sub(r'<mass value="([^"]+)"', lambda m: f'<mass value="{1.5 * float(m.group(1)):.12g}"', wrong)
-    (shop.work / "heavy.urdf").write_text(wrong)
-    document = shop.result(ARM / "six_axis.toml", "--log", shop.arm_log(), robot__urdf=str(shop.work / "heavy.urdf"), method__name="wls",
+    true = [float(x) for x in re.findall(r'<mass value="([^"]+)"', (ARM / "six_axis.urdf").read_text())][-6:]
+    document = shop.result(ARM / "six_axis.toml", "--log", shop.arm_log(), robot__urdf=str(heavy(shop)), method__name="wls",
                            method__physical=True)
     links = document["physical"]["links"]
     rows = [[p for p in link["parameters"] if p["name"] == f"M{j + 1}"][0] for j, link in enumerate(links)]
@@ -648,6 +653,24 @@ def gallery(shop: Workshop) -> None:
         axis.set(ylabel="relative torque error [%]", title=f"{title}, IDIM-IV")
         axis.tick_params(axis="x", labelsize=8)
     shop.save("gallery")
+
+
+@figure
+def comparison(shop: Workshop) -> None:
+    """Errors of a result and of two descriptions of the six-joint arm on a new log, by rivid_identify compare."""
+    shop.run("rivid_simulate", ARM / "simulate.toml", "--seed", 9, "--output", "new_log", "--quiet")
+    shop.run("rivid_identify", ARM / "six_axis.toml", "--log", shop.arm_log(), "--output", "identified", "--quiet")
+    document = json.loads(shop.run("rivid_identify", "compare", "identified", ARM / "six_axis.urdf", heavy(shop), "--log", "new_log/log.csv", "--json"))
+    labels = ("identified", "true URDF, without rotor inertias", "URDF, 50 % too heavy")
+    _, axis = plt.subplots(figsize=(7.5, 3), layout="constrained")
+    for k, (model, label, color) in enumerate(zip(document["models"], labels, (MODEL, OTHER, RESIDUAL))):
+        errors = [100 * error for error in model["joints"]]
+        axis.bar(np.arange(len(errors)) + 0.27 * (k - 1), errors, width=0.25, color=color, label=label)
+    axis.set(xticks=range(len(errors)), xticklabels=document["joints"], yscale="log", ylabel="relative torque error [%]", title="Three models on a new log")
+    axis.set_yticks((0.5, 1, 2, 5, 10, 20, 50), ("0.5", "1", "2", "5", "10", "20", "50"))
+    axis.minorticks_off()
+    axis.legend(fontsize=7, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.1))
+    shop.save("comparison")
 
 
 @figure

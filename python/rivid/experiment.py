@@ -168,7 +168,7 @@ def simulate(
 
 
 class Excitation:
-    """A designed motion, and what an identification from it will be worth."""
+    """A designed motion, and the forecast of an identification from it."""
 
     def __init__(self, found: tuple[str, str, Floats, Floats, Floats, Floats]) -> None:
         text, self._summary, self.t, self.q, self.qd, self.qdd = found

@@ -133,7 +133,7 @@ class Log:
         return Log._of(_rivid.shift_torque(self._log, lag))
 
     def digest(self) -> str:
-        """SHA-256 of the numbers, by which a result tells what it was made from."""
+        """SHA-256 of the numbers, by which a result names its input."""
         import hashlib
 
         digest = hashlib.sha256()
@@ -143,7 +143,7 @@ class Log:
         return digest.hexdigest()
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Writes the log so that the command line tools read it without being told more."""
+        """Writes the log so that the command line tools read it without further options."""
         _rivid.write_file(Path(path), self._log.to_csv())
 
     def __len__(self) -> int:

@@ -89,6 +89,6 @@ def montecarlo(
     threads: int = 1,
     progress: Progress | None = None,
 ) -> MonteCarloResults:
-    """Simulates and identifies an experiment many times, and says what the results are worth."""
+    """Simulates and identifies an experiment many times, and reports bias, coverage and precision."""
     study = Study(path, settings)
     return study.results(study.run(range(study.runs if runs is None else runs), threads=threads, progress=progress))

@@ -54,9 +54,9 @@ Matrix known_of(std::string_view who, const ExcitationOptions& options, Index b)
   return options.known;
 }
 
-ForetoldParameter foretold(const BaseParameter& parameter, double value, double sigma) {
-  using enum ForetoldParameter::Prospect;
-  ForetoldParameter out{.name = parameter.name, .unit = parameter.unit, .value = value, .sigma = sigma};
+ForecastParameter forecast_of(const BaseParameter& parameter, double value, double sigma) {
+  using enum ForecastParameter::Prospect;
+  ForecastParameter out{.name = parameter.name, .unit = parameter.unit, .value = value, .sigma = sigma};
   out.relative_sigma_percent = value == 0.0 ? infinity : 100.0 * sigma / std::abs(value);
   if (!std::isfinite(sigma)) {
     out.prospect = unseen;
@@ -195,10 +195,10 @@ Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const Ex
   out.chi = task.base.from_standard(robot.chi_st());
   for (Index i = 0; i < task.base.size(); ++i) {
     out.parameters.push_back(
-        foretold(task.base.parameters[static_cast<std::size_t>(i)], out.chi[i], spread.sigma[i]));
+        forecast_of(task.base.parameters[static_cast<std::size_t>(i)], out.chi[i], spread.sigma[i]));
   }
   if (task.chi.size() > 0) {
-    out.tau = detail::foretold_torques(regressor, motion, task.chi);
+    out.tau = detail::predicted_torques(regressor, motion, task.chi);
   }
   detail::Clearances clearances = detail::clearances_of(task);
   const detail::Approach nearest = detail::approach(clearances, motion.q);

@@ -44,7 +44,7 @@ Approach approach(Clearances& clearances, const Matrix& q) {
   return out;
 }
 
-Matrix foretold_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi) {
+Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi) {
   Matrix out(motion.samples(), motion.joints());
   std::vector<Matrix> W;
   for (Index first = 0; first < motion.samples(); first += chunk) {
@@ -267,7 +267,7 @@ Vector DenseCheck::operator()(const Vector& z) {
   motion = {.q = stacked(motion.q, turning.q),
             .qd = stacked(motion.qd, turning.qd),
             .qdd = stacked(motion.qdd, turning.qdd)};
-  const Matrix torque = task_.chi.size() > 0 ? foretold_torques(regressor_, motion, task_.chi) : Matrix();
+  const Matrix torque = task_.chi.size() > 0 ? predicted_torques(regressor_, motion, task_.chi) : Matrix();
   const LimitedMotion limited{motion, jerk, torque};
   Vector out(std::ssize(limits_) + clearances_.size());
   for (std::size_t l = 0; l < limits_.size(); ++l) {

@@ -41,7 +41,7 @@ struct Approach {
 inline constexpr double clearance_scale = 0.1;  // [m]
 
 /// Torques of a motion by the a-priori model, (samples × n).
-[[nodiscard]] Matrix foretold_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi);
+[[nodiscard]] Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi);
 
 /// The objective and all limits as functions of the variables of a curve, on instants in the middle of equal intervals.
 class Problem {

@@ -11,27 +11,27 @@ namespace detail {
 
 namespace {
 
-Mark foretold_mark(const ForetoldParameter& parameter) {
+Mark forecast_mark(const ForecastParameter& parameter) {
   switch (parameter.prospect) {
-    case ForetoldParameter::Prospect::weak:
+    case ForecastParameter::Prospect::weak:
       return Mark::weak;
-    case ForetoldParameter::Prospect::unseen:
+    case ForecastParameter::Prospect::unseen:
       return Mark::unseen;
-    case ForetoldParameter::Prospect::good:
+    case ForecastParameter::Prospect::good:
       break;
   }
   return Mark::none;
 }
 
-Table foretold_table(const Forecast& forecast) {
-  return table_of<std::vector<ForetoldParameter>>(
+Table forecast_table(const Forecast& forecast) {
+  return table_of<std::vector<ForecastParameter>>(
       forecast.parameters,
-      {{{"parameter", format::name}, [](const ForetoldParameter& p) { return p.name; }},
-       {{"a priori", format::deviation}, [](const ForetoldParameter& p) { return Cell(p.value, p.sigma); }},
-       {{"foretold σ", format::significant(2)}, [](const ForetoldParameter& p) { return p.sigma; }},
-       {{"%σ", format::fixed(1)}, [](const ForetoldParameter& p) { return p.relative_sigma_percent; }},
-       {{"unit"}, [](const ForetoldParameter& p) { return p.unit; }}},
-      foretold_mark);
+      {{{"parameter", format::name}, [](const ForecastParameter& p) { return p.name; }},
+       {{"a priori", format::deviation}, [](const ForecastParameter& p) { return Cell(p.value, p.sigma); }},
+       {{"forecast σ", format::significant(2)}, [](const ForecastParameter& p) { return p.sigma; }},
+       {{"%σ", format::fixed(1)}, [](const ForecastParameter& p) { return p.relative_sigma_percent; }},
+       {{"unit"}, [](const ForecastParameter& p) { return p.unit; }}},
+      forecast_mark);
 }
 
 Table limit_table(const Forecast& forecast) {
@@ -59,25 +59,25 @@ Table clearance_table(const Forecast& forecast) {
 }
 
 // "52 parameters, of which 49 within 30 %, 3 weak, none unseen".
-std::string foretold_verdict(const Forecast& forecast) {
-  const auto of = [&](ForetoldParameter::Prospect prospect) {
-    return std::ranges::count(forecast.parameters, prospect, &ForetoldParameter::prospect);
+std::string forecast_verdict(const Forecast& forecast) {
+  const auto of = [&](ForecastParameter::Prospect prospect) {
+    return std::ranges::count(forecast.parameters, prospect, &ForecastParameter::prospect);
   };
   return counted(std::ssize(forecast.parameters), "base parameter") + ": " +
-         std::to_string(of(ForetoldParameter::Prospect::good)) + " will be known within 30 %, " +
-         std::to_string(of(ForetoldParameter::Prospect::weak)) + " are weak (?), " +
-         std::to_string(of(ForetoldParameter::Prospect::unseen)) + " unseen (x)";
+         std::to_string(of(ForecastParameter::Prospect::good)) + " will be known within 30 %, " +
+         std::to_string(of(ForecastParameter::Prospect::weak)) + " are weak (?), " +
+         std::to_string(of(ForecastParameter::Prospect::unseen)) + " unseen (x)";
 }
 
 Document document_of(const Forecast& forecast) {
   Document out;
-  out.line = foretold_verdict(forecast);
+  out.line = forecast_verdict(forecast);
   out.opening.push_back(
       {Sentence{"log det of the information " + number(forecast.log_det, 6) +
                 ", condition of the weighted observation matrix " + number(forecast.condition, 4)}});
   out.opening.push_back({FindingList{forecast.findings}});
-  Section parameters{.id = "parameters", .title = "Parameters", .heading = "Foretold standard deviations"};
-  parameters.blocks.push_back({foretold_table(forecast)});
+  Section parameters{.id = "parameters", .title = "Parameters", .heading = "Forecast standard deviations"};
+  parameters.blocks.push_back({forecast_table(forecast)});
   Section limits{.id = "limits", .title = "Limits", .heading = "Limits"};
   limits.blocks.push_back({limit_table(forecast)});
   out.sections = {std::move(parameters), std::move(limits)};

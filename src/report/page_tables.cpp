@@ -181,7 +181,7 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.physical", member_table<PhysicalParameters>()},
                                             {"result.iterations", member_table<IvIteration>()},
                                             {"result.loop", member_table<LoopDiagnosis>()},
-                                            {"plan.parameters", member_table<ForetoldParameter>()},
+                                            {"plan.parameters", member_table<ForecastParameter>()},
                                             {"plan.limits", member_table<LimitUse>()},
                                             {"plan.clearances", member_table<ClearanceUse>()},
                                             {"plan.starts", member_table<StartReport>()}};

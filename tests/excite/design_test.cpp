@@ -177,7 +177,7 @@ TEST(Design, ForSomeParametersTellsMoreOfThem) {
   ExcitationOptions options = quick();
   options.starts = 3;
   const auto sigma = [](const Excitation& found, const std::string& name) {
-    return std::ranges::find(found.forecast.parameters, name, &ForetoldParameter::name)->sigma;
+    return std::ranges::find(found.forecast.parameters, name, &ForecastParameter::name)->sigma;
   };
   const Excitation of_all = design(arm(), options);
   options.criterion = Criterion::parameters;
@@ -275,11 +275,11 @@ TEST(Forecast, NamesWhatAMotionDoesNotShow) {
   const Forecast found = forecast(robot, motion, 250.0, quick());
   EXPECT_TRUE(std::isinf(found.log_det));
   const auto prospect = [&](const std::string& name) {
-    return std::ranges::find(found.parameters, name, &ForetoldParameter::name)->prospect;
+    return std::ranges::find(found.parameters, name, &ForecastParameter::name)->prospect;
   };
-  EXPECT_EQ(prospect("Fv6"), ForetoldParameter::Prospect::unseen);
-  EXPECT_EQ(prospect("Fc6"), ForetoldParameter::Prospect::unseen);
-  EXPECT_NE(prospect("Fv1"), ForetoldParameter::Prospect::unseen);
+  EXPECT_EQ(prospect("Fv6"), ForecastParameter::Prospect::unseen);
+  EXPECT_EQ(prospect("Fc6"), ForecastParameter::Prospect::unseen);
+  EXPECT_NE(prospect("Fv1"), ForecastParameter::Prospect::unseen);
 }
 
 TEST(Forecast, FallsWithTheRootOfTheRateOfIndependentErrors) {

@@ -1,4 +1,4 @@
-// What is foretold against what many identifications of the motion come to.
+// The forecast against what many identifications of the motion come to.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST(Forecast, IsTheSpreadOfManyIdentifications) {
   const Vector spread = (errors.array().square().colwise().sum() / runs).sqrt();
   double sum = 0.0;
   for (Index i = 0; i < b; ++i) {
-    const ForetoldParameter& parameter = found.forecast.parameters[static_cast<std::size_t>(i)];
+    const ForecastParameter& parameter = found.forecast.parameters[static_cast<std::size_t>(i)];
     const double ratio = parameter.sigma / spread[i];
     EXPECT_NEAR(ratio, 1.0, 0.3) << parameter.name << ", seed " << seed;
     sum += ratio;

@@ -22,8 +22,8 @@ namespace rivid {
 /// What a design makes small, of the covariance C of the base parameters.
 enum class Criterion {
   information,  ///< log det C: the geometric mean of all standard deviations, whatever the units (D-optimal)
-  torque,  ///< the mean variance of the torques that are foretold along other motions within the limits (I-optimal)
-  parameters  ///< the geometric mean of the standard deviations of some parameters
+  torque,       ///< the mean variance of predicted torques along other motions within the limits (I-optimal)
+  parameters    ///< the geometric mean of the standard deviations of some parameters
 };
 
 template <>
@@ -93,7 +93,7 @@ struct ExcitationOptions {
               {.unit = "Hz", .range = Range::above(0.0)}},
         Field{"criterion", &E::criterion,
               "what is made small: `\"information\"`: the geometric mean of all standard deviations; "
-              "`\"torque\"`: the variance of torques foretold along other motions; `\"parameters\"`: the "
+              "`\"torque\"`: the variance of predicted torques along other motions; `\"parameters\"`: the "
               "standard deviations of those in `for`"},
         Field{"for",
               &E::parameters,
@@ -113,8 +113,8 @@ struct ExcitationOptions {
   }
 };
 
-/// What a motion will tell of a base parameter.
-struct ForetoldParameter {
+/// Forecast of the estimate of a base parameter from a motion.
+struct ForecastParameter {
   enum class Prospect {
     good,   ///< a standard deviation of at most 30 % of the a-priori value
     weak,   ///< more than that
@@ -127,12 +127,12 @@ struct ForetoldParameter {
   double relative_sigma_percent = 0.0;  ///< 100 σ / |value|
   Prospect prospect = Prospect::good;
 
-  template <typename R = ForetoldParameter>
+  template <typename R = ForecastParameter>
   static constexpr auto fields() {
     return std::tuple(
         Field{"name", &R::name, "of the base parameter"}, Field{"unit", &R::unit, "SI, joint side"},
         Field{"value", &R::value, "a priori"},
-        Field{"sigma", &R::sigma, "foretold standard deviation of its estimate"},
+        Field{"sigma", &R::sigma, "forecast standard deviation of its estimate"},
         Field{"relative_sigma_percent", &R::relative_sigma_percent, "100 σ / \\|value\\|", {.unit = "%"}},
         Field{"prospect", &R::prospect,
               "`\"good\"`; `\"weak\"`: σ above 30 % of the a-priori value; `\"unseen\"`: the motion does not "
@@ -141,7 +141,7 @@ struct ForetoldParameter {
 };
 
 template <>
-inline constexpr std::array names_of<ForetoldParameter::Prospect> =
+inline constexpr std::array names_of<ForecastParameter::Prospect> =
     std::to_array<std::string_view>({"good", "weak", "unseen"});
 
 /// How much of a limit a motion uses.
@@ -174,14 +174,14 @@ struct [[nodiscard]] Forecast {
   Matrix information;                         ///< Σ Wᵀ W / σ² of the motion and of what was known, (b × b)
   double log_det = 0.0;                       ///< of it; −∞ where it does not determine all parameters
   double condition = 0.0;                     ///< of the weighted observation matrix
-  std::vector<ForetoldParameter> parameters;  ///< (b)
+  std::vector<ForecastParameter> parameters;  ///< (b)
   std::vector<LimitUse> limits;               ///< one for each limit of each joint
   std::vector<ClearanceUse> clearances;       ///< of each pair that is kept apart
-  Matrix tau;                                 ///< foretold torques, (n_m × n); empty without a-priori masses
+  Matrix tau;                                 ///< predicted torques, (n_m × n); empty without a-priori masses
   std::vector<Finding> findings;              ///< what was taken for granted
 };
 
-/// Foretells the standard deviations of weighted least squares from a motion: sqrt diag (M₀ + Σ_j W_jᵀ W_j / σ_j²)⁻¹.
+/// Forecasts the standard deviations of weighted least squares from a motion: sqrt diag (M₀ + Σ_j W_jᵀ W_j / σ_j²)⁻¹.
 ///
 /// @param motion   (n_m × n)
 /// @param f_m      its rate [Hz]
@@ -216,7 +216,7 @@ struct [[nodiscard]] Excitation {
   bool stopped = false;  ///< whether the search was ended from outside
 };
 
-/// Designs a motion that tells as much as possible of a robot's base parameters, within limits:
+/// Designs a motion that determines a robot's base parameters as well as possible, within limits:
 ///
 ///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,  subject to  q, q̇, q̈, dq̈/dt, τ and distances within their limits
 ///

@@ -19,7 +19,7 @@ namespace rivid {
 [[nodiscard]] std::string summary(const Excitation& excitation);
 [[nodiscard]] std::string summary(const Forecast& forecast);
 
-/// A motion as text, one row a sample: t, q1 …, qd1 …, qdd1 … and, where torques are foretold, tau1 …, in SI units.
+/// A motion as text, one row a sample: t, q1 …, qd1 …, qdd1 … and, where torques are predicted, tau1 …, in SI units.
 /// read_csv() reads it as a log.
 [[nodiscard]] std::string motion_csv(const Excitation& excitation);
 

@@ -46,7 +46,7 @@ def flattened(variables: Mapping[str, Any], source: str) -> dict[str, Any]:
     return out
 
 
-# Names that the words of joints, positions and torques do not tell, as these programs write them: MuJoCo, LeRobot,
+# Names without the words of joints, positions and torques, as these programs write them: MuJoCo, LeRobot,
 # KUKA (degrees), ABB (degrees).
 _ALIASES = (
     (r"qfrc_actuator_?(\d+)", r"torque_\1"),
