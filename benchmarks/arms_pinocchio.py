@@ -3,12 +3,13 @@
 Robot descriptions are those of the package example-robot-data, dynamics those of Pinocchio's articulated-body
 algorithm: nothing in the logs comes from rivid. Each arm follows a sum of sines under a sampled PD control at 1 kHz, with
 dry and viscous friction, rotor inertias, encoder noise that passes through the control, and a torque disturbance that
-is not recorded. One log is identified, by weighted least squares with a position filter and without, and by instrumental
-variables without; another log judges. What is printed of each:
+is not recorded. One log is identified with the rows and the method that rivid chooses, by weighted least squares with a position filter,
+and by instrumental variables with given rows; another log judges. What is printed of each:
 
     relative torque error on the second log, by the rows of the method: unfiltered ones are rougher
     intervals of 95 % that hold the true base parameter, and how many there are
-    time of the program, its start and both logs included
+    root mean square of their errors in standard deviations, 1 where these are right
+    time of the program, its start and both logs included, and what it warns of
 
     python3 -m venv venv && venv/bin/pip install pin example-robot-data
     venv/bin/python benchmarks/arms_pinocchio.py build/test/apps/rivid_identify [ARM ...]
@@ -50,7 +51,11 @@ ARMS = {  # description, base link, tip link; none where the robot is a single c
     "go2 leg": ("go2_description/urdf/go2.urdf", "base", "FL_foot"),
 }
 
-METHODS = {"WLS, 10 Hz": ("wls", 10), "WLS": ("wls", '"off"'), "IV": ("iv", '"off"')}  # name, cut-off
+METHODS = {  # name, keys of [signal]
+    "chosen": ("auto", []),
+    "WLS, 10 Hz": ("wls", ["cutoff_hz = 10", "decimation = 20"]),
+    "IV": ("iv", ['cutoff_hz = "off"', "decimation = 20"]),
+}
 
 
 class Arm:
@@ -135,8 +140,8 @@ class Arm:
             lines.append(f'joints."{name}" = {{ Ia = {self.Ia[j]}, Fv = {self.Fv[j]}, Fc = {self.Fc[j]} }}')
         lines += ["[log]", f'files = ["{folder}/1.csv"]']
         lines.append("reference = " + json.dumps([f"qref{j + 1}" for j in range(self.n)]))
-        name, cutoff = METHODS[method]
-        lines += ["[signal]", f"cutoff_hz = {cutoff}", "decimation = 20", "torque_held = true"]
+        name, signal = METHODS[method]
+        lines += ["[signal]", "torque_held = true", *signal]
         lines += ["[control]", 'law = "pd"', f"omega_n = {BANDWIDTH}", "zeta = 1", f"rate_hz = {RATE}"]
         lines += ["[method]", f'name = "{name}"', "[validation]", f'files = ["{folder}/2.csv"]']
         return "\n".join(lines) + "\n"
@@ -164,14 +169,19 @@ def truth(parameter, arm):
 
 def judged(result, arm):
     parameters = result["parameters"]
+    errors = np.array([(p["value"] - truth(p, arm)) / p["sigma"] for p in parameters])
     held = [p["interval_95"][0] <= truth(p, arm) <= p["interval_95"][1] for p in parameters]
-    return 100 * result["validation"][0]["relative_error"], sum(held), len(held)
+    return 100 * result["validation"][0]["relative_error"], sum(held), errors
+
+
+def rms(errors):
+    return np.sqrt(np.mean(np.square(errors)))
 
 
 def main():
     program, names = sys.argv[1], sys.argv[2:] or list(ARMS)
     print(f"{'arm':12}joints" + "".join(f"   {method:29}" for method in METHODS))
-    totals = {method: [0, 0] for method in METHODS}
+    totals = {method: [0, []] for method in METHODS}
     for name in names:
         urdf, base, tip = ARMS[name]
         arm = Arm(ROBOTS / urdf, base, tip)
@@ -179,18 +189,20 @@ def main():
             folder = pathlib.Path(temporary)
             for seed in (1, 2):
                 arm.log(seed, folder / f"{seed}.csv")
-            first, _ = identified(program, folder, arm.experiment(folder, "WLS", []))
+            first, _ = identified(program, folder, arm.experiment(folder, "chosen", []))
             joints = [joint["name"] for joint in first["fit"]["joints"]]
             line = f"{name:12}{arm.n:6}   "
             for method in totals:
                 result, seconds = identified(program, folder, arm.experiment(folder, method, joints))
-                error, held, count = judged(result, arm)
+                error, held, errors = judged(result, arm)
                 totals[method][0] += held
-                totals[method][1] += count
-                line += f"{error:6.3f} %{held:5} of {count:2}{seconds:7.2f} s   "
+                totals[method][1].extend(errors)
+                codes = " ".join([result["status"]] + sorted({w["code"] for w in result["warnings"]}))
+                line += f"{error:6.3f} %{held:5} of {len(errors):2}{rms(errors):6.2f}{seconds:7.2f} s {codes}   "
             print(line, flush=True)
-    for method, (held, count) in totals.items():
-        print(f"{method}: {held} of {count} intervals hold the truth, {100 * held / count:.1f} %")
+    for method, (held, errors) in totals.items():
+        count = len(errors)
+        print(f"{method}: {held} of {count} intervals hold the truth, {100 * held / count:.1f} %, errors {rms(errors):.2f} σ")
 
 
 main()
