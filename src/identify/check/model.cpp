@@ -2,13 +2,12 @@
 // explains the torques better, on blocks of time that took no part as well, is named.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 
+#include "identify/check/alternative_kinds.hpp"
 #include "identify/check/alternative_tests.hpp"
 #include "identify/check/findings.hpp"
 #include "rivid/text.hpp"
@@ -37,83 +36,6 @@ constexpr std::size_t most_told = 5;
 constexpr double least_delay = 2.0;
 // Alternatives that are taken, one after the other.
 constexpr int most_rounds = 3;
-
-// Faults of robot and log, which make parameters wrong; else what the model lacks.
-constexpr std::array faults = {"torque_gain",  "zero_offset",  "gravity_tilt", "clock_rate",
-                               "torque_delay", "joint_origin", "load_changed"};
-// Alternatives that exist with positive coefficients alone.
-constexpr std::array positive = {"load_friction", "stribeck_friction", "joint_elasticity"};
-
-// Words of an alternative and its cure.
-struct Words {
-  std::string what;
-  std::string cure;
-};
-
-std::string plus_minus(double value, double sigma, int digits) {
-  return number(value, digits) + " ± " + number(sigma, 1);
-}
-
-std::string gravity_vector(const Eigen::Vector3d& g) {
-  return "[" + number(g[0], 3) + ", " + number(g[1], 3) + ", " + number(g[2], 3) + "]";
-}
-
-Words words_of(const Robot& robot, const Alternative& alternative, const AlternativeTest& test) {
-  const double value = test.estimate[0];
-  const double sigma = test.sigma[0];
-  if (alternative.code == "torque_gain") {
-    const double factor = 1.0 + value;
-    return {"its torque is " + plus_minus(factor, sigma, 3) + " times what the other joints ask for",
-            "correct drive_gain, or give its column in [log] scale = " + number(1.0 / factor, 3)};
-  }
-  if (alternative.code == "zero_offset") {
-    return {"its position looks off by " + plus_minus(-value, sigma, 3) + (alternative.turns ? " rad" : " m"),
-            "give its column in [log] position offset = " + number(value, 3)};
-  }
-  if (alternative.code == "gravity_tilt") {
-    const double degrees = 180.0 / std::numbers::pi;
-    return {"gravity looks tilted by " +
-                plus_minus(degrees * test.estimate.norm(), degrees * test.sigma.norm(), 2) + "°",
-            "[robot] gravity = " + gravity_vector(tilted_gravity(robot, test.estimate))};
-  }
-  if (alternative.code == "clock_rate") {
-    return {
-        "the sampling rate of the log looks wrong by " + plus_minus(100.0 * value, 100.0 * sigma, 2) + " %",
-        "multiply [log] rate_hz by " + number(1.0 + value, 4) + ", or correct the time stamps"};
-  }
-  if (alternative.code == "torque_delay") {
-    return {"torques look " + plus_minus(1e3 * std::abs(value), 1e3 * sigma, 2) + " ms " +
-                (value > 0.0 ? "late" : "early") + " beside the motion",
-            "change [log] torque_lag by as much, in samples"};
-  }
-  if (alternative.code == "joint_origin") {
-    return {"its frame looks moved or turned against the URDF", "compare its <origin> with the arm"};
-  }
-  if (alternative.code == "load_changed") {
-    return {"its load looks another one from " + number(std::round(100.0 * alternative.from), 2) +
-                " % of the time on",
-            "identify each load from a log of its own"};
-  }
-  if (alternative.code == "load_friction") {
-    return {"its friction looks to grow with the load, by " + plus_minus(value, sigma, 2) +
-                (alternative.turns ? " N·m for one N·m" : " N for one N"),
-            ""};
-  }
-  if (alternative.code == "stribeck_friction") {
-    return {"its friction looks larger at low speed, by " + plus_minus(value, sigma, 2) +
-                (alternative.turns ? " N·m" : " N"),
-            ""};
-  }
-  if (alternative.code == "direction_friction") {
-    return {"its friction looks different in both directions", "friction = \"asymmetric\" in [robot]"};
-  }
-  if (alternative.code == "joint_elasticity") {
-    return {"it looks elastic, " + plus_minus(value, sigma, 2) +
-                (alternative.turns ? " rad for one N·m" : " m for one N"),
-            ""};
-  }
-  return {"a motor looks to turn both", "[[robot.coupling]] with motor and joints of these two"};
-}
 
 // The largest shift of a parameter in σ, and whether it is grave.
 struct Harm {
@@ -146,17 +68,13 @@ Harm harm_of(const Identification& result, const Vector& shift) {
   return out;
 }
 
-bool contains(const auto& codes, std::string_view code) {
-  return std::ranges::find(codes, code) != codes.end();
-}
-
 // What of the tests is more than chance, can be and does harm: first those that explain most, and of those that explain as much the one
 // with the fewest parameters.
 std::vector<AlternativeTest> believed(const std::vector<Alternative>& all, const Identification& result,
                                       std::vector<AlternativeTest> found) {
   std::erase_if(found, [&](const AlternativeTest& test) {
     return !(test.p < by_chance) || test.held_out < notable_part ||
-           (contains(positive, all[test.of].code) && test.estimate[0] < 0.0) ||
+           (kind_of(all[test.of]).positive && test.estimate[0] < 0.0) ||
            harm_of(result, test.shift).sigmas < harmful_shift;
   });
   std::ranges::sort(found, std::ranges::greater(), &AlternativeTest::held_out);
@@ -191,20 +109,12 @@ std::vector<ModelTest> in_report(const std::vector<Alternative>& all, const Iden
   return out;
 }
 
-// Errors of such a size are no small ones that something else looks like.
-bool is_large(const Alternative& alternative, const AlternativeTest& test) {
-  constexpr std::array<std::pair<std::string_view, double>, 4> sizes = {
-      {{"torque_gain", 0.3}, {"zero_offset", 0.3}, {"gravity_tilt", 0.2}, {"clock_rate", 0.05}}};
-  return std::ranges::any_of(sizes, [&](const auto& size) {
-    return alternative.code == size.first && test.estimate.norm() > size.second;
-  });
-}
-
 void add_finding(const Robot& robot, const Identification& result, const Alternative& named,
                  const AlternativeTest& test, std::span<const ModelTest> believed, double f_m,
                  Findings& out) {
   const Harm harm = harm_of(result, test.shift);
-  const Words words = words_of(robot, named, test);
+  const AlternativeKind& kind = kind_of(named);
+  const AlternativeWords words = kind.words(robot, named, test);
   std::string text =
       words.what + ": " + number(std::round(100.0 * test.held_out), 3) +
       " % of the squared residual goes with it, on blocks of time that took no part; it moves " +
@@ -218,18 +128,18 @@ void add_finding(const Robot& robot, const Identification& result, const Alterna
   if (!rivals.empty()) {
     text += "; nearly as much goes with " + listed(rivals);
   }
-  const bool fault = contains(faults, named.code);
-  bool refused = (harm.is_grave && test.held_out > convincing_part) || is_large(named, test);
+  bool refused = (harm.is_grave && test.held_out > convincing_part) ||
+                 (kind.large > 0.0 && test.estimate.norm() > kind.large);
   if (named.code == "torque_delay") {
     refused = refused && std::abs(test.estimate[0]) * f_m > least_delay;
   }
-  if (fault && !refused && named.code == "torque_delay") {
+  if (!refused && named.code == "torque_delay") {
     if (!out.has("torque_lag")) {
       out.add("torque_lag", named.subject, std::move(text));
     }
     return;
   }
-  out.add(fault && !refused ? "model_mismatch" : named.code, named.subject, std::move(text));
+  out.add(kind.fault && !refused ? "model_mismatch" : named.code, named.subject, std::move(text));
 }
 
 }  // namespace

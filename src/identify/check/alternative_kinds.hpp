@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "identify/check/alternative_tests.hpp"
+
+namespace rivid::detail {
+
+// Words of an alternative, and its cure, which may be empty.
+struct AlternativeWords {
+  std::string what;
+  std::string cure;
+};
+
+// What is known of a kind of alternatives, whatever the robot.
+struct AlternativeKind {
+  std::string_view code;
+  bool fault = false;     // of robot or log, which makes parameters wrong; else what the model lacks
+  bool positive = false;  // exists with positive coefficients alone
+  double large =
+      0.0;  // norm of the estimate above which it is no small error that something else looks like; 0: none
+  AlternativeWords (*words)(const Robot&, const Alternative&, const AlternativeTest&) = nullptr;
+};
+
+[[nodiscard]] const AlternativeKind& kind_of(const Alternative& alternative);
+
+}  // namespace rivid::detail
