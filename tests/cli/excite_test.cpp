@@ -50,7 +50,7 @@ class Excite : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForetold) {
+TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForecast) {
   const Json plan_json = plan();
   const Outcome simulated =
       outcome_of({RIVID_SIMULATE, "plan/experiment.toml", "--output", "plan"}, folder_.path());
@@ -70,10 +70,10 @@ TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForetold) {
   // is held to the 15 % that a plan promises.
   double sum = 0.0;
   int inside = 0;
-  for (const Json& foretold : plan_json["parameters"]) {
-    const Json reported = parameter(result, foretold["name"].get<std::string>());
-    sum += std::log(foretold["sigma"].get<double>() / reported["sigma"].get<double>());
-    const double truth = foretold["value"];
+  for (const Json& forecast : plan_json["parameters"]) {
+    const Json reported = parameter(result, forecast["name"].get<std::string>());
+    sum += std::log(forecast["sigma"].get<double>() / reported["sigma"].get<double>());
+    const double truth = forecast["value"];
     inside += reported["interval_95"][0] <= truth && truth <= reported["interval_95"][1] ? 1 : 0;
   }
   const auto count = static_cast<double>(plan_json["parameters"].size());
@@ -98,7 +98,7 @@ TEST_F(Excite, WritesTheMotionAtTheControllersRate) {
   }
 }
 
-TEST_F(Excite, ForetellsTheSameOfItsOwnMotion) {
+TEST_F(Excite, ForecastsTheSameOfItsOwnMotion) {
   const Json designed = plan();
   const Outcome run =
       excite({"forecast", "arm/excite.toml", "plan/motion.csv", "--output", "again", "--quiet"});
@@ -134,7 +134,7 @@ TEST_F(Excite, ShowsWhatWillBeKnown) {
   const Outcome run = excite({"arm/excite.toml", "--starts", "1", "--set", "excitation.evaluations=20"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("Motion of 10 s: 52 base parameters: "), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("foretold σ"), std::string::npos);
+  EXPECT_NE(run.out.find("forecast σ"), std::string::npos);
   EXPECT_NE(run.err.find("wrote excite_excitation/motion.csv, excite_excitation/experiment.toml and "
                          "excite_excitation/plan.json"),
             std::string::npos)
