@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs what packages.txt lists, on Debian 12 and Ubuntu 24.04 or later, and with pip into build/venv what the Python package
-# is built and tested with, python/requirements-test.txt, and what builds the documentation, docs/site/requirements.txt. Silent
-# unless it fails; where everything is installed already it touches neither the network nor sudo. Where pip fails, the Python
+# is built and tested with, python/requirements-test.txt, and what builds the documentation, docs/site/requirements.txt. It
+# says what it installs, which may take minutes; where everything is installed already it is silent and touches neither the network nor sudo. Where pip fails, the Python
 # package is left out, unless CI is set.
 set -eu
 cd "$(dirname "$0")"
@@ -72,6 +72,7 @@ apt() {
 }
 
 # A package list that cannot be refreshed (one broken source among many) need not stop the installation.
+echo "install-packages.sh: apt-get installs ${packages}; this may take some minutes" >&2
 apt update || echo "install-packages.sh: apt-get update failed, going on with the lists at hand" >>"$log"
 # shellcheck disable=SC2086  # one word a package is what is wanted
 if ! apt install --no-install-recommends $packages; then

@@ -87,6 +87,7 @@ void take_flange(const std::string& text, PayloadOptions& to) {
 }
 
 int payload(const PayloadArguments& arguments) {
+  expect_experiment(arguments.experiment);
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   if (!arguments.logs.empty()) {
     experiment.log.files = arguments.logs;

@@ -32,6 +32,7 @@ struct Arguments {
   bool physical = false;
   bool json = false;
   bool quiet = false;
+  bool verbose = false;
   bool dry_run = false;
   bool report = false;
 };
@@ -57,10 +58,11 @@ Command command_of(Arguments& to) {
            set_argument(to.set),
            {"--output", "DIR", "Folder for result.json; default: EXPERIMENT_result", &to.output},
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
-           {"--threads", "N", "Threads that share the work; no result depends on them", &to.threads,
-            thread_range},
+           {"--threads", "N", "Threads that share the work; 0: one a processor; no result depends on them",
+            &to.threads, thread_range},
            {"--json", "", "Print the result as JSON instead of the table", &to.json},
            {"--quiet", "", "Print nothing but errors", &to.quiet},
+           {"--verbose", "", "Print the plan of --dry-run before the work", &to.verbose},
            {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
             &to.dry_run}},
       .footer =
@@ -149,6 +151,7 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::vect
 }
 
 int identify_from(const Arguments& arguments) {
+  expect_experiment(arguments.experiment);
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const auto overrides = apply(arguments, experiment);
   experiment.estimation.threads = arguments.threads;
@@ -169,6 +172,11 @@ int identify_from(const Arguments& arguments) {
     return success;
   }
 
+  if (arguments.verbose) {
+    std::ostringstream plan;
+    print_plan(plan, experiment, files);
+    tell(plan.str());
+  }
   ProgressBar bar(!arguments.quiet);
   take_friction(experiment, std::ref(bar));
   const Identification result = run(experiment, std::ref(bar));
@@ -203,6 +211,21 @@ int identify_from(const Arguments& arguments) {
   return result.status == Status::identified ? success : no_success;
 }
 
+// A word that is no file and looks like a subcommand is one that was mistyped.
+void expect_no_mistyped_command(const std::string& word) {
+  const std::vector<std::string> commands = {"check", "compare", "explain", "export",
+                                             "init",  "payload", "validate"};
+  if (word.empty() || word.find_first_of("-./") != std::string::npos || std::filesystem::exists(word)) {
+    return;
+  }
+  if (word == "help") {
+    throw InputError("rivid_identify --help prints the usage");
+  }
+  if (const std::string guess = did_you_mean(word, commands); !guess.empty()) {
+    throw InputError(in_quotes(word) + " is neither a file nor a subcommand" + guess);
+  }
+}
+
 int tool(int argc, char** argv) {
   const std::string_view first = argc > 1 ? argv[1] : "";
   if (first == "check") {
@@ -226,11 +249,7 @@ int tool(int argc, char** argv) {
   if (first == "init") {
     return init_command(argc - 1, argv + 1);
   }
-  if (first.ends_with(".urdf")) {
-    const std::string robot(first);
-    throw InputError(robot + ": is a robot, an experiment file is required; rivid_identify init " + robot +
-                     " " + (argc > 2 ? argv[2] : "LOG.csv") + " writes one");
-  }
+  expect_no_mistyped_command(std::string(first));
   Arguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return identify_from(arguments); });
 }

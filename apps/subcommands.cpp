@@ -66,6 +66,7 @@ struct CheckArguments {
 };
 
 int check(const CheckArguments& arguments) {
+  expect_experiment(arguments.experiment);
   const Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
   const std::vector<Log> validation = read_logs(experiment.validation, experiment.robot);

@@ -5,9 +5,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
+#include <sstream>
+#include <thread>
 #include <type_traits>
+#include <utility>
 
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
@@ -42,26 +47,115 @@ void occupy_standard_streams() {
   }
 }
 
+// Whether a stream is coloured: --color, and by default a terminal unless NO_COLOR is set (https://no-color.org).
+struct Colours {
+  std::string when = "auto";
+
+  [[nodiscard]] bool on(int stream) const {
+    const auto set = [](const char* name) {
+      const char* const value = std::getenv(name);
+      return value != nullptr && *value != '\0';
+    };
+    const char* const terminal = std::getenv("TERM");
+    const bool dumb = terminal != nullptr && std::string_view(terminal) == "dumb";
+    return when == "always" || (when == "auto" && ::isatty(stream) == 1 && !set("NO_COLOR") && !dumb);
+  }
+};
+
+Colours& colours() {
+  static Colours out;
+  return out;
+}
+
+// Errors are red, warnings yellow, notes blue.
+std::string coloured(std::string_view kind, int stream) {
+  const std::string_view code = kind == "error" || kind == "failure" ? "31"
+                                : kind == "warning"                  ? "33"
+                                : kind == "note"                     ? "34"
+                                                                     : "";
+  return code.empty() || !colours().on(stream)
+             ? std::string(kind)
+             : "\033[1;" + std::string(code) + "m" + std::string(kind) + "\033[0m";
+}
+
+// Lines that begin with the severity of a finding, as "  warning [loop_mismatch] …", with that word in colour.
+std::string with_colours(const std::string& text, int stream) {
+  if (!colours().on(stream)) {
+    return text;
+  }
+  std::string out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
+    const std::size_t end = std::min(line.find_first_of(" :", begin), line.size());
+    out += line.substr(0, begin) + coloured(line.substr(begin, end - begin), stream) + line.substr(end);
+    out += lines.eof() ? "" : "\n";
+  }
+  return out;
+}
+
 void complain(std::string_view name, std::string_view kind, std::string_view what) {
-  std::cerr << name << ": " << kind << ": " << on_one_line(what) << '\n';
+  std::cerr << name << ": " << coloured(kind, STDERR_FILENO) << ": " << on_one_line(what) << '\n';
+}
+
+// Short names of options that several tools have.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> short_names = {
+    {{"--quiet", "-q"}, {"--output", "-o"}, {"--verbose", "-v"}}};
+
+std::string with_short_name(const std::string& name) {
+  const auto at = std::ranges::find(short_names, name, [](const auto& pair) { return pair.first; });
+  return at == short_names.end() ? name : std::string(at->second) + "," + name;
+}
+
+// Options that rivid_identify had before rivid_identify export.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> moved = {
+    {{"--write-urdf", "urdf"}, {"--sidecar", "mjcf|drake|pinocchio"}, {"--write-header", "header"}}};
+
+// What is the matter with an argument that the command does not have.
+std::string unknown_argument(const Command& command, const std::string& argument) {
+  const std::string name = argument.substr(0, argument.find('='));
+  if (!name.starts_with('-')) {
+    return in_quotes(argument) + " is one argument too many";
+  }
+  const auto at = std::ranges::find(moved, name, [](const auto& pair) { return pair.first; });
+  if (command.name == "rivid_identify" && at != moved.end()) {
+    return name + " is now rivid_identify export RESULT --to " + std::string(at->second);
+  }
+  std::vector<std::string> names = {"--help", "--max-size", "--color"};
+  for (const Argument& known : command.arguments) {
+    names.push_back(known.name);
+  }
+  return in_quotes(name) + " is no option of " + command.name + did_you_mean(name, names);
 }
 
 CLI::Option* added(CLI::App& app, const Argument& argument) {
   return std::visit(
       [&](auto* target) {
         if constexpr (std::is_same_v<decltype(target), bool*>) {
-          return app.add_flag(argument.name, *target, argument.text);
+          return app.add_flag(with_short_name(argument.name), *target, argument.text);
         } else {
-          return app.add_option(argument.name, *target, argument.text)->type_name(argument.value);
+          return app.add_option(with_short_name(argument.name), *target, argument.text)
+              ->type_name(argument.value);
         }
       },
       argument.target);
 }
 
+// A check for one of the words of "auto|always|never".
+CLI::Validator one_of(const std::string& choices) {
+  const std::vector<std::string> words = CLI::detail::split(choices, '|');
+  return {[words](const std::string& word) {
+            return std::ranges::find(words, word) != words.end()
+                       ? std::string()
+                       : in_quotes(word) + " is none of " + quoted_list(words) + did_you_mean(word, words);
+          },
+          ""};
+}
+
 void declare(CLI::App& app, const Argument& argument) {
   CLI::Option* const option = added(app, argument)->required(argument.required);
   if (argument.value.find('|') != std::string::npos) {
-    option->check(CLI::IsMember(CLI::detail::split(argument.value, '|')));
+    option->check(one_of(argument.value));
   }
   if (argument.range) {
     option->check(CLI::Range(argument.range->lowest, argument.range->highest));
@@ -78,9 +172,15 @@ void declare(CLI::App& app, const Argument& argument) {
 }
 
 // An exit code where help or version were asked for.
-std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+std::optional<int> parse(CLI::App& app, const Command& command, int argc, char** argv) {
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    // The first one that is an option: what follows it may be its value.
+    const std::vector<std::string> extras = app.remaining();
+    const auto option = std::ranges::find_if(extras, [](const std::string& e) { return e.starts_with('-'); });
+    throw InputError(unknown_argument(command, option == extras.end() ? extras.front() : *option) +
+                     "; --help prints the usage");
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) {
       return app.exit(e);
@@ -101,12 +201,21 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
   app.add_option("--max-size", most_megabytes, "Largest file that is read [MiB]; default: 16384")
       ->type_name("NUMBER")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << (62 - megabyte_bits)));
+  app.add_option("--color", colours().when, "Colours: on a terminal without NO_COLOR, or always, or never")
+      ->type_name("auto|always|never")
+      ->check(one_of("auto|always|never"));
   const bool subcommand = command.name.find(' ') != std::string::npos;
   if (!subcommand) {
     app.set_version_flag("--version", command.name + " " + version);
   }
   app.footer(command.footer);
-  const std::optional<int> ended = parse(app, argc, argv);
+  const std::optional<int> ended = parse(app, command, argc, argv);
+  for (const Argument& argument : command.arguments) {
+    int* const* const threads = std::get_if<int*>(&argument.target);
+    if (argument.name == "--threads" && threads != nullptr && **threads == 0) {
+      **threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 1024U));
+    }
+  }
   limit_inputs(static_cast<std::uintmax_t>(most_megabytes) << megabyte_bits);
   return ended ? *ended : run();
 }
@@ -115,6 +224,16 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
   occupy_standard_streams();
   exit_on_signals();
   const InputScope inputs;
+  // What goes wrong while the command line is read is coloured as it says, too.
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    constexpr std::string_view option = "--color";
+    if (argument.starts_with("--color=")) {
+      colours().when = argument.substr(option.size() + 1);
+    } else if (argument == option && i + 1 < argc) {
+      colours().when = argv[i + 1];
+    }
+  }
   try {
     return tool(argc, argv);
   } catch (const InputError& e) {
@@ -126,21 +245,44 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
   }
 }
 
+void expect_experiment(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string name = file.string();
+  constexpr std::array<std::string_view, 9> logs = {".csv", ".tsv", ".txt", ".dat",    ".mcap",
+                                                    ".bag", ".mat", ".npz", ".parquet"};
+  if (ending == ".urdf" || ending == ".xacro") {
+    throw InputError(name + ": is a robot, an experiment file is required; rivid_identify init " + name +
+                     " LOG.csv writes one");
+  }
+  if (std::ranges::find(logs, ending) != logs.end()) {
+    throw InputError(name + ": is a log, an experiment file is required; rivid_identify init ROBOT.urdf " +
+                     name + " writes one");
+  }
+  if (ending == ".json") {
+    throw InputError(name +
+                     ": is a result, an experiment file is required; rivid_identify validate and "
+                     "rivid_identify export take results");
+  }
+}
+
 void print(const std::string& text) {
-  if (!(std::cout << printable(text) << std::flush)) {
+  if (!(std::cout << with_colours(printable(text), STDOUT_FILENO) << std::flush)) {
     throw InputError("standard output can not be written to");
   }
 }
 
+void tell(const std::string& text) { std::cerr << with_colours(printable(text), STDERR_FILENO); }
+
 void tell(std::string_view kind, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
-    std::cerr << kind << ": " << on_one_line(line) << '\n';
+    std::cerr << coloured(kind, STDERR_FILENO) << ": " << on_one_line(line) << '\n';
   }
 }
 
 void tell(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
-    std::cerr << on_one_line(in_words(finding)) << '\n';
+    std::cerr << with_colours(on_one_line(in_words(finding)), STDERR_FILENO) << '\n';
   }
 }
 

@@ -31,7 +31,8 @@ struct IntegerRange {
   std::int64_t lowest = 0;
   std::int64_t highest = 0;
 };
-inline constexpr IntegerRange thread_range{1, 1024};
+/// Of --threads, where 0 is one for each processor.
+inline constexpr IntegerRange thread_range{0, 1024};
 
 /// One positional or option of a command line, and the variable that it sets. A vector takes several values.
 struct Argument {
@@ -62,18 +63,26 @@ struct Command {
 /// @throws InputError  where the command line can not be understood
 int run_command(const Command& command, int argc, char** argv, const std::function<int()>& run);
 
+/// Refuses a file that is clearly no experiment file, with what to do instead.
+///
+/// @throws InputError  for a robot, a log or a result
+void expect_experiment(const std::filesystem::path& file);
+
 /// Runs a tool, whose exit code is what `tool` returns, and turns what it throws into a message on standard error and an
 /// exit code.
 ///
 /// @param name  of the tool, for messages
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv);
 
-/// Standard output.
+/// Standard output, words such as "error" in colour where --color says so.
 ///
 /// @throws InputError  where it can not be written to
 void print(const std::string& text);
 
-/// One line each on standard error: "warning: …".
+/// Lines on standard error.
+void tell(const std::string& text);
+
+/// One line each on standard error, the kind in colour where --color says so: "warning: …".
 void tell(std::string_view kind, const std::vector<std::string>& lines);
 /// The same of findings: "warning [code] …".
 void tell(const std::vector<Finding>& findings);

@@ -170,7 +170,7 @@ nlohmann::json parsed(const std::filesystem::path& path) {
   try {
     return nlohmann::json::parse(detail::file_text(path, "the result"));
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(path.string() + ": " + e.what());
+    throw InputError(path.string() + ": is no result.json of rivid_identify: " + e.what());
   }
 }
 

@@ -22,6 +22,28 @@ bool is_word(std::string_view text) {
          });
 }
 
+// What to do about a line like `cutoff_hz = off`, whose word wants quotes; nothing for other lines.
+std::string quotes_wanted(std::string_view text, std::size_t line) {
+  for (; line > 1 && !text.empty(); --line) {
+    text.remove_prefix(std::min(text.find('\n') + 1, text.size()));
+  }
+  text = text.substr(0, std::min(text.find('\n'), text.find('#')));
+  const std::size_t equals = text.find('=');
+  if (equals == std::string_view::npos) {
+    return {};
+  }
+  const auto trimmed = [](std::string_view part) {
+    constexpr std::string_view blanks = " \t\r";
+    const std::size_t first = part.find_first_not_of(blanks);
+    return first == std::string_view::npos ? std::string_view()
+                                           : part.substr(first, part.find_last_not_of(blanks) - first + 1);
+  };
+  const std::string_view value = trimmed(text.substr(equals + 1));
+  return is_word(value) ? "; a word needs quotes: " + std::string(trimmed(text.substr(0, equals))) + " = \"" +
+                              std::string(value) + "\""
+                        : "";
+}
+
 // A setting of the command line as a table, whose places are the setting itself.
 toml::table parsed_setting(const std::string& setting) {
   const std::string place = std::string(flag) + setting;
@@ -77,7 +99,7 @@ toml::table parsed_toml(const std::filesystem::path& path, std::string_view what
     } catch (const toml::parse_error& e) {
       const auto& at = e.source().begin;
       throw InputError(path.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
-                       ": " + std::string(e.description()));
+                       ": " + std::string(e.description()) + quotes_wanted(text, at.line));
     }
   };
   toml::table out = parsed();

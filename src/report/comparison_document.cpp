@@ -5,26 +5,18 @@
 #include "rivid/report/comparison.hpp"
 #include "rivid/text.hpp"
 
-namespace rivid {
+namespace rivid::detail {
 
 namespace {
 
-using detail::Cell;
-using detail::Column;
-using detail::Document;
-using detail::Mark;
-using detail::Section;
-using detail::Sentence;
-using detail::Table;
-
 Table error_table(const Comparison& comparison) {
   Table out;
-  out.columns.push_back({"joint", detail::format::name});
+  out.columns.push_back({"joint", format::name});
   for (const Comparison::Error& model : comparison.models) {
-    out.columns.push_back({model.name, detail::format::percents(2)});
+    out.columns.push_back({model.name, format::percents(2)});
   }
   const auto add = [&](const std::string& name, const auto& error, Mark mark) {
-    detail::Row& row = out.rows.emplace_back(detail::Row{{Cell(name)}, mark});
+    Row& row = out.rows.emplace_back(Row{{Cell(name)}, mark});
     for (const Comparison::Error& model : comparison.models) {
       row.cells.emplace_back(error(model));
     }
@@ -60,9 +52,9 @@ std::string test_sentence(const Comparison& comparison, const PairedTest& test) 
 Section changes_section(const ResultChanges& pair, double level) {
   Section out{.id = "changes", .title = "Changes", .heading = "From " + pair.a + " to " + pair.b};
   Table table;
-  table.columns = {{"parameter", detail::format::name},        {pair.a, detail::format::deviation},
-                   {pair.b, detail::format::deviation},        {"unit", detail::format::text},
-                   {"difference/σ", detail::format::fixed(1)}, {"p", detail::format::significant(2)}};
+  table.columns = {{"parameter", format::name},        {pair.a, format::deviation},
+                   {pair.b, format::deviation},        {"unit", format::text},
+                   {"difference/σ", format::fixed(1)}, {"p", format::significant(2)}};
   for (const ParameterChange& change : pair.parameters) {
     if (change.p < level) {
       table.rows.push_back({{Cell(change.name), Cell(change.a, change.sigma), Cell(change.b, change.sigma),
@@ -83,7 +75,8 @@ Section changes_section(const ResultChanges& pair, double level) {
   return out;
 }
 
-Document document_of(const Comparison& comparison, std::span<const ResultChanges> changes, double level) {
+Document comparison_document(const Comparison& comparison, std::span<const ResultChanges> changes,
+                             double level) {
   Document out;
   const std::string logs = quoted_list(comparison.logs);
   out.title = "Comparison of models";
@@ -107,13 +100,17 @@ Document document_of(const Comparison& comparison, std::span<const ResultChanges
 
 }  // namespace
 
+}  // namespace rivid::detail
+
+namespace rivid {
+
 std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes, double level) {
-  return detail::text_of(document_of(comparison, changes, level));
+  return detail::text_of(detail::comparison_document(comparison, changes, level));
 }
 
 std::string html_report(const Comparison& comparison, std::span<const ResultChanges> changes, double level,
                         const Provenance& provenance) {
-  Document document = document_of(comparison, changes, level);
+  detail::Document document = detail::comparison_document(comparison, changes, level);
   document.sections.push_back({.id = "origin",
                                .title = "Origin",
                                .heading = "Files",

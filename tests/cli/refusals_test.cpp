@@ -359,7 +359,7 @@ TEST_F(Refusal, OfAFolderInPlaceOfTheExperimentFile) {
 }
 
 TEST_F(Refusal, OfALogInPlaceOfTheExperimentFile) {
-  expect_refused({"scara_s2.csv:1:2: "}, {"scara_s2.csv"});
+  expect_refused({"scara_s2.csv: is a log, an experiment file is required"}, {"scara_s2.csv"});
 }
 
 // Settings
@@ -433,7 +433,7 @@ TEST_F(Refusal, OfANegativeResamplingRateNamesItsKey) {
 TEST_F(Refusal, OfNoArguments) { expect_refused({"experiment is required", "--help"}, {}); }
 
 TEST_F(Refusal, OfAnUnknownMethodListsTheMethods) {
-  expect_refused({"--method: lms not in {auto,ols,wls,iv}"}, {"scara.toml", "--method", "lms"});
+  expect_refused({"--method: \"lms\" is none of \"auto\", \"ols\", \"wls\" and \"iv\""}, {"scara.toml", "--method", "lms"});
 }
 
 TEST_F(Refusal, OfAnUnknownMethodInTheExperimentFile) {

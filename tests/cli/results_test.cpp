@@ -79,7 +79,8 @@ TEST_F(Identify, GivesTheSameWithSeveralThreads) {
   const Outcome several = identify({"scara.toml", "--threads", "3"});
   EXPECT_EQ(several.exit_code, 0);
   EXPECT_EQ(several.out, alone.out);
-  EXPECT_EQ(identify({"scara.toml", "--threads", "0"}).exit_code, 2);
+  EXPECT_EQ(identify({"scara.toml", "--threads", "0"}).exit_code, 0);
+  EXPECT_EQ(identify({"scara.toml", "--threads", "-1"}).exit_code, 2);
 }
 
 TEST_F(Identify, QuietPrintsNothingInADryRunEither) {

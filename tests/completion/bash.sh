@@ -36,8 +36,8 @@ check_options() {
     option=$(grep -oE -- '--[a-z][a-z-]*' <<<"$line" | head -n 1)
     expect "$option" "$name" "$@" --
     checked=$((checked + 1))
-    if [[ $line =~ \{([a-z,_]+)\} ]]; then
-      for choice in ${BASH_REMATCH[1]//,/ }; do
+    if [[ $line =~ \ ([a-z_]+(\|[a-z_]+)+) ]]; then
+      for choice in ${BASH_REMATCH[1]//|/ }; do
         expect "$choice" "$name" "$@" "$option" ''
         expect "$choice" "$name" "$@" "$option" = "${choice:0:2}"
       done
@@ -64,6 +64,12 @@ fi
 if "$tool" --help | grep -q -- '--log FILE'; then
   expect run.csv "$name" 'my robot.toml' --log ''
   expect run.csv "$name" 'my robot.toml' --log run.csv ''
+fi
+if "$tool" --help | grep -q "$name init"; then
+  touch robot.urdf
+  expect robot.urdf "$name" init ''
+  expect run.csv "$name" init robot.urdf ''
+  expect torque_sign "$name" explain torque_
 fi
 if "$tool" --help | grep -q -- '--output DIR'; then
   expect runs "$name" --output ''

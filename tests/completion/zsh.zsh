@@ -51,10 +51,11 @@ for option in ${(f)"$($tool --help | grep -E '^ +(-[a-z], *)?--[a-z]' | grep -oE
   ((++checked))
 done
 ((checked >= 3)) || { print -u2 "$name: only $checked options found in --help"; ((++faults)) }
-for line in ${(f)"$($tool --help | grep -E '^ +--[a-z-]+ .*\{')"}; do
-  option=${${(z)line}[1]}
+for line in ${(f)"$($tool --help | grep -E '^ +--[a-z-]+ [a-z_]+[|]')"}; do
+  words=(${(s: :)line})
+  option=$words[1]
   told=$'\n'"$(completions "$name $option ")"$'\n'
-  for choice in ${(s:,:)${${line#*\{}%%\}*}}; do expect $choice "$name $option "; done
+  for choice in ${(s:|:)words[2]}; do expect $choice "$name $option "; done
 done
 if $tool --help | grep -q EXPERIMENT.toml; then
   told=$'\n'"$(completions "$name ")"$'\n'
