@@ -433,7 +433,8 @@ TEST_F(Refusal, OfANegativeResamplingRateNamesItsKey) {
 TEST_F(Refusal, OfNoArguments) { expect_refused({"experiment is required", "--help"}, {}); }
 
 TEST_F(Refusal, OfAnUnknownMethodListsTheMethods) {
-  expect_refused({"--method: \"lms\" is none of \"auto\", \"ols\", \"wls\" and \"iv\""}, {"scara.toml", "--method", "lms"});
+  expect_refused({"--method: \"lms\" is none of \"auto\", \"ols\", \"wls\" and \"iv\""},
+                 {"scara.toml", "--method", "lms"});
 }
 
 TEST_F(Refusal, OfAnUnknownMethodInTheExperimentFile) {
