@@ -10,8 +10,21 @@ set(rivid_header_names
     model/parameters
     model/robot
     model/robot_inline
+    online/contact_observer
+    online/friction_monitor
+    online/information_triangle
+    online/load_change
+    online/model
+    online/momentum
+    online/payload_estimator
+    online/prior
+    online/recursive_identifier
+    online/row_noise
+    online/row_stream
+    online/saved_state
     regressor/base
     regressor/base_inline
+    regressor/body_columns
     regressor/kernel
     regressor/pack
     regressor/regressor

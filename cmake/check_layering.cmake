@@ -6,7 +6,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(modules model signal data solve regressor simulate identify excite experiment report export)
+set(modules model signal data solve regressor simulate identify excite online experiment report export)
 set(model_may_include "")
 set(signal_may_include "")
 set(data_may_include "")
@@ -15,9 +15,10 @@ set(regressor_may_include model)
 set(simulate_may_include model regressor data)
 set(identify_may_include model regressor signal data solve simulate)
 set(excite_may_include model regressor solve simulate)
-set(experiment_may_include model regressor signal data identify simulate excite)
-set(report_may_include model regressor data identify simulate excite experiment)
-set(export_may_include model regressor data identify simulate experiment report)
+set(online_may_include model regressor simulate)
+set(experiment_may_include model regressor signal data identify simulate excite online)
+set(report_may_include model regressor data identify simulate excite online experiment)
+set(export_may_include model regressor data identify simulate online experiment report)
 
 include(${CMAKE_CURRENT_LIST_DIR}/RividHeaders.cmake)
 

@@ -7,6 +7,7 @@ cmake_minimum_required(VERSION 3.25)
 
 set(left_out
     rivid/model/kdl.hpp # asks its users to link KDL
+    rivid/simulate/kdl_solver.hpp # the same
 )
 
 file(GLOB_RECURSE present RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/rivid/*.hpp)

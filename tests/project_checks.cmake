@@ -55,7 +55,7 @@ if(TARGET tool_pages)
   find_program(RIVID_BASH bash DOC "bash, for the test of its completions")
   find_program(RIVID_ZSH zsh DOC "zsh, for the test of its completions")
   mark_as_advanced(RIVID_BASH RIVID_ZSH)
-  foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_paper_study rivid_simulate)
+  foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_paper_study rivid_simulate)
     set(pages ${PROJECT_BINARY_DIR}/apps)
     rivid_script_test(man_page_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/tool_pages/check_man_page.cmake cli
                       -DPROGRAM=$<TARGET_FILE:${tool}> -DPAGE=${pages}/${tool}.1)
@@ -73,7 +73,7 @@ if(TARGET tool_pages)
 endif()
 
 if(RIVID_BUILD_APPS AND RIVID_HARDEN AND NOT RIVID_SANITIZE AND CMAKE_READELF)
-  foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_simulate)
+  foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_simulate)
     rivid_script_test(hardening_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
                       -DREADELF=${CMAKE_READELF} -DPROGRAM=$<TARGET_FILE:${tool}>)
   endforeach()

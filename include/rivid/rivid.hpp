@@ -6,7 +6,8 @@
 ///   const rivid::Log log = rivid::read_csv("scara_s2.csv");
 ///   std::cout << rivid::identify(robot, log, {.signal = {.cutoff_hz = 20.0, .decimation = {20}}});
 ///
-/// rivid/model/kdl.hpp is not included here: who starts from a KDL::Chain includes it and links KDL.
+/// rivid/model/kdl.hpp and rivid/simulate/kdl_solver.hpp are not included here: who starts from a KDL::Chain includes them and
+/// links KDL.
 
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/csv.hpp"
@@ -16,6 +17,7 @@
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/experiment/online_file.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/model.hpp"
@@ -32,6 +34,10 @@
 #include "rivid/model/mdh.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/model/urdf.hpp"
+#include "rivid/online/contact_observer.hpp"
+#include "rivid/online/friction_monitor.hpp"
+#include "rivid/online/payload_estimator.hpp"
+#include "rivid/online/recursive_identifier.hpp"
 #include "rivid/output.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/regressor/load.hpp"
@@ -40,6 +46,7 @@
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/monte_carlo.hpp"
+#include "rivid/report/online.hpp"
 #include "rivid/report/payload.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/report/ticks.hpp"

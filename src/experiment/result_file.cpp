@@ -11,6 +11,7 @@
 #include "experiment/text_file.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "rivid/error.hpp"
+#include "rivid/experiment/online_file.hpp"
 
 namespace rivid {
 
@@ -261,11 +262,63 @@ IdentifiedRobot identified(const std::filesystem::path& path, const Robot* expec
   return out;
 }
 
+// One of the numbers of each joint's part of the fit.
+Vector of_joints(const JsonNode& file, const char* member, Index joints) {
+  const std::vector<JsonNode> parts = file.at("fit").at("joints").list();
+  if (static_cast<Index>(parts.size()) != joints) {
+    file.at("fit").at("joints").fail("must have one entry for each of the " + std::to_string(joints) +
+                                     " joints");
+  }
+  Vector out(joints);
+  for (std::size_t j = 0; j < parts.size(); ++j) {
+    out[static_cast<Index>(j)] = parts[j].at(member).number();
+  }
+  return out;
+}
+
+void expect_usable(const std::string& who, const OnlineModel& found) {
+  if (const auto fault = found.complaint()) {
+    throw InputError(who + ": " + *fault);
+  }
+}
+
 }  // namespace
 
 IdentifiedRobot read_identified_robot(const std::filesystem::path& path,
                                       const IdentifiedModelOptions& options) {
   return identified(path, nullptr, options);
+}
+
+OnlineModel online_model(const Robot& robot, const Identification& result) {
+  if (result.status != Status::identified) {
+    throw InputError("online_model: the result is not identified");
+  }
+  OnlineModel out{robot, result.base, result.chi, result.C_chi, Vector(robot.size()), Vector(robot.size())};
+  if (static_cast<Index>(result.fit.joints.size()) != robot.size()) {
+    throw InputError("online_model: the result is that of another robot");
+  }
+  for (Index j = 0; j < robot.size(); ++j) {
+    out.sigma_rho[j] = result.fit.joints[static_cast<std::size_t>(j)].sigma_rho;
+    out.velocity_threshold[j] = result.fit.joints[static_cast<std::size_t>(j)].velocity_threshold;
+  }
+  expect_usable("online_model", out);
+  return out;
+}
+
+OnlineModel read_online_model(const std::filesystem::path& path, const IdentifiedModelOptions& options) {
+  const nlohmann::json content = parsed(path);
+  const JsonNode file(content, path.string());
+  expect_result(file, options);
+  OnlineModel out;
+  out.robot = result_robot(file.at("robot"));
+  out.base = base_parameters(out.robot);
+  out.chi = out.base.from_standard(
+      values(file, out.base, {.parameters = ParameterSet::estimate, .force = options.force}));
+  out.C_chi = square(file.at("covariance").at("C_chi"));
+  out.sigma_rho = of_joints(file, "sigma_rho", out.robot.size());
+  out.velocity_threshold = of_joints(file, "velocity_threshold", out.robot.size());
+  expect_usable(path.string(), out);
+  return out;
 }
 
 DynamicModel read_identified_model(const std::filesystem::path& path, const IdentifiedModelOptions& options) {

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "../robots.hpp"
+#include "rivid/experiment/online_file.hpp"
+#include "rivid/identify/identification.hpp"
+#include "rivid/model/urdf.hpp"
+#include "rivid/online/model.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
+#include "support/online.hpp"
+
+// Three arms that are known exactly, and what estimators would be given of them.
+namespace rivid::benchmarks {
+
+inline constexpr double f_m = 1000.0;             // ticks a second
+inline constexpr double encoder_noise = 1e-5;     // rad
+inline constexpr double identified_seconds = 30;  // of the log that an arm was identified from
+
+struct Arm {
+  std::string name;
+  Robot robot;
+  Vector chi_st;        // the truth
+  Vector torque_noise;  // of each tick, (n) [N·m]
+  OnlineModel model;    // identified from a noisy log
+};
+
+// Friction that arms of this size have, and links of a few kilograms that get lighter towards the tip.
+inline void give_bodies(Robot& robot, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const auto n = robot.joints.size();
+  for (std::size_t j = 0; j < n; ++j) {
+    const double part = 1.0 - static_cast<double>(j) / static_cast<double>(n);
+    const double mass = 1.0 + 7.0 * part;
+    const Eigen::Vector3d com(0.1 * unit(random) - 0.05, 0.1 * unit(random) - 0.05,
+                              0.1 * unit(random) - 0.05);
+    const Eigen::Vector3d second =
+        mass * 0.006 * Eigen::Vector3d(0.5 + unit(random), 0.5 + unit(random), 0.5 + unit(random));
+    robot.inertials[j] = inertial_from_com(
+        mass, com, Eigen::Matrix3d((second.sum() * Eigen::Vector3d::Ones() - second).asDiagonal()));
+    Joint& joint = robot.joints[j];
+    joint.friction = Friction::symmetric;
+    joint.Ia = 0.05 + 0.8 * part * part;
+    joint.Fv = 1.0 + 9.0 * part;
+    joint.Fc = 1.0 + 7.0 * part;
+  }
+}
+
+inline Vector noise_of(Index joints) {
+  return Vector::LinSpaced(joints, 2.0, 0.4);  // of the torques at 1 kHz
+}
+
+inline Matrix noisy(const Matrix& x, const Vector& sigma, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  Matrix out = x;
+  for (Index k = 0; k < x.rows(); ++k) {
+    for (Index j = 0; j < x.cols(); ++j) {
+      out(k, j) += sigma[j] * normal(random);
+    }
+  }
+  return out;
+}
+
+// Torques of a motion, one row a sample.
+inline Matrix torques_of(const Robot& robot, const Vector& chi_st, const Motion& motion) {
+  InverseDynamics dynamics{DynamicModel(robot, chi_st)};
+  Matrix out(motion.joints(), motion.samples());
+  const Matrix q = motion.q.transpose();
+  const Matrix qd = motion.qd.transpose();
+  const Matrix qdd = motion.qdd.transpose();
+  for (Index k = 0; k < motion.samples(); ++k) {
+    dynamics.torque(q.col(k), qd.col(k), qdd.col(k), out.col(k));
+  }
+  return out.transpose();
+}
+
+inline Arm identified(std::string name, Robot robot, std::uint64_t seed) {
+  Arm out{std::move(name), std::move(robot), {}, {}, {}};
+  out.chi_st = out.robot.chi_st();
+  out.torque_noise = noise_of(out.robot.size());
+  std::mt19937_64 random(seed);
+  Log log;
+  log.source = out.name;
+  log.f_m = f_m;
+  log.t = test::ticks(identified_seconds, f_m);
+  const Motion motion = test::Wandering(out.robot.size(), seed + 1000, 0.6, 1.0).at(log.t);
+  log.q = noisy(motion.q, Vector::Constant(out.robot.size(), encoder_noise), random);
+  log.tau = noisy(torques_of(out.robot, out.chi_st, motion), out.torque_noise, random);
+  Estimation estimation;
+  estimation.method = Wls{};
+  estimation.signal.decimation = {25};
+  estimation.signal.torque_held = false;
+  out.model = online_model(out.robot, identify(out.robot, log, estimation));
+  return out;
+}
+
+inline std::vector<Arm> arms(const std::string& data) {
+  Robot tx = tx40();
+  Robot seven = panda();
+  Robot six = read_urdf(data + "/six_axis/six_axis.urdf");
+  give_bodies(tx, 1);
+  give_bodies(seven, 2);
+  give_bodies(six, 3);
+  std::vector<Arm> out;
+  out.push_back(identified("six_axis", std::move(six), 13));
+  out.push_back(identified("tx40", std::move(tx), 11));
+  out.push_back(identified("panda", std::move(seven), 12));
+  return out;
+}
+
+// The truth with friction that has changed since: every coefficient by a normal part of itself.
+inline Vector with_friction_error(const Robot& robot, Vector chi_st, double part, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  const std::vector<StandardParameter> all = robot.standard_parameters();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (role(all[i].kind) == Role::dry || role(all[i].kind) == Role::viscous) {
+      chi_st[static_cast<Index>(i)] *= std::max(1.0 + part * normal(random), 0.2);
+    }
+  }
+  return chi_st;
+}
+
+// A compact body of 0.5 to 10 kg, up to 15 cm from the flange.
+inline Inertial random_payload(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const double mass = 0.5 * std::pow(20.0, unit(random));
+  const Eigen::Vector3d com(0.2 * unit(random) - 0.1, 0.2 * unit(random) - 0.1, 0.15 * unit(random));
+  const double a = 0.03 + 0.07 * unit(random);
+  const double b = 0.03 + 0.07 * unit(random);
+  const double c = 0.03 + 0.07 * unit(random);
+  const Eigen::Vector3d moments(b * b + c * c, a * a + c * c, a * a + b * b);
+  return inertial_from_com(mass, com, Eigen::Matrix3d((mass / 3.0 * moments).asDiagonal()));
+}
+
+}  // namespace rivid::benchmarks

@@ -1,0 +1,458 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/online/momentum.hpp"
+#include "rivid/online/saved_state.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+struct ContactObserverOptions {
+  double f_m = 1000.0;  ///< ticks a second [Hz]
+  double bandwidth =
+      30.0;  ///< of the observer: r follows the external torque like a first-order low-pass [rad/s]
+  double alarms_per_hour = 1.0;  ///< false alarms of all joints together that the thresholds are made for
+  /// v_s of each joint, (n) [rad/s | m/s]: friction is smoothed by tanh(q̇ / v_s). At half of it and below a joint counts as at rest.
+  Vector smoothing_speed = {};  ///< empty: 0.02 each
+  double settling = 0.15;       ///< time after a reversal that has a threshold of its own [s]
+
+  [[nodiscard]] std::optional<std::string> complaint(Index joints) const {
+    const auto positive = [](const char* name, double value, const char* unit) -> std::optional<std::string> {
+      if (std::isfinite(value) && value > 0.0) {
+        return std::nullopt;
+      }
+      return std::string(name) + " is " + number(value) + unit + ", must be positive";
+    };
+    for (const auto& fault :
+         {positive("f_m", f_m, " Hz"), positive("bandwidth", bandwidth, " rad/s"),
+          positive("alarms_per_hour", alarms_per_hour, ""), positive("settling", settling, " s")}) {
+      if (fault) {
+        return fault;
+      }
+    }
+    if (bandwidth >= f_m) {
+      return "bandwidth is " + number(bandwidth) + " rad/s, must lie below f_m = " + number(f_m) + " Hz";
+    }
+    if (smoothing_speed.size() != 0 &&
+        (smoothing_speed.size() != joints || !(smoothing_speed.array() > 0.0).all())) {
+      return "smoothing_speed must have " + std::to_string(joints) + " positive values, one a joint";
+    }
+    return std::nullopt;
+  }
+};
+
+/// External torques by the generalised momentum [De Luca 2006]: without measured accelerations,
+///
+///   p = M(q) q̇,   r = K (p − ∫ (τ − friction + Cᵀ q̇ − g + r) dt),
+///
+/// so that ṙ = K (τ_ext − r): r is the external torque behind a low-pass of `bandwidth`. The integral is exact for a τ that is
+/// held from tick to tick.
+///
+/// **Thresholds** are those of the robot's own residual. While update() is told to learn, mean and deviation of each joint's r are
+/// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed), and the size of the peaks above three
+/// deviations; exponential tails then give the threshold for the false alarms that the options ask for. Before
+/// anything was learned there is no threshold and no contact.
+///
+/// After the constructor no member allocates, throws or locks.
+///
+/// @tparam Scalar  double or float
+template <typename Scalar>
+class ContactObserver {
+ public:
+  using Values = Eigen::Ref<const Eigen::VectorX<Scalar>>;
+  using Result = Eigen::VectorX<Scalar>;
+
+  enum class Mode {
+    observe,  ///< thresholds stay
+    learn     ///< nothing touches the robot: thresholds follow the residual
+  };
+
+  /// @throws InputError  where options can not be used
+  explicit ContactObserver(const ModelData& model, const ContactObserverOptions& options = {});
+
+  [[nodiscard]] Index size() const noexcept { return momentum_.size(); }
+
+  /// Takes a tick. A tick with a number that is not finite starts the observer anew.
+  ///
+  /// @param q    positions, (n) [rad | m]
+  /// @param qd   velocities, (n) [rad/s | m/s]
+  /// @param tau  torques from the last tick to this one, joint side, (n) [N·m | N]
+  /// @return     whether there is a contact
+  bool update(const Values& q, const Values& qd, const Values& tau, Mode mode = Mode::observe) noexcept;
+
+  /// r, the external torque, (n) [N·m | N].
+  [[nodiscard]] const Result& residual() const noexcept { return residual_; }
+  /// r without its mean in the present class of motion, over the threshold: a contact where above 1 in magnitude, (n).
+  [[nodiscard]] const Result& relative() const noexcept { return relative_; }
+  /// Present threshold of joint j [N·m | N]; infinite before anything was learned.
+  [[nodiscard]] Scalar threshold(Index j) const noexcept;
+  /// Standard deviations that the threshold of joint j lies above the mean.
+  [[nodiscard]] Scalar level(Index j) const noexcept { return static_cast<Scalar>(levels_[j]); }
+
+  [[nodiscard]] bool contact() const noexcept { return link_ >= 0; }
+  /// The link that is touched, counted from 0: the last joint that feels it moves it. A force through the axes of joints behind is not
+  /// seen by these, so it may be a later link. −1 without a contact.
+  [[nodiscard]] Index link() const noexcept { return link_; }
+
+  /// The smallest force on a point of a link that explains the residual of joints 0 … link, weighted by their deviations, in
+  /// the axes of the base [N]. Of a link near the base some directions are not seen; they count as zero.
+  ///
+  /// @param link   counted from 0
+  /// @param point  in the frame j of the link [m]
+  [[nodiscard]] Eigen::Vector3<Scalar> force(Index link, const Eigen::Vector3<Scalar>& point) const noexcept;
+
+  /// A body on the last link that the model does not have, XX … M in the frame of that link: PayloadEstimator::inertial().
+  /// Else its weight is an external torque. The observer begins anew; thresholds stay.
+  void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept {
+    const Inertial in_link = body.template cast<double>();
+    momentum_.set_payload(transformed(in_link, axes_, Eigen::Vector3d::Zero()));
+    reset();
+  }
+
+  /// Begins anew; thresholds stay.
+  void reset() noexcept { running_ = false; }
+  /// Thresholds are forgotten too.
+  void forget() noexcept {
+    reset();
+    std::ranges::fill(classes_, Moments{});
+    std::ranges::fill(tails_, Tail{});
+    levels_.setConstant(std::numeric_limits<double>::infinity());
+  }
+
+  template <typename Visit>
+  void visit_state(Visit& visit) noexcept {
+    for (Result* const x : {&residual_, &relative_, &p_, &rate_, &friction_, &q_}) {
+      visit(x->data(), static_cast<std::size_t>(x->size()));
+    }
+    visit(levels_.data(), static_cast<std::size_t>(levels_.size()));
+    visit(classes_.data(), classes_.size());
+    visit(tails_.data(), tails_.size());
+    visit(motions_.data(), motions_.size());
+    visit(&link_, 1);
+    visit(&running_, 1);
+  }
+
+ private:
+  // Classes of a joint's motion: at rest, and by direction after a reversal and by octaves of speed.
+  static constexpr int octaves = 7;
+  static constexpr int class_count = 1 + 2 * (1 + octaves);
+  static constexpr int at_rest = 0;
+  // Above so many deviations a residual is a peak …
+  static constexpr double peak = 3.0;
+  // … whose size above that has this mean for a normal residual: what is assumed before any was seen.
+  static constexpr double usual_excess = 0.3;
+  // No threshold is lower, in deviations.
+  static constexpr double least_level = 4.0;
+  // Time in a class before its moments are its own [s].
+  static constexpr double enough = 1.0;
+
+  struct Moments {
+    double count = 0.0;
+    double mean = 0.0;
+    double square = 0.0;  // Σ (r − mean)²
+  };
+  struct Tail {
+    double seconds = 0.0;
+    double peaks = 0.0;
+    double excess = 0.0;   // sum over the peaks
+    double highest = 0.0;  // of the peak at hand; 0: none
+  };
+  struct Motion1 {
+    int direction = 0;
+    double since_reversal = 1e9;  // [s]
+    int kind = at_rest;
+  };
+
+  [[nodiscard]] static InverseDynamicsOptions smoothing(const ModelData& model,
+                                                        const ContactObserverOptions& options);
+  void classify(Index j, const Scalar& speed) noexcept;
+  void learn(Index j) noexcept;
+  void judge() noexcept;
+  [[nodiscard]] const Moments& moments(Index j) const noexcept;
+  [[nodiscard]] double deviation(Index j) const noexcept;
+  [[nodiscard]] bool known(const Moments& m) const noexcept { return m.count >= enough * options_.f_m; }
+
+  ModelData model_;
+  ContactObserverOptions options_;
+  detail::Momentum<Scalar> momentum_;
+  BasicInverseDynamics<Scalar> dynamics_;
+  Vector smoothing_speed_;
+  Eigen::Matrix3d axes_;  // of the last link's frame in its frame j
+  Scalar keep_;
+  Result residual_, relative_, p_, rate_, friction_, q_, next_p_, next_rate_, next_friction_;
+  Vector levels_;
+  std::vector<Moments> classes_;  // class_count of each joint, then one of all
+  std::vector<Tail> tails_;
+  std::vector<Motion1> motions_;
+  Index link_ = -1;
+  bool running_ = false;
+};
+
+template <typename Scalar>
+InverseDynamicsOptions ContactObserver<Scalar>::smoothing(const ModelData& model,
+                                                          const ContactObserverOptions& options) {
+  if (const auto fault = options.complaint(model.size())) {
+    throw InputError("ContactObserver: " + *fault);
+  }
+  for (const DryFriction& element : model.dry_friction) {
+    if (element.load > 0.0) {
+      throw InputError("ContactObserver: friction of " + element.name +
+                       " follows the load, which the momentum does not know; take a model with symmetric or "
+                       "root friction");
+    }
+  }
+  constexpr double usual_speed = 0.02;
+  return {.smoothing_speed = options.smoothing_speed.size() > 0
+                                 ? options.smoothing_speed
+                                 : Vector(Vector::Constant(model.size(), usual_speed))};
+}
+
+template <typename Scalar>
+ContactObserver<Scalar>::ContactObserver(const ModelData& model, const ContactObserverOptions& options)
+    : model_(model),
+      options_(options),
+      momentum_(model),
+      dynamics_(model, smoothing(model, options)),
+      smoothing_speed_(smoothing(model, options).smoothing_speed),
+      axes_(link_axes(model.chain.links.back()).transpose()),
+      keep_(static_cast<Scalar>(std::exp(-options.bandwidth / options.f_m))),
+      levels_(Vector::Constant(model.size(), std::numeric_limits<double>::infinity())),
+      classes_(static_cast<std::size_t>(model.size()) * (class_count + 1)),
+      tails_(static_cast<std::size_t>(model.size())),
+      motions_(static_cast<std::size_t>(model.size())) {
+  for (Result* const x :
+       {&residual_, &relative_, &p_, &rate_, &friction_, &q_, &next_p_, &next_rate_, &next_friction_}) {
+    *x = Result::Zero(model.size());
+  }
+}
+
+template <typename Scalar>
+bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Values& tau,
+                                     Mode mode) noexcept {
+  const Index n = size();
+  if (q.size() != n || qd.size() != n || tau.size() != n || !q.allFinite() || !qd.allFinite() ||
+      !tau.allFinite()) {
+    reset();
+    link_ = -1;
+    return false;
+  }
+  momentum_(q.data(), qd.data(), next_p_.data(), next_rate_.data());
+  dynamics_.friction(qd, next_friction_);
+  q_ = q;
+  const auto f = static_cast<Scalar>(options_.f_m);
+  for (Index j = 0; j < n; ++j) {
+    if (running_) {
+      const Scalar driven =
+          tau[j] + Scalar(0.5) * (rate_[j] + next_rate_[j] - friction_[j] - next_friction_[j]);
+      residual_[j] = keep_ * residual_[j] + (Scalar(1) - keep_) * ((next_p_[j] - p_[j]) * f - driven);
+    } else {
+      residual_[j] = Scalar(0);
+    }
+    p_[j] = next_p_[j];
+    rate_[j] = next_rate_[j];
+    friction_[j] = next_friction_[j];
+    classify(j, qd[j]);
+    if (mode == Mode::learn && running_) {
+      learn(j);
+    }
+  }
+  running_ = true;
+  judge();
+  if (mode == Mode::learn) {
+    link_ = -1;
+  }
+  return contact();
+}
+
+template <typename Scalar>
+void ContactObserver<Scalar>::classify(Index j, const Scalar& speed) noexcept {
+  Motion1& motion = motions_[static_cast<std::size_t>(j)];
+  const double v = static_cast<double>(speed);
+  const double slow = 0.5 * smoothing_speed_[j];
+  motion.since_reversal += 1.0 / options_.f_m;
+  const int direction = v > slow ? 1 : v < -slow ? -1 : 0;
+  if (direction != motion.direction) {
+    motion.since_reversal = 0.0;
+    motion.direction = direction;
+  }
+  if (direction == 0) {
+    motion.kind = at_rest;
+    return;
+  }
+  // An error of friction changes its sign with the direction: it belongs to the mean.
+  const int octave = motion.since_reversal < options_.settling
+                         ? 0
+                         : 1 + std::clamp(std::ilogb(std::abs(v) / slow), 0, octaves - 1);
+  motion.kind = 1 + 2 * octave + (direction > 0 ? 0 : 1);
+}
+
+template <typename Scalar>
+void ContactObserver<Scalar>::learn(Index j) noexcept {
+  const double r = static_cast<double>(residual_[j]);
+  const auto add = [&](Moments& m) {
+    m.count += 1.0;
+    const double off = r - m.mean;
+    m.mean += off / m.count;
+    m.square += off * (r - m.mean);
+  };
+  const auto first = static_cast<std::size_t>(j) * (class_count + 1);
+  const auto kind = static_cast<std::size_t>(motions_[static_cast<std::size_t>(j)].kind);
+  add(classes_[first + kind]);
+  add(classes_[first + class_count]);
+  if (!known(classes_[first + kind])) {
+    return;
+  }
+  // The moments are still learned: what was early counts less, in proportion to its time.
+  Tail& tail = tails_[static_cast<std::size_t>(j)];
+  const double keep = 1.0 - 1.0 / classes_[first + class_count].count;
+  tail.seconds = keep * tail.seconds + 1.0 / options_.f_m;
+  tail.peaks *= keep;
+  tail.excess *= keep;
+  const double size = std::abs(r - moments(j).mean) / deviation(j);
+  if (size > peak) {
+    tail.highest = std::max(tail.highest, size);
+  } else if (tail.highest > 0.0) {
+    tail.peaks += 1.0;
+    tail.excess += tail.highest - peak;
+    tail.highest = 0.0;
+  }
+  // One more peak of the usual size stands for those that the time of learning was too short for.
+  const double rate = (tail.peaks + 1.0) / std::max(tail.seconds, 1.0);
+  const double excess = (tail.excess + usual_excess) / (tail.peaks + 1.0);
+  const double wanted = options_.alarms_per_hour / (3600.0 * static_cast<double>(model_.size()));
+  levels_[j] = std::max(peak + excess * std::log(std::max(rate / wanted, 1.0)), least_level);
+}
+
+// Of the class at hand; where that was hardly met, of all motion.
+template <typename Scalar>
+auto ContactObserver<Scalar>::moments(Index j) const noexcept -> const Moments& {
+  const auto first = static_cast<std::size_t>(j) * (class_count + 1);
+  const Moments& own = classes_[first + static_cast<std::size_t>(motions_[static_cast<std::size_t>(j)].kind)];
+  return known(own) ? own : classes_[first + class_count];
+}
+
+template <typename Scalar>
+double ContactObserver<Scalar>::deviation(Index j) const noexcept {
+  const Moments& m = moments(j);
+  return m.count > 1.0 ? std::sqrt(std::max(m.square / m.count, 1e-300))
+                       : std::numeric_limits<double>::infinity();
+}
+
+template <typename Scalar>
+Scalar ContactObserver<Scalar>::threshold(Index j) const noexcept {
+  return static_cast<Scalar>(levels_[j] * deviation(j));
+}
+
+template <typename Scalar>
+void ContactObserver<Scalar>::judge() noexcept {
+  link_ = -1;
+  for (Index j = 0; j < size(); ++j) {
+    const Scalar limit = threshold(j);
+    relative_[j] =
+        std::isfinite(limit) ? (residual_[j] - static_cast<Scalar>(moments(j).mean)) / limit : Scalar(0);
+    if (relative_[j] > Scalar(1) || relative_[j] < Scalar(-1)) {
+      link_ = j;
+    }
+  }
+}
+
+template <typename Scalar>
+Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
+                                                      const Eigen::Vector3<Scalar>& point) const noexcept {
+  using V = Eigen::Vector3<Scalar>;
+  using M = Eigen::Matrix3<Scalar>;
+  if (link < 0 || link >= size()) {
+    return V::Zero();
+  }
+  const auto pose = [&](Index last, auto&& visit) {
+    M R = M::Identity();
+    V p = V::Zero();
+    for (Index j = 0; j <= last; ++j) {
+      const Chain::Link& l = model_.chain.links[static_cast<std::size_t>(j)];
+      const V offset = l.p.template cast<Scalar>();
+      for (Index i = 0; i < 3; ++i) {
+        p[i] += R(i, 0) * offset[0] + R(i, 1) * offset[1] + R(i, 2) * offset[2];
+      }
+      M next;
+      for (Index i = 0; i < 3; ++i) {
+        for (Index k = 0; k < 3; ++k) {
+          next(i, k) = R(i, 0) * static_cast<Scalar>(l.R(0, k)) + R(i, 1) * static_cast<Scalar>(l.R(1, k)) +
+                       R(i, 2) * static_cast<Scalar>(l.R(2, k));
+        }
+      }
+      R = next;
+      if (l.type == JointType::revolute) {
+        Scalar s(0);
+        Scalar c(1);
+        detail::sin_cos(q_[j], s, c);
+        for (Index i = 0; i < 3; ++i) {
+          const Scalar x = R(i, 0);
+          R(i, 0) = c * x + s * R(i, 1);
+          R(i, 1) = c * R(i, 1) - s * x;
+        }
+      } else {
+        p += R.col(2) * q_[j];
+      }
+      visit(j, R, p);
+    }
+  };
+  V at = V::Zero();
+  pose(link, [&](Index j, const M& R, const V& p) {
+    if (j == link) {
+      at = p + R.col(0) * point[0] + R.col(1) * point[1] + R.col(2) * point[2];
+    }
+  });
+  // Weighted normal equations of three unknowns; a ridge stands for directions that are not seen.
+  std::array<std::array<Scalar, 4>, 3> A{};
+  pose(link, [&](Index j, const M& R, const V& p) {
+    const V axis = R.col(2);
+    const V arm = at - p;
+    const V row = model_.chain.links[static_cast<std::size_t>(j)].type == JointType::revolute
+                      ? V(axis[1] * arm[2] - axis[2] * arm[1], axis[2] * arm[0] - axis[0] * arm[2],
+                          axis[0] * arm[1] - axis[1] * arm[0])
+                      : axis;
+    const double sigma = deviation(j);
+    const Scalar weight = std::isfinite(sigma) ? static_cast<Scalar>(1.0 / (sigma * sigma)) : Scalar(1);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        A[i][k] += weight * row[static_cast<Index>(i)] * row[static_cast<Index>(k)];
+      }
+      A[i][3] += weight * row[static_cast<Index>(i)] * residual_[j];
+    }
+  });
+  const Scalar ridge = Scalar(1e-6) * (A[0][0] + A[1][1] + A[2][2]);
+  if (!(ridge > Scalar(0))) {
+    return V::Zero();
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    A[i][i] += ridge;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = k + 1; i < 3; ++i) {
+      const Scalar factor = A[i][k] / A[k][k];
+      for (std::size_t c = k; c < 4; ++c) {
+        A[i][c] -= factor * A[k][c];
+      }
+    }
+  }
+  V out;
+  for (std::size_t k = 3; k-- > 0;) {
+    Scalar sum = A[k][3];
+    for (std::size_t c = k + 1; c < 3; ++c) {
+      sum -= A[k][c] * out[static_cast<Index>(c)];
+    }
+    out[static_cast<Index>(k)] = sum / A[k][k];
+  }
+  return out;
+}
+
+}  // namespace rivid

@@ -1,0 +1,270 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <type_traits>
+#include <vector>
+
+#include "rivid/regressor/pack.hpp"
+#include "rivid/types.hpp"
+
+namespace rivid::detail {
+
+// Square-root information of a linear estimate: the triangle [R z] with R χ = z, to which rows w χ = y are added by Givens
+// rotations, one after the other and a part at a time, so that no tick of a control loop gets the work of many. At every
+// moment [R z] is the triangle of all rows that have passed and of what has been done of the one at hand: it can be solved.
+//
+// The unknowns that stand first can be forgotten by themselves: the rows of R below theirs are what is known of the
+// others, whatever the first ones are.
+template <typename Scalar>
+class InformationTriangle {
+ public:
+  // What became of a row: with weights 1 / σ, and R the square root of the information before it, `residual` is its prediction error
+  // over the deviation of that, and `gain` = σ over the same deviation.
+  struct Outcome {
+    int tag;
+    Scalar residual;
+    Scalar gain;
+    const Scalar* kept;
+  };
+
+  // size     unknowns
+  // waiting  rows that may wait
+  // kept     first entries of a row that its Outcome shows as they were
+  InformationTriangle(Index size, Index waiting, Index kept = 0)
+      : n_(size),
+        ld_((size + 1 + lanes + lanes - 1) / lanes * lanes),
+        waiting_(waiting),
+        kept_(kept),
+        R_(static_cast<std::size_t>(n_ * ld_), Scalar(0)),
+        rows_(static_cast<std::size_t>(waiting * ld_), Scalar(0)),
+        kept_values_(static_cast<std::size_t>(waiting * kept), Scalar(0)),
+        tags_(static_cast<std::size_t>(waiting), 0) {}
+
+  [[nodiscard]] Index size() const noexcept { return n_; }
+  [[nodiscard]] bool full() const noexcept { return at_.count == waiting_; }
+  [[nodiscard]] bool idle() const noexcept { return at_.count == 0; }
+  // Operations on pairs of entries that a row takes.
+  [[nodiscard]] Index cost_of_row() const noexcept { return (n_ + 1) * (n_ + 2) / 2; }
+
+  [[nodiscard]] Scalar* row_of_R(Index k) noexcept { return &R_[static_cast<std::size_t>(k * ld_)]; }
+  [[nodiscard]] const Scalar* row_of_R(Index k) const noexcept {
+    return &R_[static_cast<std::size_t>(k * ld_)];
+  }
+  [[nodiscard]] Scalar R(Index i, Index j) const noexcept { return row_of_R(i)[j]; }
+  [[nodiscard]] Scalar z(Index i) const noexcept { return row_of_R(i)[n_]; }
+
+  // Room for the next row, full of zeros; entry size() is y. Only where it is not full().
+  [[nodiscard]] Scalar* room() noexcept {
+    Scalar* const out = row(at_.count);
+    std::fill_n(out, ld_, Scalar(0));
+    return out;
+  }
+  void commit(int tag) noexcept {
+    const auto slot = static_cast<std::size_t>((at_.first + at_.count) % waiting_);
+    tags_[slot] = tag;
+    const Scalar* const values = row(at_.count);
+    std::copy_n(values, kept_, kept_values_.data() + static_cast<Index>(slot) * kept_);
+    ++at_.count;
+  }
+
+  // Goes on with the rows that wait, for so many operations at least; calls report(Outcome) for each that is done.
+  // Returns what is left of the operations, 0 where rows are left.
+  template <typename Report>
+  Index work(Index operations, const Report& report) noexcept {
+    while (operations > 0 && at_.count > 0) {
+      Scalar* const w = row(0);
+      for (; at_.column < n_ && operations > 0; ++at_.column) {
+        operations -= rotate(at_.column, w);
+      }
+      if (at_.column < n_) {
+        return 0;
+      }
+      const auto slot = static_cast<std::size_t>(at_.first);
+      report(Outcome{tags_[slot], w[n_], static_cast<Scalar>(at_.gain),
+                     kept_values_.data() + at_.first * kept_});
+      at_.first = (at_.first + 1) % waiting_;
+      --at_.count;
+      at_.column = 0;
+      at_.gain = 1.0;
+    }
+    return std::max<Index>(operations, 0);
+  }
+  template <typename Report>
+  void finish(const Report& report) noexcept {
+    static_cast<void>(work(std::numeric_limits<Index>::max(), report));
+  }
+
+  // All of [R z], to keep and to put back.
+  [[nodiscard]] const std::vector<Scalar>& entries() const noexcept { return R_; }
+  void set_entries(const std::vector<Scalar>& entries) noexcept { std::ranges::copy(entries, R_.begin()); }
+
+  // Rows that wait, and the one at hand, are lost.
+  void drop_waiting() noexcept { at_ = {}; }
+
+  // Information on the unknowns first … first + count − 1, given those behind them, times factor².
+  void fade(Index first, Index count, Scalar factor) noexcept {
+    for (Index k = first; k < first + count; ++k) {
+      Scalar* const r = row_of_R(k);
+      for (Index c = k; c <= n_; ++c) {
+        r[c] = r[c] * factor;
+      }
+    }
+  }
+  // Nothing is known any more of the first unknowns.
+  void forget_first(Index count) noexcept {
+    std::fill_n(R_.begin(), static_cast<std::size_t>(count * ld_), Scalar(0));
+  }
+  void clear() noexcept {
+    std::ranges::fill(R_, Scalar(0));
+    drop_waiting();
+  }
+
+  // χ of R χ = z; false, and no numbers, where R is singular to working precision.
+  bool solve(Scalar* chi) const noexcept {
+    for (Index k = n_; k-- > 0;) {
+      const Scalar* const r = row_of_R(k);
+      if (singular(k)) {
+        std::fill_n(chi, n_, Scalar(std::numeric_limits<double>::quiet_NaN()));
+        return false;
+      }
+      Scalar sum = r[n_];
+      for (Index c = k + 1; c < n_; ++c) {
+        sum = sum - r[c] * chi[c];
+      }
+      chi[k] = sum / r[k];
+    }
+    return true;
+  }
+
+  // Row i of R⁻¹: zeros before its diagonal. Its squares add up to the variance of unknown i, its product with z is the
+  // unknown. No numbers where an entry of R's diagonal is zero.
+  //
+  // x  (room_of_row())
+  void inverse_row(Index i, Scalar* x) const noexcept {
+    std::fill_n(x, ld_, Scalar(0));
+    x[i] = Scalar(1);
+    for (Index k = i; k < n_; ++k) {
+      const Scalar* const r = row_of_R(k);
+      x[k] = x[k] / r[k];
+      subtract(x + k + 1, r + k + 1, n_ - k - 1, x[k]);
+    }
+  }
+  [[nodiscard]] Index room_of_row() const noexcept { return ld_; }
+
+  // The information of another triangle, whole.
+  template <typename Report>
+  void merge(const InformationTriangle& other, const Report& report) noexcept {
+    for (Index k = 0; k < n_; ++k) {
+      finish(report);
+      Scalar* const w = room();
+      std::copy_n(other.row_of_R(k) + k, n_ + 1 - k, w + k);
+      commit(-1);
+    }
+    finish(report);
+  }
+
+  template <typename Visit>
+  void visit_state(Visit& visit) noexcept {
+    visit(R_.data(), R_.size());
+    visit(rows_.data(), rows_.size());
+    visit(kept_values_.data(), kept_values_.size());
+    visit(tags_.data(), tags_.size());
+    visit(&at_, 1);
+  }
+
+ private:
+  static constexpr Index lanes = 4;
+
+  [[nodiscard]] Scalar* row(Index k) noexcept {
+    return &rows_[static_cast<std::size_t>((at_.first + k) % waiting_ * ld_)];
+  }
+
+  [[nodiscard]] bool singular(Index k) const noexcept {
+    using std::abs;
+    Scalar above(0);
+    for (Index i = 0; i <= k; ++i) {
+      above = std::max(above, Scalar(abs(R(i, k))));
+    }
+    constexpr double rounding = std::is_same_v<Scalar, float> ? 0x1p-23 : 0x1p-52;
+    return !(abs(R(k, k)) > Scalar(static_cast<double>(n_) * rounding) * above);
+  }
+
+  // Takes entry k of the row into R; returns the operations.
+  Index rotate(Index k, Scalar* w) noexcept {
+    using std::sqrt;
+    if (w[k] == Scalar(0)) {
+      return 1;
+    }
+    Scalar* const r = row_of_R(k);
+    const Scalar rho = sqrt(Scalar(r[k] * r[k] + w[k] * w[k]));
+    if (!(rho > Scalar(0))) {
+      return 1;
+    }
+    const Scalar c = r[k] / rho;
+    const Scalar s = w[k] / rho;
+    at_.gain *= static_cast<double>(c);
+    turn_rows(r + k, w + k, n_ + 1 - k, c, s);
+    r[k] = rho;
+    w[k] = Scalar(0);
+    return n_ + 1 - k;
+  }
+
+  // Both rows have room behind their end, which holds zeros.
+  static void turn_rows(Scalar* r, Scalar* w, Index count, const Scalar& c, const Scalar& s) noexcept {
+    if constexpr (std::is_same_v<Scalar, double>) {
+      using Four = BasicPack<lanes>;
+      const Four cc(c);
+      const Four ss(s);
+      for (Index k = 0; k < count; k += lanes) {
+        const Four a = Four::load(r + k);
+        const Four b = Four::load(w + k);
+        (cc * a + ss * b).store(r + k);
+        (cc * b - ss * a).store(w + k);
+      }
+    } else {
+      for (Index k = 0; k < count; ++k) {
+        const Scalar a = r[k];
+        r[k] = c * a + s * w[k];
+        w[k] = c * w[k] - s * a;
+      }
+    }
+  }
+
+  // x −= value r, with room behind the end; what is written there means nothing.
+  static void subtract(Scalar* x, const Scalar* r, Index count, const Scalar& value) noexcept {
+    if constexpr (std::is_same_v<Scalar, double>) {
+      using Four = BasicPack<lanes>;
+      const Four factor(value);
+      for (Index k = 0; k < count; k += lanes) {
+        (Four::load(x + k) - factor * Four::load(r + k)).store(x + k);
+      }
+    } else {
+      for (Index k = 0; k < count; ++k) {
+        x[k] = x[k] - value * r[k];
+      }
+    }
+  }
+
+  // Where the work stands.
+  struct Place {
+    Index first = 0;   // row that is at hand …
+    Index count = 0;   // … and how many wait with it
+    Index column = 0;  // of it that is next
+    double gain = 1.0;
+  };
+
+  Index n_;
+  Index ld_;
+  Index waiting_;
+  Index kept_;
+  std::vector<Scalar> R_;  // by rows of length ld_
+  std::vector<Scalar> rows_;
+  std::vector<Scalar> kept_values_;
+  std::vector<int> tags_;
+  Place at_;
+};
+
+}  // namespace rivid::detail

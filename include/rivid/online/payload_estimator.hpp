@@ -1,0 +1,603 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/model/parameters.hpp"
+#include "rivid/online/information_triangle.hpp"
+#include "rivid/online/load_change.hpp"
+#include "rivid/online/model.hpp"
+#include "rivid/online/prior.hpp"
+#include "rivid/online/row_noise.hpp"
+#include "rivid/online/row_stream.hpp"
+#include "rivid/online/saved_state.hpp"
+#include "rivid/regressor/body_columns.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+struct PayloadEstimatorOptions {
+  RowStreamOptions rows = {};
+  /// Pose of the flange frame in the frame of the last link, which payloads are told in: orientation and origin [m].
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  /// Relative standard deviation of the drive gains, as if all erred alike: it is that of the mass.
+  double gain_sigma = 0.0;
+  /// Relative standard deviation by which friction may have changed since the identification: by temperature, say.
+  double friction_change = 0.05;
+  /// Mass and distance from the flange that a payload may have, as standard deviations about none [kg], [m].
+  double mass_scale = 10.0;
+  double length_scale = 0.15;
+  /// Time constant of forgetting while the robot moves [s]: of what was learned; the model's parameters stay known as it knows them. Infinite:
+  /// nothing is forgotten but a payload that has changed.
+  double forgetting = 60.0;
+  double hours_to_false_alarm = 10.0;  ///< mean time of motion to a change of payload that is none [h]
+  double largest_change = 10.0;        ///< of the mass at once, as a standard deviation [kg]
+  /// When numbers are good enough to send: half widths of the 95 % intervals of the mass, relative (or 50 g), and of the centre of mass [m].
+  double good_mass = 0.05;
+  double good_com = 0.02;
+
+  [[nodiscard]] std::optional<std::string> complaint(Index joints) const {
+    struct Named {
+      const char* name;
+      double value;
+    };
+    for (const auto& [name, value] :
+         {Named{"mass_scale", mass_scale}, Named{"length_scale", length_scale},
+          Named{"forgetting", forgetting}, Named{"hours_to_false_alarm", hours_to_false_alarm},
+          Named{"largest_change", largest_change}, Named{"good_mass", good_mass},
+          Named{"good_com", good_com}}) {
+      if (!(value > 0.0)) {
+        return std::string(name) + " is " + number(value) + ", must be positive";
+      }
+    }
+    if (!(gain_sigma >= 0.0) || !(friction_change >= 0.0)) {
+      return "gain_sigma is " + number(gain_sigma) + " and friction_change " + number(friction_change) +
+             ", must not be negative";
+    }
+    double off = 0.0;
+    for (Index i = 0; i < 3; ++i) {
+      for (Index k = 0; k < 3; ++k) {
+        off = std::max(off, std::abs(R.col(i).dot(R.col(k)) - (i == k ? 1.0 : 0.0)));
+      }
+    }
+    if (!(off < 1e-6) || !p.allFinite()) {
+      return "R is no rotation, or p is not finite";
+    }
+    return rows.complaint(joints);
+  }
+};
+
+/// A payload as an estimator sees it, in the flange frame.
+template <typename Scalar>
+struct OnlinePayload {
+  Scalar mass = 0;        ///< [kg], not negative
+  Scalar mass_sigma = 0;  ///< standard deviation, all that is not known included
+  Eigen::Vector3<Scalar> com =
+      Eigen::Vector3<Scalar>::Zero();  ///< centre of mass [m]; zero where `held` is not set
+  Eigen::Vector3<Scalar> com_sigma = Eigen::Vector3<Scalar>::Zero();  ///< [m]
+  /// About the centre of mass, axes of the flange [kg·m²]: of some body. Zero where the motion does not show it.
+  Eigen::Matrix3<Scalar> inertia = Eigen::Matrix3<Scalar>::Zero();
+  Eigen::Vector3<Scalar> inertia_sigma = Eigen::Vector3<Scalar>::Zero();  ///< of Ixx Iyy Izz [kg·m²]
+  bool held = false;  ///< whether there is a payload: the mass is above two deviations
+  bool body = false;  ///< whether the inertia is told, else the payload is a point
+  /// Whether mass and centre of mass are known well enough for set_target_payload() or setLoad(), and nothing has
+  /// changed in the last half second of motion.
+  bool good = false;
+
+  /// Half width of the 95 % interval of the mass.
+  [[nodiscard]] Scalar mass_half_width() const { return quantile * mass_sigma; }
+
+  static constexpr Scalar quantile = Scalar(1.96);  ///< of 97.5 %
+};
+
+/// What hangs on the flange, in the control loop: mass, centre of mass and inertia with intervals, and when that changes.
+///
+/// The ten parameters λ of a body on the last link and the base parameters χ of the arm are estimated together from the rows of
+/// RowStream,
+///
+///   y = W χ + L λ + e,
+///
+/// with the model's χ̂ and covariance as what is known beforehand, friction of which may have changed by `friction_change`. So the interval of
+/// the payload carries what is not known of the arm, and friction that has warmed up is no payload. Errors of a joint's rows that are alike
+/// from row to row count with their long-run variance; the gains' deviation is added. Nothing but q and τ is measured:
+/// no acceleration, see RowStream.
+///
+/// A change of the payload is found by a likelihood-ratio test of the prediction errors on the columns of L that belong to mass and first
+/// moments, over three lengths of memory; its threshold follows from `hours_to_false_alarm`. Then the estimate of the arm goes back
+/// to before the change, and the payload is learned anew.
+///
+/// A tick costs the same as any other: the triangle takes a row over several ticks, and the solution is made row by row, so that payload() is
+/// 11 ticks old at most. After the constructor no member allocates, throws or locks.
+///
+/// @tparam Scalar  double or float
+template <typename Scalar>
+class PayloadEstimator {
+ public:
+  using Values = typename RowStream<Scalar>::Values;
+
+  /// A change of the payload.
+  struct Change {
+    /// Whether the mass has grown or fallen; `unclear` until the new one is known, unless there was none before.
+    enum class Kind { none, unclear, pick_up, release };
+    Kind kind = Kind::none;
+    Index tick = 0;          ///< when it was found, counted from the first
+    Scalar mass_before = 0;  ///< and the mass and its deviation until then [kg]
+    Scalar sigma_before = 0;
+  };
+
+  /// @throws InputError  where model or options can not be used
+  explicit PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options = {});
+
+  [[nodiscard]] Index joints() const noexcept { return rows_.size(); }
+
+  /// Takes a tick.
+  ///
+  /// @param q    positions, (n) [rad | m]
+  /// @param tau  torques, joint side, or currents times drive gains, (n) [N·m | N]
+  /// @return     whether a change of the payload was found
+  bool update(const Values& q, const Values& tau) noexcept;
+
+  /// Instead of update(), for a tick that says nothing of the payload: while something touches the robot.
+  void pause() noexcept {
+    rows_.reset();
+    ++counters_.ticks;
+  }
+
+  [[nodiscard]] const OnlinePayload<Scalar>& payload() const noexcept { return payload_; }
+  /// The last change that was found.
+  [[nodiscard]] const Change& change() const noexcept { return change_; }
+  /// The payload's parameters as columns of the last link have them, XX … M [frame of the link].
+  [[nodiscard]] const Eigen::Matrix<Scalar, inertial_count, 1>& inertial() const noexcept { return lambda_; }
+  /// Deviation that rows of joint j count with, alike as they are [N·m | N].
+  [[nodiscard]] Scalar row_sigma(Index j) const noexcept {
+    return static_cast<Scalar>(noise_.sigma(static_cast<std::size_t>(j)));
+  }
+  /// The test of a change over its threshold; above 1 there is one.
+  [[nodiscard]] Scalar suspicion() const noexcept { return static_cast<Scalar>(load_change_.suspicion()); }
+
+  /// All work that waits, and the solution: what the next ticks would do.
+  void finish() noexcept;
+
+  template <typename Visit>
+  void visit_state(Visit& visit) noexcept {
+    rows_.visit_state(visit);
+    triangle_.visit_state(visit);
+    for (Snapshot& snapshot : snapshots_) {
+      visit(snapshot.R.data(), snapshot.R.size());
+      visit(snapshot.noise.data(), snapshot.noise.size());
+    }
+    visit(noise_.states().data(), noise_.states().size());
+    load_change_.visit_state(visit);
+    visit(inverse_.data(), inverse_.size());
+    visit(lambda_.data(), inertial_count);
+    visit(next_lambda_.data(), inertial_count);
+    for (Scalar* const x : {&payload_.mass, &payload_.mass_sigma}) {
+      visit(x, 1);
+    }
+    for (Eigen::Vector3<Scalar>* const x : {&payload_.com, &payload_.com_sigma, &payload_.inertia_sigma}) {
+      visit(x->data(), 3);
+    }
+    visit(payload_.inertia.data(), 9);
+    for (bool* const x : {&payload_.held, &payload_.body, &payload_.good}) {
+      visit(x, 1);
+    }
+    visit(&change_, 1);
+    visit(&counters_, 1);
+  }
+
+ private:
+  using Triangle = detail::InformationTriangle<Scalar>;
+  using Outcome = typename Triangle::Outcome;
+  using Ten = Eigen::Matrix<Scalar, inertial_count, 1>;
+  using TenByTen = Eigen::Matrix<Scalar, inertial_count, inertial_count>;
+
+  // Earlier states to go back to after a change.
+  struct Snapshot {
+    std::vector<Scalar> R;
+    std::vector<detail::RowNoise::State> noise;
+  };
+  struct Counters {
+    Index ticks = 0;
+    Index until_step = 0;    // ticks until information fades again
+    Index steps = 0;         // strides of motion so far
+    Index since_change = 0;  // strides of motion since the payload changed
+    Index prior_row = 0;     // that is repeated next
+    Index solution_row = 0;  // that is made next
+    int younger_snapshot = 0;
+  };
+  static constexpr double half_a_second = 0.5;
+  // Deviations of principal moments up to this part of the largest moment show an inertia.
+  static constexpr double visible_inertia = 0.5;
+  static constexpr double least_good_mass = 0.05;  // [kg]
+  static constexpr double held_deviations = 2.0;
+
+  void make_prior(const OnlineModel& model);
+  void make_flange();
+  void take(const Outcome& outcome) noexcept;
+  void add(const typename RowStream<Scalar>::Row& row) noexcept;
+  void make_room() noexcept;
+  void step() noexcept;
+  void repeat_prior() noexcept;
+  void take_snapshot() noexcept;
+  void forget_payload() noexcept;
+  void begin_payload() noexcept;
+  void solve_a_row() noexcept;
+  void tell() noexcept;
+  void tell_inertia(const Eigen::Matrix3<Scalar>& I, const Eigen::Vector3<Scalar>& sigma) noexcept;
+
+  PayloadEstimatorOptions options_;
+  detail::BodyColumns columns_;
+  RowStream<Scalar> rows_;
+  Index b_;
+  Triangle triangle_;  // of [λ, χ]
+  Triangle prior_;     // what is known beforehand, of the same
+  detail::RowNoise noise_;
+  detail::LoadChange load_change_;
+  std::array<Snapshot, 2> snapshots_;
+  std::vector<Scalar> inverse_;  // first rows of R⁻¹, as far as they are made
+  TenByTen to_flange_;
+  Ten lambda_ = Ten::Zero();
+  Ten next_lambda_ = Ten::Zero();
+  OnlinePayload<Scalar> payload_;
+  Change change_;
+  Counters counters_;
+  double keep_ = 1.0;  // of R after one stride of motion
+  double repeated_ = 0.0;
+  Index operations_;
+  Index steps_between_snapshots_;
+  Index steps_of_half_a_second_;
+};
+
+template <typename Scalar>
+PayloadEstimator<Scalar>::PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options)
+    : options_(options),
+      columns_(model.robot, model.base),
+      rows_(model.robot, columns_.all.columns(), detail::row_options("PayloadEstimator", model, options)),
+      b_(model.base.size()),
+      triangle_(inertial_count + b_, 2 * model.robot.size() + 1, inertial_count),
+      prior_(inertial_count + b_, 1),
+      noise_(model.sigma_rho, static_cast<double>(rows_.stride()) / options.rows.f_m),
+      load_change_({.per_second = options.rows.f_m / static_cast<double>(rows_.stride()),
+                    .hours_to_false_alarm = options.hours_to_false_alarm,
+                    .mass = options.largest_change,
+                    .length = options.length_scale}),
+      inverse_(static_cast<std::size_t>(inertial_count * triangle_.room_of_row()), Scalar(0)) {
+  const double stride = static_cast<double>(rows_.stride()) / options.rows.f_m;
+  keep_ = std::exp(-0.5 * stride / options.forgetting);
+  const Index n = triangle_.size();
+  repeated_ = std::sqrt(static_cast<double>(n) * (1.0 - keep_ * keep_));
+  operations_ = (rows_.size() + 1) * triangle_.cost_of_row() / rows_.stride() + n;
+  steps_of_half_a_second_ = std::max<Index>(std::lround(half_a_second / stride), 1);
+  steps_between_snapshots_ = steps_of_half_a_second_;
+  make_flange();
+  make_prior(model);
+  for (Snapshot& snapshot : snapshots_) {
+    snapshot.R = triangle_.entries();
+    snapshot.noise = noise_.states();
+  }
+  finish();
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::make_flange() {
+  const Eigen::Matrix3d back = options_.R.transpose();
+  const Eigen::Vector3d origin(-options_.R.col(0).dot(options_.p), -options_.R.col(1).dot(options_.p),
+                               -options_.R.col(2).dot(options_.p));
+  for (Index k = 0; k < inertial_count; ++k) {
+    to_flange_.col(k) = transformed(Inertial::Unit(k), back, origin).template cast<Scalar>();
+  }
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::make_prior(const OnlineModel& model) {
+  Matrix C = model.C_chi;
+  for (Index i = 0; i < b_; ++i) {
+    const StandardParameter& p = model.base.parameters[static_cast<std::size_t>(i)].leading;
+    if (!is_friction(p.kind)) {
+      continue;
+    }
+    double size = std::abs(model.chi[i]);
+    if (role(p.kind) == Role::constant) {  // an offset changes with the dry friction of its joint
+      for (Index k = 0; k < b_; ++k) {
+        const StandardParameter& other = model.base.parameters[static_cast<std::size_t>(k)].leading;
+        size = other.joint == p.joint && role(other.kind) == Role::dry ? std::abs(model.chi[k]) : size;
+      }
+    }
+    C(i, i) += options_.friction_change * options_.friction_change * size * size;
+  }
+  const Matrix whitening = detail::whitening_of(C, "PayloadEstimator");
+  const auto done = [](const Outcome& /*outcome*/) {};
+  for (Index i = 0; i < inertial_count; ++i) {
+    const double length = i < 6   ? options_.length_scale * options_.length_scale
+                          : i < 9 ? options_.length_scale
+                                  : 1.0;
+    prior_.row_of_R(i)[i] = static_cast<Scalar>(1.0 / (options_.mass_scale * length));
+  }
+  for (Index i = 0; i < b_; ++i) {
+    Scalar* const w = prior_.room();
+    double y = 0.0;
+    for (Index c = 0; c <= i; ++c) {
+      w[inertial_count + c] = static_cast<Scalar>(whitening(i, c));
+      y += whitening(i, c) * model.chi[c];
+    }
+    w[inertial_count + b_] = static_cast<Scalar>(y);
+    prior_.commit(-1);
+    prior_.finish(done);
+  }
+  triangle_.set_entries(prior_.entries());
+}
+
+template <typename Scalar>
+bool PayloadEstimator<Scalar>::update(const Values& q, const Values& tau) noexcept {
+  ++counters_.ticks;
+  if (rows_.update(q, tau)) {
+    rows_.for_each_row([this](const typename RowStream<Scalar>::Row& row) { add(row); });
+    if (counters_.until_step == 0) {
+      step();
+    }
+  }
+  counters_.until_step = std::max<Index>(counters_.until_step - 1, 0);
+  static_cast<void>(triangle_.work(operations_, [this](const Outcome& outcome) { take(outcome); }));
+  bool changed = false;
+  if (load_change_.found()) {
+    change_ = {payload_.held ? Change::Kind::unclear : Change::Kind::pick_up, counters_.ticks, payload_.mass,
+               payload_.mass_sigma};
+    forget_payload();
+    changed = true;
+  }
+  solve_a_row();
+  return changed;
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::add(const typename RowStream<Scalar>::Row& row) noexcept {
+  make_room();
+  Scalar* const w = triangle_.room();
+  const std::vector<Index>& own = rows_.columns().of_joint(row.joint);
+  const Scalar weight = Scalar(1) / static_cast<Scalar>(noise_.sigma(row.joint));
+  for (std::size_t c = 0; c < own.size(); ++c) {
+    const Index at = own[c];
+    const Scalar value = row.values[c] * weight;
+    if (at < b_) {
+      w[inertial_count + at] = value;
+    }
+    for (std::size_t k = 0; k < inertial_count; ++k) {
+      if (columns_.body[k] == at) {
+        w[k] = value;
+      }
+    }
+  }
+  w[triangle_.size()] = row.y * weight;
+  triangle_.commit(static_cast<int>(row.joint));
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::make_room() noexcept {
+  while (triangle_.full()) {
+    static_cast<void>(
+        triangle_.work(triangle_.cost_of_row(), [this](const Outcome& outcome) { take(outcome); }));
+  }
+}
+
+// A row has passed into the triangle.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::take(const Outcome& outcome) noexcept {
+  if (outcome.tag < 0) {
+    return;
+  }
+  const auto j = static_cast<std::size_t>(outcome.tag);
+  const auto residual = static_cast<double>(outcome.residual);
+  noise_.take(j, residual * noise_.sigma(j));
+  std::array<double, 4> l{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    l[k] = static_cast<double>(outcome.gain * outcome.kept[6 + k]);
+  }
+  load_change_.take(l, residual, noise_, j);
+}
+
+// Once a stride while anything moves.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::step() noexcept {
+  counters_.until_step = rows_.stride();
+  ++counters_.steps;
+  ++counters_.since_change;
+  load_change_.step();
+  if (keep_ < 1.0) {
+    triangle_.fade(0, triangle_.size(), static_cast<Scalar>(keep_));
+    repeat_prior();
+  }
+  if (counters_.steps % steps_between_snapshots_ == 0 && load_change_.quiet()) {
+    take_snapshot();
+  }
+}
+
+// What is known beforehand fades with all else, and comes back row by row.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::repeat_prior() noexcept {
+  make_room();
+  Scalar* const w = triangle_.room();
+  const Scalar* const r = prior_.row_of_R(counters_.prior_row);
+  for (Index c = counters_.prior_row; c <= triangle_.size(); ++c) {
+    w[c] = r[c] * static_cast<Scalar>(repeated_);
+  }
+  triangle_.commit(-1);
+  counters_.prior_row = (counters_.prior_row + 1) % triangle_.size();
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::take_snapshot() noexcept {
+  counters_.younger_snapshot = 1 - counters_.younger_snapshot;
+  Snapshot& to = snapshots_[static_cast<std::size_t>(counters_.younger_snapshot)];
+  std::ranges::copy(triangle_.entries(), to.R.begin());
+  std::ranges::copy(noise_.states(), to.noise.begin());
+}
+
+// What was learned of the arm before the payload changed is left; both snapshots are from then.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::forget_payload() noexcept {
+  const Snapshot& before = snapshots_[static_cast<std::size_t>(1 - counters_.younger_snapshot)];
+  triangle_.drop_waiting();
+  triangle_.set_entries(before.R);
+  std::ranges::copy(before.noise, noise_.states().begin());
+  begin_payload();
+  Snapshot& younger = snapshots_[static_cast<std::size_t>(counters_.younger_snapshot)];
+  std::ranges::copy(triangle_.entries(), younger.R.begin());
+  std::ranges::copy(before.noise, younger.noise.begin());
+  std::ranges::copy(triangle_.entries(),
+                    snapshots_[static_cast<std::size_t>(1 - counters_.younger_snapshot)].R.begin());
+  load_change_.reset();
+  counters_.since_change = 0;
+  rows_.reset();
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::begin_payload() noexcept {
+  triangle_.forget_first(inertial_count);
+  for (Index i = 0; i < inertial_count; ++i) {
+    triangle_.row_of_R(i)[i] = prior_.R(i, i);
+  }
+}
+
+// One row of R⁻¹ a tick; after the tenth the solution is told.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::solve_a_row() noexcept {
+  const Index n = triangle_.size();
+  const Index i = counters_.solution_row;
+  if (i == inertial_count) {
+    tell();
+    counters_.solution_row = 0;
+    return;
+  }
+  Scalar* const x = &inverse_[static_cast<std::size_t>(i * triangle_.room_of_row())];
+  triangle_.inverse_row(i, x);
+  Scalar sum(0);
+  for (Index k = i; k < n; ++k) {
+    sum = sum + x[k] * triangle_.z(k);
+  }
+  next_lambda_[i] = sum;
+  ++counters_.solution_row;
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::finish() noexcept {
+  triangle_.finish([this](const Outcome& outcome) { take(outcome); });
+  counters_.solution_row = 0;
+  for (Index i = 0; i <= inertial_count; ++i) {
+    solve_a_row();
+  }
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::tell() noexcept {
+  using std::abs;
+  using std::sqrt;
+  const Index n = triangle_.size();
+  const Index ld = triangle_.room_of_row();
+  lambda_ = next_lambda_;
+  Ten body = Ten::Zero();
+  for (Index k = 0; k < inertial_count; ++k) {
+    body += to_flange_.col(k) * lambda_[k];
+  }
+  const Scalar m = body[9];
+  // Rows of slopes by λ; deviations are norms of slopes times R⁻¹.
+  const auto deviation = [&](const Ten& by_body) {
+    Ten slope;
+    for (Index k = 0; k < inertial_count; ++k) {
+      slope[k] = by_body.dot(to_flange_.col(k));
+    }
+    Scalar sum(0);
+    for (Index c = 0; c < n; ++c) {
+      Scalar entry(0);
+      for (Index k = 0; k < inertial_count; ++k) {
+        entry = entry + slope[k] * inverse_[static_cast<std::size_t>(k * ld + c)];
+      }
+      sum = sum + entry * entry;
+    }
+    return sqrt(sum);
+  };
+  const auto gain = static_cast<Scalar>(options_.gain_sigma);
+  const auto with_gain = [&](const Scalar& sigma, const Scalar& value) {
+    return sqrt(sigma * sigma + gain * gain * value * value);
+  };
+  OnlinePayload<Scalar> out;
+  out.mass_sigma = with_gain(deviation(Ten::Unit(9)), m);
+  out.mass = std::max(m, Scalar(0));
+  out.held = m > static_cast<Scalar>(held_deviations) * out.mass_sigma;
+  if (out.held) {
+    Eigen::Vector3<Scalar> c;
+    Scalar reach(0);
+    for (Index k = 0; k < 3; ++k) {
+      c[k] = body[6 + k] / m;
+      reach = reach + c[k] * c[k];
+    }
+    for (Index k = 0; k < 3; ++k) {
+      Ten slope = Ten::Zero();
+      slope[6 + k] = Scalar(1) / m;
+      slope[9] = -c[k] / m;
+      out.com_sigma[k] = with_gain(deviation(slope), sqrt(reach));
+    }
+    out.com = c;
+    Eigen::Matrix3<Scalar> I;
+    I << body[0], body[1], body[2], body[1], body[3], body[4], body[2], body[4], body[5];
+    Eigen::Vector3<Scalar> sigma;
+    constexpr std::array<Index, 3> moments = {0, 3, 5};
+    for (Index k = 0; k < 3; ++k) {
+      // Ixx about the centre of mass: XX − m (c_y² + c_z²), in the first moments.
+      Ten slope = Ten::Zero();
+      slope[moments[static_cast<std::size_t>(k)]] = Scalar(1);
+      for (Index i = 0; i < 3; ++i) {
+        if (i != k) {
+          slope[6 + i] = Scalar(-2) * c[i];
+          slope[9] += c[i] * c[i];
+        }
+      }
+      sigma[k] = deviation(slope);
+      for (Index i = 0; i < 3; ++i) {
+        I(k, i) -= m * ((i == k ? reach : Scalar(0)) - c[k] * c[i]);
+      }
+    }
+    const Scalar before = I.diagonal().maxCoeff();
+    payload_ = out;
+    tell_inertia(I, sigma);
+    if (payload_.body) {
+      payload_.inertia_sigma = sigma;
+      for (Index k = 0; k < 3; ++k) {
+        payload_.inertia_sigma[k] = with_gain(sigma[k], before);
+      }
+    }
+    out = payload_;
+  }
+  if (change_.kind == Change::Kind::unclear) {
+    const Scalar more = m - change_.mass_before;
+    if (abs(more) > static_cast<Scalar>(held_deviations) * (out.mass_sigma + change_.sigma_before)) {
+      change_.kind = more > Scalar(0) ? Change::Kind::pick_up : Change::Kind::release;
+    }
+  }
+  const Scalar half_mass = out.mass_half_width();
+  const Scalar half_com = OnlinePayload<Scalar>::quantile * out.com_sigma.maxCoeff();
+  out.good = counters_.since_change >= steps_of_half_a_second_ && load_change_.quiet() &&
+             half_mass <= std::max(static_cast<Scalar>(options_.good_mass) * out.mass,
+                                   static_cast<Scalar>(least_good_mass)) &&
+             (!out.held || half_com <= static_cast<Scalar>(options_.good_com));
+  payload_ = out;
+}
+
+// The inertia about the centre of mass, where the motion shows it: that of the nearest body.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::tell_inertia(const Eigen::Matrix3<Scalar>& I,
+                                            const Eigen::Vector3<Scalar>& sigma) noexcept {
+  const Scalar largest = I.diagonal().maxCoeff();
+  payload_.body = sigma.maxCoeff() <= static_cast<Scalar>(visible_inertia) * largest;
+  if (payload_.body) {
+    payload_.inertia = detail::nearest_inertia(I);
+  }
+}
+
+}  // namespace rivid

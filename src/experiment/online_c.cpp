@@ -1,0 +1,135 @@
+#include <Eigen/Geometry>
+#include <cstring>
+#include <exception>
+#include <string_view>
+
+#include "rivid/experiment/online_file.hpp"
+#include "rivid/experiment/result_file.hpp"
+#include "rivid/online.h"
+#include "rivid/online/contact_observer.hpp"
+#include "rivid/online/payload_estimator.hpp"
+
+// Names of C.
+// NOLINTBEGIN(readability-identifier-naming)
+struct rivid_payload {
+  rivid::PayloadEstimator<double> estimator;
+};
+struct rivid_contact {
+  rivid::ContactObserver<double> observer;
+};
+// NOLINTEND(readability-identifier-naming)
+
+namespace {
+
+using rivid::Index;
+using Map = Eigen::Map<const rivid::Vector>;
+
+void put_message(std::string_view what, char* message, std::size_t size) {
+  if (message != nullptr && size > 0) {
+    const std::size_t count = std::min(what.size(), size - 1);
+    std::memcpy(message, what.data(), count);
+    message[count] = '\0';
+  }
+}
+
+// What make() makes, or null and a message.
+template <typename Make>
+auto made_or_null(const Make& make, char* message, std::size_t size) -> decltype(make()) {
+  try {
+    return make();
+  } catch (const std::exception& error) {
+    put_message(error.what(), message, size);
+    return nullptr;
+  }
+}
+
+rivid::PayloadEstimatorOptions payload_options(double f_m, double gain_sigma, const double* flange) {
+  rivid::PayloadEstimatorOptions out;
+  out.rows.f_m = f_m;
+  out.gain_sigma = gain_sigma;
+  if (flange != nullptr) {
+    using Axis = Eigen::Vector3d;
+    out.p = {flange[0], flange[1], flange[2]};
+    out.R = (Eigen::AngleAxisd(flange[5], Axis::UnitZ()) * Eigen::AngleAxisd(flange[4], Axis::UnitY()) *
+             Eigen::AngleAxisd(flange[3], Axis::UnitX()))
+                .toRotationMatrix();
+  }
+  return out;
+}
+
+}  // namespace
+
+rivid_payload* rivid_payload_new(const char* result_json, double f_m, double gain_sigma,
+                                 const double flange[6], char* message, size_t message_size) {
+  return made_or_null(
+      [&] {
+        return new rivid_payload{rivid::PayloadEstimator<double>(rivid::read_online_model(result_json),
+                                                                 payload_options(f_m, gain_sigma, flange))};
+      },
+      message, message_size);
+}
+
+void rivid_payload_delete(rivid_payload* payload) { delete payload; }
+
+int rivid_payload_joints(const rivid_payload* payload) {
+  return static_cast<int>(payload->estimator.joints());
+}
+
+int rivid_payload_update(rivid_payload* payload, const double* q, const double* tau) {
+  const Index n = payload->estimator.joints();
+  return payload->estimator.update(Map(q, n), Map(tau, n)) ? 1 : 0;
+}
+
+int rivid_payload_change(const rivid_payload* payload) {
+  using enum rivid::PayloadEstimator<double>::Change::Kind;
+  const auto kind = payload->estimator.change().kind;
+  return kind == pick_up ? 1 : kind == release ? -1 : 0;
+}
+
+void rivid_payload_pause(rivid_payload* payload) { payload->estimator.pause(); }
+
+void rivid_payload_read(const rivid_payload* payload, rivid_payload_numbers* numbers) {
+  const auto& found = payload->estimator.payload();
+  const auto& I = found.inertia;
+  *numbers = {found.mass,
+              found.mass_sigma,
+              {found.com[0], found.com[1], found.com[2]},
+              {found.com_sigma[0], found.com_sigma[1], found.com_sigma[2]},
+              {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)},
+              found.held ? 1 : 0,
+              found.body ? 1 : 0,
+              found.good ? 1 : 0};
+}
+
+rivid_contact* rivid_contact_new(const char* result_json, double f_m, double bandwidth,
+                                 double alarms_per_hour, char* message, size_t message_size) {
+  return made_or_null(
+      [&] {
+        return new rivid_contact{rivid::ContactObserver<double>(
+            rivid::read_identified_model(result_json),
+            {.f_m = f_m, .bandwidth = bandwidth, .alarms_per_hour = alarms_per_hour})};
+      },
+      message, message_size);
+}
+
+void rivid_contact_delete(rivid_contact* contact) { delete contact; }
+
+int rivid_contact_joints(const rivid_contact* contact) { return static_cast<int>(contact->observer.size()); }
+
+int rivid_contact_update(rivid_contact* contact, const double* q, const double* qd, const double* tau,
+                         int learn) {
+  using Mode = rivid::ContactObserver<double>::Mode;
+  const Index n = contact->observer.size();
+  contact->observer.update(Map(q, n), Map(qd, n), Map(tau, n), learn != 0 ? Mode::learn : Mode::observe);
+  return static_cast<int>(contact->observer.link()) + 1;
+}
+
+void rivid_contact_read(const rivid_contact* contact, double* torque, double* relative) {
+  const Index n = contact->observer.size();
+  if (torque != nullptr) {
+    std::copy_n(contact->observer.residual().data(), n, torque);
+  }
+  if (relative != nullptr) {
+    std::copy_n(contact->observer.relative().data(), n, relative);
+  }
+}

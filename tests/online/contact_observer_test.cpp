@@ -1,0 +1,220 @@
+#include "rivid/online/contact_observer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <kdl/chaindynparam.hpp>
+#include <kdl/chainjnttojacsolver.hpp>
+#include <vector>
+
+#include "rivid/model/kdl.hpp"
+#include "support/complaint.hpp"
+#include "support/mallocs.hpp"
+#include "support/online.hpp"
+#include "support/random_chain.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+KDL::JntArray joint_array(const Vector& x) {
+  KDL::JntArray out(static_cast<unsigned>(x.size()));
+  for (Index j = 0; j < x.size(); ++j) {
+    out(static_cast<unsigned>(j)) = x[j];
+  }
+  return out;
+}
+
+// M q̇, by KDL.
+Vector kdl_momentum(KDL::ChainDynParam& dynamics, const Vector& q, const Vector& qd) {
+  KDL::JntSpaceInertiaMatrix M(static_cast<int>(q.size()));
+  dynamics.JntToMass(joint_array(q), M);
+  return M.data * qd;
+}
+
+TEST(Momentum, IsThatOfKdlAndItsKineticEnergyHasTheSlopes) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    test::RandomChain draw(seed);
+    const KDL::Chain chain = draw.chain();
+    Robot robot = robot_from(chain, {1.0, -2.0, -9.0});
+    for (Joint& joint : robot.joints) {
+      joint.friction = Friction::none;
+    }
+    const Index n = robot.size();
+    const BaseParameters base = base_parameters(robot);
+    detail::Momentum<double> momentum(DynamicModel(robot, base, base.from_standard(robot.chi_st())));
+    KDL::ChainDynParam kdl(chain, KDL::Vector(1.0, -2.0, -9.0));
+    const Vector q = draw.positions(n);
+    const Vector qd = draw.positions(n);
+    Vector p(n);
+    Vector rate(n);
+    momentum(q.data(), qd.data(), p.data(), rate.data());
+    const Vector expected = kdl_momentum(kdl, q, qd);
+    const double scale =
+        expected.cwiseAbs().maxCoeff() + base.from_standard(robot.chi_st()).cwiseAbs().maxCoeff();
+    EXPECT_LE((p - expected).cwiseAbs().maxCoeff(), 1e-12 * scale);
+    KDL::JntArray gravity(static_cast<unsigned>(n));
+    kdl.JntToGravity(joint_array(q), gravity);
+    for (Index j = 0; j < n; ++j) {
+      // Central difference of ½ q̇ᵀ M q̇ by q_j.
+      constexpr double step = 1e-5;
+      const Vector by = step * Vector::Unit(n, j);
+      const double slope =
+          (qd.dot(kdl_momentum(kdl, q + by, qd)) - qd.dot(kdl_momentum(kdl, q - by, qd))) / (4.0 * step);
+      EXPECT_NEAR(rate[j], slope - gravity.data[j], 1e-7 * (scale + std::abs(slope))) << "joint " << j;
+    }
+  }
+}
+
+struct Scene {
+  Robot robot;
+  DynamicModel model;
+  Motion motion;
+  Matrix tau;
+};
+
+constexpr double f_m = 1000.0;
+
+Scene scene(int joints, std::uint64_t seed, double seconds) {
+  std::mt19937_64 random(seed);
+  Robot robot = test::random_robot(joints, random);
+  for (Index j = 0; j < robot.size(); ++j) {
+    robot.joints[static_cast<std::size_t>(j)].friction = Friction::viscous;
+  }
+  DynamicModel model(robot, robot.chi_st());
+  const Motion motion = test::Wandering(joints, seed).at(test::ticks(seconds, f_m));
+  Matrix tau = test::torques(model, motion);
+  return {std::move(robot), std::move(model), motion, std::move(tau)};
+}
+
+// Torque from the last tick to this one: the mean of both, of a smooth one.
+Vector held(const Matrix& tau, Index k) {
+  return 0.5 * (tau.row(k) + tau.row(std::max<Index>(k - 1, 0))).transpose();
+}
+
+TEST(ContactObserver, FollowsAnExternalTorqueThroughItsLowPass) {
+  const Scene s = scene(6, 3, 2.0);
+  ContactObserver<double> observer(s.model, {.f_m = f_m, .bandwidth = 40.0});
+  const Vector push = Vector::LinSpaced(6, 1.0, 6.0);
+  constexpr Index from = 1000;
+  double silent = 0.0;
+  for (Index k = 0; k < s.tau.rows(); ++k) {
+    const Vector tau = held(s.tau, k) - (k > from ? push : Vector(Vector::Zero(6)));
+    observer.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), tau);
+    if (k <= from) {
+      silent = std::max(silent, observer.residual().cwiseAbs().maxCoeff());
+    } else {
+      const double part = 1.0 - std::exp(-40.0 * static_cast<double>(k - from) / f_m);
+      // The trapezoid's error on a smooth motion, as large as that of the silent time.
+      EXPECT_LE((observer.residual() - part * push).cwiseAbs().maxCoeff(), 2.0 * silent + 1e-9);
+    }
+  }
+  EXPECT_LE(silent, 1e-4 * s.tau.cwiseAbs().maxCoeff());
+}
+
+TEST(ContactObserver, KnowsThePayloadThatItIsTold) {
+  const Scene s = scene(6, 3, 1.0);
+  const Inertial body =
+      inertial_from_com(3.0, {0.1, -0.05, 0.2}, Eigen::Vector3d(0.02, 0.03, 0.04).asDiagonal());
+  const DynamicModel loaded(s.robot, test::loaded(s.robot, s.robot.chi_st(), body));
+  ContactObserver<double> told(s.model, {.f_m = f_m});
+  told.set_payload(body);
+  ContactObserver<double> knows(loaded, {.f_m = f_m});
+  double largest = 0.0;
+  for (Index k = 0; k < s.tau.rows(); ++k) {
+    told.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), s.tau.row(k).transpose());
+    knows.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), s.tau.row(k).transpose());
+    largest = std::max(largest, knows.residual().cwiseAbs().maxCoeff());
+    ASSERT_LE((told.residual() - knows.residual()).cwiseAbs().maxCoeff(), 1e-9 * (1.0 + largest));
+  }
+  EXPECT_GE(largest, 1.0);
+}
+
+TEST(ContactObserver, LearnsThresholdsAndNamesTheLinkAndTheForce) {
+  const Scene s = scene(6, 4, 60.0);
+  ContactObserver<double> observer(s.model, {.f_m = f_m});
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> noise(0.0, 0.5);
+  const auto tick = [&](Index k, const Vector& external, auto mode) {
+    Vector tau = held(s.tau, k) - external;
+    for (double& x : tau) {
+      x += noise(random);
+    }
+    return observer.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), tau, mode);
+  };
+  using Mode = ContactObserver<double>::Mode;
+  const Vector none = Vector::Zero(6);
+  EXPECT_TRUE(std::isinf(observer.threshold(0)));
+  for (Index k = 0; k < 40000; ++k) {
+    EXPECT_FALSE(tick(k, none, Mode::learn));
+  }
+  Index alarms = 0;
+  for (Index k = 40000; k < 55000; ++k) {
+    alarms += tick(k, none, Mode::observe) ? 1 : 0;
+  }
+  EXPECT_EQ(alarms, 0);
+  // A force on a point of link 4, by KDL's Jacobian.
+  const KDL::Chain chain = kdl_chain(s.robot);
+  constexpr Index link = 3;
+  const Eigen::Vector3d force(60.0, -80.0, 40.0);
+  for (Index k = 55000; k < 55500; ++k) {
+    KDL::Chain part;
+    for (unsigned i = 0; i <= link; ++i) {
+      part.addSegment(chain.getSegment(i));
+    }
+    KDL::ChainJntToJacSolver solver(part);
+    KDL::Jacobian J(link + 1);
+    ASSERT_GE(solver.JntToJac(joint_array(s.motion.q.row(k).head(link + 1).transpose()), J), 0);
+    Vector external = none;
+    external.head(link + 1) = J.data.topRows<3>().transpose() * force;
+    tick(k, external, Mode::observe);
+  }
+  EXPECT_TRUE(observer.contact());
+  EXPECT_LE(observer.link(), link);
+  const Eigen::Vector3d found = observer.force(link, Eigen::Vector3d::Zero());
+  EXPECT_LE((found - force).norm(), 0.1 * force.norm()) << found.transpose();
+}
+
+TEST(ContactObserver, NeverAllocatesAndComesBackBitByBit) {
+  const Scene s = scene(7, 5, 3.0);
+  ContactObserver<double> observer(s.model, {.f_m = f_m});
+  ContactObserver<double> twin = observer;
+  std::vector<std::byte> state(state_size(observer));
+  const Matrix q = s.motion.q.transpose();
+  const Matrix qd = s.motion.qd.transpose();
+  const Matrix tau = s.tau.transpose();
+  const auto tick = [&](ContactObserver<double>& o, Index k) {
+    o.update(q.col(k), qd.col(k), tau.col(k),
+             k < 2000 ? ContactObserver<double>::Mode::learn : ContactObserver<double>::Mode::observe);
+    return o.force(6, Eigen::Vector3d::Zero());
+  };
+  const long count = test::allocations_of([&] {
+    for (Index k = 0; k < q.cols(); ++k) {
+      static_cast<void>(tick(observer, k));
+      if (k == 1500) {
+        ASSERT_TRUE(save_state(observer, state));
+      }
+    }
+  });
+  EXPECT_EQ(count, 0);
+  ASSERT_TRUE(restore_state(twin, state));
+  for (Index k = 1501; k < q.cols(); ++k) {
+    static_cast<void>(tick(twin, k));
+  }
+  EXPECT_EQ((observer.relative() - twin.relative()).cwiseAbs().maxCoeff(), 0.0);
+}
+
+TEST(ContactObserver, SaysWhatIsWrong) {
+  const Scene s = scene(3, 5, 0.1);
+  const auto complaint = [&](const ContactObserverOptions& options) {
+    return test::complaint_of([&] { ContactObserver<double>(s.model, options); });
+  };
+  EXPECT_EQ(complaint({.f_m = 0.0}), "ContactObserver: f_m is 0 Hz, must be positive");
+  EXPECT_EQ(complaint({.f_m = 10.0, .bandwidth = 30.0}),
+            "ContactObserver: bandwidth is 30 rad/s, must lie below f_m = 10 Hz");
+  EXPECT_EQ(complaint({.smoothing_speed = Vector::Zero(3)}),
+            "ContactObserver: smoothing_speed must have 3 positive values, one a joint");
+}
+
+}  // namespace
+}  // namespace rivid

@@ -1,0 +1,179 @@
+// From result.json to estimators: by C++, by C, and along a log.
+
+#include "rivid/experiment/online_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+#include "rivid/experiment/result_file.hpp"
+#include "rivid/online.h"
+#include "rivid/online/contact_observer.hpp"
+#include "rivid/online/payload_estimator.hpp"
+#include "rivid/output.hpp"
+#include "rivid/report/json.hpp"
+#include "rivid/report/online.hpp"
+#include "support/complaint.hpp"
+#include "support/online.hpp"
+#include "support/robots.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace rivid {
+namespace {
+
+constexpr double f_m = 200.0;
+constexpr Index joints = 3;
+
+struct Fitted {
+  Robot robot;
+  Vector chi_st;
+  Identification result;
+};
+
+Log log_of(const Robot& robot, const Vector& chi_st, std::uint64_t seed, double seconds) {
+  Log out;
+  out.source = "wandering.csv";
+  out.f_m = f_m;
+  out.t = test::ticks(seconds, f_m);
+  const Motion motion = test::Wandering(joints, seed, 0.6, 1.2).at(out.t);
+  out.q = motion.q;
+  out.tau = test::torques(DynamicModel(robot, chi_st), motion);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, 0.2);
+  out.tau = out.tau.unaryExpr([&](double x) { return x + noise(random); });
+  return out;
+}
+
+const Fitted& fitted() {
+  static const Fitted out = [] {
+    std::mt19937_64 random(8);
+    Fitted made{test::random_robot(joints, random), {}, {}};
+    made.robot.chain.gravity = {0.0, 0.0, -9.81};
+    for (Joint& joint : made.robot.joints) {
+      joint.friction = Friction::symmetric;
+    }
+    made.chi_st = made.robot.chi_st();
+    Estimation estimation;
+    estimation.method = Wls{};
+    estimation.signal.decimation = {5};
+    estimation.signal.torque_held = false;
+    made.result = identify(made.robot, log_of(made.robot, made.chi_st, 1, 60.0), estimation);
+    return made;
+  }();
+  return out;
+}
+
+class OnlineFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    Identification result = fitted().result;
+    // What the judge of results thinks of this one is not the matter here.
+    result.status = Status::identified;
+    file_ = folder_.path() / "result.json";
+    write_file(file_, to_json(fitted().robot, result, Provenance()));
+  }
+  [[nodiscard]] OnlineModel expected() const {
+    Identification result = fitted().result;
+    result.status = Status::identified;
+    return online_model(fitted().robot, result);
+  }
+
+  test::TemporaryFolder folder_;
+  std::filesystem::path file_;
+};
+
+TEST_F(OnlineFile, IsTheResultItself) {
+  const OnlineModel found = read_online_model(file_);
+  const OnlineModel wanted = expected();
+  EXPECT_EQ((found.chi - wanted.chi).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ((found.C_chi - wanted.C_chi).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ((found.sigma_rho - wanted.sigma_rho).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ((found.velocity_threshold - wanted.velocity_threshold).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_TRUE(test::says(test::complaint_of([&] { return read_online_model(folder_.path() / "none.json"); }),
+                         "none.json"));
+}
+
+TEST_F(OnlineFile, CFunctionsAreTheEstimators) {
+  std::array<char, 200> message{};
+  EXPECT_EQ(rivid_payload_new("none.json", f_m, 0.0, nullptr, message.data(), message.size()), nullptr);
+  EXPECT_TRUE(test::says(message.data(), "none.json"));
+  const std::array<double, 6> flange = {0.0, 0.1, 0.2, 0.0, 0.0, 1.0};
+  rivid_payload* const payload =
+      rivid_payload_new(file_.c_str(), f_m, 0.01, flange.data(), message.data(), message.size());
+  ASSERT_NE(payload, nullptr) << message.data();
+  rivid_contact* const contact =
+      rivid_contact_new(file_.c_str(), f_m, 20.0, 1.0, message.data(), message.size());
+  ASSERT_NE(contact, nullptr) << message.data();
+  EXPECT_EQ(rivid_payload_joints(payload), joints);
+  EXPECT_EQ(rivid_contact_joints(contact), joints);
+
+  PayloadEstimatorOptions options{.rows = {.f_m = f_m}, .p = {0.0, 0.1, 0.2}, .gain_sigma = 0.01};
+  options.R << std::cos(1.0), -std::sin(1.0), 0.0, std::sin(1.0), std::cos(1.0), 0.0, 0.0, 0.0, 1.0;
+  PayloadEstimator<double> same(read_online_model(file_), options);
+  ContactObserver<double> observer(read_identified_model(file_), {.f_m = f_m, .bandwidth = 20.0});
+  const Inertial body = inertial_from_com(2.0, {0.1, 0.0, 0.1}, 0.01 * Eigen::Matrix3d::Identity());
+  const Log log = log_of(fitted().robot, test::loaded(fitted().robot, fitted().chi_st, body), 2, 10.0);
+  const Matrix q = log.q.transpose();
+  const Matrix tau = log.tau.transpose();
+  Vector qd = Vector::Zero(joints);
+  for (Index k = 1; k < q.cols(); ++k) {
+    qd = (q.col(k) - q.col(k - 1)) * f_m;
+    const Vector q_k = q.col(k);
+    const Vector tau_k = tau.col(k);
+    EXPECT_EQ(rivid_payload_update(payload, q_k.data(), tau_k.data()), same.update(q_k, tau_k) ? 1 : 0);
+    observer.update(q_k, qd, tau_k, ContactObserver<double>::Mode::learn);
+    EXPECT_EQ(rivid_contact_update(contact, q_k.data(), qd.data(), tau_k.data(), 1), 0);
+  }
+  rivid_payload_numbers numbers{};
+  rivid_payload_read(payload, &numbers);
+  EXPECT_GT(numbers.mass, 1.0);
+  EXPECT_NEAR(numbers.mass, same.payload().mass, 1e-12);
+  EXPECT_NEAR(numbers.com[2], same.payload().com[2], 1e-9);
+  EXPECT_EQ(numbers.held != 0, same.payload().held);
+  Vector torque(joints);
+  Vector relative(joints);
+  rivid_contact_read(contact, torque.data(), relative.data());
+  EXPECT_EQ((torque - observer.residual()).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ((relative - observer.relative()).cwiseAbs().maxCoeff(), 0.0);
+  rivid_payload_delete(payload);
+  rivid_contact_delete(contact);
+}
+
+TEST_F(OnlineFile, AReplayTellsWhatALoopWouldHaveSeen) {
+  const Inertial body = inertial_from_com(3.0, {0.1, 0.0, 0.1}, 0.01 * Eigen::Matrix3d::Identity());
+  Log log = log_of(fitted().robot, fitted().chi_st, 3, 40.0);
+  const Log with = log_of(fitted().robot, test::loaded(fitted().robot, fitted().chi_st, body), 3, 40.0);
+  log.tau.bottomRows(4000) = with.tau.bottomRows(4000);
+  OnlineReplayOptions options;
+  options.payload.rows.torque_held = options.friction.rows.torque_held = false;
+  const OnlineReplay found = replay(read_online_model(file_), read_identified_model(file_), log, options);
+  bool seen = false;
+  for (const OnlineReplay::Event& event : found.events) {
+    if (event.text == "the payload changes") {
+      EXPECT_GE(event.t, 20.0);
+      EXPECT_LE(event.t, 20.5);
+      seen = true;
+    }
+  }
+  EXPECT_TRUE(seen);
+  EXPECT_NEAR(found.last.mass, 3.0, 2.0 * found.last.mass_half_width());
+  const std::string csv = to_csv(found);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), found.t.size() + 1);
+  EXPECT_EQ(csv.substr(0, 22), "t,mass,mass_half_width");
+  const std::string page = to_html(found);
+  EXPECT_TRUE(test::says(page, "<svg"));
+  EXPECT_TRUE(test::says(page, "the payload changes"));
+  EXPECT_TRUE(test::says(in_words(found), "at the end: mass"));
+  Log other = log;
+  other.q = Matrix::Zero(log.q.rows(), 2);
+  other.tau = other.q;
+  EXPECT_TRUE(test::says(test::complaint_of([&] {
+                           return replay(read_online_model(file_), read_identified_model(file_), other,
+                                         options);
+                         }),
+                         "has 2 joints, the model has 3"));
+}
+
+}  // namespace
+}  // namespace rivid

@@ -1,0 +1,275 @@
+#include "rivid/online/payload_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <vector>
+
+#include "support/complaint.hpp"
+#include "support/mallocs.hpp"
+#include "support/online.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+constexpr double f_m = 500.0;
+constexpr Index stride = 12;
+
+struct Scene {
+  Robot robot;
+  Vector chi_st;
+  OnlineModel model;
+};
+
+// A random arm of six revolute joints.
+Scene six_joints(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Scene out{test::random_robot(6, random), {}, {}};
+  out.robot.chain.gravity = {0.0, 0.0, -9.81};
+  for (std::size_t j = 0; j < 6; ++j) {
+    out.robot.chain.links[j].type = JointType::revolute;
+    out.robot.joints[j].type = JointType::revolute;
+    out.robot.joints[j].friction = Friction::symmetric;
+  }
+  out.chi_st = out.robot.chi_st();
+  out.model = test::known_model(out.robot, out.chi_st, 0.1);
+  out.model.C_chi *= 0.1;
+  return out;
+}
+
+Inertial brick(double mass) {
+  return inertial_from_com(mass, {0.03, -0.05, 0.1}, Eigen::Vector3d(0.02, 0.03, 0.025).asDiagonal());
+}
+
+Matrix with_noise(Matrix tau, double sigma, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, sigma);
+  for (double& x : tau.reshaped()) {
+    x += noise(random);
+  }
+  return tau;
+}
+
+PayloadEstimatorOptions options_of() {
+  return {.rows = {.f_m = f_m, .stride = stride, .torque_held = false}};
+}
+
+struct Ticks {
+  Matrix q, tau;  // a column a tick
+};
+Ticks run_of(const Scene& scene, const Vector& chi_st, std::uint64_t seed, double seconds,
+             double noise = 0.3) {
+  const Motion motion = test::Wandering(6, seed, 0.5, 1.2).at(test::ticks(seconds, f_m));
+  return {motion.q.transpose(),
+          with_noise(test::torques(DynamicModel(scene.robot, chi_st), motion), noise, seed).transpose()};
+}
+
+TEST(PayloadEstimator, FindsMassCentreAndInertiaInTheFlangeFrame) {
+  const Scene scene = six_joints(3);
+  PayloadEstimatorOptions options = options_of();
+  options.R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  options.p = {0.0, 0.1, 0.2};
+  const Inertial in_flange = brick(4.0);
+  const Inertial in_link = transformed(in_flange, options.R, options.p);
+  const Ticks run = run_of(scene, test::loaded(scene.robot, scene.chi_st, in_link), 3, 30.0, 0.1);
+  PayloadEstimator<double> estimator(scene.model, options);
+  for (Index k = 0; k < run.q.cols(); ++k) {
+    estimator.update(run.q.col(k), run.tau.col(k));
+  }
+  estimator.finish();
+  const auto& found = estimator.payload();
+  EXPECT_TRUE(found.held);
+  EXPECT_TRUE(found.good);
+  ASSERT_TRUE(found.body);
+  EXPECT_LE(std::abs(found.mass - 4.0), 2.0 * found.mass_half_width());
+  EXPECT_LE(found.mass_half_width(), 0.1);
+  const Eigen::Vector3d com(0.03, -0.05, 0.1);
+  for (Index i = 0; i < 3; ++i) {
+    EXPECT_LE(std::abs(found.com[i] - com[i]), 4.0 * found.com_sigma[i]);
+    EXPECT_LE(std::abs(found.inertia(i, i) - Eigen::Vector3d(0.02, 0.03, 0.025)[i]),
+              4.0 * found.inertia_sigma[i]);
+  }
+  const Vector moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(found.inertia).eigenvalues();
+  EXPECT_GE(moments[0], 0.0);
+  EXPECT_LE(moments[2], moments[0] + moments[1] + 1e-12);
+}
+
+// The same rows with the same prior in one dense system.
+TEST(PayloadEstimator, IsEigensSolutionOfTheStackWithItsPrior) {
+  const Scene scene = six_joints(5);
+  PayloadEstimatorOptions options = options_of();
+  options.forgetting = std::numeric_limits<double>::infinity();
+  options.friction_change = 0.0;
+  options.hours_to_false_alarm = 1e12;
+  const Ticks run = run_of(scene, test::loaded(scene.robot, scene.chi_st, brick(3.0)), 5, 10.0);
+  PayloadEstimator<double> estimator(scene.model, options);
+  const detail::BodyColumns columns(scene.robot, scene.model.base);
+  RowStreamOptions rows_options = options.rows;
+  rows_options.velocity_threshold = scene.model.velocity_threshold;
+  RowStream<double> stream(scene.robot, columns.all.columns(), rows_options);
+  const Index b = scene.model.base.size();
+  Matrix A = Matrix::Zero(b + 10, b + 10);
+  Vector a = Vector::Zero(b + 10);
+  for (Index i = 0; i < 10; ++i) {
+    const double scale = 10.0 * (i < 6 ? 0.0225 : i < 9 ? 0.15 : 1.0);
+    A(i, i) = 1.0 / (scale * scale);
+  }
+  A.bottomRightCorner(b, b) = scene.model.C_chi.inverse();
+  a.tail(b) = A.bottomRightCorner(b, b) * scene.model.chi;
+  for (Index k = 0; k < run.q.cols(); ++k) {
+    std::array<double, 6> sigma{};
+    for (Index j = 0; j < 6; ++j) {
+      sigma[static_cast<std::size_t>(j)] = estimator.row_sigma(j);
+    }
+    estimator.update(run.q.col(k), run.tau.col(k));
+    estimator.finish();
+    stream.update(run.q.col(k), run.tau.col(k));
+    stream.for_each_row([&](const RowStream<double>::Row& row) {
+      Vector w = Vector::Zero(b + 10);
+      const std::vector<Index>& own = stream.columns().of_joint(row.joint);
+      for (std::size_t c = 0; c < own.size(); ++c) {
+        if (own[c] < b) {
+          w[10 + own[c]] = row.values[c];
+        }
+        for (std::size_t i = 0; i < 10; ++i) {
+          if (columns.body[i] == own[c]) {
+            w[static_cast<Index>(i)] = row.values[c];
+          }
+        }
+      }
+      const double weight = 1.0 / sigma[row.joint];
+      A += weight * weight * w * w.transpose();
+      a += weight * weight * row.y * w;
+    });
+  }
+  const Vector expected = A.ldlt().solve(a);
+  // Normal equations of the check cost κ ε.
+  EXPECT_LE((estimator.inertial() - expected.head(10)).cwiseAbs().maxCoeff(), 1e-8);
+  const Matrix C = A.inverse();
+  EXPECT_NEAR(estimator.payload().mass_sigma / std::sqrt(C(9, 9)), 1.0, 1e-6);
+}
+
+TEST(PayloadEstimator, SeesPickUpAndReleaseInMotion) {
+  const Scene scene = six_joints(7);
+  const double seconds = 12.0;
+  const Ticks empty = run_of(scene, scene.chi_st, 7, 3.0 * seconds);
+  const Ticks full = run_of(scene, test::loaded(scene.robot, scene.chi_st, brick(2.0)), 7, 3.0 * seconds);
+  PayloadEstimator<double> estimator(scene.model, options_of());
+  using Kind = PayloadEstimator<double>::Change::Kind;
+  std::vector<double> changes;
+  std::vector<Kind> kinds;
+  for (Index k = 0; k < empty.q.cols(); ++k) {
+    const double t = static_cast<double>(k) / f_m;
+    const Ticks& now = t >= seconds && t < 2.0 * seconds ? full : empty;
+    if (estimator.update(now.q.col(k), now.tau.col(k))) {
+      changes.push_back(t);
+    }
+    if (k % static_cast<Index>(seconds * f_m) == static_cast<Index>(seconds * f_m) - 1) {
+      kinds.push_back(estimator.change().kind);
+    }
+    if (k + 1 == static_cast<Index>(2.0 * seconds * f_m)) {
+      EXPECT_NEAR(estimator.payload().mass, 2.0, 0.2);
+      EXPECT_TRUE(estimator.payload().held);
+    }
+  }
+  ASSERT_EQ(changes.size(), 2U);
+  EXPECT_EQ(kinds, (std::vector<Kind>{Kind::none, Kind::pick_up, Kind::release}));
+  EXPECT_LE(changes[0] - seconds, 0.3);
+  EXPECT_LE(changes[1] - 2.0 * seconds, 0.3);
+  EXPECT_FALSE(estimator.payload().held);
+}
+
+TEST(PayloadEstimator, TakesFrictionThatHasChangedForNoPayload) {
+  const Scene scene = six_joints(9);
+  Vector worn = scene.chi_st;
+  const std::vector<StandardParameter> all = scene.robot.standard_parameters();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (is_friction(all[i].kind)) {
+      worn[static_cast<Index>(i)] *= 1.25;
+    }
+  }
+  const Ticks run = run_of(scene, worn, 9, 30.0);
+  PayloadEstimatorOptions options = options_of();
+  options.friction_change = 0.2;
+  PayloadEstimator<double> estimator(scene.model, options);
+  int changes = 0;
+  for (Index k = 0; k < run.q.cols(); ++k) {
+    changes += estimator.update(run.q.col(k), run.tau.col(k)) ? 1 : 0;
+  }
+  EXPECT_EQ(changes, 0);
+  EXPECT_LE(estimator.payload().mass, 3.0 * estimator.payload().mass_sigma);
+}
+
+TEST(PayloadEstimator, TheGainsUncertaintyIsInTheMass) {
+  const Scene scene = six_joints(3);
+  PayloadEstimatorOptions options = options_of();
+  const Ticks run = run_of(scene, test::loaded(scene.robot, scene.chi_st, brick(4.0)), 3, 20.0);
+  PayloadEstimator<double> exact(scene.model, options);
+  options.gain_sigma = 0.02;
+  PayloadEstimator<double> vague(scene.model, options);
+  for (Index k = 0; k < run.q.cols(); ++k) {
+    exact.update(run.q.col(k), run.tau.col(k));
+    vague.update(run.q.col(k), run.tau.col(k));
+  }
+  const double expected = std::hypot(exact.payload().mass_sigma, 0.02 * exact.payload().mass);
+  EXPECT_NEAR(vague.payload().mass_sigma, expected, 1e-9);
+}
+
+TEST(PayloadEstimator, NeverAllocatesAndComesBackBitByBit) {
+  const Scene scene = six_joints(4);
+  const Ticks run = run_of(scene, test::loaded(scene.robot, scene.chi_st, brick(1.0)), 4, 8.0);
+  PayloadEstimator<double> estimator(scene.model, options_of());
+  PayloadEstimator<double> twin = estimator;
+  std::vector<std::byte> state(state_size(estimator));
+  const Index half = run.q.cols() / 2;
+  const long count = test::allocations_of([&] {
+    for (Index k = 0; k < run.q.cols(); ++k) {
+      estimator.update(run.q.col(k), run.tau.col(k));
+      if (k == half) {
+        ASSERT_TRUE(save_state(estimator, state));
+      }
+      if (k % 1000 == 999) {
+        estimator.pause();
+      }
+    }
+    estimator.finish();
+  });
+  EXPECT_EQ(count, 0);
+  ASSERT_TRUE(restore_state(twin, state));
+  for (Index k = half; k < run.q.cols(); ++k) {
+    if (k > half) {
+      twin.update(run.q.col(k), run.tau.col(k));
+    }
+    if (k % 1000 == 999) {
+      twin.pause();
+    }
+  }
+  twin.finish();
+  EXPECT_EQ((estimator.inertial() - twin.inertial()).cwiseAbs().maxCoeff(), 0.0);
+}
+
+TEST(PayloadEstimator, TellsTheNearestInertiaThatABodyHas) {
+  const Eigen::Matrix3d possible = Eigen::Vector3d(0.02, 0.03, 0.04).asDiagonal();
+  EXPECT_LE((detail::nearest_inertia<double>(possible) - possible).cwiseAbs().maxCoeff(), 1e-15);
+  Eigen::Matrix3d impossible = Eigen::Vector3d(0.01, 0.02, 0.05).asDiagonal();
+  impossible(0, 1) = impossible(1, 0) = 0.004;
+  const Eigen::Matrix3d found = detail::nearest_inertia<double>(impossible);
+  const Vector moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(found).eigenvalues();
+  EXPECT_LE(moments[2], moments[0] + moments[1] + 1e-12);
+}
+
+TEST(PayloadEstimator, SaysWhatIsWrong) {
+  const Scene scene = six_joints(1);
+  PayloadEstimatorOptions options = options_of();
+  options.mass_scale = 0.0;
+  EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(scene.model, options); }),
+            "PayloadEstimator: mass_scale is 0, must be positive");
+  options = options_of();
+  options.R *= 2.0;
+  EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(scene.model, options); }),
+            "PayloadEstimator: R is no rotation, or p is not finite");
+}
+
+}  // namespace
+}  // namespace rivid
