@@ -10,6 +10,7 @@
 #include "rivid/regressor/load.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
+#include "rivid/report/rows.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 #include "subcommands.hpp"
@@ -29,6 +30,7 @@ struct Arguments {
   std::vector<std::string> set;
   std::filesystem::path output;
   int threads = 1;
+  std::filesystem::path write_rows;
   bool physical = false;
   bool json = false;
   bool quiet = false;
@@ -58,6 +60,7 @@ Command command_of(Arguments& to) {
            set_argument(to.set),
            {"--output", "DIR", "Folder for result.json; default: EXPERIMENT_result", &to.output},
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
+           {"--write-rows", "FILE", "Write the rows of the fit, .npz for NumPy or .csv", &to.write_rows},
            {"--threads", "N", "Threads that share the work; 0: one a processor; no result depends on them",
             &to.threads, thread_range},
            {"--json", "", "Print the result as JSON instead of the table", &to.json},
@@ -150,6 +153,15 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::vect
   out << "\nsettings\n" << in_lines(settings(experiment)) << '\n' << would_write(files);
 }
 
+// ".npz" or ".csv".
+std::string rows_format(const std::filesystem::path& file) {
+  const std::string ending = file.extension().string();
+  if (ending != ".npz" && ending != ".csv") {
+    throw InputError("--write-rows: " + file.string() + " must end in .npz or .csv");
+  }
+  return ending;
+}
+
 int identify_from(const Arguments& arguments) {
   expect_experiment(arguments.experiment);
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
@@ -161,6 +173,9 @@ int identify_from(const Arguments& arguments) {
   std::vector<PlannedFile> files = {{file, ".json"}};
   if (arguments.report) {
     files.push_back({report, ".html"});
+  }
+  if (!arguments.write_rows.empty()) {
+    files.push_back({arguments.write_rows, rows_format(arguments.write_rows)});
   }
   Outputs outputs = planned(experiment.inputs(), files);
   if (arguments.dry_run) {
@@ -191,6 +206,11 @@ int identify_from(const Arguments& arguments) {
   if (arguments.report) {
     outputs.put(report, html_report(experiment.robot, result, predicted, provenance));
   }
+  if (!arguments.write_rows.empty()) {
+    const RowTable rows = row_table(experiment.robot, result, read_logs(experiment.log, experiment.robot));
+    outputs.put(arguments.write_rows,
+                arguments.write_rows.extension() == ".npz" ? to_npz(rows) : to_csv(rows));
+  }
   outputs.commit();
   if (!arguments.quiet) {
     std::ostringstream table;
@@ -206,6 +226,9 @@ int identify_from(const Arguments& arguments) {
     std::cerr << "wrote " << file.string() << '\n';
     if (arguments.report) {
       std::cerr << "wrote " << report.string() << '\n';
+    }
+    if (!arguments.write_rows.empty()) {
+      std::cerr << "wrote " << arguments.write_rows.string() << '\n';
     }
   }
   return result.status == Status::identified ? success : no_success;
