@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,8 +59,8 @@ struct ContactObserverOptions {
 /// held from tick to tick.
 ///
 /// **Thresholds** are those of the robot's own residual. While update() is told to learn, mean and deviation of each joint's r are
-/// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed), and the size of the peaks above three
-/// deviations; exponential tails then give the threshold for the false alarms that the options ask for. Before
+/// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed), and the largest
+/// deviation of each second; by Gumbel's distribution these give the threshold for the false alarms that the options ask for. Before
 /// anything was learned there is no threshold and no contact.
 ///
 /// After the constructor no member allocates, throws or locks.
@@ -142,14 +143,14 @@ class ContactObserver {
   }
 
  private:
-  // Classes of a joint's motion: at rest, and by direction after a reversal and by octaves of speed.
-  static constexpr int octaves = 7;
-  static constexpr int class_count = 1 + 2 * (1 + octaves);
+  // Classes of a joint's motion: at rest, and by direction after a reversal and by half octaves of speed.
+  static constexpr int half_octaves = 20;
+  static constexpr int class_count = 1 + 2 * (1 + half_octaves);
   static constexpr int at_rest = 0;
-  // Above so many deviations a residual is a peak …
-  static constexpr double peak = 3.0;
-  // … whose size above that has this mean for a normal residual: what is assumed before any was seen.
-  static constexpr double usual_excess = 0.3;
+  // The largest size of a second, in deviations: mean and deviation before any was seen, which count for so many seconds.
+  static constexpr double usual_peak = 3.0;
+  static constexpr double usual_spread = 1.0;
+  static constexpr double usual_seconds = 5.0;
   // No threshold is lower, in deviations.
   static constexpr double least_level = 4.0;
   // Time in a class before its moments are its own [s].
@@ -160,11 +161,14 @@ class ContactObserver {
     double mean = 0.0;
     double square = 0.0;  // Σ (r − mean)²
   };
+  // Of the largest sizes of seconds: their weight, mean and Σ weight (x − mean)².
   struct Tail {
-    double seconds = 0.0;
-    double peaks = 0.0;
-    double excess = 0.0;   // sum over the peaks
-    double highest = 0.0;  // of the peak at hand; 0: none
+    double weight = 0.5 * usual_seconds * usual_seconds;
+    double mean = usual_peak;
+    double square = weight * usual_spread * usual_spread;
+    double seconds = usual_seconds;
+    double ticks = 0.0;    // of the second at hand
+    double highest = 0.0;  // and the largest size in it
   };
   struct Motion1 {
     int direction = 0;
@@ -289,10 +293,10 @@ void ContactObserver<Scalar>::classify(Index j, const Scalar& speed) noexcept {
     return;
   }
   // An error of friction changes its sign with the direction: it belongs to the mean.
-  const int octave = motion.since_reversal < options_.settling
-                         ? 0
-                         : 1 + std::clamp(std::ilogb(std::abs(v) / slow), 0, octaves - 1);
-  motion.kind = 1 + 2 * octave + (direction > 0 ? 0 : 1);
+  const int speed_class = motion.since_reversal < options_.settling
+                              ? 0
+                              : 1 + std::clamp(std::ilogb(v * v / (slow * slow)), 0, half_octaves - 1);
+  motion.kind = 1 + 2 * speed_class + (direction > 0 ? 0 : 1);
 }
 
 template <typename Scalar>
@@ -311,25 +315,23 @@ void ContactObserver<Scalar>::learn(Index j) noexcept {
   if (!known(classes_[first + kind])) {
     return;
   }
-  // The moments are still learned: what was early counts less, in proportion to its time.
   Tail& tail = tails_[static_cast<std::size_t>(j)];
-  const double keep = 1.0 - 1.0 / classes_[first + class_count].count;
-  tail.seconds = keep * tail.seconds + 1.0 / options_.f_m;
-  tail.peaks *= keep;
-  tail.excess *= keep;
-  const double size = std::abs(r - moments(j).mean) / deviation(j);
-  if (size > peak) {
-    tail.highest = std::max(tail.highest, size);
-  } else if (tail.highest > 0.0) {
-    tail.peaks += 1.0;
-    tail.excess += tail.highest - peak;
-    tail.highest = 0.0;
+  tail.highest = std::max(tail.highest, std::abs(r - moments(j).mean) / deviation(j));
+  tail.ticks += 1.0;
+  if (tail.ticks < options_.f_m) {
+    return;
   }
-  // One more peak of the usual size stands for those that the time of learning was too short for.
-  const double rate = (tail.peaks + 1.0) / std::max(tail.seconds, 1.0);
-  const double excess = (tail.excess + usual_excess) / (tail.peaks + 1.0);
-  const double wanted = options_.alarms_per_hour / (3600.0 * static_cast<double>(model_.size()));
-  levels_[j] = std::max(peak + excess * std::log(std::max(rate / wanted, 1.0)), least_level);
+  // The moments are still learned: what was early counts less, in proportion to its time.
+  tail.seconds += 1.0;
+  tail.weight += tail.seconds;
+  const double off = tail.highest - tail.mean;
+  tail.mean += off * tail.seconds / tail.weight;
+  tail.square += tail.seconds * off * (tail.highest - tail.mean);
+  tail.ticks = tail.highest = 0.0;
+  // A largest value has Gumbel's distribution: exp(−e^((μ − x) / β)), with mean μ + 0.577 β and deviation β π / √6.
+  const double beta = std::sqrt(6.0 * tail.square / tail.weight) / std::numbers::pi;
+  const double seconds_to_alarm = 3600.0 * static_cast<double>(model_.size()) / options_.alarms_per_hour;
+  levels_[j] = std::max(tail.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
 }
 
 // Of the class at hand; where that was hardly met, of all motion.

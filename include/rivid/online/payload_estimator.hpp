@@ -346,6 +346,9 @@ bool PayloadEstimator<Scalar>::update(const Values& q, const Values& tau) noexce
   counters_.until_step = std::max<Index>(counters_.until_step - 1, 0);
   static_cast<void>(triangle_.work(operations_, [this](const Outcome& outcome) { take(outcome); }));
   bool changed = false;
+  if (load_change_.found() && !noise_.settled()) {
+    load_change_.reset();
+  }
   if (load_change_.found()) {
     change_ = {payload_.held ? Change::Kind::unclear : Change::Kind::pick_up, counters_.ticks, payload_.mass,
                payload_.mass_sigma};

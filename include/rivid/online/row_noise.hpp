@@ -35,6 +35,7 @@ class RowNoise {
     // A jump of the payload is no noise.
     const double limit = outlier * s.sigma;
     const double e = std::clamp(error, -limit, limit);
+    s.outliers += ((e == error ? 0.0 : 1.0) - s.outliers) / short_memory;
     for (std::size_t k = lags; k > 0; --k) {
       s.errors[k] = s.errors[k - 1];
     }
@@ -43,6 +44,12 @@ class RowNoise {
       s.covariance[k] += (e * s.errors[k] - s.covariance[k]) / memory;
     }
     s.sigma = std::sqrt(std::max(long_run(s), least * s.begun_with * s.begun_with));
+  }
+
+  // Whether the noise of all joints is known: few errors of late were outliers. At the begin it is not, and rows of a window much shorter
+  // than the identification's are noisier than it was.
+  [[nodiscard]] bool settled() const noexcept {
+    return std::ranges::all_of(joints_, [](const State& s) { return s.outliers < few_outliers; });
   }
 
   // Variance of Σ g^k e_k over Σ g^2k, over that of long sums: below one where errors are alike.
@@ -61,6 +68,7 @@ class RowNoise {
     static constexpr std::size_t lags = 10;
     double begun_with = 1.0;
     double sigma = 1.0;
+    double outliers = 0.5;  // share of late
     std::array<double, lags + 1> covariance{};
     std::array<double, lags + 1> errors{};
   };
@@ -73,6 +81,9 @@ class RowNoise {
   static constexpr double alike_for = 0.5;
   // Rows that the autocovariances remember.
   static constexpr double memory = 200.0;
+  // … and rows that the share of outliers does.
+  static constexpr double short_memory = 50.0;
+  static constexpr double few_outliers = 0.2;
   // Errors count as so many deviations at most.
   static constexpr double outlier = 3.0;
   // No variance below this part of that of the identification.
