@@ -7,6 +7,8 @@
 
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
+#include "rivid/regressor/batch.hpp"
+#include "rivid/signal/filter.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"
 
@@ -70,6 +72,93 @@ TEST(Prediction, HasTheResidualOfTheRowsOfTheFit) {
         ASSERT_EQ(found.joints[j].rows[k] + first, fit.samples[j][k]);
       }
     }
+  }
+}
+
+// The same log at the positions of each sample, one sample a row: what the robot's dynamics say there, part by part.
+TEST(Prediction, SplitsTorquesAsTheDynamicsDo) {
+  Robot robot = test::scara();
+  robot.chain.gravity = {3.0, -9.0, 1.0};
+  for (Joint& joint : robot.joints) {
+    joint.friction = Friction::symmetric;
+  }
+  Identification result = some_result(robot, {.rows = RowScheme::paper, .trim = {{2, 2}}});
+  robot.inertials[1] = Inertial::LinSpaced(0.1, 1.0);
+  robot.joints[0].Fc = 0.75;
+  const Log log = swinging_log();
+  const Prediction found = predict(robot, result, log);
+  const Motion motion = differentiate(log.q, log.f_m);
+  const auto torques = [&](double speed, double acceleration, const Vector& chi) -> Matrix {
+    const Motion at{motion.q, speed * motion.qd, acceleration * motion.qdd};
+    return (observation(robot, result.base, at).dense() * chi).reshaped(log.samples(), 2);
+  };
+  Vector rigid = result.chi;
+  for (Index i = 0; i < rigid.size(); ++i) {
+    const std::string& name = result.base.parameters[static_cast<std::size_t>(i)].name;
+    if (name.starts_with("F") || name.starts_with("off")) {
+      rigid[i] = 0.0;
+    }
+  }
+  const Vector a_priori = result.base.from_standard(robot.chi_st());
+  const Matrix gravity = torques(0.0, 0.0, rigid);
+  const Matrix inertia = torques(0.0, 1.0, rigid) - gravity;
+  const Matrix coriolis = torques(1.0, 0.0, rigid) - gravity;
+  const Matrix friction = torques(1.0, 1.0, result.chi - rigid);
+  const Matrix expected = torques(1.0, 1.0, a_priori);
+  for (Index j = 0; j < 2; ++j) {
+    const FittedRows& rows = found.joints[static_cast<std::size_t>(j)].fitted;
+    const Index count = rows.measured.size();
+    ASSERT_EQ(count, log.samples() - 4);
+    const auto of_fit = [&](const Matrix& series) { return series.col(j).segment(2, count); };
+    const double bound = rounding * rows.predicted().norm();
+    EXPECT_GT(of_fit(gravity).norm(), 1.0);
+    EXPECT_LT((rows.gravity - of_fit(gravity)).norm(), bound);
+    EXPECT_LT((rows.inertia - of_fit(inertia)).norm(), bound);
+    EXPECT_LT((rows.coriolis - of_fit(coriolis)).norm(), bound);
+    EXPECT_LT((rows.friction - of_fit(friction)).norm(), bound);
+    EXPECT_LT((rows.a_priori - of_fit(expected)).norm(), bound);
+    EXPECT_LT((rows.velocity - of_fit(motion.qd)).norm(), bound);
+    EXPECT_EQ(rows.measured, of_fit(log.tau));
+  }
+}
+
+TEST(Prediction, PartsOfTorquesAddUpAndColumnsHaveTheirRootMeanSquare) {
+  Robot robot = test::scara();
+  robot.chain.gravity = {3.0, -9.0, 1.0};
+  const Log log = swinging_log();
+  for (const SignalOptions& options : ways()) {
+    const Identification result = some_result(robot, options);
+    const Prediction found = predict(robot, result, log);
+    const Rows fit = rows(robot, result.base, log, options);
+    for (std::size_t j = 0; j < 2; ++j) {
+      const auto& [columns, W] = fit.W.joints[j];
+      const FittedRows& parts = found.joints[j].fitted;
+      EXPECT_LT((parts.measured - fit.Y[j]).norm(), rounding * fit.Y[j].norm());
+      EXPECT_LT((parts.predicted() - W * result.chi(columns)).norm(), rounding * parts.predicted().norm());
+      for (std::size_t c = 0; c < columns.size(); ++c) {
+        const double rms = W.col(static_cast<Index>(c)).norm() / std::sqrt(static_cast<double>(W.rows()));
+        EXPECT_NEAR(parts.column_rms[columns[c]], rms, rounding * rms);
+      }
+    }
+  }
+}
+
+// q = ½ t² moves at t, and its mean over 5 samples to either side is ½ t² + ½ · 10 / f².
+TEST(Prediction, HasTheMeanMotionOfItsRows) {
+  const Robot robot = test::scara();
+  Log log = swinging_log();
+  log.q.col(0) = 0.5 * log.t.array().square();
+  log.q.col(1) = log.t;
+  const Prediction found =
+      predict(robot, some_result(robot, {.rows = RowScheme::exact, .decimation = {10}}), log);
+  const JointPrediction& joint = found.joints[0];
+  ASSERT_GT(joint.rows.size(), 100U);
+  for (std::size_t k = 0; k < joint.rows.size(); ++k) {
+    const double t = found.start + static_cast<double>(joint.rows[k]) / log.f_m;
+    const auto row = static_cast<Index>(k);
+    EXPECT_NEAR(joint.fitted.velocity[row], t, 1e-9);
+    // The averages of exact rows add 1 / f² at most.
+    EXPECT_NEAR(joint.fitted.position[row], 0.5 * t * t + 5.0 / (200.0 * 200.0), 1.0 / (200.0 * 200.0));
   }
 }
 

@@ -12,6 +12,29 @@
 
 namespace rivid {
 
+/// The rows of the fit of one joint, after decimation, and what their torques are made of:
+///
+///   W χ = gravity + inertia + coriolis + friction
+///
+/// With M, c and g those of the model, the parts are g(q), M(q) q̈ with the rotors, c(q, q̇), and all that a friction law
+/// has, the offset included. Each is decimated as the columns of W are.
+struct FittedRows {
+  Vector position = {};  ///< mean of what a row reaches over, (rows) [rad | m]
+  Vector velocity = {};  ///< the same, (rows) [rad/s | m/s]
+  Vector measured = {};  ///< Y, (rows) [N·m | N]
+  Vector a_priori = {};  ///< W χ with χ of the robot description, (rows) [N·m | N]
+  Vector gravity = {};   ///< (rows) [N·m | N]
+  Vector inertia = {};   ///< (rows) [N·m | N]
+  Vector coriolis = {};  ///< (rows) [N·m | N]
+  Vector friction = {};  ///< (rows) [N·m | N]
+  /// Root mean square of each column of W over these rows, (b) [N·m | N per unit of the parameter]; 0 where the joint does not
+  /// feel it.
+  Vector column_rms = {};
+
+  /// W χ, (rows) [N·m | N].
+  [[nodiscard]] Vector predicted() const { return gravity + inertia + coriolis + friction; }
+};
+
 /// Torques of one joint along a log, measured and predicted.
 struct JointPrediction {
   Vector measured = {};   ///< Y as rows have it, before decimation, (samples) [N·m | N]
@@ -21,6 +44,7 @@ struct JointPrediction {
 
   std::vector<Index> rows = {};  ///< samples that the rows of the fit stand for, counted as those above
   Vector residual = {};          ///< Y − W χ of these rows, after decimation [N·m | N]
+  FittedRows fitted = {};        ///< these rows
 };
 
 /// What an identified model says of the torques of a log, sample by sample.

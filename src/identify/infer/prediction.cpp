@@ -1,6 +1,7 @@
 #include "rivid/identify/prediction.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include "identify/infer/parameter_set.hpp"
@@ -43,6 +44,132 @@ class PredictionSink final : public detail::RowSink {
   std::vector<double> measured_;
 };
 
+// Splits torques of rows [V_static V_still W Y], where V_static are the columns of a robot that rests at the positions of
+// the log, and V_still those of one that begins to move there.
+class FittedRowsSink final : public detail::RowSink {
+ public:
+  struct Parameters {
+    Vector rigid;     // (b), zero where there is friction
+    Vector friction;  // (b), zero elsewhere
+    Vector all;       // (b)
+    Vector a_priori;  // (b)
+  };
+
+  FittedRowsSink(const std::vector<Index>& columns, const Parameters& chi)
+      : rigid_(chi.rigid(columns)),
+        friction_(chi.friction(columns)),
+        all_(chi.all(columns)),
+        a_priori_(chi.a_priori(columns)),
+        squares_(Vector::Zero(all_.size())),
+        rows_(detail::RowSource::most_wanted, 3 * all_.size() + 1) {}
+
+  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
+  void commit(std::span<const Index> samples) override {
+    const auto count = static_cast<Index>(samples.size());
+    const Index b = all_.size();
+    const auto block = [&](Index k) { return rows_.block(0, k * b, count, b); };
+    const auto W = block(2);
+    Matrix series(count, parts);
+    series.col(measured) = rows_.col(3 * b).head(count);
+    series.col(predicted) = W * all_;
+    series.col(a_priori) = W * a_priori_;
+    series.col(gravity) = block(0) * rigid_;
+    series.col(inertia) = block(1) * rigid_ - series.col(gravity);
+    series.col(coriolis) = W * rigid_ - series.col(gravity) - series.col(inertia);
+    series.col(friction) = W * friction_;
+    squares_ += W.colwise().squaredNorm().transpose();
+    samples_.insert(samples_.end(), samples.begin(), samples.end());
+    for (int part = 0; part < parts; ++part) {
+      const auto values = series.col(part);
+      series_[static_cast<std::size_t>(part)].insert(series_[static_cast<std::size_t>(part)].end(),
+                                                     values.begin(), values.end());
+    }
+  }
+
+  [[nodiscard]] const std::vector<Index>& samples() const { return samples_; }
+  [[nodiscard]] Vector residual() const { return series(measured) - series(predicted); }
+  [[nodiscard]] FittedRows rows(const std::vector<Index>& columns, Index b) const {
+    FittedRows out{.measured = series(measured),
+                   .a_priori = series(a_priori),
+                   .gravity = series(gravity),
+                   .inertia = series(inertia),
+                   .coriolis = series(coriolis),
+                   .friction = series(friction),
+                   .column_rms = Vector::Zero(b)};
+    if (!samples_.empty()) {
+      out.column_rms(columns) = (squares_ / static_cast<double>(samples_.size())).cwiseSqrt();
+    }
+    return out;
+  }
+
+ private:
+  enum Part { measured, predicted, a_priori, gravity, inertia, coriolis, friction, parts };
+
+  [[nodiscard]] Vector series(Part part) const {
+    const std::vector<double>& values = series_[part];
+    return Eigen::Map<const Vector>(values.data(), static_cast<Index>(values.size()));
+  }
+
+  Vector rigid_;
+  Vector friction_;
+  Vector all_;
+  Vector a_priori_;
+  Vector squares_;
+  Matrix rows_;
+  std::vector<Index> samples_;
+  std::array<std::vector<double>, parts> series_;
+};
+
+FittedRowsSink::Parameters split_parameters(const Robot& robot, const Identification& identification) {
+  const Vector& chi = identification.chi;
+  FittedRowsSink::Parameters out{chi, chi, chi, identification.base.from_standard(robot.chi_st())};
+  for (Index i = 0; i < chi.size(); ++i) {
+    const BaseParameter& parameter = identification.base.parameters[static_cast<std::size_t>(i)];
+    (is_friction(parameter.leading.kind) ? out.rigid : out.friction)[i] = 0.0;
+  }
+  return out;
+}
+
+// Mean position and velocity over `reach` samples to either side, as far as the log goes.
+void add_motion(const Vector& q, double f_m, const std::vector<Index>& samples, Index reach,
+                FittedRows& out) {
+  out.position.resize(std::ssize(samples));
+  out.velocity.resize(std::ssize(samples));
+  for (Index k = 0; k < out.position.size(); ++k) {
+    const Index sample = samples[static_cast<std::size_t>(k)];
+    const Index first = std::max<Index>(sample - reach, 0);
+    const Index last = std::min(sample + reach, q.size() - 1);
+    out.position[k] = q.segment(first, last - first + 1).mean();
+    out.velocity[k] = (q[last] - q[first]) * f_m / static_cast<double>(last - first);
+  }
+}
+
+// The rows of the fit with their parts, joint by joint.
+void add_fitted_rows(const Robot& robot, const Identification& identification, const Log& log,
+                     detail::RowSource& rows, Index first_sample, Prediction& out) {
+  const FittedRowsSink::Parameters chi = split_parameters(robot, identification);
+  detail::JointSinks<FittedRowsSink> sinks(rows.joints());
+  for (std::size_t j = 0; j < rows.joints(); ++j) {
+    sinks.add(rows.columns(j), chi);
+  }
+  const Motion motion = rows.motion();
+  std::array<Motion, 2> still = {motion, motion};
+  still[0].qd.setZero();
+  still[0].qdd.setZero();
+  still[1].qd.setZero();
+  rows.send(sinks.sinks(), still);
+  const Index reach = std::max<Index>(out.row_stride / 2, 1);
+  for (std::size_t j = 0; j < rows.joints(); ++j) {
+    JointPrediction& joint = out.joints[j];
+    joint.residual = sinks[j].residual();
+    joint.fitted = sinks[j].rows(rows.columns(j), identification.base.size());
+    add_motion(motion.q.col(static_cast<Index>(j)), log.f_m, sinks[j].samples(), reach, joint.fitted);
+    for (const Index sample : sinks[j].samples()) {
+      joint.rows.push_back(sample - first_sample);
+    }
+  }
+}
+
 detail::JointSinks<PredictionSink> predictions(detail::RowSource& source, const Vector& chi) {
   detail::JointSinks<PredictionSink> out(source.joints());
   for (std::size_t j = 0; j < source.joints(); ++j) {
@@ -69,7 +196,6 @@ Prediction predict(const Robot& robot, const Identification& identification, con
   out.start = log.t[every.first_sample()];
   out.row_stride = detail::stride_of(fitted);
   const detail::JointSinks<PredictionSink> series = predictions(every, identification.chi);
-  const detail::JointSinks<PredictionSink> fit = predictions(rows, identification.chi);
   for (std::size_t j = 0; j < every.joints(); ++j) {
     JointPrediction& joint = out.joints.emplace_back();
     joint.measured = series[j].measured();
@@ -77,11 +203,8 @@ Prediction predict(const Robot& robot, const Identification& identification, con
     for (const Index sample : series[j].samples()) {
       joint.kept.push_back(every.kept(static_cast<Index>(j), sample) ? 1 : 0);
     }
-    for (const Index sample : fit[j].samples()) {
-      joint.rows.push_back(sample - every.first_sample());
-    }
-    joint.residual = fit[j].measured() - fit[j].predicted();
   }
+  add_fitted_rows(robot, identification, log, rows, every.first_sample(), out);
   return out;
 }
 

@@ -256,6 +256,10 @@ double RowSource::velocity(Index sample, Index joint) const {
   return (q[sample + 1] - q[sample - 1]) * (0.5 * log_.f_m);
 }
 
+Motion RowSource::motion_of(const Eigen::Ref<const Matrix>& q) const {
+  return masks_.empty() ? differentiate(q, log_.f_m) : averaged_motion(q, log_.f_m);
+}
+
 void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> others,
                      const std::function<void(double)>& progress) {
   for (const Motion& motion : others) {
@@ -429,8 +433,7 @@ void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first
   const Index to = std::min(sample + (end - begin) + difference_border, q_.rows());
   const auto q = q_.middleRows(from, to - from);
   columns_of(others.size());
-  batch_.fill(masks_.empty() ? differentiate(q, log_.f_m) : averaged_motion(q, log_.f_m), sample - from,
-              end - begin, targets, begin, workspace);
+  batch_.fill(motion_of(q), sample - from, end - begin, targets, begin, workspace);
   for (std::size_t j = 0; j < joints(); ++j) {
     const StreamedJoint& joint = stream.joints[j];
     fill_signs(j, sample, end - begin,

@@ -111,6 +111,8 @@ class RowSource {
   [[nodiscard]] Index rows() const { return rows_; }
   /// First of the samples that rows are made of.
   [[nodiscard]] Index first_sample() const { return range_.first; }
+  /// The motion of the log that W is made of, filtered, (n_m × n).
+  [[nodiscard]] Motion motion() const { return motion_of(q_); }
   /// Whether the row of joint j at a sample is kept: it moves fast enough, and far from reversals.
   [[nodiscard]] bool kept(Index j, Index sample) const;
   /// From now on the rows that kept() tells off are sent as well.
@@ -153,6 +155,7 @@ class RowSource {
   [[nodiscard]] static Range kept_range(const Log& log, const SignalOptions& options);
   [[nodiscard]] Matrix filtered(const Matrix& x, double cutoff_hz, int order);
   [[nodiscard]] double velocity(Index sample, Index joint) const;
+  [[nodiscard]] Motion motion_of(const Eigen::Ref<const Matrix>& q) const;
   [[nodiscard]] Index row_width(std::size_t j, std::size_t others) const;
   [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, std::size_t others, int workspaces) const;
   void decimate(Stream& stream) const;
