@@ -47,6 +47,7 @@ std::string in_format(const Format& format, double value, double sigma) {
     case Format::Kind::name:
     case Format::Kind::interval:
     case Format::Kind::share:
+    case Format::Kind::stack:
       break;
   }
   return number(value, format.digits);

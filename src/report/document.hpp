@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "rivid/finding.hpp"
+#include "rivid/types.hpp"
 
 // What a result says: sections of typed tables, sentences, findings and plots. Who makes a document decides every word,
 // number and mark; text.cpp and html.cpp show it and decide nothing but how it looks.
@@ -50,7 +51,8 @@ struct Format {
     percent,      // of a fraction, with so many decimals
     deviation,    // as many decimals as the deviation of the value asks for
     interval,     // drawn
-    share         // drawn
+    share,        // drawn
+    stack         // drawn
   };
   Kind kind = Kind::text;
   int digits = 0;
@@ -67,6 +69,7 @@ inline constexpr Format percent = {Format::Kind::percent, 3};
 inline constexpr Format deviation = {Format::Kind::deviation};
 inline constexpr Format interval = {Format::Kind::interval};
 inline constexpr Format share = {Format::Kind::share};
+inline constexpr Format stack = {Format::Kind::stack};
 constexpr Format significant(int digits) { return {Format::Kind::significant, digits}; }
 constexpr Format fixed(int decimals) { return {Format::Kind::fixed, decimals}; }
 constexpr Format percents(int decimals) { return {Format::Kind::percent, decimals}; }
@@ -88,8 +91,18 @@ struct Interval {
   std::string label = {};
 };
 
+// Parts of a bar, from its left end.
+struct Stack {
+  struct Part {
+    std::string style;   // as style sheets call it
+    double share = 0.0;  // of the width
+  };
+  std::vector<Part> parts;
+  std::string label = {};
+};
+
 struct Cell {
-  std::variant<std::string, double, Interval> value;
+  std::variant<std::string, double, Interval, Stack> value;
   double sigma = std::numeric_limits<double>::quiet_NaN();  // deviation of the value, for its decimals
 
   Cell(std::string text) : value(std::move(text)) {}
@@ -97,6 +110,7 @@ struct Cell {
   Cell(double number) : value(number) {}
   Cell(double number, double deviation) : value(number), sigma(deviation) {}
   Cell(Interval drawn) : value(std::move(drawn)) {}
+  Cell(Stack drawn) : value(std::move(drawn)) {}
 };
 
 struct Row {
@@ -177,12 +191,68 @@ struct Legend {
   std::string remark = {};
 };
 
-// Drawn by report.js from Document::data: torques and residuals of a log, histograms, iterations.
-struct InteractivePlot {
-  std::string kind;
-  std::size_t joint = 0;
-  std::size_t log = 0;
-  std::string label;  // for a reader who does not see it
+// Values over others: one curve, cloud, band or row of bars of a chart.
+struct Series {
+  enum class Kind { line, points, band, bars };
+  std::string name;   // in legend and data
+  std::string style;  // as style sheets call it
+  Kind kind = Kind::line;
+  Vector x = {};           // of bars their middles
+  Vector y = {};           // not a number: a gap
+  Vector upper = {};       // of a band
+  bool exact = false;      // data in double precision, else single
+  bool on_demand = false;  // hidden until the reader asks for it
+};
+
+// A line over the whole width or height of a chart.
+struct Rule {
+  bool upright = true;
+  double at = 0.0;
+  std::string style;
+};
+
+// Series over two axes. The page has the picture, and the numbers for whoever takes them along.
+struct Chart {
+  enum class Size { panel, wide };
+  std::string id = {};  // for links and names of files
+  std::string title = {};
+  std::string remark = {};
+  std::string label = {};  // for a reader who does not see it
+  std::string x_label = {};
+  std::string y_label = {};
+  std::vector<Series> series = {};
+  std::vector<Rule> rules = {};
+  std::vector<double> x_shown = {};  // values that the axes reach, besides the data
+  std::vector<double> y_shown = {};
+  bool logarithmic = false;  // ordinate
+  Size size = Size::panel;
+  double height = 230.0;
+  std::optional<std::size_t> log = {};  // over the time of that log, along which the reader can move
+};
+
+// A symmetric matrix of values between −1 and 1, as colours.
+struct HeatMap {
+  std::string id;
+  std::string title;
+  std::string label;
+  std::vector<std::string> names;
+  Matrix values;
+};
+
+// Lines and ellipsoids in space, which the reader can turn.
+struct Skeleton {
+  struct Ellipsoid {
+    std::string name;
+    std::string style;
+    double mass = 0.0;  // [kg]
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // semi-axes as columns
+  };
+  std::string id;
+  std::string title;
+  std::string label;
+  std::vector<Eigen::Vector3d> joints;  // of the line from base to tip [m]
+  std::vector<Ellipsoid> ellipsoids;
 };
 
 // One row a value, with its interval and what it should be.
@@ -226,7 +296,7 @@ struct PathPlot {
   std::optional<std::array<double, 2>> interval = {};
 };
 
-using Plot = std::variant<InteractivePlot, DotPlot, LinePlot, PathPlot>;
+using Plot = std::variant<Chart, HeatMap, Skeleton, DotPlot, LinePlot, PathPlot>;
 
 struct Plots {
   struct Group {
@@ -234,9 +304,10 @@ struct Plots {
     std::string remark = {};
     std::vector<Plot> plots = {};
   };
-  std::string layout;                   // "pairs", "panels", "paths" or one under the other
+  std::string layout;                   // "hero", "panels", "paths" or one under the other
   std::optional<std::size_t> log = {};  // whose time the reader can move along
   std::vector<Group> groups = {};
+  Fold fold = {};
 };
 
 struct Block {
@@ -259,10 +330,9 @@ struct Document {
   std::string line;      // the verdict on a screen
   std::string headline;  // and on a page
   Mark verdict = Mark::none;
-  std::vector<Block> opening = {};  // what belongs to the verdict
+  std::vector<Block> opening = {};     // what belongs to the verdict
+  std::vector<Block> first_look = {};  // of a page, beside it
   std::vector<Section> sections = {};
-  std::string data =
-      {};  // of interactive plots, as JSON that may stand in a <script>; empty where there are none
 };
 
 // The text of a cell; "-" for what is not a finite number.
@@ -276,8 +346,11 @@ struct Document {
 // How the documents look. The text is UTF-8 and, tables of many columns aside, at most 110 columns wide.
 [[nodiscard]] std::string text_of(const Document& document);
 [[nodiscard]] std::string html_of(const Document& document);
-// A plot as markup: a place where report.js draws, or a picture in SVG; report.css says how its classes look.
+// A plot as a picture in SVG; report.css says how its classes look.
 [[nodiscard]] std::string markup_of(const Plot& plot);
+// The numbers of all charts, heat maps and skeletons of a document by their identifiers, as JSON that may stand in a <script>; empty
+// where there are none.
+[[nodiscard]] std::string data_of(const Document& document);
 // An interval on an axis of its own, as small as a cell of a table.
 [[nodiscard]] std::string markup_of(const Interval& interval);
 

@@ -50,24 +50,4 @@ namespace rivid::detail {
 // Whether there is anything to draw beside what was measured.
 [[nodiscard]] inline bool predicted(const Identification& result) { return result.chi.allFinite(); }
 
-// Samples of which one is kept, so that the page stays one that a browser opens.
-[[nodiscard]] Index thinning(std::span<const Prediction> predictions);
-
-// What report.js draws, as JSON that may stand in a <script>.
-[[nodiscard]] std::string plot_data(const Identification& result, std::span<const Prediction> predictions);
-
-// The residual of one joint's rows over the logs of the identification.
-struct ResidualShape {
-  Index rows = 0;
-  double mean = 0.0;
-  double sigma = 0.0;
-  double first_edge = 0.0;  // of the histogram …
-  double bin = 0.0;         // … and the width of its bins
-  std::vector<double> counts;
-  Index outside = 0;                    // rows beyond the histogram
-  std::vector<double> autocorrelation;  // at lags of 1, 2 … rows; empty where rows are few
-};
-
-[[nodiscard]] ResidualShape residual_shape(std::span<const Prediction> predictions, std::size_t joint);
-
 }  // namespace rivid::detail

@@ -69,7 +69,7 @@ std::string forecast_verdict(const Forecast& forecast) {
          std::to_string(of(ForecastParameter::Prospect::unseen)) + " unseen (x)";
 }
 
-Document document_of(const Forecast& forecast) {
+Document motion_document(const Forecast& forecast) {
   Document out;
   out.line = forecast_verdict(forecast);
   out.opening.push_back(
@@ -89,8 +89,8 @@ Document document_of(const Forecast& forecast) {
   return out;
 }
 
-Document document_of(const Excitation& excitation) {
-  Document out = document_of(excitation.forecast);
+Document motion_document(const Excitation& excitation) {
+  Document out = motion_document(excitation.forecast);
   const double duration = excitation.series.duration;
   out.line = "Motion of " + number(duration, 4) + " s: " + out.line;
   if (excitation.stopped) {
@@ -104,8 +104,10 @@ Document document_of(const Excitation& excitation) {
 
 }  // namespace detail
 
-std::string summary(const Forecast& forecast) { return detail::text_of(detail::document_of(forecast)); }
-std::string summary(const Excitation& excitation) { return detail::text_of(detail::document_of(excitation)); }
+std::string summary(const Forecast& forecast) { return detail::text_of(detail::motion_document(forecast)); }
+std::string summary(const Excitation& excitation) {
+  return detail::text_of(detail::motion_document(excitation));
+}
 
 std::string motion_csv(const Excitation& excitation) {
   const Motion& motion = excitation.motion;

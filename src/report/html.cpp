@@ -34,9 +34,22 @@ std::string in_fold(const Fold& fold, const std::string& content) {
              : element("details", element("summary", escaped(fold.title)) + content, fold.open ? "open" : "");
 }
 
+std::string stack_markup(const Stack& stack) {
+  std::string out;
+  for (const auto& [style, share] : stack.parts) {
+    out += element("span", "", css_class(style) + " style=\"width:" + fixed(100.0 * share, 2) + "%\"");
+  }
+  return element("span", out,
+                 "class=\"stack\" role=\"img\" " + attribute("aria-label", stack.label) + " " +
+                     attribute("title", stack.label));
+}
+
 std::string cell_markup(const Column& column, const Cell& cell) {
   if (const auto* const interval = std::get_if<Interval>(&cell.value)) {
     return markup_of(*interval);
+  }
+  if (const auto* const stack = std::get_if<Stack>(&cell.value)) {
+    return stack_markup(*stack);
   }
   if (column.format.kind == Format::Kind::share) {
     constexpr double width = 220.0;
@@ -101,17 +114,29 @@ class HtmlRenderer {
     return out.empty() ? out : in_fold(list.fold, element("ul", out, css_class(list.kind)));
   }
 
+  // The first ones are seen at once, many others on demand.
   std::string operator()(const FindingList& list) const {
+    constexpr std::size_t seen = 3;
     std::string out;
-    for (const Finding& finding : list.findings) {
-      out += element("li", escaped(name(severity(finding))) + " " + element("code", escaped(finding.code)) +
-                               " " + escaped(sentence(finding)) + ". " +
-                               element("span", escaped(advice(finding)), css_class("cure"))) +
-             "\n";
+    std::string rest;
+    for (std::size_t k = 0; k < list.findings.size(); ++k) {
+      const Finding& finding = list.findings[k];
+      const std::string item =
+          element("li", escaped(name(severity(finding))) + " " + element("code", escaped(finding.code)) +
+                            " " + escaped(sentence(finding)) + ". " +
+                            element("span", escaped(advice(finding)), css_class("cure"))) +
+          "\n";
+      (k < seen ? out : rest) += item;
     }
-    return out.empty() ? out
-                       : element("h3", counted(std::ssize(list.findings), "finding")) +
-                             element("ul", out, css_class("warnings"));
+    if (out.empty()) {
+      return out;
+    }
+    const auto more = std::ssize(list.findings) - static_cast<std::ptrdiff_t>(seen);
+    return element("h3", counted(std::ssize(list.findings), "finding")) +
+           element("ul", out, css_class("warnings")) +
+           (rest.empty()
+                ? rest
+                : in_fold({counted(more, "more finding")}, element("ul", rest, css_class("warnings"))));
   }
 
   std::string operator()(const KeyFigures& list) const {
@@ -140,13 +165,14 @@ class HtmlRenderer {
         content = element("h4", escaped(group.heading) +
                                     (group.remark.empty() ? "" : element("small", escaped(group.remark))));
       }
+      std::string pictures;
       for (const Plot& plot : group.plots) {
-        content += markup_of(plot);
+        pictures += markup_of(plot);
       }
-      out += plots.layout == "pairs" ? element("div", content) : content;
+      content += plots.layout.empty() ? pictures : element("div", pictures, css_class(plots.layout));
+      out += group.heading.empty() ? content : element("div", content, css_class("group"));
     }
-    return (plots.log ? toolbar(*plots.log) : "") +
-           (plots.layout.empty() ? out : element("div", out, css_class(plots.layout)));
+    return in_fold(plots.fold, (plots.log && *plots.log > 0 ? toolbar(*plots.log) : "") + out);
   }
 
   [[nodiscard]] std::string of(const std::vector<Block>& blocks) const {
@@ -181,15 +207,14 @@ class HtmlRenderer {
 };
 
 // Nothing but what stands in the page may be used.
-std::string head(const Document& document) {
+std::string head(const Document& document, bool with_data) {
   return "<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
          "'unsafe-inline'; script-src 'unsafe-inline'\">\n" +
          element("title", escaped(document.title)) + "\n" +
-         (document.data.empty() ? "" : element("style", uplot_css()) + "\n") +
-         element("style", report_css()) + "\n";
+         (with_data ? element("style", uplot_css()) + "\n" : "") + element("style", report_css()) + "\n";
 }
 
 std::string verdict(const Document& document) {
@@ -198,12 +223,11 @@ std::string verdict(const Document& document) {
                  css_class("verdict " + std::string(name(document.verdict))));
 }
 
-std::string scripts(const Document& document) {
-  if (document.data.empty()) {
+std::string scripts(const std::string& data) {
+  if (data.empty()) {
     return {};
   }
-  std::string out =
-      element("script", document.data, "type=\"application/json\" id=\"data\"") + "\n<!-- uPlot:\n";
+  std::string out = element("script", data, "type=\"application/json\" id=\"data\"") + "\n<!-- uPlot:\n";
   out.append(uplot_licence()).append("\n-->\n");
   return out + element("script", uplot_js()) + "\n" + element("script", report_js()) + "\n";
 }
@@ -212,6 +236,7 @@ std::string scripts(const Document& document) {
 
 std::string html_of(const Document& document) {
   const HtmlRenderer html;
+  const std::string data = data_of(document);
   std::string links;
   std::string content;
   for (const Section& section : document.sections) {
@@ -221,18 +246,18 @@ std::string html_of(const Document& document) {
       }
       const std::string title =
           element("h2", escaped(section.heading), section.id.empty() ? "" : attribute("id", section.id));
-      content += element("section", title + html.of(section.blocks));
+      content += element("section", title + html.of(section.blocks)) + "\n";
     }
   }
   const std::string header =
       element("header", element("h1", escaped(document.heading)) + element("p", escaped(document.subtitle)));
-  const std::string without_script =
-      document.data.empty()
-          ? ""
-          : "<noscript><p>The plots need JavaScript; everything else is here without it.</p></noscript>\n";
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n" + element("head", head(document)) + "\n<body>\n" +
-         element("main", header + verdict(document) + element("nav", links) + without_script + content) +
-         "\n" + scripts(document) + "</body>\n</html>\n";
+  const std::string nav = element("nav", links, "aria-label=\"Sections\"");
+  const std::string first = document.first_look.empty()
+                                ? ""
+                                : element("div", html.of(document.first_look), "class=\"first-look\"") + "\n";
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n" + element("head", head(document, !data.empty())) +
+         "\n<body>\n" + element("main", header + nav + verdict(document) + first + content) + "\n" +
+         scripts(data) + "</body>\n</html>\n";
 }
 
 }  // namespace detail

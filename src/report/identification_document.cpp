@@ -4,6 +4,7 @@
 #include <ranges>
 
 #include "report/documents.hpp"
+#include "report/identification_charts.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 
@@ -109,23 +110,70 @@ Cell interval_bar(const ParameterEstimate& p) {
                   p.name + ": " + interval_words(p) + ", a priori " + number(p.a_priori, 4)};
 }
 
+std::string group_words(const ParameterEstimate& p) { return p.regrouped == p.name ? "" : p.regrouped; }
+
 // One line a column.
 Table parameters_table(const Parameters& parameters) {
   using P = ParameterEstimate;
-  return table_of(
-      parameters,
-      {{{"parameter", format::name}, [](const P& p) { return p.name; }},
-       {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
-       {{"unit"}, [](const P& p) { return p.unit; }},
-       {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
-       {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
-       {{"HAC", format::deviation, "", page}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }},
-       {{"95 % interval"}, interval_words},
-       {{"", format::interval, "", page}, interval_bar},
-       {{"bias", format::fixed(2), "σ", page}, [](const P& p) { return p.noise_bias; }},
-       {{"a priori", format::significant(4), "", page}, [](const P& p) { return p.a_priori; }},
-       {{"grouped from"}, [](const P& p) { return p.regrouped == p.name ? "" : p.regrouped; }}},
-      mark_of);
+  return table_of(parameters,
+                  {{{"parameter", format::name}, [](const P& p) { return p.name; }},
+                   {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
+                   {{"unit"}, [](const P& p) { return p.unit; }},
+                   {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
+                   {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+                   {{"95 % interval"}, interval_words},
+                   {{"grouped from"}, group_words}},
+                  mark_of);
+}
+
+// The same on a page, those that are known best first; what is narrow stands before what is wide. Deviations by the residuals
+// alone only where they differ.
+Table page_table(Parameters parameters, Fold fold) {
+  using P = ParameterEstimate;
+  std::ranges::stable_sort(parameters, [](const P& a, const P& b) {
+    const auto key = [](const P& p) {
+      return std::isfinite(p.relative_sigma_percent) ? p.relative_sigma_percent
+                                                     : std::numeric_limits<double>::infinity();
+    };
+    return key(a) < key(b);
+  });
+  const bool plain_differs =
+      std::ranges::any_of(parameters, [](const P& p) { return p.plain_sigma != p.sigma; });
+  std::vector<ColumnOf<P>> fields = {
+      {{"parameter", format::name}, [](const P& p) { return p.name; }},
+      {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
+      {{"", format::interval}, interval_bar},
+      {{"unit"}, [](const P& p) { return p.unit; }},
+      {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+      {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
+      {{"95 % interval"}, interval_words},
+      {{"a priori", format::significant(4)}, [](const P& p) { return p.a_priori; }},
+      {{"bias", format::fixed(2), "σ"}, [](const P& p) { return p.noise_bias; }}};
+  if (plain_differs) {
+    fields.push_back(
+        {{"HAC", format::deviation}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }});
+  }
+  fields.push_back({{"grouped from"}, group_words});
+  Table out = table_of(parameters, fields, mark_of);
+  out.fold = std::move(fold);
+  return out;
+}
+
+// Parameters that are known, and those that are not, folded.
+void add_page_tables(const Parameters& parameters, Section& out) {
+  Parameters known;
+  Parameters others;
+  for (const ParameterEstimate& p : parameters) {
+    (p.verdict == Verdict::identified ? known : others).push_back(p);
+  }
+  if (!known.empty()) {
+    out.blocks.push_back({page_table(std::move(known), {}), page});
+  }
+  if (!others.empty()) {
+    const std::string title =
+        counted(std::ssize(others), "parameter") + " that the data leave weak or do not excite";
+    out.blocks.push_back({page_table(std::move(others), {title}), page});
+  }
 }
 
 // Weak parameters by their names; those that are not excited with what they need.
@@ -164,13 +212,16 @@ List advice(const Parameters& parameters) {
 
 Section parameters_section(const Identification& result) {
   Section out{"parameters", "Parameters", "Parameters"};
-  out.blocks = {{Legend{{{"bar", "interval and value"},
-                         {"apriori", "a priori, from the robot description"},
-                         {"zero", "zero"}},
-                        "Each bar has a scale of its own; it is red where the parameter is weak."},
-                 page},
-                {parameters_table(result.parameters)},
-                {verdicts(result.parameters), screen}};
+  out.blocks = {
+      {Legend{{{"bar", "interval and value"},
+               {"apriori", "a priori, from the robot description"},
+               {"zero", "zero"}},
+              "The parameter known best comes first. Each bar has a scale of its own; it is red where the "
+              "parameter is weak. Click a heading to sort."},
+       page},
+      {parameters_table(result.parameters), screen},
+      {verdicts(result.parameters), screen}};
+  add_page_tables(result.parameters, out);
   if (result.covariance.quantile_975 != 0.0) {
     out.blocks.push_back({Sentence{"sigma: " + in_words(result.covariance)}});
     out.blocks.push_back(
@@ -260,61 +311,8 @@ Section weights_section(const RobustReport& report) {
 
 // ---------------------------------------------------------------------------------------------- plots
 
-// The torques of one log, joint by joint, whose residual is that of the rows of the fit.
-Plots log_plots(const Identification& result, const Prediction& log, std::size_t index) {
-  Plots out{"", index};
-  for (std::size_t j = 0; j < log.joints.size(); ++j) {
-    const std::string& name = result.fit.joints[j].name;
-    Plots::Group& group = out.groups.emplace_back(Plots::Group{name});
-    group.plots.emplace_back(
-        InteractivePlot{"torque", j, index, "Torque of " + name + ", measured and predicted"});
-    if (predicted(result)) {
-      group.plots.emplace_back(InteractivePlot{"residual", j, index, "Residual of the rows of " + name});
-    }
-  }
-  return out;
-}
-
-Section torques_section(const Identification& result, std::span<const Prediction> predictions) {
-  Section out{"torques", "Torques", "Torques", {}, page};
-  out.blocks.push_back(
-      {Legend{{{"measured", "measured"},
-               {"predicted", "predicted by the model"},
-               {"residual", "residual of the rows of the fit"},
-               {"left-out", "samples that are left out: too slow, or near a reversal"}},
-              "Torques are those of all samples, before rows are decimated; residuals are those of the rows "
-              "after it, of which the tables of the fit speak."}});
-  if (const Index stride = thinning(predictions); stride > 1) {
-    out.blocks.push_back(
-        {Sentence{"The logs are long: one sample in " + std::to_string(stride) + " is shown"}});
-  }
-  for (std::size_t k = 0; k < predictions.size(); ++k) {
-    const Prediction& log = predictions[k];
-    out.blocks.push_back({Heading{(log.validation ? "Validation: " : "Identification: ") + log.source}});
-    out.blocks.push_back({log_plots(result, log, k)});
-  }
-  return out;
-}
-
-Plots residual_plots(const Identification& result, std::span<const Prediction> predictions) {
-  Plots out{"pairs"};
-  for (std::size_t j = 0; j < result.fit.joints.size() && predicted(result); ++j) {
-    const std::string& name = result.fit.joints[j].name;
-    if (const ResidualShape shape = residual_shape(predictions, j); !shape.counts.empty()) {
-      const std::string beyond =
-          shape.outside > 0 ? ", " + counted(shape.outside, "row") + " beyond five deviations" : "";
-      out.groups.push_back(
-          {name,
-           counted(shape.rows, "row") + beyond,
-           {InteractivePlot{"histogram", j, 0, "Histogram of the residual of " + name},
-            InteractivePlot{"autocorrelation", j, 0, "Autocorrelation of the residual of " + name}}});
-    }
-  }
-  return out;
-}
-
 // Tests and shape of the residual of the rows of the fit; no blocks where there is neither.
-Section residual_section(const Identification& result, std::span<const Prediction> predictions) {
+Section residual_section(const Identification& result, std::vector<Block> charts) {
   using R = ResidualTests;
   Section out{"residual", "Residual", "Residual"};
   if (const std::optional<Diagnostics>& found = result.diagnostics) {
@@ -338,13 +336,7 @@ Section residual_section(const Identification& result, std::span<const Predictio
     }
   }
   out.shown = out.blocks.empty() ? page : everywhere;
-  if (Plots plots = residual_plots(result, predictions); !plots.groups.empty()) {
-    out.blocks.push_back(
-        {Sentence{"Histograms with the normal distribution of the same deviation; autocorrelation over the "
-                  "lag in rows, with the bounds that white noise would keep in 95 % of the lags"},
-         page});
-    out.blocks.push_back({std::move(plots), page});
-  }
+  std::ranges::move(charts, std::back_inserter(out.blocks));
   return out;
 }
 
@@ -475,11 +467,6 @@ Table loop_table(const IvHistory& history, const std::vector<JointFit>& joints) 
 }
 
 Section iterations_section(const Identification& result, const IvHistory& history) {
-  Plots motions{"pairs"};
-  for (std::size_t j = 0; j < result.fit.joints.size(); ++j) {
-    const std::string& name = result.fit.joints[j].name;
-    motions.groups.push_back({name, "", {InteractivePlot{"motion-error", j, 0, "Motion errors of " + name}}});
-  }
   Section out{"iterations", "Iterations", "Iterations"};
   out.blocks = {
       {iteration_table(history.iterations)},
@@ -488,7 +475,7 @@ Section iterations_section(const Identification& result, const IvHistory& histor
            "Of the model along the simulated motion, relative to the norm of all torques; the squares of "
            "the joints' shares add up to the square of the whole"},
        page},
-      {Plots{"", {}, {{"", "", {InteractivePlot{"torque-error", 0, 0, "Torque error by iteration"}}}}}, page},
+      {Plots{"", {}, {{"", "", {torque_error_chart(result)}}}}, page},
       {Heading{"Parameters over the iterations"}, page},
       {Sentence{"With the 95 % interval of the result as a band"}, page},
       {parameter_paths(result.parameters, history.iterations), page},
@@ -496,7 +483,7 @@ Section iterations_section(const Identification& result, const IvHistory& histor
       {Sentence{"Distance of the simulated motion from the measured one (solid) and from the reference "
                 "(dashed), relative to the norm of the latter two"},
        page},
-      {std::move(motions), page},
+      {motion_error_charts(result), page},
       {Heading{"The assumed controller"}, page},
       {Sentence{"Design inertias and gains of the last simulation, SI units. Then how far the control signal "
                 "of the assumed law is from the recorded one, and how far the simulated positions are from "
@@ -711,8 +698,10 @@ std::vector<std::string> choices_of(const Identification& result) {
 }
 
 KeyFigures figures_of(const Identification& result) {
+  const auto known = std::ranges::count(result.parameters, Verdict::identified, &ParameterEstimate::verdict);
   KeyFigures out{
-      {{std::to_string(result.columns), "base parameters"}, {std::to_string(result.fit.rows), "rows"}}};
+      {{std::to_string(known) + " of " + std::to_string(result.columns), "base parameters identified"},
+       {std::to_string(result.fit.rows), "rows"}}};
   if (predicted(result)) {
     out.figures.emplace_back(percent(result.fit.relative_error), "torque error of the fit");
   }
@@ -720,8 +709,6 @@ KeyFigures figures_of(const Identification& result) {
     out.figures.emplace_back(percent(validation.fit.relative_error),
                              "torque error on " + std::filesystem::path(validation.file).filename().string());
   }
-  out.figures.emplace_back(std::isfinite(result.condition) ? number(result.condition, 3) : "infinite",
-                           "condition number");
   return out;
 }
 
@@ -767,9 +754,24 @@ Document verdict_of(const Identification& result) {
   return out;
 }
 
-// Those parts of a result that are there, in the order in which they are read.
-std::vector<Section> sections_of(const Identification& result, std::span<const Prediction> predictions) {
-  std::vector<Section> out = {parameters_section(result)};
+// Section that is there only if it says anything.
+void add_if_any(Section section, std::vector<Section>& out) {
+  if (!section.blocks.empty()) {
+    out.push_back(std::move(section));
+  }
+}
+
+// Those parts of a result that are there, in the order in which they are read. Without evidence there are no pictures.
+std::vector<Section> sections_of(const Identification& result, const Evidence* evidence) {
+  std::vector<Section> out;
+  if (evidence != nullptr) {
+    add_if_any(friction_section(*evidence), out);
+    out.push_back(torques_section(*evidence));
+  }
+  out.push_back(parameters_section(result));
+  if (evidence != nullptr) {
+    add_if_any(correlation_section(result), out);
+  }
   if (result.prefilter) {
     out.push_back(prefilter_section(result, *result.prefilter));
   }
@@ -777,17 +779,20 @@ std::vector<Section> sections_of(const Identification& result, std::span<const P
     out.push_back(iterations_section(result, *result.iv));
   }
   out.push_back({"fit", "Fit", "Fit", {{fit_table(result.fit)}}});
-  if (Section residual = residual_section(result, predictions); !residual.blocks.empty()) {
-    out.push_back(std::move(residual));
-  }
+  add_if_any(
+      residual_section(result, evidence != nullptr ? residual_charts(*evidence) : std::vector<Block>()), out);
   if (result.robust) {
     out.push_back(weights_section(*result.robust));
   }
   for (const Validation& validation : result.validation) {
     out.push_back({"", "", "Validation on " + validation.file, {{fit_table(validation.fit)}}});
   }
-  if (!predictions.empty()) {
-    out.push_back(torques_section(result, predictions));
+  if (evidence != nullptr) {
+    if (predicted(result)) {
+      out.push_back(description_section(*evidence));
+    }
+    out.push_back(coverage_section(*evidence));
+    add_if_any(robot_section(*evidence), out);
   }
   if (result.essential) {
     out.push_back(essential_section(result, *result.essential));
@@ -882,7 +887,7 @@ Table inputs_table(const Provenance& provenance) {
 
 Document document_of(const Identification& result) {
   Document out = verdict_of(result);
-  out.sections = sections_of(result, {});
+  out.sections = sections_of(result, nullptr);
   return out;
 }
 
@@ -892,9 +897,12 @@ Document document_of(const Robot& robot, const Identification& result,
   out.title = robot.name + " · " + result.title;
   out.heading = robot.name;
   out.subtitle += provenance.inputs.empty() ? "" : " · " + provenance.inputs.front().path;
-  out.sections = sections_of(result, predictions);
+  const Evidence evidence{robot, result, predictions};
+  if (!evidence.empty()) {
+    out.first_look = first_look(evidence);
+  }
+  out.sections = sections_of(result, evidence.empty() ? nullptr : &evidence);
   out.sections.push_back(provenance_section(robot, result, provenance));
-  out.data = plot_data(result, predictions);
   return out;
 }
 

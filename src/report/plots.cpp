@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/charts.hpp"
 #include "report/document.hpp"
 #include "report/markup.hpp"
+#include "report/svg.hpp"
 #include "rivid/report/ticks.hpp"
 #include "rivid/text.hpp"
 
@@ -35,52 +37,6 @@ constexpr double plot_width = 350.0;
 constexpr double plot_right = plot_width - 12.0;
 constexpr double plot_top = 8.0;
 constexpr double under_plot = 36.0;  // ticks and label of the abscissa
-
-using Point = std::array<double, 2>;
-
-// ---------------------------------------------------------------------------------------------- elements
-
-std::string coordinate(double x) { return fixed(x, 1); }
-
-std::string svg_line(std::string_view kind, Point from, Point to) {
-  return "<line class=\"" + std::string(kind) + "\" x1=\"" + coordinate(from[0]) + "\" y1=\"" +
-         coordinate(from[1]) + "\" x2=\"" + coordinate(to[0]) + "\" y2=\"" + coordinate(to[1]) + "\"/>";
-}
-
-std::string svg_dot(std::string_view kind, Point at, double r) {
-  return "<circle class=\"" + std::string(kind) + "\" cx=\"" + coordinate(at[0]) + "\" cy=\"" +
-         coordinate(at[1]) + "\" r=\"" + coordinate(r) + "\"/>";
-}
-
-// Between two corners.
-std::string svg_box(std::string_view kind, Point a, Point b) {
-  return "<rect class=\"" + std::string(kind) + "\" x=\"" + coordinate(std::min(a[0], b[0])) + "\" y=\"" +
-         coordinate(std::min(a[1], b[1])) + "\" width=\"" + coordinate(std::abs(b[0] - a[0])) +
-         "\" height=\"" + coordinate(std::abs(b[1] - a[1])) + "\"/>";
-}
-
-// @param anchor  "start", "middle" or "end": what of the text is at the point
-std::string svg_text(std::string_view anchor, Point at, std::string_view content) {
-  return element("text", escaped(content),
-                 "text-anchor=\"" + std::string(anchor) + "\" x=\"" + coordinate(at[0]) + "\" y=\"" +
-                     coordinate(at[1]) + "\"");
-}
-
-std::string polyline(std::string_view kind, const std::vector<Point>& points) {
-  std::string list;
-  for (const auto& [x, y] : points) {
-    list += coordinate(x) + "," + coordinate(y) + " ";
-  }
-  return "<polyline class=\"" + std::string(kind) + "\" points=\"" + list + "\"/>";
-}
-
-// @param label  text for a reader who does not see the plot
-std::string svg_picture(Point size, const std::string& label, const std::string& content) {
-  const std::string w = number(size[0]);
-  const std::string h = number(size[1]);
-  return element("svg", element("title", escaped(label)) + content,
-                 "role=\"img\" width=\"" + w + "\" height=\"" + h + "\" viewBox=\"0 0 " + w + " " + h + "\"");
-}
 
 std::string svg_figure(const std::string& name, const std::string& what, const std::string& content) {
   return element("figure",
@@ -150,14 +106,6 @@ std::string ordinate(const Axis& y, double left) {
 }
 
 // ---------------------------------------------------------------------------------------------- plots
-
-std::string drawn(const InteractivePlot& plot) {
-  return element("div", "",
-                 "class=\"plot " + plot.kind + "\" data-kind=\"" + plot.kind + "\" data-joint=\"" +
-                     std::to_string(plot.joint) + "\" data-log=\"" + std::to_string(plot.log) +
-                     "\" role=\"img\" aria-label=\"" + escaped(plot.label) + "\"") +
-         "\n";
-}
 
 std::string drawn(const DotPlot& plot) {
   constexpr double left = 58.0;

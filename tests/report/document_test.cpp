@@ -55,9 +55,9 @@ Document document_of_everything() {
 
 // The words of a page without what only looks.
 std::string words_of(std::string page) {
-  page = page.substr(page.find("<main>"));
+  page = page.substr(page.find("<main>"), page.find("</main>") - page.find("<main>"));
   page =
-      std::regex_replace(page, std::regex("<svg[^]*?</svg>|<nav>[^]*?</nav>|<summary>[^]*?</summary>"), " ");
+      std::regex_replace(page, std::regex("<svg[^]*?</svg>|<nav[^]*?</nav>|<summary>[^]*?</summary>"), " ");
   return std::regex_replace(page, std::regex("<[^>]*>"), " ");
 }
 
@@ -171,19 +171,39 @@ TEST(Document, PlotsStandOnThePageWithTheirMarks) {
   LinePlot lines{"Distribution", "",  "x",           {0.0, 2.0},
                  {0.0, 1.0},     0.5, {{0.0, 0.25}}, {{"curve", {{0.0, 0.0}, {2.0, 1.0}}}}};
   PathPlot path{"ZZ1R", "3.5 kg·m²", "ZZ1R from 1 to 3.5", {1.0, 3.0, 3.5}, {{3.25, 3.75}}};
+  Chart chart{
+      .id = "torque-2", .title = "Torque <2>", .label = "Torque", .x_label = "t [s]", .y_label = "N·m"};
+  const Vector t = Eigen::Vector4d(0.0, 1.0, 2.0, 3.0);
+  const double none = std::nan("");
+  chart.series = {{"measured", "measured", Series::Kind::line, t, Eigen::Vector4d(1.0, 2.0, none, 4.0)},
+                  {"band", "band", Series::Kind::band, t, Eigen::Vector4d::Zero(), Eigen::Vector4d::Ones()},
+                  {"dots", "dots", Series::Kind::points, t, Eigen::Vector4d(1.0, none, 3.0, 4.0)}};
+  chart.log = 3;
+  HeatMap map{"map", "Map", "Map", {"a", "b"}, Matrix::Identity(2, 2)};
+  map.values(1, 0) = map.values(0, 1) = -0.75;
   Document document;
-  document.data = "{}";
   document.sections = {
       {"plots",
        "Plots",
        "Plots",
        {{Legend{{{"dot", "a parameter"}}, "a remark"}},
-        {Plots{"",
-               0,
-               {{"joint_1", "7 rows", {InteractivePlot{"torque", 1, 0, "Torque"}, dots, lines, path}}}}}}}};
+        {Plots{"panels", 3, {{"joint_1", "7 rows", {chart, map, dots, lines, path}}}, {"a log", false}}}}}};
   const std::string page = html_of(document);
-  EXPECT_NE(page.find("data-kind=\"torque\" data-joint=\"1\" data-log=\"0\""), std::string::npos);
-  EXPECT_NE(page.find("class=\"toolbar\" data-log=\"0\""), std::string::npos);
+  EXPECT_NE(page.find("<details><summary>a log</summary>"), std::string::npos);
+  EXPECT_NE(page.find("<figure class=\"chart panel\" id=\"torque-2\" data-log=\"3\">"), std::string::npos);
+  EXPECT_NE(page.find("Torque &lt;2&gt;"), std::string::npos);
+  EXPECT_NE(page.find("class=\"toolbar\" data-log=\"3\""), std::string::npos);
+  EXPECT_NE(page.find("{\"name\":\"dots\",\"style\":\"dots\",\"kind\":\"points\",\"exact\":false,\"fine\":"
+                      "false,\"x\":0,"),
+            std::string::npos)
+      << "series with the same abscissa have it once";
+  EXPECT_NE(page.find("class=\"against\" opacity=\"0.8\""), std::string::npos) << "−0.75";
+  const std::size_t at = page.find("class=\"cloud dots\" d=\"");
+  const std::string cloud = page.substr(at, page.find("/>", at) - at);
+  EXPECT_EQ(std::ranges::count(cloud, 'M'), 3) << cloud;
+  const std::size_t begin = page.find("class=\"curve measured\" d=\"");
+  const std::string curve = page.substr(begin, page.find("/>", begin) - begin);
+  EXPECT_EQ(std::ranges::count(curve, 'M'), 2) << "the gap: " << curve;
   EXPECT_NE(page.find("of &lt;this&gt;"), std::string::npos);
   EXPECT_NE(page.find("class=\"dot off\""), std::string::npos);
   EXPECT_EQ(page.find("class=\"dot off\""), page.rfind("class=\"dot off\""));

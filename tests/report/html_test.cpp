@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "report/documents.hpp"
+#include "report/analysis.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
@@ -55,18 +55,28 @@ struct Study {
   [[nodiscard]] std::string page() const { return html_report(robot, result, predictions, provenance); }
 };
 
-// A page of so many joints and samples, with nothing identified.
-std::string large_page(Index joints, Index samples) {
+// A page of so many joints and rows.
+std::string large_page(Index joints, Index rows) {
   Robot robot;
   robot.name = "large";
   Identification result;
   Prediction log{.source = "large.csv", .f_m = 1000.0};
   for (Index j = 0; j < joints; ++j) {
-    result.fit.joints.push_back({.name = "joint", .unit = "N·m"});
-    log.joints.push_back({.measured = test::random_matrix(samples, 1, 3),
-                          .predicted = test::random_matrix(samples, 1, 3),
-                          .kept = std::vector<std::uint8_t>(static_cast<std::size_t>(samples), 1)});
+    const std::string name = "joint_" + std::to_string(j + 1);
+    robot.joints.push_back({.name = name, .link = name, .friction = Friction::none});
+    result.fit.joints.push_back({.name = name, .unit = "N·m", .rows = rows, .relative_error = 0.5});
+    const Matrix noise = test::random_matrix(rows, 8, static_cast<unsigned>(3 + j));
+    JointPrediction& joint = log.joints.emplace_back();
+    joint.measured = noise.col(0);
+    joint.residual = noise.col(1);
+    joint.fitted = {noise.col(2), noise.col(3), noise.col(0), noise.col(4),   noise.col(5),
+                    noise.col(6), noise.col(7), noise.col(1), Vector::Zero(0)};
+    for (Index k = 0; k < rows; ++k) {
+      joint.rows.push_back(k);
+    }
   }
+  robot.chain.links.resize(static_cast<std::size_t>(joints));
+  robot.inertials.assign(static_cast<std::size_t>(joints), Inertial::Zero());
   return html_report(robot, result, std::span(&log, 1), {});
 }
 
@@ -118,7 +128,9 @@ TEST(HtmlReport, LoadsNothing) {
     EXPECT_EQ(count(page, loader), 0U) << loader;
   }
   // The one address is the origin of uPlot, in its comment.
-  EXPECT_EQ(count(page, "http://"), 0U);
+  // The other one names the kind of a picture that is taken along.
+  EXPECT_EQ(count(page, "http://"), 1U);
+  EXPECT_EQ(count(page, "\"http://www.w3.org/2000/svg\""), 1U);
   EXPECT_EQ(count(page, "https://"), 1U);
   EXPECT_EQ(count(page, "/*! https://github.com/leeoniya/uPlot (v1.6.32) */"), 1U);
   EXPECT_NE(page.find("The MIT License"), std::string::npos);
@@ -153,11 +165,65 @@ TEST(HtmlReport, HasPlotsOfEveryJointAndLog) {
   study.predictions.push_back(study.predictions[0]);
   study.predictions[1].validation = true;
   const std::string page = study.page();
-  EXPECT_EQ(count(page, "class=\"plot torque\""), 4U);
-  EXPECT_EQ(count(page, "class=\"plot residual\""), 4U);
-  EXPECT_EQ(count(page, "class=\"plot histogram\""), 2U);
-  EXPECT_EQ(count(page, "class=\"plot autocorrelation\""), 2U);
-  EXPECT_EQ(count(page, "class=\"plot motion-error\""), 0U);
+  EXPECT_EQ(count(page, "id=\"worst-joint\""), 1U);
+  for (const std::string& joint : {std::string("1"), std::string("2")}) {
+    for (const std::string& plot :
+         {"torque-" + joint, "residual-" + joint, "torque-" + joint + "-log-2",
+          "residual-" + joint + "-log-2", "friction-" + joint, "residual-speed-" + joint,
+          "residual-position-" + joint, "residual-spectrum-" + joint, "residual-orders-" + joint,
+          "residual-histogram-" + joint, "residual-autocorrelation-" + joint, "coverage-" + joint}) {
+      EXPECT_EQ(count(page, " id=\"" + plot + "\""), 1U) << plot;
+      EXPECT_EQ(count(page, "\"" + plot + "\":{"), 1U) << "numbers of " << plot;
+    }
+  }
+  EXPECT_EQ(count(page, "id=\"correlation-map\""), 1U);
+  EXPECT_EQ(count(page, "id=\"robot-picture\""), 1U);
+  EXPECT_EQ(count(page, "id=\"torque-error\""), 0U);
+  EXPECT_EQ(count(page, "<figure class=\"chart"), count(page, "</svg></div></figure>"))
+      << "each plot is a picture without scripts";
+}
+
+TEST(HtmlReport, NamesTheJointWithTheLargestErrorFirst) {
+  Study study;
+  for (const std::size_t worst : {0U, 1U}) {
+    study.result.fit.joints[worst].relative_error = 0.0625;
+    study.result.fit.joints[1 - worst].relative_error = 0.03125;
+    const std::string page = study.page();
+    const std::size_t at = page.find("id=\"worst-joint\"");
+    const std::string figure = page.substr(at, page.find("</figcaption>", at) - at);
+    EXPECT_NE(figure.find("Torque of joint_" + std::to_string(worst + 1)), std::string::npos) << figure;
+    EXPECT_NE(figure.find("the joint with the largest error, 6.250 %"), std::string::npos) << figure;
+    EXPECT_LT(page.find("class=\"verdict"), at);
+    EXPECT_LT(at, page.find("<h2 id="));
+  }
+}
+
+TEST(HtmlReport, FoldsParametersThatAreWeakAndSortsTheOthers) {
+  Study study;
+  for (std::size_t i = 0; i < study.result.parameters.size(); ++i) {
+    study.result.parameters[i].verdict = i == 3 ? Verdict::weak : Verdict::identified;
+    study.result.parameters[i].relative_sigma_percent = 10.0 - static_cast<double>(i);
+  }
+  const std::string page = study.page();
+  const std::size_t fold = page.find("<summary>1 parameter that the data leave weak");
+  ASSERT_NE(fold, std::string::npos);
+  const std::size_t from = page.find("id=\"parameters\"");
+  const auto at = [&](std::size_t i) {
+    return page.find("<b>" + study.result.parameters[i].name + "</b>", from);
+  };
+  EXPECT_GT(at(3), fold);
+  EXPECT_LT(at(7), at(6));
+  EXPECT_LT(at(6), at(0));
+  EXPECT_LT(at(0), fold);
+}
+
+TEST(HtmlReport, ShowsWhatTheRobotDescriptionWouldHavePredicted) {
+  Study study;
+  FittedRows& rows = study.predictions[0].joints[0].fitted;
+  rows.a_priori = 0.75 * rows.measured;
+  const std::string page = study.page();
+  EXPECT_NE(page.find("<td>swing.csv</td><td><b>joint_1</b></td><td class=\"number\">25.00 %</td>"),
+            std::string::npos);
 }
 
 TEST(HtmlReport, ShowsThePhysicalModelWhereThereIsOne) {
@@ -290,33 +356,36 @@ TEST(HtmlReport, HasNoPredictionWithoutAnEstimate) {
   study.result.chi.setConstant(std::numeric_limits<double>::quiet_NaN());
   study.predictions = {predict(study.robot, study.result, study.log)};
   const std::string page = study.page();
-  EXPECT_EQ(count(page, "class=\"plot torque\""), 2U);
-  EXPECT_EQ(count(page, "class=\"plot residual\""), 0U);
-  EXPECT_EQ(count(page, "class=\"plot histogram\""), 0U);
-  EXPECT_EQ(count(page, "\"predicted\":null"), 2U);
+  EXPECT_EQ(count(page, " id=\"torque-1\""), 1U);
+  for (const char* const none : {" id=\"residual-1\"", " id=\"friction-1\"", " id=\"residual-histogram-1\"",
+                                 "\"predicted\",\"kind\"", " id=\"description\""}) {
+    EXPECT_EQ(count(page, none), 0U) << none;
+  }
 }
 
-TEST(HtmlReport, KeepsTorquesAsSinglePrecision) {
+TEST(HtmlReport, KeepsTheTorquesOfTheWorstJointInDoublePrecisionAndAllElseInSingle) {
   Study study;
-  study.predictions[0].joints[0].measured = Eigen::Vector2d(1.0, 2.0);
-  study.predictions[0].joints[0].predicted = Eigen::Vector3d(-0.1, 1e-3, 1e30);
+  JointPrediction& joint = study.predictions[0].joints[1];
+  study.result.fit.joints[1].relative_error = 0.5;
+  joint.rows = {0, 10};
+  joint.residual = Eigen::Vector2d(0.5, 1.0);
+  joint.fitted.measured = Eigen::Vector2d(1.0, 0.1);
+  joint.fitted.position = joint.fitted.velocity = joint.fitted.a_priori = joint.fitted.gravity =
+      joint.fitted.inertia = joint.fitted.coriolis = joint.fitted.friction = Eigen::Vector2d(1.0, 2.0);
   const std::string page = study.page();
-  // Python: base64.b64encode(struct.pack("<2f", 1, 2)), and of "<3f", -0.1, 1e-3, 1e30.
-  EXPECT_NE(page.find("\"measured\":\"AACAPwAAAEA=\""), std::string::npos);
-  EXPECT_NE(page.find("\"predicted\":\"zczMvW8SgzrK8klx\""), std::string::npos);
+  // Python: base64.b64encode(struct.pack("<2d", 1, 0.1)), and of "<2f", 0.5, 1.
+  EXPECT_NE(page.find("\"exact\":true,\"fine\":false,\"x\":0,\"y\":\"AAAAAAAA4D"), std::string::npos)
+      << "predicted";
+  EXPECT_NE(page.find("\"y\":\"AAAAAAAA8D+amZmZmZm5Pw==\""), std::string::npos) << "measured";
+  EXPECT_NE(page.find("\"y\":\"AAAAPwAAgD8=\""), std::string::npos) << "residual";
 }
 
-TEST(HtmlReport, OfSevenJointsAnd21000SamplesIsSmall) {
-  constexpr std::size_t most_bytes = 4'000'000;
-  EXPECT_LT(large_page(7, 21'000).size(), most_bytes);
-}
-
-TEST(HtmlReport, ThinsLogsThatNoBrowserWouldOpen) {
-  constexpr std::size_t most_bytes = 22'000'000;  // of 2 000 000 samples
-  const std::string page = large_page(2, 1'500'000);
-  EXPECT_LT(page.size(), most_bytes);
-  EXPECT_NE(page.find("one sample in 2 is shown"), std::string::npos);
-  EXPECT_NE(page.find("\"step\":0.002,\"samples\":750000"), std::string::npos);
+TEST(HtmlReport, OfSixJointsAnd100000SamplesIsSmall) {
+  constexpr std::size_t most_bytes = 2'000'000;
+  EXPECT_LT(large_page(6, 100'000).size(), most_bytes) << "every sample a row";
+  const std::string page = large_page(6, 10'000);
+  EXPECT_LT(page.size(), most_bytes) << "one sample in ten";
+  EXPECT_NE(page.find("on the 10000 rows of the fit</figcaption>"), std::string::npos);
 }
 
 // Residuals of one joint at these samples, two apart from row to row.

@@ -1,79 +1,138 @@
-// Draws the plots of the report: every .plot of the page says what it shows, #data holds the numbers.
+// What a reader can do with the page: zoom along time, read values, take numbers and pictures along, turn the robot, sort tables.
+// #data holds the numbers of each figure by its id; without scripts the pictures of the page stand as they are.
 (() => {
   "use strict";
   const root = document.documentElement;
-  const data = JSON.parse(document.getElementById("data").textContent);
-  const places = [...document.querySelectorAll(".plot")];
-  const made = new Map(); // place → plot
+  const source = document.getElementById("data");
+  const data = source ? JSON.parse(source.textContent) : {};
+  const figures = [...document.querySelectorAll("figure.chart")].filter((figure) => data[figure.id]);
 
-  // ------------------------------------------------------------------ colours
+  // ------------------------------------------------------------------ numbers
+
+  function decoded(text, double) {
+    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    return double ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
+  }
+
+  // The series of a chart with their numbers, decoded once.
+  function series_of(id) {
+    const chart = data[id];
+    if (!chart.decoded) {
+      chart.decoded = [];
+      for (const s of chart.series) {
+        chart.decoded.push({
+          ...s,
+          x: typeof s.x === "number" ? chart.decoded[s.x].x : decoded(s.x, s.fine),
+          y: decoded(s.y, s.exact),
+          upper: s.upper ? decoded(s.upper, s.exact) : null,
+        });
+      }
+    }
+    return chart.decoded;
+  }
+  const values_of = (id) => (data[id].decoded ??= decoded(data[id].values, false));
+
+  const digits = (value, count) =>
+    value === null || value === undefined || !Number.isFinite(value) ? "–" : String(Number(value.toPrecision(count)));
+
+  // ------------------------------------------------------------------ numbers and pictures to take along
+
+  const quoted = (text) => (/[",\n]/.test(text) ? '"' + text.replaceAll('"', '""') + '"' : text);
+  const csv = (rows) => rows.map((row) => row.map((cell) => quoted(String(cell))).join(",")).join("\n") + "\n";
+  const plain = (value) => (Number.isFinite(value) ? String(value) : "");
+
+  function rows_of_chart(id) {
+    const all = series_of(id);
+    const { x, y } = data[id];
+    if (all.every((s) => s.x === all[0].x && !s.upper)) {
+      const out = [[x, ...all.map((s) => s.name)]];
+      all[0].x.forEach((at, k) => out.push([plain(at), ...all.map((s) => plain(s.y[k]))]));
+      return out;
+    }
+    const out = [["series", x, y, "upper"]];
+    for (const s of all) {
+      s.x.forEach((at, k) => out.push([s.name, plain(at), plain(s.y[k]), s.upper ? plain(s.upper[k]) : ""]));
+    }
+    return out;
+  }
+  function rows_of_map(id) {
+    const { names } = data[id];
+    const values = values_of(id);
+    return [["", ...names], ...names.map((name, i) => [name, ...names.map((_, j) => plain(values[i * names.length + j]))])];
+  }
+  function rows_of_bodies(id) {
+    const heading = ["link", "of", "mass [kg]", "x [m]", "y [m]", "z [m]"];
+    const axes = ["a", "b", "c"].flatMap((a) => ["x", "y", "z"].map((c) => `semi-axis ${a}${c} [m]`));
+    return [[...heading, ...axes], ...data[id].bodies.map((b) => [b.name, b.style, b.mass, ...b.centre, ...b.axes])];
+  }
+  const rows_of = (id) => (data[id].series ? rows_of_chart(id) : data[id].names ? rows_of_map(id) : rows_of_bodies(id));
+
+  // The picture alone, in the colours of paper, with all that the style sheet says of it.
+  function svg_of(figure) {
+    const picture = figure.querySelector("svg");
+    const light = root.classList.contains("paper");
+    root.classList.add("paper");
+    const copy = picture.cloneNode(true);
+    const parts = picture.querySelectorAll("*");
+    copy.querySelectorAll("*").forEach((part, k) => {
+      const style = getComputedStyle(parts[k]);
+      for (const name of ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "fill-opacity", "font-size"]) {
+        part.setAttribute(name, style.getPropertyValue(name));
+      }
+    });
+    root.classList.toggle("paper", light);
+    copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+    copy.setAttribute("font-family", "sans-serif");
+    return copy.outerHTML;
+  }
+
+  function save(text, name, type) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type }));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
+  function button(label, title, action) {
+    const out = document.createElement("button");
+    out.type = "button";
+    out.textContent = label;
+    out.title = title;
+    out.addEventListener("click", action);
+    return out;
+  }
+
+  for (const figure of figures) {
+    const { id } = figure;
+    const tools = document.createElement("span");
+    tools.className = "tools";
+    const name = figure.querySelector("figcaption b").textContent;
+    const link = document.createElement("a");
+    link.href = "#" + id;
+    link.textContent = "#";
+    link.title = "Link to this plot";
+    link.setAttribute("aria-label", "Link to " + name);
+    const as_csv = button("CSV", "The numbers of this plot", () => save(csv(rows_of(id)), id + ".csv", "text/csv"));
+    const as_svg = button("SVG", "This plot as a picture", () => save(svg_of(figure), id + ".svg", "image/svg+xml"));
+    as_csv.setAttribute("aria-label", "CSV of " + name);
+    as_svg.setAttribute("aria-label", "SVG of " + name);
+    tools.append(as_csv, as_svg, link);
+    figure.querySelector("figcaption").append(tools);
+  }
+
+  // ------------------------------------------------------------------ plots over time
 
   let colours = {};
   function read_colours() {
     const style = getComputedStyle(root);
-    const value = (name) => style.getPropertyValue("--" + name).trim();
-    colours = {};
-    for (const name of ["text", "soft", "line", "grid", "measured", "predicted", "residual", "left-out"]) {
-      colours[name] = value(name);
+    for (const name of ["text", "soft", "line", "grid", "measured", "predicted", "residual", "apriori"]) {
+      colours[name] = style.getPropertyValue("--" + name).trim();
     }
-    colours.series = value("series").split(",").map((c) => c.trim());
-  }
-  const series_colour = (i) => colours.series[i % colours.series.length];
-
-  // ------------------------------------------------------------------ data
-
-  function decoded(text) {
-    const bytes = atob(text);
-    const out = new Uint8Array(bytes.length);
-    for (let k = 0; k < bytes.length; ++k) {
-      out[k] = bytes.charCodeAt(k);
-    }
-    return new Float32Array(out.buffer);
   }
 
-  // Instants and torques of a log, decoded once.
-  const logs = data.logs.map(() => ({ joints: [], range: null }));
-  function times(log) {
-    const to = logs[log];
-    if (!to.t) {
-      const from = data.logs[log];
-      to.t = Float64Array.from({ length: from.samples }, (_, k) => from.start + k * from.step);
-    }
-    return to.t;
-  }
-  function torques(log, joint) {
-    const known = logs[log].joints;
-    if (!known[joint]) {
-      const from = data.logs[log].joints[joint];
-      const measured = decoded(from.measured);
-      const predicted = from.predicted === null ? null : decoded(from.predicted);
-      known[joint] = { measured, predicted };
-    }
-    return known[joint];
-  }
-  // Instants and residuals of the rows of the fit, with a gap where rows are left out between them.
-  function residuals(log, joint) {
-    const { start, joints } = data.logs[log];
-    const { step, per_sample, runs, residual } = joints[joint].rows;
-    const values = decoded(residual);
-    const t = [];
-    const r = [];
-    for (let k = 0, at = 0; k < runs.length; k += 2) {
-      const first = start + runs[k] * per_sample;
-      for (let i = 0; i < runs[k + 1]; ++i, ++at) {
-        t.push(first + i * step);
-        r.push(values[at]);
-      }
-      t.push(first + (runs[k + 1] - 0.5) * step);
-      r.push(null);
-    }
-    return [t, r];
-  }
-
-  // ------------------------------------------------------------------ parts of plots
-
-  const digits = (value, count) =>
-    value === null || value === undefined || !Number.isFinite(value) ? "–" : String(Number(value.toPrecision(count)));
+  const made = new Map(); // figure → plot
+  const ranges = {}; // of the time of each log
 
   function axis(label, more) {
     return {
@@ -87,68 +146,73 @@
       ...more,
     };
   }
-  const x_axis = (label, more) => axis(label, { size: 28, gap: 3, ...more });
-  // Of one width for all, so that plots under each other line up.
-  const y_axis = (label, more) =>
-    axis(label, { size: 52, gap: 3, space: 22, values: (u, ticks) => ticks.map((v) => (v === null ? "" : digits(v, 6))), ...more });
-  const whole_numbers = { incrs: [1, 2, 5, 10, 20, 50, 100], space: 24 };
 
-  function line(label, stroke, more) {
-    return { label, stroke, width: 1.25, value: (u, v) => digits(v, 5), ...more };
-  }
-  function abscissa(label, count) {
-    return { label, value: (u, v) => digits(v, count) };
-  }
-
-  // Stretches of samples that the fit leaves out, as a shade. Those narrower than a pixel are drawn as one.
-  function shade(log, joint) {
-    const runs = data.logs[log].joints[joint].left_out;
-    const { start, step } = data.logs[log];
-    return (u) => {
-      const { ctx, bbox } = u;
-      const end = bbox.left + bbox.width;
-      const pixel = (k) => u.valToPos(start + k * step, "x", true);
-      ctx.save();
-      ctx.fillStyle = colours["left-out"];
-      let drawn = bbox.left;
-      for (let r = 0; r < runs.length; r += 2) {
-        const from = Math.max(Math.floor(pixel(runs[r] - 0.5)), drawn);
-        const to = Math.min(Math.ceil(pixel(runs[r] + runs[r + 1] - 0.5)), end);
-        if (to > from) {
-          ctx.fillRect(from, bbox.top, to - from, bbox.height);
-          drawn = to;
-        }
+  // A curve that lifts the pen where rows are left out: uPlot's own draws over a gap and erases that.
+  function stroke_of(u, index, first, last) {
+    const stroke = new Path2D();
+    const [x, y] = [u.data[0], u.data[index]];
+    let down = false;
+    for (let k = first; k <= last; ++k) {
+      if (y[k] === null) {
+        down = false;
+        continue;
       }
-      ctx.restore();
-    };
+      const at = [u.valToPos(x[k], "x", true), u.valToPos(y[k], u.series[index].scale, true)];
+      down ? stroke.lineTo(...at) : stroke.moveTo(...at);
+      down = true;
+    }
+    return { stroke, fill: null };
   }
 
   // All plots of a log show the same time.
   function follow(log) {
     return (u, scale) => {
       const { min, max } = u.scales.x;
-      const known = logs[log].range;
+      const known = ranges[log];
       if (scale !== "x" || min === null || (known && known.min === min && known.max === max)) {
         return;
       }
-      logs[log].range = { min, max };
-      for (const plot of made.values()) {
-        if (plot !== u && plot.rivid_log === log) {
+      ranges[log] = { min, max };
+      for (const [figure, plot] of made) {
+        if (plot !== u && figure.dataset.log === log) {
           plot.setScale("x", { min, max });
         }
       }
     };
   }
 
-  function time_plot(log, joint, height, x_label, label, series, values, t = times(log)) {
-    const all = times(log);
-    const range = logs[log].range || { min: all[0], max: all[all.length - 1] };
-    return {
-      options: {
-        height,
-        scales: { x: { time: false, ...range } },
-        axes: [x_axis(x_label, x_label ? {} : { labelSize: 0 }), y_axis(label)],
-        series: [abscissa("t", 7), ...series],
+  function make(figure) {
+    const { id, dataset } = figure;
+    const { log } = dataset;
+    const chart = data[id];
+    const all = series_of(id);
+    const known = made.get(figure);
+    const shown = known ? known.series.map((s) => s.show) : null;
+    known?.destroy();
+    const place = figure.querySelector(".picture");
+    place.classList.add("live");
+    const span = ranges[log] ?? { min: all[0].x[0], max: all[0].x[all[0].x.length - 1] };
+    const plot = new uPlot(
+      {
+        width: place.clientWidth,
+        height: chart.height,
+        scales: { x: { time: false, ...span } },
+        axes: [
+          axis(chart.x, { size: 28, gap: 3 }),
+          axis(chart.y, { size: 56, gap: 3, space: 26, values: (u, ticks) => ticks.map((v) => (v === null ? "" : digits(v, 6))) }),
+        ],
+        series: [
+          { label: "t", value: (u, v) => digits(v, 7) },
+          ...all.map((s, k) => ({
+            label: s.name,
+            stroke: colours[s.style],
+            width: s.style === "measured" ? 2.2 : 1.2,
+            show: shown ? shown[k + 1] : !s.on_demand,
+            paths: stroke_of,
+            points: { show: false },
+            value: (u, v) => digits(v, 5),
+          })),
+        ],
         cursor: {
           drag: { x: true, y: false, dist: 4 },
           sync: {
@@ -157,179 +221,14 @@
             filters: { pub: (type) => type === "mousemove" || type === "mouseleave" },
           },
         },
-        hooks: { drawClear: [shade(log, joint)], setScale: [follow(log)] },
+        hooks: { setScale: [follow(log)] },
       },
-      values: [t, ...values],
-      log,
-    };
+      [all[0].x, ...all.map((s) => Array.from(s.y, (v) => (Number.isNaN(v) ? null : v)))],
+      place,
+    );
+    made.set(figure, plot);
+    figure.plot = plot; // for whoever looks from the console
   }
-
-  function over_iterations(height, label, series, lists, logarithmic) {
-    const count = lists[0].length;
-    const positive = (v) => (v !== null && (v > 0 || !logarithmic) ? v : null);
-    return {
-      options: {
-        height,
-        scales: { x: { time: false }, y: logarithmic ? { distr: 3, log: 10 } : {} },
-        axes: [x_axis("iteration", whole_numbers), y_axis(label)],
-        series: [abscissa("iteration", 4), ...series],
-      },
-      values: [Array.from({ length: count }, (_, k) => k), ...lists.map((list) => list.map(positive))],
-    };
-  }
-
-  const roughness = (list) => list.reduce((sum, v, k) => sum + (k > 0 ? (v - list[k - 1]) ** 2 : 0), 0);
-
-  // ------------------------------------------------------------------ kinds of plots
-
-  const kinds = {
-    torque(log, joint) {
-      const { measured, predicted } = torques(log, joint);
-      const lines = [["measured", measured]];
-      if (predicted) {
-        lines.push(["predicted", predicted]);
-      }
-      // The rougher one behind, where it would hide the other; as a broader line, if both are alike.
-      const rough = lines.map(([, values]) => roughness(values));
-      if (rough[1] > rough[0]) {
-        lines.reverse();
-      }
-      const alike = Math.max(...rough) < 4 * Math.min(...rough);
-      const series = lines.map(([name], i) => line(name, colours[name], { width: alike && i === 0 ? 2.5 : 1.25 }));
-      const values = lines.map(([, list]) => list);
-      // The residual below has the label of the time.
-      return time_plot(log, joint, 220, predicted ? null : "t [s]", "τ [" + data.joints[joint].unit + "]", series, values);
-    },
-
-    residual(log, joint) {
-      const unit = data.joints[joint].unit;
-      const [t, values] = residuals(log, joint);
-      return time_plot(log, joint, 130, "t [s]", "[" + unit + "]", [line("residual of rows", colours.residual, { width: 1 })], [values], t);
-    },
-
-    histogram(log, joint) {
-      const shape = data.residuals[joint];
-      const centres = shape.counts.map((_, k) => shape.first_edge + (k + 0.5) * shape.bin);
-      return {
-        options: {
-          height: 170,
-          scales: { x: { time: false, range: (u, min, max) => [min - shape.bin, max + shape.bin] } },
-          axes: [x_axis("residual [" + data.joints[joint].unit + "]"), y_axis("rows")],
-          series: [
-            abscissa("residual", 3),
-            line("rows", colours.residual, {
-              fill: colours["left-out"],
-              paths: uPlot.paths.bars({ size: [1, Infinity] }),
-              points: { show: false },
-            }),
-            line("normal", colours.predicted, { paths: uPlot.paths.spline(), points: { show: false } }),
-          ],
-        },
-        values: [centres, shape.counts, shape.normal],
-      };
-    },
-
-    autocorrelation(log, joint) {
-      const { autocorrelation, white_noise: bound } = data.residuals[joint];
-      const level = (value) => autocorrelation.map(() => value);
-      const dashed = { dash: [4, 4], width: 1, points: { show: false } };
-      return {
-        options: {
-          height: 170,
-          scales: {
-            x: { time: false, range: () => [0.5, autocorrelation.length + 0.5] },
-            y: { range: (u, min, max) => [Math.min(min, -2 * bound), Math.max(max, 2 * bound)] },
-          },
-          axes: [x_axis("lag [rows]", whole_numbers), y_axis("autocorrelation")],
-          series: [
-            abscissa("lag", 3),
-            line("autocorrelation", colours.residual, {
-              fill: colours.residual,
-              paths: uPlot.paths.bars({ size: [0.5, 6] }),
-              points: { show: false },
-            }),
-            line("white noise", colours.soft, dashed),
-            line("", colours.soft, { ...dashed, class: "hidden" }),
-          ],
-        },
-        values: [autocorrelation.map((_, k) => k + 1), autocorrelation, level(bound), level(-bound)],
-      };
-    },
-
-    "torque-error"() {
-      const { error, joint_error } = data.iterations;
-      return over_iterations(
-        260,
-        "error [%]",
-        [
-          line("all", colours.text, { width: 2 }),
-          ...data.joints.map((joint, j) => line(joint.name, series_colour(j), { dash: [6, 3] })),
-        ],
-        [error, ...joint_error],
-        true,
-      );
-    },
-
-    "motion-error"(log, joint) {
-      const { to_measured, to_reference } = data.iterations;
-      const orders = ["q", "q̇", "q̈"];
-      return over_iterations(
-        220,
-        "error [%]",
-        [
-          ...orders.map((q, i) => line(q, series_colour(i))),
-          ...orders.map((q, i) => line(q + " ref.", series_colour(i), { dash: [5, 4] })),
-        ],
-        [...to_measured, ...to_reference].map((order) => order[joint]),
-        true,
-      );
-    },
-  };
-
-  // ------------------------------------------------------------------ making them
-
-  let paper_width = null; // of plots on paper
-
-  function make(place) {
-    const { kind, joint, log } = place.dataset;
-    const plan = kinds[kind](Number(log), Number(joint));
-    if (made.has(place)) {
-      made.get(place).destroy();
-    }
-    const plot = new uPlot({ width: width_of(place), ...plan.options }, plan.values, place);
-    plot.rivid_log = plan.log;
-    made.set(place, plot);
-    place.plot = plot; // for whoever looks from the console
-  }
-
-  function width_of(place) {
-    return paper_width ? Math.min(place.clientWidth, paper_width / (place.closest(".pairs") ? 2.1 : 1)) : place.clientWidth;
-  }
-
-  // A few at a time, so that the page can be read meanwhile.
-  function make_all() {
-    const waiting = places.filter((place) => !made.has(place));
-    const some = () => {
-      const until = performance.now() + 40;
-      while (waiting.length > 0 && performance.now() < until) {
-        make(waiting.shift());
-      }
-      if (waiting.length > 0) {
-        setTimeout(some);
-      } else {
-        root.dataset.plots = made.size;
-        root.dataset.ready = Math.round(performance.now());
-      }
-    };
-    some();
-  }
-
-  function make_again() {
-    read_colours();
-    places.forEach(make);
-  }
-
-  // ------------------------------------------------------------------ what the reader does
 
   const moves = {
     in: (a, b) => [a + 0.25 * (b - a), b - 0.25 * (b - a)],
@@ -339,48 +238,267 @@
     all: () => [-Infinity, Infinity],
   };
   function move(log, how) {
-    const t = times(log);
+    const figure = over_time.find((f) => f.dataset.log === log);
+    const t = series_of(figure.id)[0].x;
     const first = t[0];
     const last = t[t.length - 1];
-    const shown = logs[log].range || { min: first, max: last };
+    const shown = ranges[log] ?? { min: first, max: last };
     let [min, max] = moves[how](shown.min, shown.max);
-    const span = Math.max(Math.min(max - min, last - first), 4 * data.logs[log].step);
+    const least = (4 * (last - first)) / t.length;
+    const span = Math.max(Math.min(max - min, last - first), least);
     min = Math.max(Math.min(min, last - span), first);
-    logs[log].range = { min, max: Math.min(min + span, last) };
-    for (const plot of made.values()) {
-      if (plot.rivid_log === log) {
-        plot.setScale("x", logs[log].range);
+    ranges[log] = { min, max: Math.min(min + span, last) };
+    for (const [each, plot] of made) {
+      if (each.dataset.log === log) {
+        plot.setScale("x", ranges[log]);
       }
     }
   }
+
+  const over_time = figures.filter((figure) => figure.dataset.log !== undefined);
   for (const toolbar of document.querySelectorAll(".toolbar")) {
     toolbar.addEventListener("click", (event) => {
       if (event.target.dataset.move) {
-        move(Number(toolbar.dataset.log), event.target.dataset.move);
+        move(toolbar.dataset.log, event.target.dataset.move);
+      }
+    });
+  }
+  const keys = { ArrowLeft: "back", ArrowRight: "forward", "+": "in", "-": "out", 0: "all" };
+  for (const figure of over_time) {
+    const place = figure.querySelector(".picture");
+    place.tabIndex = 0;
+    place.setAttribute("role", "group");
+    place.setAttribute("aria-label", figure.querySelector("svg title").textContent + "; arrow keys move, plus and minus zoom, 0 shows all");
+    place.addEventListener("keydown", (event) => {
+      if (keys[event.key] && !event.ctrlKey && !event.metaKey && !event.altKey) {
+        event.preventDefault();
+        move(figure.dataset.log, keys[event.key]);
       }
     });
   }
 
+  // ------------------------------------------------------------------ values under the pointer
+
+  const tip = document.createElement("div");
+  tip.className = "tip";
+  tip.hidden = true;
+  document.body.append(tip);
+  function show_tip(event, text) {
+    tip.textContent = text;
+    tip.hidden = text === "";
+    const beside = event.clientX + tip.offsetWidth + 24 > innerWidth ? -tip.offsetWidth - 14 : 14;
+    tip.style.left = event.clientX + beside + scrollX + "px";
+    tip.style.top = event.clientY + 14 + scrollY + "px";
+  }
+
+  // The point of a picture that is nearest to the pointer.
+  function nearest(figure, at) {
+    const picture = figure.querySelector("svg");
+    const [left, top, right, bottom] = picture.dataset.frame.split(" ").map(Number);
+    const [x0, x1] = picture.dataset.x.split(" ").map(Number);
+    const [y0, y1] = picture.dataset.y.split(" ").map(Number);
+    const { logarithmic } = data[figure.id];
+    const reach = 24;
+    let best = { distance: reach * reach, text: "" };
+    for (const s of series_of(figure.id)) {
+      if (s.on_demand || s.kind === "band") {
+        continue;
+      }
+      for (let k = 0; k < s.x.length; ++k) {
+        const across = left + ((s.x[k] - x0) / (x1 - x0)) * (right - left) - at.x;
+        const height = logarithmic ? Math.log10(s.y[k]) : s.y[k];
+        const up = s.kind === "bars" ? 0 : bottom - ((height - y0) / (y1 - y0)) * (bottom - top) - at.y;
+        const distance = across * across + up * up;
+        if (distance < best.distance) {
+          best = { distance, text: `${s.name}: ${digits(s.x[k], 5)}, ${digits(s.y[k], 5)}` };
+        }
+      }
+    }
+    return best.text;
+  }
+  function cell_under(figure, at) {
+    const [left, size] = figure.querySelector("svg").dataset.heat.split(" ").map(Number);
+    const { names } = data[figure.id];
+    const i = Math.floor(at.y / size);
+    const j = Math.floor((at.x - left) / size);
+    return i >= 0 && j >= 0 && i < names.length && j < i
+      ? `${names[i]} and ${names[j]}: ${digits(values_of(figure.id)[i * names.length + j], 3)}`
+      : "";
+  }
+  for (const figure of figures) {
+    const picture = figure.querySelector("svg");
+    const reader = picture.dataset.frame ? nearest : picture.dataset.heat ? cell_under : null;
+    if (reader && figure.dataset.log === undefined) {
+      picture.addEventListener("pointermove", (event) => {
+        const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(picture.getScreenCTM().inverse());
+        show_tip(event, reader(figure, at));
+      });
+      picture.addEventListener("pointerleave", () => (tip.hidden = true));
+    }
+  }
+
+  // ------------------------------------------------------------------ the robot
+
+  function turn_by_hand(figure) {
+    const picture = figure.querySelector("svg");
+    const { joints, bodies } = data[figure.id];
+    const { width, height } = picture.viewBox.baseVal;
+    const ellipses = [...picture.querySelectorAll("ellipse")];
+    const arm = picture.querySelector("polyline");
+    const dots = [...picture.querySelectorAll("circle")];
+    const middle = [0, 1, 2].map((c) => joints.reduce((sum, p) => sum + p[c], 0) / joints.length);
+    const far = Math.max(
+      ...joints.map((p) => Math.hypot(...p.map((v, c) => v - middle[c]))),
+      ...bodies.map((b) => Math.hypot(...b.centre.map((v, c) => v - middle[c])) + Math.hypot(...b.axes)),
+    );
+    const pixels = (0.5 * Math.min(width, height) - 10) / far;
+    let yaw = -0.9;
+    let pitch = 0.42;
+    function draw() {
+      const right = [Math.cos(yaw), Math.sin(yaw), 0];
+      const down = [Math.sin(pitch) * Math.sin(yaw), -Math.sin(pitch) * Math.cos(yaw), -Math.cos(pitch)];
+      const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+      const at = (p) => {
+        const v = p.map((value, c) => value - middle[c]);
+        return [0.5 * width + pixels * dot(right, v), 0.5 * height + pixels * dot(down, v)];
+      };
+      const points = joints.map(at);
+      arm.setAttribute("points", points.map((p) => p.map((v) => v.toFixed(1)).join(",")).join(" "));
+      dots.forEach((d, k) => {
+        d.setAttribute("cx", points[k][0].toFixed(1));
+        d.setAttribute("cy", points[k][1].toFixed(1));
+      });
+      ellipses.forEach((ellipse, k) => {
+        // The outline of the projected ellipsoid: eigenvalues of (P A)(P A)ᵀ.
+        let [xx, xy, yy] = [0, 0, 0];
+        for (let a = 0; a < 9; a += 3) {
+          const axis_k = bodies[k].axes.slice(a, a + 3);
+          const [x, y] = [dot(right, axis_k), dot(down, axis_k)];
+          xx += x * x;
+          xy += x * y;
+          yy += y * y;
+        }
+        const mean = 0.5 * (xx + yy);
+        const apart = Math.hypot(0.5 * (xx - yy), xy);
+        const angle = (0.5 * Math.atan2(2 * xy, xx - yy) * 180) / Math.PI;
+        const [x, y] = at(bodies[k].centre);
+        ellipse.setAttribute("rx", (pixels * Math.sqrt(mean + apart)).toFixed(1));
+        ellipse.setAttribute("ry", (pixels * Math.sqrt(Math.max(mean - apart, 0))).toFixed(1));
+        ellipse.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)}) rotate(${angle.toFixed(1)})`);
+      });
+    }
+    function turn(across, up) {
+      yaw += across;
+      pitch = Math.max(-1.55, Math.min(1.55, pitch + up));
+      draw();
+    }
+    const place = figure.querySelector(".picture");
+    place.tabIndex = 0;
+    place.setAttribute("role", "group");
+    place.setAttribute("aria-label", "The robot; arrow keys turn it");
+    const steps = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+    place.addEventListener("keydown", (event) => {
+      if (steps[event.key]) {
+        event.preventDefault();
+        turn(...steps[event.key]);
+      }
+    });
+    place.addEventListener("pointerdown", (event) => place.setPointerCapture(event.pointerId));
+    place.addEventListener("pointermove", (event) => {
+      if (event.buttons & 1) {
+        turn(-0.01 * event.movementX, 0.01 * event.movementY);
+      }
+    });
+    draw();
+  }
+  figures.filter((figure) => data[figure.id].bodies).forEach(turn_by_hand);
+
+  // ------------------------------------------------------------------ tables
+
+  function sort_key(cell) {
+    const text = cell ? cell.textContent.trim() : "";
+    const value = parseFloat(text);
+    return cell?.classList.contains("number") ? (Number.isFinite(value) ? value : Infinity) : text;
+  }
+  for (const table of document.querySelectorAll("table")) {
+    const body = table.tBodies[0];
+    if (!table.tHead || body.rows.length < 3) {
+      continue;
+    }
+    [...table.tHead.rows[0].cells].forEach((heading, column) => {
+      if (heading.textContent === "") {
+        return;
+      }
+      const text = heading.textContent;
+      heading.textContent = "";
+      heading.append(
+        button(text, "Sort by " + text, () => {
+          const down = heading.getAttribute("aria-sort") === "ascending";
+          for (const other of table.tHead.rows[0].cells) {
+            other.removeAttribute("aria-sort");
+          }
+          heading.setAttribute("aria-sort", down ? "descending" : "ascending");
+          const rows = [...body.rows].filter((row) => !row.classList.contains("sum"));
+          const sums = [...body.rows].filter((row) => row.classList.contains("sum"));
+          const compare = (a, b) => (typeof a === "number" ? (a < b ? -1 : Number(a > b)) : a.localeCompare(b));
+          rows.sort((a, b) => (down ? -1 : 1) * compare(sort_key(a.cells[column]), sort_key(b.cells[column])));
+          body.append(...rows, ...sums);
+        }),
+      );
+    });
+  }
+  for (const scroller of document.querySelectorAll(".scroll")) {
+    if (scroller.scrollWidth <= scroller.clientWidth) {
+      continue;
+    }
+    scroller.tabIndex = 0; // so that its rest can be reached by keyboard
+    scroller.setAttribute("role", "region");
+    scroller.setAttribute("aria-label", scroller.closest("section")?.querySelector("h2")?.textContent ?? "Table");
+  }
+
+  // ------------------------------------------------------------------ making plots
+
+  // A few at a time, from the top, so that the page can be read meanwhile; those in a fold when it is opened.
+  function make_plots() {
+    const until = performance.now() + 40;
+    const waiting = over_time.filter((figure) => !made.has(figure) && figure.querySelector(".picture").clientWidth > 0);
+    while (waiting.length > 0 && performance.now() < until) {
+      make(waiting.shift());
+    }
+    root.dataset.plots = made.size;
+    if (waiting.length > 0) {
+      setTimeout(make_plots);
+    }
+  }
+  document.addEventListener("toggle", make_plots, true);
+  read_colours();
+  make_plots();
+
   new ResizeObserver(() => {
-    for (const [place, plot] of made) {
-      if (!paper_width && place.clientWidth !== plot.width) {
-        plot.setSize({ width: place.clientWidth, height: plot.height });
+    for (const [figure, plot] of made) {
+      const { clientWidth } = figure.querySelector(".picture");
+      if (clientWidth > 0 && clientWidth !== plot.width) {
+        plot.setSize({ width: clientWidth, height: plot.height });
       }
     }
   }).observe(document.querySelector("main"));
-
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", make_again);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    read_colours();
+    [...made.keys()].forEach(make);
+  });
+  // On paper folded tables are open; plots of other logs stay folded.
+  const opened = [];
   addEventListener("beforeprint", () => {
-    root.classList.add("paper");
-    paper_width = 700;
-    make_again();
+    for (const fold of document.querySelectorAll("details:not([open]):not(:has(.toolbar))")) {
+      fold.open = true;
+      opened.push(fold);
+    }
   });
   addEventListener("afterprint", () => {
-    root.classList.remove("paper");
-    paper_width = null;
-    make_again();
+    for (const fold of opened.splice(0)) {
+      fold.open = false;
+    }
   });
 
-  read_colours();
-  make_all();
+  root.dataset.ready = Math.round(performance.now());
 })();

@@ -1,0 +1,329 @@
+// What a browser makes of the pages that rivid_identify and rivid_montecarlo write with --report.
+
+#include <gtest/gtest.h>
+
+#include "support/identify_tool.hpp"
+
+namespace {
+
+using rivid::test::Json;
+using rivid::test::Outcome;
+using rivid::test::TemporaryFolder;
+
+std::size_t count(std::string_view text, std::string_view word) {
+  std::size_t out = 0;
+  for (std::size_t at = text.find(word); at != std::string_view::npos;
+       at = text.find(word, at + word.size())) {
+    ++out;
+  }
+  return out;
+}
+
+// Opens every fold, in which plots are drawn then.
+constexpr const char* unfolded = R"(
+  document.querySelectorAll("details").forEach((fold) => (fold.open = true));
+  await wait();
+)";
+
+class Page : public rivid::test::IdentifyTool {
+ protected:
+  void SetUp() override {
+    if (std::string_view(RIVID_CHROMIUM).empty()) {
+      GTEST_SKIP() << "chromium was not found when CMake ran";
+    }
+  }
+
+  // A page after its scripts have run, and the log of the browser, which tells what goes to the console.
+  [[nodiscard]] Outcome opened(const std::string& file, const std::vector<std::string>& flags = {}) const {
+    const std::filesystem::path page = std::filesystem::absolute(folder().path() / file);
+    std::vector<std::string> command = {RIVID_CHROMIUM,
+                                        "--headless=new",
+                                        "--no-sandbox",
+                                        "--disable-gpu",
+                                        "--disable-dev-shm-usage",
+                                        "--user-data-dir=" + profile_.path().string(),
+                                        "--enable-logging=stderr",
+                                        "--v=0",
+                                        "--virtual-time-budget=20000"};
+    command.insert(command.end(), flags.begin(), flags.end());
+    command.insert(command.end(), {"--dump-dom", "file://" + page.string()});
+    return rivid::test::outcome_of(command, folder().path());
+  }
+
+  // What a script of the test's own returns on the page, a while after it was opened. It may say more than once `await`.
+  [[nodiscard]] std::string answer(const std::string& file, const std::string& script,
+                                   const std::vector<std::string>& flags = {"--window-size=1280,900"}) const {
+    std::string page = folder().read(file);
+    page.insert(page.rfind("</body>"), R"(<script>
+setTimeout(async () => {
+  const wait = () => new Promise((resolve) => setTimeout(resolve, 500));
+  const answer = await (async () => {
+)" + script + R"(
+  })();
+  document.documentElement.dataset.answer = encodeURIComponent(JSON.stringify(answer));
+}, 1000);
+</script>)");
+    folder().write("asked.html", page);
+    const Outcome run = opened("asked.html", flags);
+    EXPECT_EQ(run.err.find("CONSOLE"), std::string::npos) << run.err;
+    const std::string key = "data-answer=\"";
+    const std::size_t at = run.out.find(key);
+    if (at == std::string::npos) {
+      ADD_FAILURE() << "the script gave no answer: " << run.err;
+      return "null";
+    }
+    return decoded(run.out.substr(at + key.size(), run.out.find('"', at + key.size()) - at - key.size()));
+  }
+
+  // All figures of the page, of which so many are plots over time that a script draws once they are seen.
+  void expect_figures(const std::string& file, std::size_t figures, std::size_t over_time) const {
+    const Json found = Json::parse(
+        answer(file,
+               std::string(unfolded) +
+                   "const all = [...document.querySelectorAll('figure.chart')];\n"
+                   "return [all.length, document.querySelectorAll('figure.chart .picture > svg').length,\n"
+                   "        document.querySelectorAll('canvas').length,\n"
+                   "        document.querySelectorAll('figure.chart .tools').length];",
+               {"--window-size=1280,900"}));
+    EXPECT_EQ(found, Json({figures, figures, over_time, figures})) << "figures, pictures, plots, tools";
+  }
+
+  void provide_iv(const std::string& options = {}) const {
+    folder().write("scara_iv.toml",
+                   rivid::test::content_of(std::filesystem::path(RIVID_DATA) / "scara" / "scara_iv.toml"));
+    if (!options.empty()) {
+      edit("scara_iv.toml", "name = \"iv\"", "name = \"iv\"\n" + options);
+    }
+  }
+
+ private:
+  // The inverse of encodeURIComponent().
+  [[nodiscard]] static std::string decoded(const std::string& text) {
+    std::string out;
+    for (std::size_t k = 0; k < text.size(); ++k) {
+      if (text[k] == '%') {
+        out += static_cast<char>(std::stoi(text.substr(k + 1, 2), nullptr, 16));
+        k += 2;
+      } else {
+        out += text[k];
+      }
+    }
+    return out;
+  }
+
+  TemporaryFolder profile_;
+};
+
+TEST_F(Page, FaultsWouldBeSeen) {
+  folder().write("broken.html", "<!DOCTYPE html><title>x</title><script>none_such();</script>");
+  EXPECT_NE(opened("broken.html").err.find("CONSOLE"), std::string::npos);
+}
+
+TEST_F(Page, AllFiguresAreThere) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  // Over time: that of the worst joint; torques and residuals of two joints in two logs. Besides, of each joint friction,
+  // residual over speed and position, two spectra, histogram, autocorrelation, coverage; correlation and robot.
+  expect_figures("scara_result/report.html", 9 + 2 * 8 + 2, 9);
+}
+
+TEST_F(Page, TheJointsAndTheFirstPlotAreAboveTheFold) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", R"(
+  const bottom = (selector) => document.querySelector(selector).getBoundingClientRect().bottom;
+  const right = (selector) => document.querySelector(selector).getBoundingClientRect().right;
+  return { plot: bottom("#worst-joint canvas"), table: bottom(".first-look table"), verdict: bottom(".verdict"),
+           fold: innerHeight, right: Math.max(right(".first-look table"), right("#worst-joint canvas")), width: innerWidth };)"));
+  EXPECT_GT(found.at("plot"), 200.0) << found;
+  EXPECT_LT(found.at("plot"), found.at("fold")) << found;
+  EXPECT_LT(found.at("table"), found.at("fold")) << found;
+  EXPECT_LE(found.at("fold"), 900) << found;
+  EXPECT_LT(found.at("right"), found.at("width")) << found;
+}
+
+// The sum over what is drawn in another order than that of the table, which has it from triangular factors.
+TEST_F(Page, TheErrorOfWhatIsPlottedIsThatOfTheTable) {
+  constexpr double rounding = 1e-12;
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", R"(
+  const { plot } = document.getElementById("worst-joint");
+  const [, measured, predicted] = plot.data;
+  let [error, norm, rows] = [0, 0, 0];
+  measured.forEach((y, k) => {
+    if (y !== null) {
+      error += (y - predicted[k]) ** 2;
+      norm += y * y;
+      ++rows;
+    }
+  });
+  return { error: Math.sqrt(error / norm), rows, caption: document.querySelector("#worst-joint figcaption").textContent };)"));
+  const Json result = Json::parse(folder().read("scara_result/result.json"));
+  const Json worst = *std::ranges::max_element(result.at("fit").at("joints"), {}, [](const Json& joint) {
+    return joint.at("relative_error").get<double>();
+  });
+  EXPECT_EQ(found.at("rows"), worst.at("rows"));
+  const double error = worst.at("relative_error");
+  EXPECT_NEAR(found.at("error"), error, rounding * error);
+  EXPECT_NE(found.at("caption").get<std::string>().find(worst.at("name").get<std::string>()),
+            std::string::npos);
+}
+
+TEST_F(Page, IsNoWiderThanAPhone) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", R"(
+  const width = document.documentElement.clientWidth;
+  const wide = [...document.querySelectorAll("main figure, main p, main h2, main li, main canvas")].filter(
+      (part) => part.getBoundingClientRect().right > width + 1);
+  const bar = document.querySelector("#parameters ~ .scroll svg").getBoundingClientRect();
+  return { width, page: document.documentElement.scrollWidth, wide: wide.map((part) => part.outerHTML.slice(0, 80)), bar: bar.right };)",
+                                        {"--window-size=390,844"}));
+  EXPECT_LE(found.at("page"), found.at("width")) << found;
+  EXPECT_TRUE(found.at("wide").empty()) << found;
+  EXPECT_LE(found.at("bar"), found.at("width")) << "bars of the intervals are in sight";
+}
+
+TEST_F(Page, HasNothingThatAxeCallsSerious) {
+  if (std::string_view(RIVID_AXE).empty()) {
+    GTEST_SKIP() << "axe-core was not found when CMake ran";
+  }
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const std::string script = std::string(unfolded) + rivid::test::content_of(RIVID_AXE) + R"(
+  await wait();
+  const { violations, passes } = await axe.run(document, { resultTypes: ["violations"] });
+  return { passes: passes.length, serious: violations.filter((v) => v.impact === "serious" || v.impact === "critical")
+      .map((v) => [v.id, v.nodes.length, v.nodes[0].html.slice(0, 160), v.nodes[0].failureSummary]) };)";
+  for (const std::vector<std::string>& flags :
+       std::vector<std::vector<std::string>>{{"--window-size=1280,900"},
+                                             {"--window-size=1280,900", "--force-dark-mode"},
+                                             {"--window-size=390,844"}}) {
+    const Json found = Json::parse(answer("scara_result/report.html", script, flags));
+    EXPECT_GT(found.at("passes"), 10) << found;
+    EXPECT_TRUE(found.at("serious").empty()) << flags.back() << ": " << found.at("serious").dump(1);
+  }
+}
+
+TEST_F(Page, ZoomsAllPlotsOfALogAndNoOtherDownToFewRows) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", std::string(unfolded) + R"(
+  const button = document.querySelector(".toolbar [data-move=in]");
+  for (let i = 0; i < 40; ++i) {
+    button.click();
+  }
+  await wait();
+  const part = (id) => {
+    const { plot } = document.getElementById(id);
+    const { min, max } = plot.scales.x;
+    return plot.data[0].filter((x) => x >= min && x <= max).length;
+  };
+  const ranges = new Set([...document.querySelectorAll("figure[data-log='1']")].map(({ plot }) => JSON.stringify(plot.scales.x)));
+  const all = (id) => document.getElementById(id).plot.data[0].length;
+  const result = [part("torque-1"), part("torque-2"), part("torque-1-log-2") === all("torque-1-log-2"), part("worst-joint") === all("worst-joint"), ranges.size];
+  const place = document.querySelector("#torque-1 .picture");
+  place.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
+  await wait();
+  return [...result, part("torque-1") === all("torque-1")];)"));
+  EXPECT_GE(found[0], 2) << found;
+  EXPECT_LE(found[0], 6) << found;
+  EXPECT_LE(found[1], 6) << found;
+  EXPECT_EQ(Json(std::vector<Json>(found.begin() + 2, found.end())), Json({true, true, 1, true}))
+      << "the other log, the first plot, one range for all, all rows by a key";
+}
+
+TEST_F(Page, GivesNumbersAndPicturesOfEachPlot) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", R"(
+  const blobs = [];
+  URL.createObjectURL = (blob) => (blobs.push(blob), "#");
+  document.querySelectorAll("figure.chart .tools button").forEach((button) => button.click());
+  const texts = await Promise.all(blobs.map((blob) => blob.text()));
+  const tables = texts.filter((_, k) => blobs[k].type === "text/csv");
+  const pictures = texts.filter((_, k) => blobs[k].type === "image/svg+xml");
+  const parsed = pictures.map((text) => new DOMParser().parseFromString(text, "image/svg+xml"));
+  return { figures: document.querySelectorAll("figure.chart").length, tables: tables.length, pictures: pictures.length,
+           broken: parsed.filter((doc) => doc.querySelector("parsererror")).length,
+           variables: pictures.filter((text) => text.includes("var(")).length,
+           short: tables.filter((text) => text.trim().split("\n").length < 2).length, first: tables[0] };)"));
+  EXPECT_EQ(found.at("tables"), found.at("figures"));
+  EXPECT_EQ(found.at("pictures"), found.at("figures"));
+  EXPECT_EQ(found.at("broken"), 0);
+  EXPECT_EQ(found.at("variables"), 0) << "other programs know no variables of style sheets";
+  EXPECT_EQ(found.at("short"), 0);
+  const std::string first = found.at("first");
+  EXPECT_TRUE(first.starts_with("t [s],measured,predicted,robot description\n")) << first.substr(0, 100);
+}
+
+TEST_F(Page, SortsTablesAndTurnsTheRobot) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", R"(
+  const table = document.querySelector("#parameters ~ .scroll table");
+  const column = [...table.tHead.rows[0].cells].findIndex((cell) => cell.textContent === "value");
+  const values = () => [...table.tBodies[0].rows].map((row) => parseFloat(row.cells[column].textContent));
+  const button = table.tHead.rows[0].cells[column].querySelector("button");
+  button.click();
+  const up = values();
+  button.click();
+  const down = values();
+  const arm = document.querySelector("#robot-picture polyline");
+  const before = arm.getAttribute("points");
+  document.querySelector("#robot-picture .picture").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+  return { up, down, turned: arm.getAttribute("points") !== before };)"));
+  const std::vector<double> up = found.at("up");
+  const std::vector<double> down = found.at("down");
+  EXPECT_EQ(up.size(), 8U);
+  EXPECT_TRUE(std::ranges::is_sorted(up));
+  EXPECT_TRUE(std::ranges::is_sorted(down, std::greater<>()));
+  EXPECT_TRUE(found.at("turned").get<bool>());
+}
+
+TEST_F(Page, AllFiguresOfInstrumentalVariablesAreThere) {
+  provide_iv();
+  ASSERT_EQ(identify({"scara_iv.toml", "--report"}).exit_code, 0);
+  // Torque error of all, motion errors of two joints.
+  expect_figures("scara_iv_result/report.html", 9 + 2 * 8 + 2 + 3, 9);
+}
+
+TEST_F(Page, ThePageOfAMonteCarloStudyIsShown) {
+  folder().write("montecarlo_s1.toml",
+                 rivid::test::content_of(std::filesystem::path(RIVID_DATA) / "scara" / "montecarlo_s1.toml"));
+  const Outcome run = rivid::test::outcome_of(
+      {RIVID_MONTECARLO, "montecarlo_s1.toml", "--runs", "4", "--report"}, folder().path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Json found = Json::parse(answer("montecarlo_s1_montecarlo/report.html", R"(
+  const width = document.documentElement.clientWidth;
+  const wide = [...document.querySelectorAll("main svg, main p, main h2, main li")].filter(
+      (part) => part.getBoundingClientRect().right > width + 1);
+  return { width, page: document.documentElement.scrollWidth, wide: wide.length, pictures: document.querySelectorAll("svg").length };)",
+                                        {"--window-size=390,844"}));
+  // Five plots for each of six ways to identify.
+  EXPECT_EQ(found.at("pictures"), 30);
+  EXPECT_LE(found.at("page"), found.at("width"));
+  EXPECT_EQ(found.at("wide"), 0);
+}
+
+TEST_F(Page, PrefilterEssentialAndPhysicalParametersAreShown) {
+  provide_iv("prefilter = true\nessential = true\nphysical = true");
+  ASSERT_EQ(identify({"scara_iv.toml", "--report"}).exit_code, 0);
+  expect_figures("scara_iv_result/report.html", 9 + 2 * 8 + 2 + 3, 9);
+  const std::string page = opened("scara_iv_result/report.html").out;
+  for (const char* const section : {"prefilter", "essential", "physical"}) {
+    EXPECT_EQ(count(page, "<h2 id=\"" + std::string(section) + "\""), 1U) << section;
+    EXPECT_EQ(count(page, "href=\"#" + std::string(section) + "\""), 1U) << section;
+  }
+  EXPECT_NE(page.find("<ellipse class=\"identified\""), std::string::npos);
+}
+
+TEST_F(Page, AResultThatIsNotIdentifiedIsShown) {
+  // Joint 2 stands still.
+  rewrite_rows("scara_s2.csv", [](std::string line) {
+    const std::size_t q2 = line.find(',', line.find(',') + 1) + 1;
+    return line.replace(q2, line.find(',', q2) - q2, "0.5");
+  });
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 1);
+  const Json found = Json::parse(answer("scara_result/report.html", R"(
+  return { verdict: document.querySelector(".verdict").className, first: document.querySelector("#worst-joint canvas") !== null,
+           friction: document.getElementById("friction-2") !== null };)"));
+  EXPECT_EQ(found.at("verdict"), "verdict bad");
+  EXPECT_EQ(found.at("first"), true);
+  EXPECT_EQ(found.at("friction"), false) << "joint 2 has no row";
+}
+
+}  // namespace
