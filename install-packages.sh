@@ -1,16 +1,16 @@
 #!/bin/sh
-# Installs what packages.txt lists, on Debian 12 and Ubuntu 24.04 or later, and with pip into build/venv what the Python package
-# is built and tested with, python/requirements-test.txt, and what builds the documentation, docs/site/requirements.txt. It
-# says what it installs, which may take minutes; where everything is installed already it is silent and touches neither the network nor sudo. Where pip fails, the Python
-# package is left out, unless CI is set.
+# Installs what packages.txt lists and the packages that are named behind it, on Debian 12 and Ubuntu 24.04 or later, and with
+# pip into build/venv what the Python package is built and tested with, python/requirements-test.txt, and what builds the
+# documentation, docs/site/requirements.txt. It says what it installs, which may take minutes; where everything is installed
+# already it is silent and touches neither the network nor sudo. Where pip fails, the Python package is left out, unless CI is set.
 set -eu
 cd "$(dirname "$0")"
 
 missing() {
-  while read -r package; do
+  { cat packages.txt; for package in "$@"; do echo "$package"; done; } | while read -r package; do
     status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null) || status=absent
     [ "$status" = installed ] || printf '%s ' "$package"
-  done <packages.txt
+  done
 }
 
 fail() {
@@ -46,7 +46,7 @@ python_packages() {
   echo "install-packages.sh: the Python package is left out; all else can be built" >&2
 }
 
-packages=$(missing)
+packages=$(missing "$@")
 packages=${packages% }
 if [ -z "$packages" ]; then
   python_packages
