@@ -1,4 +1,4 @@
-// The pages that rivid_identify and rivid_montecarlo write with --report, and what a browser makes of them.
+// The page that rivid_identify writes with --report; page_test has what a browser makes of it.
 
 #include <gtest/gtest.h>
 
@@ -7,16 +7,6 @@
 namespace {
 
 using rivid::test::Outcome;
-using rivid::test::TemporaryFolder;
-
-std::size_t count(std::string_view text, std::string_view word) {
-  std::size_t out = 0;
-  for (std::size_t at = text.find(word); at != std::string_view::npos;
-       at = text.find(word, at + word.size())) {
-    ++out;
-  }
-  return out;
-}
 
 class Report : public rivid::test::IdentifyTool {
  protected:
