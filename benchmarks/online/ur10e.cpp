@@ -102,10 +102,8 @@ void ur10e_study(const std::string& data, const std::string& experiment) {
             << model.velocity_threshold.transpose() << ", decimation "
             << found.estimation.signal.decimation.front() << '\n';
   for (const Index stride : {Index{5}, Index{10}, Index{20}}) {
-    const Replay replay{
-        model,
-        {.rows = {.f_m = 100.0, .stride = stride, .torque_held = found.estimation.signal.held()},
-         .gain_sigma = 0.01}};
+    const Replay replay{model,
+                        {.rows = {.f_m = 100.0, .stride = stride, .torque_held = false}, .gain_sigma = 0.01}};
     const std::string of = ", stride " + std::to_string(stride);
     replay.run("loaded" + of, arm.robot, logs(arm, folder, {"load_14harm.csv"}));
     replay.run("unloaded" + of, arm.robot, logs(arm, folder, {"unload_14harm.csv"}));
