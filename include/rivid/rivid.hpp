@@ -46,6 +46,7 @@
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/report/online.hpp"
 #include "rivid/report/payload.hpp"
+#include "rivid/report/rows.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/report/ticks.hpp"
 #include "rivid/signal/decimate.hpp"
