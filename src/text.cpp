@@ -62,7 +62,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// Content of somebody's file, fit for a message.
+// User text with control characters escaped and cut to a length that fits an error message.
 std::string shown(std::string_view content) {
   const bool cut = content.size() > longest_quote;
   std::size_t length = cut ? longest_quote : content.size();

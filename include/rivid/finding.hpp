@@ -34,7 +34,7 @@ struct DiagnosticCode {
 
 /// What readers of robots and logs, simulations, methods, check() and the write-back report.
 struct Finding {
-  std::string code = {};     ///< one of diagnostic_codes(), which tell severity, cause and cure
+  std::string code = {};     ///< one of diagnostic_codes(), which have severity, cause and cure
   std::string subject = {};  ///< joint, log or parameter that it is about; empty where the text names it
   std::string text = {};     ///< the value that was found, and what is required
 

@@ -64,7 +64,7 @@ namespace detail {
 /// What to do with a sample outside of what a table or a second log covers.
 enum class Outside {
   refuse,  ///< InputError
-  hold     ///< the value at the end holds on; the result's notes tell for how many samples
+  hold     ///< the value at the end holds on; the result's notes say for how many samples
 };
 template <>
 inline constexpr std::array names_of<Outside> = std::to_array<std::string_view>({"refuse", "hold"});

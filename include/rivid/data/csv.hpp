@@ -42,10 +42,10 @@ struct LogOptions {
   std::vector<Column> reference = {};           ///< q_r; default qref1, …
   std::vector<Column> reference_velocity = {};  ///< q̇_r; default qdref1, …
   std::optional<Column> time = {};              ///< default t, else time; its scale is that of its unit
-  /// Measuring rate [Hz]. Where it is stated it is used exactly, and a time column is only inspected.
+  /// Sampling rate [Hz]. Where it is stated it is used exactly, and a time column is only inspected.
   std::optional<double> rate_hz = {};
-  /// Whether default names are looked for at all; else what is not listed is not read, save the time where no
-  /// rate is stated.
+  /// If false, only the listed columns are read (and the time column if `rate_hz` is absent).
+  /// Default names are those of docs/experiment.md.
   bool default_names = true;
   TableOptions table = {};  ///< how the file is written; its `columns` must be empty
 
@@ -84,7 +84,7 @@ struct LogOptions {
 
 /// Reads the log of an experiment from a text file, see read_table() for what such a file may look like.
 ///
-/// Irregular time stamps are told in the notes and do not stop the reading; Log::complaint() finds them, and
+/// Irregular time stamps are reported in the notes and do not stop the reading; Log::complaint() finds them, and
 /// regularised() repairs them. Without a time column `rate_hz` is required and t starts at 0.
 ///
 /// @throws InputError  for what read_table() refuses; where positions, or both time and rate, are missing;
@@ -95,7 +95,7 @@ struct LogOptions {
 /// not the positions. See with_reference().
 [[nodiscard]] Log read_reference(const std::filesystem::path& path, const LogOptions& options = {});
 
-/// A log as text that read_csv() reads without being told more: default names, SI units, one column each for what is not
+/// A log as text that read_csv() reads without options: default names, SI units, one column each for what is not
 /// empty. Numbers are the shortest ones that read back bit by bit.
 [[nodiscard]] std::string to_csv(const Log& log);
 

@@ -78,7 +78,7 @@ struct TableOptions {
   Separator separator = Separator::automatic;
   Header header = Header::automatic;
   Decimal decimal = Decimal::automatic;
-  /// Told the fraction read so far, every few megabytes and at the end; may be empty.
+  /// Called with the fraction read so far, every few megabytes and at the end; may be empty.
   std::function<void(double)> progress = {};
 
   template <typename T = TableOptions>

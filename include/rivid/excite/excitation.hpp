@@ -167,7 +167,7 @@ struct LimitUse {
   }
 };
 
-/// What an identification from a motion will be worth, before the robot has moved.
+/// Forecast of an identification from a motion, before the robot has moved.
 struct [[nodiscard]] Forecast {
   BaseParameters base;
   Vector chi;                                 ///< a-priori values, (b)

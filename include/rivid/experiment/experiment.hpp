@@ -102,7 +102,7 @@ inline constexpr std::array names_of<LoggedMotion::Interpolation> =
 /// The motion that a simulated robot is asked for, [reference].
 struct ReferenceSource {
   std::variant<LoggedMotion, FourierSeries, PointToPoint> motion;
-  /// That it is read from: columns, or the coefficients of the series. Empty where the experiment file tells the motion
+  /// File with the reference (columns or Fourier coefficients). Empty where the experiment file defines the motion
   /// itself; a logged one without it is that of the first log.
   std::filesystem::path file;
 };
@@ -146,7 +146,7 @@ struct SimulationPlan {
 
   std::filesystem::path parameters;  ///< see read_parameters(); empty: the a-priori values of the robot
   double duration = 0.0;             ///< 0: that of the reference [s]
-  /// Without what comes from elsewhere: samples, sampling, added control, noise.
+  /// `samples`, `sampling`, `added_control` and `noise` are set by run_simulation(); values here are ignored.
   SimulationOptions options;
   NoiseOptions noise;
   std::optional<AddedControl> added_control;
@@ -237,7 +237,7 @@ struct LogSource {
     }
   };
 
-  /// Which side of the gears angles and torques of the files are told on; see joint_side().
+  /// Side of the gears that angles and torques of the files belong to; see joint_side().
   enum class Side { joint, motor };
 
   std::vector<std::filesystem::path> files;
@@ -283,7 +283,7 @@ struct LogSource {
 template <>
 inline constexpr std::array names_of<LogSource::Side> = std::to_array<std::string_view>({"joint", "motor"});
 
-/// What an experiment file is read for, which tells the sections that it must have.
+/// What an experiment file is read for, which decides the sections that it must have.
 enum class Use {
   identification,  ///< [robot], [log], [signal]
   simulation       ///< [robot], [control], [reference], [simulation]
@@ -320,7 +320,7 @@ struct Experiment {
 ///
 /// @param settings  laid over the file: "signal.decimation=5" is a key and a TOML value; a word needs no quotes. Messages
 ///                  name them in place of a line of the file.
-/// @throws InputError  "file:line:column: …" for TOML that can not be parsed, for keys that nobody knows (with the
+/// @throws InputError  "file:line:column: …" for TOML that can not be parsed, for unknown keys (with the
 ///                     nearest one that is known), values of a wrong type or out of range, sections that the use needs
 ///                     and that are missing; and what the robot's reader refuses
 [[nodiscard]] Experiment read_experiment(const std::filesystem::path& path, Use use = Use::identification,
@@ -349,7 +349,7 @@ struct Setting {
                                          const Progress& progress = {});
 
 /// Puts a friction law in the place of each joint's Friction::automatic, by cross-validation on the logs of the experiment:
-/// choose_friction(). Without such a joint nothing is read. run() tells the choices in its notes.
+/// choose_friction(). Without such a joint nothing is read. run() reports the choices in its notes.
 ///
 /// @throws InputError  where logs or options can not be used
 void take_friction(Experiment& experiment, const Progress& progress = {});

@@ -16,7 +16,7 @@ namespace rivid {
 /// Values for the parameters of a robot, by their names: all its base parameters ("ZZ1R", "Fv1", …) or all its standard
 /// parameters ("XX1", …, "M1", "Fv1", …).
 ///
-/// What the file's name ends in tells its form:
+/// The ending of the file's name decides its format:
 ///   .json  result.json of rivid_identify or simulation.json of rivid_simulate: a list `parameters` of objects with
 ///          name and value; or an object, itself or its member `parameters`, from names to values, each a number or an
 ///          object with a value

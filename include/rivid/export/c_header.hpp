@@ -20,7 +20,7 @@ namespace rivid {
 /// parameters leave, SI units on the joint side, no memory but the stack.
 ///
 /// @param name    a C identifier, see c_identifier()
-/// @param origin  one line that tells where the numbers come from, for the comment on top
+/// @param origin  one line that says where the numbers come from, for the comment on top
 /// @throws InputError  where the name is no C identifier
 [[nodiscard]] std::string c_header(const DynamicModel& model, std::string_view name,
                                    std::string_view origin = {});

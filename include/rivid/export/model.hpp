@@ -25,7 +25,7 @@ inline constexpr std::array names_of<ModelFormat> =
     std::to_array<std::string_view>({"urdf", "mjcf", "sdf", "drake", "pinocchio"});
 
 struct ModelExportOptions {
-  bool force = false;  ///< export what no body can have, too
+  bool force = false;  ///< export physically inconsistent links, too
   /// The main file, whose name the others are called after; mesh files are named relative to its folder. Nothing is
   /// written.
   std::filesystem::path file = {};

@@ -12,13 +12,13 @@
 namespace rivid {
 
 struct UrdfWriteOptions {
-  bool force = false;  ///< write what no body can have, too
+  bool force = false;  ///< write physically inconsistent links, too
 };
 
 /// A URDF with other numbers.
 struct [[nodiscard]] RewrittenUrdf {
   std::string text;  ///< empty where there are faults and force was not asked for
-  /// Links whose mass is not positive or whose inertia no body has, joints whose friction would drive, in words.
+  /// Links with a physically inconsistent inertial, joints with negative friction, in words.
   std::vector<Finding> faults;
   std::vector<Finding> warnings;  ///< what was divided anew among links
 };
@@ -27,9 +27,9 @@ struct [[nodiscard]] RewrittenUrdf {
 /// `<dynamics>` of the chain's links and joints. Elements that are missing are added, none is removed. Numbers that come
 /// out as they were keep their digits; others have as many as it takes to read them back exactly.
 ///
-/// An `<inertial>` is told as URDF wants it: at the centre of mass, in axes that keep the rpy of the file. Of the links
+/// An `<inertial>` is given as URDF requires: at the centre of mass, in axes that keep the rpy of the file. Of the links
 /// that are lumped into a moving one (behind fixed joints, and branches off the chain) each keeps its own inertial, and
-/// the moving one gets the rest, as long as the rest is a body. Else all lumped inertials are scaled by one factor, half
+/// the moving one gets the rest, if that is physically consistent. Else all lumped inertials are scaled by one factor, half
 /// of the largest one that leaves the moving link a body.
 ///
 /// `damping` becomes Fv and `friction` Fc, the mean of both directions where the law is asymmetric; what the law does
@@ -53,7 +53,7 @@ RewrittenUrdf rewritten_urdf(const std::filesystem::path& path, const Robot& rob
 /// @throws InputError  where it can not be read
 [[nodiscard]] std::string urdf_text(const std::filesystem::path& path);
 
-/// Why no body has these inertial parameters, in words with the eigenvalue: a mass that is not positive, or second
+/// Why these inertial parameters are physically inconsistent, in words with the eigenvalue: a mass that is not positive, or second
 /// moments about the centre of mass that are not positive semidefinite (the triangle inequality of the principal
 /// moments of inertia). Nothing where a body has them; nothing for zeros, a link without a body.
 [[nodiscard]] std::optional<std::string> body_complaint(const Inertial& inertial);

@@ -24,7 +24,7 @@ struct CheckOptions {
 /// reference and motion that do not belong together; alternatives to robot and log that explain the torques better, by score tests
 /// whose covariance comes from blocks of time (gains and zeros of joints, direction of gravity, rate of the clock, geometry, a load
 /// that changes, friction laws, elastic and coupled joints); friction that drives; validation that is much worse than the
-/// fit. docs/diagnostics.md tells how.
+/// fit. docs/diagnostics.md says how.
 ///
 /// @param logs        that the result is of
 /// @param validation  logs that `result.validation` is of, and that are compared with the others
@@ -37,7 +37,7 @@ void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log>
 /// standstill, cut-off frequencies, and parameters that the motion does not show.
 ///
 /// Torques are compared with what the model can make of the motion: with one set of parameters for all joints, and, where
-/// that fails, with signs, orders, units or gravity changed one at a time. The change that mends it is named.
+/// that fails, with signs, orders, units or gravity changed one at a time. The change that removes the fault is named.
 ///
 /// @param logs        of the identification, at least one
 /// @param validation  logs that are only compared with the others

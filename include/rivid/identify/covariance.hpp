@@ -11,7 +11,7 @@
 
 namespace rivid {
 
-/// How the covariance of an estimate is told.
+/// How the covariance of an estimate is computed.
 enum class CovarianceKind {
   automatic,  ///< classical in Convention::matlab, blocks otherwise
   classical,  ///< (18) of [RIV]: as if the errors of the rows were independent of each other
@@ -52,7 +52,7 @@ struct CovarianceReport {
   double lag = 0.0;  ///< of `hac` and `blocks` [s]
   int blocks = 0;    ///< of time, of `blocks`; 0 where there were none
   double block_ratio =
-      1.0;  ///< of the deviations that blocks tell over those of `hac`, the median of all parameters
+      1.0;  ///< of the deviations by blocks over those of `hac`, the median of all parameters
   /// By which deviations were divided to undo what a decimation filter does to white errors, see deviation_factor();
   /// 1 where nothing was undone.
   double decimation_factor = 1.0;

@@ -101,7 +101,7 @@ struct ModelTest {
   std::string code;            ///< of the finding that it makes
   std::string subject;         ///< joint or joints
   TestResult test;             ///< as an F statistic
-  Vector estimate;             ///< of its parameters, whose units docs/diagnostics.md tells, (k)
+  Vector estimate;             ///< of its parameters, whose units are in docs/diagnostics.md, (k)
   Vector sigma;                ///< their standard deviations, (k)
   double explained = 0.0;      ///< part of the squared residual, on blocks of time that took no part
   double largest_shift = 0.0;  ///< max |Δχ̂| / σ with it: the effect size

@@ -14,8 +14,8 @@ namespace rivid {
 
 /// Which parameters an estimate can do without, see essential().
 struct Essential {
-  /// Probability of keeping a parameter that is zero: a removal stands where the F-test on the loss does not tell it from
-  /// chance at this level.
+  /// Probability of keeping a parameter that is zero: a parameter is removed if the F-test does not reject its removal at
+  /// this significance level.
   double significance = 0.05;
 
   [[nodiscard]] std::optional<std::string> complaint() const;

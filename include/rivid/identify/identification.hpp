@@ -148,7 +148,7 @@ struct Fit {
   double centred_relative_error = 0.0;  ///< the mean of each joint's Y taken off in the denominator
   double error_norm = 0.0;              ///< ‖Y − W χ‖
   /// Standard deviation of the residual, (17). Of the weighted residual for WLS, where it is near 1. Of robust estimates
-  /// that which it has but for the outliers.
+  /// that of the inliers.
   double sigma_rho = 0.0;
   Index rows = 0;
   std::vector<JointFit> joints;

@@ -28,7 +28,7 @@ inline constexpr std::array names_of<PayloadModel> =
 /// What is known beside the logs when a payload is identified.
 struct PayloadOptions {
   PayloadModel model = PayloadModel::automatic;
-  /// Pose of the flange frame in the frame of the last link, which the result is told in: orientation and origin [m].
+  /// Pose of the flange frame in the frame of the last link, in which the result is given: orientation and origin [m].
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   /// Mass of the payload where it is known, to calibrate the drive gains with [kg]; its standard deviation.
@@ -60,14 +60,14 @@ struct GainEstimate {
   double value = 0.0;
   double sigma = 0.0;
   std::array<double, 2> interval_95 = {0.0, 0.0};
-  /// Whether the interval is narrower than ±30 % of the value: a joint that the load does not move tells nothing.
+  /// Whether the interval is narrower than ±30 % of the value: a joint that the load does not move is not identifiable.
   bool identifiable = false;
 };
 
 /// A payload in the flange frame, with intervals that carry what is not known of the arm and of its gains.
 struct [[nodiscard]] Payload {
   bool identified = false;
-  std::string reason;                       ///< why it is not identified, or why its inertia is not told
+  std::string reason;                       ///< why it is not identified, or why its inertia is not reported
   PayloadModel model = PayloadModel::body;  ///< that was estimated: body or point
   double mass = 0.0;                        ///< [kg]
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass [m]
@@ -90,7 +90,7 @@ struct [[nodiscard]] Payload {
 ///   y_j = r_j (W_j χ + L_j λ),   K_j = nominal_j / r_j.
 ///
 /// Noise is in the torques: currents as regressors would bias the gains. Without a known mass and without any known gain
-/// only ratios of all of them can be told; that is refused.
+/// only their ratios are identifiable; that is refused.
 ///
 /// @param without  logs of the arm alone, at least one
 /// @param with     logs with the payload, at least one

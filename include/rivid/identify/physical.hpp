@@ -17,7 +17,7 @@ namespace rivid {
 
 /// How physically consistent standard parameters are looked for, see physical().
 struct Physical {
-  /// What tells, among all sets that explain the data as well, which one is wanted.
+  /// Which of all sets that explain the data equally well is chosen.
   enum class Prior {
     /// Log-det (Bregman) divergence of the pseudo-inertias from the robot description's P⁰ [Lee 2020]:
     /// Σ_j tr(P⁰_j⁻¹ P_j) − log det(P⁰_j⁻¹ P_j) − 4. It does not depend on frames and units, and keeps all masses and
@@ -105,7 +105,7 @@ struct PhysicalParameters {
   double gap = 0.0;                ///< that the cost is above the least one at most
   int steps = 0;                   ///< of Newton's method
   bool reached = true;             ///< whether the gap is within the tolerance
-  std::vector<std::string> notes;  ///< links whose description belongs to no body, and what stands in for it
+  std::vector<std::string> notes;  ///< links with a physically inconsistent description, and what replaces it
 
   template <typename R = PhysicalParameters>
   static constexpr auto fields() {
@@ -137,7 +137,7 @@ struct PhysicalParameters {
 /// is positive definite, whose friction brakes and whose rotors have no negative inertia: Ia, Fv, Fc, Fv+, Fv−, Fc+ + Fc−,
 /// Iam, Fvm, Fcm ≥ 0. (Fc+ and Fc− may be shifted by an offset; Fcm of Coulomb::single has either sign. Where a coupling
 /// leaves the diagonal of its terms to the joints, Ia_i ≥ c_i² Iam and Fv_i ≥ c_i² Fvm.) Friction and rotors are pulled
-/// to the robot description only where the data do not tell them.
+/// to the robot description only where the data do not determine them.
 ///
 /// The problem is convex. Newton's method on the logarithmic barrier of the constraints solves it; every iterate is
 /// physical.

@@ -19,7 +19,7 @@ struct Chain {
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< orientation of frame j in frame j−1 at q_j = 0
     Eigen::Vector3d p = Eigen::Vector3d::Zero();      ///< origin of frame j in frame j−1 at q_j = 0 [m]
     /// The user's link frame has the origin of frame j and its axes, renamed: component k of a vector in the link
-    /// frame is signs[k] times component axes[k] in frame j. Standard parameters are told in the link frame.
+    /// frame is signs[k] times component axes[k] in frame j. Standard parameters are given in the link frame.
     std::array<int, 3> axes = {0, 1, 2};
     std::array<int, 3> signs = {1, 1, 1};
   };

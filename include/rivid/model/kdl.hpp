@@ -9,7 +9,7 @@ namespace rivid {
 /// The robot that a KDL chain describes.
 ///
 /// A fixed segment is lumped into the moving link before it; before the first moving joint only its transform
-/// counts. The standard parameters of a moving link are told in
+/// counts. The standard parameters of a moving link are given in
 ///   - the tip frame of its segment, where the joint's axis passes through its origin (always so for a URDF and
 ///     for a prismatic joint) and is ±x, ±y or ±z of it;
 ///   - a frame at that origin that is turned to have z along the axis, where the axis is oblique in the tip frame;

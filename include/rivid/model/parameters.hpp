@@ -23,7 +23,7 @@ struct StandardParameter {
   [[nodiscard]] std::string name() const { return std::string(symbol(kind)) + std::to_string(joint + 1); }
 };
 
-/// Inertial parameters from what a CAD system or a URDF tells.
+/// Inertial parameters from those of a CAD system or a URDF.
 ///
 /// @param mass    [kg]
 /// @param com     centre of mass in the link's frame [m]

@@ -103,7 +103,7 @@ struct Coupling {
         Field{"terms", &C::terms,
               "`\"cross\"`: off the diagonal of c cᵀ, which is left to Ia and Fv of the joints; `\"all\"`"});
   }
-  /// A-priori values, which a result tells with its parameters.
+  /// A-priori values, which a result reports with its parameters.
   template <typename C = Coupling>
   static constexpr auto a_priori() {
     return std::tuple(Field{"Iam", &C::Iam, "a-priori inertia", {.unit = "kg·m² or kg"}},
@@ -199,7 +199,7 @@ struct Joint {
               {.unit = "N·m or N a unit of the control signal, on the motor's side of the gear"}},
         Field{"gear_ratio", &J::gear_ratio, "K_r of (9). g_τ = gear_ratio × drive_gain, τ = g_τ v_τ (8)."});
   }
-  /// A-priori values, which a result tells with its parameters.
+  /// A-priori values, which a result reports with its parameters.
   template <typename J = Joint>
   static constexpr auto a_priori() {
     return std::tuple(
@@ -231,8 +231,8 @@ struct Robot {
   /// logs and control signals; which parameters the coupling adds to the model is said by `couplings`.
   Matrix gear_matrix;
   /// Parameters count as one where their columns of the regressor differ by less than this fraction of the largest
-  /// column of the same unit, between 0 and 1. Angles that are written with few digits tell parameters apart that the
-  /// robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry tells apart is a few hundredths.
+  /// column of the same unit, between 0 and 1. Angles that are written with few digits distinguish parameters that the
+  /// robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry distinguishes is a few hundredths.
   double base_tolerance = 1e-5;
   std::vector<Finding> warnings;  ///< what the reader noticed and the user should know
 

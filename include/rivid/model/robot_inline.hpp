@@ -179,7 +179,7 @@ inline std::optional<std::string> own_terms_complaint(const Robot& robot, const 
   return std::nullopt;
 }
 
-// Whether two couplings' parameters of one kind move the robot alike; sign(cᵀ q̇) is told apart by C.
+// Whether two couplings' parameters of one kind move the robot alike; sign(cᵀ q̇) is distinguished by C.
 inline bool alike(const Coupling& a, const Coupling& b, ParameterKind kind, Index n) {
   const auto weights = [&](const Coupling& coupling) {
     Matrix A = Matrix::Zero(n, n);

@@ -20,11 +20,11 @@ struct UrdfOptions {
 /// The serial robot in a URDF file: the chain from `base` to `tip`, its limits, and the a-priori values of its
 /// inertial parameters and friction (`<dynamics damping friction>` become Joint::Fv and Joint::Fc).
 ///
-/// Standard parameters are told in the link frames of the URDF, see robot_from(const KDL::Chain&) for oblique
+/// Standard parameters are given in the link frames of the URDF, see robot_from(const KDL::Chain&) for oblique
 /// axes. Links behind fixed joints are lumped into the link that carries them, and so are branches off the chain,
 /// with their moving joints held at q = 0. The file is checked before it is believed: what is wrong is refused,
-/// what is only doubtful (a moving link without inertial, an inertia that no body has, joints without limits,
-/// moving branches, `<transmission>`) is told in Robot::warnings.
+/// what is only doubtful (a moving link without inertial, a physically inconsistent inertia, joints without limits,
+/// moving branches, `<transmission>`) is reported in Robot::warnings.
 ///
 /// @throws InputError  with file and line: not readable, not XML, not a URDF, an unexpanded xacro file; a number
 ///                     that is none; a negative mass, an inertia that is missing, not positive semidefinite or

@@ -108,7 +108,7 @@ inline Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const St
 
 // Householder QR that passes over columns which depend on those before them. Plain QR would spend a reflector on
 // the rounding noise of such a column, and column pivoting would choose the parameters by their norms. Independent
-// parts are told relative to `scales`.
+// parts are relative to `scales`.
 inline Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& scales,
                          double tolerance) {
   Scan scan;

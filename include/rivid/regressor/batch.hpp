@@ -182,7 +182,7 @@ struct Observation {
 /// Base parameters that one motion can show: the same scan on IDM_st along the motion instead of at random states. A
 /// joint that stands still, or an arm that moves in a plane, shows fewer parameters, and regroups more of them, than
 /// the robot has; the names and the regrouping say which. Meant for judging an excitation, and for models of robots
-/// that can move in no other way; a fit with the structural base parameters tells the same as `rank_deficient`.
+/// that can move in no other way; a fit with the structural base parameters reports the same as `rank_deficient`.
 ///
 /// What counts is the independent part of a column relative to the largest column of the same unit: a parameter is
 /// seen if a value of 1 moves the torques at least `tolerance` times as much as the best-seen parameter of its unit.

@@ -228,7 +228,7 @@ auto step(const LinkPlan& link, RegressorState<Scalar>& state, std::size_t j, Ou
   state.motion = m;
   state.U = U;
 
-  // A prismatic joint's way moves the origin that a screw is told at.
+  // A prismatic joint's way moves the origin of a screw.
   const auto moved = [&](Screw<Scalar>& screw) {
     if constexpr (!revolute) {
       screw.v.x = screw.v.x + screw.w.y * way;

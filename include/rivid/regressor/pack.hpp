@@ -23,7 +23,7 @@ struct Lane {
 /// Several samples as one Scalar: the kernels that are templated on Scalar then work on all of them at once.
 ///
 /// @tparam Lanes  number of samples, a power of two
-/// @tparam Tag    tells instantiations apart that are compiled for different instruction sets. A function that two
+/// @tparam Tag    distinguishes instantiations that are compiled for different instruction sets. A function that two
 ///                object files both instantiate is kept once by the linker, compiled for whichever machine; with a
 ///                tag of an unnamed namespace each file keeps its own.
 template <int Lanes, typename Tag = void>

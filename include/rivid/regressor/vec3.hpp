@@ -50,7 +50,7 @@ struct Screw {
   Vec3<Scalar> v;  // linear part: velocity of the frame's origin
 };
 
-// Motion of the present link's frame, told in its own axes.
+// Motion of the present link's frame, in its own axes.
 template <typename Scalar>
 struct FrameMotion {
   Vec3<Scalar> omega;      // angular velocity
@@ -155,7 +155,7 @@ template <Turn turn, typename Scalar>
   }
 }
 
-// v + w × p, where bits 0, 1, 2 of `offsets` tell which of the components of p are not zero.
+// v + w × p, where bits 0, 1, 2 of `offsets` say which of the components of p are not zero.
 template <unsigned offsets, typename Scalar>
 [[gnu::always_inline]] inline Vec3<Scalar> shifted(const Vec3<Scalar>& v, const Vec3<Scalar>& w,
                                                    const double* p) {

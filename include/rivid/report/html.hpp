@@ -10,7 +10,7 @@
 
 namespace rivid {
 
-/// A result as one HTML page to look at, the content of report.html; docs/report.md tells what it shows. It holds all
+/// A result as one HTML page to look at, the content of report.html; docs/report.md says what it shows. It holds all
 /// that it needs, loads nothing, and follows the browser's choice of light or dark.
 ///
 /// Torques are kept as single precision. Of more than 2 000 000 samples, counted over joints and logs, every second,

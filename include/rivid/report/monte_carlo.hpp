@@ -67,7 +67,7 @@ std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> s
 /// @param run  see run_id(); empty: none is written
 [[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run = {});
 
-/// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md tells what it
+/// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md says what it
 /// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. It
 /// needs no script. The same runs give the same page.
 ///

@@ -149,7 +149,7 @@ struct SimulationOptions {
         Field{"max_velocity", &S::max_velocity, "faster is diverged", {.unit = "rad/s, m/s"}});
   }
 
-  /// Told the fraction of the samples that is done, once in some hundred steps; may be empty.
+  /// Called with the fraction of the samples that is done, once in some hundred steps; may be empty.
   std::function<void(double)> progress = {};
 
   /// @param n  joints

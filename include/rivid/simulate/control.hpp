@@ -35,9 +35,9 @@ struct Gain {
   return out;
 }
 
-/// What reports tell of a control law.
+/// What reports say about a control law.
 struct ControlDescription {
-  std::string law;  ///< "PD", "PID", …; empty for a law that does not tell
+  std::string law;  ///< "PD", "PID", …; empty for a law without a name
   std::vector<Gain> gains;
 };
 

@@ -64,7 +64,7 @@ inline void add_link(Composite<Scalar>& body, const DynamicsLink& link) {
   }
 }
 
-// The same body, told in the frame before joint j.
+// The same body, in the frame before joint j.
 template <typename Scalar>
 inline void carry_back(Composite<Scalar>& body, const DynamicsLink& link, const Scalar& q) {
   Scalar c(link.cos_theta);
@@ -82,7 +82,7 @@ inline void carry_back(Composite<Scalar>& body, const DynamicsLink& link, const 
   turn_tensor(body.XX, body.XY, body.YY, body.XZ, body.YZ, c, s);
   body.h = rotated_back(body.h, c, s);
   turn_back<Turn::any>(body, link.R);
-  // By the first moments half-way: a mass adds 2 p·(h + m p / 2) and its like.
+  // Parallel-axis shift by p with the first moments half-way, h + m p / 2, so that the cross terms cancel.
   const Scalar half = Scalar(0.5) * body.m;
   const Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
   body.h = body.h + way;

@@ -150,7 +150,7 @@ class Dynamics {
   ///
   /// @param q   positions, (n) [rad | m]
   /// @param qd  velocities, (n) [rad/s | m/s]
-  /// @return    whether M is positive definite, in all lanes; else failed_joint() tells where not, and solve() must
+  /// @return    whether M is positive definite, in all lanes; else failed_joint() says where not, and solve() must
   ///            not be called
   [[nodiscard]] bool set_state(std::span<const Scalar> q, std::span<const Scalar> qd);
 

@@ -38,7 +38,7 @@ class CounterNoise {
 /// White Gaussian noise, (rows × n): column j is sigma_j times the normal deviates 0 … rows − 1 of a stream of its own.
 /// Neither more rows nor more columns change those that were there.
 ///
-/// @param purpose  tells noises of one seed apart, < 2³²
+/// @param purpose  distinguishes noises of one seed, < 2³²
 /// @param sigma    standard deviations, (n)
 [[nodiscard]] Matrix white_noise(std::uint64_t seed, std::uint64_t purpose, Index rows,
                                  const Eigen::Ref<const Vector>& sigma);

@@ -21,7 +21,7 @@ struct InstrumentalVariables {
   /// (VᵀW)⁻¹ (VᵀV) (WᵀV)⁻¹ = R_VW⁻¹ R_VW⁻ᵀ: the covariance per unit of residual variance, (b × b).
   Matrix unit_covariance;
   Index rank = 0;                                ///< of VᵀW
-  std::vector<std::vector<Index>> undetermined;  ///< sets of columns that the instruments can not tell apart
+  std::vector<std::vector<Index>> undetermined;  ///< sets of columns that the instruments can not distinguish
   double smallest_pivot = 0.0;  ///< of R_VW with columns of norm 1: what the rank decision looked at
   double condition_V = 0.0;     ///< of R_VV
   double condition_VW = 0.0;    ///< of R_VW

@@ -22,7 +22,7 @@ struct LeastSquares {
   /// pseudo-inverse on the determined entries; the diagonal is infinite where undetermined.
   Matrix unit_covariance;
   Index rank = 0;
-  std::vector<std::vector<Index>> undetermined;  ///< sets of columns that the rows can not tell apart
+  std::vector<std::vector<Index>> undetermined;  ///< sets of columns that the rows can not distinguish
   /// What the rank decision looked at, of R with its columns brought to norm 1: a lower bound of all pivots, and of all
   /// singular values, where it leaves no doubt, else the last pivot.
   double smallest_pivot = 0.0;

@@ -64,7 +64,7 @@ class StreamingQr {
   /// @throws InputError  for more
   [[nodiscard]] RowsRoom room(Index wanted = 1);
 
-  /// Adds the first rows of the room. Their entries are not looked at: finite() tells whether they could be used.
+  /// Adds the first rows of the room. Their entries are not looked at: finite() says whether they could be used.
   ///
   /// @throws InputError  for more rows than fit
   void commit(Index rows);

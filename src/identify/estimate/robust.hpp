@@ -131,7 +131,7 @@ struct RobustInformation {
 // bread  A⁻¹ as information tells, which that is near to
 [[nodiscard]] Matrix bread_from_slopes(const Matrix& curvature, const Matrix& bread);
 
-// Standard deviation that weighted errors have but for the outliers.
+// Standard deviation of the weighted errors of the inliers.
 [[nodiscard]] double robust_deviation(std::span<const RobustSums> sums, const RowLoss& loss,
                                       std::span<const double> weights);
 
