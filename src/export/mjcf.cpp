@@ -47,17 +47,17 @@ class MjcfWriter {
       : task_(task), tree_(task.tree), missing_(missing) {}
 
   std::string run() {
-    model_ = child_of(document_, "mujoco");
+    model_ = document_.append_child("mujoco");
     put(model_, "model", tree_.name);
     model_.append_child(pugi::node_comment).set_value(comment_text(task_.heading).c_str());
-    pugi::xml_node compiler = child_of(model_, "compiler");
+    const pugi::xml_node compiler = child_of(model_, "compiler");
     put(compiler, "angle", "radian");
     put(compiler, "eulerseq", "XYZ");
     put(compiler, "inertiafromgeom", "false");
     put(child_of(model_, "option"), "gravity", tree_.gravity);
     write_defaults();
     assets_ = child_of(model_, "asset");
-    pugi::xml_node world = child_of(model_, "worldbody");
+    const pugi::xml_node world = child_of(model_, "worldbody");
     const bool root_is_world = tree_.link(tree_.root).name == "world";
     write_link(root_is_world ? world : child_of(world, "body"), tree_.root, !root_is_world);
     write_contacts();
@@ -75,14 +75,14 @@ class MjcfWriter {
 
  private:
   void write_defaults() {
-    pugi::xml_node all = child_of(model_, "default");
+    const pugi::xml_node all = child_of(model_, "default");
     pugi::xml_node visual = child_of(all, "default");
     put(visual, "class", "visual");
     visual = child_of(visual, "geom");
     put(visual, "contype", "0");
     put(visual, "conaffinity", "0");
     put(visual, "group", "2");
-    pugi::xml_node collision = child_of(all, "default");
+    const pugi::xml_node collision = child_of(all, "default");
     put(collision, "class", "collision");
     put(child_of(collision, "geom"), "group", "3");
     for (const ModelTree::Joint& joint : tree_.joints) {
@@ -240,7 +240,7 @@ class MjcfWriter {
 
   // Bodies that a joint connects touch. MuJoCo knows that save for those that stand still.
   void write_contacts() {
-    pugi::xml_node contact = child_of(model_, "contact");
+    const pugi::xml_node contact = child_of(model_, "contact");
     for (const ModelTree::Joint& joint : tree_.joints) {
       if (!moves(joint) || !tree_.link(joint.parent).still) {
         continue;
@@ -257,7 +257,7 @@ class MjcfWriter {
   }
 
   void write_equalities() {
-    pugi::xml_node equality = child_of(model_, "equality");
+    const pugi::xml_node equality = child_of(model_, "equality");
     for (const ModelTree::Joint& joint : tree_.joints) {
       if (joint.mimic && moves(joint)) {
         pugi::xml_node node = child_of(equality, "joint");
@@ -269,7 +269,7 @@ class MjcfWriter {
   }
 
   void write_motors() {
-    pugi::xml_node actuators = child_of(model_, "actuator");
+    const pugi::xml_node actuators = child_of(model_, "actuator");
     for (const Joint& joint : task_.robot.joints) {
       const auto in_tree = std::ranges::find(tree_.joints, joint.name, &ModelTree::Joint::name);
       pugi::xml_node motor = child_of(actuators, "motor");

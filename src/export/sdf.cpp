@@ -116,7 +116,7 @@ class SdfWriter {
     pugi::xml_node inertial = link.append_child("inertial");
     pose_of(inertial, body.pose);
     text_of(inertial, "mass", exact(body.mass));
-    pugi::xml_node inertia = inertial.append_child("inertia");
+    const pugi::xml_node inertia = inertial.append_child("inertia");
     for (std::size_t k = 0; k < names.size(); ++k) {
       text_of(inertia, names[k], exact(body.inertia[k]));
     }
@@ -132,7 +132,7 @@ class SdfWriter {
         text_of(geometry.append_child("box"), "size", exact_list(shape.size));
         break;
       case Shape::Kind::cylinder: {
-        pugi::xml_node cylinder = geometry.append_child("cylinder");
+        const pugi::xml_node cylinder = geometry.append_child("cylinder");
         text_of(cylinder, "radius", exact(shape.size[0]));
         text_of(cylinder, "length", exact(shape.size[1]));
         break;
@@ -141,14 +141,14 @@ class SdfWriter {
         text_of(geometry.append_child("sphere"), "radius", exact(shape.size[0]));
         break;
       case Shape::Kind::mesh: {
-        pugi::xml_node mesh = geometry.append_child("mesh");
+        const pugi::xml_node mesh = geometry.append_child("mesh");
         text_of(mesh, "uri", mesh_uri(shape.mesh));
         text_of(mesh, "scale", exact_list(shape.size));
         break;
       }
     }
     if (shape.rgba && !shape.collision) {
-      pugi::xml_node material = node.append_child("material");
+      const pugi::xml_node material = node.append_child("material");
       const std::string colour = exact_list(Eigen::Vector4d(shape.rgba->data()));
       text_of(material, "ambient", colour);
       text_of(material, "diffuse", colour);
@@ -217,7 +217,7 @@ class SdfWriter {
     put("upper", joint.upper);
     put("effort", joint.effort);
     put("velocity", joint.velocity);
-    pugi::xml_node dynamics = axis.append_child("dynamics");
+    const pugi::xml_node dynamics = axis.append_child("dynamics");
     text_of(dynamics, "damping", exact(joint.damping));
     text_of(dynamics, "friction", exact(joint.friction));
   }
