@@ -14,8 +14,6 @@ namespace rivid::benchmarks {
 
 namespace {
 
-constexpr double friction_error = 0.2;
-
 double quantile(std::vector<double> x, double part) {
   if (x.empty()) {
     return std::numeric_limits<double>::quiet_NaN();

@@ -13,7 +13,6 @@ namespace rivid::benchmarks {
 
 namespace {
 
-constexpr double friction_error = 0.2;
 constexpr double learned = 600.0;       // s
 constexpr double quiet = 3600.0;        // s of motion without contacts that false alarms are counted in
 constexpr double push_time = 0.5;       // s

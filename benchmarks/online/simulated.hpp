@@ -113,6 +113,9 @@ inline std::vector<Arm> arms(const std::string& data) {
   return out;
 }
 
+/// Deviation of friction coefficients from the identified ones, as a part of these.
+inline constexpr double friction_error = 0.2;
+
 // The truth with friction that has changed since: every coefficient by a normal part of itself.
 inline Vector with_friction_error(const Robot& robot, Vector chi_st, double part, std::mt19937_64& random) {
   std::normal_distribution<double> normal;

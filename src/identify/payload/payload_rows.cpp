@@ -1,24 +1,8 @@
 #include "identify/payload/payload_rows.hpp"
 
-#include <algorithm>
-
 #include "identify/rows/row_source.hpp"
 
 namespace rivid::detail {
-
-PayloadColumns::PayloadColumns(const Robot& robot) : base(base_parameters(robot)), all(base) {
-  const int last = static_cast<int>(robot.size()) - 1;
-  for (int k = 0; k < inertial_count; ++k) {
-    const StandardParameter wanted = {static_cast<ParameterKind>(k), last};
-    const auto at = std::ranges::find_if(all.parameters, [&](const BaseParameter& p) {
-      return p.leading.kind == wanted.kind && p.leading.joint == wanted.joint;
-    });
-    body[static_cast<std::size_t>(k)] = at - all.parameters.begin();
-    if (at == all.parameters.end()) {
-      all.parameters.push_back({wanted, wanted.name(), wanted.name(), ""});
-    }
-  }
-}
 
 PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
                         const SignalOptions& signal, bool loaded, ThreadTeam& team) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -8,16 +7,17 @@
 #include "rivid/data/log.hpp"
 #include "rivid/identify/estimation.hpp"
 #include "rivid/regressor/base.hpp"
+#include "rivid/regressor/body_columns.hpp"
 
 namespace rivid::detail {
 
 // Columns of the arm's base parameters, and of those standard parameters of its last link that are none of them.
-struct PayloadColumns {
-  explicit PayloadColumns(const Robot& robot);
+struct PayloadColumns : BodyColumns {
+  explicit PayloadColumns(const Robot& robot) : PayloadColumns(robot, base_parameters(robot)) {}
+  PayloadColumns(const Robot& robot, const BaseParameters& of_arm)
+      : BodyColumns(robot, of_arm), base(of_arm) {}
 
-  BaseParameters base;                     // of the arm, friction by load aside
-  BaseParameters all;                      // with the others behind; for rows alone
-  std::array<Index, inertial_count> body;  // where XX … M of the last link stand
+  BaseParameters base;  // of the arm, friction by load aside
 };
 
 // The rows of one joint from one log.
