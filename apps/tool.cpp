@@ -171,6 +171,17 @@ void declare(CLI::App& app, const Argument& argument) {
   }
 }
 
+bool is_robot(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".urdf" || ending == ".xacro";
+}
+
+std::string robot_instead(const std::string& robot, const std::string& log) {
+  return robot + ": is a robot, an experiment file is required; rivid_identify init " + robot + " " + log +
+         " writes one";
+}
+
 // An exit code where help or version were asked for.
 std::optional<int> parse(CLI::App& app, const Command& command, int argc, char** argv) {
   try {
@@ -179,6 +190,9 @@ std::optional<int> parse(CLI::App& app, const Command& command, int argc, char**
     // The first one that is an option: what follows it may be its value.
     const std::vector<std::string> extras = app.remaining();
     const auto option = std::ranges::find_if(extras, [](const std::string& e) { return e.starts_with('-'); });
+    if (command.name == "rivid_identify" && option == extras.end() && is_robot(argv[1])) {
+      throw InputError(robot_instead(argv[1], extras.front()));
+    }
     throw InputError(unknown_argument(command, option == extras.end() ? extras.front() : *option) +
                      "; --help prints the usage");
   } catch (const CLI::ParseError& e) {
@@ -246,14 +260,16 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 }
 
 void expect_experiment(const std::filesystem::path& file) {
+  if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file)) {
+    return;  // reading it says what it is
+  }
   std::string ending = file.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
   const std::string name = file.string();
   constexpr std::array<std::string_view, 9> logs = {".csv", ".tsv", ".txt", ".dat",    ".mcap",
                                                     ".bag", ".mat", ".npz", ".parquet"};
-  if (ending == ".urdf" || ending == ".xacro") {
-    throw InputError(name + ": is a robot, an experiment file is required; rivid_identify init " + name +
-                     " LOG.csv writes one");
+  if (is_robot(file)) {
+    throw InputError(robot_instead(name, "LOG.csv"));
   }
   if (std::ranges::find(logs, ending) != logs.end()) {
     throw InputError(name + ": is a log, an experiment file is required; rivid_identify init ROBOT.urdf " +

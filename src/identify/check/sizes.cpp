@@ -19,6 +19,8 @@ namespace {
 // Sizes that differ from the a-priori ones by such factors are another unit, or another sampling rate.
 constexpr double wrong_unit = 8.0;
 constexpr double wrong_clock = 20.0;  // of inertia against gravity: the square of the clock's factor
+// Inertia of a joint over those of joints nearer to the base that no arm has.
+constexpr double larger_behind = 20.0;
 // Part of the torques that gravity, or inertia, must make up to be compared.
 constexpr double visible = 0.1;
 // Mass that moves with a joint, as inertia over its squared reach, beyond which no arm is [kg].
@@ -147,6 +149,28 @@ bool mended_already(const Findings& found) {
                              [&](const char* code) { return found.has(code); });
 }
 
+// A joint carries all that the joints behind it carry, so its inertia is not many times smaller than theirs, unless their torques have
+// another unit. Returns whether one was found.
+bool check_inertias_in_order(const Robot& robot, const Matrix& M, Findings& out) {
+  double before = 0.0;  // largest inertia of a revolute joint nearer to the base
+  bool found = false;
+  for (Index j = 0; j < robot.size(); ++j) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (joint.type != JointType::revolute || M(j, j) <= 0.0) {
+      continue;
+    }
+    if (before > 0.0 && M(j, j) > larger_behind * before) {
+      out.add("torque_unit", joint.name,
+              "its torque asks for an inertia of " + number(M(j, j), 2) +
+                  " kg·m², joints nearer to the base for " + number(before, 2) + " kg·m² at most");
+      found = true;
+    } else {
+      before = std::max(before, M(j, j));
+    }
+  }
+  return found;
+}
+
 bool off_by(double factor, double limit) { return factor > limit || factor < 1.0 / limit; }
 
 }  // namespace
@@ -186,6 +210,9 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
     return;
   }
   const Matrix M = probe.inertias(probe.score(reading).chi);
+  if (check_inertias_in_order(robot, M, out)) {
+    return;
+  }
   double mass = 0.0;
   for (Index j = 0; j < robot.size(); ++j) {
     double reach = 0.2;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -28,10 +29,10 @@ constexpr double most_disturbance = 0.5;
 constexpr double kept_motion = 0.9;
 // Rows slower than this part of a joint's rms velocity are left out.
 constexpr double slow_part = 0.05;
-// Rows for each parameter that a window leaves at least; and those below which residuals say too little about the errors
-// to be worth less noise.
+// Rows for each parameter that a window leaves at least; and rows for each column of the joint that has the fewest, below which
+// residuals say too little about the errors to be worth less noise.
 constexpr double fewest_rows = 4.0;
-constexpr double enough_rows = 15.0;
+constexpr double enough_rows = 10.0;
 // Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
 // Samples that a window is chosen by: of longer logs a part stands for all.
@@ -253,6 +254,11 @@ class Chooser {
     // Of a window of one sample, as far as stretches of motion do not end within.
     const double rows_a_parameter =
         static_cast<double>(fit.fit.rows) * windows_[at] / static_cast<double>(fit.base.size());
+    double rows_a_column = std::numeric_limits<double>::infinity();
+    for (const RowGroup& joint : problem_->data.groups) {
+      rows_a_column = std::min(rows_a_column, static_cast<double>(joint.qr.rows()) * windows_[at] /
+                                                  static_cast<double>(joint.columns.size()));
+    }
     std::size_t best = 0;
     for (std::size_t w = 0; w < windows_.size(); ++w) {
       if (w > at && rows_a_parameter < fewest_rows * windows_[w]) {
@@ -275,7 +281,7 @@ class Chooser {
       }
       const double moved =
           (bread * sensitivity.disturbance(others, fit.weights)).cwiseAbs().cwiseQuotient(sigma).maxCoeff();
-      const bool rows_left = w + 1 < windows_.size() && rows_a_parameter >= enough_rows * windows_[w + 1];
+      const bool rows_left = w + 1 < windows_.size() && rows_a_column >= enough_rows * windows_[w + 1];
       const bool quiet = share <= most_noise || !rows_left;
       const bool still =
           moved <= most_disturbance || !rows_left || motion_kept(windows_[w + 1]) < kept_motion;
