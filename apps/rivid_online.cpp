@@ -114,7 +114,7 @@ int tool(int argc, char** argv) {
             {"--output", "DIR", "Folder for online.csv and online.html; default: LOG_online", &to.output},
             {"--quiet", "", "Print nothing but errors", &to.quiet}},
        .footer = "Exit codes: 0 replayed; 2 bad input or usage; 3 numerical failure.\n"
-                 "docs/online.md tells what the estimators do."},
+                 "docs/online.md describes the estimators."},
       argc, argv, [&] { return run(to); });
 }
 

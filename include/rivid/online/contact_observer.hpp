@@ -58,7 +58,7 @@ struct ContactObserverOptions {
 /// so that ṙ = K (τ_ext − r): r is the external torque behind a low-pass of `bandwidth`. The integral is exact for a τ that is
 /// held from tick to tick.
 ///
-/// **Thresholds** are those of the robot's own residual. While update() is told to learn, mean and deviation of each joint's r are
+/// **Thresholds** are those of the robot's own residual. While update() learns, mean and deviation of each joint's r are
 /// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed), and the largest
 /// deviation of each second; by Gumbel's distribution these give the threshold for the false alarms that the options ask for. Before
 /// anything was learned there is no threshold and no contact.

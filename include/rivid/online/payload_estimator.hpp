@@ -24,7 +24,7 @@ namespace rivid {
 
 struct PayloadEstimatorOptions {
   RowStreamOptions rows = {};
-  /// Pose of the flange frame in the frame of the last link, which payloads are told in: orientation and origin [m].
+  /// Pose of the flange frame in the frame of the last link, which payloads refer to: orientation and origin [m].
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   /// Relative standard deviation of the drive gains, as if all erred alike: it is that of the mass.
@@ -86,7 +86,7 @@ struct OnlinePayload {
   Eigen::Matrix3<Scalar> inertia = Eigen::Matrix3<Scalar>::Zero();
   Eigen::Vector3<Scalar> inertia_sigma = Eigen::Vector3<Scalar>::Zero();  ///< of Ixx Iyy Izz [kg·m²]
   bool held = false;  ///< whether there is a payload: the mass is above two deviations
-  bool body = false;  ///< whether the inertia is told, else the payload is a point
+  bool body = false;  ///< whether the inertia is determined; else the payload is a point
   /// Whether mass and centre of mass are known well enough for set_target_payload() or setLoad(), and nothing has
   /// changed in the last half second of motion.
   bool good = false;
@@ -468,7 +468,7 @@ void PayloadEstimator<Scalar>::begin_payload() noexcept {
   }
 }
 
-// One row of R⁻¹ a tick; after the tenth the solution is told.
+// One row of R⁻¹ a tick; after the tenth the solution is published.
 template <typename Scalar>
 void PayloadEstimator<Scalar>::solve_a_row() noexcept {
   const Index n = triangle_.size();

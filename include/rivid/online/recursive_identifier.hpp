@@ -76,7 +76,7 @@ class RecursiveIdentifier {
   }
 
   /// Standard deviation of parameter i by the information of the triangle, for errors of rows that are independent and as
-  /// large as sigma_rho says; not a number where it is not determined. consistency() tells whether they are.
+  /// large as sigma_rho says; not a number where it is not determined. consistency() shows whether they are.
   [[nodiscard]] Scalar sigma(Index i) noexcept {
     using std::sqrt;
     if (!triangle_.solve(chi_.data())) {

@@ -9,7 +9,7 @@ namespace rivid::detail {
 
 // Chooses window, velocity threshold and, where it is open, whether torques are held, and writes them into the signal of `estimation`.
 //
-// The window is the shortest with which noise of the positions, as far as it can be told from them, moves no parameter by
+// The window is the shortest with which noise of the positions, as far as they show it, moves no parameter by
 // more than a small part of its σ and makes up no more than a small part of any joint's residual.
 [[nodiscard]] RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
 

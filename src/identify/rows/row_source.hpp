@@ -27,7 +27,7 @@ class RowSink {
 
   /// Room for the next rows, column after column, at least `wanted` rows.
   virtual RowsRoom room(Index wanted) = 0;
-  /// Takes the first samples.size() rows of the room; `samples` tells what samples of the log they stand for.
+  /// Takes the first samples.size() rows of the room; `samples`: the samples of the log that they stand for.
   virtual void commit(std::span<const Index> samples) = 0;
 };
 
@@ -115,7 +115,7 @@ class RowSource {
   [[nodiscard]] Motion motion() const { return motion_of(q_); }
   /// Whether the row of joint j at a sample is kept: it moves fast enough, and far from reversals.
   [[nodiscard]] bool kept(Index j, Index sample) const;
-  /// From now on the rows that kept() tells off are sent as well.
+  /// From now on the rows that kept() leaves out are sent as well.
   void leave_nothing_out() { all_kept_ = true; }
   /// What RowScheme::exact leaves out, (n); empty otherwise.
   [[nodiscard]] const std::vector<MotionMask>& masks() const { return masks_; }
@@ -187,7 +187,7 @@ class RowSource {
   std::vector<MotionMask> masks_;
   std::vector<std::vector<SignColumn>> sign_columns_;  // of each joint, where the mask smoothed its velocity
   bool all_kept_ = false;
-  bool load_by_row_ = false;  // the load is told by decimated rows
+  bool load_by_row_ = false;  // the load is computed from decimated rows
 };
 
 /// @throws InputError  where a series of the log has other sizes than robot and log ask for
