@@ -107,6 +107,20 @@ TEST(Examine, NamesTheGainOfATorque) {
   expect_named([](Case& one) { one.log.tau.col(1) *= 1.1; }, "torque_gain", second, 0.1, 6);
 }
 
+// The last joint of an arm without a priori inertias has no more inertia than those that carry it.
+TEST(Examine, NamesTheUnitOfASingleTorque) {
+  std::size_t named = 0;
+  for (Case one : cases("good", 8, 4)) {
+    one.log.tau.rightCols(1) *= 1000.0;
+    const std::string last = one.robot.joints.back().name;
+    const Identification result = examined(one);
+    named += std::ranges::any_of(result.warnings, [&](const Finding& f) {
+      return f.code == "torque_unit" && (f.subject == last || f.subject == "all joints");
+    });
+  }
+  EXPECT_GE(named, 6U);
+}
+
 TEST(Examine, NamesTheZeroOfAJoint) {
   // Positions are told 0.06 too large: so much has to be taken off.
   expect_named([](Case& one) { one.log.q.col(1).array() += 0.06; }, "zero_offset", second, -0.06, 4);
