@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "report/markup.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/payload.hpp"
 #include "rivid/identify/rows.hpp"
+#include "rivid/report/ticks.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -31,28 +33,23 @@ struct ReplayPlot {
   std::vector<ReplayCurve> curves;
 };
 
-std::string escaped_text(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  }
-  return out;
-}
-
 std::string replay_svg(const ReplayPlot& plot, const Vector& t,
                        const std::vector<OnlineReplay::Event>& events) {
   double low = 0.0;
-  double high = 1e-9;
+  double high = 1e-3;
   for (const ReplayCurve& curve : plot.curves) {
     for (const double y : curve.y) {
       low = std::isfinite(y) ? std::min(low, y) : low;
       high = std::isfinite(y) ? std::max(high, y) : high;
     }
   }
+  const std::vector<double> levels = round_ticks(low, high);
+  low = levels.front();
+  high = levels.back();
   const double end = t.size() > 0 ? std::max(t[t.size() - 1], 1e-9) : 1.0;
   const auto x_of = [&](double at) { return plot_margin + (plot_width - plot_margin) * at / end; };
   const auto y_of = [&](double y) { return 20.0 + (plot_height - 40.0) * (high - y) / (high - low); };
-  std::string out = "<h2>" + escaped_text(plot.title) + "</h2>\n<svg viewBox=\"0 0 " + number(plot_width) +
+  std::string out = "<h2>" + detail::escaped(plot.title) + "</h2>\n<svg viewBox=\"0 0 " + number(plot_width) +
                     " " + number(plot_height) + "\" role=\"img\">\n";
   const auto line = [&](double x1, double y1, double x2, double y2, const char* colour) {
     out += "<line x1=\"" + number(x1, 5) + "\" y1=\"" + number(y1, 5) + "\" x2=\"" + number(x2, 5) +
@@ -60,15 +57,17 @@ std::string replay_svg(const ReplayPlot& plot, const Vector& t,
   };
   const auto label = [&](double x, double y, const std::string& text, const std::string& colour) {
     out += "<text x=\"" + number(x, 5) + "\" y=\"" + number(y, 5) + "\" fill=\"" + colour + "\">" +
-           escaped_text(text) + "</text>\n";
+           detail::escaped(text) + "</text>\n";
   };
-  for (const double y : {low, 0.5 * (low + high), high}) {
+  for (const double y : levels) {
     line(plot_margin, y_of(y), plot_width, y_of(y), "#ddd");
     label(2.0, y_of(y) + 4.0, number(y, 3), "#444");
   }
-  for (int k = 0; k <= 5; ++k) {
-    label(x_of(0.2 * k * end) - 10.0, plot_height - 2.0, number(0.2 * k * end, 3) + (k == 5 ? "" : " s"),
-          "#444");
+  for (const double at : round_ticks(0.0, end)) {
+    if (at > end) {
+      break;
+    }
+    label(std::min(x_of(at) - 10.0, plot_width - 30.0), plot_height - 2.0, number(at, 3) + " s", "#444");
   }
   for (const OnlineReplay::Event& event : events) {
     line(x_of(event.t), 20.0, x_of(event.t), plot_height - 20.0, "#999");
@@ -253,7 +252,7 @@ std::string to_html(const OnlineReplay& replay) {
       {"Payload",
        "kg",
        {{"mass", mass, "#1f77b4"},
-        {"95 %", shown(mass + half), "#aac"},
+        {"95 % confidence", shown(mass + half), "#aac"},
         {"interval", shown(mass - half), "#aac"}}},
       {"Centre of mass, flange frame",
        "m",
@@ -267,7 +266,7 @@ std::string to_html(const OnlineReplay& replay) {
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>rivid_online</title>\n"
       "<style>body{font:14px sans-serif;max-width:60em;margin:1em auto}svg{width:100%;font-size:11px}"
       "h2{font-size:15px;margin:1em 0 0}pre{background:#f4f4f4;padding:.6em}</style></head><body>\n<h1>" +
-      escaped_text(replay.source) + "</h1>\n<pre>" + escaped_text(in_words(replay)) + "</pre>\n";
+      detail::escaped(replay.source) + "</h1>\n<pre>" + detail::escaped(in_words(replay)) + "</pre>\n";
   for (const ReplayPlot& plot : plots) {
     out += replay_svg(plot, replay.t, replay.events);
   }
