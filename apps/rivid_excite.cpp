@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/excitation.hpp"
+#include "rivid/report/players.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
@@ -31,6 +33,7 @@ struct Arguments {
   std::optional<int> starts;
   std::optional<std::int64_t> seed;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
+  std::vector<std::string> players;
   std::vector<std::string> set;
   std::filesystem::path output;
   bool json = false;
@@ -59,6 +62,13 @@ Command command_of(Arguments& to) {
                      IntegerRange{0, std::numeric_limits<std::int64_t>::max()}},
                     {"--threads", "NUMBER", "Starts at a time; default: one for each processor", &to.threads,
                      thread_range},
+                    {.name = "--player",
+                     .value = "ros|urscript|libfranka",
+                     .text =
+                         "Also write the motion for this controller: joint_trajectory.yaml, motion.script, "
+                         "libfranka.csv; may be repeated",
+                     .target = &to.players,
+                     .one_each = true},
                     set_argument(to.set),
                     {"--output", "DIR", "Folder for the files; default: EXPERIMENT_excitation", &to.output},
                     {"--json", "", "Print plan.json", &to.json},
@@ -146,15 +156,35 @@ Excitation designed(const Arguments& arguments, ExcitationPlan& plan) {
   return design(plan.experiment.robot, plan.options);
 }
 
+// The players of the command line, which can all play the plan's motions.
+std::vector<Player> players_of(const Arguments& arguments, const ExcitationPlan& plan) {
+  std::vector<Player> out;
+  for (const std::string& name : arguments.players) {
+    const Player player = named<Player>(name).value();
+    if (const auto fault = complaint(player, plan.experiment.robot, plan.options)) {
+      throw InputError(arguments.experiment.string() + ": " + *fault);
+    }
+    if (std::ranges::find(out, player) == out.end()) {
+      out.push_back(player);
+    }
+  }
+  return out;
+}
+
 int design_from(const Arguments& arguments) {
   ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
   Overrides overrides = apply(arguments, plan);
+  const std::vector<Player> players = players_of(arguments, plan);
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_excitation");
   const std::filesystem::path motion = folder / "motion.csv";
   const std::filesystem::path experiment = folder / "experiment.toml";
   const std::filesystem::path file = folder / "plan.json";
   plan.options.known = known_information(plan);
-  const std::vector<PlannedFile> files = {{motion, ".csv"}, {experiment, ".toml"}, {file, ".json"}};
+  std::vector<PlannedFile> files = {{motion, ".csv"}, {experiment, ".toml"}, {file, ".json"}};
+  for (const Player player : players) {
+    const std::filesystem::path path = folder / file_name(player);
+    files.push_back({path, path.extension().string()});
+  }
   Outputs outputs = planned(plan.inputs(), files);
   if (arguments.dry_run) {
     const MotionBounds bounds = motion_bounds(plan.experiment.robot, plan.options.limits);
@@ -172,11 +202,15 @@ int design_from(const Arguments& arguments) {
   outputs.put(motion, motion_csv(found));
   outputs.put(experiment, experiment_text(plan, found, folder));
   outputs.put(file, json);
+  for (const Player player : players) {
+    outputs.put(folder / file_name(player), player_file(player, plan.experiment.robot, plan.options, found));
+  }
   outputs.commit();
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(found));
-    std::cerr << "wrote " << motion.string() << ", " << experiment.string() << " and " << file.string()
-              << '\n';
+    for (const PlannedFile& written : files) {
+      std::cerr << "wrote " << written.path.string() << '\n';
+    }
   }
   return success;
 }

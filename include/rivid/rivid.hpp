@@ -48,6 +48,7 @@
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/report/online.hpp"
 #include "rivid/report/payload.hpp"
+#include "rivid/report/players.hpp"
 #include "rivid/report/rows.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/report/ticks.hpp"

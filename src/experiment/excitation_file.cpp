@@ -87,11 +87,13 @@ std::string comment(const Excitation& excitation) {
   std::ostringstream out;
   out << "# Written by rivid_excite: the motion is [reference]; put the log that it gives beside this file "
          "as\n"
-         "# log.csv, or make one with rivid_simulate. The robot must rest at";
+         "# log.csv, or make one with rivid_simulate. Its time must count from the beginning of the motion. "
+         "The robot must rest\n"
+         "# before the motion at";
   for (const double q : start) {
     out << ' ' << number(q, 6);
   }
-  out << " before the motion begins.\n\n";
+  out << "\n\n";
   return out.str();
 }
 

@@ -135,10 +135,19 @@ TEST_F(Excite, ShowsWhatWillBeKnown) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("Motion of 10 s: 52 base parameters: "), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("forecast σ"), std::string::npos);
-  EXPECT_NE(run.err.find("wrote excite_excitation/motion.csv, excite_excitation/experiment.toml and "
-                         "excite_excitation/plan.json"),
-            std::string::npos)
-      << run.err;
+  EXPECT_EQ(run.err,
+            "wrote excite_excitation/motion.csv\nwrote excite_excitation/experiment.toml\n"
+            "wrote excite_excitation/plan.json\n");
+}
+
+TEST_F(Excite, RefusesPlayersOfOtherRobots) {
+  expect_refused({"arm/excite.toml", "--player", "libfranka"},
+                 "arm/excite.toml: player \"libfranka\": the robot has 6 joints, must have 7");
+  expect_refused({"arm/excite.toml", "--player", "ur"},
+                 "\"ur\" is none of \"ros\", \"urscript\" and \"libfranka\"");
+  const Outcome run = excite({"arm/excite.toml", "--dry-run", "--player", "ros", "--player", "ros"});
+  EXPECT_NE(run.out.find("would write excite_excitation/joint_trajectory.yaml"), std::string::npos)
+      << run.out;
 }
 
 TEST_F(Excite, WritesNothingOnADryRun) {

@@ -1,0 +1,247 @@
+#include "rivid/report/players.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "rivid/error.hpp"
+#include "rivid/simulate/references.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+// Decimals of positions, velocities and coefficients: far below what an encoder resolves, and no exponents, which not every reader
+// of such files knows.
+constexpr int player_decimals = 12;
+constexpr double libfranka_hz = 1000.0;
+constexpr Index libfranka_joints = 7;
+constexpr Index ur_joints = 6;
+
+std::string in_brackets(const Vector& values) {
+  std::string out = "[";
+  for (Index k = 0; k < values.size(); ++k) {
+    out += (k > 0 ? ", " : "") + fixed(values[k], player_decimals);
+  }
+  return out + "]";
+}
+
+struct PlayedState {
+  Vector q;
+  Vector qd;
+  Vector qdd;
+};
+
+PlayedState played_at(const FourierReference& reference, double t) {
+  const Index n = reference.joints();
+  PlayedState out{Vector(n), Vector(n), Vector(n)};
+  reference.at(t, out.q, out.qd, out.qdd);
+  return out;
+}
+
+// What a person must know before pressing play, as comments.
+std::string opening_comment(const Robot& robot, const Excitation& excitation) {
+  std::string out = "# Written by rivid_excite for " + on_one_line(robot.name) + ": " +
+                    number(excitation.series.duration, 6) +
+                    " s from rest to rest.\n# Rest pose at both ends:";
+  for (const double q : excitation.motion.q.row(0)) {
+    out += " " + number(q, 6);
+  }
+  out += "\n# Largest use of each limit:";
+  std::string separator = " ";
+  for (const char* const quantity : {"position", "velocity", "acceleration", "jerk", "torque"}) {
+    double most = -1.0;
+    for (const LimitUse& use : excitation.forecast.limits) {
+      most = use.quantity == quantity ? std::max(most, use.share) : most;
+    }
+    if (most >= 0.0) {
+      out += separator + std::string(quantity) + " " + fixed(100.0 * most, 1) + " %";
+      separator = ", ";
+    }
+  }
+  const auto nearest = std::ranges::min_element(excitation.forecast.clearances, {}, &ClearanceUse::distance);
+  out += nearest == excitation.forecast.clearances.end()
+             ? "\n# Collisions were not checked.\n"
+             : "\n# Smallest distance: " + number(nearest->distance, 4) + " m, " +
+                   on_one_line(nearest->first) + " from " + on_one_line(nearest->second) + ".\n";
+  return out;
+}
+
+// Between points with positions, velocities and accelerations a controller's polynomials of fifth degree are off by A h⁶ / 46080 for
+// a sine of amplitude A, h being the phase from point to point.
+std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
+  constexpr double points_a_second = 50.0;
+  constexpr double points_a_period = 20.0;
+  const double duration = excitation.series.duration;
+  const auto intervals = static_cast<std::int64_t>(
+      std::ceil(std::max(points_a_second * duration,
+                         points_a_period * static_cast<double>(excitation.series.A.cols())) -
+                1e-9));
+  std::string out = opening_comment(robot, excitation) + "joint_names: [";
+  for (Index j = 0; j < robot.size(); ++j) {
+    out += (j > 0 ? ", " : "") + nlohmann::json(robot.joints[static_cast<std::size_t>(j)].name).dump();
+  }
+  out += "]\npoints:\n";
+  const FourierReference reference(excitation.series);
+  for (std::int64_t k = 0; k <= intervals; ++k) {
+    constexpr double in_nanoseconds = 1e9;
+    const auto nanoseconds = static_cast<std::int64_t>(
+        std::llround(in_nanoseconds * duration * static_cast<double>(k) / static_cast<double>(intervals)));
+    const PlayedState at = played_at(reference, static_cast<double>(nanoseconds) / in_nanoseconds);
+    out += "- positions: " + in_brackets(at.q) + "\n  velocities: " + in_brackets(at.qd) +
+           "\n  accelerations: " + in_brackets(at.qdd) +
+           "\n  time_from_start: {sec: " + std::to_string(nanoseconds / 1'000'000'000) +
+           ", nanosec: " + std::to_string(nanoseconds % 1'000'000'000) + "}\n";
+  }
+  return out;
+}
+
+// Lists of some hundred numbers are what the interpreter can hold; the samples are not.
+std::string ur_program(const Robot& robot, const Excitation& excitation) {
+  const FourierSeries& series = excitation.series;
+  const std::string harmonics = std::to_string(series.A.cols());
+  const std::string joints = std::to_string(ur_joints);
+  return opening_comment(robot, excitation) +
+         "# q_j(t) = q0_j + sum over l of A_jl / (l omega) sin(l omega t) - B_jl / (l omega) cos(l omega t)\n"
+         "# A and B: six numbers for the first harmonic, six for the second, and so on.\n"
+         "def rivid_excitation():\n"
+         "  omega = " +
+         fixed(series.omega_f, player_decimals) +
+         "\n"
+         "  duration = " +
+         fixed(series.duration, player_decimals) +
+         "\n"
+         "  A = " +
+         in_brackets(series.A.reshaped()) +
+         "\n"
+         "  B = " +
+         in_brackets(series.B.reshaped()) +
+         "\n"
+         "  movej(" +
+         in_brackets(excitation.motion.q.row(0)) +
+         ", a=0.5, v=0.3)\n"
+         "  step = get_steptime()\n"
+         "  t = 0.0\n"
+         "  while t < duration:\n"
+         "    t = t + step\n"
+         "    if t > duration:\n"
+         "      t = duration\n"
+         "    end\n"
+         "    q = " +
+         in_brackets(series.q0) +
+         "\n"
+         "    l = 0\n"
+         "    while l < " +
+         harmonics +
+         ":\n"
+         "      w = omega * (l + 1)\n"
+         "      s = sin(w * t) / w\n"
+         "      c = cos(w * t) / w\n"
+         "      j = 0\n"
+         "      while j < " +
+         joints +
+         ":\n"
+         "        q[j] = q[j] + A[" +
+         joints + " * l + j] * s - B[" + joints +
+         " * l + j] * c\n"
+         "        j = j + 1\n"
+         "      end\n"
+         "      l = l + 1\n"
+         "    end\n"
+         "    servoj(q, t=step, lookahead_time=0.1, gain=300)\n"
+         "  end\n"
+         "  stopj(2.0)\n"
+         "end\n";
+}
+
+std::string libfranka_rows(const Excitation& excitation) {
+  std::string out = "t";
+  for (const char* const name : {"q", "qd", "qdd"}) {
+    for (Index j = 1; j <= libfranka_joints; ++j) {
+      out += "," + std::string(name) + std::to_string(j);
+    }
+  }
+  out += '\n';
+  const FourierReference reference(excitation.series);
+  const auto samples = std::llround(excitation.series.duration * libfranka_hz);
+  for (std::int64_t k = 0; k <= samples; ++k) {
+    const double t = static_cast<double>(k) / libfranka_hz;
+    const PlayedState at = played_at(reference, t);
+    out += fixed(t, 3);
+    for (const Vector* const values : {&at.q, &at.qd, &at.qdd}) {
+      for (const double value : *values) {
+        out += "," + fixed(value, player_decimals);
+      }
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+std::optional<std::string> joints_complaint(Player player, const Robot& robot, Index wanted) {
+  const std::string who = "player \"" + std::string(name(player)) + "\": ";
+  if (robot.size() != wanted) {
+    return who + "the robot has " + counted(robot.size(), "joint") + ", must have " + std::to_string(wanted);
+  }
+  for (const Joint& joint : robot.joints) {
+    if (joint.type != JointType::revolute) {
+      return who + joint.name + " is prismatic, must be revolute";
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view file_name(Player player) {
+  switch (player) {
+    case Player::ros:
+      return "joint_trajectory.yaml";
+    case Player::urscript:
+      return "motion.script";
+    case Player::libfranka:
+      break;
+  }
+  return "libfranka.csv";
+}
+
+std::optional<std::string> complaint(Player player, const Robot& robot, const ExcitationOptions& options) {
+  if (player == Player::ros) {
+    return std::nullopt;
+  }
+  if (player == Player::urscript) {
+    return joints_complaint(player, robot, ur_joints);
+  }
+  if (auto fault = joints_complaint(player, robot, libfranka_joints)) {
+    return fault;
+  }
+  if (options.limits.acceleration.size() == 0 || options.limits.jerk.size() == 0) {
+    return "player \"libfranka\": the arm stops where a joint exceeds its acceleration or jerk; give both in "
+           "[excitation.limits], as the arm's interface specification lists them";
+  }
+  const double samples = options.duration * libfranka_hz;
+  if (std::abs(samples - std::round(samples)) > 1e-6) {
+    return "player \"libfranka\": duration is " + number(options.duration) +
+           " s, must be a whole number of milliseconds";
+  }
+  return std::nullopt;
+}
+
+std::string player_file(Player player, const Robot& robot, const ExcitationOptions& options,
+                        const Excitation& excitation) {
+  if (const auto fault = complaint(player, robot, options)) {
+    throw InputError("player_file: " + *fault);
+  }
+  switch (player) {
+    case Player::ros:
+      return joint_trajectory(robot, excitation);
+    case Player::urscript:
+      return ur_program(robot, excitation);
+    case Player::libfranka:
+      break;
+  }
+  return libfranka_rows(excitation);
+}
+
+}  // namespace rivid
