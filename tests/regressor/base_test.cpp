@@ -214,6 +214,37 @@ TEST(BaseParameters, AreThoseOfTheRobotThoughItsAnglesAreWrittenWithFewDigits) {
   }
 }
 
+// Seven axes, each a right angle from the one before it but for the digits: what is left of Ia2, projected onto the states that were
+// drawn, was a coefficient of 2e-7 of XX7. A rotor of 0.5 kg·m² times that outweighs the deviation of a wrist's inertia.
+TEST(BaseParameters, DoNotTakeUpTheRoundingOfAnglesThatIsLeftOfARotor) {
+  Robot robot = test::tx40(Friction::coulomb);
+  robot.chain.links.resize(7);
+  robot.joints.resize(7, robot.joints.back());
+  robot.inertials.resize(7, robot.inertials.back());
+  const std::array<double, 7> turns = {0.0, -1.5708, 1.5708, 1.5708, 1.5708, 1.5708, -1.5708};
+  const std::array<Eigen::Vector3d, 7> offsets = {{{0.0, 0.0, 0.267},
+                                                   {0.0, 0.0, 0.0},
+                                                   {0.0, -0.293, 0.0},
+                                                   {0.0525, 0.0, 0.0},
+                                                   {0.0775, -0.3425, 0.0},
+                                                   {0.0, 0.0, 0.0},
+                                                   {0.076, 0.097, 0.0}}};
+  for (std::size_t j = 0; j < 7; ++j) {
+    robot.joints[j].name = "joint_" + std::to_string(j + 1);
+    robot.chain.links[j].R = Eigen::AngleAxisd(turns[j], Eigen::Vector3d::UnitX()).toRotationMatrix();
+    robot.chain.links[j].p = offsets[j];
+  }
+  const BaseParameters base = base_parameters(robot);
+  for (Index i = 0; i < base.size(); ++i) {
+    for (const auto& [name, coefficient] : base.regrouping(i)) {
+      if (name.starts_with("Ia")) {
+        EXPECT_NEAR(coefficient, 1.0, 1e-5)
+            << base.parameters[static_cast<std::size_t>(i)].name << " " << name;
+      }
+    }
+  }
+}
+
 TEST(BaseParameters, AreDoubtedWhereCoarseAnglesTellThemApart) {
   Robot robot = misaligned_tx40(1.57 - (std::numbers::pi / 2));
   const BaseParameters apart = base_parameters(robot);

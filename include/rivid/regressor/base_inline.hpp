@@ -81,6 +81,7 @@ struct Scan {
   std::vector<Index> kept;     // columns in scan order
   std::vector<Index> dropped;  // columns in scan order
   Matrix K;                    // (kept × dropped)
+  std::vector<double> left;    // norms of what no kept column explains of a dropped one
   double smallest_kept = 1.0;
   double largest_dropped = 0.0;
   Index weakest_kept = -1;
@@ -124,8 +125,8 @@ inline Scan scan_columns(const Matrix& W, std::span<const Index> order, const Ve
           .applyHouseholderOnTheLeft(reflectors[r], taus[r], &workspace);
     }
     const auto rank = static_cast<Index>(reflectors.size());
-    const double independent =
-        rank < column.size() ? column.tail(column.size() - rank).norm() / scales[c] : 0.0;
+    const double left = rank < column.size() ? column.tail(column.size() - rank).norm() : 0.0;
+    const double independent = left / scales[c];
     if (independent > tolerance) {
       if (scan.weakest_kept < 0 || independent < scan.smallest_kept) {
         scan.smallest_kept = independent;
@@ -147,6 +148,7 @@ inline Scan scan_columns(const Matrix& W, std::span<const Index> order, const Ve
       }
       R_dropped.col(static_cast<Index>(scan.dropped.size())).head(rank) = column.head(rank);
       scan.dropped.push_back(c);
+      scan.left.push_back(left);
     }
   }
   const auto b = static_cast<Index>(scan.kept.size());
@@ -155,14 +157,14 @@ inline Scan scan_columns(const Matrix& W, std::span<const Index> order, const Ve
   return scan;
 }
 
-// K without the coefficients of which too little is seen: what they stand for moves the torques by less than
-// `tolerance` times the largest column of its unit.
-inline Matrix without_unseen(const Scan& scan, const Vector& norms, const Vector& scales, double tolerance) {
+// K without the coefficients of which too little is seen: what they stand for moves the torques by at most `unseen`, the norm of
+// a column, of each dropped parameter.
+inline Matrix without_unseen(const Scan& scan, const Vector& norms, std::span<const double> unseen) {
   Matrix K = scan.K;
   for (Index d = 0; d < K.cols(); ++d) {
-    const double seen = tolerance * scales[scan.dropped[static_cast<std::size_t>(d)]];
     for (Index i = 0; i < K.rows(); ++i) {
-      if (std::abs(K(i, d)) * norms[scan.kept[static_cast<std::size_t>(i)]] <= seen) {
+      if (std::abs(K(i, d)) * norms[scan.kept[static_cast<std::size_t>(i)]] <=
+          unseen[static_cast<std::size_t>(d)]) {
         K(i, d) = 0.0;
       }
     }
@@ -236,14 +238,21 @@ RIVID_INLINE BaseParameters base_of(const Robot& robot, const Matrix& W, double 
   std::vector<StandardParameter> standard = robot.standard_parameters();
   const Vector scales = unit_norms(W, robot, standard);
   Scan scan = scan_columns(W, scan_order(robot, standard), scales, tolerance);
-  if (small == SmallCoefficients::kept) {
+  const Vector norms = W.colwise().norm();
+  std::vector<double> tolerated;
+  for (const Index c : scan.dropped) {
+    tolerated.push_back(tolerance * scales[c]);
+  }
+  const Matrix shown = without_unseen(scan, norms, tolerated);
+  if (small == SmallCoefficients::dropped) {
+    scan.K = shown;
+  } else {
     // Rounding noise of the factorisation is not a regrouping.
     constexpr double noise = 1e-9;
     scan.K = (scan.K.array().abs() < noise).select(0.0, scan.K);
-  }
-  const Matrix shown = without_unseen(scan, W.colwise().norm(), scales, tolerance);
-  if (small == SmallCoefficients::dropped) {
-    scan.K = shown;
+    // Nor is what a column that depends but for the digits of 1.5708 has of others: it follows the states that were drawn, and moves
+    // the torques by less than what is left out anyway.
+    scan.K = without_unseen(scan, norms, scan.left);
   }
   return named(robot, std::move(standard), scan, shown);
 }
