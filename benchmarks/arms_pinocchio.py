@@ -3,13 +3,13 @@
 Robot descriptions are those of the package example-robot-data, dynamics those of Pinocchio's articulated-body
 algorithm: nothing in the logs comes from rivid. Each arm follows a sum of sines under a sampled PD control at 1 kHz, with
 dry and viscous friction, rotor inertias, encoder noise that passes through the control, and a torque disturbance that
-is not recorded. One log is identified with the rows and the method that rivid chooses, by weighted least squares with a position filter,
-and by instrumental variables with given rows; another log judges. What is printed of each:
+is not recorded. Three logs, one after the other, are identified with the rows and the method that rivid chooses, by weighted
+least squares with a position filter, and by instrumental variables with given rows; another log judges. What is printed of each:
 
-    relative torque error on the second log, by the rows of the method: unfiltered ones are rougher
+    mean of the relative torque errors on the other log, by the rows of the method: unfiltered ones are rougher
     intervals of 95 % that hold the true base parameter, and how many there are
-    root mean square of their errors in standard deviations, 1 where these are right
-    time of the program, its start and both logs included, and what it warns of
+    standard deviations, as root mean squares over the logs, over the root mean square of the errors: 1 where they are right
+    mean time of the program, its start and both logs included, and what it warns of
 
     python3 -m venv venv && venv/bin/pip install pin example-robot-data
     venv/bin/python benchmarks/arms_pinocchio.py build/test/apps/rivid_identify [ARM ...]
@@ -33,6 +33,8 @@ BANDWIDTH = 20.0  # rad/s, of the control
 FRICTION_SPEED = 2e-3  # rad/s: friction is Fc tanh(v / FRICTION_SPEED)
 STEPS = 20  # of the integration in a period
 SHARE_OF_RANGE = 0.6  # of the joint limits that the motion uses
+JUDGE = 0  # seeds of the logs: of the one that judges,
+SEEDS = (1, 2, 3)  # and of those that are identified
 
 # Both packages share one prefix.
 ROBOTS = pathlib.Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
@@ -132,18 +134,18 @@ class Arm:
         header = ["t"] + [f"{what}{j + 1}" for what in ("q", "tau", "qref") for j in range(self.n)]
         np.savetxt(path, rows, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
 
-    def experiment(self, folder, method, joints):
+    def experiment(self, folder, seed, method, joints):
         """The text of an experiment file. What is known of the joints only fills a_priori, the truth to compare with."""
         lines = ["[robot]", f'urdf = "{self.urdf}"', "gravity = [0, 0, -9.81]"]
         lines += [f'base = "{self.base}"', f'tip = "{self.tip}"'] if self.tip else []
         for j, name in enumerate(joints):
             lines.append(f'joints."{name}" = {{ Ia = {self.Ia[j]}, Fv = {self.Fv[j]}, Fc = {self.Fc[j]} }}')
-        lines += ["[log]", f'files = ["{folder}/1.csv"]']
+        lines += ["[log]", f'files = ["{folder}/{seed}.csv"]']
         lines.append("reference = " + json.dumps([f"qref{j + 1}" for j in range(self.n)]))
         name, signal = METHODS[method]
         lines += ["[signal]", "torque_held = true", *signal]
         lines += ["[control]", 'law = "pd"', f"omega_n = {BANDWIDTH}", "zeta = 1", f"rate_hz = {RATE}"]
-        lines += ["[method]", f'name = "{name}"', "[validation]", f'files = ["{folder}/2.csv"]']
+        lines += ["[method]", f'name = "{name}"', "[validation]", f'files = ["{folder}/{JUDGE}.csv"]']
         return "\n".join(lines) + "\n"
 
 
@@ -167,11 +169,31 @@ def truth(parameter, arm):
     return parameter["a_priori"] + offset
 
 
-def judged(result, arm):
-    parameters = result["parameters"]
-    errors = np.array([(p["value"] - truth(p, arm)) / p["sigma"] for p in parameters])
-    held = [p["interval_95"][0] <= truth(p, arm) <= p["interval_95"][1] for p in parameters]
-    return 100 * result["validation"][0]["relative_error"], sum(held), errors
+class Judgement:
+    """What the results of one method, of several logs of one arm, are worth."""
+
+    def __init__(self):
+        self.validation, self.seconds, self.held, self.errors, self.sigmas, self.codes = [], [], 0, [], [], set()
+
+    def add(self, result, seconds, arm):
+        parameters = result["parameters"]
+        self.validation.append(100 * result["validation"][0]["relative_error"])
+        self.seconds.append(seconds)
+        self.held += sum(p["interval_95"][0] <= truth(p, arm) <= p["interval_95"][1] for p in parameters)
+        self.errors.append([p["value"] - truth(p, arm) for p in parameters])
+        self.sigmas.append([p["sigma"] for p in parameters])
+        self.codes |= {result["status"]} | {w["code"] for w in result["warnings"]}
+
+    def scaled(self):
+        """Errors in the root mean square of the logs' standard deviations: one standard deviation has few degrees of freedom."""
+        return np.ravel(self.errors / np.sqrt(np.mean(np.square(self.sigmas), axis=0)))
+
+    def line(self):
+        scaled = self.scaled()
+        return (
+            f"{np.mean(self.validation):6.3f} %{self.held:5} of {len(scaled):3}{1 / rms(scaled):6.2f}"
+            f"{np.mean(self.seconds):7.2f} s {' '.join(sorted(self.codes))}   "
+        )
 
 
 def rms(errors):
@@ -180,29 +202,32 @@ def rms(errors):
 
 def main():
     program, names = sys.argv[1], sys.argv[2:] or list(ARMS)
-    print(f"{'arm':12}joints" + "".join(f"   {method:29}" for method in METHODS))
-    totals = {method: [0, []] for method in METHODS}
+    print(f"{'arm':12}joints" + "".join(f"   {method:31}" for method in METHODS))
+    totals = {method: [] for method in METHODS}
     for name in names:
         urdf, base, tip = ARMS[name]
         arm = Arm(ROBOTS / urdf, base, tip)
         with tempfile.TemporaryDirectory() as temporary:
             folder = pathlib.Path(temporary)
-            for seed in (1, 2):
+            for seed in (JUDGE, *SEEDS):
                 arm.log(seed, folder / f"{seed}.csv")
-            first, _ = identified(program, folder, arm.experiment(folder, "chosen", []))
+            first, _ = identified(program, folder, arm.experiment(folder, SEEDS[0], "chosen", []))
             joints = [joint["name"] for joint in first["fit"]["joints"]]
             line = f"{name:12}{arm.n:6}   "
             for method in totals:
-                result, seconds = identified(program, folder, arm.experiment(folder, method, joints))
-                error, held, errors = judged(result, arm)
-                totals[method][0] += held
-                totals[method][1].extend(errors)
-                codes = " ".join([result["status"]] + sorted({w["code"] for w in result["warnings"]}))
-                line += f"{error:6.3f} %{held:5} of {len(errors):2}{rms(errors):6.2f}{seconds:7.2f} s {codes}   "
+                judgement = Judgement()
+                for seed in SEEDS:
+                    judgement.add(*identified(program, folder, arm.experiment(folder, seed, method, joints)), arm)
+                totals[method].append(judgement)
+                line += judgement.line()
             print(line, flush=True)
-    for method, (held, errors) in totals.items():
-        count = len(errors)
-        print(f"{method}: {held} of {count} intervals hold the truth, {100 * held / count:.1f} %, errors {rms(errors):.2f} σ")
+    for method, judgements in totals.items():
+        scaled = np.concatenate([judgement.scaled() for judgement in judgements])
+        held = sum(judgement.held for judgement in judgements)
+        print(
+            f"{method}: {held} of {len(scaled)} intervals hold the truth, {100 * held / len(scaled):.1f} %,"
+            f" σ over spread {1 / rms(scaled):.2f}"
+        )
 
 
 main()
