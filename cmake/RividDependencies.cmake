@@ -36,6 +36,13 @@ else()
       target_link_libraries(MPI::MPI_C INTERFACE MPI::MPI_CXX)
     endif()
   endif()
+  # Other SUNDIALS ask for OpenMP, which no part that rivid links uses and clang may be without.
+  if(NOT RIVID_SUNDIALS_7 AND NOT TARGET OpenMP::OpenMP_C)
+    find_package(OpenMP QUIET)
+    if(NOT OpenMP_FOUND)
+      add_library(OpenMP::OpenMP_C INTERFACE IMPORTED)
+    endif()
+  endif()
   find_dependency(SUNDIALS COMPONENTS cvode nvecserial sunmatrixdense sunlinsoldense)
 endif()
 

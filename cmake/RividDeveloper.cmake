@@ -2,6 +2,7 @@
 
 option(RIVID_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(RIVID_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+option(RIVID_FUZZ "Build the harnesses of tests/fuzz with libFuzzer, which clang has" OFF)
 option(RIVID_HARDEN "Build the tools and the shared library with stack protector, FORTIFY and BIND_NOW" ON)
 option(RIVID_TIDY "Run clang-tidy on the library and the apps" OFF)
 
@@ -25,6 +26,9 @@ function(rivid_developer_flags target)
     target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=address,undefined)
+  endif()
+  if(RIVID_FUZZ)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
 endfunction()
 

@@ -97,7 +97,7 @@ class RungeKutta final : public LoopIntegrator {
       const bool last = h * leftover >= left;
       h_ = last ? left : std::min(h, 0.5 * left);
       // Where y no longer changes with t nothing can be gained by a shorter step.
-      if (h_ <= 1e-14 * std::max(std::abs(t_), h_floor)) {
+      if (!(h_ > 1e-14 * std::max(std::abs(t_), h_floor))) {
         return {t_, definite_ ? Halt::failed : Halt::not_positive_definite};
       }
       definite_ = try_step();

@@ -121,7 +121,7 @@ class Tridiagonal {
     }
     for (;;) {
       const double middle = 0.5 * (low + high);
-      if (middle <= low || middle >= high) {
+      if (!(low < middle && middle < high)) {  // nan is between nothing
         return high;
       }
       (above_all(middle) ? high : low) = middle;
