@@ -78,6 +78,8 @@ Command command_of(Arguments& to) {
           "rivid_identify compare MODELS --log LOG.csv says which of several models predicts better.\n"
           "rivid_identify export RESULT --to FORMAT writes a model for a simulator or a "
           "controller.\n"
+          "Many logs: rivid_identify factors EXPERIMENT.toml --log LOG.csv reduces them one by one, and\n"
+          "rivid_identify merge FILES identifies from what it wrote.\n"
           "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status.\n"
           "The keys of an experiment file are listed in docs/experiment.md."};
 }
@@ -236,8 +238,8 @@ int identify_from(const Arguments& arguments) {
 
 // A word that is no file and looks like a subcommand is one that was mistyped.
 void expect_no_mistyped_command(const std::string& word) {
-  const std::vector<std::string> commands = {"check", "compare", "explain", "export",
-                                             "init",  "payload", "validate"};
+  const std::vector<std::string> commands = {"check", "compare", "explain", "export",  "factors",
+                                             "init",  "merge",   "payload", "validate"};
   if (word.empty() || word.find_first_of("-./") != std::string::npos || std::filesystem::exists(word)) {
     return;
   }
@@ -262,6 +264,12 @@ int tool(int argc, char** argv) {
   }
   if (first == "export") {
     return export_command(argc - 1, argv + 1);
+  }
+  if (first == "factors") {
+    return factors_command(argc - 1, argv + 1);
+  }
+  if (first == "merge") {
+    return merge_command(argc - 1, argv + 1);
   }
   if (first == "payload") {
     return payload_command(argc - 1, argv + 1);

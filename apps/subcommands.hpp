@@ -16,6 +16,14 @@ int init_command(int argc, char** argv);
 /// @return  exit code: success, no_success where a finding makes an identification useless
 int check_command(int argc, char** argv);
 
+/// rivid_identify factors EXPERIMENT.toml --log LOG.csv: a log reduced to what least squares needs of it.
+int factors_command(int argc, char** argv);
+
+/// rivid_identify merge FILE.factors…
+///
+/// @return  exit code: success, no_success where the robot is not identified
+int merge_command(int argc, char** argv);
+
 /// rivid_identify payload EXPERIMENT.toml --loaded LOG.csv.
 ///
 /// @return  exit code: success, no_success where the payload is not identified

@@ -23,7 +23,7 @@ set(export_may_include model regressor data identify simulate online experiment 
 include(${CMAKE_CURRENT_LIST_DIR}/RividHeaders.cmake)
 
 # The rooms of src/identify/: rows → estimate → infer → choose.
-set(rooms rows physical estimate infer choose check compare payload)
+set(rooms rows physical estimate infer choose check compare merge payload)
 set(rows_may_see "")
 set(physical_may_see "")
 set(estimate_may_see rows)
@@ -31,6 +31,7 @@ set(infer_may_see rows estimate)
 set(choose_may_see rows estimate infer)
 set(check_may_see rows infer)
 set(compare_may_see rows infer choose)
+set(merge_may_see rows estimate infer choose)
 set(payload_may_see rows infer choose)
 
 if(NOT IS_DIRECTORY "${SOURCE_DIR}/include/rivid")

@@ -43,16 +43,17 @@ List list_of(std::string kind, const std::vector<std::string>& texts) {
 
 // ---------------------------------------------------------------------------------------------- words
 
-std::string in_words(const CovarianceReport& covariance) {
-  if (covariance.kind == CovarianceKind::hac || covariance.kind == CovarianceKind::blocks) {
-    return "from the residuals, correlated over " + number(covariance.lag, 3) + " s (Newey-West)" +
-           (covariance.blocks > 0 ? ", scaled to " + std::to_string(covariance.blocks) +
-                                        " blocks of time (median " + number(covariance.block_ratio, 3) + ")"
-                                  : "");
-  }
-  std::string out = "as if residuals were independent (classical)";
+// residuals  whether they were looked at: factors of logs do not have them
+std::string in_words(const CovarianceReport& covariance, bool residuals) {
+  std::string out =
+      residuals ? "from the residuals, correlated over " + number(covariance.lag, 3) + " s (Newey-West)"
+                : "as if residuals were independent (classical)";
   if (covariance.decimation_factor != 1.0) {
     out += ", divided by " + number(covariance.decimation_factor, 3) + " to undo the decimation";
+  }
+  if (covariance.blocks > 0) {
+    out += ", scaled to " + std::to_string(covariance.blocks) + " blocks of time (median " +
+           number(covariance.block_ratio, 3) + ")";
   }
   return out;
 }
@@ -223,7 +224,7 @@ Section parameters_section(const Identification& result) {
       {verdicts(result.parameters), screen}};
   add_page_tables(result.parameters, out);
   if (result.covariance.quantile_975 != 0.0) {
-    out.blocks.push_back({Sentence{"sigma: " + in_words(result.covariance)}});
+    out.blocks.push_back({Sentence{"sigma: " + in_words(result.covariance, result.diagnostics.has_value())}});
     out.blocks.push_back(
         {Sentence{"Intervals are value ± " + number(result.covariance.quantile_975, 4) + " sigma"}, page});
   }

@@ -139,7 +139,7 @@ void widen(const Robot& robot, std::span<const Log> logs, const Vector& shift, I
     p.verdict = {};
     p.advice.clear();
   }
-  judge_parameters(robot, logs, result);
+  judge_parameters(robot, squared_velocities(logs, robot.size()), result);
 }
 
 // What the result says of itself.

@@ -70,6 +70,30 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log
   team = std::make_unique<ThreadTeam>(estimation.threads);
 }
 
+EstimationProblem::EstimationProblem(const Robot& its_robot, const LogFactors& its_factors,
+                                     const Estimation& its_estimation)
+    : robot(its_robot),
+      estimation(its_estimation),
+      base(base_parameters(robot)),
+      factors(&its_factors),
+      signals({estimation.signal}),
+      data(its_factors.rows),
+      team(std::make_unique<ThreadTeam>(1)) {
+  if (const auto fault = estimation.complaint(robot)) {
+    throw InputError(who(*this) + ": " + *fault);
+  }
+  if (std::ssize(data.groups) != robot.size()) {
+    throw InputError(who(*this) + ": the factors are of " + counted(std::ssize(data.groups), "joint") +
+                     ", robot \"" + robot.name + "\" has " + std::to_string(robot.size()));
+  }
+  for (const RowGroup& group : data.groups) {
+    if (!group.columns.empty() && group.columns.back() >= base.size()) {
+      throw InputError(who(*this) + ": the factors are of more base parameters than robot \"" + robot.name +
+                       "\" has");
+    }
+  }
+}
+
 void EstimationProblem::refuse_few_rows(Index rows) const {
   throw InputError(who(*this) + ": " + std::to_string(rows) + " rows for " + std::to_string(base.size()) +
                    " base parameters; more rows than parameters are needed");

@@ -9,6 +9,7 @@
 #include "identify/estimate/robust.hpp"
 #include "identify/rows/thread_team.hpp"
 #include "rivid/identify/identification.hpp"
+#include "rivid/identify/log_factors.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/solve/least_squares.hpp"
 
@@ -24,13 +25,16 @@ struct EstimationProblem {
   // throws InputError where they do not fit together
   EstimationProblem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
                     LoadPoint load = {});
+  // The same from logs that were reduced to factors: `logs` is empty.
+  EstimationProblem(const Robot& robot, const LogFactors& factors, const Estimation& estimation);
 
   const Robot& robot;
   std::span<const Log> logs;
   const Estimation& estimation;
   BaseParameters base;
-  std::vector<SignalOptions> signals;  // one a log: the transient is left out
-  RowFactors data;                     // of [W Y]
+  const LogFactors* factors = nullptr;  // in place of logs
+  std::vector<SignalOptions> signals;   // one a log: the transient is left out
+  RowFactors data;                      // of [W Y]
   std::optional<RowFactors> secant;  // where `data` are those of a tangent: the rows whose W χ is the torque
   std::unique_ptr<ThreadTeam> team;
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "identify/infer/covariance.hpp"
+#include "identify/infer/factored_blocks.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/regressor/load.hpp"
@@ -65,16 +66,33 @@ HausmanTest hausman(const EstimationProblem& problem, const Estimate& estimate, 
                       scores.interval, problem.estimation.covariance, sigma);
 }
 
+Statistics classical_statistics(const Estimate& estimate) {
+  return {.uncertainty = classical_covariance(estimate.signals.front(), estimate.sigma,
+                                              estimate.unit_covariance, estimate.freedom()),
+          .diagnostics = {},
+          .blocks = {},
+          .least_squares = {}};
+}
+
+// What blocks of time say without another look at the rows.
+Statistics statistics_of_factors(const LogFactors& factors, const Estimate& estimate) {
+  Statistics out = classical_statistics(estimate);
+  out.blocks = block_sums(factors, estimate);
+  if (estimate.rank == estimate.chi.size()) {
+    scale_to_blocks(out.blocks, finite_part(estimate.bread), out.uncertainty);
+  }
+  return out;
+}
+
 Statistics statistics_of(const EstimationProblem& problem, const Estimate& estimate) {
   const CovarianceOptions& options = problem.estimation.covariance;
   const SignalOptions& signal = problem.estimation.signal;
   const CovarianceKind kind = resolved(options.kind, signal.convention);
   if (kind == CovarianceKind::classical) {
-    return {.uncertainty = classical_covariance(estimate.signals.front(), estimate.sigma,
-                                                estimate.unit_covariance, estimate.freedom()),
-            .diagnostics = {},
-            .blocks = {},
-            .least_squares = {}};
+    return classical_statistics(estimate);
+  }
+  if (problem.factors != nullptr) {
+    return statistics_of_factors(*problem.factors, estimate);
   }
   std::optional<LeastSquares> ls;
   if (estimate.instruments) {
@@ -128,6 +146,11 @@ void describe_parameters(const Robot& robot, Identification& out) {
   }
 }
 
+SquaredVelocities velocities_of(const EstimationProblem& problem) {
+  return problem.factors != nullptr ? problem.factors->velocities
+                                    : squared_velocities(problem.logs, problem.joints());
+}
+
 // Rows without an estimate have no errors.
 void forget_errors(Fit& fit) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -146,7 +169,7 @@ void infer_without_estimate(const EstimationProblem& problem, Identification& ou
                    problem.estimation.signal.convention);
   forget_errors(out.fit);
   describe_parameters(problem.robot, out);
-  judge_parameters(problem.robot, problem.logs, out);
+  judge_parameters(problem.robot, velocities_of(problem), out);
 }
 
 void infer(const EstimationProblem& problem, const Estimate& estimate, Identification& out) {
@@ -166,7 +189,7 @@ void infer(const EstimationProblem& problem, const Estimate& estimate, Identific
   }
   if (out.iv) {
     out.iv->least_squares = std::move(found.least_squares);
-  } else if (!estimate.loss) {
+  } else if (!estimate.loss && problem.factors == nullptr) {
     const Vector bias = noise_bias(problem, estimate);
     for (Index i = 0; i < bias.size(); ++i) {
       ParameterEstimate& parameter = out.parameters[static_cast<std::size_t>(i)];
@@ -177,7 +200,7 @@ void infer(const EstimationProblem& problem, const Estimate& estimate, Identific
   judge_robust(out);
   judge_torque_lag(out);
   add_physical(problem, estimate, found.blocks, out);
-  judge_parameters(problem.robot, problem.logs, out);
+  judge_parameters(problem.robot, velocities_of(problem), out);
   add_essential(problem, estimate, out);
 }
 

@@ -18,8 +18,11 @@ namespace rivid::detail {
 // Verdict and advice of out.parameters, from their deviations, their correlations in out.C_chi, and what the regressor
 // says about the motion that shows them.
 //
-// logs  that the estimate is from: joints that hardly move there are named
-void judge_parameters(const Robot& robot, std::span<const Log> logs, Identification& out);
+// velocities  of the logs that the estimate is from: joints that hardly move there are named
+void judge_parameters(const Robot& robot, const SquaredVelocities& velocities, Identification& out);
+
+// Of differences over so long a time that the noise of encoders does not count.
+[[nodiscard]] SquaredVelocities squared_velocities(std::span<const Log> logs, Index n);
 
 // out.essential, where it is wanted: the parameters that the estimate can not do without, and their fit.
 void add_essential(const EstimationProblem& problem, const Estimate& estimate, Identification& out);

@@ -28,24 +28,8 @@ constexpr double small = 0.1;
 constexpr Index random_poses = 24;
 constexpr unsigned pose_seed = 1961;
 
-// Rms velocity of each joint over all logs, (n).
-Vector rms_velocities(std::span<const Log> logs, Index n) {
-  Vector squares = Vector::Zero(n);
-  double count = 0.0;
-  for (const Log& log : logs) {
-    const Index span = std::clamp<Index>(static_cast<Index>(std::lround(velocity_span * log.f_m)), 1,
-                                         std::max<Index>(1, log.samples() / 4));
-    for (Index k = span; k < log.samples(); k += span) {
-      const Vector v = (log.q.row(k) - log.q.row(k - span)) * (log.f_m / static_cast<double>(span));
-      squares += v.cwiseAbs2();
-      count += 1.0;
-    }
-  }
-  return (squares / std::max(count, 1.0)).cwiseSqrt();
-}
-
-std::vector<std::uint8_t> hardly_moving(const Robot& robot, std::span<const Log> logs) {
-  const Vector v = rms_velocities(logs, robot.size());
+std::vector<std::uint8_t> hardly_moving(const Robot& robot, const SquaredVelocities& velocities) {
+  const Vector v = (velocities.sums / std::max(velocities.count, 1.0)).cwiseSqrt();
   std::vector<std::uint8_t> out;
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     double fastest = 0.0;
@@ -216,7 +200,21 @@ std::string reason(const Identification& out, std::size_t i) {
 
 }  // namespace
 
-void judge_parameters(const Robot& robot, std::span<const Log> logs, Identification& out) {
+SquaredVelocities squared_velocities(std::span<const Log> logs, Index n) {
+  SquaredVelocities out = {.sums = Vector::Zero(n)};
+  for (const Log& log : logs) {
+    const Index span = std::clamp<Index>(static_cast<Index>(std::lround(velocity_span * log.f_m)), 1,
+                                         std::max<Index>(1, log.samples() / 4));
+    for (Index k = span; k < log.samples(); k += span) {
+      const Vector v = (log.q.row(k) - log.q.row(k - span)) * (log.f_m / static_cast<double>(span));
+      out.sums += v.cwiseAbs2();
+      out.count += 1.0;
+    }
+  }
+  return out;
+}
+
+void judge_parameters(const Robot& robot, const SquaredVelocities& velocities, Identification& out) {
   for (std::size_t i = 0; i < out.parameters.size(); ++i) {
     out.parameters[i].verdict = verdict_of(out, i);
   }
@@ -225,7 +223,7 @@ void judge_parameters(const Robot& robot, std::span<const Log> logs, Identificat
     return;
   }
   const Ways found = ways(robot, out.base);
-  const std::vector<std::uint8_t> still = hardly_moving(robot, logs);
+  const std::vector<std::uint8_t> still = hardly_moving(robot, velocities);
   for (std::size_t i = 0; i < out.parameters.size(); ++i) {
     ParameterEstimate& p = out.parameters[i];
     if (!good(p)) {

@@ -32,6 +32,13 @@ static_assert(RowSource::most_wanted == StreamingQr::most_rows);
 
 [[nodiscard]] Index rows_of(std::span<const RowGroup> groups);
 
+// Adds the factors of other logs.
+void add_factors(RowFactors& into, RowFactors part);
+
+// Blocks of time, each the groups of all joints, of which neighbours with the fewest rows are merged until at most so many are left.
+[[nodiscard]] std::vector<std::vector<RowGroup>> fewer_blocks(std::vector<std::vector<RowGroup>> blocks,
+                                                              Index most);
+
 // The factors of the rows of all logs.
 //
 // signals  one a log

@@ -276,7 +276,7 @@ namespace detail {
 
 namespace {
 
-void merge(std::vector<RowGroup>& into, std::vector<RowGroup> groups) {
+void merge_groups(std::vector<RowGroup>& into, std::vector<RowGroup> groups) {
   if (into.empty()) {
     into = std::move(groups);
     return;
@@ -286,10 +286,11 @@ void merge(std::vector<RowGroup>& into, std::vector<RowGroup> groups) {
   }
 }
 
-// Adds the factors of one more log.
+}  // namespace
+
 void add_factors(RowFactors& into, RowFactors part) {
-  merge(into.groups, std::move(part.groups));
-  merge(into.undecimated, std::move(part.undecimated));
+  merge_groups(into.groups, std::move(part.groups));
+  merge_groups(into.undecimated, std::move(part.undecimated));
   into.left_out.resize(part.left_out.size(), 0);
   into.thresholds.resize(part.thresholds.size(), 0.0);
   for (std::size_t j = 0; j < part.left_out.size(); ++j) {
@@ -298,7 +299,18 @@ void add_factors(RowFactors& into, RowFactors part) {
   }
 }
 
-}  // namespace
+std::vector<std::vector<RowGroup>> fewer_blocks(std::vector<std::vector<RowGroup>> blocks, Index most) {
+  while (std::ssize(blocks) > most) {
+    std::size_t least = 0;
+    const auto pair_rows = [&](std::size_t g) { return rows_of(blocks[g]) + rows_of(blocks[g + 1]); };
+    for (std::size_t g = 1; g + 1 < blocks.size(); ++g) {
+      least = pair_rows(g) < pair_rows(least) ? g : least;
+    }
+    merge_groups(blocks[least], std::move(blocks[least + 1]));
+    blocks.erase(blocks.begin() + static_cast<std::ptrdiff_t>(least) + 1);
+  }
+  return blocks;
+}
 
 JointSinks<FactorSink> factor_sinks(std::span<RowGroup> groups) {
   JointSinks<FactorSink> out(groups.size());

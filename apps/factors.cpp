@@ -1,0 +1,249 @@
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rivid/error.hpp"
+#include "rivid/experiment/factors_file.hpp"
+#include "rivid/input.hpp"
+#include "rivid/output.hpp"
+#include "rivid/report/html.hpp"
+#include "rivid/report/json.hpp"
+#include "rivid/report/text.hpp"
+#include "rivid/text.hpp"
+#include "subcommands.hpp"
+#include "tool.hpp"
+
+namespace rivid::apps {
+
+namespace {
+
+using Path = std::filesystem::path;
+
+constexpr const char* factors_ending = ".factors";
+
+struct FactorsArguments {
+  Path experiment;
+  std::vector<Path> logs;
+  std::vector<std::string> set;
+  int blocks = 10;
+  int threads = 1;
+  Path output;
+  bool quiet = false;
+};
+
+Path factors_output(const FactorsArguments& arguments, const Path& first_log) {
+  const Path file =
+      arguments.output.empty() ? first_log.filename().replace_extension(factors_ending) : arguments.output;
+  if (file.extension() != factors_ending) {
+    throw InputError("--output: " + file.string() + " must end in " + factors_ending);
+  }
+  return file;
+}
+
+int make_factors(const FactorsArguments& arguments) {
+  expect_experiment(arguments.experiment);
+  Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
+  experiment.estimation.threads = arguments.threads;
+  std::vector<std::string> settings = arguments.set;
+  const bool open = experiment.estimation.signal.automatic();
+  std::vector<Path> inputs = experiment.inputs();
+  const std::vector<Path> files = arguments.logs.empty() ? experiment.log.files : arguments.logs;
+  inputs.insert(inputs.end(), files.begin(), files.end());
+  const Path output = factors_output(arguments, files.front());
+  Outputs outputs = planned(inputs, {{output, factors_ending}});
+  if (open) {
+    experiment.estimation.signal =
+        chosen_signal(experiment.robot, read_logs(experiment.log, experiment.robot), experiment.estimation);
+    const std::vector<std::string> chosen = row_settings(experiment.estimation.signal);
+    settings.insert(settings.end(), chosen.begin(), chosen.end());
+  }
+  experiment.log.files = files;
+  std::vector<FactoredLog> logs;
+  for (const Path& file : files) {
+    logs.push_back({file.string(), input_sha256(file)});
+  }
+  FactorsFile made =
+      factors_of(experiment, read_logs(experiment.log, experiment.robot), logs, arguments.blocks);
+  made.experiment = std::filesystem::absolute(arguments.experiment).lexically_normal();
+  made.settings = std::move(settings);
+  outputs.put(output, encoded(made));
+  outputs.commit();
+  if (!arguments.quiet) {
+    std::cerr << "wrote " << output.string() << '\n';
+  }
+  return success;
+}
+
+struct MergeArguments {
+  std::vector<Path> files;
+  Path experiment;
+  std::string method;
+  std::vector<std::string> set;
+  Path output;
+  bool physical = false;
+  bool report = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+FactorsFile merged(const std::vector<Path>& files) {
+  FactorsFile out = read_factors(files.front());
+  for (std::size_t k = 1; k < files.size(); ++k) {
+    merge(out, read_factors(files[k]), files[k].string());
+  }
+  return out;
+}
+
+// With the settings that the factors were made with, and those of the command line over them.
+Experiment experiment_of(const MergeArguments& arguments, const FactorsFile& factors,
+                         std::vector<std::string>& settings) {
+  const Path file = arguments.experiment.empty() ? factors.experiment : arguments.experiment;
+  if (!std::filesystem::exists(file)) {
+    throw InputError(arguments.files.front().string() + ": its experiment file " + file.string() +
+                     " is not there; --experiment names it");
+  }
+  settings = factors.settings;
+  settings.insert(settings.end(), arguments.set.begin(), arguments.set.end());
+  Experiment out = read_experiment(file, Use::identification, settings);
+  if (!arguments.method.empty()) {
+    out.take_method(arguments.method);
+  }
+  if (arguments.physical && !out.estimation.physical) {
+    out.estimation.physical = Physical{};
+  }
+  out.log.files.clear();
+  for (const FactoredLog& log : factors.logs) {
+    out.log.files.emplace_back(log.path);
+  }
+  return out;
+}
+
+// The logs are not there any more, but for their digests.
+Provenance provenance_of_merge(const MergeArguments& arguments, const Experiment& experiment,
+                               const FactorsFile& factors, const std::vector<std::string>& settings_given) {
+  Overrides overrides;
+  if (!arguments.method.empty()) {
+    overrides.emplace_back("method", arguments.method);
+  }
+  if (arguments.physical) {
+    overrides.emplace_back("physical", "true");
+  }
+  Experiment others = experiment;
+  others.log.files.clear();
+  Provenance out = provenance_of("rivid_identify merge", others, Use::identification, std::move(overrides),
+                                 settings_given);
+  out.settings = settings(experiment);
+  for (const FactoredLog& log : factors.logs) {
+    out.inputs.push_back({log.path, log.sha256});
+  }
+  return out;
+}
+
+int merge_into_file(const MergeArguments& arguments) {
+  Outputs outputs = planned(arguments.files, {{arguments.output, factors_ending}});
+  outputs.put(arguments.output, encoded(merged(arguments.files)));
+  outputs.commit();
+  if (!arguments.quiet) {
+    std::cerr << "wrote " << arguments.output.string() << '\n';
+  }
+  return success;
+}
+
+int identify_merged(const MergeArguments& arguments) {
+  const FactorsFile factors = merged(arguments.files);
+  std::vector<std::string> settings;
+  const Experiment experiment = experiment_of(arguments, factors, settings);
+  const Path folder = output_folder(arguments.output, experiment.file, "_result");
+  std::vector<PlannedFile> files = {{folder / "result.json", ".json"}};
+  if (arguments.report) {
+    files.push_back({folder / "report.html", ".html"});
+  }
+  std::vector<Path> inputs = arguments.files;
+  inputs.push_back(experiment.file);
+  inputs.push_back(experiment.robot_file);
+  Outputs outputs = planned(inputs, files);
+  const Identification result = identify_factors(experiment, factors, arguments.files.front().string());
+  const Provenance provenance = provenance_of_merge(arguments, experiment, factors, settings);
+  const std::string json = to_json(experiment.robot, result, provenance);
+  outputs.put(files.front().path, json);
+  if (arguments.report) {
+    outputs.put(files.back().path, html_report(experiment.robot, result, {}, provenance));
+  }
+  outputs.commit();
+  if (!arguments.quiet) {
+    std::ostringstream table;
+    table << result;
+    print(arguments.json ? json : table.str());
+    tell("note", result.notes);
+    if (arguments.json) {
+      tell(result.warnings);
+    }
+    for (const PlannedFile& file : files) {
+      std::cerr << "wrote " << file.path.string() << '\n';
+    }
+  }
+  return result.status == Status::identified ? success : no_success;
+}
+
+}  // namespace
+
+int factors_command(int argc, char** argv) {
+  FactorsArguments to;
+  return run_command(
+      {.name = "rivid_identify factors",
+       .description = "Reduces logs to factors, which rivid_identify merge identifies from.",
+       .arguments = {{.name = "experiment",
+                      .value = "EXPERIMENT.toml",
+                      .text = "Experiment file (TOML): robot, log, signal chain, method",
+                      .target = &to.experiment,
+                      .required = true},
+                     {"--log", "FILE", "Log files instead of the experiment file's", &to.logs},
+                     set_argument(to.set),
+                     {"--blocks", "N",
+                      "Blocks of time for standard deviations; 1 is enough where logs are many", &to.blocks,
+                      IntegerRange{1, LogFactors::most_blocks}},
+                     {"--threads", "N", "Threads that share the work; no result depends on them", &to.threads,
+                      thread_range},
+                     {"--output", "FILE.factors", "The factors; default: LOG.factors in this folder",
+                      &to.output},
+                     {"--quiet", "", "Print nothing but errors", &to.quiet}},
+       .footer =
+           "Where the rows are chosen by the noise, decimation = \"auto\", the log files of the experiment "
+           "file choose them:\n"
+           "the same rows whatever --log names.\n"
+           "Exit codes: 0 written; 2 bad input or usage; 3 numerical failure."},
+      argc, argv, [&] { return make_factors(to); });
+}
+
+int merge_command(int argc, char** argv) {
+  MergeArguments to;
+  return run_command(
+      {.name = "rivid_identify merge",
+       .description = "Identifies a robot from factors of its logs, or merges these into one file.",
+       .arguments = {{.name = "factors",
+                      .value = "FILE",
+                      .text = "Files of rivid_identify factors, of one robot and with one signal chain",
+                      .target = &to.files,
+                      .required = true},
+                     {"--experiment", "EXPERIMENT.toml", "Experiment file; default: that of the factors",
+                      &to.experiment},
+                     {"--method", "auto|ols|wls", "Method instead of the experiment file's", &to.method},
+                     {"--physical", "", "The physically consistent standard parameters as well",
+                      &to.physical},
+                     set_argument(to.set),
+                     {"--output", "DIR",
+                      "Folder for result.json, default: EXPERIMENT_result; or FILE.factors to merge",
+                      &to.output},
+                     {"--report", "", "Write report.html beside result.json", &to.report},
+                     {"--json", "", "Print the result as JSON instead of the table", &to.json},
+                     {"--quiet", "", "Print nothing but errors", &to.quiet}},
+       .footer = "Exit codes: 0 identified or merged, 1 not identified, 2 bad input or usage, 3 numerical "
+                 "failure."},
+      argc, argv,
+      [&] { return to.output.extension() == factors_ending ? merge_into_file(to) : identify_merged(to); });
+}
+
+}  // namespace rivid::apps

@@ -1,0 +1,317 @@
+#include "rivid/experiment/factors_file.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+#include "experiment/json_fields.hpp"
+#include "rivid/error.hpp"
+#include "rivid/input.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::Json;
+using Settings = std::vector<std::pair<std::string, std::string>>;
+
+// The chain's numbers to the last bit: whatever description they come from, and whatever its inertial parameters are.
+std::string geometry(const Robot& robot) {
+  std::string bits;
+  const auto add = [&](const auto& numbers) {
+    for (const auto x : numbers.reshaped()) {
+      const auto word = std::bit_cast<std::uint64_t>(static_cast<double>(x));
+      for (int shift = 0; shift < 64; shift += 8) {
+        bits += static_cast<char>(static_cast<unsigned char>(word >> shift));
+      }
+    }
+  };
+  for (const Chain::Link& link : robot.chain.links) {
+    bits += link.type == JointType::revolute ? 'R' : 'P';
+    add(link.R);
+    add(link.p);
+    add(Eigen::Map<const Eigen::Vector3i>(link.axes.data()));
+    add(Eigen::Map<const Eigen::Vector3i>(link.signs.data()));
+  }
+  add(robot.chain.gravity);
+  add(robot.gear_matrix);
+  return sha256(bits);
+}
+
+// What decides about the rows of a log.
+Settings decisive(const Experiment& experiment) {
+  Settings out = {{"robot.geometry", geometry(experiment.robot)}};
+  for (const Setting& setting : settings(experiment)) {
+    const auto is = [&](std::string_view section) { return setting.key.starts_with(section); };
+    const bool of_file =
+        setting.key == "robot.urdf" || setting.key == "robot.mdh" || setting.key == "log.files";
+    if ((is("robot.") || is("log.") || is("signal.")) && !of_file) {
+      out.emplace_back(setting.key, setting.value);
+    }
+  }
+  return out;
+}
+
+// throws InputError naming the first setting that differs
+void expect_same(const Settings& of, std::string_view source, const Settings& wanted,
+                 std::string_view others) {
+  const auto value = [](const Settings& in, const std::string& key) {
+    const auto at = std::ranges::find(in, key, &Settings::value_type::first);
+    return at == in.end() ? std::string("not set") : at->second;
+  };
+  for (const auto* const side : {&wanted, &of}) {
+    for (const auto& [key, _] : *side) {
+      if (const std::string own = value(of, key), other = value(wanted, key); own != other) {
+        throw InputError(std::string(source) +
+                         (key == "robot.geometry"
+                              ? ": is of another robot than " + std::string(others)
+                              : ": " + key + " is " + own + ", but " + other + " in " + std::string(others)) +
+                         "; factors are merged where robot and rows are the same");
+      }
+    }
+  }
+}
+
+constexpr std::string_view factors_magic = "rivid-LF";
+constexpr std::uint32_t factors_version = 1;
+constexpr std::uint32_t factors_byte_order = 0x01020304;
+
+template <typename Number>
+void put_number(std::string& out, Number value) {
+  for (std::size_t i = 0; i < sizeof value; ++i) {
+    out += static_cast<char>(static_cast<unsigned char>(value >> (8 * i)));
+  }
+}
+
+void put_part(std::string& out, std::string_view part) {
+  put_number(out, static_cast<std::uint64_t>(part.size()));
+  out += part;
+}
+
+// FNV-1a, 64 bits.
+std::uint64_t checksum_of(std::string_view content) {
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (const char c : content) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+  }
+  return hash;
+}
+
+// Reads what put_number() and put_part() wrote.
+class PartReader {
+ public:
+  PartReader(std::string_view content, std::string_view source) : content_(content), source_(source) {}
+
+  [[nodiscard]] InputError fault(const std::string& what) const {
+    return InputError(std::string(source_) + ": " + what);
+  }
+
+  template <typename Number>
+  Number number() {
+    const std::string_view bytes = take(sizeof(Number));
+    Number value = 0;
+    for (std::size_t i = 0; i < sizeof value; ++i) {
+      value |= static_cast<Number>(static_cast<Number>(static_cast<unsigned char>(bytes[i])) << (8 * i));
+    }
+    return value;
+  }
+
+  std::string_view part() { return take(number<std::uint64_t>()); }
+
+  std::string_view take(std::uint64_t count) {
+    if (count > content_.size()) {
+      throw fault("is truncated");
+    }
+    const std::string_view out = content_.substr(0, count);
+    content_.remove_prefix(count);
+    return out;
+  }
+
+  [[nodiscard]] bool at_end() const { return content_.empty(); }
+
+ private:
+  std::string_view content_;
+  std::string_view source_;
+};
+
+Json description_of(const FactorsFile& file) {
+  const LogFactors& factors = file.factors;
+  Json logs = Json::array();
+  for (const FactoredLog& log : file.logs) {
+    logs.push_back({log.path, log.sha256});
+  }
+  Json columns = Json::array();
+  for (const RowGroup& group : factors.rows.groups) {
+    columns.push_back(group.columns);
+  }
+  return {{"experiment", file.experiment.string()},
+          {"settings", file.settings},
+          {"made_with", file.made_with},
+          {"files", logs},
+          {"logs", factors.logs},
+          {"columns", columns},
+          {"undecimated", !factors.rows.undecimated.empty()},
+          {"blocks", factors.blocks.size()},
+          {"left_out", factors.rows.left_out},
+          {"thresholds", factors.rows.thresholds},
+          {"squared_velocities", detail::json_of(factors.velocities.sums)},
+          {"velocities", factors.velocities.count}};
+}
+
+void put_groups(std::string& out, std::span<const RowGroup> groups) {
+  for (const RowGroup& group : groups) {
+    put_part(out, encoded(group.qr));
+  }
+}
+
+std::vector<RowGroup> next_groups(PartReader& reader, const std::vector<std::vector<Index>>& columns,
+                                  std::string_view source) {
+  std::vector<RowGroup> out;
+  for (const std::vector<Index>& own : columns) {
+    out.push_back({own, decoded_streaming_qr(reader.part(), source)});
+    if (out.back().qr.columns() != std::ssize(own) || out.back().qr.carried() != 1) {
+      throw reader.fault("is damaged: a factor has other columns than its joint");
+    }
+  }
+  return out;
+}
+
+FactorsFile described(const Json& from) {
+  FactorsFile out;
+  out.experiment = from.at("experiment").get<std::string>();
+  out.settings = from.at("settings").get<std::vector<std::string>>();
+  out.made_with = from.at("made_with").get<Settings>();
+  for (const Json& log : from.at("files")) {
+    out.logs.push_back({log.at(0).get<std::string>(), log.at(1).get<std::string>()});
+  }
+  LogFactors& factors = out.factors;
+  factors.logs = from.at("logs").get<Index>();
+  factors.rows.left_out = from.at("left_out").get<std::vector<Index>>();
+  factors.rows.thresholds = from.at("thresholds").get<std::vector<double>>();
+  const auto squares = from.at("squared_velocities").get<std::vector<double>>();
+  factors.velocities = {.sums = Eigen::Map<const Vector>(squares.data(), std::ssize(squares)),
+                        .count = from.at("velocities").get<double>()};
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> row_settings(const SignalOptions& signal) {
+  std::vector<std::string> out = {"signal.decimation=" + Json(signal.decimation).dump(),
+                                  std::string("signal.torque_held=") + (signal.held() ? "true" : "false")};
+  if (!signal.velocity_threshold.empty()) {
+    out.push_back("signal.velocity_threshold=" + Json(signal.velocity_threshold).dump());
+  }
+  return out;
+}
+
+FactorsFile factors_of(const Experiment& experiment, std::span<const Log> logs,
+                       std::span<const FactoredLog> files, int blocks) {
+  if (logs.empty()) {
+    throw InputError("factors: no log is given");
+  }
+  FactorsFile out;
+  for (const Log& log : logs) {
+    LogFactors one = log_factors(experiment.robot, log, experiment.estimation.signal, blocks,
+                                 experiment.estimation.threads);
+    if (out.factors.logs == 0) {
+      out.factors = std::move(one);
+    } else {
+      merge(out.factors, one);
+    }
+  }
+  out.logs.assign(files.begin(), files.end());
+  out.made_with = decisive(experiment);
+  return out;
+}
+
+void merge(FactorsFile& into, const FactorsFile& other, std::string_view source) {
+  expect_same(other.made_with, source, into.made_with, "the factors before it");
+  for (const FactoredLog& log : other.logs) {
+    const auto same = std::ranges::find(into.logs, log.sha256, &FactoredLog::sha256);
+    if (same != into.logs.end()) {
+      throw InputError(std::string(source) + ": holds " + log.path + ", which the factors before it hold" +
+                       (same->path == log.path ? "" : " as " + same->path) +
+                       "; a log that counts twice would make intervals too short");
+    }
+  }
+  merge(into.factors, other.factors);
+  into.logs.insert(into.logs.end(), other.logs.begin(), other.logs.end());
+}
+
+Identification identify_factors(const Experiment& experiment, const FactorsFile& file,
+                                std::string_view source) {
+  expect_same(file.made_with, source, decisive(experiment), "the experiment");
+  Identification out = identify(experiment.robot, file.factors, experiment.estimation);
+  out.notes.push_back("from factors of " + counted(file.factors.logs, "log") +
+                      ": residuals were not looked at, see docs/scale.md; rivid_identify check looks at the "
+                      "logs one by one");
+  for (const Log& log : read_logs(experiment.validation, experiment.robot)) {
+    out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
+  }
+  return out;
+}
+
+std::string encoded(const FactorsFile& file) {
+  std::string out(factors_magic);
+  put_number(out, factors_version);
+  put_number(out, factors_byte_order);
+  put_part(out, description_of(file).dump(-1, ' ', false, Json::error_handler_t::replace));
+  put_groups(out, file.factors.rows.groups);
+  put_groups(out, file.factors.rows.undecimated);
+  for (const std::vector<RowGroup>& block : file.factors.blocks) {
+    put_groups(out, block);
+  }
+  put_number(out, checksum_of(out));
+  return out;
+}
+
+FactorsFile decoded_factors(std::string_view content, std::string_view source) {
+  PartReader reader(content, source);
+  if (content.empty() || !content.starts_with(factors_magic.substr(0, content.size()))) {
+    throw reader.fault("holds no factors of logs; it must start with \"" + std::string(factors_magic) +
+                       "\", as rivid_identify factors writes it");
+  }
+  reader.take(factors_magic.size());
+  const auto version = reader.number<std::uint32_t>();
+  if (reader.number<std::uint32_t>() != factors_byte_order) {
+    throw reader.fault("has its bytes in another order; the format is little-endian");
+  }
+  if (version != factors_version) {
+    throw reader.fault("has version " + std::to_string(version) +
+                       " of the format; this rivid reads version " + std::to_string(factors_version));
+  }
+  PartReader end(content.substr(content.size() - sizeof(std::uint64_t)), source);
+  if (end.number<std::uint64_t>() != checksum_of(content.substr(0, content.size() - sizeof(std::uint64_t)))) {
+    throw reader.fault("is truncated or damaged: its checksum does not fit its content");
+  }
+  try {
+    const Json description = Json::parse(reader.part());
+    FactorsFile out = described(description);
+    const auto columns = description.at("columns").get<std::vector<std::vector<Index>>>();
+    RowFactors& rows = out.factors.rows;
+    rows.groups = next_groups(reader, columns, source);
+    if (description.at("undecimated").get<bool>()) {
+      rows.undecimated = next_groups(reader, columns, source);
+    }
+    for (auto g = description.at("blocks").get<Index>(); g > 0; --g) {
+      out.factors.blocks.push_back(next_groups(reader, columns, source));
+    }
+    reader.number<std::uint64_t>();
+    if (!reader.at_end() || rows.left_out.size() != columns.size() ||
+        rows.thresholds.size() != columns.size() ||
+        out.factors.velocities.sums.size() != std::ssize(columns)) {
+      throw reader.fault("is damaged: its parts do not fit together");
+    }
+    return out;
+  } catch (const Json::exception& e) {
+    throw reader.fault(std::string("is damaged: ") + e.what());
+  }
+}
+
+FactorsFile read_factors(const std::filesystem::path& path) {
+  return decoded_factors(read_input(path).bytes(), path.string());
+}
+
+}  // namespace rivid

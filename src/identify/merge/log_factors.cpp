@@ -1,0 +1,169 @@
+#include "rivid/identify/log_factors.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "identify/choose/row_choice.hpp"
+#include "identify/infer/infer.hpp"
+#include "identify/rows/factors.hpp"
+#include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+// Takes the rows of a joint into the factors of their blocks of time.
+class BlockedRows final : public detail::RowSink {
+ public:
+  // joint    whose rows come
+  // samples  of the log
+  BlockedRows(std::vector<std::vector<RowGroup>>& blocks, std::size_t joint, Index samples)
+      : blocks_(blocks),
+        joint_(joint),
+        samples_(samples),
+        rows_(detail::RowSource::most_wanted, std::ssize(blocks.front()[joint].columns) + 1) {}
+
+  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
+
+  void commit(std::span<const Index> samples) override {
+    const auto count = static_cast<Index>(samples.size());
+    const auto block_of = [&](Index k) {
+      return std::min(samples[static_cast<std::size_t>(k)] * std::ssize(blocks_) / samples_,
+                      std::ssize(blocks_) - 1);
+    };
+    for (Index begin = 0, end = 0; begin < count; begin = end) {
+      while (end < count && block_of(end) == block_of(begin)) {
+        ++end;
+      }
+      StreamingQr& qr = blocks_[static_cast<std::size_t>(block_of(begin))][joint_].qr;
+      qr.add(rows_.middleRows(begin, end - begin).leftCols(qr.columns()),
+             rows_.middleRows(begin, end - begin).rightCols(1));
+    }
+  }
+
+ private:
+  std::vector<std::vector<RowGroup>>& blocks_;
+  std::size_t joint_;
+  Index samples_;
+  Matrix rows_;
+};
+
+std::vector<std::vector<RowGroup>> blocks_of_log(const Robot& robot, const BaseParameters& base,
+                                                 const Log& log, const SignalOptions& signal,
+                                                 std::span<const RowGroup> like, int blocks, int threads) {
+  std::vector<std::vector<RowGroup>> out;
+  for (int g = 0; g < blocks; ++g) {
+    out.push_back(detail::empty_groups(like));
+  }
+  detail::ThreadTeam team(threads);
+  detail::RowSource source(robot, base, log, signal, team);
+  detail::JointSinks<BlockedRows> sinks(source.joints());
+  for (std::size_t j = 0; j < source.joints(); ++j) {
+    sinks.add(out, j, log.samples());
+  }
+  source.send(sinks.sinks());
+  return out;
+}
+
+// What the rows of factors can not be asked for.
+std::optional<std::string> unknown_to_factors(const Robot& robot, const Estimation& estimation) {
+  const std::string instead = "; identify from the logs themselves";
+  if (std::holds_alternative<Iv>(estimation.method)) {
+    return "instrumental variables simulate every log" + instead + ", or by method \"wls\"";
+  }
+  if (estimation.robust) {
+    return "robust estimation weights single rows" + instead;
+  }
+  if (estimation.essential) {
+    return "the search for essential parameters needs the positions" + instead;
+  }
+  if (estimation.covariance.kind == CovarianceKind::hac) {
+    return "covariance \"hac\" needs all residuals; \"blocks\" and \"classical\" do not";
+  }
+  if (has_load(robot)) {
+    return "friction that follows the load makes rows that depend on the parameters" + instead;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+SignalOptions chosen_signal(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
+  Estimation chosen = estimation;
+  if (const auto fault = estimation.complaint(robot)) {
+    throw InputError("chosen_signal: " + *fault);
+  }
+  if (!chosen.signal.automatic()) {
+    return chosen.signal;
+  }
+  if (logs.empty()) {
+    throw InputError("chosen_signal: no log is given that the rows could be chosen by");
+  }
+  for (const Log& log : logs) {
+    detail::require_joints("position", log.q, robot, log);
+  }
+  static_cast<void>(detail::choose_rows(without_load(robot), logs, chosen));
+  return chosen.signal;
+}
+
+LogFactors log_factors(const Robot& robot, const Log& log, const SignalOptions& signal, int blocks,
+                       int threads) {
+  if (blocks < 1 || blocks > LogFactors::most_blocks) {
+    throw InputError("log_factors: blocks is " + std::to_string(blocks) + ", must lie between 1 and " +
+                     std::to_string(LogFactors::most_blocks));
+  }
+  if (signal.automatic()) {
+    throw InputError(
+        "log_factors: the rows of each log would be chosen by its own noise; chosen_signal() chooses for "
+        "all");
+  }
+  if (const auto fault = unknown_to_factors(robot, {.method = Wls{}})) {
+    throw InputError("log_factors: " + *fault);
+  }
+  const BaseParameters base = base_parameters(robot);
+  LogFactors out;
+  out.rows = factors(robot, base, log, signal, threads);
+  out.blocks = blocks_of_log(robot, base, log, signal, out.rows.groups, blocks, threads);
+  out.velocities = detail::squared_velocities(std::span(&log, 1), robot.size());
+  out.logs = 1;
+  return out;
+}
+
+void merge(LogFactors& into, const LogFactors& other) {
+  const auto columns = [](const LogFactors& factors) {
+    std::vector<std::vector<Index>> out;
+    for (const RowGroup& group : factors.rows.groups) {
+      out.push_back(group.columns);
+    }
+    return out;
+  };
+  if (columns(into) != columns(other) || into.rows.undecimated.size() != other.rows.undecimated.size()) {
+    throw InputError("merge: the factors are of different robots or options");
+  }
+  detail::add_factors(into.rows, other.rows);
+  into.blocks.insert(into.blocks.end(), other.blocks.begin(), other.blocks.end());
+  into.blocks = detail::fewer_blocks(std::move(into.blocks), LogFactors::most_blocks);
+  into.velocities.sums += other.velocities.sums;
+  into.velocities.count += other.velocities.count;
+  into.logs += other.logs;
+}
+
+Identification identify(const Robot& robot, const LogFactors& factors, const Estimation& asked) {
+  Estimation estimation = asked;
+  std::optional<MethodChoice> choice;
+  if (std::holds_alternative<Auto>(asked.method)) {
+    estimation.method = Wls{};
+    choice = {.reason = "weighted least squares: factors of logs serve no other method", .least_squares = {}};
+  }
+  if (const auto fault = unknown_to_factors(robot, estimation)) {
+    throw InputError("identify: " + *fault);
+  }
+  const detail::EstimationProblem problem(robot, factors, estimation);
+  Identification out = detail::identified(problem);
+  out.method_choice = std::move(choice);
+  return out;
+}
+
+}  // namespace rivid
