@@ -18,9 +18,12 @@ using namespace rivid;
 using namespace rivid::apps;
 using Clock = std::chrono::steady_clock;
 
+constexpr int most_runs = 1'000'000'000;
+
 struct Arguments {
   std::filesystem::path experiment;
   std::optional<int> runs;
+  int first_run = 0;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
   std::vector<std::string> set;
   std::filesystem::path output;
@@ -43,7 +46,11 @@ Command command_of(Arguments& to) {
                      .target = &to.experiment,
                      .required = true},
                     {"--runs", "NUMBER", "Runs instead of the experiment file's", &to.runs,
-                     IntegerRange{1, 1'000'000'000}},
+                     IntegerRange{1, most_runs}},
+                    {"--first-run", "NUMBER",
+                     "Number of the first run; default: 0. With --runs the part of a study that one machine "
+                     "makes",
+                     &to.first_run, IntegerRange{0, most_runs}, false, "--runs"},
                     {"--threads", "NUMBER", "Runs at a time; default: one for each processor", &to.threads,
                      thread_range},
                     set_argument(to.set),
@@ -60,6 +67,10 @@ Command command_of(Arguments& to) {
           "A run that was finished is never made again: stopped and started anew, the program goes on, and "
           "ends with the\n"
           "same summary. Run k has the seed of the file plus k, whatever the threads.\n"
+          "Parts of a study: rivid_montecarlo EXPERIMENT.toml --first-run 200 --runs 100 --output part_2, "
+          "and "
+          "then\n"
+          "rivid_montecarlo merge EXPERIMENT.toml part_0 part_1 part_2.\n"
           "Exit codes: 0 all runs done, 1 no run of a trial is identified, 2 bad input or usage, 3 numerical "
           "failure."};
 }
@@ -85,11 +96,14 @@ void make_missing(const MonteCarlo& plan, MonteCarloFile& file, int threads, Pro
   bar.clear();
 }
 
-// Runs are all that the command line can change in a plan.
-Provenance provenance_of_runs(const Arguments& arguments, const MonteCarlo& plan) {
+// Number and first of the runs are all that the command line can change in a plan.
+Provenance provenance_of_runs(const std::optional<int>& runs, int first, const MonteCarlo& plan) {
   Overrides overrides;
-  if (arguments.runs) {
-    overrides.emplace_back("runs", std::to_string(*arguments.runs));
+  if (runs) {
+    overrides.emplace_back("runs", std::to_string(*runs));
+  }
+  if (first > 0) {
+    overrides.emplace_back("first-run", std::to_string(first));
   }
   return provenance_of("rivid_montecarlo", plan.experiment, Use::simulation, std::move(overrides),
                        plan.settings);
@@ -122,11 +136,44 @@ std::string settings_of(const MonteCarlo& plan) {
 void dry_run(const Arguments& arguments, const MonteCarlo& plan, const std::filesystem::path& folder,
              const std::vector<PlannedFile>& files) {
   const auto held = arguments.restart ? std::map<int, std::vector<MonteCarloRow>>() : held_runs(folder, plan);
-  const auto there = std::ranges::count_if(held, [&](const auto& run) { return run.first < plan.runs; });
+  const auto there = std::ranges::count_if(held, [&](const auto& run) {
+    return arguments.first_run <= run.first && run.first < arguments.first_run + plan.runs;
+  });
   const SimulationOutlook one = outlook(plan.experiment);
   if (!arguments.quiet) {
     print(in_words(plan, one, there) + settings_of(plan) + would_write(files));
   }
+}
+
+// Where the summary of a study goes.
+struct Destination {
+  std::filesystem::path summary;
+  std::filesystem::path report;
+  bool wants_report = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const Provenance& provenance,
+           const std::filesystem::path& runs, Outputs& outputs, const Destination& to) {
+  const std::vector<MonteCarloSummary> found = summaries(plan, rows);
+  const std::string json = to_json(found, run_id(provenance));
+  outputs.put(to.summary, json);
+  if (to.wants_report) {
+    outputs.put(to.report, html_report(plan, found, rows, provenance));
+  }
+  outputs.commit();
+  if (!to.quiet) {
+    std::ostringstream table;
+    table << std::span<const MonteCarloSummary>(found);
+    print(to.json ? json : table.str());
+    std::cerr << "wrote " << runs.string() << " and " << to.summary.string() << '\n';
+    if (to.wants_report) {
+      std::cerr << "wrote " << to.report.string() << '\n';
+    }
+  }
+  const auto is_empty = [](const MonteCarloSummary& trial) { return trial.identified == 0; };
+  return std::ranges::any_of(found, is_empty) ? no_success : success;
 }
 
 int run_from(const Arguments& arguments) {
@@ -144,33 +191,110 @@ int run_from(const Arguments& arguments) {
     dry_run(arguments, plan, folder, files);
     return success;
   }
-  MonteCarloFile file(folder, plan, arguments.restart);
+  MonteCarloFile file(folder, plan, arguments.restart, arguments.first_run);
   ProgressBar bar(!arguments.quiet);
   make_missing(plan, file, arguments.threads, bar);
 
-  const std::vector<MonteCarloRow> rows = file.rows();
-  const std::vector<MonteCarloSummary> found = summaries(plan, rows);
-  const Provenance provenance = provenance_of_runs(arguments, plan);
-  const std::string json = to_json(found, run_id(provenance));
-  outputs.put(summary, json);
+  return sum_up(plan, file.rows(), provenance_of_runs(arguments.runs, arguments.first_run, plan), file.path(),
+                outputs,
+                {.summary = summary,
+                 .report = report,
+                 .wants_report = arguments.report,
+                 .json = arguments.json,
+                 .quiet = arguments.quiet});
+}
+
+struct MergeArguments {
+  std::filesystem::path experiment;
+  std::vector<std::filesystem::path> parts;
+  std::optional<int> runs;
+  std::vector<std::string> set;
+  std::filesystem::path output;
+  bool report = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+// throws InputError naming the first stretch of runs that no part holds
+void require_all(const std::map<int, std::vector<MonteCarloRow>>& held, int runs) {
+  const auto missing = [&](int run) { return run < runs && !held.contains(run); };
+  int first = 0;
+  while (first < runs && !missing(first)) {
+    ++first;
+  }
+  int end = first;
+  while (missing(end)) {
+    ++end;
+  }
+  if (end > first) {
+    throw InputError("merge: no folder holds runs " + std::to_string(first) + " to " +
+                     std::to_string(end - 1) + "; --first-run " + std::to_string(first) + " --runs " +
+                     std::to_string(end - first) + " makes them, --runs says how many the study has");
+  }
+}
+
+int merge(const MergeArguments& arguments) {
+  MonteCarlo plan = read_monte_carlo(arguments.experiment, arguments.set);
+  const auto held = merged_runs(arguments.parts, plan);
+  const int highest = held.empty() ? 0 : held.rbegin()->first + 1;
+  const int runs = arguments.runs.value_or(std::max(plan.runs, highest));
+  require_all(held, runs);
+  // As a study of so many runs would have been asked for.
+  const std::optional<int> asked = runs == plan.runs ? std::nullopt : std::optional(runs);
+  plan.runs = runs;
+  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_montecarlo");
+  const Destination to{.summary = folder / "summary.json",
+                       .report = folder / "report.html",
+                       .wants_report = arguments.report,
+                       .json = arguments.json,
+                       .quiet = arguments.quiet};
+  std::vector<PlannedFile> files = {{folder / "runs.csv", ".csv"}, {to.summary, ".json"}};
   if (arguments.report) {
-    outputs.put(report, html_report(plan, found, rows, provenance));
+    files.push_back({to.report, ".html"});
   }
-  outputs.commit();
-  if (!arguments.quiet) {
-    std::ostringstream table;
-    table << std::span<const MonteCarloSummary>(found);
-    print(arguments.json ? json : table.str());
-    std::cerr << "wrote " << file.path().string() << " and " << summary.string() << '\n';
-    if (arguments.report) {
-      std::cerr << "wrote " << report.string() << '\n';
-    }
+  Outputs outputs = planned(plan.experiment.inputs(Use::simulation), files);
+  MonteCarloFile file(folder, plan, false);
+  for (const int run : file.missing()) {
+    file.add(held.at(run));
   }
-  const auto is_empty = [](const MonteCarloSummary& trial) { return trial.identified == 0; };
-  return std::ranges::any_of(found, is_empty) ? no_success : success;
+  return sum_up(plan, file.rows(), provenance_of_runs(asked, 0, plan), file.path(), outputs, to);
+}
+
+int merge_command(int argc, char** argv) {
+  MergeArguments to;
+  return run_command(
+      {.name = "rivid_montecarlo merge",
+       .description = "Sums up the parts of a study that several machines made.",
+       .arguments = {{.name = "experiment",
+                      .value = "EXPERIMENT.toml",
+                      .text = "Experiment file of all parts",
+                      .target = &to.experiment,
+                      .required = true},
+                     {.name = "parts",
+                      .value = "DIR",
+                      .text = "Folders that rivid_montecarlo --output wrote",
+                      .target = &to.parts,
+                      .required = true},
+                     {"--runs", "NUMBER",
+                      "Runs of the study; default: the experiment file's, or more where there are more",
+                      &to.runs, IntegerRange{1, most_runs}},
+                     set_argument(to.set),
+                     {"--output", "DIR",
+                      "Folder for runs.csv and summary.json; default: EXPERIMENT_montecarlo", &to.output},
+                     {"--report", "", "Write report.html beside summary.json", &to.report},
+                     {"--json", "", "Print the summary as JSON", &to.json},
+                     {"--quiet", "", "Print nothing but errors", &to.quiet}},
+       .footer =
+           "The files are those of one study of all runs, save the seconds that identifications took.\n"
+           "Exit codes: 0 all runs are there, 1 no run of a trial is identified, 2 bad input or usage, 3 "
+           "numerical failure."},
+      argc, argv, [&] { return merge(to); });
 }
 
 int tool(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "merge") {
+    return merge_command(argc - 1, argv + 1);
+  }
   Arguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return run_from(arguments); });
 }

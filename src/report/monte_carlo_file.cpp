@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <fstream>
@@ -54,6 +55,14 @@ std::string lines_of(const std::vector<MonteCarloRow>& rows) {
     out += to_csv(row);
   }
   return out;
+}
+
+// Rows of one run, made twice.
+bool same_but_times(std::vector<MonteCarloRow> a, std::vector<MonteCarloRow> b) {
+  for (std::vector<MonteCarloRow>* const rows : {&a, &b}) {
+    std::ranges::for_each(*rows, [](MonteCarloRow& row) { row.seconds = 0.0; });
+  }
+  return lines_of(a) == lines_of(b);
 }
 
 // What the runs are made from, in the manner of sha256sum; their number may grow.
@@ -149,8 +158,27 @@ std::map<int, std::vector<MonteCarloRow>> held_runs(const std::filesystem::path&
   return out;
 }
 
-MonteCarloFile::MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart)
-    : path_(folder / "runs.csv"), runs_(plan.runs) {
+std::map<int, std::vector<MonteCarloRow>> merged_runs(std::span<const std::filesystem::path> folders,
+                                                      const MonteCarlo& plan) {
+  std::map<int, std::vector<MonteCarloRow>> out;
+  for (const std::filesystem::path& folder : folders) {
+    if (!std::filesystem::exists(folder / "runs.csv")) {
+      throw InputError(folder.string() + ": holds no runs.csv, as rivid_montecarlo --output writes it");
+    }
+    for (const auto& [run, rows] : held_runs(folder, plan)) {
+      const auto [there, added] = out.emplace(run, rows);
+      if (!added && !same_but_times(there->second, rows)) {
+        throw InputError(folder.string() + ": run " + std::to_string(run) +
+                         " has other rows than in a folder before it");
+      }
+    }
+  }
+  return out;
+}
+
+MonteCarloFile::MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart,
+                               int first)
+    : path_(folder / "runs.csv"), first_(first), end_(first + plan.runs) {
   std::string content = csv_header(plan);
   if (!restart) {
     rows_ = held_runs(folder, plan);
@@ -165,7 +193,7 @@ MonteCarloFile::MonteCarloFile(const std::filesystem::path& folder, const MonteC
 
 std::vector<int> MonteCarloFile::missing() const {
   std::vector<int> out;
-  for (int run = 0; run < runs_; ++run) {
+  for (int run = first_; run < end_; ++run) {
     if (!rows_.contains(run)) {
       out.push_back(run);
     }
@@ -184,7 +212,7 @@ void MonteCarloFile::add(const std::vector<MonteCarloRow>& rows) {
 std::vector<MonteCarloRow> MonteCarloFile::rows() const {
   std::vector<MonteCarloRow> out;
   for (const auto& [run, rows] : rows_) {
-    if (run < runs_) {
+    if (first_ <= run && run < end_) {
       out.insert(out.end(), rows.begin(), rows.end());
     }
   }

@@ -50,6 +50,40 @@ TEST_F(MonteCarlo, GivesTheSameWhateverTheThreadsAndTheOrder) {
   EXPECT_EQ(summary_of({"--runs", "8"}), one);
 }
 
+TEST_F(MonteCarlo, PartsThatAreMergedHaveTheBitsOfOneStudy) {
+  const std::string one = summary_of({"--runs", "7", "--report"});
+  const std::string page = folder().read(report_file);
+  for (const char* const first : {"4", "0"}) {
+    const Outcome run =
+        outcome_of(command({"--first-run", first, "--runs", first == std::string("4") ? "3" : "4", "--output",
+                            std::string("part_") + first, "--quiet"}),
+                   folder().path());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  const auto merge = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {RIVID_MONTECARLO, "merge", "montecarlo_s1.toml", "--output", "all"});
+    return arguments;
+  };
+  const Outcome run = outcome_of(merge({"part_4", "part_0", "--runs", "7", "--report"}), folder().path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(folder().read("all/summary.json"), one);
+  EXPECT_EQ(folder().read("all/report.html"), page);
+  // A part that was made twice counts once.
+  std::filesystem::copy(folder().path() / "part_4", folder().path() / "again");
+  std::filesystem::remove_all(folder().path() / "all");
+  ASSERT_EQ(outcome_of(merge({"part_4", "again", "part_0", "--runs", "7"}), folder().path()).exit_code, 0);
+  EXPECT_EQ(folder().read("all/summary.json"), one);
+  std::filesystem::remove_all(folder().path() / "all");
+
+  expect_refused_by("rivid_montecarlo", merge({"part_4", "--runs", "7"}),
+                    {"runs 0 to 3", "--first-run 0 --runs 4"});
+  expect_refused_by("rivid_montecarlo", merge({"part_0", "part_4"}), {"runs 7 to 299", "--runs says"});
+  expect_refused_by("rivid_montecarlo", merge({"part_0", "missing"}), {"missing: holds no runs.csv"});
+  expect_refused_by("rivid_montecarlo", command({"--first-run", "3"}), {"--runs"});
+  edit("montecarlo_s1.toml", "position_noise = 2e-5", "position_noise = 3e-5");
+  expect_refused_by("rivid_montecarlo", merge({"part_0"}), {"part_0", "other input files"});
+}
+
 TEST_F(MonteCarlo, ADryRunTellsWhatIsThereAndWritesNothing) {
   const auto dry = [&] {
     const auto before = folder().entries();

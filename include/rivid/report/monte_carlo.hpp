@@ -36,12 +36,13 @@ class MonteCarloFile {
   /// Opens or makes the folder. Of a run that was cut short nothing is kept.
   ///
   /// @param restart  forget what is in the folder
+  /// @param first    number of the first run that is wanted; the others follow it
   /// @throws InputError  where it holds runs of other input files or of another version, or can not be used
-  MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart);
+  MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart, int first = 0);
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
-  /// Numbers of the runs of the plan that are not there yet.
+  /// Numbers of the runs that are wanted and not there yet.
   [[nodiscard]] std::vector<int> missing() const;
 
   /// Adds the rows of one run. They are on their way to the disk when this returns.
@@ -49,15 +50,22 @@ class MonteCarloFile {
   /// @throws InputError  where the file can not be written to
   void add(const std::vector<MonteCarloRow>& rows);
 
-  /// Rows of the runs of the plan, in the order of the runs; the folder may hold more.
+  /// Rows of the runs that are wanted, in the order of the runs; the folder may hold more.
   [[nodiscard]] std::vector<MonteCarloRow> rows() const;
 
  private:
   std::filesystem::path path_;
-  int runs_;
+  int first_;
+  int end_;
   std::map<int, std::vector<MonteCarloRow>> rows_;
   std::ofstream out_;
 };
+
+/// The runs of several folders, of one plan, in one: what MonteCarloFile would hold had it made them all.
+///
+/// @throws InputError  where a folder holds no runs or those of other input files, and where two have different rows of one run
+[[nodiscard]] std::map<int, std::vector<MonteCarloRow>> merged_runs(
+    std::span<const std::filesystem::path> folders, const MonteCarlo& plan);
 
 /// Summaries as a table for people.
 std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries);
