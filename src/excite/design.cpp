@@ -302,7 +302,7 @@ Vector Designer::polished(const Found& best) {
   double objective = problem(kept).objective;
   for (int k = 0; k < polishings && !is_stopped(); ++k) {
     problem.shift(z, check(z).array() + reserve);
-    z = improved(problem, z, options_.evaluations / polishings, "polishing").z;
+    z = improved(problem, z, std::max(options_.evaluations / polishings, 1), "polishing").z;
     const Vector candidate = shrunk(check, best.rest, z);
     const Problem::Value value = problem(candidate);
     if (value.defined && value.objective < objective) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 
 #include "support/identify_tool.hpp"
 
@@ -68,7 +69,32 @@ TEST_F(Budgets, NothingIsIdentifiedWithoutAValue) {
   EXPECT_TRUE(whole || result["status"] != "identified") << run.out;
 }
 
+TEST_F(Budgets, CorrelationsWithAJointThatIsHeldStillAreWithinOne) {
+  rewrite_rows("scara_s2.csv", [](const std::string& line) {
+    const std::size_t begin = line.find(',') + 1;
+    return line.substr(0, begin) + "0.25" + line.substr(line.find(',', begin));
+  });
+  const Outcome run = shell(identifier + "scara.toml --json");
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  const std::regex correlation("correlation\"?:? \\(?(-?[0-9.e+-]+)");
+  int found = 0;
+  for (std::sregex_iterator at(run.out.begin(), run.out.end(), correlation), end; at != end; ++at) {
+    EXPECT_LE(std::abs(std::stod((*at)[1])), 1.0) << at->str();
+    ++found;
+  }
+  EXPECT_GT(found, 0);
+}
+
 TEST_F(Budgets, RunsOfWhichNoneIsIdentifiedAreNoSuccess) {
+  provide("montecarlo_iv.toml");
+  const Outcome run = shell(
+      montecarlo + "montecarlo_iv.toml --runs 2 --set method.max_iterations=1 --set reference.durations=0.5");
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_NE(run.out.find("0 of 2 runs identified"), std::string::npos) << run.out;
+  EXPECT_EQ(run.out.find("nan"), std::string::npos) << run.out;
+}
+
+TEST_F(Budgets, FlippedBitsOfRowsAreSeen) {
   provide("montecarlo_s1.toml");
   ASSERT_EQ(shell(montecarlo + "montecarlo_s1.toml --runs 2").exit_code, 0);
   const std::string file = "montecarlo_s1_montecarlo/runs.csv";
