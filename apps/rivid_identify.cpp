@@ -49,7 +49,7 @@ Command command_of(Arguments& to) {
             .text = "Experiment file (TOML): robot, log, signal chain, method",
             .target = &to.experiment,
             .required = true},
-           {"--method", "auto|ols|wls|iv", "Method instead of the experiment file's", &to.method},
+           {"--method", "auto|ols|wls|iv|didim|output_error", "Method instead of the experiment file's", &to.method},
            {"--robust", "huber|bisquare|off",
             "Loss of robust estimation instead of the experiment file's, or off", &to.robust},
            {"--physical", "",

@@ -32,6 +32,22 @@ CLASSES = [
     ("Wls", "Method", FIT.format("Weighted least squares, IDIM-WLS"), OF_METHOD, ["name"], []),
     ("Iv", "Method", FIT.format("Instrumental variables, IDIM-IV"), [*OF_METHOD, "method.iv"], ["name"], ["control"]),
     (
+        "Didim",
+        "Method",
+        FIT.format("Least squares of the torques on the regressor of the simulated loop, DIDIM"),
+        [*OF_METHOD, "method.iv"],
+        ["name", "prefilter"],
+        ["control"],
+    ),
+    (
+        "OutputError",
+        "Method",
+        FIT.format("Closed-loop output error: positions of the simulated loop against the log's"),
+        [*OF_METHOD, "method.iv"],
+        ["name", "prefilter"],
+        ["control"],
+    ),
+    (
         "Auto",
         "Method",
         FIT.format("The method that logs and controller allow"),

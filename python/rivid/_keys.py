@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from os import PathLike, fspath
 from typing import Any, ClassVar
@@ -31,12 +32,17 @@ class Options:
         return hash((type(self), toml(self)))
 
 
+def word_of(options: Options) -> str:
+    """What experiment files call a class: point_to_point of PointToPoint."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", type(options).__name__).lower()
+
+
 class Method(Options):
     """How an identification is made: signal chain, method and what is inferred."""
 
     def sections(self) -> dict[str, dict[str, Any]]:
         """The sections of an experiment file that say the same."""
-        out: dict[str, dict[str, Any]] = {"signal": {}, "method": {"name": type(self).__name__.lower()}}
+        out: dict[str, dict[str, Any]] = {"signal": {}, "method": {"name": word_of(self)}}
         for key, value in self._keys.items():
             if key == "control":
                 out["control"] = value.section()
@@ -48,23 +54,17 @@ class Method(Options):
 class Control(Options):
     """A control law."""
 
-    _words: ClassVar[Mapping[str, str]] = {"ComputedTorque": "computed_torque"}
-
     def section(self) -> dict[str, Any]:
         """[control] of an experiment file that says the same."""
-        name = type(self).__name__
-        return {"law": self._words.get(name, name.lower()), **self._keys}
+        return {"law": word_of(self), **self._keys}
 
 
 class Motion(Options):
     """A reference motion."""
 
-    _words: ClassVar[Mapping[str, str]] = {"PointToPoint": "point_to_point"}
-
     def section(self) -> dict[str, Any]:
         """[reference] of an experiment file that says the same."""
-        name = type(self).__name__
-        return {"type": self._words.get(name, name.lower()), **self._keys}
+        return {"type": word_of(self), **self._keys}
 
 
 def toml(value: Any) -> str:

@@ -39,7 +39,7 @@ def identify(
 ) -> Fit:
     """Identifies the base parameters of a robot from logs of its motion, whose rows are stacked.
 
-    ``identify(robot, log, Wls(...))``: ``log`` is whatever ``read_logs`` takes; ``method`` is ``Ols``, ``Wls``, ``Iv`` or
+    ``identify(robot, log, Wls(...))``: ``log`` is whatever ``read_logs`` takes; ``method`` is ``Ols``, ``Wls``, ``Iv``, ``Didim``, ``OutputError`` or
     ``Auto``, the default. ``identify("my_robot.toml")`` does what an experiment file says.
 
     ``validation`` takes no part in the fit: its errors are part of the result and of its judgement. No result depends on ``threads``. ``progress(stage, fraction)`` is called now and

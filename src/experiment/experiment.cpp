@@ -106,10 +106,9 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
       return identify(experiment.robot, logs, estimation);
     }
     if (!experiment.control) {
-      throw InputError(
-          experiment.file.string() +
-          ": section [control] is missing; method \"iv\" simulates the closed loop and needs its "
-          "control law, or a guess of its bandwidth");
+      throw InputError(experiment.file.string() + ": section [control] is missing; method \"" +
+                       std::string(name(estimation.method)) +
+                       "\" simulates the closed loop and needs its control law, or a guess of its bandwidth");
     }
     iv->control = experiment.control->control;
     iv->sampling = experiment.control->sampling;
@@ -118,14 +117,20 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
 }
 
 void Experiment::take_method(std::string_view name) {
-  for (const Method& method : {Method(Ols{}), Method(Wls{}), Method(iv), Method(Auto{iv})}) {
+  const auto comparing = [&](Iv::Compares compares) {
+    Iv out = iv;
+    out.compares = compares;
+    return Method(std::move(out));
+  };
+  for (const Method& method : {Method(Ols{}), Method(Wls{}), Method(iv), Method(Auto{iv}),
+                               comparing(Iv::Compares::torques), comparing(Iv::Compares::positions)}) {
     if (rivid::name(method) == name) {
       estimation.method = method;
       return;
     }
   }
-  throw InputError("Experiment: there is no method \"" + std::string(name) +
-                   "\", only ols, wls, iv and auto");
+  throw InputError("Experiment: there is no method \"" + std::string(name) + "\", only " +
+                   listed(std::vector<std::string>(method_names.begin(), method_names.end())));
 }
 
 std::vector<std::filesystem::path> Experiment::inputs(Use use) const {

@@ -61,7 +61,9 @@ inline constexpr auto method_keys =
                      "one over the deviation of a fit to these rows alone (20). `\"iv\"`: instrumental "
                      "variables from the simulated closed loop (27–34), which needs `[control]`. `\"auto\"`: "
                      "`\"iv\"` with "
-                     "`[control]` and a reference, else, or where that gives no answer, `\"wls\"`.",
+                     "`[control]` and a reference, else, or where that gives no answer, `\"wls\"`. "
+                     "`\"didim\"` and `\"output_error\"` compare the torques and the positions of that loop "
+                     "with the log, see [statistics](statistics.md#didim-and-output-error).",
                      {.type = "word", .otherwise = "`\"auto\"`"}},
                Field{"physical",
                      nullptr,

@@ -325,6 +325,9 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.prefilter) {
     out["prefilter"] = prefilter(*result.prefilter);
   }
+  if (result.output_error) {
+    out["output_error"] = json_of(*result.output_error);
+  }
   if (result.robust) {
     out["robust"] = robust(*result.robust);
   }

@@ -176,6 +176,7 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.fit", member_table<Fit>()},
                                             {"result.fit.joints", member_table<JointFit>()},
                                             {"result.prefilter", member_table<PrefilterReport>()},
+                                            {"result.output_error", member_table<OutputErrorReport>()},
                                             {"result.robust", member_table<RobustReport>()},
                                             {"result.essential", member_table<EssentialParameters>()},
                                             {"result.physical", member_table<PhysicalParameters>()},

@@ -306,7 +306,7 @@ struct Experiment {
   std::vector<FrictionChoice> friction;        ///< that take_friction() made
   std::map<std::string, std::string> origins;  ///< of the settings that are no defaults: "file", "--set"
 
-  /// Takes another method than the file names: "ols", "wls" or "iv".
+  /// Takes another method than the file names, one of method_names.
   ///
   /// @throws InputError  where there is none of that name
   void take_method(std::string_view name);

@@ -28,8 +28,19 @@ struct Wls {};
 
 /// IDIM-IV: the instrumental-variable method of [RIV], Eqs. (27–34). The instruments V are the regressor along the motion
 /// of the simulated closed loop with the parameters of the last iteration; gains follow these, (46), so that the loop
-/// keeps its poles and the simulated motion stays near the actual one.
+/// keeps its poles and the simulated motion stays near the actual one. Two relatives hold other signals of the same loop against
+/// the log, see Compares.
 struct Iv {
+  /// What of the simulated loop the log is compared with.
+  enum class Compares {
+    instruments,  ///< nothing: it is the instruments of the measured rows, IDIM-IV
+    /// its torques, DIDIM [Gautier 2013]: least squares of the measured torques on the regressor along the simulated motion, one
+    /// simulation an iteration. Positions serve for masks and the start alone.
+    torques,
+    /// its positions, closed-loop output error (CLOE): Σ ‖(q − q_s(χ)) / σ‖² by Gauss-Newton steps, b + 1 simulations each, from the
+    /// estimate of IDIM-IV on. Gains stay those of the control law for that estimate: such as follow the parameters would hide them.
+    positions
+  };
   /// Where the iteration begins.
   enum class Start {
     regular,   ///< (48): all parameters zero but Ia_j = 1; ZZ_j = 1 (51), or M_j = 1, for a joint without Ia
@@ -85,6 +96,8 @@ struct Iv {
 
   SimulationOptions simulation =
       {};  ///< tolerances, integrator and budgets; its sampling and samples are not used
+
+  Compares compares = Compares::instruments;
 
   template <typename R = Iv>
   static constexpr auto fields() {
@@ -165,11 +178,12 @@ struct Auto {
 /// How an estimate is made of the rows; what belongs to one method alone is a member of its struct.
 using Method = std::variant<Ols, Wls, Iv, Auto>;
 
-/// Their names, in their order.
-inline constexpr std::array<std::string_view, 4> method_names = {"ols", "wls", "iv", "auto"};
-/// "ols", "wls", "iv", "auto".
+/// Names of all methods: those of Method in their order, then what else Iv compares.
+inline constexpr std::array<std::string_view, 6> method_names = {"ols",  "wls",   "iv",
+                                                                 "auto", "didim", "output_error"};
+/// "ols", "wls", "iv", "auto", "didim", "output_error".
 [[nodiscard]] std::string_view name(const Method& method);
-/// "IDIM-OLS", "IDIM-WLS", "IDIM-IV", "automatic".
+/// "IDIM-OLS", "IDIM-WLS", "IDIM-IV", "automatic", "DIDIM", "closed-loop output error".
 [[nodiscard]] std::string_view title(const Method& method);
 
 /// Called on the way through a long computation with a name and the fraction done, 0 to 1.

@@ -329,6 +329,30 @@ struct PrefilterReport {
   }
 };
 
+/// What closed-loop output error made of the estimate of IDIM-IV.
+struct OutputErrorReport {
+  int steps = 0;       ///< of Gauss and Newton
+  Vector start;        ///< parameters that they began with, (b)
+  Vector start_error;  ///< rms of q − q_s of each joint with these, (n) [rad | m]
+  Vector joint_error;  ///< the same with the estimate, (n) [rad | m]
+  Index instants = 0;  ///< of all logs that were compared
+
+  template <typename R = OutputErrorReport>
+  static constexpr auto fields() {
+    return std::tuple(Field{"steps", &R::steps, "of Gauss and Newton"},
+                      Field{"start",
+                            &R::start,
+                            "parameters that they began with, in the order of `parameters`",
+                            {.unit = "SI"}},
+                      Field{"start_error",
+                            &R::start_error,
+                            "rms of the positions less the simulated ones with these, by joint",
+                            {.unit = "rad, m"}},
+                      Field{"joint_error", &R::joint_error, "the same with the estimate", {.unit = "rad, m"}},
+                      Field{"instants", &R::instants, "of all logs that were compared"});
+  }
+};
+
 /// By how much an estimate moves when its rows are made by another window.
 struct WindowShift {
   double largest = std::numeric_limits<double>::quiet_NaN();  ///< change of a parameter in its σ
@@ -384,9 +408,8 @@ struct MethodChoice {
 
 /// What an identification found, the answer of identify().
 struct [[nodiscard]] Identification {
-  std::string method;  ///< "ols", "wls", "iv"
-  std::string
-      title;  ///< "IDIM-OLS", "IDIM-WLS", "IDIM-IV"; of robust ones "IDIM-OLS, Huber", "IDIM-OLS, bisquare"
+  std::string method;  ///< one of method_names but "auto"
+  std::string title;   ///< as title() says; of robust ones "IDIM-OLS, Huber", "IDIM-OLS, bisquare"
   Status status = Status::identified;
   std::vector<std::string> reasons;     ///< why the status is not `identified`
   std::vector<Finding> warnings;        ///< what may make the result wrong
@@ -410,11 +433,12 @@ struct [[nodiscard]] Identification {
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
   std::vector<Validation> validation;
-  std::optional<RowChoice> row_choice;        ///< where SignalOptions::automatic() asked for it
-  std::optional<MethodChoice> method_choice;  ///< where Auto asked for it
-  std::optional<IvHistory> iv;                ///< of the methods that iterate
-  std::optional<PrefilterReport> prefilter;   ///< where IDIM-IV was asked for it
-  std::optional<RobustReport> robust;         ///< where the method was asked for it
+  std::optional<RowChoice> row_choice;            ///< where SignalOptions::automatic() asked for it
+  std::optional<MethodChoice> method_choice;      ///< where Auto asked for it
+  std::optional<IvHistory> iv;                    ///< of the methods that iterate
+  std::optional<PrefilterReport> prefilter;       ///< where IDIM-IV was asked for it
+  std::optional<OutputErrorReport> output_error;  ///< of that method
+  std::optional<RobustReport> robust;             ///< where the method was asked for it
   std::optional<Diagnostics>
       diagnostics;  ///< where the covariance is that of CovarianceKind::hac or CovarianceKind::blocks
   /// Where the method was asked for it and all parameters are determined.

@@ -245,21 +245,26 @@ ClosedLoops::ClosedLoops(const EstimationProblem& problem)
   }
 }
 
-SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvIteration> earlier) const {
+SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvIteration> earlier,
+                                      const SimulatedLoops* gains_of) const {
   const Iv& method = problem_.iv();
   SimulatedLoops out;
   try {
     Vector chi_st = problem_.base.to_standard(chi);
     make_dissipative(problem_.base, mean_speed_, mean_square_, chi_st);
     out.model = std::make_unique<DynamicModel>(problem_.robot, chi_st);
-    for (const auto& loop : loops_) {
-      const Vector J = design_inertia(*out.model, loop->measured().q);
-      out.J = out.J.size() == 0 ? J : out.J.cwiseMax(J);
+    if (gains_of != nullptr) {
+      out.J = gains_of->J;
+    } else {
+      for (const auto& loop : loops_) {
+        const Vector J = design_inertia(*out.model, loop->measured().q);
+        out.J = out.J.size() == 0 ? J : out.J.cwiseMax(J);
+      }
     }
     for (std::size_t k = 0; k < loops_.size(); ++k) {
       const Log& log = problem_.logs[k];
       // A law is made anew for each simulation: it may keep scratch.
-      out.law = method.control({problem_.robot, *out.model, out.J});
+      out.law = method.control({problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J});
       Simulation simulation = loops_[k]->simulate(*out.model, *out.law, step_budget(log.samples(), earlier));
       add(out.effort, simulation.effort);
       if (simulation.outcome != Outcome::completed) {
@@ -276,6 +281,13 @@ SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvItera
     out.failure = error.what();
   }
   return out;
+}
+
+bool ClosedLoops::dissipative(const Vector& chi) const {
+  const Vector wanted = problem_.base.to_standard(chi);
+  Vector braking = wanted;
+  make_dissipative(problem_.base, mean_speed_, mean_square_, braking);
+  return braking == wanted;
 }
 
 MotionDistance::MotionDistance(Index n) : difference_(Matrix::Zero(n, 3)), whole_(Matrix::Zero(n, 3)) {}

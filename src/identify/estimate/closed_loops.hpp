@@ -52,8 +52,13 @@ class ClosedLoops {
   // throws InputError where a log lacks what its loop follows
   explicit ClosedLoops(const EstimationProblem& problem);
 
-  // earlier  iterations: their effort bounds that of this one
-  [[nodiscard]] SimulatedLoops simulated(const Vector& chi, std::span<const IvIteration> earlier) const;
+  // earlier   iterations: their effort bounds that of this one
+  // gains_of  loops whose control law is that of these as well; nullptr: the law follows chi
+  [[nodiscard]] SimulatedLoops simulated(const Vector& chi, std::span<const IvIteration> earlier,
+                                         const SimulatedLoops* gains_of = nullptr) const;
+
+  // Whether the friction of all joints brakes; where it does not, others that do are simulated.
+  [[nodiscard]] bool dissipative(const Vector& chi) const;
 
   [[nodiscard]] std::size_t size() const { return loops_.size(); }
   [[nodiscard]] const AuxiliaryLoop& of_log(std::size_t k) const { return *loops_[k]; }

@@ -101,7 +101,8 @@ void EstimationProblem::refuse_few_rows(Index rows) const {
 
 Estimated estimated(const EstimationProblem& problem, Identification& out) {
   if (std::holds_alternative<Iv>(problem.estimation.method)) {
-    return instrumental_estimate(problem, out);
+    return problem.iv().compares == Iv::Compares::positions ? output_error_estimate(problem, out)
+                                                            : instrumental_estimate(problem, out);
   }
   return {.estimate = least_squares_estimate(problem, out), .unfiltered = {}};
 }

@@ -48,11 +48,24 @@ struct EstimationProblem {
 
 // What an estimate by instrumental variables has beside others.
 struct EstimateInstruments {
-  std::vector<Motion> motions;            // that V is built from, one a log
-  std::vector<std::vector<Index>> signs;  // columns of W that were taken from V
-  std::vector<Vector> whitening;          // of each joint's rows; empty for none
-  std::vector<RowGroup> used;             // [W Y]
-  Vector first_stage_F;                   // (b)
+  std::vector<Motion> motions;             // that V is built from, one a log
+  std::vector<std::vector<Index>> from_V;  // columns of W that were taken from V
+  std::vector<Vector> whitening;           // of each joint's rows; empty for none
+  std::vector<RowGroup> used;              // [W Y]
+  Vector first_stage_F;                    // (b)
+};
+
+// Sums over the rows of a block of time.
+struct BlockSums {
+  Matrix ZW;     // Zᵀ Ω⁻¹ W, (b × b)
+  Vector Z_rho;  // Zᵀ Ω⁻¹ ρ, (b)
+};
+
+// What a covariance is made of where rows of torques were not what was compared.
+struct EstimateScores {
+  std::vector<Matrix> series;  // Σ Jᵀ Ω⁻¹ e over each interval of time, one of each log, (intervals × b)
+  double interval = 0.0;       // [s]
+  std::vector<BlockSums> blocks;
 };
 
 // An estimate χ̂ of Zᵀ Ω⁻¹ (Y − W χ) = 0, with Z the instruments V or W itself, and what its statistics are made of.
@@ -70,6 +83,7 @@ struct Estimate {
   std::vector<SignalOptions> signals;  // that made the rows, one a log
   std::optional<RowLoss> loss;         // of an M-estimate
   std::optional<EstimateInstruments> instruments;
+  std::optional<EstimateScores> scores;  // nothing: those of its rows of torques
 
   [[nodiscard]] double freedom() const { return static_cast<double>(rows - rank); }
 };
@@ -85,6 +99,7 @@ struct Estimated {
 [[nodiscard]] Estimated estimated(const EstimationProblem& problem, Identification& out);
 [[nodiscard]] Estimate least_squares_estimate(const EstimationProblem& problem, Identification& out);
 [[nodiscard]] Estimated instrumental_estimate(const EstimationProblem& problem, Identification& out);
+[[nodiscard]] Estimated output_error_estimate(const EstimationProblem& problem, Identification& out);
 
 // A covariance without the infinite deviations of what is not determined, and these: zero where there are none, (b).
 [[nodiscard]] Matrix finite_part(Matrix covariance);

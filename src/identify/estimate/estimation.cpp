@@ -13,7 +13,7 @@ namespace {
 
 std::optional<std::string> complaint_of(const Iv& iv, const Estimation& estimation, const Robot& robot) {
   if (!iv.control) {
-    return "control is not set; the loop that makes the instruments needs a control law, PdControl say";
+    return "control is not set; the loop that is simulated needs a control law, PdControl say";
   }
   if (auto fault = estimation.signal.complaint(robot.size())) {
     return fault;
@@ -25,6 +25,19 @@ std::optional<std::string> complaint_of(const Iv& iv, const Estimation& estimati
   }
   if (auto fault = iv.sampling.complaint(robot.size())) {
     return fault;
+  }
+  if (iv.prefilter && iv.compares != Iv::Compares::instruments) {
+    return "prefilter belongs to instrumental variables, not to " + std::string(title(iv));
+  }
+  if (estimation.robust && iv.compares != Iv::Compares::instruments) {
+    return "robust belongs to least squares and instrumental variables, not to " + std::string(title(iv));
+  }
+  if (iv.compares == Iv::Compares::positions && iv.follows == Iv::Follows::measured) {
+    return "follows is measured: a loop that follows the measured positions has nothing to tell output "
+           "error; it must be reference";
+  }
+  if (iv.compares != Iv::Compares::instruments && has_load(robot)) {
+    return std::string(title(iv)) + " does not go with friction that follows the load";
   }
   if (iv.prefilter && estimation.robust) {
     return "prefilter and robust do not go together: a filter smears each outlier over the rows that follow";
@@ -47,6 +60,15 @@ ParameterKind about_axis(const Chain::Link& link) {
     }
   }
   return ParameterKind::ZZ;
+}
+
+// Among method_names.
+std::size_t place_of(const Method& method) {
+  const Iv* const iv = std::get_if<Iv>(&method);
+  if (iv == nullptr || iv->compares == Iv::Compares::instruments) {
+    return method.index();
+  }
+  return std::variant_size_v<Method> + (iv->compares == Iv::Compares::torques ? 0 : 1);
 }
 
 }  // namespace
@@ -98,11 +120,12 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
   return std::nullopt;
 }
 
-std::string_view name(const Method& method) { return method_names[method.index()]; }
+std::string_view name(const Method& method) { return method_names[place_of(method)]; }
 
 std::string_view title(const Method& method) {
-  constexpr std::array<std::string_view, 4> titles = {"IDIM-OLS", "IDIM-WLS", "IDIM-IV", "automatic"};
-  return titles[method.index()];
+  constexpr std::array<std::string_view, method_names.size()> titles = {
+      "IDIM-OLS", "IDIM-WLS", "IDIM-IV", "automatic", "DIDIM", "closed-loop output error"};
+  return titles[place_of(method)];
 }
 
 Vector regular_start(const Robot& robot, const BaseParameters& base) {

@@ -28,7 +28,7 @@ std::vector<NoiseModel> noise_models(const EstimationProblem& problem, const IvS
     RowSource source(problem.robot, problem.base, problem.logs[k], instruments.signals()[k], *problem.team);
     JointSinks<LaggedResidualSink> sinks(lagged.size());
     for (std::size_t j = 0; j < lagged.size(); ++j) {
-      sinks.add(lagged[j], chi(joints[j].columns), instruments.signs()[j]);
+      sinks.add(lagged[j], chi(joints[j].columns), instruments.from_V()[j]);
     }
     source.send(sinks.sinks(), std::span(&V[k], 1));
   }
@@ -106,6 +106,18 @@ Estimate robust_estimate(const EstimationProblem& problem, IvSolver& solver, Ide
   return has_own_rows ? with_statistics(problem, found, reweighting, plain) : found;
 }
 
+// The estimate of DIDIM, whose deviations know that V depends on the parameters.
+Estimate with_simulated_bread(const EstimationProblem& problem, const IvSolver& solver) {
+  Estimate out = *solver.estimate();
+  if (const std::optional<Matrix> bread = solver.simulated_bread()) {
+    const Matrix half =
+        combined(out.instruments->used, problem.base.size(), out.weights).R() * bread->transpose();
+    out.bread = *bread;
+    out.unit_covariance = half.transpose() * half;
+  }
+  return out;
+}
+
 }  // namespace
 
 Estimated instrumental_estimate(const EstimationProblem& problem, Identification& out) {
@@ -119,6 +131,9 @@ Estimated instrumental_estimate(const EstimationProblem& problem, Identification
     prefilter(problem, solver, out);
   }
   found.estimate = solver.estimate();
+  if (settled && problem.iv().compares == Iv::Compares::torques) {
+    found.estimate = with_simulated_bread(problem, solver);
+  }
   if (settled && problem.estimation.robust) {
     found.estimate = robust_estimate(problem, solver, out);
   }

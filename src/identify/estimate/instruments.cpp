@@ -17,16 +17,16 @@ namespace {
 // Takes rows [V W Y] of a joint into the factor of the instruments.
 class InstrumentSink final : public RowSink {
  public:
-  // signs: columns of W, within the joint's own, that are taken from V instead.
+  // from_V: columns of W, within the joint's own, that are taken from V instead.
   // used:  factor of [W Y] with these columns, or nullptr.
-  InstrumentSink(StreamingQr& qr, std::vector<Index> signs, StreamingQr* used)
-      : qr_(qr), signs_(std::move(signs)), used_(used) {}
+  InstrumentSink(StreamingQr& qr, std::vector<Index> from_V, StreamingQr* used)
+      : qr_(qr), from_V_(std::move(from_V)), used_(used) {}
 
   RowsRoom room(Index wanted) override { return room_ = qr_.room(wanted); }
   void commit(std::span<const Index> samples) override {
     const auto count = static_cast<Index>(samples.size());
     const RowsTarget& target = room_.target;
-    for (const Index c : signs_) {
+    for (const Index c : from_V_) {
       std::copy_n(target.data + c * target.ld, count, target.data + (qr_.columns() + c) * target.ld);
     }
     if (used_ != nullptr) {
@@ -40,7 +40,7 @@ class InstrumentSink final : public RowSink {
 
  private:
   StreamingQr& qr_;
-  std::vector<Index> signs_;
+  std::vector<Index> from_V_;
   StreamingQr* used_;
   RowsRoom room_{};
 };
@@ -61,16 +61,16 @@ Instruments::Instruments(const EstimationProblem& problem) : problem_(problem), 
   count_rows();
 }
 
-std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simulated, bool simulated_signs) {
+std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simulated, FromV which) {
   const std::vector<RowGroup>& joints = problem_.data.groups;
   std::vector<InstrumentalGroup> groups;
   for (const RowGroup& joint : joints) {
     const auto own = static_cast<Index>(joint.columns.size());
     groups.push_back({joint.columns, StreamingQr(own, own + 1)});
   }
-  signs_ = simulated_signs ? sign_columns() : std::vector<std::vector<Index>>(joints.size());
+  from_V_ = columns_from(which);
   used_.clear();
-  if (simulated_signs || !whitening_.empty() || reweighting_ != nullptr) {
+  if (which != FromV::none || !whitening_.empty() || reweighting_ != nullptr) {
     used_ = empty_groups(joints);
   }
   for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
@@ -78,10 +78,10 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
     JointSinks<InstrumentSink> sinks(groups.size());
     std::vector<Index> widths;
     for (std::size_t j = 0; j < groups.size(); ++j) {
-      sinks.add(groups[j].qr, signs_[j], used_.empty() ? nullptr : &used_[j].qr);
+      sinks.add(groups[j].qr, from_V_[j], used_.empty() ? nullptr : &used_[j].qr);
       widths.push_back(2 * groups[j].qr.columns() + 1);
     }
-    const ReweightedSinks reweighted(sinks.sinks(), reweighting_, joints, signs_);
+    const ReweightedSinks reweighted(sinks.sinks(), reweighting_, joints, from_V_);
     const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
     const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
     source.send(whitened.sinks(), std::span(&V, 1));
@@ -105,16 +105,20 @@ void Instruments::keep_every_row() {
   }
 }
 
-std::vector<std::vector<Index>> Instruments::sign_columns() const {
+std::vector<std::vector<Index>> Instruments::columns_from(FromV which) const {
   const std::vector<StandardParameter> columns = problem_.base.columns();
+  const auto taken = [&](Index column) {
+    // What follows the load has more of the motion than the sign.
+    const ParameterKind kind = columns[static_cast<std::size_t>(column)].kind;
+    return which == FromV::all ||
+           (which == FromV::signs && role(kind) == Role::dry && about(kind).basis != Basis::load);
+  };
   std::vector<std::vector<Index>> out;
   for (const RowGroup& joint : problem_.data.groups) {
-    std::vector<Index>& signs = out.emplace_back();
+    std::vector<Index>& own = out.emplace_back();
     for (std::size_t c = 0; c < joint.columns.size(); ++c) {
-      // What follows the load has more of the motion than the sign.
-      const ParameterKind kind = columns[static_cast<std::size_t>(joint.columns[c])].kind;
-      if (role(kind) == Role::dry && about(kind).basis != Basis::load) {
-        signs.push_back(static_cast<Index>(c));
+      if (taken(joint.columns[c])) {
+        own.push_back(static_cast<Index>(c));
       }
     }
   }

@@ -9,6 +9,13 @@
 
 namespace rivid::detail {
 
+// Columns of W that are taken from V.
+enum class FromV {
+  none,
+  signs,  // those of dry friction
+  all
+};
+
 // Makes the rows [V W Y] of all logs.
 class Instruments {
  public:
@@ -16,10 +23,8 @@ class Instruments {
 
   // Factors of [V | W Y] of each joint.
   //
-  // simulated        motions of the simulated loops, one a log
-  // simulated_signs  whether the sign columns of W are taken from V
-  [[nodiscard]] std::vector<InstrumentalGroup> factors(std::span<const Motion> simulated,
-                                                       bool simulated_signs);
+  // simulated  motions of the simulated loops, one a log
+  [[nodiscard]] std::vector<InstrumentalGroup> factors(std::span<const Motion> simulated, FromV which);
 
   // What V is built from: exact rows ask for the same differences as those of W.
   [[nodiscard]] std::vector<Motion> motions(std::span<const Motion> simulated) const;
@@ -33,14 +38,14 @@ class Instruments {
   void reweight(Reweighting* by) { reweighting_ = by; }
   [[nodiscard]] Reweighting* reweighting() const { return reweighting_; }
 
-  // Of the last factors: [W Y] with the signs that they took, whitened or weighted; rows and ‖Y‖ of all joints together; and the
+  // Of the last factors: [W Y] with the columns that they took, whitened or weighted; rows and ‖Y‖ of all joints together; and the
   // columns, within each joint's own, that were taken from V.
   [[nodiscard]] const std::vector<RowGroup>& used() const {
     return used_.empty() ? problem_.data.groups : used_;
   }
   [[nodiscard]] Index rows() const { return rows_; }
   [[nodiscard]] double y_norm() const { return y_norm_; }
-  [[nodiscard]] const std::vector<std::vector<Index>>& signs() const { return signs_; }
+  [[nodiscard]] const std::vector<std::vector<Index>>& from_V() const { return from_V_; }
   // Rows without the parameters.
   [[nodiscard]] double freedom() const { return static_cast<double>(rows_ - problem_.base.size()); }
 
@@ -48,7 +53,7 @@ class Instruments {
   [[nodiscard]] const std::vector<Vector>& whitening() const { return whitening_; }
 
  private:
-  [[nodiscard]] std::vector<std::vector<Index>> sign_columns() const;
+  [[nodiscard]] std::vector<std::vector<Index>> columns_from(FromV which) const;
   void count_rows();
 
   const EstimationProblem& problem_;
@@ -56,7 +61,7 @@ class Instruments {
   std::vector<Vector> whitening_;       // empty without
   Reweighting* reweighting_ = nullptr;
   std::vector<RowGroup> used_;  // empty: those of the problem
-  std::vector<std::vector<Index>> signs_;
+  std::vector<std::vector<Index>> from_V_;
   Index rows_ = 0;
   double y_norm_ = 0.0;
 };

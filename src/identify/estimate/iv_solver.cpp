@@ -1,12 +1,14 @@
 #include "identify/estimate/iv_solver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <utility>
 
 #include "dense.hpp"
+#include "identify/rows/row_source.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -20,6 +22,34 @@ constexpr double still = 0.2;
 // A step counts as one of a cycle where it leads back to within this part of itself.
 constexpr double cycle_return = 0.1;
 constexpr int most_dampings = 3;
+// Parameters are moved by this part of their deviation for differences.
+constexpr double difference_part = 0.1;
+
+// Takes rows [V V' W Y] of a joint, V' of a loop with other parameters; Σ Vᵀ (V' χ' − V χ).
+class TorqueChangeSink final : public RowSink {
+ public:
+  TorqueChangeSink(Vector chi, Vector changed)
+      : chi_(std::move(chi)), changed_(std::move(changed)), sum_(Vector::Zero(chi_.size())) {
+    rows_.resize(RowSource::most_wanted, 3 * chi_.size() + 1);
+  }
+
+  RowsRoom room(Index wanted) override {
+    return {{rows_.data(), rows_.rows()}, std::min(wanted, rows_.rows())};
+  }
+  void commit(std::span<const Index> samples) override {
+    const Index own = chi_.size();
+    const auto rows = rows_.topRows(static_cast<Index>(samples.size()));
+    const auto V = rows.leftCols(own);
+    sum_.noalias() += V.transpose() * (rows.middleCols(own, own) * changed_ - V * chi_);
+  }
+  [[nodiscard]] const Vector& sum() const { return sum_; }
+
+ private:
+  Vector chi_;
+  Vector changed_;
+  Matrix rows_;
+  Vector sum_;
+};
 
 }  // namespace
 
@@ -139,8 +169,15 @@ bool IvSolver::simulated_signs() const {
           !problem_.estimation.signal.exact_rows());
 }
 
+FromV IvSolver::from_V() const {
+  if (method_.compares == Iv::Compares::torques) {
+    return FromV::all;
+  }
+  return simulated_signs() ? FromV::signs : FromV::none;
+}
+
 std::vector<InstrumentalGroup> IvSolver::factors(const SimulatedLoops& loops) {
-  return instruments_.factors(loops.motions, simulated_signs());
+  return instruments_.factors(loops.motions, from_V());
 }
 
 SimulatedLoops IvSolver::simulated(const Vector& chi) const { return loops_.simulated(chi, history_); }
@@ -149,7 +186,7 @@ SimulatedLoops IvSolver::simulated(const Vector& chi) const { return loops_.simu
 SimulatedLoops IvSolver::loops_of(Vector& chi, std::string& remark) {
   SimulatedLoops loops = simulated(chi);
   const bool took_measured_signs =
-      history_.size() == 1 && method_.signs == Iv::Signs::automatic && simulated_signs();
+      history_.size() == 1 && method_.signs == Iv::Signs::automatic && from_V() == FromV::signs;
   if (!loops.failure.empty() && took_measured_signs) {
     // The signs of raw velocities may be noise alone: once more with those of the first loop.
     const InstrumentalVariables again = instrumental_variables(factors(last_), base().size(), weights_);
@@ -325,15 +362,44 @@ void IvSolver::keep(const Vector& chi) {
                .signals = instruments_.signals(),
                .loss = {},
                .instruments = EstimateInstruments{.motions = instruments_.motions(last_.motions),
-                                                  .signs = instruments_.signs(),
+                                                  .from_V = instruments_.from_V(),
                                                   .whitening = instruments_.whitening(),
                                                   .used = instruments_.used(),
-                                                  .first_stage_F = first_stage_F()}};
+                                                  .first_stage_F = first_stage_F()},
+               .scores = {}};
 }
 
 double IvSolver::deviation_of(const Vector& chi) const {
   return deviation(residual(instruments_.used(), chi, weights_), instruments_.freedom(),
                    problem_.estimation.signal.convention);
+}
+
+std::optional<Matrix> IvSolver::simulated_bread() const {
+  const Vector& chi = estimate_->chi;
+  const Index b = base().size();
+  const Vector steps = difference_part * estimate_->sigma * estimate_->unit_covariance.diagonal().cwiseSqrt();
+  Matrix A = Matrix::Zero(b, b);  // Vᵀ Ω⁻¹ D
+  for (Index i = 0; i < b; ++i) {
+    Vector changed = chi;
+    changed[i] += steps[i];
+    const SimulatedLoops loops = simulated(changed);
+    if (!loops.failure.empty()) {
+      return std::nullopt;
+    }
+    const std::vector<Motion> motions = instruments_.motions(loops.motions);
+    for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
+      RowSource source(problem_.robot, base(), problem_.logs[k], instruments_.signals()[k], *problem_.team);
+      JointSinks<TorqueChangeSink> sinks(source.joints());
+      for (std::size_t j = 0; j < source.joints(); ++j) {
+        sinks.add(Vector(chi(source.columns(j))), Vector(changed(source.columns(j))));
+      }
+      source.send(sinks.sinks(), std::array{estimate_->instruments->motions[k], motions[k]});
+      for (std::size_t j = 0; j < source.joints(); ++j) {
+        A(source.columns(j), i) += estimate_->weights[j] * estimate_->weights[j] / steps[i] * sinks[j].sum();
+      }
+    }
+  }
+  return Matrix(detail::solve(A, Matrix::Identity(b, b)));
 }
 
 // R_VW⁻¹ R_VV⁻ᵀ.
@@ -344,8 +410,11 @@ Matrix bread_of(const InstrumentalVariables& solution) {
 }
 
 // Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
-// the same rows over that of the instrumental variables, as the F statistic of a first stage.
+// the same rows over that of the instrumental variables, as the F statistic of a first stage. Empty where W is V itself.
 Vector IvSolver::first_stage_F() const {
+  if (from_V() == FromV::all) {
+    return {};
+  }
   const LeastSquares ls = least_squares(instruments_.used(), base().size(), weights_);
   Vector F(base().size());
   for (Index i = 0; i < F.size(); ++i) {

@@ -48,6 +48,10 @@ class IvSolver {
   // Rows with the instruments of these loops.
   [[nodiscard]] std::vector<InstrumentalGroup> factors(const SimulatedLoops& loops);
 
+  // (Vᵀ Ω⁻¹ D)⁻¹ of DIDIM at the estimate, with D = ∂(V χ)/∂χ by differences of simulations: what an error of the torques moves
+  // the estimate by, which V alone, as if it did not depend on χ, does not tell. Nothing where a loop can not be simulated.
+  [[nodiscard]] std::optional<Matrix> simulated_bread() const;
+
   // Largest entry of a step in standard deviations of the solution of the last instruments.
   [[nodiscard]] double step_in_sigmas(const Vector& step) const;
   // Whether that is next to nothing.
@@ -56,6 +60,7 @@ class IvSolver {
  private:
   [[nodiscard]] const BaseParameters& base() const { return problem_.base; }
   [[nodiscard]] bool simulated_signs() const;
+  [[nodiscard]] FromV from_V() const;
   [[nodiscard]] SimulatedLoops simulated(const Vector& chi) const;
   [[nodiscard]] SimulatedLoops loops_of(Vector& chi, std::string& remark);
   [[nodiscard]] SimulatedLoops safeguarded(SimulatedLoops loops, Vector& chi, std::string& remark);

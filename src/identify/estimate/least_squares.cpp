@@ -30,7 +30,8 @@ Estimate estimate_of(const EstimationProblem& problem, const LeastSquares& solut
           .bread = solution.unit_covariance,
           .signals = problem.signals,
           .loss = {},
-          .instruments = {}};
+          .instruments = {},
+          .scores = {}};
 }
 
 // The estimate of the rows as they are.

@@ -101,13 +101,13 @@ std::vector<double> Reweighting::weights() const {
 }
 
 ReweightedSink::ReweightedSink(RowSink& to, const RobustLoss& loss, double scale, Vector chi, bool with_V,
-                               std::vector<Index> signs, ReweightedJoint& joint)
+                               std::vector<Index> from_V, ReweightedJoint& joint)
     : to_(to),
       loss_(loss),
       scale_(scale),
       chi_(std::move(chi)),
       W_at_(with_V ? chi_.size() : 0),
-      signs_(std::move(signs)),
+      from_V_(std::move(from_V)),
       joint_(joint) {}
 
 void ReweightedSink::commit(std::span<const Index> samples) {
@@ -115,7 +115,7 @@ void ReweightedSink::commit(std::span<const Index> samples) {
   const Index own = chi_.size();
   using Rows = Eigen::Map<Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
   Rows rows(room_.target.data, count, W_at_ + own + 1, Eigen::OuterStride<>(room_.target.ld));
-  for (const Index c : signs_) {
+  for (const Index c : from_V_) {
     rows.col(W_at_ + c) = rows.col(c);
   }
   const auto Y = rows.col(W_at_ + own);
@@ -142,7 +142,8 @@ void ReweightedSink::commit(std::span<const Index> samples) {
 }
 
 ReweightedSinks::ReweightedSinks(std::span<RowSink* const> to, Reweighting* by,
-                                 std::span<const RowGroup> columns, std::span<const std::vector<Index>> signs)
+                                 std::span<const RowGroup> columns,
+                                 std::span<const std::vector<Index>> from_V)
     : sinks_(to.begin(), to.end()) {
   if (by == nullptr) {
     return;
@@ -150,8 +151,8 @@ ReweightedSinks::ReweightedSinks(std::span<RowSink* const> to, Reweighting* by,
   reweighted_.reserve(to.size());
   for (std::size_t j = 0; j < to.size(); ++j) {
     sinks_[j] = &reweighted_.emplace_back(*to[j], by->loss_.loss, by->loss_.scales[j],
-                                          by->chi_(columns[j].columns), !signs.empty(),
-                                          signs.empty() ? std::vector<Index>() : signs[j], by->joints_[j]);
+                                          by->chi_(columns[j].columns), !from_V.empty(),
+                                          from_V.empty() ? std::vector<Index>() : from_V[j], by->joints_[j]);
   }
 }
 

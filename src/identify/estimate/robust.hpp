@@ -78,9 +78,9 @@ class Reweighting {
 class ReweightedSink final : public RowSink {
  public:
   // chi    of the joint's own columns
-  // signs  columns of W that are taken from V
+  // from_V  columns of W that are taken from V
   ReweightedSink(RowSink& to, const RobustLoss& loss, double scale, Vector chi, bool with_V,
-                 std::vector<Index> signs, ReweightedJoint& joint);
+                 std::vector<Index> from_V, ReweightedJoint& joint);
 
   RowsRoom room(Index wanted) override { return room_ = to_.room(wanted); }
   void commit(std::span<const Index> samples) override;
@@ -91,7 +91,7 @@ class ReweightedSink final : public RowSink {
   double scale_;
   Vector chi_;
   Index W_at_;
-  std::vector<Index> signs_;
+  std::vector<Index> from_V_;
   ReweightedJoint& joint_;
   RowsRoom room_{};
 };
@@ -101,9 +101,9 @@ class ReweightedSinks {
  public:
   // by       nullptr for none: the sinks are the other ones then
   // columns  of W that the rows of each joint touch
-  // signs    columns of W, within each joint's own, that are taken from V; empty without V
+  // from_V    columns of W, within each joint's own, that are taken from V; empty without V
   ReweightedSinks(std::span<RowSink* const> to, Reweighting* by, std::span<const RowGroup> columns,
-                  std::span<const std::vector<Index>> signs);
+                  std::span<const std::vector<Index>> from_V);
 
   [[nodiscard]] std::span<RowSink* const> sinks() const { return sinks_; }
 

@@ -9,6 +9,7 @@
 #include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/regressor/load.hpp"
+#include "rivid/solve/inference.hpp"
 
 namespace rivid {
 
@@ -44,10 +45,9 @@ Scores scores_of(const EstimationProblem& problem, const Estimate& estimate,
     logs.push_back({&problem.logs[k], &estimate.signals[k],
                     instruments == nullptr ? nullptr : &instruments->motions[k]});
   }
-  using Signs = std::vector<std::vector<Index>>;
   return scores(problem.robot, problem.base, logs, estimators, estimate.weights,
-                instruments == nullptr ? Signs() : instruments->signs, *problem.team,
-                instruments == nullptr ? std::span<const Vector>() : instruments->whitening,
+                instruments == nullptr ? std::vector<std::vector<Index>>() : instruments->from_V,
+                *problem.team, instruments == nullptr ? std::span<const Vector>() : instruments->whitening,
                 estimate.loss ? &*estimate.loss : nullptr);
 }
 
@@ -84,10 +84,32 @@ Statistics statistics_of_factors(const LogFactors& factors, const Estimate& esti
   return out;
 }
 
+// Of an estimate that compares something else than rows of torques.
+Statistics statistics_of_scores(const Estimate& estimate, const CovarianceOptions& options,
+                                CovarianceKind kind) {
+  const EstimateScores& scores = *estimate.scores;
+  Statistics out = {.uncertainty = hac_covariance(scores.series, scores.interval, estimate.bread, options,
+                                                  estimate.freedom()),
+                    .diagnostics = {},
+                    .blocks = scores.blocks,
+                    .least_squares = {}};
+  if (kind == CovarianceKind::classical) {
+    out.uncertainty = {.C = estimate.sigma * estimate.sigma * estimate.unit_covariance,
+                       .plain_sigma = {},
+                       .report = {.kind = kind, .quantile_975 = student_quantile_975(estimate.freedom())}};
+  } else if (kind == CovarianceKind::blocks) {
+    scale_to_blocks(scores.blocks, estimate.bread, out.uncertainty);
+  }
+  return out;
+}
+
 Statistics statistics_of(const EstimationProblem& problem, const Estimate& estimate) {
   const CovarianceOptions& options = problem.estimation.covariance;
   const SignalOptions& signal = problem.estimation.signal;
   const CovarianceKind kind = resolved(options.kind, signal.convention);
+  if (estimate.scores) {
+    return statistics_of_scores(estimate, options, kind);
+  }
   if (kind == CovarianceKind::classical) {
     return classical_statistics(estimate);
   }
@@ -95,7 +117,7 @@ Statistics statistics_of(const EstimationProblem& problem, const Estimate& estim
     return statistics_of_factors(*problem.factors, estimate);
   }
   std::optional<LeastSquares> ls;
-  if (estimate.instruments) {
+  if (estimate.instruments && problem.iv().compares == Iv::Compares::instruments) {
     ls = least_squares(estimate.instruments->used, problem.base.size(), estimate.weights);
   }
   const Scores found = scores_of(problem, estimate, ls ? &*ls : nullptr);

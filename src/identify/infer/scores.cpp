@@ -37,14 +37,14 @@ class ScoreSink final : public RowSink {
   };
 
   // stride    samples from one row to the next where none is left out
-  ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> signs,
+  ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> from_V,
             double samples_per_interval, Index intervals, Index stride, std::optional<Loss> loss,
             Index samples, Index blocks)
       : own_(own),
         W_at_(with_V ? own : 0),
         estimators_(std::move(estimators)),
         weight_(weight),
-        signs_(std::move(signs)),
+        from_V_(std::move(from_V)),
         samples_per_interval_(samples_per_interval),
         stride_(stride),
         loss_(loss),
@@ -66,7 +66,7 @@ class ScoreSink final : public RowSink {
     constexpr Index lead = LagSums::lead;
     const auto count = static_cast<Index>(samples.size());
     const auto all = rows_.topRows(lead + count);
-    for (const Index c : signs_) {
+    for (const Index c : from_V_) {
       rows_.col(W_at_ + c).segment(lead, count) = rows_.col(c).segment(lead, count);
     }
     const auto W = all.middleCols(W_at_, own_).bottomRows(count);
@@ -198,7 +198,7 @@ class ScoreSink final : public RowSink {
   Index W_at_;
   std::vector<Own> estimators_;
   double weight_;
-  std::vector<Index> signs_;
+  std::vector<Index> from_V_;
   double samples_per_interval_;
   Index stride_;
   std::optional<Loss> loss_;
@@ -259,7 +259,7 @@ void ResidualMoments::merge(const ResidualMoments& other) {
 
 Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
               std::span<const Estimator> estimators, std::span<const double> weights,
-              const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
+              const std::vector<std::vector<Index>>& from_V, ThreadTeam& team,
               std::span<const Vector> whitening, const RowLoss* loss) {
   Scores out;
   out.interval = interval_for(logs);
@@ -287,7 +287,7 @@ Scores scores(const Robot& robot, const BaseParameters& base, std::span<const Sc
                        estimator.bread.size() > 0 ? Matrix(estimator.bread(columns, columns)) : Matrix()});
       }
       sinks.add(static_cast<Index>(columns.size()), each.instruments != nullptr, std::move(own), weights[j],
-                signs.empty() ? std::vector<Index>{} : signs[j], samples_per_interval, intervals,
+                from_V.empty() ? std::vector<Index>{} : from_V[j], samples_per_interval, intervals,
                 stride_of(*each.signal), loss_of(loss, j), each.log->samples(), blocks[l]);
     }
     const WhitenedSinks whitened(sinks.sinks(), whitening, widths);

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "identify/estimate/estimate.hpp"
 #include "identify/estimate/robust.hpp"
 #include "identify/rows/row_source.hpp"
 #include "identify/rows/thread_team.hpp"
@@ -100,12 +101,6 @@ struct RateSums {
   std::vector<Matrix> ZD_by_time;  // of all joints together, (intervals × b)
 };
 
-// Sums over the rows of a block of time.
-struct BlockSums {
-  Matrix ZW;     // Zᵀ Ω⁻¹ W, (b × b)
-  Vector Z_rho;  // Zᵀ Ω⁻¹ ρ, (b)
-};
-
 // What a second look at the rows finds once an estimate is known.
 struct Scores {
   // Σ Z_tᵀ Ω⁻¹ ρ_t over the rows of each interval of time, (intervals × b): for each estimator one of each log.
@@ -129,14 +124,14 @@ struct ScoredLog {
 //
 // estimators  at least one
 // weights     1/σ of each joint's rows, Ω = diag σ²
-// signs       columns of W, within each joint's own, that were taken from V
+// from_V      columns of W, within each joint's own, that were taken from V
 // whitening   coefficients of the filter of each joint's rows, see WhitenedSink, (n); empty for none
 // loss        of M-estimates, or nullptr
 //
 // throws InputError where RowSource does
 [[nodiscard]] Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
                             std::span<const Estimator> estimators, std::span<const double> weights,
-                            const std::vector<std::vector<Index>>& signs, ThreadTeam& team,
+                            const std::vector<std::vector<Index>>& from_V, ThreadTeam& team,
                             std::span<const Vector> whitening = {}, const RowLoss* loss = nullptr);
 
 }  // namespace rivid::detail

@@ -45,10 +45,10 @@ Autoregression autoregression(const StreamingQr& lagged, Index order) {
           .innovation = std::sqrt(squares / static_cast<double>(lagged.rows() - p))};
 }
 
-LaggedResidualSink::LaggedResidualSink(StreamingQr& lagged, Vector chi, std::vector<Index> signs)
+LaggedResidualSink::LaggedResidualSink(StreamingQr& lagged, Vector chi, std::vector<Index> from_V)
     : lagged_(lagged),
       chi_(std::move(chi)),
-      signs_(std::move(signs)),
+      from_V_(std::move(from_V)),
       rows_(RowSource::most_wanted, 2 * chi_.size() + 1),
       before_(Vector::Zero(lagged.columns())) {}
 
@@ -57,7 +57,7 @@ RowsRoom LaggedResidualSink::room(Index /*wanted*/) { return {{rows_.data(), row
 void LaggedResidualSink::commit(std::span<const Index> samples) {
   const auto count = static_cast<Index>(samples.size());
   const Index own = chi_.size();
-  for (const Index c : signs_) {
+  for (const Index c : from_V_) {
     rows_.col(own + c).head(count) = rows_.col(c).head(count);
   }
   const Vector rho = rows_.col(2 * own).head(count) - rows_.topRows(count).middleCols(own, own) * chi_;

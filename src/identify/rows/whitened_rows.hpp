@@ -23,8 +23,8 @@ struct Autoregression {
 // Gathers the lagged residuals Y − W χ of a joint's rows [V W Y]. A gap between rows begins a new stretch.
 class LaggedResidualSink final : public RowSink {
  public:
-  // signs  columns of W that are taken from V
-  LaggedResidualSink(StreamingQr& lagged, Vector chi, std::vector<Index> signs);
+  // from_V  columns of W that are taken from V
+  LaggedResidualSink(StreamingQr& lagged, Vector chi, std::vector<Index> from_V);
 
   RowsRoom room(Index wanted) override;
   void commit(std::span<const Index> samples) override;
@@ -32,7 +32,7 @@ class LaggedResidualSink final : public RowSink {
  private:
   StreamingQr& lagged_;
   Vector chi_;
-  std::vector<Index> signs_;
+  std::vector<Index> from_V_;
   Matrix rows_;
   Vector before_;  // ρ_{t−1}, ρ_{t−2} …
   Index run_ = 0;  // rows since the last gap

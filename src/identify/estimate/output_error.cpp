@@ -1,0 +1,348 @@
+// Closed-loop output error: parameters with which the simulated loops move as the logs say, by Gauss-Newton steps.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "identify/estimate/closed_loops.hpp"
+#include "identify/estimate/estimate.hpp"
+#include "identify/rows/factors.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// Parameters are moved by this part of the deviation that least squares has, for differences: far above what tolerances of the
+// integration leave, far below what the simulation is curved over.
+constexpr double difference_step = 0.1;
+// Instants of all logs that are compared at most, of more every second, third … : b matrices of so many rows are kept.
+constexpr Index most_compared = 20000;
+// Halvings of a step that does not lead closer.
+constexpr int most_shorter = 5;
+// Part of the parameter tolerance below which a step is none.
+constexpr double at_rest = 0.2;
+// Part of the sum of squares that a step promises and need not keep: joints that stick and break away make the simulation jump.
+constexpr double promised_in_vain = 0.005;
+// Intervals and blocks of time of the scores, as those of rows.
+constexpr Index most_score_intervals = 2048;
+constexpr Index wanted_score_blocks = 10;
+
+// Measured less simulated positions, one matrix a log, (instants × n).
+using PositionErrors = std::vector<Matrix>;
+
+class OutputError {
+ public:
+  OutputError(const EstimationProblem& problem, Identification& out)
+      : problem_(problem), method_(problem.iv()), out_(out), loops_(problem) {
+    Index samples = 0;
+    for (const Log& log : problem.logs) {
+      samples += log.samples();
+    }
+    const Index every = (samples + most_compared - 1) / most_compared;
+    for (std::size_t k = 0; k < problem.logs.size(); ++k) {
+      const Log& log = problem.logs[k];
+      const auto& window = problem.signals[k].window;
+      std::vector<Index>& at = instants_.emplace_back();
+      for (Index i = 0; i < log.samples(); i += every) {
+        if (!window || (log.t[i] >= (*window)[0] && log.t[i] <= (*window)[1])) {
+          at.push_back(i);
+        }
+      }
+      count_ += static_cast<Index>(at.size());
+      every_.push_back(static_cast<double>(every) / log.f_m);
+    }
+  }
+
+  // Steps from `chi` on, with out.output_error; whether they came to rest.
+  bool iterate(Vector chi) {
+    gains_ = loops_.simulated(chi, {});
+    if (!gains_.failure.empty()) {
+      return fail("the start can not be simulated: " + gains_.failure);
+    }
+    const LeastSquares ls = least_squares(problem_.data.groups, base().size(), joint_weights(problem_));
+    if (!ls.full_rank()) {
+      explain_rank(ls.rank, ls.undetermined, "these data", out_);
+      return false;
+    }
+    steps_ = difference_step * ls.unit_covariance.diagonal().cwiseSqrt();
+    errors_ = errors(gains_);
+    OutputErrorReport& report = out_.output_error.emplace();
+    report.instants = count_;
+    report.start = chi;
+    report.start_error = rms(errors_);
+    for (chi_ = std::move(chi);; ++report.steps) {
+      report.joint_error = rms(errors_);
+      if (!linearise()) {
+        return false;
+      }
+      const double step = largest(solution_.chi);
+      if (step <= at_rest * method_.parameter_tolerance) {
+        return true;
+      }
+      if (report.steps == method_.max_iterations) {
+        out_.status = Status::not_converged;
+        out_.reasons.push_back("not converged after " + counted(report.steps, "step") +
+                               ": parameters still move by " + number(step, 3) + " standard deviations");
+        return false;
+      }
+      const double before = cost(errors_);
+      const bool closer = advance(before);
+      const double gained = closer ? 1.0 - cost(errors_) / before : 0.0;
+      if (gained <= method_.tolerance && step <= method_.parameter_tolerance) {
+        return true;
+      }
+      if (!closer && promised() <= promised_in_vain) {
+        return true;
+      }
+      if (!closer) {
+        out_.status = Status::not_converged;
+        out_.reasons.push_back(
+            "a step of " + number(step, 3) +
+            " standard deviations and shorter ones lead away from the positions of the log");
+        return false;
+      }
+    }
+  }
+
+  // Where the steps came to rest.
+  [[nodiscard]] Estimate estimate() const {
+    Estimate out;
+    out.chi = chi_;
+    out.weights = torque_weights();
+    out.rows = count_ * problem_.joints();
+    out.rank = base().size();
+    out.condition = solution_.condition;
+    out.sigma = out.sigma_rho = sigma();
+    out.root = solution_.R;
+    out.unit_covariance = out.bread = solution_.unit_covariance;
+    out.signals = problem_.signals;
+    out.scores = scores();
+    return out;
+  }
+
+ private:
+  [[nodiscard]] const BaseParameters& base() const { return problem_.base; }
+
+  bool fail(std::string reason) {
+    out_.status = Status::not_simulable;
+    out_.reasons.push_back(std::move(reason));
+    return false;
+  }
+
+  [[nodiscard]] PositionErrors errors(const SimulatedLoops& loops) const {
+    PositionErrors out;
+    for (std::size_t k = 0; k < instants_.size(); ++k) {
+      out.emplace_back(problem_.logs[k].q(instants_[k], Eigen::all) -
+                       loops.motions[k].q(instants_[k], Eigen::all));
+    }
+    return out;
+  }
+
+  // Of each joint, (n).
+  [[nodiscard]] Vector rms(const PositionErrors& errors) const {
+    Vector squares = Vector::Zero(problem_.joints());
+    for (const Matrix& e : errors) {
+      squares += e.colwise().squaredNorm().transpose();
+    }
+    return (squares / static_cast<double>(count_)).cwiseSqrt();
+  }
+
+  [[nodiscard]] double cost(const PositionErrors& errors) const {
+    return rms(errors).cwiseProduct(weights_).squaredNorm();
+  }
+
+  // Standard deviation of a weighted position error.
+  [[nodiscard]] double sigma() const {
+    const auto rows = static_cast<double>(count_ * problem_.joints());
+    return std::sqrt(cost(errors_) * static_cast<double>(count_) /
+                     std::max(rows - static_cast<double>(base().size()), 1.0));
+  }
+
+  // Part of the sum of squares that the whole step would take off if positions were linear in the parameters.
+  [[nodiscard]] double promised() const {
+    return (solution_.R * solution_.chi).squaredNorm() / (cost(errors_) * static_cast<double>(count_));
+  }
+
+  // The largest entry of a step, in standard deviations.
+  [[nodiscard]] double largest(const Vector& step) const {
+    return (step.array() / (sigma() * solution_.unit_covariance.diagonal().array().sqrt())).abs().maxCoeff();
+  }
+
+  // Derivatives of the positions at chi_ by all parameters, and the step that they ask for; false where there are none.
+  bool linearise() {
+    const Index b = base().size();
+    const Index n = problem_.joints();
+    weights_ = Vector::Ones(n);
+    if (method_.weights == Iv::Weights::by_joint) {
+      weights_ = rms(errors_).unaryExpr([](double e) { return e > 0.0 ? 1.0 / e : 1.0; });
+    }
+    derivatives_.assign(errors_.size(), {});
+    for (std::size_t k = 0; k < errors_.size(); ++k) {
+      derivatives_[k].assign(static_cast<std::size_t>(n), Matrix(errors_[k].rows(), b));
+    }
+    for (Index i = 0; i < b; ++i) {
+      if (!differentiate(i)) {
+        return false;
+      }
+    }
+    StreamingQr qr(b, 1);
+    for (std::size_t k = 0; k < errors_.size(); ++k) {
+      for (Index j = 0; j < n; ++j) {
+        qr.add(weights_[j] * derivatives_[k][static_cast<std::size_t>(j)], weights_[j] * errors_[k].col(j));
+      }
+    }
+    std::vector<RowGroup> group;
+    group.push_back({std::vector<Index>(static_cast<std::size_t>(b)), std::move(qr)});
+    for (Index i = 0; i < b; ++i) {
+      group.front().columns[static_cast<std::size_t>(i)] = i;
+    }
+    const double one = 1.0;
+    solution_ = least_squares(group, b, std::span(&one, 1));
+    if (!solution_.full_rank()) {
+      explain_rank(solution_.rank, solution_.undetermined, "the positions of the simulated loops", out_);
+      return false;
+    }
+    return true;
+  }
+
+  // Fills column i of the derivatives; false where there is none.
+  bool differentiate(Index i) {
+    std::string failure;
+    for (const double step : {steps_[i], -steps_[i]}) {
+      Vector chi = chi_;
+      chi[i] += step;
+      const SimulatedLoops loops = loops_.simulated(chi, {}, &gains_);
+      if (!loops.failure.empty()) {
+        failure = loops.failure;
+        continue;
+      }
+      const PositionErrors moved = errors(loops);
+      for (std::size_t k = 0; k < moved.size(); ++k) {
+        for (Index j = 0; j < problem_.joints(); ++j) {
+          derivatives_[k][static_cast<std::size_t>(j)].col(i) = (errors_[k].col(j) - moved[k].col(j)) / step;
+        }
+      }
+      return true;
+    }
+    return fail("parameters near the estimate can not be simulated: " + failure);
+  }
+
+  // Takes the step or a part of it that leads closer; false where none does.
+  bool advance(double before) {
+    double part = 1.0;
+    for (int halving = 0; halving <= most_shorter; ++halving, part *= 0.5) {
+      const Vector chi = chi_ + part * solution_.chi;
+      if (!loops_.dissipative(chi)) {
+        continue;
+      }
+      const SimulatedLoops loops = loops_.simulated(chi, {}, &gains_);
+      if (!loops.failure.empty()) {
+        continue;
+      }
+      PositionErrors closer = errors(loops);
+      if (cost(closer) < before) {
+        chi_ = chi;
+        errors_ = std::move(closer);
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // 1/σ of each joint's rows of torques with the estimate.
+  [[nodiscard]] std::vector<double> torque_weights() const {
+    std::vector<double> out;
+    for (const RowGroup& group : problem_.data.groups) {
+      const Residual r = residual(std::span(&group, 1), chi_, std::vector{1.0});
+      const double freedom = static_cast<double>(std::max<Index>(r.rows - group.qr.columns(), 1));
+      out.push_back(r.norm > 0.0 ? std::sqrt(freedom) / r.norm : 1.0);
+    }
+    return out;
+  }
+
+  [[nodiscard]] EstimateScores scores() const {
+    const Index b = base().size();
+    EstimateScores out;
+    double seconds = 0.0;
+    for (std::size_t k = 0; k < errors_.size(); ++k) {
+      const double lasts = static_cast<double>(errors_[k].rows()) * every_[k];
+      seconds += lasts;
+      out.interval = std::max({out.interval, every_[k], lasts / static_cast<double>(most_score_intervals)});
+    }
+    for (std::size_t k = 0; k < errors_.size(); ++k) {
+      const Index rows = errors_[k].rows();
+      const double lasts = static_cast<double>(rows) * every_[k];
+      const Index blocks =
+          std::max<Index>(std::lround(static_cast<double>(wanted_score_blocks) * lasts / seconds), 1);
+      const auto interval_of = [&](Index row) {
+        return static_cast<Index>(static_cast<double>(row) * every_[k] / out.interval);
+      };
+      Matrix series = Matrix::Zero(interval_of(rows) + 1, b);
+      for (Index g = 0; g < blocks; ++g) {
+        const Index first = rows * g / blocks;
+        const Index count = rows * (g + 1) / blocks - first;
+        BlockSums block{Matrix::Zero(b, b), Vector::Zero(b)};
+        for (Index j = 0; j < problem_.joints(); ++j) {
+          const double w = weights_[j] * weights_[j];
+          const auto J = derivatives_[k][static_cast<std::size_t>(j)].middleRows(first, count);
+          const auto e = errors_[k].col(j).segment(first, count);
+          block.ZW.noalias() += w * J.transpose() * J;
+          block.Z_rho.noalias() += w * J.transpose() * e;
+          for (Index i = 0; i < count; ++i) {
+            series.row(interval_of(first + i)) += w * e[i] * J.row(i);
+          }
+        }
+        out.blocks.push_back(std::move(block));
+      }
+      out.series.push_back(std::move(series));
+    }
+    return out;
+  }
+
+  const EstimationProblem& problem_;
+  const Iv& method_;
+  Identification& out_;
+  ClosedLoops loops_;
+  std::vector<std::vector<Index>> instants_;  // that are compared, one list a log
+  std::vector<double> every_;                 // time from one to the next [s]
+  Index count_ = 0;                           // of all logs
+  Vector steps_;                              // of the differences, (b)
+  SimulatedLoops gains_;                      // of the start, whose control law all others have
+  Vector chi_;
+  PositionErrors errors_;  // with chi_
+  Vector weights_;         // 1/σ of each joint's positions, (n)
+  // Derivatives of the positions at chi_: of each log and joint, (instants × b).
+  std::vector<std::vector<Matrix>> derivatives_;
+  LeastSquares solution_;  // of the step from chi_
+};
+
+}  // namespace
+
+Estimated output_error_estimate(const EstimationProblem& problem, Identification& out) {
+  Estimated found;
+  Vector start = problem.iv().chi_0;
+  if (start.size() > 0) {
+    out.iv.emplace();
+  } else {
+    found = instrumental_estimate(problem, out);
+    if (!found.estimate || out.status != Status::identified) {
+      out.reasons.emplace_back("output error begins with the estimate of IDIM-IV, which there is none of");
+      return {.estimate = {}, .unfiltered = {}, .error_with_V = found.error_with_V};
+    }
+    start = found.estimate->chi;
+    // Instruments gave the start alone.
+    out.iv->first_stage_F.resize(0);
+  }
+  OutputError solver(problem, out);
+  const bool at_rest_there = solver.iterate(std::move(start));
+  found.estimate.reset();
+  if (at_rest_there) {
+    found.estimate = solver.estimate();
+    out.weights = found.estimate->weights;
+  }
+  return found;
+}
+
+}  // namespace rivid::detail

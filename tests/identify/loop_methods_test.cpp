@@ -1,0 +1,171 @@
+// DIDIM and closed-loop output error: what else a simulated loop can be compared by.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "rivid/data/table.hpp"
+#include "rivid/identify/identification.hpp"
+#include "support/complaint.hpp"
+#include "support/scara_study.hpp"
+
+namespace {
+
+using rivid::Estimation;
+using rivid::Identification;
+using rivid::Index;
+using rivid::Iv;
+using rivid::Log;
+using rivid::Matrix;
+using rivid::Status;
+using rivid::Vector;
+
+Estimation comparing(Estimation estimation, Iv::Compares what) {
+  std::get<Iv>(estimation.method).compares = what;
+  return estimation;
+}
+
+// The arm and the log of loop_oracle.py.
+struct OfTheOracle : public ::testing::Test {
+  OfTheOracle() {
+    robot.joints[0].rotor_inertia = false;
+    const Matrix columns =
+        rivid::read_table(std::filesystem::path(RIVID_TEST_DATA) / "identify/loop_oracle.csv").values;
+    log.source = "loop_oracle.csv";
+    log.f_m = 200.0;
+    log.t = Vector::NullaryExpr(columns.rows(), [&](Index k) { return static_cast<double>(k) / log.f_m; });
+    log.q = columns.leftCols(2);
+    log.tau = columns.middleCols(2, 2);
+    log.q_r = columns.rightCols(2);
+    for (rivid::Joint& joint : robot.joints) {
+      joint.sign_speed = 0.05;
+    }
+  }
+
+  // Rows as the oracle has them: torques at the samples, no decimation, none left out.
+  [[nodiscard]] Estimation estimation(Iv::Compares what) const {
+    Iv iv{.control = rivid::PdControl{.k_p = Eigen::Vector2d(4.0, 6.0), .k_v = Eigen::Vector2d(14.0, 1.2)},
+          .sampling = {.period = 1.0 / log.f_m}};
+    iv.start_on_reference = true;
+    iv.tolerance = 1e-12;
+    iv.parameter_tolerance = 1e-6;
+    iv.max_iterations = 200;
+    iv.compares = what;
+    iv.simulation.integrator = rivid::Integrator::automatic;
+    iv.simulation.rtol = 1e-11;
+    iv.simulation.atol = 1e-12;
+    if (what == Iv::Compares::positions) {
+      // Below what differences of simulations tell.
+      iv.parameter_tolerance = 1e-3;
+      iv.chi_0 = truth;
+    }
+    rivid::SignalOptions signal{.rows = rivid::RowScheme::paper};
+    signal.decimation.clear();
+    signal.trim = {{0, 0}};
+    return {.method = std::move(iv), .signal = signal};
+  }
+
+  rivid::Robot robot = rivid::test::scara();
+  Log log;
+  Vector truth = (Vector(8) << 3.44, 0.03, 0.82, 0.062, 0.242, 0.014, 0.013, 0.137).finished();
+};
+
+void expect_near(const Identification& found, const Vector& wanted, double part_of_sigma) {
+  ASSERT_EQ(found.status, Status::identified) << (found.reasons.empty() ? "" : found.reasons.front());
+  for (Index i = 0; i < wanted.size(); ++i) {
+    const auto& p = found.parameters[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(p.value, wanted[i], part_of_sigma * p.sigma) << p.name;
+  }
+}
+
+TEST_F(OfTheOracle, DidimIsThatOfNumPy) {
+  const Identification found = identify(robot, log, estimation(Iv::Compares::torques));
+  EXPECT_EQ(found.method, "didim");
+  EXPECT_EQ(found.title, "DIDIM");
+  EXPECT_EQ(found.fit.rows, 2 * log.samples());
+  expect_near(found,
+              (Vector(8) << 3.43999811, 0.0312927994, 0.812530044, 0.0619205534, 0.242170886, 0.014053155,
+               0.0142830806, 0.1348946)
+                  .finished(),
+              1e-3);
+}
+
+TEST_F(OfTheOracle, OutputErrorIsThatOfSciPy) {
+  const Identification found = identify(robot, log, estimation(Iv::Compares::positions));
+  EXPECT_EQ(found.method, "output_error");
+  expect_near(found,
+              (Vector(8) << 3.4396123, 0.0317833053, 0.812239333, 0.0619001986, 0.242233152, 0.0141581069,
+               0.0140262721, 0.135552052)
+                  .finished(),
+              1e-3);
+  ASSERT_TRUE(found.output_error);
+  EXPECT_EQ(found.output_error->start, truth);
+  EXPECT_EQ(found.output_error->instants, log.samples());
+  EXPECT_LT(found.output_error->joint_error.norm(), found.output_error->start_error.norm());
+}
+
+struct LoopMethods : public ::testing::Test, public rivid::test::ScaraStudy {
+  // Part of the 95 % intervals that hold the truth.
+  [[nodiscard]] double coverage(Iv::Compares what, int runs) const {
+    Estimation method = comparing(iv(), what);
+    std::get<Iv>(method.method).max_iterations = 60;
+    double held = 0.0;
+    double all = 0.0;
+    for (int run = 1; run <= runs; ++run) {
+      const Identification found = identify(robot, log(1.0, static_cast<std::uint64_t>(run)), method);
+      EXPECT_EQ(found.status, Status::identified) << "seed " << run;
+      for (Index i = 0; i < base.size(); ++i) {
+        const auto& p = found.parameters[static_cast<std::size_t>(i)];
+        held += p.interval_95[0] <= truth[i] && truth[i] <= p.interval_95[1] ? 1.0 : 0.0;
+        ++all;
+      }
+    }
+    return held / all;
+  }
+};
+
+// With the deviations of V, as if it did not depend on the parameters, 83 % hold.
+TEST_F(LoopMethods, IntervalsOfDidimKnowThatTheSimulationFollowsTheParameters) {
+  const double held = coverage(Iv::Compares::torques, 40);
+  EXPECT_GT(held, 0.93);
+  RecordProperty("coverage", std::to_string(held));
+}
+
+TEST_F(LoopMethods, WithoutNoiseFindTheTruth) {
+  encoder_noise = 0.0;
+  disturbance.setZero();
+  const Log clean = log(1.0, 1);
+  for (const Iv::Compares what : {Iv::Compares::torques, Iv::Compares::positions}) {
+    Estimation method = comparing(iv(), what);
+    std::get<Iv>(method.method).start = Iv::Start::least_squares;
+    std::get<Iv>(method.method).max_iterations = 100;
+    // Exact rows: the others have errors of their own.
+    method.signal = {.torque_held = true, .decimation = {20}};
+    const Identification found = identify(robot, clean, method);
+    for (Index i = 0; i < base.size(); ++i) {
+      EXPECT_NEAR(found.chi[i], truth[i], 0.02 * std::abs(truth[i])) << found.title << " " << i;
+    }
+  }
+}
+
+TEST_F(LoopMethods, RefuseWhatTheyCanNotDo) {
+  const auto complaint = [&](Estimation estimation) { return estimation.complaint(robot).value_or(""); };
+  Estimation didim = comparing(iv(), Iv::Compares::torques);
+  EXPECT_EQ(complaint(didim), "");
+  std::get<Iv>(didim.method).prefilter = true;
+  EXPECT_EQ(complaint(didim), "prefilter belongs to instrumental variables, not to DIDIM");
+  Estimation output_error = comparing(iv(), Iv::Compares::positions);
+  output_error.robust = rivid::Robust{};
+  EXPECT_EQ(complaint(output_error),
+            "robust belongs to least squares and instrumental variables, not to closed-loop output error");
+  output_error.robust.reset();
+  std::get<Iv>(output_error.method).follows = Iv::Follows::measured;
+  std::get<Iv>(output_error.method).reference_cutoff_hz = 5.0;
+  EXPECT_NE(complaint(output_error).find("must be reference"), std::string::npos);
+  robot.joints[1].friction = rivid::Friction::load;
+  EXPECT_EQ(complaint(comparing(iv(), Iv::Compares::torques)),
+            "DIDIM does not go with friction that follows the load");
+}
+
+}  // namespace
