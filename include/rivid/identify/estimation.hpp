@@ -34,11 +34,12 @@ struct Iv {
   /// What of the simulated loop the log is compared with.
   enum class Compares {
     instruments,  ///< nothing: it is the instruments of the measured rows, IDIM-IV
-    /// its torques, DIDIM [Gautier 2013]: least squares of the measured torques on the regressor along the simulated motion, one
-    /// simulation an iteration. Positions serve for masks and the start alone.
+    /// its torques, DIDIM [Gautier 2013]: least squares of the measured torques on the regressor V along the simulated motion, whose
+    /// fixed point is found from the estimate of IDIM-IV, or chi_0, on by Newton steps, b + 1 simulations each. What is measured of the
+    /// motion serves for masks and the start alone.
     torques,
     /// its positions, closed-loop output error (CLOE): Σ ‖(q − q_s(χ)) / σ‖² by Gauss-Newton steps, b + 1 simulations each, from the
-    /// estimate of IDIM-IV on. Gains stay those of the control law for that estimate: such as follow the parameters would hide them.
+    /// same start. Gains stay those of the control law for that estimate: such as follow the parameters would hide them.
     positions
   };
   /// Where the iteration begins.

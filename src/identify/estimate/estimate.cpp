@@ -101,8 +101,14 @@ void EstimationProblem::refuse_few_rows(Index rows) const {
 
 Estimated estimated(const EstimationProblem& problem, Identification& out) {
   if (std::holds_alternative<Iv>(problem.estimation.method)) {
-    return problem.iv().compares == Iv::Compares::positions ? output_error_estimate(problem, out)
-                                                            : instrumental_estimate(problem, out);
+    switch (problem.iv().compares) {
+      case Iv::Compares::instruments:
+        return instrumental_estimate(problem, out);
+      case Iv::Compares::torques:
+        return didim_estimate(problem, out);
+      case Iv::Compares::positions:
+        return output_error_estimate(problem, out);
+    }
   }
   return {.estimate = least_squares_estimate(problem, out), .unfiltered = {}};
 }

@@ -99,6 +99,10 @@ struct Estimated {
 [[nodiscard]] Estimated estimated(const EstimationProblem& problem, Identification& out);
 [[nodiscard]] Estimate least_squares_estimate(const EstimationProblem& problem, Identification& out);
 [[nodiscard]] Estimated instrumental_estimate(const EstimationProblem& problem, Identification& out);
+// Where the methods begin that compare something else of the simulated loop: chi_0, or the estimate of IDIM-IV with out.iv; nothing
+// where there is none.
+[[nodiscard]] std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Identification& out);
+[[nodiscard]] Estimated didim_estimate(const EstimationProblem& problem, Identification& out);
 [[nodiscard]] Estimated output_error_estimate(const EstimationProblem& problem, Identification& out);
 
 // A covariance without the infinite deviations of what is not determined, and these: zero where there are none, (b).

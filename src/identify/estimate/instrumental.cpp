@@ -106,16 +106,16 @@ Estimate robust_estimate(const EstimationProblem& problem, IvSolver& solver, Ide
   return has_own_rows ? with_statistics(problem, found, reweighting, plain) : found;
 }
 
-// The estimate of DIDIM, whose deviations know that V depends on the parameters.
-Estimate with_simulated_bread(const EstimationProblem& problem, const IvSolver& solver) {
-  Estimate out = *solver.estimate();
-  if (const std::optional<Matrix> bread = solver.simulated_bread()) {
-    const Matrix half =
-        combined(out.instruments->used, problem.base.size(), out.weights).R() * bread->transpose();
-    out.bread = *bread;
-    out.unit_covariance = half.transpose() * half;
+// How the solver came to an estimate, with out.iv.
+void keep_history(const EstimationProblem& problem, IvSolver& solver, const std::optional<Estimate>& estimate,
+                  Identification& out) {
+  out.weights = solver.weights();
+  IvHistory& history = out.iv.emplace();
+  if (estimate) {
+    history.first_stage_F = estimate->instruments->first_stage_F;
+    history.loop = diagnosed_loop(problem, solver.loops(), solver.last_loops());
   }
-  return out;
+  history.iterations = std::move(solver.history());
 }
 
 }  // namespace
@@ -131,19 +131,43 @@ Estimated instrumental_estimate(const EstimationProblem& problem, Identification
     prefilter(problem, solver, out);
   }
   found.estimate = solver.estimate();
-  if (settled && problem.iv().compares == Iv::Compares::torques) {
-    found.estimate = with_simulated_bread(problem, solver);
-  }
   if (settled && problem.estimation.robust) {
     found.estimate = robust_estimate(problem, solver, out);
   }
-  out.weights = solver.weights();
-  IvHistory& history = out.iv.emplace();
-  if (found.estimate) {
-    history.first_stage_F = found.estimate->instruments->first_stage_F;
-    history.loop = diagnosed_loop(problem, solver.loops(), solver.last_loops());
+  keep_history(problem, solver, found.estimate, out);
+  return found;
+}
+
+std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Identification& out) {
+  if (problem.iv().chi_0.size() > 0) {
+    out.iv.emplace();
+    return problem.iv().chi_0;
   }
-  history.iterations = std::move(solver.history());
+  const Estimated found = instrumental_estimate(problem, out);
+  if (!found.estimate || out.status != Status::identified) {
+    out.reasons.push_back(std::string(title(problem.estimation.method)) +
+                          " begins with the estimate of IDIM-IV, which there is none of");
+    return std::nullopt;
+  }
+  // Instruments gave the start alone.
+  out.iv->first_stage_F.resize(0);
+  return found.estimate->chi;
+}
+
+Estimated didim_estimate(const EstimationProblem& problem, Identification& out) {
+  Estimated found;
+  found.error_with_V = std::numeric_limits<double>::quiet_NaN();
+  const std::optional<Vector> start = start_of_loop_fit(problem, out);
+  if (!start) {
+    return found;
+  }
+  IvSolver solver(problem, out, Iv::Compares::torques);
+  solver.iterate(*start);
+  if (!solver.history().empty()) {
+    found.error_with_V = solver.history().back().relative_error;
+  }
+  found.estimate = solver.estimate();
+  keep_history(problem, solver, found.estimate, out);
   return found;
 }
 

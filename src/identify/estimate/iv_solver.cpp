@@ -53,10 +53,11 @@ class TorqueChangeSink final : public RowSink {
 
 }  // namespace
 
-IvSolver::IvSolver(const EstimationProblem& problem, Identification& out)
+IvSolver::IvSolver(const EstimationProblem& problem, Identification& out, Iv::Compares compares)
     : problem_(problem),
       method_(problem.iv()),
       out_(out),
+      compares_(compares),
       loops_(problem),
       instruments_(problem),
       weights_(problem.data.groups.size(), 1.0) {
@@ -102,6 +103,9 @@ bool IvSolver::iterate(Vector chi) {
       return false;
     }
     last_ = std::move(loops);
+    if (!find_bread(chi)) {
+      return false;
+    }
     if (history_.size() > 1) {
       const IvIteration& before = history_[history_.size() - 2];
       history_.back().largest_step = step_in_sigmas(chi - before.chi);
@@ -118,7 +122,7 @@ bool IvSolver::iterate(Vector chi) {
                              " standard deviations");
       return false;
     }
-    Vector next = solution_.chi;
+    Vector next = compares_ == Iv::Compares::torques ? newton_step(chi) : solution_.chi;
     if (cycles(next)) {
       if (step_in_sigmas(next - chi) <= method_.parameter_tolerance) {
         return true;  // there and back again, far within the deviations: signs that flip
@@ -170,7 +174,7 @@ bool IvSolver::simulated_signs() const {
 }
 
 FromV IvSolver::from_V() const {
-  if (method_.compares == Iv::Compares::torques) {
+  if (compares_ == Iv::Compares::torques) {
     return FromV::all;
   }
   return simulated_signs() ? FromV::signs : FromV::none;
@@ -357,8 +361,8 @@ void IvSolver::keep(const Vector& chi) {
                .sigma = sigma,
                .sigma_rho = sigma,
                .root = solution_.R_VW,
-               .unit_covariance = solution_.unit_covariance,
-               .bread = bread_of(solution_),
+               .unit_covariance = unit_covariance(),
+               .bread = bread_,
                .signals = instruments_.signals(),
                .loss = {},
                .instruments = EstimateInstruments{.motions = instruments_.motions(last_.motions),
@@ -369,22 +373,39 @@ void IvSolver::keep(const Vector& chi) {
                .scores = {}};
 }
 
+// Of errors that are independent, per unit of their variance.
+Matrix IvSolver::unit_covariance() const {
+  if (compares_ == Iv::Compares::instruments) {
+    return solution_.unit_covariance;
+  }
+  const Matrix half = solution_.R_VV * bread_.transpose();
+  return half.transpose() * half;
+}
+
 double IvSolver::deviation_of(const Vector& chi) const {
   return deviation(residual(instruments_.used(), chi, weights_), instruments_.freedom(),
                    problem_.estimation.signal.convention);
 }
 
-std::optional<Matrix> IvSolver::simulated_bread() const {
-  const Vector& chi = estimate_->chi;
+// bread_ of the iterate whose loops were simulated last; false where there is none.
+bool IvSolver::find_bread(const Vector& chi) {
+  bread_ = bread_of(solution_);
+  if (compares_ != Iv::Compares::torques) {
+    return true;
+  }
   const Index b = base().size();
-  const Vector steps = difference_part * estimate_->sigma * estimate_->unit_covariance.diagonal().cwiseSqrt();
-  Matrix A = Matrix::Zero(b, b);  // Vᵀ Ω⁻¹ D
+  const std::vector<Motion> V = instruments_.motions(last_.motions);
+  const Vector steps = difference_part * deviation_of(chi) * solution_.unit_covariance.diagonal().cwiseSqrt();
+  Matrix A = Matrix::Zero(b, b);  // Vᵀ Ω⁻¹ ∂(V χ)/∂χ
   for (Index i = 0; i < b; ++i) {
     Vector changed = chi;
     changed[i] += steps[i];
     const SimulatedLoops loops = simulated(changed);
     if (!loops.failure.empty()) {
-      return std::nullopt;
+      out_.status = Status::not_simulable;
+      out_.reasons.push_back("parameters near iterate " + std::to_string(history_.size() - 1) +
+                             " can not be simulated: " + loops.failure);
+      return false;
     }
     const std::vector<Motion> motions = instruments_.motions(loops.motions);
     for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
@@ -393,13 +414,20 @@ std::optional<Matrix> IvSolver::simulated_bread() const {
       for (std::size_t j = 0; j < source.joints(); ++j) {
         sinks.add(Vector(chi(source.columns(j))), Vector(changed(source.columns(j))));
       }
-      source.send(sinks.sinks(), std::array{estimate_->instruments->motions[k], motions[k]});
+      source.send(sinks.sinks(), std::array{V[k], motions[k]});
       for (std::size_t j = 0; j < source.joints(); ++j) {
-        A(source.columns(j), i) += estimate_->weights[j] * estimate_->weights[j] / steps[i] * sinks[j].sum();
+        A(source.columns(j), i) += weights_[j] * weights_[j] / steps[i] * sinks[j].sum();
       }
     }
   }
-  return Matrix(detail::solve(A, Matrix::Identity(b, b)));
+  bread_ = detail::solve(A, Matrix::Identity(b, b));
+  return true;
+}
+
+// Where Vᵀ Ω⁻¹ (Y − V χ) is zero as far as the derivative of V χ tells.
+Vector IvSolver::newton_step(const Vector& chi) const {
+  const Matrix& R = solution_.R_VV;
+  return chi + bread_ * (R.transpose() * (R * (solution_.chi - chi)));
 }
 
 // R_VW⁻¹ R_VV⁻ᵀ.

@@ -14,13 +14,16 @@ namespace rivid::detail {
 // (Vᵀ Ω⁻¹ W)⁻¹ of instruments with full rank.
 [[nodiscard]] Matrix bread_of(const InstrumentalVariables& solution);
 
-// The iteration (29) with its stop rule and its safeguards.
+// The iteration (29) with its stop rule and its safeguards; or that of DIDIM, where W is V: its steps are Newton's, with the derivative
+// of V χ by differences of simulations. Plain steps, as if V did not depend on χ, lead away from the fixed point of many loops.
 class IvSolver {
  public:
-  // out  its status and reasons tell why an iteration did not settle
+  // out       its status and reasons tell why an iteration did not settle
+  // compares  instruments or torques
   //
   // throws InputError where loops and logs do not fit together or a joint's torque is zero throughout
-  IvSolver(const EstimationProblem& problem, Identification& out);
+  IvSolver(const EstimationProblem& problem, Identification& out,
+           Iv::Compares compares = Iv::Compares::instruments);
 
   // The parameters that the options begin with.
   [[nodiscard]] Vector start() const;
@@ -48,10 +51,6 @@ class IvSolver {
   // Rows with the instruments of these loops.
   [[nodiscard]] std::vector<InstrumentalGroup> factors(const SimulatedLoops& loops);
 
-  // (Vᵀ Ω⁻¹ D)⁻¹ of DIDIM at the estimate, with D = ∂(V χ)/∂χ by differences of simulations: what an error of the torques moves
-  // the estimate by, which V alone, as if it did not depend on χ, does not tell. Nothing where a loop can not be simulated.
-  [[nodiscard]] std::optional<Matrix> simulated_bread() const;
-
   // Largest entry of a step in standard deviations of the solution of the last instruments.
   [[nodiscard]] double step_in_sigmas(const Vector& step) const;
   // Whether that is next to nothing.
@@ -61,6 +60,9 @@ class IvSolver {
   [[nodiscard]] const BaseParameters& base() const { return problem_.base; }
   [[nodiscard]] bool simulated_signs() const;
   [[nodiscard]] FromV from_V() const;
+  bool find_bread(const Vector& chi);
+  [[nodiscard]] Vector newton_step(const Vector& chi) const;
+  [[nodiscard]] Matrix unit_covariance() const;
   [[nodiscard]] SimulatedLoops simulated(const Vector& chi) const;
   [[nodiscard]] SimulatedLoops loops_of(Vector& chi, std::string& remark);
   [[nodiscard]] SimulatedLoops safeguarded(SimulatedLoops loops, Vector& chi, std::string& remark);
@@ -79,10 +81,12 @@ class IvSolver {
   const EstimationProblem& problem_;
   const Iv& method_;
   Identification& out_;
+  Iv::Compares compares_;
   ClosedLoops loops_;
   Instruments instruments_;
   std::vector<double> weights_;
   InstrumentalVariables solution_;  // of the instruments that were made last
+  Matrix bread_;                    // of the same; of DIDIM (Vᵀ Ω⁻¹ ∂(V χ)/∂χ)⁻¹
   SimulatedLoops last_;
   std::vector<IvIteration> history_;
   std::optional<Estimate> estimate_;

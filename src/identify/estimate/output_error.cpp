@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -322,23 +324,13 @@ class OutputError {
 
 Estimated output_error_estimate(const EstimationProblem& problem, Identification& out) {
   Estimated found;
-  Vector start = problem.iv().chi_0;
-  if (start.size() > 0) {
-    out.iv.emplace();
-  } else {
-    found = instrumental_estimate(problem, out);
-    if (!found.estimate || out.status != Status::identified) {
-      out.reasons.emplace_back("output error begins with the estimate of IDIM-IV, which there is none of");
-      return {.estimate = {}, .unfiltered = {}, .error_with_V = found.error_with_V};
-    }
-    start = found.estimate->chi;
-    // Instruments gave the start alone.
-    out.iv->first_stage_F.resize(0);
+  found.error_with_V = std::numeric_limits<double>::quiet_NaN();
+  std::optional<Vector> start = start_of_loop_fit(problem, out);
+  if (!start) {
+    return found;
   }
   OutputError solver(problem, out);
-  const bool at_rest_there = solver.iterate(std::move(start));
-  found.estimate.reset();
-  if (at_rest_there) {
+  if (solver.iterate(std::move(*start))) {
     found.estimate = solver.estimate();
     out.weights = found.estimate->weights;
   }
