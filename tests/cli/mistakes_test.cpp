@@ -60,7 +60,8 @@ TEST_F(Mistake, InTheNameOfAnOption) {
 TEST_F(Mistake, InAValue) {
   EXPECT_EQ(identify({"scara.toml", "--quiet"}).exit_code, 0);
   expect_answer({"scara.toml", "--method", "least-squares"},
-                "--method: \"least-squares\" is none of \"auto\", \"ols\", \"wls\" and \"iv\"");
+                "--method: \"least-squares\" is none of \"auto\", \"ols\", \"wls\", \"iv\", \"didim\" and "
+                "\"output_error\"");
   expect_answer({"scara.toml", "--robust", "hubber"}, "did you mean \"huber\"?");
   expect_answer({"export", "scara_result", "--to", "pinochio"}, "did you mean \"pinocchio\"?");
   expect_answer({"scara.toml", "--threads", "many"}, "--threads");

@@ -433,14 +433,16 @@ TEST_F(Refusal, OfANegativeResamplingRateNamesItsKey) {
 TEST_F(Refusal, OfNoArguments) { expect_refused({"experiment is required", "--help"}, {}); }
 
 TEST_F(Refusal, OfAnUnknownMethodListsTheMethods) {
-  expect_refused({"--method: \"lms\" is none of \"auto\", \"ols\", \"wls\" and \"iv\""},
-                 {"scara.toml", "--method", "lms"});
+  expect_refused(
+      {"--method: \"lms\" is none of \"auto\", \"ols\", \"wls\", \"iv\", \"didim\" and \"output_error\""},
+      {"scara.toml", "--method", "lms"});
 }
 
 TEST_F(Refusal, OfAnUnknownMethodInTheExperimentFile) {
   edit("scara.toml", R"(name = "wls")", R"(name = "lms")");
   expect_refused(
-      {"scara.toml:24:8: [method] name is \"lms\", must be one of \"ols\", \"wls\", \"iv\" and \"auto\""});
+      {"scara.toml:24:8: [method] name is \"lms\", must be one of \"ols\", \"wls\", \"iv\", \"auto\", "
+       "\"didim\" and \"output_error\""});
 }
 
 TEST_F(Refusal, OfAnUnknownFlag) { expect_refused({"--foo"}, {"scara.toml", "--foo"}); }
