@@ -145,9 +145,14 @@ constexpr std::array alternative_kinds = {
             [](const Robot&, const Alternative& it, const AlternativeTest& test) {
               const double value = test.estimate[0];
               const double sigma = test.sigma[0];
-              return AlternativeWords{"it looks elastic, " + plus_minus(value, sigma, 2) +
-                                          (it.turns ? " rad for one N·m" : " m for one N"),
-                                      ""};
+              // The link swings on the spring while the motor stands.
+              const double swings =
+                  value * it.inertia > 0.0 ? 0.5 / (std::numbers::pi * std::sqrt(value * it.inertia)) : 0.0;
+              return AlternativeWords{
+                  "it looks elastic, " + plus_minus(value, sigma, 2) +
+                      (it.turns ? " rad for one N·m" : " m for one N") +
+                      (swings > 0.0 ? ", on which its link would swing at " + number(swings, 2) + " Hz" : ""),
+                  ""};
             },
     },
     AlternativeKind{

@@ -274,6 +274,26 @@ void add_delay(const Robot& robot, const BaseParameters& base, const ProbedRows&
   out.push_back({"torque_delay", "all joints", std::move(effect)});
 }
 
+// Mean over the picked poses of what joint j feels of its link and all beyond it when it is accelerated, without its rotor where
+// that is a parameter of its own.
+double link_inertia(const Robot& robot, const BaseParameters& base, const Vector& loads, Index j,
+                    std::vector<Motion> motions) {
+  const RegressorBatch batch(with_gravity(robot, Eigen::Vector3d::Zero()), base.columns());
+  const auto at = static_cast<std::size_t>(j);
+  double sum = 0.0;
+  double instants = 0.0;
+  for (Motion& motion : motions) {
+    motion.qd.setZero();
+    motion.qdd.setZero();
+    motion.qdd.col(j).setOnes();
+    RegressorBlock block(batch, std::max<Index>(motion.samples(), 1));
+    batch.fill(motion, 0, motion.samples(), block);
+    sum += (block.W(at) * loads(batch.of_joint(at))).head(motion.samples()).sum();
+    instants += static_cast<double>(motion.samples());
+  }
+  return sum / std::max(instants, 1.0);
+}
+
 // The encoder of an elastic joint sits at the motor: the link is behind by the load over the stiffness.
 void add_elasticity(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
                     const Effects& effects, std::vector<Alternative>& out) {
@@ -296,7 +316,8 @@ void add_elasticity(const Robot& robot, const BaseParameters& base, const Probed
       motions[l].qd.col(j) -= small_step * rate(load, per_instant)(picked, 0);
       motions[l].qdd.col(j) -= small_step * second_rate(load, per_instant)(picked, 0);
     }
-    out.push_back({"joint_elasticity", joint_of(robot, j), effects.of(motions), is_revolute(robot, j)});
+    out.push_back({"joint_elasticity", joint_of(robot, j), effects.of(motions), is_revolute(robot, j), 0.0,
+                   link_inertia(robot, base, loads, j, effects.motions())});
   }
 }
 

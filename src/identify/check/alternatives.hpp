@@ -64,6 +64,7 @@ struct Alternative {
   Matrix effect;          // of each of its parameters, per unit, in weighted rows, (rows × k)
   bool turns = true;      // whether the joint is a revolute one
   double from = 0.0;      // of load_changed: part of the time that is over by then
+  double inertia = 0.0;   // of joint_elasticity: mean of what the link alone has about its axis [kg·m² | kg]
 };
 
 // Gravity turned by two small angles about the axes of gravity_tilt.
