@@ -13,6 +13,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/identify/check.hpp"
+#include "rivid/text.hpp"
 #include "support/real_experiment.hpp"
 
 namespace {
@@ -106,6 +107,7 @@ TEST_P(Planted, FaultsAreNamed) {
   const rivid::Experiment e = experiment();
   std::size_t named = 0;
   std::string missed;
+  const double without = identify(e.robot, read_logs(e.log, e.robot), {}).fit.relative_error;
   const std::vector<Fault> all = faults();
   for (const Fault& fault : all) {
     Robot robot = e.robot;
@@ -116,8 +118,11 @@ TEST_P(Planted, FaultsAreNamed) {
     std::string told;
     bool found = false;
     bool refused = false;
+    std::string fit;
     try {
       rivid::Identification result = identify(robot, logs, {});
+      fit = "; torques are missed by " + rivid::fixed(100.0 * result.fit.relative_error, 2) + " %, " +
+            rivid::fixed(100.0 * without, 2) + " % without the fault";
       examine(robot, logs, {}, result);
       refused = result.status != rivid::Status::identified;
       for (const rivid::Finding& f : result.warnings) {
@@ -129,7 +134,7 @@ TEST_P(Planted, FaultsAreNamed) {
     }
     named += found ? 1U : 0U;
     if (!found) {
-      missed += std::string("\n  ") + fault.name + (refused ? " (not identified)" : "") + ":" + told;
+      missed += std::string("\n  ") + fault.name + (refused ? " (not identified)" : "") + ":" + told + fit;
     }
   }
   std::cout << "[ NAMED    ] " << GetParam().name << ": " << named << " of " << all.size() << missed << '\n';
