@@ -143,6 +143,6 @@ TEST_P(Planted, FaultsAreNamed) {
 
 INSTANTIATE_TEST_SUITE_P(Arms, Planted,
                          testing::Values(Arm{"ur10e", 13}, Arm{"panda", 14}, Arm{"tx40", 9},
-                                         Arm{"kuka_kr300", 9}, Arm{"ur10_vrep", 14}));
+                                         Arm{"kuka_kr300", 10}, Arm{"ur10_vrep", 14}));
 
 }  // namespace

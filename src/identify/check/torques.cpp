@@ -22,6 +22,7 @@ constexpr double hopeless = 0.5;
 constexpr double poor = 0.25;
 // A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
 constexpr double convincing = 0.4;
+constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
 constexpr double no_worse = 1.05;
 constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
 // A delay is believed where it leaves this part of what was left (squared), and is so many samples long.
@@ -262,7 +263,7 @@ Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
     const double before = probe.left_of_other_half(reading);
     const double after = probe.left_of_other_half(best->change.reading);
     const bool mends_signs = best->score.faults() < now.faults();
-    if (!(after < (mends_signs ? no_worse : convincing) * before)) {
+    if (!(after < (mends_signs ? no_worse : convincing_elsewhere) * before)) {
       break;
     }
     const Change& change = best->change;
