@@ -51,7 +51,7 @@ Command command_of(Arguments& to) {
                      "Number of the first run; default: 0. With --runs the part of a study that one machine "
                      "makes",
                      &to.first_run, IntegerRange{0, most_runs}, false, "--runs"},
-                    {"--threads", "NUMBER", "Runs at a time; default: one for each processor", &to.threads,
+                    {"--threads", "NUMBER", "Threads at work; default: one for each processor", &to.threads,
                      thread_range},
                     set_argument(to.set),
                     {"--output", "DIR",

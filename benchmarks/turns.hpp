@@ -10,12 +10,16 @@ namespace rivid::benchmarks {
 
 enum class Clock {
   wall,
-  processor  ///< of the calling thread: what others do on a busy machine counts less
+  processor,  ///< of the calling thread: what others do on a busy machine counts less
+  process     ///< the same of all threads
 };
 
 inline double now(Clock clock) {
   timespec time{};
-  clock_gettime(clock == Clock::wall ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID, &time);
+  clock_gettime(clock == Clock::wall        ? CLOCK_MONOTONIC
+                : clock == Clock::processor ? CLOCK_THREAD_CPUTIME_ID
+                                            : CLOCK_PROCESS_CPUTIME_ID,
+                &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
+#include <ctime>
+#include <deque>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/covariance.hpp"
+#include "simulate/simulation_group.hpp"
 #include "threads.hpp"
 
 namespace rivid {
@@ -21,6 +23,13 @@ namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
+// Of the processor, in this thread: by the clock on the wall a run waits for those that it is simulated with.
+double thread_seconds() {
+  timespec time = {};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 MonteCarloRow row_of(int run, const MonteCarlo::Trial& trial, const SimulationRecord& record) {
   MonteCarloRow out = {.run = run, .label = trial.label, .status = "not_simulated"};
   const Index b = record.base.size();
@@ -28,7 +37,7 @@ MonteCarloRow row_of(int run, const MonteCarlo::Trial& trial, const SimulationRe
   if (record.simulation.outcome != Outcome::completed) {
     return out;
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = thread_seconds();
   try {
     const Identification found = identify_logs(trial.experiment, std::span(&record.log, 1));
     out.status = name(found.status);
@@ -42,7 +51,7 @@ MonteCarloRow row_of(int run, const MonteCarlo::Trial& trial, const SimulationRe
   } catch (const InputError&) {
     out.status = "refused";
   }
-  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  out.seconds = thread_seconds() - begin;
   return out;
 }
 
@@ -210,11 +219,15 @@ void monte_carlo_runs(const MonteCarlo& plan, std::span<const int> runs, int thr
   std::mutex handing_over;
   std::atomic<std::size_t> next = 0;
   std::exception_ptr failure;
-  const auto work = [&] {
+  const auto work = [&](detail::SimulationGroup* group) {
+    const detail::SimulationGroup::Member member(*group);
     try {
       for (std::size_t k = next++; k < runs.size(); k = next++) {
         const std::vector<MonteCarloRow> rows = monte_carlo_run(plan, runs[k]);
         const std::scoped_lock lock(handing_over);
+        if (failure) {
+          return;
+        }
         done(rows);
       }
     } catch (...) {
@@ -223,12 +236,21 @@ void monte_carlo_runs(const MonteCarlo& plan, std::span<const int> runs, int thr
       next = runs.size();
     }
   };
+  // Of each group one thread works at a time.
+  const int at_work = detail::useful_threads(threads);
+  const int share = (static_cast<int>(runs.size()) + at_work - 1) / at_work;
+  const int members = std::clamp(share, 1, detail::SimulationGroup::worthwhile());
+  std::deque<detail::SimulationGroup> groups;
   std::vector<std::thread> others;
-  const int most = detail::useful_threads(threads);
-  for (int k = 1; k < most && detail::started(others, work);) {
-    ++k;
+  for (int k = 0; k < at_work; ++k) {
+    detail::SimulationGroup& group = groups.emplace_back(members);
+    for (int member = k == 0 ? 1 : 0; member < members; ++member) {
+      if (!detail::started(others, work, &group)) {
+        group.give_up();
+      }
+    }
   }
-  work();
+  work(&groups.front());
   for (std::thread& other : others) {
     other.join();
   }

@@ -28,6 +28,13 @@ class LoopIntegrator {
   virtual Step step(double t_stop) = 0;
   // State at an instant within the last step.
   virtual void state(double t, double* y) = 0;
+
+  // Length of the Bogacki-Shampine step that it would take next, with so much time to go, and that a LoopPack can take for it;
+  // 0 where it can not.
+  [[nodiscard]] virtual double proposal(double /*left*/) const { return 0.0; }
+  // What it makes of the error of that step relative to its tolerance: whether the step stands. Else the next proposal() is
+  // shorter.
+  [[nodiscard]] virtual bool judge(double /*left*/, double /*error*/) { return false; }
 };
 
 struct IntegratorOptions {

@@ -23,6 +23,7 @@ LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw
       drive_(robot.drive_matrix()),
       diagonal_drive_(drive_.isDiagonal(0.0)),
       diagonal_viscous_(model.viscous().isDiagonal(0.0)),
+      simple_(has_simple_torques()),
       dynamics_(model),
       stick_slip_(model),
       x_(Vector::Zero(states_)),
@@ -41,9 +42,33 @@ LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw
   }
 }
 
+bool LoopOde::has_simple_torques() const {
+  const auto is_simple = [&](const DryFriction& law) {
+    const auto terms = [&](Basis basis) {
+      return std::ranges::count(law.terms, basis, &DryFriction::Term::basis);
+    };
+    const auto lines = terms(Basis::sign) + terms(Basis::speed);
+    return law.load == 0.0 && (law.direction.array() != 0.0).count() == 1 &&
+           (law.torque.array() != 0.0).count() == 1 && law.torque[law.joint()] != 0.0 &&
+           terms(Basis::sign) <= 1 && terms(Basis::speed) <= 1 && lines == std::ssize(law.terms);
+  };
+  return sampled_ && exact_ && diagonal_viscous_ && !smooth_elements_ &&
+         std::ranges::all_of(model_.dry_friction(), is_simple);
+}
+
+bool LoopOde::is_at(const double* y) const {
+  return definite_ && std::equal(y, y + n_, q_.data()) && std::equal(y + n_, y + 2 * n_, qd_.data());
+}
+
+void LoopOde::return_to(const double* y) {
+  const Index count = evaluations_;
+  static_cast<void>(move_to(y));
+  evaluations_ = count;
+}
+
 // M and N at y. Where only the torques have changed since the last call, at control instants, they are known.
 bool LoopOde::move_to(const double* y) {
-  if (definite_ && std::equal(y, y + n_, q_.data()) && std::equal(y + n_, y + 2 * n_, qd_.data())) {
+  if (is_at(y)) {
     return true;
   }
   ++evaluations_;
@@ -54,13 +79,7 @@ bool LoopOde::move_to(const double* y) {
   return definite_;
 }
 
-void LoopOde::torques_beside_bias(double t, const double* y, double* xd) {
-  if (!sampled_) {
-    x_ = Eigen::Map<const Vector>(y + 2 * n_, states_);
-    reference_.at(t, q_r_, qd_r_, qdd_r_);
-    law_.control({t, q_, qd_, q_r_, qd_r_, qdd_r_}, x_, v_tau_, xd_);
-    Eigen::Map<Vector>(xd, states_) = xd_;
-  }
+void LoopOde::drive_torques() {
   if (diagonal_drive_) {
     tau_ = drive_.diagonal().cwiseProduct(v_tau_ + added_);
   } else {
@@ -68,6 +87,22 @@ void LoopOde::torques_beside_bias(double t, const double* y, double* xd) {
     tau_.noalias() += drive_ * added_;
   }
   torque_ = tau_ + disturbance_;
+}
+
+const Vector& LoopOde::held_torque() {
+  drive_torques();
+  torque_ -= model_.offset();
+  return torque_;
+}
+
+void LoopOde::torques_beside_bias(double t, const double* y, double* xd) {
+  if (!sampled_) {
+    x_ = Eigen::Map<const Vector>(y + 2 * n_, states_);
+    reference_.at(t, q_r_, qd_r_, qdd_r_);
+    law_.control({t, q_, qd_, q_r_, qd_r_, qdd_r_}, x_, v_tau_, xd_);
+    Eigen::Map<Vector>(xd, states_) = xd_;
+  }
+  drive_torques();
   if (held_) {
     torque_ -= friction_;
     return;

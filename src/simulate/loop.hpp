@@ -26,6 +26,13 @@ class LoopOde {
   [[nodiscard]] bool slides() const { return !sticking(); }
   // f, (n), for who finds M and N of many instants at once.
   void driving_torques(double t, const double* y, double* f);
+  // Whether the torques that accelerate are, between two control instants,
+  //   held_torque() − viscous q̇ − N − Σ torque λ,   viscous diagonal, each λ linear in the speed of one joint while it slips.
+  // A LoopPack steps such loops.
+  [[nodiscard]] bool simple() const { return simple_; }
+  // Torques that act until the next hold: those of the drives (see tau()), disturbance and offset.
+  [[nodiscard]] const Vector& held_torque();
+
   // margin() of every element at the last rate().
   void margins(const double* y, double* g) const;
   // Whether margins() depend on more than y, so that rate() has to be called before.
@@ -50,9 +57,20 @@ class LoopOde {
   [[nodiscard]] const Dynamics<double>& dynamics() const { return dynamics_; }
   // States at which M and N were made.
   [[nodiscard]] Index evaluations() const { return evaluations_; }
+  // Steps that a LoopPack took from here count as if they had been taken here.
+  void count_evaluations(Index count) { evaluations_ += count; }
+  // Whether M and N are those of y.
+  [[nodiscard]] bool is_at(const double* y) const;
+  // Makes M and N of y, uncounted: they were found elsewhere.
+  void return_to(const double* y);
+
+  [[nodiscard]] const DynamicModel& model() const { return model_; }
 
  private:
   [[nodiscard]] bool move_to(const double* y);
+  [[nodiscard]] bool has_simple_torques() const;
+  // Torques of the drives and of the disturbance, from the present control.
+  void drive_torques();
   // Fills torque_ with what accelerates beside dry friction and N, and the rates of x, at q_ and qd_.
   void torques_beside_bias(double t, const double* y, double* xd);
   // The same beside dry friction alone.
@@ -74,6 +92,7 @@ class LoopOde {
   Matrix drive_;
   bool diagonal_drive_;
   bool diagonal_viscous_;
+  bool simple_;
   Dynamics<double> dynamics_;
   StickSlip stick_slip_;
   Index evaluations_ = 0;

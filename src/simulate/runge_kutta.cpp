@@ -1,50 +1,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "simulate/integrator.hpp"
+#include "simulate/runge_kutta_pairs.hpp"
 
 namespace rivid::detail {
 
 namespace {
-
-// An embedded pair: the higher order is carried on, the last stage is the first of the next step. Between the ends of a
-// step the state is a cubic by Hermite, and where `dense_weight` is not zero a term of fourth order more.
-
-// Bogacki & Shampine (1989), 3(2).
-struct BogackiShampine {
-  static constexpr int stages = 4;
-  static constexpr double order = 3.0;
-  static constexpr double node[stages] = {0.0, 1.0 / 2, 3.0 / 4, 1.0};
-  static constexpr double stage[stages][stages - 1] = {
-      {}, {1.0 / 2}, {0.0, 3.0 / 4}, {2.0 / 9, 1.0 / 3, 4.0 / 9}};
-  static constexpr double error_weight[stages] = {-5.0 / 72, 1.0 / 12, 1.0 / 9, -1.0 / 8};
-  static constexpr double dense_weight[stages] = {};
-  static constexpr bool more_dense = false;
-};
-
-// Dormand & Prince (1980), RK5(4)7FM, with Shampine's continuous extension as Hairer, Nørsett & Wanner, Solving Ordinary
-// Differential Equations I, II.6, give it.
-struct DormandPrince {
-  static constexpr int stages = 7;
-  static constexpr double order = 5.0;
-  static constexpr double node[stages] = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0};
-  static constexpr double stage[stages][stages - 1] = {
-      {},
-      {1.0 / 5},
-      {3.0 / 40, 9.0 / 40},
-      {44.0 / 45, -56.0 / 15, 32.0 / 9},
-      {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
-      {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
-      {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
-  static constexpr double error_weight[stages] = {71.0 / 57600,      0.0,        -71.0 / 16695, 71.0 / 1920,
-                                                  -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
-  static constexpr double dense_weight[stages] = {-12715105075.0 / 11282082432,  0.0,
-                                                  87487479700.0 / 32700410799,   -10690763975.0 / 1880347072,
-                                                  701980252875.0 / 199316789632, -1453857185.0 / 822651844,
-                                                  69997945.0 / 29380423};
-  static constexpr bool more_dense = true;
-};
 
 // A step that fails for its error shrinks by this at most, and the next one grows by that at most.
 constexpr double most_shrinking = 0.2;
@@ -56,6 +20,16 @@ constexpr double event_tolerance = 1e-12;
 constexpr double least_progress = 1e-9;
 // Relative to the distance to go: a step that leaves less than this takes it along.
 constexpr double leftover = 1.0 + 1e-6;
+
+// Errors for which the next step may grow by most_growing with certainty, (safety / most_growing)^order.
+template <typename Pair>
+constexpr double error_of_full_growth = [] {
+  double out = 1.0 - 1e-6;
+  for (int k = 0; k < static_cast<int>(Pair::order); ++k) {
+    out *= safety / most_growing;
+  }
+  return out;
+}();
 
 template <typename Pair>
 class RungeKutta final : public LoopIntegrator {
@@ -75,6 +49,7 @@ class RungeKutta final : public LoopIntegrator {
     t_ = t;
     y_ = Eigen::Map<const Vector>(y, y_.size());
     fresh_ = true;
+    shortened_ = 0.0;
   }
 
   Step step(double t_stop) override {
@@ -89,13 +64,10 @@ class RungeKutta final : public LoopIntegrator {
       k_.col(0).swap(k_.col(Pair::stages - 1));
     }
     const double left = t_stop - t_;
-    double h = suggested_ > 0 ? suggested_ : first_step(left);
-    if (const double longest = options_.longest_step(ode_.sticking()); longest > 0) {
-      h = std::min(h, longest);
-    }
+    double h = limited(suggested_ > 0 ? suggested_ : first_step(left));
     for (;;) {
-      const bool last = h * leftover >= left;
-      h_ = last ? left : std::min(h, 0.5 * left);
+      const bool last = ends_at_stop(h, left);
+      h_ = length(h, left);
       // Where y no longer changes with t nothing can be gained by a shorter step.
       if (!(h_ > 1e-14 * std::max(std::abs(t_), h_floor))) {
         return {t_, definite_ ? Halt::failed : Halt::not_positive_definite};
@@ -106,18 +78,33 @@ class RungeKutta final : public LoopIntegrator {
         continue;
       }
       const double error = error_norm();
-      const double factor =
-          std::clamp(safety * std::pow(error, -1.0 / Pair::order), most_shrinking, most_growing);
+      const double factor = growth(error);
       if (error > 1.0 || !std::isfinite(error)) {
         h = std::isfinite(error) ? h_ * factor : 0.1 * h_;
         continue;
       }
-      // A step that was cut short at t_stop says less about the next than what had been suggested before.
-      suggested_ = last ? std::max(h, h_ * factor) : h_ * factor;
+      suggest(h, factor, last);
       break;
     }
     prepare_dense();
     return find_event();
+  }
+
+  double proposal(double left) const override {
+    return std::is_same_v<Pair, BogackiShampine> && suggested_ > 0 ? length(wanted(), left) : 0.0;
+  }
+
+  bool judge(double left, double error) override {
+    const double h = wanted();
+    h_ = length(h, left);
+    const double factor = growth(error);
+    if (error > 1.0) {
+      shortened_ = h_ * factor;
+      return false;
+    }
+    suggest(h, factor, ends_at_stop(h, left));
+    shortened_ = 0.0;
+    return true;
   }
 
   void state(double t, double* y) override {
@@ -127,6 +114,32 @@ class RungeKutta final : public LoopIntegrator {
 
  private:
   static constexpr double h_floor = 1e-3;
+
+  [[nodiscard]] double limited(double h) const {
+    const double longest = options_.longest_step(ode_.sticking());
+    return longest > 0 ? std::min(h, longest) : h;
+  }
+
+  [[nodiscard]] static bool ends_at_stop(double h, double left) { return h * leftover >= left; }
+  [[nodiscard]] static double length(double h, double left) {
+    return ends_at_stop(h, left) ? left : std::min(h, 0.5 * left);
+  }
+  // For proposal().
+  [[nodiscard]] double wanted() const { return shortened_ > 0 ? shortened_ : limited(suggested_); }
+
+  // By what the next step may differ from one with this error.
+  [[nodiscard]] static double growth(double error) {
+    // So small that the power, which takes long, would be cut off.
+    if (error < error_of_full_growth<Pair>) {
+      return most_growing;
+    }
+    return std::clamp(safety * std::pow(error, -1.0 / Pair::order), most_shrinking, most_growing);
+  }
+
+  void suggest(double h, double factor, bool last) {
+    // A step that was cut short at t_stop says less about the next than what had been suggested before.
+    suggested_ = last ? std::max(h, h_ * factor) : h_ * factor;
+  }
 
   // Small against the time in which the state changes, after Hairer, Nørsett & Wanner II.4.
   [[nodiscard]] double first_step(double left) const {
@@ -268,6 +281,7 @@ class RungeKutta final : public LoopIntegrator {
   double t_ = 0.0;
   double h_ = 0.0;
   double suggested_ = 0.0;
+  double shortened_ = 0.0;  // after a judge() that did not let the step stand
   bool fresh_ = true;
   bool definite_ = true;
 };

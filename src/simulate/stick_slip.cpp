@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/stick_slip_tolerances.hpp"
+
 namespace rivid {
 
 namespace {
 
-// Added to the diagonal of G, relative to it: makes λ unique where elements at rest depend on one another, and moves
-// the instant of a release by as much of itself.
-constexpr double regularisation = 1e-11;
 // By how much a limit or a sign may be missed in settle(): the rounding of a small linear system.
 constexpr double slack = 1e-12;
 constexpr double release_slack = 1e-6;
@@ -115,7 +114,7 @@ void StickSlip::responses(const Dynamics<double>& dynamics, std::span<const Inde
     for (const Index l : elements) {
       G_(e, l) = c.dot(response_.col(l));
     }
-    G_(e, e) *= 1.0 + regularisation;
+    G_(e, e) *= 1.0 + detail::stick_slip_regularisation;
   }
 }
 

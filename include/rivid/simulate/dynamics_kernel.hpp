@@ -21,17 +21,39 @@
 // The file is compiled for several instruction sets; rivid/regressor/kernel.hpp says what that forbids.
 namespace rivid::detail {
 
-struct DynamicsLink : Frame {
-  double inertial[10];  // XX XY XZ YY YZ ZZ MX MY MZ M of what is left to the link
+// Number: double, or the Scalar itself where every lane has inertias of its own.
+template <typename Number>
+struct BasicDynamicsLink : Frame {
+  Number inertial[10];  // XX XY XZ YY YZ ZZ MX MY MZ M of what is left to the link
   int step;             // see dynamics_step()
 };
+using DynamicsLink = BasicDynamicsLink<double>;
 
-struct DynamicsPlan {
-  const DynamicsLink* links;
+template <typename Number>
+struct BasicDynamicsPlan {
+  const BasicDynamicsLink<Number>* links;
   std::size_t joints;
   double accel[3];      // of the base, less that of free fall, turned like the first link's constant rotation
-  const double* rotor;  // in the layout of M below
+  const Number* rotor;  // in the layout of M below
 };
+using DynamicsPlan = BasicDynamicsPlan<double>;
+
+// Tag of packs whose lanes are states of different robots, which differ in their inertias alone.
+template <typename Tag>
+struct OwnInertias;
+
+template <typename Scalar>
+struct InertiaOf {
+  using Number = double;
+};
+template <int Lanes, typename Tag>
+struct InertiaOf<BasicPack<Lanes, OwnInertias<Tag>>> {
+  using Number = BasicPack<Lanes, OwnInertias<Tag>>;
+};
+template <typename Scalar>
+using DynamicsLinkOf = BasicDynamicsLink<typename InertiaOf<Scalar>::Number>;
+template <typename Scalar>
+using DynamicsPlanOf = BasicDynamicsPlan<typename InertiaOf<Scalar>::Number>;
 
 // Steps: five turns times eight offsets of revolute joints whose composite body has no mass, then any revolute joint,
 // then any prismatic one.
@@ -233,7 +255,7 @@ struct DynamicsState {
 
 // Motion of link j ≥ 1 while q̈ = 0, and the wrench that it takes.
 template <Turn turn, unsigned offsets, typename Scalar>
-void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& c,
+void revolute_forward(const DynamicsLinkOf<Scalar>& link, DynamicsState<Scalar>& state, const Scalar& c,
                       const Scalar& s, const Scalar& qd, Wrench<Scalar>& own) {
   FrameMotion<Scalar> m = carried<turn, offsets>(link, state.motion, state.U, CosSin<Scalar>{c, s});
   spin(m, qd);
@@ -258,7 +280,7 @@ void revolute_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, co
 }
 
 template <typename Scalar>
-void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, const Scalar& q,
+void prismatic_forward(const DynamicsLinkOf<Scalar>& link, DynamicsState<Scalar>& state, const Scalar& q,
                        const Scalar& qd, Wrench<Scalar>& own) {
   const CosSin<Scalar> theta = {Scalar(link.cos_theta), Scalar(link.sin_theta)};
   FrameMotion<Scalar> m = carried<Turn::any, 7>(link, state.motion, state.U, theta);
@@ -266,7 +288,7 @@ void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, c
   slide(m, U, q, qd);
   state.motion = m;
   state.U = U;
-  const Vec3<Scalar> h = constant<Scalar>(link.inertial + 6);
+  const Vec3<Scalar> h = {Scalar(link.inertial[6]), Scalar(link.inertial[7]), Scalar(link.inertial[8])};
   const auto mass = Scalar(link.inertial[9]);
   own.f = Vec3<Scalar>{mass * m.accel.x, mass * m.accel.y, mass * m.accel.z} + U.times(h);
   own.n = cross(h, m.accel);
@@ -274,10 +296,10 @@ void prismatic_forward(const DynamicsLink& link, DynamicsState<Scalar>& state, c
 
 // The first link: the base does not move, and a joint feels one component alone.
 template <typename Scalar>
-[[gnu::always_inline]] inline void first_forward(const DynamicsPlan& plan, DynamicsState<Scalar>& state,
-                                                 const Scalar& c, const Scalar& s, const Scalar& qd,
-                                                 Wrench<Scalar>& own) {
-  const DynamicsLink& link = plan.links[0];
+[[gnu::always_inline]] inline void first_forward(const DynamicsPlanOf<Scalar>& plan,
+                                                 DynamicsState<Scalar>& state, const Scalar& c,
+                                                 const Scalar& s, const Scalar& qd, Wrench<Scalar>& own) {
+  const DynamicsLinkOf<Scalar>& link = plan.links[0];
   const auto zero = Scalar(0.0);
   const Vec3<Scalar> none = {zero, zero, zero};
   state.motion = {none, none, constant<Scalar>(plan.accel)};
@@ -298,7 +320,7 @@ template <typename Scalar>
 
 // Takes link j into its composite body.
 template <bool revolute, typename Scalar>
-[[gnu::always_inline]] inline void take(const DynamicsLink& link, Composite<Scalar>& b) {
+[[gnu::always_inline]] inline void take(const DynamicsLinkOf<Scalar>& link, Composite<Scalar>& b) {
   const auto add = [&](Scalar& sum, int k) { sum = sum + Scalar(link.inertial[k]); };
   add(b.h.x, 6);
   add(b.h.y, 7);
@@ -339,7 +361,7 @@ template <bool revolute, typename Scalar>
 template <typename Scalar>
 struct DynamicsRow {
   std::size_t r;
-  const double* rotor;
+  const typename InertiaOf<Scalar>::Number* rotor;
   Scalar* M;
   Scalar* N;
 };
@@ -364,7 +386,7 @@ template <bool revolute, typename Scalar>
 
 // A wrench from frame j to frame j−1.
 template <Turn turn, unsigned offsets, typename Scalar>
-[[gnu::always_inline]] inline Wrench<Scalar> carried(const DynamicsLink& link, const Wrench<Scalar>& w,
+[[gnu::always_inline]] inline Wrench<Scalar> carried(const Frame& link, const Wrench<Scalar>& w,
                                                      const Scalar& c, const Scalar& s,
                                                      const Vec3<Scalar>& p) {
   const Vec3<Scalar> f = turned_back<turn>(link.R, rotated_back(w.f, c, s));
@@ -374,7 +396,7 @@ template <Turn turn, unsigned offsets, typename Scalar>
 
 // The columns 0 … r − 1 of the table, the wrench of N and the new column r from frame j to frame j−1.
 template <Turn turn, unsigned offsets, typename Scalar>
-[[gnu::always_inline]] inline void carry_wrenches(const DynamicsLink& link,
+[[gnu::always_inline]] inline void carry_wrenches(const DynamicsLinkOf<Scalar>& link,
                                                   const DynamicsScratch<Scalar>& scratch, std::size_t r,
                                                   const Scalar& c, const Scalar& s, const Vec3<Scalar>& p,
                                                   Wrench<Scalar>& bias, const Wrench<Scalar>& column) {
@@ -422,7 +444,7 @@ template <Turn turn, unsigned offsets, typename Scalar>
 
 // The composite body from frame j to frame j−1.
 template <Turn turn, unsigned offsets, bool with_mass, typename Scalar>
-[[gnu::always_inline]] inline void carry_composite(const DynamicsLink& link, Composite<Scalar>& b,
+[[gnu::always_inline]] inline void carry_composite(const DynamicsLinkOf<Scalar>& link, Composite<Scalar>& b,
                                                    const Scalar& c, const Scalar& s, const Vec3<Scalar>& p) {
   turn_tensor(b.XX, b.XY, b.YY, b.XZ, b.YZ, c, s);
   b.h = rotated_back(b.h, c, s);
@@ -445,7 +467,7 @@ template <typename Scalar>
 
 // Link j ≥ 1 towards the base: its row of M and N, then everything into frame j−1.
 template <Turn turn, unsigned offsets, bool with_mass, typename Scalar>
-void revolute_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
+void revolute_backward(const DynamicsLinkOf<Scalar>& link, DynamicsState<Scalar>& state,
                        const DynamicsScratch<Scalar>& scratch, const Scalar& c, const Scalar& s,
                        const Wrench<Scalar>& own, const DynamicsRow<Scalar>& row) {
   Composite<Scalar> b = state.composite;
@@ -461,7 +483,7 @@ void revolute_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
 }
 
 template <typename Scalar>
-void prismatic_backward(const DynamicsLink& link, DynamicsState<Scalar>& state,
+void prismatic_backward(const DynamicsLinkOf<Scalar>& link, DynamicsState<Scalar>& state,
                         const DynamicsScratch<Scalar>& scratch, const Scalar& q, const Wrench<Scalar>& own,
                         const DynamicsRow<Scalar>& row) {
   const auto c = Scalar(link.cos_theta);
@@ -488,10 +510,10 @@ inline constexpr bool has_quick_dynamics<double> = true;
 
 template <typename Scalar>
 struct RevoluteStep {
-  void (*forward)(const DynamicsLink&, DynamicsState<Scalar>&, const Scalar&, const Scalar&, const Scalar&,
-                  Wrench<Scalar>&) = nullptr;
-  void (*backward)(const DynamicsLink&, DynamicsState<Scalar>&, const DynamicsScratch<Scalar>&, const Scalar&,
-                   const Scalar&, const Wrench<Scalar>&, const DynamicsRow<Scalar>&) = nullptr;
+  void (*forward)(const DynamicsLinkOf<Scalar>&, DynamicsState<Scalar>&, const Scalar&, const Scalar&,
+                  const Scalar&, Wrench<Scalar>&) = nullptr;
+  void (*backward)(const DynamicsLinkOf<Scalar>&, DynamicsState<Scalar>&, const DynamicsScratch<Scalar>&,
+                   const Scalar&, const Scalar&, const Wrench<Scalar>&, const DynamicsRow<Scalar>&) = nullptr;
 };
 
 template <typename Scalar>
@@ -517,8 +539,8 @@ struct RevoluteSteps {
 // Sines and cosines of all joint angles, before anything else: one is a long chain of operations, many beside each
 // other fill the pipelines.
 template <typename Scalar>
-[[gnu::always_inline]] inline void joint_sines(const DynamicsPlan& plan, const Scalar* q, Scalar* cosines,
-                                               Scalar* sines) {
+[[gnu::always_inline]] inline void joint_sines(const DynamicsPlanOf<Scalar>& plan, const Scalar* q,
+                                               Scalar* cosines, Scalar* sines) {
   if constexpr (requires { too_far(*q); }) {
     // One question for all joints: asked of every angle, it would cost as much as a sine.
     auto far_out = too_far(Scalar(0.0));
@@ -559,9 +581,9 @@ template <>
 //
 // M: (joints × stride), N: (joints).
 template <typename Scalar>
-[[gnu::always_inline]] inline void mass_and_bias(const DynamicsPlan& plan, const Scalar* q, const Scalar* qd,
-                                                 const DynamicsScratch<Scalar>& scratch, Scalar* M,
-                                                 Scalar* N) {
+[[gnu::always_inline]] inline void mass_and_bias(const DynamicsPlanOf<Scalar>& plan, const Scalar* q,
+                                                 const Scalar* qd, const DynamicsScratch<Scalar>& scratch,
+                                                 Scalar* M, Scalar* N) {
   static constexpr RevoluteSteps<Scalar> steps;
   const std::size_t n = plan.joints;
   const auto zero = Scalar(0.0);
@@ -569,7 +591,7 @@ template <typename Scalar>
   Scalar* const sines = scratch.sines;
   joint_sines(plan, q, cosines, sines);
   for (std::size_t j = 0; j < n; ++j) {
-    const DynamicsLink& link = plan.links[j];
+    const DynamicsLinkOf<Scalar>& link = plan.links[j];
     if (link.revolute) {
       const CosSin<Scalar> angle = with_theta(link, CosSin<Scalar>{cosines[j], sines[j]});
       cosines[j] = angle.c;
@@ -579,7 +601,7 @@ template <typename Scalar>
   DynamicsState<Scalar> state;
   first_forward(plan, state, cosines[0], sines[0], qd[0], scratch.own[0]);
   for (std::size_t j = 1; j < n; ++j) {
-    const DynamicsLink& link = plan.links[j];
+    const DynamicsLinkOf<Scalar>& link = plan.links[j];
     if (link.step == prismatic_step) {
       prismatic_forward(link, state, q[j], qd[j], scratch.own[j]);
     } else {
@@ -594,7 +616,7 @@ template <typename Scalar>
   };
   for (std::size_t r = 0; r + 1 < n; ++r) {
     const std::size_t j = n - 1 - r;
-    const DynamicsLink& link = plan.links[j];
+    const DynamicsLinkOf<Scalar>& link = plan.links[j];
     if (link.step == prismatic_step) {
       prismatic_backward(link, state, scratch, q[j], scratch.own[j], row(r));
     } else {

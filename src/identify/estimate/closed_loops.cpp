@@ -14,7 +14,7 @@
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
-#include "simulate/loop.hpp"
+#include "simulate/loop_run.hpp"
 
 namespace rivid::detail {
 
@@ -195,7 +195,7 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOpt
 Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const {
   SimulationOptions options = options_;
   options.max_steps = std::min(options.max_steps, most_steps);
-  return rivid::simulate(robot_, model, law, *reference_, options);
+  return simulated_motion(robot_, model, law, *reference_, options);
 }
 
 Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {

@@ -55,13 +55,26 @@ double fourth_difference(const std::vector<double>& x, std::size_t k) {
   return second_difference(x, k + 1) - 2.0 * second_difference(x, k) + second_difference(x, k - 1);
 }
 
-double mean_square(const std::vector<double>& x, std::size_t order) {
-  double sum = 0.0;
+// Mean squares of second and fourth differences.
+struct DifferencePowers {
+  double second = 0.0;
+  double fourth = 0.0;
+};
+
+DifferencePowers difference_powers(const std::vector<double>& x) {
+  DifferencePowers sum;
+  double before = second_difference(x, 1);
+  double here = second_difference(x, 2);
   for (std::size_t k = 2; k + 2 < x.size(); ++k) {
-    const double d = order == 2 ? second_difference(x, k) : fourth_difference(x, k);
-    sum += d * d;
+    const double after = second_difference(x, k + 1);
+    const double fourth = after - 2.0 * here + before;
+    sum.second += here * here;
+    sum.fourth += fourth * fourth;
+    before = here;
+    here = after;
   }
-  return sum / static_cast<double>(x.size() - 4);
+  const auto count = static_cast<double>(x.size() - 4);
+  return {sum.second / count, sum.fourth / count};
 }
 
 // Mean square of the fourth differences but for the largest, which are outliers; as if the noise were normal.
@@ -140,10 +153,11 @@ PositionNoise::PositionNoise(const Eigen::Ref<const Vector>& q, double f_m) : f_
   std::vector<double> quiet;
   double samples = 1.0;  // of a mean
   while (means.size() >= fewest_means) {
-    levels_.push_back(samples * mean_square(means, 4) / fourth_difference_power);
+    const DifferencePowers powers = difference_powers(means);
+    levels_.push_back(samples * powers.fourth / fourth_difference_power);
     quiet.push_back(samples * quiet_mean_square(means) / fourth_difference_power);
     const double rate = f_m / samples;
-    accelerations.push_back(mean_square(means, 2) * rate * rate * rate * rate);
+    accelerations.push_back(powers.second * rate * rate * rate * rate);
     for (std::size_t k = 0; k + 1 < means.size(); k += 2) {
       means[k / 2] = 0.5 * (means[k] + means[k + 1]);
     }
