@@ -145,6 +145,26 @@ TEST(Examine, NamesTheRateOfTheClock) {
       "clock_rate", everywhere, 0.03, 3);
 }
 
+// Links swing at 12 to 60 Hz on the springs that are drawn.
+TEST(Examine, TellsTheFrequencyOfElasticJoints) {
+  constexpr std::size_t tried = 16;
+  std::size_t named = 0;
+  for (const Case& one : cases("elastic", tried, 3)) {
+    const Identification result = examined(one);
+    for (const Finding& finding : result.warnings) {
+      const std::string words = "would swing at ";
+      const auto at = finding.text.find(words);
+      if (finding.code == "joint_elasticity" && at != std::string::npos) {
+        ++named;
+        const double hz = std::stod(finding.text.substr(at + words.size()));
+        EXPECT_GT(hz, 8.0) << finding.text;
+        EXPECT_LT(hz, 80.0) << finding.text;
+      }
+    }
+  }
+  EXPECT_GE(named, 4U);
+}
+
 // What is wrong but not refused widens the intervals by what it does.
 TEST(Examine, WidensIntervalsByTheShiftOfTheLikeliestAlternative) {
   std::size_t widened = 0;
