@@ -165,7 +165,7 @@ TEST_F(Kills, OfAnExcitation) {
 
 TEST_F(Kills, OfAStudyGoOnToTheSameSummary) {
   const Command tool = {RIVID_MONTECARLO, "montecarlo_s1.toml",       "--runs",   "3",  "--report",
-                        "--set",          "reference.durations=0.15", "--output", "out"};
+                        "--set",          "reference.durations=0.3", "--output", "out"};
   const double seconds = seconds_of(tool);
   const Files whole = files_of("out");
   for (int k = 0; k < kills(); ++k) {
