@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from rivid._rivid import InputError, version
-from rivid.formats import contents, is_text, read
+from rivid.formats import contents, is_text, read, text
 from rivid.formats.columns import complete, with_seconds
 
 
 def _is_position(name: str) -> bool:
-    return name.endswith("/position")
+    return name.endswith("/position") or (name[:1] == "q" and name[1:].isdigit())
 
 
 def _numeric(table: dict[str, Any]) -> tuple[list[str], Any]:
@@ -29,9 +29,10 @@ def _numeric(table: dict[str, Any]) -> tuple[list[str], Any]:
 
 def convert(source: Path, target: Path) -> list[str]:
     """Writes a log as CSV; returns what was done."""
-    if is_text(source):
+    table = text.parsed(source) if is_text(source) else read(source)
+    if is_text(source) and not text.has_more_than_numbers(table):
         raise InputError(f"{source}: is text, or of a format that is not known; the tools read CSV files as they are")
-    names, values = _numeric(with_seconds(read(source)))
+    names, values = _numeric(with_seconds(table))
     notes: list[str] = []
     clock = next((name for name in ("t", "time") if name in names), None)
     if clock:

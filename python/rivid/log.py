@@ -184,11 +184,15 @@ def read_logs(
         from rivid import formats
 
         if formats.is_text(source):
-            chosen, doubts = _chosen(_rivid.column_names(Path(source)), robot, keys)
-            text = toml_keys({**chosen, "files": [str(source)]})
-            logs = _rivid.read_logs(robot._robot, text, str(source), progress)
-            return [_noted(log, doubts) for log in logs]
-        name, table = str(source), formats.read(source)
+            try:
+                return _of_text(source, robot, keys, progress)
+            except _rivid.InputError:
+                # What has empty cells is completed below; what is wrong otherwise has been said best.
+                if not formats.text.has_more_than_numbers(table := formats.text.parsed(Path(source))):
+                    raise
+            name = str(source)
+        else:
+            name, table = str(source), formats.read(source)
     else:
         name, table = "table", _table(source)
     table = with_seconds(table)
@@ -199,6 +203,14 @@ def read_logs(
     text = toml_keys({**chosen, "files": [name]})
     logs = _rivid.logs_of(robot._robot, text, name, wanted, values)
     return [_noted(log, notes + doubts) for log in logs]
+
+
+def _of_text(
+    source: str | PathLike[str], robot: Robot, keys: Mapping[str, Any], progress: Progress | None
+) -> list[Log]:
+    chosen, doubts = _chosen(_rivid.column_names(Path(source)), robot, keys)
+    text = toml_keys({**chosen, "files": [str(source)]})
+    return [_noted(log, doubts) for log in _rivid.read_logs(robot._robot, text, str(source), progress)]
 
 
 def read_log(source: LogSource, robot: Robot, *, progress: Progress | None = None, **keys: Unpack[LogKeys]) -> Log:

@@ -185,6 +185,73 @@ def test_empty_cells_of_merged_topics(robot, table, expected):
     assert any("empty cells" in note for note in log.notes)
 
 
+def written(path, header, columns):
+    """A CSV file of these columns, words or numbers, the empty ones NaN."""
+    def cell(value):
+        return value if isinstance(value, str) else "" if np.isnan(value) else str(value)
+
+    rows = [header, *zip(*(map(cell, np.asarray(column).tolist()) for column in columns))]
+    path.write_text("\n".join(",".join(row) for row in rows) + "\n")
+    return path
+
+
+def test_csv_with_dates(robot, table, tmp_path):
+    start = datetime.datetime(2024, 5, 6, 23, 59, 58)
+    times = [(start + datetime.timedelta(seconds=t)).isoformat(timespec="microseconds") for t in table["t"].tolist()]
+    rest = [table[name] for name in NAMES[1:]]
+    for ending in ("", "Z", "+02:00", "-0930", " +02"):
+        path = written(tmp_path / "run.csv", ["timestamp", *NAMES[1:]], [[t + ending for t in times], *rest])
+        log = rivid.read_log(path, robot)
+        assert np.allclose(log.t - log.t[0], table["t"] - table["t"][0], rtol=0, atol=1e-6), ending
+        assert np.array_equal(log.q[:, 0], table["q1"])
+    # The clocks go back within the log.
+    turned = [t + ("+02:00" if k < 100 else "+01:00") for k, t in enumerate(times)]
+    turned[100:] = [t.replace("T", " ").replace(".", ",") for t in turned[100:]]
+    path = written(tmp_path / "turned.csv", ["timestamp", *NAMES[1:]], [[f'"{t}"' for t in turned], *rest])
+    with_gap = rivid.read_logs(path, robot, irregular="resample")
+    assert len(with_gap) == 2 and len(with_gap[0]) == 100
+    assert len(with_gap[1]) == pytest.approx(len(times) - 100, abs=1)  # on a clock of its own
+
+
+def test_csv_with_seconds_and_nanoseconds(robot, table, tmp_path, program):
+    nanoseconds = np.round(table["t"] * 1e9).astype(np.int64) + 1_700_000_000 * 10**9
+    header = ["header.stamp.sec", "header.stamp.nanosec", *NAMES[1:]]
+    path = written(tmp_path / "run.csv", header, [nanoseconds // 10**9, nanoseconds % 10**9, *(table[n] for n in NAMES[1:])])
+    log = rivid.read_log(path, robot)
+    assert np.allclose(log.t - log.t[0], table["t"] - table["t"][0], rtol=0, atol=1e-9)
+    assert program("convert", path, tmp_path / "plain.csv").returncode == 0
+    assert np.allclose(rivid.read_log(tmp_path / "plain.csv", robot).t, table["t"] - table["t"][0], rtol=0, atol=1e-9)
+
+
+def test_csv_with_empty_cells(robot, table, tmp_path, program):
+    n = len(table["t"])
+    t = np.repeat(table["t"], 2)
+    t[1::2] += 0.4 * (table["t"][1] - table["t"][0])
+    columns = [t]
+    for name in NAMES[1:]:
+        columns.append(np.full(2 * n, np.nan))
+        columns[-1][(0 if name[0] == "q" else 1)::2] = table[name]
+    path = written(tmp_path / "merged.csv", list(NAMES), columns)
+    log = rivid.read_log(path, robot)
+    assert len(log) == n - 1
+    assert np.array_equal(log.q[:, 0], table["q1"][1:])
+    assert any("empty cells" in note for note in log.notes)
+    assert program("convert", path, tmp_path / "plain.csv").returncode == 0
+    assert np.array_equal(rivid.read_log(tmp_path / "plain.csv", robot).tau, log.tau)
+
+
+def test_csv_that_is_wrong_otherwise_is_refused_as_by_the_tools(robot, table, tmp_path):
+    path = written(tmp_path / "run.csv", list(NAMES), table.values())
+    lines = path.read_text().split("\n")
+    lines[5] = lines[5].replace(lines[5].split(",")[1], "x", 1)
+    path.write_text("\n".join(lines))
+    with pytest.raises(rivid.InputError, match=r"run.csv:6:2: column \"q1\" holds \"x\""):
+        rivid.read_log(path, robot)
+    path.write_text("t,q1,q2\n0,1\n")
+    with pytest.raises(rivid.InputError, match="run.csv:2: the line has 2 fields"):
+        rivid.read_log(path, robot)
+
+
 def test_no_torque_is_invented_over_a_long_gap(robot, table):
     gap = {name: values.copy() for name, values in table.items()}
     for name in ("tau1", "tau2"):

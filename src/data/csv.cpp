@@ -196,8 +196,9 @@ void set_clock(Log& log, Index samples, const std::optional<Vector>& stamps, std
 struct Choice {
   Columns columns;
   std::optional<Column> time;
+  std::optional<std::string> nanoseconds;  // beside a time of whole seconds
 
-  // In the order of their quantities, time last.
+  // In the order of their quantities, time and its nanoseconds last.
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> out;
     for (const std::vector<Column>& list : columns) {
@@ -208,6 +209,9 @@ struct Choice {
     if (time) {
       out.push_back(time->name);
     }
+    if (nanoseconds) {
+      out.push_back(*nanoseconds);
+    }
     return out;
   }
 };
@@ -215,7 +219,11 @@ struct Choice {
 Choice chosen(const LogOptions& options, std::size_t required, const std::vector<std::string>& names,
               Log& log) {
   Choice out = {.columns = resolved(options, required, names, log.source, log.notes),
-                .time = time_column(options, names, log.notes)};
+                .time = time_column(options, names, log.notes),
+                .nanoseconds = {}};
+  if (out.time) {
+    out.nanoseconds = detail::nanoseconds_of(out.time->name, names);
+  }
   if (!out.time && !options.rate_hz) {
     throw InputError(
         log.source +
@@ -247,7 +255,10 @@ void fill(Log& log, const Choice& choice, Table table, const LogOptions& options
   }
   std::optional<Vector> stamps;
   if (choice.time) {
-    stamps = choice.time->scale * table.values.col(next).array() + choice.time->offset;
+    const Vector recorded = choice.nanoseconds
+                                ? detail::stamps_of(table.values.col(next), table.values.col(next + 1))
+                                : Vector(table.values.col(next));
+    stamps = choice.time->scale * recorded.array() + choice.time->offset;
   }
   log.lines = std::move(table.lines);
   set_clock(log, table.rows(), stamps, options.rate_hz);
@@ -311,6 +322,29 @@ std::optional<std::string> LogOptions::complaint() const {
     return "table.columns must be empty; the lists of columns stand beside it";
   }
   return table.complaint();
+}
+
+std::optional<std::string> detail::nanoseconds_of(std::string_view seconds,
+                                                  std::span<const std::string> names) {
+  for (const std::string_view ending : {"seconds", "secs", "sec"}) {
+    if (!seconds.ends_with(ending)) {
+      continue;
+    }
+    const std::string stem(seconds.substr(0, seconds.size() - ending.size()));
+    for (const char* const word : {"nanosec", "nanosecs", "nsec", "nsecs", "nanoseconds"}) {
+      if (const auto found = std::ranges::find(names, stem + word); found != names.end()) {
+        return *found;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+Vector detail::stamps_of(const Eigen::Ref<const Vector>& seconds,
+                         const Eigen::Ref<const Vector>& nanoseconds) {
+  constexpr double day = 86400.0;
+  const double midnight = day * std::floor(seconds[0] / day);
+  return (seconds.array() - midnight) + 1e-9 * nanoseconds.array();
 }
 
 Log read_csv(const std::filesystem::path& path, const LogOptions& options) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -23,6 +24,16 @@ inline constexpr std::array<LogColumns, 6> log_columns = {{{&Log::q, "q", true},
                                                            {&Log::v_tau, "v_tau", false},
                                                            {&Log::q_r, "q_r", true},
                                                            {&Log::qd_r, "qd_r", false}}};
+
+/// The column of nanoseconds that belongs to one of whole seconds: "header.stamp.nanosec" beside "header.stamp.sec". Nothing where
+/// there is none.
+[[nodiscard]] std::optional<std::string> nanoseconds_of(std::string_view seconds,
+                                                        std::span<const std::string> names);
+
+/// Stamps of both, in seconds since the midnight (UTC) before the first one: since 1970 a double would round them to a
+/// quarter of a microsecond.
+[[nodiscard]] Vector stamps_of(const Eigen::Ref<const Vector>& seconds,
+                               const Eigen::Ref<const Vector>& nanoseconds);
 
 /// The part of Log::complaint() that says nothing about the regularity of the time stamps or about missing
 /// positions.

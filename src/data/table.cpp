@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <cstring>
 #include <optional>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
 
+#include "data/iso_time.hpp"
 #include "dialect.hpp"
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
@@ -287,6 +289,11 @@ class Reader {
       if (reading == CellReading::number) {
         continue;
       }
+      if (const auto instant = detail::iso_time(cell)) {
+        first_day_ = first_day_.value_or(instant->day);
+        targets_[field][row_] = 86400.0 * static_cast<double>(instant->day - *first_day_) + instant->seconds;
+        continue;
+      }
       double value = 0.0;
       if (may_switch() && detail::read_cell(cell, ',', value) == CellReading::number) {
         comma_line_ = line_;
@@ -320,7 +327,9 @@ class Reader {
     double value = 0.0;
     switch (reading) {
       case CellReading::empty:
-        throw InputError(column + " is empty; a number is required");
+        throw InputError(
+            column +
+            " is empty; a number is required (rivid convert fills in the empty cells of merged topics)");
       case CellReading::not_finite:
         throw InputError(column + content + "; values must be finite");
       case CellReading::out_of_range:
@@ -352,6 +361,7 @@ class Reader {
   std::size_t comma_line_ = 0;
   Index row_ = 0;
   LineNumbers* lines_ = nullptr;
+  std::optional<std::int64_t> first_day_;  // of dates, which count in seconds from its midnight
 };
 
 void check(const TableOptions& options) {

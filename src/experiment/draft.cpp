@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "data/log_columns.hpp"
 #include "experiment/recognised_columns.hpp"
 #include "experiment/sections.hpp"
 #include "experiment/target_gains.hpp"
@@ -60,9 +61,14 @@ struct Clock {
 };
 
 Clock clock_of(const Path& log, const RecognisedColumns& time) {
-  const Table table = read_table(log, {.columns = time.columns});
+  std::vector<std::string> columns = time.columns;
+  if (const auto nanoseconds = detail::nanoseconds_of(columns.front(), column_names(log))) {
+    columns.push_back(*nanoseconds);
+  }
+  const Table table = read_table(log, {.columns = columns});
   Clock out;
-  const Vector stamps = table.values.col(0);
+  const Vector stamps = columns.size() == 1 ? Vector(table.values.col(0))
+                                            : detail::stamps_of(table.values.col(0), table.values.col(1));
   if (stamps.size() < 2) {
     throw InputError(log.string() + ": the log has one sample, at least 2 are required");
   }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "data/dialect.hpp"
+#include "data/log_columns.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/text.hpp"
 
@@ -383,6 +384,12 @@ RecognisedColumns best(const std::vector<Group>& groups, ColumnKind kind, std::s
 RecognisedColumns time_column(std::span<const std::string> names, std::vector<std::string>& doubts) {
   std::vector<Group> groups;
   add_single(names, groups);
+  for (const std::string& name : names) {
+    // They are a part of the seconds beside them.
+    if (const auto nanoseconds = nanoseconds_of(name, names)) {
+      std::erase_if(groups, [&](const Group& group) { return group.columns.front() == *nanoseconds; });
+    }
+  }
   return best(groups, ColumnKind::time, "time", doubts);
 }
 

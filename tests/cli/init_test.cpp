@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
+
 #include "support/identify_tool.hpp"
 
 namespace {
@@ -42,6 +45,20 @@ TEST_F(Init, SaysWhatIsMissingAndExitsWithOne) {
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_NE(run.err.find("no columns of positions were recognised"), std::string::npos) << run.err;
   EXPECT_NE(run.err.find("wrote new.toml, incomplete\n"), std::string::npos) << run.err;
+}
+
+TEST_F(Init, TakesSecondsAndNanosecondsTogether) {
+  std::string log = "header.stamp.sec,header.stamp.nanosec,q1,q2,v1,v2\n";
+  for (int k = 0; k < 500; ++k) {
+    log += std::to_string(1700000000 + k / 100) + "," + std::to_string(k % 100 * 10000000) + "," +
+           std::to_string(std::sin(0.03 * k)) + "," + std::to_string(std::cos(0.05 * k)) + ",1,2\n";
+  }
+  folder().write("log.csv", log);
+  const Outcome run = identify({"init", "scara.urdf", "log.csv", "--print"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("time = \"header.stamp.sec\""), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("500 samples at 100 Hz; jitter 0 %"), std::string::npos) << run.out;
+  EXPECT_EQ(run.err.find("may be"), std::string::npos) << run.err;
 }
 
 TEST_F(Init, IsNamedToWhoGivesARobotInstead) {

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rivid._rivid import InputError
+from rivid.formats import text as text
 
 Table = Mapping[str, Any]
 

@@ -69,23 +69,43 @@ def alias(name: str) -> str:
 
 
 _EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
+_OFFSET = re.compile(r"(.*:\d.*?) ?(Z|[+-]\d\d(?::?\d\d)?)$")
+
+
+def _instant(text: str) -> np.datetime64:
+    """A date and time as ISO 8601 writes it, in UTC; no time where the cell is empty."""
+    text = text.strip().replace(",", ".")
+    shift = np.timedelta64(0, "s")
+    if found := _OFFSET.fullmatch(text):
+        text = found[1]
+        if found[2] != "Z":
+            sign, digits = found[2][0], found[2][1:].replace(":", "").ljust(4, "0")
+            shift = np.timedelta64(int(sign + "1") * (60 * int(digits[:2]) + int(digits[2:])), "m")
+    return np.datetime64(text or "NaT", "ns") - shift
 
 
 def _seconds(array: Any) -> Any | None:
     """Time stamps in seconds from the first on, where they are dates, ISO texts or whole numbers since 1970."""
-    if array.dtype.kind in "OUS":
+    if array.dtype.kind in "OUST":
         try:
-            texts = [str(value).rstrip("Z") for value in array]
-            array = np.array(texts, dtype="datetime64[ns]")
+            array = np.array([_instant(str(value)) for value in array], dtype="datetime64[ns]")
         except ValueError:
             return None
     if array.dtype.kind == "M":
-        return (array - array[0]) / np.timedelta64(1, "s")
+        known = array[~np.isnat(array)]
+        return (array - known[0]) / np.timedelta64(1, "s") if known.size else None
     if array.dtype.kind in "iu":
         for least, scale in _EPOCHS:
             if array[0] >= least:
                 return (array - array[0]) * scale
     return None
+
+
+def nanoseconds_of(seconds: str, names: Iterable[str]) -> str | None:
+    """The column of nanoseconds that belongs to one of seconds: header.stamp.sec with header.stamp.nanosec."""
+    stem = re.fullmatch(r"(.*?)(?:sec|secs|seconds)", seconds)
+    words = ("nanosec", "nanosecs", "nsec", "nsecs", "nanoseconds")
+    return next((name for word in words if stem and (name := stem[1] + word) in names), None)
 
 
 def with_seconds(table: Mapping[str, Any]) -> dict[str, Any]:
@@ -94,13 +114,10 @@ def with_seconds(table: Mapping[str, Any]) -> dict[str, Any]:
     if "t" in out and np.asarray(out["t"]).dtype.kind == "f":
         return out
     for name in table:
-        stem = re.fullmatch(r"(.*?)_?(?:nanosec|nanosecs|nsec|nsecs)", name)
-        seconds = next((n for s in ("sec", "secs") if stem and (n := f"{stem[1]}{s}") in table), None)
-        if stem and not seconds:
-            seconds = next((n for s in ("_sec", "_secs") if (n := f"{stem[1]}{s}") in table), None)
-        if seconds:
-            whole = np.asarray(table[seconds], dtype=np.int64)
-            out["t"] = (whole - whole[0]) + np.asarray(table[name], dtype=float) * 1e-9
+        if nanoseconds := nanoseconds_of(name, table):
+            whole = np.asarray(table[name], dtype=float)  # exact up to 2^53
+            known = whole[np.isfinite(whole)]
+            out["t"] = (whole - (known[0] if known.size else 0.0)) + np.asarray(table[nanoseconds], dtype=float) * 1e-9
             return out
     for name in table:
         if re.search(r"time|stamp|^t$", name, re.IGNORECASE) and len(table[name]):
