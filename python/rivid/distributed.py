@@ -1,13 +1,14 @@
-"""Many robots and long studies on many machines, by Dask: pip install 'rivid[dask]'.
+"""Many logs, many robots and long studies on many machines, by Dask: pip install 'rivid[dask]'.
 
-Each task is one experiment or a few runs of a study. What goes through the scheduler are paths, settings and results; logs are read where
+Each task is one log, one experiment or a few runs of a study. What goes through the scheduler are paths, settings and results; logs are read where
 the work is done, so that paths must mean the same on all machines. No result depends on the number of workers, and what a worker
 leaves undone is done by another.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,13 +16,18 @@ from typing import TYPE_CHECKING, Any
 from distributed import Client, as_completed
 
 from rivid import _rivid
+from rivid import identify as identify_here
+from rivid._keys import Method, toml
+from rivid._options import Auto
 from rivid.experiment import Experiment
-from rivid.fit import identify
+from rivid.fit import Fit
+from rivid.log import Log, read_logs
 from rivid.montecarlo import MonteCarloResults, Study
+from rivid.robot import Robot
 from rivid.table import Table
 
 if TYPE_CHECKING:
-    from rivid.types import Progress, Settings
+    from rivid.types import LogSource, Progress, Settings
 
 
 def montecarlo(
@@ -44,6 +50,45 @@ def montecarlo(
         if progress is not None:
             progress("runs", done / len(pieces))
     return study.results(rows)
+
+
+def identify(
+    robot: Robot,
+    logs: Sequence[str | PathLike[str]],
+    method: Method | None = None,
+    *,
+    client: Client,
+    validation: LogSource | Iterable[LogSource] | None = None,
+    logs_a_task: int = 1,
+    progress: Progress | None = None,
+) -> Fit:
+    """``rivid.identify`` by least squares from many logs: a task reduces a log, or ``logs_a_task``, to factors, which are merged in a tree.
+
+    ``logs`` are files that the workers can read; they never pass through the client. Where ``decimation`` is left open, the first log
+    chooses the rows of all. The estimate is the same bit by bit whatever the number of workers, and that of one process to rounding: to the
+    last bit where one task takes all logs.
+    Standard deviations come from blocks of time, see docs/scale.md; residuals are not looked at.
+
+    Raises InputError for a log that can not be used, and for methods that need all samples: ``Iv``, robust and essential ones.
+    """
+    paths = [Path(log) for log in logs]
+    if not paths:
+        raise _rivid.InputError("identify: no log is given")
+    prepare = client.submit(_Plan.made, robot, method or Auto(), paths[0], len(paths), pure=False)
+    parts = [paths[k : k + logs_a_task] for k in range(0, len(paths), logs_a_task)]
+    level = client.map(_factored, parts, plan=prepare, pure=False)
+    if progress is not None:
+        for done, _ in enumerate(as_completed(level), start=1):
+            progress("logs", done / len(level))
+    while len(level) > 1:
+        # Of a level that is merged nobody holds a future: its memory is given back, and what a lost worker held is made again.
+        level = [client.submit(_merged, level[k : k + _MERGED_AT_ONCE], pure=False) for k in range(0, len(level), _MERGED_AT_ONCE)]
+    plan, content = client.gather([prepare, level[0]])
+    found, inputs = _rivid.identify_factors(robot._robot, content, plan.sections, _SOURCE)
+    fit = _FitOfFactors(robot, found, paths, inputs)
+    for one in [] if validation is None else read_logs(validation, robot):
+        fit.validate(one)
+    return fit
 
 
 def identify_fleet(
@@ -123,12 +168,63 @@ def _median(values: list[float | None]) -> float:
     return known[middle] if len(known) % 2 else 0.5 * (known[middle - 1] + known[middle])
 
 
+_MERGED_AT_ONCE = 8
+_BLOCKS = 10  # of all logs together at least
+_SOURCE = "rivid.distributed.identify"
+
+
+class _Plan:
+    """What all tasks of one identification share."""
+
+    def __init__(self, robot: Robot, sections: str, blocks: int) -> None:
+        self.robot = robot
+        self.sections = sections
+        self.blocks = blocks
+
+    @staticmethod
+    def made(robot: Robot, method: Method, first: Path, logs: int) -> _Plan:
+        sections = method.sections()
+        pilot = [log._log for log in read_logs(first, robot)]
+        signal = json.loads(_rivid.chosen_signal(robot._robot, pilot, _text(sections), _SOURCE))
+        return _Plan(robot, _text({**sections, "signal": {**sections["signal"], **signal}}), max(1, round(_BLOCKS / logs)))
+
+
+class _FitOfFactors(Fit):
+    """A fit whose logs are read again where somebody asks for what needs them."""
+
+    def __init__(self, robot: Robot, found: _rivid.Identification, paths: list[Path], inputs: list[tuple[str, str]]) -> None:
+        super().__init__(robot, found, None, [])
+        self._paths = paths
+        self.__dict__["_inputs"] = inputs
+
+    def _training(self) -> list[Log]:
+        if self._logs is None:
+            self._logs = read_logs(self._paths, self.robot)
+        return self._logs
+
+
+def _text(sections: Mapping[str, Mapping[str, Any]]) -> str:
+    return "\n".join(f"{name} = {toml(keys)}" for name, keys in sections.items())
+
+
+def _factored(paths: list[Path], plan: _Plan) -> bytes:
+    def factors(path: Path) -> bytes:
+        logs = [(log._log, log.digest()) for log in read_logs(path, plan.robot)]
+        return _rivid.factors(plan.robot._robot, logs, plan.sections, _SOURCE, plan.blocks)
+
+    return _merged([factors(path) for path in paths])
+
+
+def _merged(parts: list[bytes]) -> bytes:
+    return _rivid.merged_factors(parts)
+
+
 def _run(runs: list[int], path: Path, settings: Settings | None) -> list[_rivid.MonteCarloRow]:
     return Study(path, settings).run(runs)
 
 
 def _identified(path: Path, settings: Settings | None) -> dict[str, Any]:
     try:
-        return identify(Experiment(path, settings)).document
+        return identify_here(Experiment(path, settings)).document
     except _rivid.Error as error:
         return {"error": str(error)}

@@ -61,6 +61,7 @@ void def_array(Class& type, const char* name, Member member, const char* text) {
 
 void bind_data(nb::module_& m);
 void bind_identify(nb::module_& m);
+void bind_factors(nb::module_& m);
 void bind_dynamics(nb::module_& m);
 void bind_experiment(nb::module_& m);
 

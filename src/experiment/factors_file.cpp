@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <unordered_map>
 
 #include "experiment/json_fields.hpp"
 #include "rivid/error.hpp"
@@ -228,11 +229,15 @@ FactorsFile factors_of(const Experiment& experiment, std::span<const Log> logs,
 
 void merge(FactorsFile& into, const FactorsFile& other, std::string_view source) {
   expect_same(other.made_with, source, into.made_with, "the factors before it");
+  std::unordered_map<std::string_view, const FactoredLog*> theirs;
   for (const FactoredLog& log : other.logs) {
-    const auto same = std::ranges::find(into.logs, log.sha256, &FactoredLog::sha256);
-    if (same != into.logs.end()) {
-      throw InputError(std::string(source) + ": holds " + log.path + ", which the factors before it hold" +
-                       (same->path == log.path ? "" : " as " + same->path) +
+    theirs.emplace(log.sha256, &log);
+  }
+  for (const FactoredLog& own : into.logs) {
+    if (const auto same = theirs.find(own.sha256); same != theirs.end()) {
+      const std::string& path = same->second->path;
+      throw InputError(std::string(source) + ": holds " + path + ", which the factors before it hold" +
+                       (path == own.path ? "" : " as " + own.path) +
                        "; a log that counts twice would make intervals too short");
     }
   }
