@@ -15,6 +15,7 @@
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/excitation.hpp"
+#include "rivid/report/plan.hpp"
 #include "rivid/report/players.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
@@ -29,6 +30,8 @@ using Clock = std::chrono::steady_clock;
 struct Arguments {
   std::filesystem::path experiment;
   std::filesystem::path motion;  // of the subcommand forecast
+  std::filesystem::path first;   // plans of the subcommand compare
+  std::filesystem::path second;
   std::optional<std::int64_t> seconds;
   std::optional<int> starts;
   std::optional<std::int64_t> seed;
@@ -38,6 +41,7 @@ struct Arguments {
   std::filesystem::path output;
   bool json = false;
   bool quiet = false;
+  bool report = false;
   bool dry_run = false;
 };
 
@@ -71,6 +75,7 @@ Command command_of(Arguments& to) {
                      .one_each = true},
                     set_argument(to.set),
                     {"--output", "DIR", "Folder for the files; default: EXPERIMENT_excitation", &to.output},
+                    {"--report", "", "Also write report.html: tables and plots to look at", &to.report},
                     {"--json", "", "Print plan.json", &to.json},
                     {"--quiet", "", "Print nothing but errors", &to.quiet},
                     {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
@@ -78,7 +83,8 @@ Command command_of(Arguments& to) {
       .footer =
           "Ctrl-C ends the search and keeps the best motion so far.\n"
           "\"rivid_excite forecast EXPERIMENT.toml MOTION.csv\" forecasts the same for a motion that is "
-          "there already.\n" +
+          "there already.\n"
+          "\"rivid_excite compare A B\" prints what plan B is worth in experiment time of plan A.\n" +
           exit_codes + "The keys of an experiment file are listed in docs/experiment.md."};
 }
 
@@ -98,8 +104,27 @@ Command forecast_command(Arguments& to) {
                         set_argument(to.set),
                         {"--output", "DIR", "Folder for forecast.json; without it nothing is written",
                          &to.output},
+                        {.name = "--report",
+                         .value = "",
+                         .text = "Also write report.html: tables and plots to look at",
+                         .target = &to.report,
+                         .needs = "--output"},
                         {"--json", "", "Print forecast.json", &to.json},
                         {"--quiet", "", "Print nothing but errors", &to.quiet}},
+          .footer = exit_codes};
+}
+
+Command compare_command(Arguments& to) {
+  return {.name = "rivid_excite compare",
+          .description = "Compares two plans for a robot: what B is worth in experiment time of A.",
+          .arguments =
+              {{.name = "A",
+                .value = "FILE",
+                .text = "plan.json or forecast.json, or the folder of a design",
+                .target = &to.first,
+                .required = true},
+               {.name = "B", .value = "FILE", .text = "The same", .target = &to.second, .required = true},
+               {"--json", "", "Print JSON", &to.json}},
           .footer = exit_codes};
 }
 
@@ -179,8 +204,12 @@ int design_from(const Arguments& arguments) {
   const std::filesystem::path motion = folder / "motion.csv";
   const std::filesystem::path experiment = folder / "experiment.toml";
   const std::filesystem::path file = folder / "plan.json";
+  const std::filesystem::path report = folder / "report.html";
   plan.options.known = known_information(plan);
   std::vector<PlannedFile> files = {{motion, ".csv"}, {experiment, ".toml"}, {file, ".json"}};
+  if (arguments.report) {
+    files.push_back({report, ".html"});
+  }
   for (const Player player : players) {
     const std::filesystem::path path = folder / file_name(player);
     files.push_back({path, path.extension().string()});
@@ -198,10 +227,14 @@ int design_from(const Arguments& arguments) {
     return success;
   }
   const Excitation found = designed(arguments, plan);
-  const std::string json = to_json(plan, found, provenance_of(plan, std::move(overrides)));
+  const Provenance provenance = provenance_of(plan, std::move(overrides));
+  const std::string json = to_json(plan, found, provenance);
   outputs.put(motion, motion_csv(found));
   outputs.put(experiment, experiment_text(plan, found, folder));
   outputs.put(file, json);
+  if (arguments.report) {
+    outputs.put(report, html_report(plan, found, provenance));
+  }
   for (const Player player : players) {
     outputs.put(folder / file_name(player), player_file(player, plan.experiment.robot, plan.options, found));
   }
@@ -218,11 +251,15 @@ int design_from(const Arguments& arguments) {
 int forecast_from(const Arguments& arguments) {
   ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
   const std::filesystem::path file = arguments.output / "forecast.json";
+  const std::filesystem::path report = arguments.output / "report.html";
   std::vector<std::filesystem::path> inputs = plan.inputs();
   inputs.push_back(arguments.motion);
   Outputs outputs(inputs);
   if (!arguments.output.empty()) {
     outputs.plan(file, ".json");
+  }
+  if (arguments.report) {
+    outputs.plan(report, ".html");
   }
   plan.options.known = known_information(plan);
   const Log log = read_csv(arguments.motion, plan.experiment.log.columns);
@@ -236,6 +273,9 @@ int forecast_from(const Arguments& arguments) {
   const std::string json = to_json(plan, found, provenance);
   if (!arguments.output.empty()) {
     outputs.put(file, json);
+    if (arguments.report) {
+      outputs.put(report, html_report(plan, motion, found, provenance));
+    }
     outputs.commit();
   }
   if (!arguments.quiet) {
@@ -244,8 +284,20 @@ int forecast_from(const Arguments& arguments) {
   return success;
 }
 
+int compare_plans(const Arguments& arguments) {
+  const PlanFile a = read_plan(arguments.first);
+  const PlanFile b = read_plan(arguments.second);
+  const PlanComparison comparison = compare(a, b);
+  print(arguments.json ? to_json(a, b, comparison) : in_words(a, b, comparison));
+  return success;
+}
+
 int tool(int argc, char** argv) {
   Arguments arguments;
+  if (argc > 1 && std::string_view(argv[1]) == "compare") {
+    return run_command(compare_command(arguments), argc - 1, argv + 1,
+                       [&] { return compare_plans(arguments); });
+  }
   if (argc > 1 && std::string_view(argv[1]) == "forecast") {
     return run_command(forecast_command(arguments), argc - 1, argv + 1,
                        [&] { return forecast_from(arguments); });

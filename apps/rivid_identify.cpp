@@ -10,6 +10,7 @@
 #include "rivid/regressor/load.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
+#include "rivid/report/plan.hpp"
 #include "rivid/report/rows.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
@@ -31,6 +32,7 @@ struct Arguments {
   std::filesystem::path output;
   int threads = 1;
   std::filesystem::path write_rows;
+  std::filesystem::path plan;
   bool physical = false;
   bool json = false;
   bool quiet = false;
@@ -62,6 +64,10 @@ Command command_of(Arguments& to) {
            {"--output", "DIR", "Folder for result.json; default: EXPERIMENT_result", &to.output},
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
            {"--write-rows", "FILE", "Write the rows of the fit, .npz for NumPy or .csv", &to.write_rows},
+           {"--plan", "FILE",
+            "plan.json of rivid_excite: forecast beside reported standard deviations, plan_check.json beside "
+            "result.json",
+            &to.plan},
            {"--threads", "N", "Threads that share the work; 0: one a processor; no result depends on them",
             &to.threads, thread_range},
            {"--json", "", "Print the result as JSON instead of the table", &to.json},
@@ -180,20 +186,28 @@ int identify_from(const Arguments& arguments) {
   if (!arguments.write_rows.empty()) {
     files.push_back({arguments.write_rows, rows_format(arguments.write_rows)});
   }
-  Outputs outputs = planned(experiment.inputs(), files);
+  const std::filesystem::path checked = folder / "plan_check.json";
+  std::vector<std::filesystem::path> inputs = experiment.inputs();
+  std::optional<PlanFile> plan;
+  if (!arguments.plan.empty()) {
+    plan = read_plan(arguments.plan);
+    inputs.push_back(plan->path);
+    files.push_back({checked, ".json"});
+  }
+  Outputs outputs = planned(inputs, files);
   if (arguments.dry_run) {
-    std::ostringstream plan;
-    print_plan(plan, experiment, files);
+    std::ostringstream text;
+    print_plan(text, experiment, files);
     if (!arguments.quiet) {
-      print(plan.str());
+      print(text.str());
     }
     return success;
   }
 
   if (arguments.verbose) {
-    std::ostringstream plan;
-    print_plan(plan, experiment, files);
-    tell(plan.str());
+    std::ostringstream text;
+    print_plan(text, experiment, files);
+    tell(text.str());
   }
   ProgressBar bar(!arguments.quiet);
   take_friction(experiment, std::ref(bar));
@@ -214,10 +228,18 @@ int identify_from(const Arguments& arguments) {
     outputs.put(arguments.write_rows,
                 arguments.write_rows.extension() == ".npz" ? to_npz(rows) : to_csv(rows));
   }
+  std::optional<PlanCheck> check;
+  if (plan) {
+    check = check_against(*plan, experiment.robot, result);
+    outputs.put(checked, to_json(*plan, *check));
+  }
   outputs.commit();
   if (!arguments.quiet) {
     std::ostringstream table;
     table << result;
+    if (check) {
+      table << '\n' << in_words(*plan, *check);
+    }
     print(arguments.json ? json : table.str());
     tell("note", result.notes);
     if (arguments.json) {
@@ -232,6 +254,9 @@ int identify_from(const Arguments& arguments) {
     }
     if (!arguments.write_rows.empty()) {
       std::cerr << "wrote " << arguments.write_rows.string() << '\n';
+    }
+    if (check) {
+      std::cerr << "wrote " << checked.string() << '\n';
     }
   }
   return result.status == Status::identified ? success : no_success;

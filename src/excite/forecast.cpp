@@ -95,6 +95,49 @@ Matrix derivative(const Matrix& x, double f_m) {
   return out;
 }
 
+// @param C  covariance of the estimates
+void add_correlations(const Matrix& C, std::vector<ForecastParameter>& parameters) {
+  const Vector sigma = C.diagonal().cwiseSqrt();
+  for (Index i = 0; i < C.rows() && C.rows() > 1; ++i) {
+    Vector others = C.col(i).cwiseQuotient(sigma) / sigma[i];
+    others[i] = 0.0;
+    Index closest = 0;
+    others.cwiseAbs().maxCoeff(&closest);
+    ForecastParameter& parameter = parameters[static_cast<std::size_t>(i)];
+    parameter.closest = parameters[static_cast<std::size_t>(closest)].name;
+    parameter.correlation = others[closest];
+  }
+}
+
+// What each row adds to the information, w C wᵀ / σ²: Σ over all rows is b where nothing was known before.
+Matrix leverages(detail::SampledRegressor& regressor, const Motion& motion, const Matrix& C,
+                 const Vector& weights) {
+  Matrix out(motion.samples(), motion.joints());
+  regressor.pieces(motion, [&](Index first, std::span<const Matrix> W) {
+    for (std::size_t i = 0; i < W.size(); ++i) {
+      const std::vector<Index>& columns = regressor.columns(i);
+      const auto joint = static_cast<Index>(i);
+      out.col(joint).segment(first, W[i].rows()) =
+          weights[joint] * (W[i] * C(columns, columns)).cwiseProduct(W[i]).rowwise().sum();
+    }
+  });
+  return out;
+}
+
+std::vector<JointInformation> joint_information(const Robot& robot, const Vector& weights,
+                                                const Matrix& leverage, Index b) {
+  std::vector<JointInformation> out;
+  for (Index j = 0; j < robot.size(); ++j) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    out.push_back({.joint = joint.name,
+                   .unit = unit_of(Limited::torque, joint.type),
+                   .sigma = 1.0 / std::sqrt(weights[j]),
+                   .share = leverage.size() > 0 ? leverage.col(j).sum() / static_cast<double>(b)
+                                                : std::numeric_limits<double>::quiet_NaN()});
+  }
+  return out;
+}
+
 // Of both sides of a limit the one that is nearer.
 std::vector<LimitUse> uses(const Robot& robot, const MotionBounds& bounds,
                            const detail::LimitedMotion& motion, double f_m) {
@@ -174,20 +217,16 @@ Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const Ex
     throw InputError("forecast: the rate of the motion is " + number(f_m) + " Hz, must be positive");
   }
   Forecast out;
+  out.f_m = f_m;
+  out.duration = static_cast<double>(motion.samples() - 1) / f_m;
   const detail::Task task = detail::task_of("forecast", robot, options, f_m, out.findings);
   RegressorBatch(robot, task.base.columns()).require("forecast", motion, 0, motion.samples());
   detail::SampledRegressor regressor(robot, task.base);
   out.information = task.known;
-  constexpr Index chunk = 256;
-  std::vector<Matrix> W;
-  for (Index first = 0; first < motion.samples(); first += chunk) {
-    const Index count = std::min(chunk, motion.samples() - first);
-    regressor.rows({.q = motion.q.middleRows(first, count),
-                    .qd = motion.qd.middleRows(first, count),
-                    .qdd = motion.qdd.middleRows(first, count)},
-                   W);
-    detail::add_information(regressor, W, task.weights / f_m, out.information);
-  }
+  const Vector weights = task.weights / f_m;
+  regressor.pieces(motion, [&](Index, std::span<const Matrix> W) {
+    detail::add_information(regressor, W, weights, out.information);
+  });
   const detail::Spread spread = detail::spread(out.information);
   out.log_det = spread.log_det;
   out.condition = spread.condition;
@@ -196,7 +235,13 @@ Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const Ex
   for (Index i = 0; i < task.base.size(); ++i) {
     out.parameters.push_back(
         forecast_of(task.base.parameters[static_cast<std::size_t>(i)], out.chi[i], spread.sigma[i]));
+    out.parameters.back().sigma_alone = 1.0 / std::sqrt(out.information(i, i));
   }
+  if (const auto scored = detail::score(out.information, detail::Information{})) {
+    add_correlations(scored->K, out.parameters);
+    out.leverage = leverages(regressor, motion, scored->K, weights);
+  }
+  out.joints = joint_information(robot, weights, out.leverage, task.base.size());
   if (task.chi.size() > 0) {
     out.tau = detail::predicted_torques(regressor, motion, task.chi);
   }

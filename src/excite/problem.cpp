@@ -7,8 +7,6 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr Index chunk = 256;
-
 Vector middles(double duration, Index samples) {
   const double step = duration / static_cast<double>(samples);
   return Vector::LinSpaced(samples, 0.5 * step, duration - 0.5 * step);
@@ -46,17 +44,11 @@ Approach approach(Clearances& clearances, const Matrix& q) {
 
 Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi) {
   Matrix out(motion.samples(), motion.joints());
-  std::vector<Matrix> W;
-  for (Index first = 0; first < motion.samples(); first += chunk) {
-    const Index count = std::min(chunk, motion.samples() - first);
-    regressor.rows({.q = motion.q.middleRows(first, count),
-                    .qd = motion.qd.middleRows(first, count),
-                    .qdd = motion.qdd.middleRows(first, count)},
-                   W);
+  regressor.pieces(motion, [&](Index first, std::span<const Matrix> W) {
     for (std::size_t i = 0; i < W.size(); ++i) {
-      out.col(static_cast<Index>(i)).segment(first, count) = W[i] * chi(regressor.columns(i));
+      out.col(static_cast<Index>(i)).segment(first, W[i].rows()) = W[i] * chi(regressor.columns(i));
     }
-  }
+  });
   return out;
 }
 

@@ -158,6 +158,20 @@ void SampledRegressor::rows(const Motion& motion, std::vector<Matrix>& W) {
   }
 }
 
+void SampledRegressor::pieces(const Motion& motion,
+                              const std::function<void(Index first, std::span<const Matrix> W)>& take) {
+  constexpr Index piece = 256;
+  std::vector<Matrix> W;
+  for (Index first = 0; first < motion.samples(); first += piece) {
+    const Index count = std::min(piece, motion.samples() - first);
+    rows({.q = motion.q.middleRows(first, count),
+          .qd = motion.qd.middleRows(first, count),
+          .qdd = motion.qdd.middleRows(first, count)},
+         W);
+    take(first, W);
+  }
+}
+
 struct SampledRegressor::Sums {
   std::span<const Matrix> G;
   Index first;              // sample of G and of the sums that the block begins at

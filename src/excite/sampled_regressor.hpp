@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -39,6 +40,8 @@ class SampledRegressor {
 
   /// Rows of all joints, (samples × columns(i).size()) each.
   void rows(const Motion& motion, std::vector<Matrix>& W);
+  /// The same of a long motion, some samples at a time: `take` gets the first of them and their rows.
+  void pieces(const Motion& motion, const std::function<void(Index first, std::span<const Matrix> W)>& take);
 
   /// Derivatives of
   ///

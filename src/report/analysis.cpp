@@ -201,6 +201,15 @@ Spectrum amplitude_spectrum(const Vector& x, const Vector& values, double most, 
   return out;
 }
 
+std::vector<Index> every_few(Index rows, Index most) {
+  const Index step = std::max<Index>((rows + most - 1) / most, 1);
+  std::vector<Index> out;
+  for (Index k = 0; k < rows; k += step) {
+    out.push_back(k);
+  }
+  return out;
+}
+
 Matrix correlation(const Matrix& covariance) {
   Vector deviation = covariance.diagonal().cwiseSqrt();
   for (double& sigma : deviation) {

@@ -82,6 +82,9 @@ struct Spectrum {
 // @param count     of frequencies, most / count apart
 [[nodiscard]] Spectrum amplitude_spectrum(const Vector& x, const Vector& values, double most, Index count);
 
+// Every so many rows, so that no more than these are left.
+[[nodiscard]] std::vector<Index> every_few(Index rows, Index most);
+
 // Correlation of the estimates, C_ij / √(C_ii C_jj); not a number where a deviation is not one or is zero.
 [[nodiscard]] Matrix correlation(const Matrix& covariance);
 

@@ -105,7 +105,16 @@ void add_data(const Skeleton& skeleton, ChartJson& out) {
                       {"centre", list(body.centre)},
                       {"axes", list(body.axes.reshaped())}});
   }
-  out[skeleton.id] = {{"joints", std::move(joints)}, {"bodies", std::move(bodies)}};
+  ChartJson traces = ChartJson::array();
+  for (const Skeleton::Trace& trace : skeleton.traces) {
+    ChartJson points = ChartJson::array();
+    for (const Eigen::Vector3d& point : trace.points) {
+      points.push_back(list(point));
+    }
+    traces.push_back({{"name", trace.name}, {"style", trace.style}, {"points", std::move(points)}});
+  }
+  out[skeleton.id] = {
+      {"joints", std::move(joints)}, {"bodies", std::move(bodies)}, {"traces", std::move(traces)}};
 }
 
 // A picture alone says all.

@@ -387,10 +387,23 @@ std::string drawn(const Skeleton& skeleton) {
     box.extend(Eigen::Vector2d(P * body.centre + reach));
     box.extend(Eigen::Vector2d(P * body.centre - reach));
   }
+  for (const Skeleton::Trace& trace : skeleton.traces) {
+    for (const Eigen::Vector3d& point : trace.points) {
+      box.extend(Eigen::Vector2d(P * point));
+    }
+  }
   const Eigen::Vector2d span = box.sizes().cwiseMax(1e-3);
   const double pixels = std::min((width - 2.0 * margin) / span[0], (height - 2.0 * margin) / span[1]);
   const Eigen::Vector2d middle = Eigen::Vector2d(0.5 * width, 0.5 * height) - pixels * box.center();
   std::string content;
+  for (const Skeleton::Trace& trace : skeleton.traces) {
+    std::vector<Point> points;
+    for (const Eigen::Vector3d& point : trace.points) {
+      const Eigen::Vector2d at = middle + pixels * (P * point);
+      points.push_back({at[0], at[1]});
+    }
+    content += polyline("trace " + trace.style, points);
+  }
   for (const Skeleton::Ellipsoid& body : skeleton.ellipsoids) {
     content += ellipse_picture(body, P, middle, pixels);
   }

@@ -241,6 +241,11 @@ struct HeatMap {
 
 // Lines and ellipsoids in space, which the reader can turn.
 struct Skeleton {
+  struct Trace {
+    std::string name;
+    std::string style;                    // as style sheets call it
+    std::vector<Eigen::Vector3d> points;  // [m]
+  };
   struct Ellipsoid {
     std::string name;
     std::string style;
@@ -252,7 +257,8 @@ struct Skeleton {
   std::string title;
   std::string label;
   std::vector<Eigen::Vector3d> joints;  // of the line from base to tip [m]
-  std::vector<Ellipsoid> ellipsoids;
+  std::vector<Ellipsoid> ellipsoids = {};
+  std::vector<Trace> traces = {};
 };
 
 // One row a value, with its interval and what it should be.

@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 
-#include "report/document.hpp"
+#include "report/documents.hpp"
+#include "report/excitation_charts.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/text.hpp"
+#include "rivid/version.hpp"
 
 namespace rivid {
 
@@ -23,6 +26,32 @@ Mark forecast_mark(const ForecastParameter& parameter) {
   return Mark::none;
 }
 
+// That of a weak parameter, in per cent of its value: see ForecastParameter::Prospect.
+constexpr double known_percent = 30.0;
+
+// Why a parameter is weak, and how many such motions would do.
+std::string why_weak(const ForecastParameter& p) {
+  if (p.prospect == ForecastParameter::Prospect::good) {
+    return "";
+  }
+  if (p.prospect == ForecastParameter::Prospect::unseen) {
+    return "the motion does not show it, or only together with others";
+  }
+  if (p.value == 0.0) {
+    return "its a-priori value is zero";
+  }
+  const double alone = 100.0 * p.sigma_alone / std::abs(p.value);
+  const std::string cause = alone > known_percent
+                                ? "small beside the noise: " + fixed(alone, 0) + " % if all others were known"
+                                : "hard to distinguish from " + p.closest + " (correlation " +
+                                      fixed(p.correlation, 2) + "): " + fixed(alone, 0) +
+                                      " % if all others were known";
+  const double ratio = p.relative_sigma_percent / known_percent;
+  constexpr double many = 1000.0;
+  const double motions = std::ceil(ratio * ratio);
+  return cause + (motions <= many ? "; " + number(motions) + " such motions would do" : "");
+}
+
 Table forecast_table(const Forecast& forecast) {
   return table_of<std::vector<ForecastParameter>>(
       forecast.parameters,
@@ -30,7 +59,8 @@ Table forecast_table(const Forecast& forecast) {
        {{"a priori", format::deviation}, [](const ForecastParameter& p) { return Cell(p.value, p.sigma); }},
        {{"forecast σ", format::significant(2)}, [](const ForecastParameter& p) { return p.sigma; }},
        {{"%σ", format::fixed(1)}, [](const ForecastParameter& p) { return p.relative_sigma_percent; }},
-       {{"unit"}, [](const ForecastParameter& p) { return p.unit; }}},
+       {{"unit"}, [](const ForecastParameter& p) { return p.unit; }},
+       {{"why", format::text, "", Shown::page}, why_weak}},
       forecast_mark);
 }
 
@@ -40,6 +70,10 @@ Table limit_table(const Forecast& forecast) {
       {{{"joint", format::name}, [](const LimitUse& l) { return l.joint; }},
        {{"limit"}, [](const LimitUse& l) { return l.quantity; }},
        {{"used", format::percents(1)}, [](const LimitUse& l) { return l.share; }},
+       {{"", format::stack, "", Shown::page},
+        [](const LimitUse& l) {
+          return Stack{{{"fit", std::clamp(l.share, 0.0, 1.0)}}, l.quantity + " " + percent(l.share)};
+        }},
        {{"extreme", format::significant(4)}, [](const LimitUse& l) { return l.value; }},
        {{"allowed", format::significant(4)}, [](const LimitUse& l) { return l.limit; }},
        {{"unit"}, [](const LimitUse& l) { return l.unit; }},
@@ -58,15 +92,76 @@ Table clearance_table(const Forecast& forecast) {
       [](const ClearanceUse& c) { return c.distance < c.wanted ? Mark::bad : Mark::none; });
 }
 
+std::ptrdiff_t count_of(const Forecast& forecast, ForecastParameter::Prospect prospect) {
+  return std::ranges::count(forecast.parameters, prospect, &ForecastParameter::prospect);
+}
+
 // "52 parameters, of which 49 within 30 %, 3 weak, none unseen".
 std::string forecast_verdict(const Forecast& forecast) {
-  const auto of = [&](ForecastParameter::Prospect prospect) {
-    return std::ranges::count(forecast.parameters, prospect, &ForecastParameter::prospect);
-  };
+  using enum ForecastParameter::Prospect;
   return counted(std::ssize(forecast.parameters), "base parameter") + ": " +
-         std::to_string(of(ForecastParameter::Prospect::good)) + " will be known within 30 %, " +
-         std::to_string(of(ForecastParameter::Prospect::weak)) + " are weak (?), " +
-         std::to_string(of(ForecastParameter::Prospect::unseen)) + " unseen (x)";
+         std::to_string(count_of(forecast, good)) + " will be known within 30 %, " +
+         std::to_string(count_of(forecast, weak)) + " are weak (?), " +
+         std::to_string(count_of(forecast, unseen)) + " unseen (x)";
+}
+
+bool keeps_limits(const Forecast& forecast) {
+  return std::ranges::none_of(forecast.limits, [](const LimitUse& l) { return l.share > 1.0; }) &&
+         std::ranges::none_of(forecast.clearances,
+                              [](const ClearanceUse& c) { return c.distance < c.wanted; });
+}
+
+KeyFigures motion_figures(const ForecastMotion& of) {
+  const Forecast& forecast = of.forecast;
+  KeyFigures out{
+      {{number(of.forecast.duration, 4) + " s", "of motion at " + number(of.forecast.f_m, 6) + " Hz"},
+       {number(forecast.log_det, 5), "log det of the information"},
+       {number(forecast.condition, 3), "condition of the weighted observation matrix"}}};
+  const auto used = std::ranges::max_element(forecast.limits, {}, &LimitUse::share);
+  if (used != forecast.limits.end()) {
+    out.figures.emplace_back(fixed(100.0 * used->share, 1) + " %",
+                             "used of the nearest limit: " + used->joint + ", " + used->quantity);
+  }
+  const auto nearest = std::ranges::min_element(forecast.clearances, {}, &ClearanceUse::distance);
+  if (nearest != forecast.clearances.end()) {
+    out.figures.emplace_back(number(1000.0 * nearest->distance, 3) + " mm",
+                             "smallest distance: " + nearest->first + " from " + nearest->second);
+  }
+  return out;
+}
+
+Section search_section(const Excitation& excitation) {
+  using S = StartReport;
+  return {
+      "search",
+      "Search",
+      "Search",
+      {{Sentence{
+           "Objective of each start, smaller is better; the best one was then brought to the limits on all "
+           "samples"}},
+       {table_of(excitation.starts,
+                 std::vector<ColumnOf<S>>{
+                     {{"seed", format::count}, [](const S& s) { return static_cast<double>(s.seed); }},
+                     {{"random motion", format::fixed(2)}, [](const S& s) { return s.objective_begin; }},
+                     {{"found", format::fixed(2)}, [](const S& s) { return s.objective_end; }},
+                     {{"evaluations", format::count},
+                      [](const S& s) { return static_cast<double>(s.evaluations); }}})}},
+      Shown::page};
+}
+
+Section origin_section(const ForecastMotion& of, const Provenance& provenance) {
+  std::vector<std::pair<std::string, std::string>> rows = {
+      {"Program", provenance.program + ", rivid " + std::string(version)},
+      {"Run", run_id(provenance)},
+      {"Criterion", std::string(name(of.plan.options.criterion))}};
+  for (const auto& [flag, value] : provenance.overrides) {
+    rows.emplace_back("Flag --" + flag, value);
+  }
+  return {"provenance",
+          "Provenance",
+          "Provenance",
+          {{settings_table(rows)}, {inputs_table(provenance)}},
+          Shown::page};
 }
 
 Document motion_document(const Forecast& forecast) {
@@ -74,7 +169,8 @@ Document motion_document(const Forecast& forecast) {
   out.line = forecast_verdict(forecast);
   out.opening.push_back(
       {Sentence{"log det of the information " + number(forecast.log_det, 6) +
-                ", condition of the weighted observation matrix " + number(forecast.condition, 4)}});
+                ", condition of the weighted observation matrix " + number(forecast.condition, 4)},
+       Shown::screen});
   out.opening.push_back({FindingList{forecast.findings}});
   Section parameters{.id = "parameters", .title = "Parameters", .heading = "Forecast standard deviations"};
   parameters.blocks.push_back({forecast_table(forecast)});
@@ -100,6 +196,32 @@ Document motion_document(const Excitation& excitation) {
   return out;
 }
 
+// The page of a motion that is designed, or that the user brought.
+Document page_of(const ForecastMotion& of, const Excitation* excitation, const Provenance& provenance) {
+  using enum ForecastParameter::Prospect;
+  const Forecast& forecast = of.forecast;
+  Document out = excitation != nullptr ? motion_document(*excitation) : motion_document(forecast);
+  out.heading = of.plan.experiment.robot.name;
+  out.title = out.heading + (excitation != nullptr ? " · excitation" : " · forecast");
+  out.subtitle = (excitation != nullptr ? "Exciting trajectory" : "Forecast for a motion") +
+                 (provenance.inputs.empty() ? "" : " · " + provenance.inputs.front().path);
+  const std::ptrdiff_t known = count_of(forecast, good);
+  const auto all = std::ssize(forecast.parameters);
+  out.headline = (known == all ? "All " + counted(all, "base parameter")
+                               : std::to_string(known) + " of " + counted(all, "base parameter")) +
+                 " will be known within 30 %" + (keeps_limits(forecast) ? "" : ", but limits are exceeded");
+  out.verdict = !keeps_limits(forecast) ? Mark::bad : known == all ? Mark::good : Mark::mixed;
+  out.opening.insert(out.opening.begin(), {motion_figures(of), Shown::page});
+  out.first_look = motion_at_a_glance(of);
+  out.sections.push_back(motion_section(of));
+  out.sections.push_back(information_section(of));
+  if (excitation != nullptr) {
+    out.sections.push_back(search_section(*excitation));
+  }
+  out.sections.push_back(origin_section(of, provenance));
+  return out;
+}
+
 }  // namespace
 
 }  // namespace detail
@@ -107,6 +229,17 @@ Document motion_document(const Excitation& excitation) {
 std::string summary(const Forecast& forecast) { return detail::text_of(detail::motion_document(forecast)); }
 std::string summary(const Excitation& excitation) {
   return detail::text_of(detail::motion_document(excitation));
+}
+
+std::string html_report(const ExcitationPlan& plan, const Excitation& excitation,
+                        const Provenance& provenance) {
+  return detail::html_of(
+      detail::page_of({plan, excitation.motion, excitation.forecast}, &excitation, provenance));
+}
+
+std::string html_report(const ExcitationPlan& plan, const Motion& motion, const Forecast& forecast,
+                        const Provenance& provenance) {
+  return detail::html_of(detail::page_of({plan, motion, forecast}, nullptr, provenance));
 }
 
 std::string motion_csv(const Excitation& excitation) {

@@ -25,16 +25,6 @@ std::string position_unit(const Joint& joint) { return joint.type == JointType::
 
 Vector picked(const Vector& values, const std::vector<Index>& rows) { return values(rows); }
 
-// Every so many rows, so that no more than these are left.
-std::vector<Index> every_few(Index rows, Index most) {
-  const Index step = std::max<Index>((rows + most - 1) / most, 1);
-  std::vector<Index> out;
-  for (Index k = 0; k < rows; k += step) {
-    out.push_back(k);
-  }
-  return out;
-}
-
 // Of many rows those with the least and the largest value of each bucket, so that no peak is lost.
 std::vector<Index> extremes(const Vector& values, Index most) {
   const Index rows = values.size();

@@ -259,11 +259,14 @@ Json control(const SimulationRecord& record) {
 Json forecast_members(const ExcitationPlan& plan, const Forecast& forecast) {
   return {{"format", 1},
           {"robot", robot_members(plan.experiment.robot)},
+          {"duration", forecast.duration},
+          {"rate_hz", forecast.f_m},
           {"log_det", forecast.log_det},
           {"condition", forecast.condition},
           {"parameters", json_of(forecast.parameters)},
           {"limits", json_of(forecast.limits)},
           {"clearances", json_of(forecast.clearances)},
+          {"joints", json_of(forecast.joints)},
           {"information", json_of(forecast.information)},
           {"warnings", warnings_of(forecast.findings)}};
 }

@@ -8,6 +8,7 @@
 #include "experiment/sections.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/experiment/plan_file.hpp"
 #include "rivid/simulate/control_laws.hpp"
 
 namespace rivid::detail {
@@ -185,6 +186,10 @@ std::map<std::string, std::string> page_tables() {
                                             {"plan.parameters", member_table<ForecastParameter>()},
                                             {"plan.limits", member_table<LimitUse>()},
                                             {"plan.clearances", member_table<ClearanceUse>()},
+                                            {"plan.joints", member_table<JointInformation>()},
+                                            {"plan.comparison", member_table<PlanComparison::Parameter>()},
+                                            {"plan.check", member_table<PlanCheck::ParameterRatio>()},
+                                            {"plan.check_joints", member_table<PlanCheck::JointRatio>()},
                                             {"plan.starts", member_table<StartReport>()}};
   for (const auto& [name, table] : key_tables()) {
     out[name] = table.text();

@@ -79,6 +79,24 @@ TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForecast) {
   const auto count = static_cast<double>(plan_json["parameters"].size());
   EXPECT_EQ(count, 52.0);
   EXPECT_NEAR(std::exp(sum / count), 1.0, 0.15);
+
+  // The same by the tool.
+  const Outcome checked = outcome_of(
+      {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "checked", "--plan", "plan"},
+      folder_.path());
+  ASSERT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_NE(checked.out.find("Forecast of plan/plan.json: reported standard deviations are "),
+            std::string::npos)
+      << checked.out;
+  const Json check = Json::parse(folder_.read("checked/plan_check.json"));
+  EXPECT_NEAR(check["ratio"].get<double>(), std::exp(-sum / count), 1e-9);
+  EXPECT_EQ(check["parameters"].size(), 52U);
+  EXPECT_EQ(check["joints"].size(), 6U);
+  for (const Json& each : check["parameters"]) {
+    const double ratio = each["reported"].get<double>() / each["forecast"].get<double>();
+    EXPECT_NEAR(each["ratio"].get<double>(), ratio, 1e-12 * ratio);
+    EXPECT_EQ(each["apart"].get<bool>(), ratio > 1.5 || ratio < 1.0 / 1.5) << each;
+  }
   // Of 52 intervals one log leaves out more than ten once in ten thousand.
   EXPECT_GE(inside, 42);
 }
@@ -106,6 +124,37 @@ TEST_F(Excite, ForecastsTheSameOfItsOwnMotion) {
   const Json again = Json::parse(folder_.read("again/forecast.json"));
   // Velocities and accelerations are differences of the positions of the file.
   EXPECT_NEAR(again["log_det"].get<double>(), designed["log_det"].get<double>(), 1e-2);
+}
+
+// Twice the noise is a quarter of the time, whatever the motion.
+TEST_F(Excite, ComparesPlansByTheTimeThatTheyAreWorth) {
+  const Json quiet = plan();
+  const Outcome noisy = excite({"forecast", "arm/excite.toml", "plan/motion.csv", "--output", "noisy",
+                                "--quiet", "--set", "excitation.noise=[0.8, 1, 0.4, 0.2, 0.2, 0.1]"});
+  ASSERT_EQ(noisy.exit_code, 0) << noisy.err;
+  const Outcome run = excite({"compare", "noisy/forecast.json", "plan", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Json found = Json::parse(run.out);
+  // Velocities and accelerations of the forecast are differences of the positions of the file.
+  constexpr double tolerance = 1e-3;
+  EXPECT_NEAR(found["sigma_ratio"].get<double>(), 0.5, tolerance);
+  EXPECT_NEAR(found["time"].get<double>(), 40.0, 40.0 * tolerance);
+  EXPECT_FALSE(found["same_noise"].get<bool>());
+  EXPECT_EQ(found["parameters"].size(), 52U);
+  for (const Json& each : found["parameters"]) {
+    EXPECT_NEAR(each["ratio"].get<double>(), 0.5, 0.01) << each;
+  }
+  const Outcome words = excite({"compare", "plan", "plan"});
+  EXPECT_NE(words.out.find("plan/plan.json (10 s) is worth 10 s of plan/plan.json (10 s)"), std::string::npos)
+      << words.out;
+}
+
+TEST_F(Excite, RefusesToCompareWhatIsNoPlan) {
+  folder_.write("other.json", "{}");
+  expect_refused(
+      {"compare", "other.json", "other.json"},
+      "other.json: the file is no plan.json of rivid_excite: it has no log_det, parameters and duration");
+  expect_refused({"compare", "none.json", "other.json"}, "none.json");
 }
 
 TEST_F(Excite, AddsToWhatAnEarlierLogTells) {

@@ -1,4 +1,4 @@
-// What a browser makes of the pages that rivid_identify and rivid_montecarlo write with --report.
+// What a browser makes of the pages that rivid_identify, rivid_montecarlo and rivid_excite write with --report.
 
 #include <gtest/gtest.h>
 
@@ -298,6 +298,72 @@ TEST_F(Page, ThePageOfAMonteCarloStudyIsShown) {
   EXPECT_LE(found.at("page"), found.at("width"));
   EXPECT_EQ(found.at("wide"), 0);
 }
+
+#ifdef RIVID_EXCITE
+
+// The six-joint arm above a floor and beside a box.
+class ExcitePage : public Page {
+ protected:
+  void design(const std::vector<std::string>& more = {}) const {
+    const std::filesystem::path arm = std::filesystem::path(RIVID_DATA) / "six_axis";
+    folder().write("six_axis.urdf", rivid::test::content_of(arm / "six_axis.urdf"));
+    folder().write("excite.toml",
+                   rivid::test::content_of(arm / "excite.toml") +
+                       "[excitation.space]\nfloor = -0.1\n[[excitation.space.boxes]]\nname = \"table\"\n"
+                       "min = [0.9, -0.5, -0.1]\nmax = [1.4, 0.5, 0.2]\n");
+    std::vector<std::string> command = {RIVID_EXCITE, "excite.toml", "--report",
+                                        "--output",   "plan",        "--starts",
+                                        "1",          "--set",       "excitation.evaluations=30"};
+    command.insert(command.end(), more.begin(), more.end());
+    const Outcome run = rivid::test::outcome_of(command, folder().path());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+};
+
+TEST_F(ExcitePage, ADesignIsShownWithItsMotionObstaclesAndInformation) {
+  design();
+  // q, q̇, q̈ and τ of six joints, information over time, the path in space.
+  expect_figures("plan/report.html", 4 * 6 + 1 + 1, 0);
+  const Json found = Json::parse(answer("plan/report.html", R"(
+  const path = () => document.querySelector("#motion-in-space polyline.path-of-tool").getAttribute("points");
+  const before = path();
+  document.querySelector("#motion-in-space .picture").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+  const column = (section, heading) => {
+    const table = document.querySelector(section + " ~ .scroll table");
+    const at = [...table.tHead.rows[0].cells].findIndex((cell) => cell.textContent === heading);
+    return [...table.tBodies[0].rows].map((row) => row.cells[at].textContent);
+  };
+  const shares = [...document.querySelectorAll(`.first-look tbody td:nth-child(2)`)].map((cell) => parseFloat(cell.textContent));
+  return { turned: path() !== before, obstacles: document.querySelectorAll("#motion-in-space .obstacle").length,
+           why: column("#parameters", "why").length, used: column("#limits", "used").map(parseFloat),
+           distances: column("#clearances", "smallest distance m").length,
+           information: shares.reduce((sum, share) => sum + share, 0) };)"));
+  EXPECT_TRUE(found.at("turned").get<bool>());
+  EXPECT_EQ(found.at("obstacles"), 2) << "floor and table";
+  EXPECT_EQ(found.at("why"), 52);
+  EXPECT_EQ(found.at("distances"), Json::parse(folder().read("plan/plan.json")).at("clearances").size());
+  for (const double used : found.at("used")) {
+    EXPECT_LE(used, 100.0);
+  }
+  // Six rounded percentages.
+  EXPECT_NEAR(found.at("information").get<double>(), 100.0, 0.5) << found;
+}
+
+TEST_F(ExcitePage, IsNoWiderThanAPhoneAndLoadsNothing) {
+  design();
+  const Json found = Json::parse(answer("plan/report.html", R"(
+  const width = document.documentElement.clientWidth;
+  const wide = [...document.querySelectorAll("main figure, main p, main h2, main li")].filter(
+      (part) => part.getBoundingClientRect().right > width + 1);
+  return { width, page: document.documentElement.scrollWidth, wide: wide.map((part) => part.outerHTML.slice(0, 80)),
+           loaded: performance.getEntriesByType("resource").length };)",
+                                        {"--window-size=390,844"}));
+  EXPECT_LE(found.at("page"), found.at("width")) << found;
+  EXPECT_TRUE(found.at("wide").empty()) << found;
+  EXPECT_EQ(found.at("loaded"), 0);
+}
+
+#endif
 
 TEST_F(Page, PrefilterEssentialAndPhysicalParametersAreShown) {
   provide_iv("prefilter = true\nessential = true\nphysical = true");

@@ -125,6 +125,9 @@ struct ForecastParameter {
   double value = 0.0;  ///< a priori
   double sigma = 0.0;  ///< standard deviation of its estimate, infinite for one that is unseen
   double relative_sigma_percent = 0.0;  ///< 100 σ / |value|
+  double sigma_alone = 0.0;             ///< standard deviation if all other parameters were known
+  std::string closest = {};  ///< parameter whose estimate correlates most with this one; empty: unseen ones
+  double correlation = 0.0;  ///< of the two estimates
   Prospect prospect = Prospect::good;
 
   template <typename R = ForecastParameter>
@@ -134,6 +137,9 @@ struct ForecastParameter {
         Field{"value", &R::value, "a priori"},
         Field{"sigma", &R::sigma, "forecast standard deviation of its estimate"},
         Field{"relative_sigma_percent", &R::relative_sigma_percent, "100 σ / \\|value\\|", {.unit = "%"}},
+        Field{"sigma_alone", &R::sigma_alone, "standard deviation if all other parameters were known"},
+        Field{"closest", &R::closest, "parameter whose estimate correlates most with this one"},
+        Field{"correlation", &R::correlation, "of these two estimates"},
         Field{"prospect", &R::prospect,
               "`\"good\"`; `\"weak\"`: σ above 30 % of the a-priori value; `\"unseen\"`: the motion does not "
               "show it"});
@@ -167,9 +173,29 @@ struct LimitUse {
   }
 };
 
+/// What the rows of one joint contribute to a forecast.
+struct JointInformation {
+  std::string joint;
+  std::string unit;
+  double sigma = 0.0;  ///< standard deviation of the torque errors of a sample of the motion [N·m | N]
+  double share =
+      0.0;  ///< tr(M⁻¹ Wᵀ W) / (σ² b): of all joints and what was known the sum is 1; not a number if M is singular
+
+  template <typename R = JointInformation>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"joint", &R::joint, "name of the joint"}, Field{"unit", &R::unit, "of sigma"},
+        Field{"sigma", &R::sigma, "standard deviation of the torque errors of a sample of the motion"},
+        Field{"share", &R::share,
+              "of the information that the rows of the joint contribute, `known` logs counted besides"});
+  }
+};
+
 /// Forecast of an identification from a motion, before the robot has moved.
 struct [[nodiscard]] Forecast {
   BaseParameters base;
+  double f_m = 0.0;                           ///< rate of the motion [Hz]
+  double duration = 0.0;                      ///< from its first to its last sample [s]
   Vector chi;                                 ///< a-priori values, (b)
   Matrix information;                         ///< Σ Wᵀ W / σ² of the motion and of what was known, (b × b)
   double log_det = 0.0;                       ///< of it; −∞ where it does not determine all parameters
@@ -177,8 +203,10 @@ struct [[nodiscard]] Forecast {
   std::vector<ForecastParameter> parameters;  ///< (b)
   std::vector<LimitUse> limits;               ///< one for each limit of each joint
   std::vector<ClearanceUse> clearances;       ///< of each pair that is kept apart
-  Matrix tau;                                 ///< predicted torques, (n_m × n); empty without a-priori masses
-  std::vector<Finding> findings;              ///< what was taken for granted
+  std::vector<JointInformation> joints;       ///< (n)
+  Matrix leverage;  ///< w M⁻¹ wᵀ / σ² of each sample's row w of each joint, (n_m × n); empty if M is singular
+  Matrix tau;       ///< predicted torques, (n_m × n); empty without a-priori masses
+  std::vector<Finding> findings;  ///< what was taken for granted
 };
 
 /// Forecasts the standard deviations of weighted least squares from a motion: sqrt diag (M₀ + Σ_j W_jᵀ W_j / σ_j²)⁻¹.

@@ -63,7 +63,8 @@
   function rows_of_bodies(id) {
     const heading = ["link", "of", "mass [kg]", "x [m]", "y [m]", "z [m]"];
     const axes = ["a", "b", "c"].flatMap((a) => ["x", "y", "z"].map((c) => `semi-axis ${a}${c} [m]`));
-    return [[...heading, ...axes], ...data[id].bodies.map((b) => [b.name, b.style, b.mass, ...b.centre, ...b.axes])];
+    const points = data[id].traces.flatMap((t) => t.points.map((p) => [t.name, t.style, "", ...p, ...axes.map(() => "")]));
+    return [[...heading, ...axes], ...data[id].bodies.map((b) => [b.name, b.style, b.mass, ...b.centre, ...b.axes]), ...points];
   }
   const rows_of = (id) => (data[id].series ? rows_of_chart(id) : data[id].names ? rows_of_map(id) : rows_of_bodies(id));
 
@@ -341,14 +342,19 @@
 
   function turn_by_hand(figure) {
     const picture = figure.querySelector("svg");
-    const { joints, bodies } = data[figure.id];
+    const { joints, bodies, traces } = data[figure.id];
     const { width, height } = picture.viewBox.baseVal;
     const ellipses = [...picture.querySelectorAll("ellipse")];
-    const arm = picture.querySelector("polyline");
+    const arm = picture.querySelector("polyline.arm");
+    const lines = [...picture.querySelectorAll("polyline.trace")];
     const dots = [...picture.querySelectorAll("circle")];
-    const middle = [0, 1, 2].map((c) => joints.reduce((sum, p) => sum + p[c], 0) / joints.length);
+    const places = [...joints, ...traces.flatMap((t) => t.points)];
+    const middle = [0, 1, 2].map((c) => {
+      const values = places.map((p) => p[c]);
+      return 0.5 * (Math.min(...values) + Math.max(...values));
+    });
     const far = Math.max(
-      ...joints.map((p) => Math.hypot(...p.map((v, c) => v - middle[c]))),
+      ...places.map((p) => Math.hypot(...p.map((v, c) => v - middle[c]))),
       ...bodies.map((b) => Math.hypot(...b.centre.map((v, c) => v - middle[c])) + Math.hypot(...b.axes)),
     );
     const pixels = (0.5 * Math.min(width, height) - 10) / far;
@@ -362,8 +368,10 @@
         const v = p.map((value, c) => value - middle[c]);
         return [0.5 * width + pixels * dot(right, v), 0.5 * height + pixels * dot(down, v)];
       };
+      const text = (points) => points.map((p) => p.map((v) => v.toFixed(1)).join(",")).join(" ");
       const points = joints.map(at);
-      arm.setAttribute("points", points.map((p) => p.map((v) => v.toFixed(1)).join(",")).join(" "));
+      arm.setAttribute("points", text(points));
+      lines.forEach((line, k) => line.setAttribute("points", text(traces[k].points.map(at))));
       dots.forEach((d, k) => {
         d.setAttribute("cx", points[k][0].toFixed(1));
         d.setAttribute("cy", points[k][1].toFixed(1));
