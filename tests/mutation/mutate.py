@@ -67,7 +67,7 @@ class Tree:
         copy_sources(self.source)
         subprocess.run(
             ["cmake", "-S", self.source, "-B", self.build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-             "-DCMAKE_CXX_FLAGS_RELEASE=-O1", "-DRIVID_BUILD_EXAMPLES=OFF", "-DRIVID_BUILD_BENCHMARKS=OFF",
+             "-DCMAKE_CXX_FLAGS_RELEASE=-O1", "-DRIVID_BUILD_EXAMPLES=OFF",
              "-DRIVID_REAL_DATA=", "-DRIVID_PYTHON=OFF"],
             check=True, stdout=subprocess.DEVNULL)
 
