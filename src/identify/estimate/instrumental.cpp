@@ -111,7 +111,7 @@ void keep_history(const EstimationProblem& problem, IvSolver& solver, const std:
                   Identification& out) {
   out.weights = solver.weights();
   IvHistory& history = out.iv.emplace();
-  if (estimate) {
+  if (estimate && estimate->instruments) {
     history.first_stage_F = estimate->instruments->first_stage_F;
     history.loop = diagnosed_loop(problem, solver.loops(), solver.last_loops());
   }
@@ -144,7 +144,7 @@ std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Identi
     return problem.iv().chi_0;
   }
   const Estimated found = instrumental_estimate(problem, out);
-  if (!found.estimate || out.status != Status::identified) {
+  if (!found.estimate || !out.iv || out.status != Status::identified) {
     out.reasons.push_back(std::string(title(problem.estimation.method)) +
                           " begins with the estimate of IDIM-IV, which there is none of");
     return std::nullopt;

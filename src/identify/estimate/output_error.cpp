@@ -95,10 +95,10 @@ class OutputError {
       if (gained <= method_.tolerance && step <= method_.parameter_tolerance) {
         return true;
       }
-      if (!closer && promised() <= promised_in_vain) {
-        return true;
-      }
       if (!closer) {
+        if (promised() <= promised_in_vain) {
+          return true;
+        }
         out_.status = Status::not_converged;
         out_.reasons.push_back(
             "a step of " + number(step, 3) +
@@ -204,9 +204,8 @@ class OutputError {
     solution_ = least_squares(group, b, std::span(&one, 1));
     if (!solution_.full_rank()) {
       explain_rank(solution_.rank, solution_.undetermined, "the positions of the simulated loops", out_);
-      return false;
     }
-    return true;
+    return solution_.full_rank();
   }
 
   // Fills column i of the derivatives; false where there is none.
