@@ -13,6 +13,7 @@ set(rivid_header_names
     online/contact_observer
     online/friction_monitor
     online/information_triangle
+    online/row_triangle
     online/load_change
     online/model
     online/momentum

@@ -117,15 +117,15 @@ TEST(ContactObserver, KnowsThePayloadThatItIsTold) {
   const Inertial body =
       inertial_from_com(3.0, {0.1, -0.05, 0.2}, Eigen::Vector3d(0.02, 0.03, 0.04).asDiagonal());
   const DynamicModel loaded(s.robot, test::loaded(s.robot, s.robot.chi_st(), body));
-  ContactObserver<double> told(s.model, {.f_m = f_m});
-  told.set_payload(body);
+  ContactObserver<double> given(s.model, {.f_m = f_m});
+  given.set_payload(body);
   ContactObserver<double> knows(loaded, {.f_m = f_m});
   double largest = 0.0;
   for (Index k = 0; k < s.tau.rows(); ++k) {
-    told.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), s.tau.row(k).transpose());
+    given.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), s.tau.row(k).transpose());
     knows.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), s.tau.row(k).transpose());
     largest = std::max(largest, knows.residual().cwiseAbs().maxCoeff());
-    ASSERT_LE((told.residual() - knows.residual()).cwiseAbs().maxCoeff(), 1e-9 * (1.0 + largest));
+    ASSERT_LE((given.residual() - knows.residual()).cwiseAbs().maxCoeff(), 1e-9 * (1.0 + largest));
   }
   EXPECT_GE(largest, 1.0);
 }

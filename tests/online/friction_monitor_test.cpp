@@ -140,12 +140,13 @@ TEST(FrictionMonitor, KnowsThePayloadThatItIsTold) {
   const Inertial body = inertial_from_com(3.0, {0.1, 0.0, 0.05}, 0.01 * Eigen::Matrix3d::Identity());
   Scene with = scene;
   with.chi_st = test::loaded(scene.robot, scene.chi_st, body);
-  FrictionMonitor<double> told(scene.model, options_of());
-  told.set_payload(body);
+  FrictionMonitor<double> given(scene.model, options_of());
+  given.set_payload(body);
   drive(
-      with, 60.0, [](double) { return 0.0; }, [&](const auto& q, const Vector& tau) { told.update(q, tau); });
+      with, 60.0, [](double) { return 0.0; },
+      [&](const auto& q, const Vector& tau) { given.update(q, tau); });
   for (Index j = 0; j < joints; ++j) {
-    EXPECT_FALSE(told.identify_anew(j));
+    EXPECT_FALSE(given.identify_anew(j));
   }
 }
 

@@ -164,6 +164,7 @@ TEST(PayloadEstimator, SeesPickUpAndReleaseInMotion) {
     const Ticks& now = t >= seconds && t < 2.0 * seconds ? full : empty;
     if (estimator.update(now.q.col(k), now.tau.col(k))) {
       changes.push_back(t);
+      EXPECT_FALSE(estimator.payload().good) << "of the payload before";
     }
     if (k % static_cast<Index>(seconds * f_m) == static_cast<Index>(seconds * f_m) - 1) {
       kinds.push_back(estimator.change().kind);

@@ -10,11 +10,10 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
-#include "rivid/online/information_triangle.hpp"
 #include "rivid/online/model.hpp"
 #include "rivid/online/prior.hpp"
 #include "rivid/online/row_noise.hpp"
-#include "rivid/online/row_stream.hpp"
+#include "rivid/online/row_triangle.hpp"
 #include "rivid/online/saved_state.hpp"
 #include "rivid/regressor/body_columns.hpp"
 #include "rivid/text.hpp"
@@ -76,7 +75,7 @@ class FrictionMonitor {
   /// @throws InputError  where model or options can not be used, or the model has no friction
   explicit FrictionMonitor(const OnlineModel& model, const FrictionMonitorOptions& options = {});
 
-  [[nodiscard]] Index joints() const noexcept { return rows_.size(); }
+  [[nodiscard]] Index joints() const noexcept { return rows_.stream().size(); }
   [[nodiscard]] const std::vector<Coefficient>& coefficients() const noexcept { return coefficients_; }
 
   /// Takes a tick.
@@ -112,7 +111,7 @@ class FrictionMonitor {
 
   /// All work that waits, and the solution: what the next ticks would do.
   void finish() noexcept {
-    triangle_.finish([this](const Outcome& outcome) { take(outcome); });
+    rows_.triangle().finish(taking());
     for (Index i = 0; i < count(); ++i) {
       solve_a_row();
     }
@@ -121,7 +120,6 @@ class FrictionMonitor {
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
     rows_.visit_state(visit);
-    triangle_.visit_state(visit);
     visit(noise_.states().data(), noise_.states().size());
     visit(squares_.data(), squares_.size());
     visit(values_.data(), static_cast<std::size_t>(values_.size()));
@@ -131,10 +129,9 @@ class FrictionMonitor {
   }
 
  private:
-  using Triangle = detail::InformationTriangle<Scalar>;
-  using Outcome = typename Triangle::Outcome;
+  using Row = typename RowStream<Scalar>::Row;
+  using Outcome = typename detail::InformationTriangle<Scalar>::Outcome;
   struct Counters {
-    Index until_step = 0;
     Index prior_row = 0;
     Index solution_row = 0;
   };
@@ -157,12 +154,9 @@ class FrictionMonitor {
   void find_places();
   void make_prior(const OnlineModel& model);
   [[nodiscard]] Index count() const noexcept { return static_cast<Index>(coefficients_.size()); }
-  void add(const typename RowStream<Scalar>::Row& row, const Values& theta) noexcept;
-  void make_room() noexcept {
-    while (triangle_.full()) {
-      static_cast<void>(
-          triangle_.work(triangle_.cost_of_row(), [this](const Outcome& outcome) { take(outcome); }));
-    }
+  void add(const Row& row, const Values& theta) noexcept;
+  [[nodiscard]] auto taking() noexcept {
+    return [this](const Outcome& outcome) { take(outcome); };
   }
   void take(const Outcome& outcome) noexcept {
     if (outcome.tag >= 0) {
@@ -174,14 +168,13 @@ class FrictionMonitor {
   void solve_a_row() noexcept;
 
   detail::BodyColumns columns_;
-  RowStream<Scalar> rows_;
   Index b_;
   std::vector<Coefficient> coefficients_;
-  Index slopes_;  // of the coefficients, the last ones
+  Index slopes_;                      // of the coefficients, the last ones
+  detail::RowTriangle<Scalar> rows_;  // into that of [friction, slopes, all else]
   std::vector<Index> place_of_chi_;
   std::vector<Place> places_;  // of the columns of the rows
   std::vector<Own> own_;
-  Triangle triangle_;  // of [friction, slopes, all else]
   detail::RowNoise noise_;
   Vector limit_;
   std::vector<Scalar> weak_;     // 1 / deviation of coefficients of which nothing is known
@@ -191,10 +184,6 @@ class FrictionMonitor {
   Eigen::VectorX<Scalar> values_, sigmas_, chi_, solution_, none_;
   Eigen::Matrix<Scalar, inertial_count, 1> body_ = Eigen::Matrix<Scalar, inertial_count, 1>::Zero();
   Counters counters_;
-  double keep_;
-  double repeated_;
-  double share_;  // of a new row in the mean products
-  Index operations_;
 };
 
 template <typename Scalar>
@@ -222,26 +211,21 @@ auto FrictionMonitor<Scalar>::coefficients_of(const OnlineModel& model, const Fr
 template <typename Scalar>
 FrictionMonitor<Scalar>::FrictionMonitor(const OnlineModel& model, const FrictionMonitorOptions& options)
     : columns_(model.robot, model.base),
-      rows_(model.robot, columns_.all.columns(), detail::row_options("FrictionMonitor", model, options)),
       b_(model.base.size()),
       coefficients_(coefficients_of(model, options)),
       slopes_(std::ranges::count_if(coefficients_, [](const Coefficient& c) { return c.slope; })),
+      rows_(model.robot, columns_.all.columns(), detail::row_options("FrictionMonitor", model, options),
+            b_ + slopes_, options.forgetting, 1),
       own_(model.robot.joints.size()),
-      triangle_(b_ + slopes_, 2 * model.robot.size() + 1),
-      noise_(model.sigma_rho, static_cast<double>(rows_.stride()) / options.rows.f_m),
+      noise_(model.sigma_rho, rows_.seconds()),
       limit_(options.limit.size() > 0 ? options.limit : model.sigma_rho),
-      scratch_(static_cast<std::size_t>(triangle_.room_of_row()), Scalar(0)),
+      scratch_(static_cast<std::size_t>(rows_.triangle().room_of_row()), Scalar(0)),
       phi_(coefficients_.size(), Scalar(0)),
       values_(Eigen::VectorX<Scalar>::Zero(count())),
       sigmas_(values_),
       chi_(Eigen::VectorX<Scalar>::Zero(b_)),
       solution_(Eigen::VectorX<Scalar>::Zero(b_ + slopes_)),
       none_(Eigen::VectorX<Scalar>::Zero(model.robot.size())) {
-  const double stride = static_cast<double>(rows_.stride()) / options.rows.f_m;
-  keep_ = std::exp(-0.5 * stride / options.forgetting);
-  share_ = 1.0 - keep_ * keep_;
-  repeated_ = std::sqrt(static_cast<double>(count()) * share_);
-  operations_ = (rows_.size() + 1) * triangle_.cost_of_row() / rows_.stride() + triangle_.size();
   std::size_t products = 0;
   for (Index i = 0; i < count(); ++i) {
     own_[static_cast<std::size_t>(coefficients_[static_cast<std::size_t>(i)].joint)].coefficients.push_back(
@@ -283,19 +267,9 @@ void FrictionMonitor<Scalar>::find_places() {
 
 template <typename Scalar>
 void FrictionMonitor<Scalar>::make_prior(const OnlineModel& model) {
-  const Matrix whitening = detail::whitening_of(model.C_chi, "FrictionMonitor");
-  const auto done = [](const Outcome& /*outcome*/) {};
-  for (Index i = 0; i < b_; ++i) {
-    Scalar* const w = triangle_.room();
-    double y = 0.0;
-    for (Index c = 0; c <= i; ++c) {
-      w[place_of_chi_[static_cast<std::size_t>(c)]] = static_cast<Scalar>(whitening(i, c));
-      y += whitening(i, c) * model.chi[c];
-    }
-    w[triangle_.size()] = static_cast<Scalar>(y);
-    triangle_.commit(-1);
-    triangle_.finish(done);
-  }
+  detail::add_prior(
+      rows_.triangle(), model.C_chi, model.chi,
+      [this](Index i) { return place_of_chi_[static_cast<std::size_t>(i)]; }, "FrictionMonitor");
   for (Index i = 0; i < count(); ++i) {
     const Coefficient& c = coefficients_[static_cast<std::size_t>(i)];
     // Offsets change with the dry friction of their joint.
@@ -309,10 +283,9 @@ void FrictionMonitor<Scalar>::make_prior(const OnlineModel& model) {
                                  : std::max(hardly_known * size, 10.0 * c.identified_sigma);
     weak_.push_back(static_cast<Scalar>(1.0 / sigma));
     if (c.slope) {
-      Scalar* const w = triangle_.room();
-      w[i] = weak_.back();
-      triangle_.commit(-1);
-      triangle_.finish(done);
+      rows_.triangle().room()[i] = weak_.back();
+      rows_.triangle().commit(-1);
+      rows_.triangle().finish([](const Outcome& /*outcome*/) {});
     }
   }
 }
@@ -322,22 +295,14 @@ void FrictionMonitor<Scalar>::update(const Values& q, const Values& tau, const V
   if (theta.size() != joints() || !theta.allFinite()) {
     return;
   }
-  if (rows_.update(q, tau)) {
-    rows_.for_each_row([&](const typename RowStream<Scalar>::Row& row) { add(row, theta); });
-    if (counters_.until_step == 0) {
-      step();
-    }
-  }
-  counters_.until_step = std::max<Index>(counters_.until_step - 1, 0);
-  static_cast<void>(triangle_.work(operations_, [this](const Outcome& outcome) { take(outcome); }));
+  rows_.tick(q, tau, [&](const Row& row) { add(row, theta); }, [this] { step(); }, taking());
   solve_a_row();
 }
 
 template <typename Scalar>
-void FrictionMonitor<Scalar>::add(const typename RowStream<Scalar>::Row& row, const Values& theta) noexcept {
-  make_room();
-  Scalar* const w = triangle_.room();
-  const std::vector<Index>& columns = rows_.columns().of_joint(row.joint);
+void FrictionMonitor<Scalar>::add(const Row& row, const Values& theta) noexcept {
+  Scalar* const w = rows_.room(taking());
+  const std::vector<Index>& columns = rows_.stream().columns().of_joint(row.joint);
   const Scalar weight = Scalar(1) / static_cast<Scalar>(noise_.sigma(row.joint));
   Scalar y = row.y;
   std::ranges::fill(phi_, Scalar(0));
@@ -360,8 +325,9 @@ void FrictionMonitor<Scalar>::add(const typename RowStream<Scalar>::Row& row, co
       phi_[static_cast<std::size_t>(place.slope)] = by_theta;
     }
   }
-  w[triangle_.size()] = y * weight;
-  triangle_.commit(static_cast<int>(row.joint));
+  w[rows_.triangle().size()] = y * weight;
+  rows_.triangle().commit(static_cast<int>(row.joint));
+  const double share = 1.0 - rows_.keep() * rows_.keep();
   const Own& own = own_[row.joint];
   const std::size_t size = own.coefficients.size();
   for (std::size_t i = 0; i < size; ++i) {
@@ -369,7 +335,7 @@ void FrictionMonitor<Scalar>::add(const typename RowStream<Scalar>::Row& row, co
       double& mean = squares_[own.first + i * size + k];
       const Scalar product = phi_[static_cast<std::size_t>(own.coefficients[i])] *
                              phi_[static_cast<std::size_t>(own.coefficients[k])];
-      mean += share_ * (static_cast<double>(product) - mean);
+      mean += share * (static_cast<double>(product) - mean);
     }
   }
 }
@@ -377,16 +343,14 @@ void FrictionMonitor<Scalar>::add(const typename RowStream<Scalar>::Row& row, co
 // Once a stride while anything moves: what is known of friction fades, and the little that is always known comes back.
 template <typename Scalar>
 void FrictionMonitor<Scalar>::step() noexcept {
-  counters_.until_step = rows_.stride();
-  triangle_.fade(0, count() - slopes_, static_cast<Scalar>(keep_));
+  rows_.triangle().fade(0, count() - slopes_, static_cast<Scalar>(rows_.keep()));
   const Index i = counters_.prior_row;
   const Coefficient& c = coefficients_[static_cast<std::size_t>(i)];
   if (!c.slope) {
-    make_room();
-    Scalar* const w = triangle_.room();
-    w[i] = weak_[static_cast<std::size_t>(i)] * static_cast<Scalar>(repeated_);
-    w[triangle_.size()] = w[i] * static_cast<Scalar>(c.identified);
-    triangle_.commit(-1);
+    Scalar* const w = rows_.room(taking());
+    w[i] = weak_[static_cast<std::size_t>(i)] * static_cast<Scalar>(rows_.repeated(count()));
+    w[rows_.triangle().size()] = w[i] * static_cast<Scalar>(c.identified);
+    rows_.triangle().commit(-1);
   }
   counters_.prior_row = (i + 1) % count();
 }
@@ -395,12 +359,13 @@ template <typename Scalar>
 void FrictionMonitor<Scalar>::solve_a_row() noexcept {
   using std::sqrt;
   const Index i = counters_.solution_row;
-  triangle_.inverse_row(i, scratch_.data());
+  const auto& triangle = rows_.triangle();
+  triangle.inverse_row(i, scratch_.data());
   Scalar value(0);
   Scalar square(0);
-  for (Index k = i; k < triangle_.size(); ++k) {
+  for (Index k = i; k < triangle.size(); ++k) {
     const Scalar x = scratch_[static_cast<std::size_t>(k)];
-    value = value + x * triangle_.z(k);
+    value = value + x * triangle.z(k);
     square = square + x * x;
   }
   values_[i] = value;
@@ -428,7 +393,7 @@ Scalar FrictionMonitor<Scalar>::torque_error(Index j) const noexcept {
 
 template <typename Scalar>
 const Eigen::VectorX<Scalar>& FrictionMonitor<Scalar>::chi() noexcept {
-  static_cast<void>(triangle_.solve(solution_.data()));
+  static_cast<void>(rows_.triangle().solve(solution_.data()));
   for (Index i = 0; i < b_; ++i) {
     chi_[i] = solution_[place_of_chi_[static_cast<std::size_t>(i)]];
   }

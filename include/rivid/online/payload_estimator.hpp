@@ -10,12 +10,11 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
-#include "rivid/online/information_triangle.hpp"
 #include "rivid/online/load_change.hpp"
 #include "rivid/online/model.hpp"
 #include "rivid/online/prior.hpp"
 #include "rivid/online/row_noise.hpp"
-#include "rivid/online/row_stream.hpp"
+#include "rivid/online/row_triangle.hpp"
 #include "rivid/online/saved_state.hpp"
 #include "rivid/regressor/body_columns.hpp"
 #include "rivid/text.hpp"
@@ -93,6 +92,8 @@ struct OnlinePayload {
 
   /// Half width of the 95 % interval of the mass.
   [[nodiscard]] Scalar mass_half_width() const { return quantile * mass_sigma; }
+  /// The largest half width of the 95 % intervals of the centre of mass [m].
+  [[nodiscard]] Scalar com_half_width() const { return quantile * com_sigma.maxCoeff(); }
 
   static constexpr Scalar quantile = Scalar(1.96);  ///< of 97.5 %
 };
@@ -135,7 +136,7 @@ class PayloadEstimator {
   /// @throws InputError  where model or options can not be used
   explicit PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options = {});
 
-  [[nodiscard]] Index joints() const noexcept { return rows_.size(); }
+  [[nodiscard]] Index joints() const noexcept { return rows_.stream().size(); }
 
   /// Takes a tick.
   ///
@@ -146,7 +147,7 @@ class PayloadEstimator {
 
   /// Instead of update(), for a tick that says nothing of the payload: while something touches the robot.
   void pause() noexcept {
-    rows_.reset();
+    rows_.reset_stream();
     ++counters_.ticks;
   }
 
@@ -168,7 +169,6 @@ class PayloadEstimator {
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
     rows_.visit_state(visit);
-    triangle_.visit_state(visit);
     for (Snapshot& snapshot : snapshots_) {
       visit(snapshot.R.data(), snapshot.R.size());
       visit(snapshot.noise.data(), snapshot.noise.size());
@@ -205,7 +205,6 @@ class PayloadEstimator {
   };
   struct Counters {
     Index ticks = 0;
-    Index until_step = 0;    // ticks until information fades again
     Index steps = 0;         // strides of motion so far
     Index since_change = 0;  // strides of motion since the payload changed
     Index prior_row = 0;     // that is repeated next
@@ -221,23 +220,24 @@ class PayloadEstimator {
   void make_prior(const OnlineModel& model);
   void make_flange();
   void take(const Outcome& outcome) noexcept;
+  [[nodiscard]] auto taking() noexcept {
+    return [this](const Outcome& outcome) { take(outcome); };
+  }
   void add(const typename RowStream<Scalar>::Row& row) noexcept;
-  void make_room() noexcept;
   void step() noexcept;
   void repeat_prior() noexcept;
   void take_snapshot() noexcept;
   void forget_payload() noexcept;
   void begin_payload() noexcept;
   void solve_a_row() noexcept;
-  void tell() noexcept;
-  void tell_inertia(const Eigen::Matrix3<Scalar>& I, const Eigen::Vector3<Scalar>& sigma) noexcept;
+  void publish() noexcept;
+  void publish_inertia(const Eigen::Matrix3<Scalar>& I, const Eigen::Vector3<Scalar>& sigma) noexcept;
 
   PayloadEstimatorOptions options_;
   detail::BodyColumns columns_;
-  RowStream<Scalar> rows_;
   Index b_;
-  Triangle triangle_;  // of [λ, χ]
-  Triangle prior_;     // what is known beforehand, of the same
+  detail::RowTriangle<Scalar> rows_;  // into that of [λ, χ]
+  Triangle prior_;                    // what is known beforehand, of the same
   detail::RowNoise noise_;
   detail::LoadChange load_change_;
   std::array<Snapshot, 2> snapshots_;
@@ -248,9 +248,6 @@ class PayloadEstimator {
   OnlinePayload<Scalar> payload_;
   Change change_;
   Counters counters_;
-  double keep_ = 1.0;  // of R after one stride of motion
-  double repeated_ = 0.0;
-  Index operations_;
   Index steps_between_snapshots_;
   Index steps_of_half_a_second_;
 };
@@ -259,27 +256,22 @@ template <typename Scalar>
 PayloadEstimator<Scalar>::PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options)
     : options_(options),
       columns_(model.robot, model.base),
-      rows_(model.robot, columns_.all.columns(), detail::row_options("PayloadEstimator", model, options)),
       b_(model.base.size()),
-      triangle_(inertial_count + b_, 2 * model.robot.size() + 1, inertial_count),
+      rows_(model.robot, columns_.all.columns(), detail::row_options("PayloadEstimator", model, options),
+            inertial_count + b_, options.forgetting, 1, inertial_count),
       prior_(inertial_count + b_, 1),
-      noise_(model.sigma_rho, static_cast<double>(rows_.stride()) / options.rows.f_m),
-      load_change_({.per_second = options.rows.f_m / static_cast<double>(rows_.stride()),
+      noise_(model.sigma_rho, rows_.seconds()),
+      load_change_({.per_second = 1.0 / rows_.seconds(),
                     .hours_to_false_alarm = options.hours_to_false_alarm,
                     .mass = options.largest_change,
                     .length = options.length_scale}),
-      inverse_(static_cast<std::size_t>(inertial_count * triangle_.room_of_row()), Scalar(0)) {
-  const double stride = static_cast<double>(rows_.stride()) / options.rows.f_m;
-  keep_ = std::exp(-0.5 * stride / options.forgetting);
-  const Index n = triangle_.size();
-  repeated_ = std::sqrt(static_cast<double>(n) * (1.0 - keep_ * keep_));
-  operations_ = (rows_.size() + 1) * triangle_.cost_of_row() / rows_.stride() + n;
-  steps_of_half_a_second_ = std::max<Index>(std::lround(half_a_second / stride), 1);
+      inverse_(static_cast<std::size_t>(inertial_count * rows_.triangle().room_of_row()), Scalar(0)) {
+  steps_of_half_a_second_ = std::max<Index>(std::lround(half_a_second / rows_.seconds()), 1);
   steps_between_snapshots_ = steps_of_half_a_second_;
   make_flange();
   make_prior(model);
   for (Snapshot& snapshot : snapshots_) {
-    snapshot.R = triangle_.entries();
+    snapshot.R = rows_.triangle().entries();
     snapshot.noise = noise_.states();
   }
   finish();
@@ -312,39 +304,20 @@ void PayloadEstimator<Scalar>::make_prior(const OnlineModel& model) {
     }
     C(i, i) += options_.friction_change * options_.friction_change * size * size;
   }
-  const Matrix whitening = detail::whitening_of(C, "PayloadEstimator");
-  const auto done = [](const Outcome& /*outcome*/) {};
   for (Index i = 0; i < inertial_count; ++i) {
     const double length = i < 6   ? options_.length_scale * options_.length_scale
                           : i < 9 ? options_.length_scale
                                   : 1.0;
     prior_.row_of_R(i)[i] = static_cast<Scalar>(1.0 / (options_.mass_scale * length));
   }
-  for (Index i = 0; i < b_; ++i) {
-    Scalar* const w = prior_.room();
-    double y = 0.0;
-    for (Index c = 0; c <= i; ++c) {
-      w[inertial_count + c] = static_cast<Scalar>(whitening(i, c));
-      y += whitening(i, c) * model.chi[c];
-    }
-    w[inertial_count + b_] = static_cast<Scalar>(y);
-    prior_.commit(-1);
-    prior_.finish(done);
-  }
-  triangle_.set_entries(prior_.entries());
+  detail::add_prior(prior_, C, model.chi, [](Index i) { return inertial_count + i; }, "PayloadEstimator");
+  rows_.triangle().set_entries(prior_.entries());
 }
 
 template <typename Scalar>
 bool PayloadEstimator<Scalar>::update(const Values& q, const Values& tau) noexcept {
   ++counters_.ticks;
-  if (rows_.update(q, tau)) {
-    rows_.for_each_row([this](const typename RowStream<Scalar>::Row& row) { add(row); });
-    if (counters_.until_step == 0) {
-      step();
-    }
-  }
-  counters_.until_step = std::max<Index>(counters_.until_step - 1, 0);
-  static_cast<void>(triangle_.work(operations_, [this](const Outcome& outcome) { take(outcome); }));
+  rows_.tick(q, tau, [this](const auto& row) { add(row); }, [this] { step(); }, taking());
   bool changed = false;
   if (load_change_.found() && !noise_.settled()) {
     load_change_.reset();
@@ -352,6 +325,7 @@ bool PayloadEstimator<Scalar>::update(const Values& q, const Values& tau) noexce
   if (load_change_.found()) {
     change_ = {payload_.held ? Change::Kind::unclear : Change::Kind::pick_up, counters_.ticks, payload_.mass,
                payload_.mass_sigma};
+    payload_.good = false;
     forget_payload();
     changed = true;
   }
@@ -361,9 +335,8 @@ bool PayloadEstimator<Scalar>::update(const Values& q, const Values& tau) noexce
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::add(const typename RowStream<Scalar>::Row& row) noexcept {
-  make_room();
-  Scalar* const w = triangle_.room();
-  const std::vector<Index>& own = rows_.columns().of_joint(row.joint);
+  Scalar* const w = rows_.room(taking());
+  const std::vector<Index>& own = rows_.stream().columns().of_joint(row.joint);
   const Scalar weight = Scalar(1) / static_cast<Scalar>(noise_.sigma(row.joint));
   for (std::size_t c = 0; c < own.size(); ++c) {
     const Index at = own[c];
@@ -377,16 +350,8 @@ void PayloadEstimator<Scalar>::add(const typename RowStream<Scalar>::Row& row) n
       }
     }
   }
-  w[triangle_.size()] = row.y * weight;
-  triangle_.commit(static_cast<int>(row.joint));
-}
-
-template <typename Scalar>
-void PayloadEstimator<Scalar>::make_room() noexcept {
-  while (triangle_.full()) {
-    static_cast<void>(
-        triangle_.work(triangle_.cost_of_row(), [this](const Outcome& outcome) { take(outcome); }));
-  }
+  w[rows_.triangle().size()] = row.y * weight;
+  rows_.triangle().commit(static_cast<int>(row.joint));
 }
 
 // A row has passed into the triangle.
@@ -408,12 +373,11 @@ void PayloadEstimator<Scalar>::take(const Outcome& outcome) noexcept {
 // Once a stride while anything moves.
 template <typename Scalar>
 void PayloadEstimator<Scalar>::step() noexcept {
-  counters_.until_step = rows_.stride();
   ++counters_.steps;
   ++counters_.since_change;
   load_change_.step();
-  if (keep_ < 1.0) {
-    triangle_.fade(0, triangle_.size(), static_cast<Scalar>(keep_));
+  if (rows_.keep() < 1.0) {
+    rows_.triangle().fade(0, rows_.triangle().size(), static_cast<Scalar>(rows_.keep()));
     repeat_prior();
   }
   if (counters_.steps % steps_between_snapshots_ == 0 && load_change_.quiet()) {
@@ -424,21 +388,21 @@ void PayloadEstimator<Scalar>::step() noexcept {
 // What is known beforehand fades with all else, and comes back row by row.
 template <typename Scalar>
 void PayloadEstimator<Scalar>::repeat_prior() noexcept {
-  make_room();
-  Scalar* const w = triangle_.room();
+  Scalar* const w = rows_.room(taking());
+  const auto repeated = static_cast<Scalar>(rows_.repeated(prior_.size()));
   const Scalar* const r = prior_.row_of_R(counters_.prior_row);
-  for (Index c = counters_.prior_row; c <= triangle_.size(); ++c) {
-    w[c] = r[c] * static_cast<Scalar>(repeated_);
+  for (Index c = counters_.prior_row; c <= rows_.triangle().size(); ++c) {
+    w[c] = r[c] * repeated;
   }
-  triangle_.commit(-1);
-  counters_.prior_row = (counters_.prior_row + 1) % triangle_.size();
+  rows_.triangle().commit(-1);
+  counters_.prior_row = (counters_.prior_row + 1) % rows_.triangle().size();
 }
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::take_snapshot() noexcept {
   counters_.younger_snapshot = 1 - counters_.younger_snapshot;
   Snapshot& to = snapshots_[static_cast<std::size_t>(counters_.younger_snapshot)];
-  std::ranges::copy(triangle_.entries(), to.R.begin());
+  std::ranges::copy(rows_.triangle().entries(), to.R.begin());
   std::ranges::copy(noise_.states(), to.noise.begin());
 }
 
@@ -446,43 +410,43 @@ void PayloadEstimator<Scalar>::take_snapshot() noexcept {
 template <typename Scalar>
 void PayloadEstimator<Scalar>::forget_payload() noexcept {
   const Snapshot& before = snapshots_[static_cast<std::size_t>(1 - counters_.younger_snapshot)];
-  triangle_.drop_waiting();
-  triangle_.set_entries(before.R);
+  rows_.triangle().drop_waiting();
+  rows_.triangle().set_entries(before.R);
   std::ranges::copy(before.noise, noise_.states().begin());
   begin_payload();
   Snapshot& younger = snapshots_[static_cast<std::size_t>(counters_.younger_snapshot)];
-  std::ranges::copy(triangle_.entries(), younger.R.begin());
+  std::ranges::copy(rows_.triangle().entries(), younger.R.begin());
   std::ranges::copy(before.noise, younger.noise.begin());
-  std::ranges::copy(triangle_.entries(),
+  std::ranges::copy(rows_.triangle().entries(),
                     snapshots_[static_cast<std::size_t>(1 - counters_.younger_snapshot)].R.begin());
   load_change_.reset();
   counters_.since_change = 0;
-  rows_.reset();
+  rows_.reset_stream();
 }
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::begin_payload() noexcept {
-  triangle_.forget_first(inertial_count);
+  rows_.triangle().forget_first(inertial_count);
   for (Index i = 0; i < inertial_count; ++i) {
-    triangle_.row_of_R(i)[i] = prior_.R(i, i);
+    rows_.triangle().row_of_R(i)[i] = prior_.R(i, i);
   }
 }
 
 // One row of R⁻¹ a tick; after the tenth the solution is published.
 template <typename Scalar>
 void PayloadEstimator<Scalar>::solve_a_row() noexcept {
-  const Index n = triangle_.size();
+  const Index n = rows_.triangle().size();
   const Index i = counters_.solution_row;
   if (i == inertial_count) {
-    tell();
+    publish();
     counters_.solution_row = 0;
     return;
   }
-  Scalar* const x = &inverse_[static_cast<std::size_t>(i * triangle_.room_of_row())];
-  triangle_.inverse_row(i, x);
+  Scalar* const x = &inverse_[static_cast<std::size_t>(i * rows_.triangle().room_of_row())];
+  rows_.triangle().inverse_row(i, x);
   Scalar sum(0);
   for (Index k = i; k < n; ++k) {
-    sum = sum + x[k] * triangle_.z(k);
+    sum = sum + x[k] * rows_.triangle().z(k);
   }
   next_lambda_[i] = sum;
   ++counters_.solution_row;
@@ -490,7 +454,7 @@ void PayloadEstimator<Scalar>::solve_a_row() noexcept {
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::finish() noexcept {
-  triangle_.finish([this](const Outcome& outcome) { take(outcome); });
+  rows_.triangle().finish(taking());
   counters_.solution_row = 0;
   for (Index i = 0; i <= inertial_count; ++i) {
     solve_a_row();
@@ -498,11 +462,11 @@ void PayloadEstimator<Scalar>::finish() noexcept {
 }
 
 template <typename Scalar>
-void PayloadEstimator<Scalar>::tell() noexcept {
+void PayloadEstimator<Scalar>::publish() noexcept {
   using std::abs;
   using std::sqrt;
-  const Index n = triangle_.size();
-  const Index ld = triangle_.room_of_row();
+  const Index n = rows_.triangle().size();
+  const Index ld = rows_.triangle().room_of_row();
   lambda_ = next_lambda_;
   Ten body = Ten::Zero();
   for (Index k = 0; k < inertial_count; ++k) {
@@ -568,7 +532,7 @@ void PayloadEstimator<Scalar>::tell() noexcept {
     }
     const Scalar before = I.diagonal().maxCoeff();
     payload_ = out;
-    tell_inertia(I, sigma);
+    publish_inertia(I, sigma);
     if (payload_.body) {
       payload_.inertia_sigma = sigma;
       for (Index k = 0; k < 3; ++k) {
@@ -583,19 +547,17 @@ void PayloadEstimator<Scalar>::tell() noexcept {
       change_.kind = more > Scalar(0) ? Change::Kind::pick_up : Change::Kind::release;
     }
   }
-  const Scalar half_mass = out.mass_half_width();
-  const Scalar half_com = OnlinePayload<Scalar>::quantile * out.com_sigma.maxCoeff();
   out.good = counters_.since_change >= steps_of_half_a_second_ && load_change_.quiet() &&
-             half_mass <= std::max(static_cast<Scalar>(options_.good_mass) * out.mass,
-                                   static_cast<Scalar>(least_good_mass)) &&
-             (!out.held || half_com <= static_cast<Scalar>(options_.good_com));
+             out.mass_half_width() <= std::max(static_cast<Scalar>(options_.good_mass) * out.mass,
+                                               static_cast<Scalar>(least_good_mass)) &&
+             (!out.held || out.com_half_width() <= static_cast<Scalar>(options_.good_com));
   payload_ = out;
 }
 
 // The inertia about the centre of mass, where the motion shows it: that of the nearest body.
 template <typename Scalar>
-void PayloadEstimator<Scalar>::tell_inertia(const Eigen::Matrix3<Scalar>& I,
-                                            const Eigen::Vector3<Scalar>& sigma) noexcept {
+void PayloadEstimator<Scalar>::publish_inertia(const Eigen::Matrix3<Scalar>& I,
+                                               const Eigen::Vector3<Scalar>& sigma) noexcept {
   const Scalar largest = I.diagonal().maxCoeff();
   payload_.body = sigma.maxCoeff() <= static_cast<Scalar>(visible_inertia) * largest;
   if (payload_.body) {

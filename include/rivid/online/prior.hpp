@@ -4,6 +4,7 @@
 #include <string>
 
 #include "rivid/error.hpp"
+#include "rivid/online/information_triangle.hpp"
 #include "rivid/online/model.hpp"
 #include "rivid/online/row_stream.hpp"
 
@@ -65,6 +66,26 @@ inline Matrix whitening_of(const Matrix& C, const char* who) {
     out.col(j) *= scale[j];
   }
   return out;
+}
+
+// The same, row by row into a triangle.
+//
+// place  unknown of the triangle that a parameter is
+template <typename Scalar, typename Place>
+void add_prior(InformationTriangle<Scalar>& to, const Matrix& C, const Vector& chi, const Place& place,
+               const char* who) {
+  const Matrix whitening = whitening_of(C, who);
+  for (Index i = 0; i < chi.size(); ++i) {
+    Scalar* const w = to.room();
+    double y = 0.0;
+    for (Index c = 0; c <= i; ++c) {
+      w[place(c)] = static_cast<Scalar>(whitening(i, c));
+      y += whitening(i, c) * chi[c];
+    }
+    w[to.size()] = static_cast<Scalar>(y);
+    to.commit(-1);
+    to.finish([](const auto& /*outcome*/) {});
+  }
 }
 
 // Options of the rows, with the model's thresholds where they have none.

@@ -6,10 +6,9 @@
 #include <string>
 
 #include "rivid/error.hpp"
-#include "rivid/online/information_triangle.hpp"
 #include "rivid/online/model.hpp"
 #include "rivid/online/prior.hpp"
-#include "rivid/online/row_stream.hpp"
+#include "rivid/online/row_triangle.hpp"
 #include "rivid/online/saved_state.hpp"
 
 namespace rivid {
@@ -50,8 +49,8 @@ class RecursiveIdentifier {
   /// @throws InputError  where model or options can not be used
   explicit RecursiveIdentifier(const OnlineModel& model, const RecursiveIdentifierOptions& options = {});
 
-  [[nodiscard]] Index size() const noexcept { return triangle_.size(); }
-  [[nodiscard]] Index joints() const noexcept { return rows_.size(); }
+  [[nodiscard]] Index size() const noexcept { return rows_.triangle().size(); }
+  [[nodiscard]] Index joints() const noexcept { return rows_.stream().size(); }
 
   /// Takes a tick.
   ///
@@ -65,13 +64,11 @@ class RecursiveIdentifier {
   void add_row(std::size_t j, std::span<const Scalar> w, const Scalar& y, const Scalar& sigma) noexcept;
 
   /// Takes all rows that wait into the triangle: work that update() would do in the next `stride` ticks.
-  void finish() noexcept {
-    triangle_.finish([this](const Outcome& outcome) { take(outcome); });
-  }
+  void finish() noexcept { rows_.triangle().finish(taking()); }
 
   /// The parameters, (b) [SI, joint side]: back substitution. No numbers while some are not determined.
   [[nodiscard]] const Eigen::VectorX<Scalar>& chi() noexcept {
-    static_cast<void>(triangle_.solve(chi_.data()));
+    static_cast<void>(rows_.triangle().solve(chi_.data()));
     return chi_;
   }
 
@@ -79,10 +76,10 @@ class RecursiveIdentifier {
   /// large as sigma_rho says; not a number where it is not determined. consistency() shows whether they are.
   [[nodiscard]] Scalar sigma(Index i) noexcept {
     using std::sqrt;
-    if (!triangle_.solve(chi_.data())) {
+    if (!rows_.triangle().solve(chi_.data())) {
       return Scalar(std::numeric_limits<double>::quiet_NaN());
     }
-    triangle_.inverse_row(i, scratch_.data());
+    rows_.triangle().inverse_row(i, scratch_.data());
     return sqrt(scratch_.head(size()).squaredNorm());
   }
 
@@ -96,9 +93,7 @@ class RecursiveIdentifier {
 
   /// Adds what another identifier of the same robot has learned, its prior included: merge those that began without one.
   void merge(const RecursiveIdentifier& other) noexcept {
-    RecursiveIdentifier* const self = this;
-    triangle_.finish([self](const Outcome& outcome) { self->take(outcome); });
-    triangle_.merge(other.triangle_, [self](const Outcome& outcome) { self->take(outcome); });
+    rows_.triangle().merge(other.rows_.triangle(), taking());
   }
   /// Adds a triangle R χ = z of whitened rows, such as StreamingQr's R() and qty() over a standard deviation.
   ///
@@ -107,20 +102,18 @@ class RecursiveIdentifier {
   /// @return   whether the sizes are right
   bool merge(const Eigen::Ref<const Eigen::MatrixX<Scalar>>& R, const Values& z) noexcept;
 
-  [[nodiscard]] const RegressorColumns& columns() const noexcept { return rows_.columns(); }
+  [[nodiscard]] const RegressorColumns& columns() const noexcept { return rows_.stream().columns(); }
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
     rows_.visit_state(visit);
-    triangle_.visit_state(visit);
     visit(sums_.data(), sums_.size());
     visit(&taken_, 1);
-    visit(&until_fading_, 1);
   }
 
  private:
-  using Triangle = detail::InformationTriangle<Scalar>;
-  using Outcome = typename Triangle::Outcome;
+  using Row = typename RowStream<Scalar>::Row;
+  using Outcome = typename detail::InformationTriangle<Scalar>::Outcome;
   struct Sums {
     double weight = 0.0;
     double squares = 0.0;
@@ -132,94 +125,63 @@ class RecursiveIdentifier {
     }
     ++taken_;
     Sums& sums = sums_[static_cast<std::size_t>(outcome.tag)];
-    const double keep = kept_of_sums_;
+    const double keep = rows_.keep() * rows_.keep();
     sums.weight = keep * sums.weight + 1.0;
     sums.squares = keep * sums.squares + static_cast<double>(outcome.residual * outcome.residual);
   }
-  void make_room() noexcept {
-    while (triangle_.full()) {
-      static_cast<void>(
-          triangle_.work(triangle_.cost_of_row(), [this](const Outcome& outcome) { take(outcome); }));
+  [[nodiscard]] auto taking() noexcept {
+    return [this](const Outcome& outcome) { take(outcome); };
+  }
+  void step() noexcept {
+    if (rows_.keep() < 1.0) {
+      rows_.triangle().fade(0, size(), static_cast<Scalar>(rows_.keep()));
     }
   }
-  void fade() noexcept;
 
-  RowStream<Scalar> rows_;
-  Triangle triangle_;
+  detail::RowTriangle<Scalar> rows_;
   Vector sigma_rho_;
-  double keep_ = 1.0;  // of R after one stride of motion
-  double kept_of_sums_ = 1.0;
-  Index operations_;  // of each tick
   Eigen::VectorX<Scalar> chi_;
   Eigen::VectorX<Scalar> scratch_;
   std::vector<Sums> sums_;
   Index taken_ = 0;
-  Index until_fading_ = 0;
 };
 
 template <typename Scalar>
 RecursiveIdentifier<Scalar>::RecursiveIdentifier(const OnlineModel& model,
                                                  const RecursiveIdentifierOptions& options)
-    : rows_(model.robot, model.base.columns(), detail::row_options("RecursiveIdentifier", model, options)),
-      triangle_(model.base.size(), 2 * model.robot.size()),
+    : rows_(model.robot, model.base.columns(), detail::row_options("RecursiveIdentifier", model, options),
+            model.base.size(), options.forgetting),
       sigma_rho_(model.sigma_rho),
       chi_(Eigen::VectorX<Scalar>::Zero(model.base.size())),
-      scratch_(Eigen::VectorX<Scalar>::Zero(triangle_.room_of_row())),
+      scratch_(Eigen::VectorX<Scalar>::Zero(rows_.triangle().room_of_row())),
       sums_(static_cast<std::size_t>(model.robot.size())) {
-  const double seconds = static_cast<double>(rows_.stride()) / options.rows.f_m;
-  keep_ = std::exp(-0.5 * seconds / options.forgetting);
-  kept_of_sums_ = keep_ * keep_;
-  operations_ = rows_.size() * triangle_.cost_of_row() / rows_.stride() + triangle_.size();
   if (options.prior) {
-    const Matrix whitening = detail::whitening_of(model.C_chi, "RecursiveIdentifier");
-    for (Index i = 0; i < size(); ++i) {
-      finish();
-      Scalar* const w = triangle_.room();
-      double y = 0.0;
-      for (Index c = 0; c <= i; ++c) {
-        w[c] = static_cast<Scalar>(whitening(i, c));
-        y += whitening(i, c) * model.chi[c];
-      }
-      w[size()] = static_cast<Scalar>(y);
-      triangle_.commit(-1);
-    }
-    finish();
+    detail::add_prior(
+        rows_.triangle(), model.C_chi, model.chi, [](Index i) { return i; }, "RecursiveIdentifier");
   }
 }
 
 template <typename Scalar>
 void RecursiveIdentifier<Scalar>::update(const Values& q, const Values& tau) noexcept {
-  if (rows_.update(q, tau)) {
-    rows_.for_each_row([this](const typename RowStream<Scalar>::Row& row) {
-      add_row(row.joint, {row.values, columns().of_joint(row.joint).size()}, row.y,
-              static_cast<Scalar>(sigma_rho_[static_cast<Index>(row.joint)]));
-    });
-    fade();
-  }
-  static_cast<void>(triangle_.work(operations_, [this](const Outcome& outcome) { take(outcome); }));
-  until_fading_ = std::max<Index>(until_fading_ - 1, 0);
-}
-
-// Joints finish their rows at ticks of their own; information fades once a stride while any of them moves.
-template <typename Scalar>
-void RecursiveIdentifier<Scalar>::fade() noexcept {
-  if (keep_ < 1.0 && until_fading_ == 0) {
-    triangle_.fade(0, size(), static_cast<Scalar>(keep_));
-    until_fading_ = rows_.stride();
-  }
+  rows_.tick(
+      q, tau,
+      [this](const Row& row) {
+        add_row(row.joint, {row.values, columns().of_joint(row.joint).size()}, row.y,
+                static_cast<Scalar>(sigma_rho_[static_cast<Index>(row.joint)]));
+      },
+      [this] { step(); }, taking());
 }
 
 template <typename Scalar>
 void RecursiveIdentifier<Scalar>::add_row(std::size_t j, std::span<const Scalar> w, const Scalar& y,
                                           const Scalar& sigma) noexcept {
-  make_room();
-  Scalar* const row = triangle_.room();
+  Scalar* const row = rows_.room(taking());
   const std::vector<Index>& own = columns().of_joint(j);
   for (std::size_t c = 0; c < own.size(); ++c) {
     row[own[c]] = w[c] / sigma;
   }
   row[size()] = y / sigma;
-  triangle_.commit(static_cast<int>(j));
+  rows_.triangle().commit(static_cast<int>(j));
 }
 
 template <typename Scalar>
@@ -229,13 +191,12 @@ bool RecursiveIdentifier<Scalar>::merge(const Eigen::Ref<const Eigen::MatrixX<Sc
     return false;
   }
   for (Index i = 0; i < size(); ++i) {
-    make_room();
-    Scalar* const row = triangle_.room();
+    Scalar* const row = rows_.room(taking());
     for (Index c = i; c < size(); ++c) {
       row[c] = R(i, c);
     }
     row[size()] = z[i];
-    triangle_.commit(-1);
+    rows_.triangle().commit(-1);
   }
   finish();
   return true;
