@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <random>
 
 #include "rivid/identify/identification.hpp"
+#include "rivid/identify/prediction.hpp"
 #include "rivid/regressor/base.hpp"
 #include "support/complaint.hpp"
 #include "support/robots.hpp"
@@ -126,6 +129,51 @@ TEST(Comparison, FindsTheModelThatPredictsBetter) {
     EXPECT_NE(comparison.tests.front().better, std::size_t{0});
   }
   EXPECT_GE(found, pairs - 1) << "seed " << seed;
+}
+
+// A motor that both joints turn has no rows where it reverses, and the other robot has no such motor.
+TEST(Comparison, JudgesModelsOfOtherRowsOnThoseOfAll) {
+  std::mt19937_64 random(5);
+  const Bench bench;
+  const ComparedModel plain = bench.model("plain", bench.error(random, 10.0));
+  ComparedModel coupled{"coupled", bench.robot(), {}};
+  coupled.robot.couplings = {{.motor = 1,
+                              .joints = {0},
+                              .ratios = {1.0},
+                              .inertia = Coupling::Inertia::none,
+                              .viscous = false,
+                              .terms = Coupling::Terms::all}};
+  coupled.chi_st = coupled.robot.chi_st();
+  const std::vector<ComparedModel> models = {plain, coupled};
+  const Log log = bench.log(random);
+  const ComparisonOptions options{.signal = {.decimation = {decimation}}};
+  const Comparison comparison = compare(models, std::span(&log, 1), options);
+  std::vector<Prediction> predictions;
+  for (const ComparedModel& model : models) {
+    Identification result;
+    result.base = base_parameters(model.robot);
+    result.chi = result.base.from_standard(model.chi_st);
+    result.estimation.signal = options.signal;
+    predictions.push_back(predict(model.robot, result, log));
+  }
+  Index rows = 0;
+  for (std::size_t j = 0; j < 2; ++j) {
+    const std::vector<Index>& common = predictions[1].joints[j].rows;
+    const JointPrediction& joint = predictions[0].joints[j];
+    ASSERT_LT(common.size(), joint.rows.size());
+    double squares = 0.0;
+    double measured = 0.0;
+    for (std::size_t i = 0; i < joint.rows.size(); ++i) {
+      if (std::ranges::binary_search(common, joint.rows[i])) {
+        squares += std::pow(joint.residual[static_cast<Index>(i)], 2);
+        measured += std::pow(joint.fitted.measured[static_cast<Index>(i)], 2);
+        ++rows;
+      }
+    }
+    // The same sums in another order.
+    EXPECT_NEAR(comparison.models[0].joints[j], std::sqrt(squares / measured), 1e-12) << j;
+  }
+  EXPECT_EQ(comparison.rows, rows);
 }
 
 TEST(Comparison, HasTheErrorsOfAValidation) {

@@ -41,12 +41,17 @@ class RealExperiment : public RealData {
 
   [[nodiscard]] Json result(std::vector<std::string> arguments = {}, int exit_code = 0) const {
     arguments.insert(arguments.begin(), robot_ + ".toml");
-    const Outcome run = outcome_of(identify_command(arguments), folder_.path());
-    if (run.exit_code != exit_code) {
-      ADD_FAILURE() << run.err;
+    const Outcome outcome = identify_run(arguments);
+    if (outcome.exit_code != exit_code) {
+      ADD_FAILURE() << outcome.err;
       return {};
     }
     return Json::parse(folder_.read(robot_ + "_result/result.json"));
+  }
+
+  /// rivid_identify in the folder of the experiment file.
+  [[nodiscard]] Outcome identify_run(const std::vector<std::string>& arguments) const {
+    return outcome_of(identify_command(arguments), folder_.path());
   }
 
   [[nodiscard]] Experiment experiment() const { return read_experiment(folder_.path() / (robot_ + ".toml")); }

@@ -17,43 +17,38 @@ namespace {
 
 constexpr int fewest_blocks = 6;
 
-// Residuals of one model on one log: of each joint, by the sample that the row stands for.
-struct JointErrors {
-  std::map<Index, double> residual;
-  double squares = 0.0;           // Σ (Y − W χ)²
-  double measured_squares = 0.0;  // Σ Y²
+struct JudgedRow {
+  double residual = 0.0;  // Y − W χ
+  double measured = 0.0;  // Y
 };
-using LogErrors = std::vector<JointErrors>;
+// Rows of one model on one log: of each joint, by the sample that they stand for.
+using LogErrors = std::vector<std::map<Index, JudgedRow>>;
 
-LogErrors errors_of(const ComparedModel& model, const Log& log, const ComparisonOptions& options,
-                    const SignalOptions& signal) {
+LogErrors errors_of(const ComparedModel& model, const Log& log, const SignalOptions& signal) {
   Identification identification;
   const BaseParameters base = base_parameters(model.robot);
   identification.chi = base.from_standard(model.chi_st);
   identification.base = at_load(base, identification.chi);
   identification.estimation.signal = signal;
   const Prediction prediction = predict(model.robot, identification, log);
-  const Validation validation = validate(model.robot, identification, log, options.threads);
   LogErrors out(prediction.joints.size());
   for (std::size_t j = 0; j < out.size(); ++j) {
     const JointPrediction& joint = prediction.joints[j];
     for (std::size_t i = 0; i < joint.rows.size(); ++i) {
-      out[j].residual.emplace(joint.rows[i], joint.residual[static_cast<Index>(i)]);
+      const auto at = static_cast<Index>(i);
+      out[j].emplace(joint.rows[i], JudgedRow{joint.residual[at], joint.fitted.measured[at]});
     }
-    out[j].squares = joint.residual.squaredNorm();
-    const double error = validation.fit.joints[j].relative_error;
-    out[j].measured_squares = error > 0.0 ? out[j].squares / (error * error) : 0.0;
   }
   return out;
 }
 
-// Which rows a joint has depends on whether its law has dry friction: only those count that all models have.
+// Which rows a joint has depends on the motors that it turns, whose reversals leave rows out: only those count that all models have.
 void keep_common(std::vector<LogErrors>& models) {
   for (std::size_t j = 0; j < models.front().size(); ++j) {
     for (LogErrors& model : models) {
-      std::erase_if(model[j].residual, [&](const auto& row) {
-        return std::ranges::any_of(
-            models, [&](const LogErrors& other) { return !other[j].residual.contains(row.first); });
+      std::erase_if(model[j], [&](const auto& row) {
+        return std::ranges::any_of(models,
+                                   [&](const LogErrors& other) { return !other[j].contains(row.first); });
       });
     }
   }
@@ -70,8 +65,10 @@ Comparison::Error summed_up(const AllErrors& errors, std::size_t model, std::siz
     double joint_squares = 0.0;
     double joint_measured = 0.0;
     for (const std::vector<LogErrors>& log : errors) {
-      joint_squares += log[model][j].squares;
-      joint_measured += log[model][j].measured_squares;
+      for (const auto& [sample, row] : log[model][j]) {
+        joint_squares += row.residual * row.residual;
+        joint_measured += row.measured * row.measured;
+      }
     }
     out.joints.push_back(std::sqrt(joint_squares / joint_measured));
     squares += joint_squares;
@@ -90,10 +87,10 @@ Vector joint_scales(const AllErrors& errors, std::size_t a, std::size_t b) {
     std::size_t count = 0;
     for (const std::vector<LogErrors>& log : errors) {
       for (const std::size_t model : {a, b}) {
-        for (const auto& [sample, residual] : log[model][j].residual) {
-          sum += residual * residual;
+        for (const auto& [sample, row] : log[model][j]) {
+          sum += row.residual * row.residual;
         }
-        count += log[model][j].residual.size();
+        count += log[model][j].size();
       }
     }
     out[static_cast<Index>(j)] = sum > 0.0 ? sum / static_cast<double>(count) : 1.0;
@@ -105,8 +102,8 @@ Vector joint_scales(const AllErrors& errors, std::size_t a, std::size_t b) {
 std::map<Index, double> loss(const LogErrors& errors, const Vector& scales) {
   std::map<Index, double> out;
   for (std::size_t j = 0; j < errors.size(); ++j) {
-    for (const auto& [sample, residual] : errors[j].residual) {
-      out[sample] += residual * residual / scales[static_cast<Index>(j)];
+    for (const auto& [sample, row] : errors[j]) {
+      out[sample] += row.residual * row.residual / scales[static_cast<Index>(j)];
     }
   }
   return out;
@@ -209,6 +206,7 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   expect_comparable(models);
   const std::size_t joints = models.front().robot.joints.size();
   Estimation estimation{.method = Wls{}, .signal = options.signal};
+  estimation.threads = options.threads;
   if (options.signal.automatic()) {
     static_cast<void>(detail::choose_rows(without_load(models.front().robot), logs, estimation));
   }
@@ -222,11 +220,11 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
     out.logs.push_back(log.source);
     std::vector<LogErrors>& of_log = errors.emplace_back();
     for (const ComparedModel& model : models) {
-      of_log.push_back(errors_of(model, log, options, estimation.signal));
+      of_log.push_back(errors_of(model, log, estimation.signal));
     }
     keep_common(of_log);
     for (std::size_t j = 0; j < joints; ++j) {
-      out.rows += static_cast<Index>(of_log.front()[j].residual.size());
+      out.rows += static_cast<Index>(of_log.front()[j].size());
     }
   }
   for (std::size_t m = 0; m < models.size(); ++m) {
