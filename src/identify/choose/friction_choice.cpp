@@ -11,6 +11,7 @@
 #include "identify/choose/row_choice.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
+#include "rivid/solve/streaming_qr.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -25,7 +26,8 @@ constexpr double least_gain = 0.03;
 constexpr double least_deviations = 2.0;
 // Gauss-Newton of the load, and of the weights of the joints.
 constexpr int passes = 4;
-constexpr double singular_part = 1e-11;
+// Pivots of scaled columns below this part of the largest belong to parameters that the rows do not show.
+constexpr double not_seen = 3e-6;
 
 // The rows of one joint in one stretch of time.
 struct Stretch {
@@ -91,35 +93,33 @@ class Fits {
   [[nodiscard]] Vector solution(const std::vector<Friction>& laws, std::size_t without) {
     const Index p = b_ + weights_.size();
     Vector theta = Vector::Zero(p);
-    std::vector<std::uint8_t> wanted(static_cast<std::size_t>(p), 1);
+    Vector wanted = Vector::Ones(p);
     bool linear = true;
     for (std::size_t j = 0; j < laws.size(); ++j) {
       const bool load = has(laws[j], Basis::load);
       linear = linear && !load;
-      wanted[static_cast<std::size_t>(b_) + j] = load ? 1 : 0;
+      wanted[b_ + static_cast<Index>(j)] = load ? 1.0 : 0.0;
       if (root_at_[j] >= 0 && !has(laws[j], Basis::root)) {
-        wanted[static_cast<std::size_t>(root_at_[j])] = 0;
+        wanted[root_at_[j]] = 0.0;
       }
     }
     weights_.setOnes();
     for (int pass = 0; pass < passes; ++pass) {
-      Matrix A = Matrix::Zero(p, p);
-      Vector a = Vector::Zero(p);
+      StreamingQr qr(p);
       Vector squares = Vector::Zero(weights_.size());
       Vector counts = Vector::Zero(weights_.size());
       for (const Stretch& s : stretches_) {
         if (s.fold != without) {
-          add(s, theta, A, a, squares, counts);
+          const Vector rho = residual(s, theta);
+          const double weight = weights_[static_cast<Index>(s.joint)];
+          qr.add(weight * slopes(s, theta, wanted), weight * rho);
+          squares[static_cast<Index>(s.joint)] += rho.squaredNorm();
+          counts[static_cast<Index>(s.joint)] += static_cast<double>(rho.size());
         }
       }
-      for (Index i = 0; i < p; ++i) {
-        if (wanted[static_cast<std::size_t>(i)] == 0) {
-          A.row(i).setZero();
-          A.col(i).setZero();
-          a[i] = 0.0;
-        }
-      }
-      theta += step(A, a);
+      const Matrix R = qr.R();
+      const Vector scale = R.colwise().norm().unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
+      theta += scale.cwiseProduct(detail::minimum_norm_solution(R * scale.asDiagonal(), qr.qty(), not_seen));
       if (pass > 0) {
         weights_ = squares.cwiseQuotient(counts.cwiseMax(1.0)).unaryExpr([](double x) {
           return x > 0.0 ? 1.0 / std::sqrt(x) : 1.0;
@@ -132,38 +132,19 @@ class Fits {
     return theta;
   }
 
-  void add(const Stretch& s, const Vector& theta, Matrix& A, Vector& a, Vector& squares,
-           Vector& counts) const {
-    const auto j = static_cast<Index>(s.joint);
-    const double weight = weights_[j] * weights_[j];
-    Matrix J = s.W;
-    const Vector rho = residual(s, theta);
-    std::vector<Index> at = s.columns;
+  // Slopes of the torque by all unknowns, zero for those that are not wanted.
+  [[nodiscard]] Matrix slopes(const Stretch& s, const Vector& theta, const Vector& wanted) const {
+    Matrix out = Matrix::Zero(s.y.size(), theta.size());
+    out(Eigen::all, s.columns) = s.W;
     if (s.sign.size() > 0) {
+      const Index Fl = b_ + static_cast<Index>(s.joint);
       const Vector load = s.rigid * theta(s.columns);
-      const double Fl = theta[b_ + j];
-      if (Fl != 0.0) {
-        const Vector slope =
-            Fl * s.sign.cwiseProduct(load.unaryExpr([](double x) { return x < 0.0 ? -1.0 : 1.0; }));
-        J += slope.asDiagonal() * s.rigid;
-      }
-      J.conservativeResize(Eigen::NoChange, J.cols() + 1);
-      J.rightCols(1) = s.sign.cwiseProduct(load.cwiseAbs());
-      at.push_back(b_ + j);
+      const Vector turned =
+          s.sign.cwiseProduct(load.unaryExpr([](double x) { return x < 0.0 ? -1.0 : 1.0; }));
+      out(Eigen::all, s.columns) += (theta[Fl] * turned).asDiagonal() * s.rigid;
+      out.col(Fl) = turned.cwiseProduct(load);
     }
-    A(at, at) += weight * (J.transpose() * J);
-    a(at) += weight * (J.transpose() * rho);
-    squares[j] += rho.squaredNorm();
-    counts[j] += static_cast<double>(rho.size());
-  }
-
-  [[nodiscard]] static Vector step(const Matrix& A, const Vector& a) {
-    const Vector scale = A.diagonal().unaryExpr([](double x) { return x > 0.0 ? 1.0 / std::sqrt(x) : 0.0; });
-    const detail::SymmetricEigen eigen = detail::symmetric_eigen(scale.asDiagonal() * A * scale.asDiagonal());
-    const double least = singular_part * eigen.values[eigen.values.size() - 1];
-    const Vector inverse = eigen.values.unaryExpr([&](double x) { return x > least ? 1.0 / x : 0.0; });
-    const Vector turned = eigen.vectors.transpose() * scale.cwiseProduct(a);
-    return scale.cwiseProduct(eigen.vectors * inverse.cwiseProduct(turned));
+    return out * wanted.asDiagonal();
   }
 
   Index b_;
