@@ -29,6 +29,7 @@
 #include "rivid/identify/essential.hpp"
 #include "rivid/identify/friction_choice.hpp"
 #include "rivid/identify/identification.hpp"
+#include "rivid/identify/instruments.hpp"
 #include "rivid/identify/log_factors.hpp"
 #include "rivid/identify/payload.hpp"
 #include "rivid/identify/physical.hpp"

@@ -8,9 +8,12 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "dense.hpp"
 #include "rivid/error.hpp"
+#include "rivid/identify/instruments.hpp"
+#include "rivid/identify/robust.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -150,6 +153,18 @@ class Archive {
   std::uint64_t members_ = 0;
 };
 
+Vector robust_weights(const Identification& result, const RowTable& rows) {
+  Vector out = Vector::Ones(rows.Y.size());
+  if (result.robust) {
+    const RobustLoss loss = result.robust->options.loss();
+    for (Index i = 0; i < out.size(); ++i) {
+      const RobustJoint& joint = result.robust->joints[static_cast<std::size_t>(rows.joint[i])];
+      out[i] = loss.weight(rows.residual[i] / joint.scale);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 RowTable row_table(const Robot& robot, const Identification& result, std::span<const Log> logs) {
@@ -170,7 +185,9 @@ RowTable row_table(const Robot& robot, const Identification& result, std::span<c
     }
   }
   const Index b = result.base.size();
+  const std::vector<Observation> V = instrument_rows(robot, result, logs);
   out.W = Matrix::Zero(count, b);
+  out.V = Matrix::Zero(V.empty() ? 0 : count, b);
   for (Vector* const each : {&out.t, &out.log, &out.joint, &out.Y, &out.weight}) {
     each->resize(count);
   }
@@ -187,7 +204,11 @@ RowTable row_table(const Robot& robot, const Identification& result, std::span<c
         out.t[row + i] = logs[l].t[all[l].samples[j][static_cast<std::size_t>(i)]];
       }
       for (std::size_t k = 0; k < of_joint.columns.size(); ++k) {
-        out.W.col(of_joint.columns[k]).segment(row, size) = of_joint.W.col(static_cast<Index>(k));
+        const auto at = static_cast<Index>(k);
+        out.W.col(of_joint.columns[k]).segment(row, size) = of_joint.W.col(at);
+        if (!V.empty()) {
+          out.V.col(of_joint.columns[k]).segment(row, size) = V[l].joints[j].W.col(at);
+        }
       }
       row += size;
     }
@@ -196,7 +217,8 @@ RowTable row_table(const Robot& robot, const Identification& result, std::span<c
   out.covariance = result.C_chi;
   out.prediction = out.W * out.chi;
   out.residual = out.Y - out.prediction;
-  out.leverage = hat_diagonal(out.weight.asDiagonal() * out.W);
+  out.robust_weight = robust_weights(result, out);
+  out.leverage = hat_diagonal(out.weight.cwiseProduct(out.robust_weight.cwiseSqrt()).asDiagonal() * out.W);
   return out;
 }
 
@@ -210,7 +232,11 @@ std::string to_npz(const RowTable& rows) {
   vector("joint", rows.joint);
   vector("Y", rows.Y);
   out.add("W", npy(rows.W, false));
+  if (rows.V.rows() > 0) {
+    out.add("V", npy(rows.V, false));
+  }
   vector("weight", rows.weight);
+  vector("robust_weight", rows.robust_weight);
   vector("prediction", rows.prediction);
   vector("residual", rows.residual);
   vector("leverage", rows.leverage);
@@ -223,19 +249,27 @@ std::string to_npz(const RowTable& rows) {
 }
 
 std::string to_csv(const RowTable& rows) {
-  std::string out = "t,log,joint,Y,prediction,residual,weight,leverage";
-  for (const std::string& name : rows.parameters) {
-    out += ",W:" + name;
+  std::string out = "t,log,joint,Y,prediction,residual,weight,robust_weight,leverage";
+  std::vector<std::pair<std::string, const Matrix*>> matrices = {{",W:", &rows.W}};
+  if (rows.V.rows() > 0) {
+    matrices.emplace_back(",V:", &rows.V);
+  }
+  for (const auto& [prefix, matrix] : matrices) {
+    for (const std::string& name : rows.parameters) {
+      out += prefix + name;
+    }
   }
   out += '\n';
   for (Index i = 0; i < rows.Y.size(); ++i) {
     out += exact(rows.t[i]) + ',' + exact(rows.log[i]) + ',' + exact(rows.joint[i]);
     for (const Vector* const each :
-         {&rows.Y, &rows.prediction, &rows.residual, &rows.weight, &rows.leverage}) {
+         {&rows.Y, &rows.prediction, &rows.residual, &rows.weight, &rows.robust_weight, &rows.leverage}) {
       out += ',' + exact((*each)[i]);
     }
-    for (Index k = 0; k < rows.W.cols(); ++k) {
-      out += ',' + exact(rows.W(i, k));
+    for (const auto& [prefix, matrix] : matrices) {
+      for (Index k = 0; k < matrix->cols(); ++k) {
+        out += ',' + exact((*matrix)(i, k));
+      }
     }
     out += '\n';
   }

@@ -20,10 +20,11 @@ struct RowTable {
   Vector joint;                         ///< place in `joints`, counted from 0, (R)
   Vector Y;                             ///< measured torque, (R) [N·m | N]
   Matrix W;                             ///< observation matrix, (R × b)
-  Vector
-      weight;  ///< 1/σ of the joint, 1 for ordinary least squares; weights of robust estimation left out, (R)
-  Vector prediction;  ///< W χ, (R)
-  Vector residual;    ///< Y − W χ, (R)
+  Matrix V;              ///< of the instruments, see instrument_rows(), (R × b); no rows where there are none
+  Vector weight;         ///< 1/σ of the joint, 1 for ordinary least squares, (R)
+  Vector robust_weight;  ///< that a squared error counts with in robust estimation, 0 … 1; 1 without, (R)
+  Vector prediction;     ///< W χ, (R)
+  Vector residual;       ///< Y − W χ, (R)
   Vector
       leverage;  ///< diagonal of the hat matrix of the weighted rows; not a number where W has not full rank, (R)
   Vector chi;         ///< estimate, (b)
@@ -42,8 +43,8 @@ struct RowTable {
 /// @throws InputError  for 4 GiB and more, which the format does not hold
 [[nodiscard]] std::string to_npz(const RowTable& rows);
 
-/// A line a row: t, log, joint, Y, prediction, residual, weight, leverage, then a column "W:NAME" for each parameter. Numbers
-/// read back bit by bit.
+/// A line a row: t, log, joint, Y, prediction, residual, weight, robust_weight, leverage, then a column "W:NAME" for each parameter, and a
+/// column "V:NAME" where there are instruments. Numbers read back bit by bit.
 [[nodiscard]] std::string to_csv(const RowTable& rows);
 
 }  // namespace rivid

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "identify/estimate/closed_loops.hpp"
 #include "identify/rows/exact_rows.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
 #include "identify/rows/whitened_rows.hpp"
+#include "rivid/identify/instruments.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/signal/filter.hpp"
 
 namespace rivid::detail {
@@ -134,3 +137,38 @@ void Instruments::count_rows() {
 }
 
 }  // namespace rivid::detail
+
+namespace rivid {
+
+std::vector<Observation> instrument_rows(const Robot& robot, const Identification& result,
+                                         std::span<const Log> logs) {
+  const Iv* const iv = std::get_if<Iv>(&result.estimation.method);
+  if (iv == nullptr || result.prefilter || has_load(robot) || !result.chi.allFinite()) {
+    return {};
+  }
+  const detail::EstimationProblem problem(robot, logs, result.estimation);
+  const detail::SimulatedLoops loops = detail::ClosedLoops(problem).simulated(result.chi, {});
+  if (!loops.failure.empty()) {
+    return {};
+  }
+  const std::vector<Motion> V = detail::Instruments(problem).motions(loops.motions);
+  std::vector<Observation> out;
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    // The samples of rows(), which knows of no transient.
+    detail::RowSource source(robot, problem.base, logs[k], result.estimation.signal, *problem.team);
+    detail::JointSinks<detail::HeldRows> held(source.joints());
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      held.add(source.rows(), 2 * static_cast<Index>(source.columns(j).size()) + 1);
+    }
+    source.send(held.sinks(), std::span(&V[k], 1));
+    Observation& rows = out.emplace_back();
+    rows.columns = problem.base.size();
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      const auto own = static_cast<Index>(source.columns(j).size());
+      rows.joints.push_back({source.columns(j), held[j].rows().leftCols(own)});
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid
