@@ -167,6 +167,7 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
   out.t = out.suspicion = Vector::Zero(records);
   out.payload = Matrix::Zero(records, 6);
   out.torque_error = out.external = Matrix::Zero(records, n);
+  bool payload_named = false;  // to the observer of contacts, for which its weight is a push else
   ContactEvents touches;
   ChangeEvents changes;
   for (Index k = 0; k < q.cols(); ++k) {
@@ -176,6 +177,11 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
     touches.take(t, contact.link(), out.joints, out.events);
     if (payload.update(q.col(k), tau.col(k))) {
       out.events.push_back({t, "the payload changes"});
+      payload_named = false;
+    }
+    if (!payload_named && payload.payload().good) {
+      contact.set_payload(payload.inertial());
+      payload_named = true;
     }
     changes.take(t, payload.change(), out.events);
     friction.set_payload(payload.inertial());
