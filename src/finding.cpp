@@ -340,6 +340,10 @@ constexpr std::array codes = {
                    "Neither an iterate nor a physically consistent one near it gave a bounded loop: wrong "
                    "signs, units or gains.",
                    "Run rivid_identify check, then check [control]."},
+    DiagnosticCode{"gave_up", error, "Status of a result: a budget of steps or seconds was used up first.",
+                   "The simulated loop is stiff or oscillates: wrong gains or units, or long logs.",
+                   "Check [control], or raise max_seconds or max_steps: simulation = { max_seconds = 3600 } "
+                   "in [method]."},
 };
 
 }  // namespace

@@ -72,7 +72,7 @@ TEST(DiagnosticCodes, AreAllThatIsWarnedWithAndEachIsUsed) {
   std::set<std::string> used;
   std::set<std::string> quoted;
   for (const Status status : {Status::rank_deficient, Status::not_converged, Status::cycling,
-                              Status::weak_instruments, Status::not_simulable}) {
+                              Status::weak_instruments, Status::not_simulable, Status::gave_up}) {
     used.emplace(name(status));
   }
   for (const auto& [path, text] : sources()) {

@@ -76,12 +76,12 @@ inline constexpr auto method_keys =
                      "of them, by any method, see [statistics](statistics.md#the-parameters-that-matter). A "
                      "table gives options, see [below](#methodessential).",
                      {.type = "boolean, or table", .otherwise = "`false`"}});
-inline constexpr auto iv_keys =
-    std::tuple(Field{"simulation",
-                     nullptr,
-                     "integration of the simulated loop: keys of [`[simulation]`](#simulation) from "
-                     "`dry_friction` to `max_velocity`",
-                     {.type = "table", .otherwise = "as there"}});
+inline constexpr auto iv_keys = std::tuple(
+    Field{"simulation",
+          nullptr,
+          "integration of the simulated loop: keys of [`[simulation]`](#simulation) from "
+          "`dry_friction` to `max_velocity`; `max_seconds` is for all simulations of a log together",
+          {.type = "table", .otherwise = "as there"}});
 
 /// What is named before the rest of [control] and of [reference] can be read.
 inline constexpr auto control_keys = std::tuple(Field{"law",

@@ -846,9 +846,11 @@ std::string_view why_not(Status status) {
     case Status::weak_instruments:
       return "the simulated motion says too little about some parameters";
     case Status::not_simulable:
+      return "no closed loop could be simulated with the estimate";
+    case Status::gave_up:
       break;
   }
-  return "no closed loop could be simulated with the estimate";
+  return "a budget of steps or seconds was used up first";
 }
 
 std::vector<std::pair<std::string, std::string>> row_settings(const SignalOptions& signal) {

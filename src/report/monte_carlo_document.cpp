@@ -152,7 +152,7 @@ List other_outcomes(const MonteCarloSummary& summary) {
     std::string why = outcome == "not_simulated" ? "the experiment itself could not be simulated"
                       : outcome == "refused"     ? "the log could not be used"
                                                  : "";
-    for (int k = 0; k <= static_cast<int>(Status::not_simulable); ++k) {
+    for (int k = 0; k <= static_cast<int>(Status::gave_up); ++k) {
       if (outcome == name(static_cast<Status>(k))) {
         why = why_not(static_cast<Status>(k));
       }

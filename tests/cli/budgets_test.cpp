@@ -40,6 +40,18 @@ TEST_F(Budgets, OfTicksAreTold) {
   EXPECT_NE(run.err.find("ticks of the controller"), std::string::npos) << run.err;
 }
 
+TEST_F(Budgets, OfSimulationsEndTheIteration) {
+  provide("scara_iv.toml");
+  for (const char* const budget : {"max_steps=50", "max_seconds=1e-9"}) {
+    const Outcome run = shell(identifier + "scara_iv.toml --set method.simulation." + budget);
+    EXPECT_EQ(run.exit_code, 1) << run.err;
+    const Json result = Json::parse(folder().read("scara_iv_result/result.json"));
+    EXPECT_EQ(result["status"], "gave_up");
+    const std::string reason = result["reasons"][0];
+    EXPECT_NE(reason.find("is used up; simulation in [method] has the budgets"), std::string::npos) << reason;
+  }
+}
+
 TEST_F(Budgets, OfThePhysicalModelEndWithNumbersThatOverflow) {
   for (const char* const mass : {"1e60", "1e150", "1e300"}) {
     provide("scara.urdf");

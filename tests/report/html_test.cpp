@@ -146,7 +146,8 @@ TEST(HtmlReport, BeginsWithTheVerdict) {
       {Status::not_converged, "the iteration did not settle"},
       {Status::cycling, "the iteration goes round among a few estimates"},
       {Status::weak_instruments, "the simulated motion says too little about some parameters"},
-      {Status::not_simulable, "no closed loop could be simulated with the estimate"}};
+      {Status::not_simulable, "no closed loop could be simulated with the estimate"},
+      {Status::gave_up, "a budget of steps or seconds was used up first"}};
   for (const auto& [status, sentence] : words) {
     study.result.status = status;
     const std::string page = study.page();

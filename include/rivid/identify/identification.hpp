@@ -26,13 +26,14 @@ enum class Status {
   not_converged,     ///< the iteration limit came first
   cycling,           ///< the iteration goes round among a few estimates
   weak_instruments,  ///< the simulated motion says too little about some parameters
-  not_simulable      ///< no closed loop could be simulated with an iterate or with one near it
+  not_simulable,     ///< no closed loop could be simulated with an iterate or with one near it
+  gave_up            ///< a budget of steps or seconds was used up first
 };
 
 template <>
 inline constexpr std::array names_of<Status> =
     std::to_array<std::string_view>({"identified", "doubtful", "rank_deficient", "not_converged", "cycling",
-                                     "weak_instruments", "not_simulable"});
+                                     "weak_instruments", "not_simulable", "gave_up"});
 
 /// What the data say about a parameter.
 enum class Verdict {

@@ -53,7 +53,9 @@ class BasicPack {
 
   /// From and to consecutive doubles of any alignment.
   [[gnu::always_inline]] static BasicPack load(const double* from) {
-    return BasicPack(static_cast<Values>(*reinterpret_cast<const InMemory*>(from)));
+    // A copy: the constructor's reference would be one to memory that is not aligned.
+    const Values values = *reinterpret_cast<const InMemory*>(from);
+    return BasicPack(values);
   }
   [[gnu::always_inline]] void store(double* to) const { *reinterpret_cast<InMemory*>(to) = values_; }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -192,9 +193,11 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOpt
   }
 }
 
-Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const {
+Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps,
+                                   double most_seconds) const {
   SimulationOptions options = options_;
   options.max_steps = std::min(options.max_steps, most_steps);
+  options.max_seconds = std::min(options.max_seconds, most_seconds);
   return simulated_motion(robot_, model, law, *reference_, options);
 }
 
@@ -245,6 +248,15 @@ ClosedLoops::ClosedLoops(const EstimationProblem& problem)
   }
 }
 
+double ClosedLoops::most_seconds() const {
+  return problem_.iv().simulation.max_seconds * static_cast<double>(loops_.size());
+}
+
+double ClosedLoops::seconds_left() const {
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun_;
+  return std::max(most_seconds() - taken.count(), 0.0);
+}
+
 SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvIteration> earlier,
                                       const SimulatedLoops* gains_of) const {
   const Iv& method = problem_.iv();
@@ -265,10 +277,26 @@ SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvItera
       const Log& log = problem_.logs[k];
       // A law is made anew for each simulation: it may keep scratch.
       out.law = method.control({problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J});
-      Simulation simulation = loops_[k]->simulate(*out.model, *out.law, step_budget(log.samples(), earlier));
+      const auto out_of_time = [&] {
+        out.gave_up = true;
+        out.failure =
+            log.source + ": the budget of " + number(most_seconds()) + " s for all simulations is used up";
+        return std::move(out);
+      };
+      const double left = seconds_left();
+      if (left <= 0.0) {
+        return out_of_time();
+      }
+      Simulation simulation =
+          loops_[k]->simulate(*out.model, *out.law, step_budget(log.samples(), earlier), left);
       add(out.effort, simulation.effort);
+      if (simulation.outcome == Outcome::too_slow && seconds_left() <= 0.0) {
+        return out_of_time();
+      }
       if (simulation.outcome != Outcome::completed) {
         out.failure = log.source + ": " + simulation.reason;
+        out.gave_up =
+            simulation.outcome == Outcome::too_slow && simulation.effort.steps >= method.simulation.max_steps;
         return out;
       }
       out.motions.push_back(std::move(simulation.motion));

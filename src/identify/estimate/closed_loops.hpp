@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,8 +18,9 @@ class AuxiliaryLoop {
   // throws InputError where the log lacks what the loop follows
   AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal, const Iv& method);
 
-  // most_steps: of the integrator, beside the budgets of the options.
-  [[nodiscard]] Simulation simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps) const;
+  // most_steps, most_seconds: beside the budgets of the options.
+  [[nodiscard]] Simulation simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps,
+                                    double most_seconds) const;
 
   // Filtered measured motion and reference at the samples of the log.
   [[nodiscard]] const Motion& measured() const { return measured_; }
@@ -39,6 +41,7 @@ class AuxiliaryLoop {
 // The loops of all logs, simulated with some parameters.
 struct SimulatedLoops {
   std::string failure;                  // empty where all were simulated
+  bool gave_up = false;                 // the failure is a budget of the options that was used up
   std::vector<Motion> motions;          // one a log
   std::unique_ptr<DynamicModel> model;  // that the law may look into
   std::unique_ptr<ControlLaw> law;
@@ -64,7 +67,12 @@ class ClosedLoops {
   [[nodiscard]] const AuxiliaryLoop& of_log(std::size_t k) const { return *loops_[k]; }
 
  private:
+  // Wall-clock time that all simulations of an estimation may take together, and what is left of it.
+  [[nodiscard]] double most_seconds() const;
+  [[nodiscard]] double seconds_left() const;
+
   const EstimationProblem& problem_;
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   std::vector<std::unique_ptr<AuxiliaryLoop>> loops_;
   Vector mean_speed_;  // |q̇| of the measured motions
   Vector mean_square_;

@@ -88,9 +88,10 @@ bool IvSolver::iterate(Vector chi) {
     const Vector wanted = chi;
     SimulatedLoops loops = loops_of(chi, remark);
     if (!loops.failure.empty()) {
-      out_.status = Status::not_simulable;
-      out_.reasons.push_back((history_.empty() ? "the start" : "iterate " + std::to_string(history_.size())) +
-                             " can not be simulated: " + loops.failure);
+      const std::string what = history_.empty() ? "the start" : "iterate " + std::to_string(history_.size());
+      out_.status = loops.gave_up ? Status::gave_up : Status::not_simulable;
+      out_.reasons.push_back(what + " can not be simulated: " + loops.failure +
+                             (loops.gave_up ? "; simulation in [method] has the budgets" : ""));
       return false;
     }
     const std::vector<InstrumentalGroup> groups = solve_or_halve(loops, chi, remark);
@@ -191,7 +192,7 @@ SimulatedLoops IvSolver::loops_of(Vector& chi, std::string& remark) {
   SimulatedLoops loops = simulated(chi);
   const bool took_measured_signs =
       history_.size() == 1 && method_.signs == Iv::Signs::automatic && from_V() == FromV::signs;
-  if (!loops.failure.empty() && took_measured_signs) {
+  if (!loops.failure.empty() && !loops.gave_up && took_measured_signs) {
     // The signs of raw velocities may be noise alone: once more with those of the first loop.
     const InstrumentalVariables again = instrumental_variables(factors(last_), base().size(), weights_);
     if (again.full_rank()) {
@@ -201,7 +202,8 @@ SimulatedLoops IvSolver::loops_of(Vector& chi, std::string& remark) {
       remark = "with the signs of the first loop";
     }
   }
-  return loops.failure.empty() ? std::move(loops) : safeguarded(std::move(loops), chi, remark);
+  const bool done = loops.failure.empty() || loops.gave_up;
+  return done ? std::move(loops) : safeguarded(std::move(loops), chi, remark);
 }
 
 // In place of loops that could not be simulated: those with the nearest physical parameters, or on the way back to the
@@ -213,7 +215,7 @@ SimulatedLoops IvSolver::safeguarded(SimulatedLoops loops, Vector& chi, std::str
     remark = first_failure + "; simulated with the nearest physical parameters";
     return loops;
   }
-  if (!history_.empty()) {
+  if (!history_.empty() && !loops.gave_up) {
     Vector step = chi - history_.back().chi;
     for (int halving = 1; halving <= most_halvings; ++halving) {
       step *= 0.5;
@@ -223,9 +225,14 @@ SimulatedLoops IvSolver::safeguarded(SimulatedLoops loops, Vector& chi, std::str
         remark = first_failure + "; the step was halved " + counted(halving, "time");
         return loops;
       }
+      if (loops.gave_up) {
+        return loops;
+      }
     }
   }
-  loops.failure = first_failure;
+  if (!loops.gave_up) {
+    loops.failure = first_failure;
+  }
   return loops;
 }
 
@@ -402,7 +409,7 @@ bool IvSolver::find_bread(const Vector& chi) {
     changed[i] += steps[i];
     const SimulatedLoops loops = simulated(changed);
     if (!loops.failure.empty()) {
-      out_.status = Status::not_simulable;
+      out_.status = loops.gave_up ? Status::gave_up : Status::not_simulable;
       out_.reasons.push_back("parameters near iterate " + std::to_string(history_.size() - 1) +
                              " can not be simulated: " + loops.failure);
       return false;

@@ -61,7 +61,7 @@ class OutputError {
   bool iterate(Vector chi) {
     gains_ = loops_.simulated(chi, {});
     if (!gains_.failure.empty()) {
-      return fail("the start can not be simulated: " + gains_.failure);
+      return fail("the start can not be simulated: ", gains_);
     }
     const LeastSquares ls = least_squares(problem_.data.groups, base().size(), joint_weights(problem_));
     if (!ls.full_rank()) {
@@ -127,9 +127,9 @@ class OutputError {
  private:
   [[nodiscard]] const BaseParameters& base() const { return problem_.base; }
 
-  bool fail(std::string reason) {
-    out_.status = Status::not_simulable;
-    out_.reasons.push_back(std::move(reason));
+  bool fail(const std::string& what, const SimulatedLoops& loops) {
+    out_.status = loops.gave_up ? Status::gave_up : Status::not_simulable;
+    out_.reasons.push_back(what + loops.failure);
     return false;
   }
 
@@ -210,13 +210,12 @@ class OutputError {
 
   // Fills column i of the derivatives; false where there is none.
   bool differentiate(Index i) {
-    std::string failure;
+    SimulatedLoops loops;
     for (const double step : {steps_[i], -steps_[i]}) {
       Vector chi = chi_;
       chi[i] += step;
-      const SimulatedLoops loops = loops_.simulated(chi, {}, &gains_);
+      loops = loops_.simulated(chi, {}, &gains_);
       if (!loops.failure.empty()) {
-        failure = loops.failure;
         continue;
       }
       const PositionErrors moved = errors(loops);
@@ -227,7 +226,7 @@ class OutputError {
       }
       return true;
     }
-    return fail("parameters near the estimate can not be simulated: " + failure);
+    return fail("parameters near the estimate can not be simulated: ", loops);
   }
 
   // Takes the step or a part of it that leads closer; false where none does.
