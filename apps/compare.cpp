@@ -165,7 +165,7 @@ int compare_models(const CompareArguments& arguments, const std::string& program
     outputs.commit();
   }
   if (!arguments.quiet) {
-    print(arguments.json ? json : in_words(comparison, changes, options.level));
+    print(arguments.json ? json : in_words(comparison, changes, options.level, screen_width()));
     for (const PlannedFile& file : files) {
       std::cerr << "wrote " << file.path.string() << '\n';
     }

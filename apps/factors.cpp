@@ -1,6 +1,5 @@
 #include <filesystem>
 #include <iostream>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -174,9 +173,7 @@ int identify_merged(const MergeArguments& arguments) {
   }
   outputs.commit();
   if (!arguments.quiet) {
-    std::ostringstream table;
-    table << result;
-    print(arguments.json ? json : table.str());
+    print(arguments.json ? json : in_words(result, screen_width()));
     tell("note", result.notes);
     if (arguments.json) {
       tell(result.warnings);

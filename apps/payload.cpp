@@ -1,12 +1,15 @@
 #include "rivid/report/payload.hpp"
 
 #include <Eigen/Geometry>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <limits>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "rivid/error.hpp"
@@ -24,7 +27,7 @@ struct PayloadArguments {
   std::filesystem::path experiment;
   std::vector<std::filesystem::path> loaded;
   std::vector<std::filesystem::path> logs;
-  std::string mass;
+  double mass = 0.0;
   std::string gains;
   std::string flange;
   std::string model = "automatic";
@@ -36,19 +39,19 @@ struct PayloadArguments {
   bool quiet = false;
 };
 
-std::vector<double> numbers_of(const std::string& text, const char* flag) {
+// Words between commas; one that `unknown` names is infinite.
+std::vector<double> numbers_of(const std::string& text, const char* flag, std::string_view unknown = {}) {
   std::vector<double> out;
   std::istringstream in(text);
   for (std::string word; std::getline(in, word, ',');) {
-    std::size_t end = 0;
-    try {
-      out.push_back(word == "estimate" ? std::numeric_limits<double>::infinity() : std::stod(word, &end));
-    } catch (const std::exception&) {
-      end = std::string::npos;
+    double value = std::numeric_limits<double>::infinity();
+    if (unknown.empty() || word != unknown) {
+      const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), value);
+      if (fault != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
+        throw InputError(std::string(flag) + ": " + in_quotes(word) + " is no number");
+      }
     }
-    if (word != "estimate" && end != word.size()) {
-      throw InputError(std::string(flag) + ": " + in_quotes(word) + " is no number");
-    }
+    out.push_back(value);
   }
   return out;
 }
@@ -58,7 +61,7 @@ Vector gain_sigma_of(const PayloadArguments& arguments, const Robot& robot) {
   if (arguments.gains.empty()) {
     return {};
   }
-  const std::vector<double> values = numbers_of(arguments.gains, "--gains");
+  const std::vector<double> values = numbers_of(arguments.gains, "--gains", "estimate");
   if (values.size() != 1 && values.size() != robot.joints.size()) {
     throw InputError("--gains has " + counted(static_cast<Index>(values.size()), "value") +
                      ", must have one, or one for each of the " + std::to_string(robot.size()) + " joints");
@@ -98,9 +101,8 @@ int payload(const PayloadArguments& arguments) {
   take_flange(arguments.flange, options);
   options.load_friction = arguments.load_friction;
   options.model = named<PayloadModel>(arguments.model).value_or(PayloadModel::automatic);
-  if (!arguments.mass.empty()) {
-    const std::vector<double> mass = numbers_of(arguments.mass, "--mass");
-    options.mass = mass.empty() ? 0.0 : mass.front();
+  if (arguments.mass > 0.0) {
+    options.mass = arguments.mass;
   }
   LogSource loaded = experiment.log;
   loaded.files = arguments.loaded;
@@ -109,7 +111,7 @@ int payload(const PayloadArguments& arguments) {
   std::vector<std::filesystem::path> inputs = experiment.inputs();
   inputs.insert(inputs.end(), arguments.loaded.begin(), arguments.loaded.end());
   const std::vector<PlannedFile> files = {{file, ".json"}};
-  Outputs outputs = planned(inputs, files, false);
+  Outputs outputs = planned(inputs, files);
   const std::vector<Log> with = read_logs(loaded, experiment.robot);
   const std::vector<Log> without = read_logs(experiment.log, experiment.robot);
   Estimation estimation = experiment.estimation;
@@ -119,7 +121,7 @@ int payload(const PayloadArguments& arguments) {
   outputs.put(file, json);
   outputs.commit();
   if (!arguments.quiet) {
-    print(arguments.json ? json : in_words(found));
+    print(arguments.json ? json : in_words(found, screen_width()));
     std::cerr << "wrote " << file.string() << '\n';
   }
   return found.identified ? success : no_success;

@@ -240,7 +240,7 @@ int design_from(const Arguments& arguments) {
   }
   outputs.commit();
   if (!arguments.quiet) {
-    print(arguments.json ? json : summary(found));
+    print(arguments.json ? json : summary(found, screen_width()));
     for (const PlannedFile& written : files) {
       std::cerr << "wrote " << written.path.string() << '\n';
     }
@@ -279,7 +279,7 @@ int forecast_from(const Arguments& arguments) {
     outputs.commit();
   }
   if (!arguments.quiet) {
-    print(arguments.json ? json : summary(found));
+    print(arguments.json ? json : summary(found, screen_width()));
   }
   return success;
 }

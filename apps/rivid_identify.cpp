@@ -1,4 +1,4 @@
-#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -135,7 +135,9 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
   return overrides;
 }
 
-void print_plan(std::ostream& out, const Experiment& experiment, const std::vector<PlannedFile>& files) {
+// What would be done.
+std::string plan_in_words(const Experiment& experiment, const std::vector<PlannedFile>& files) {
+  std::ostringstream out;
   const Robot& robot = experiment.robot;
   const BaseParameters base = base_parameters(robot);
   out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", " << robot.size()
@@ -160,6 +162,7 @@ void print_plan(std::ostream& out, const Experiment& experiment, const std::vect
   print_logs("validation  ", experiment.validation);
   out << "method      " << name(experiment.estimation.method) << '\n';
   out << "\nsettings\n" << in_lines(settings(experiment)) << '\n' << would_write(files);
+  return out.str();
 }
 
 // ".npz" or ".csv".
@@ -196,18 +199,15 @@ int identify_from(const Arguments& arguments) {
   }
   Outputs outputs = planned(inputs, files);
   if (arguments.dry_run) {
-    std::ostringstream text;
-    print_plan(text, experiment, files);
+    const std::string text = plan_in_words(experiment, files);
     if (!arguments.quiet) {
-      print(text.str());
+      print(text);
     }
     return success;
   }
 
   if (arguments.verbose) {
-    std::ostringstream text;
-    print_plan(text, experiment, files);
-    tell(text.str());
+    tell(plan_in_words(experiment, files));
   }
   ProgressBar bar(!arguments.quiet);
   take_friction(experiment, std::ref(bar));
@@ -235,12 +235,11 @@ int identify_from(const Arguments& arguments) {
   }
   outputs.commit();
   if (!arguments.quiet) {
-    std::ostringstream table;
-    table << result;
+    std::string table = in_words(result, screen_width());
     if (check) {
-      table << '\n' << in_words(*plan, *check);
+      table += '\n' + in_words(*plan, *check);
     }
-    print(arguments.json ? json : table.str());
+    print(arguments.json ? json : table);
     tell("note", result.notes);
     if (arguments.json) {
       tell(result.warnings);
@@ -262,51 +261,45 @@ int identify_from(const Arguments& arguments) {
   return result.status == Status::identified ? success : no_success;
 }
 
+struct Subcommand {
+  const char* name;
+  int (*run)(int argc, char** argv);
+};
+constexpr std::array<Subcommand, 9> subcommands = {{{"check", check_command},
+                                                    {"compare", compare_command},
+                                                    {"explain", explain_command},
+                                                    {"export", export_command},
+                                                    {"factors", factors_command},
+                                                    {"init", init_command},
+                                                    {"merge", merge_command},
+                                                    {"payload", payload_command},
+                                                    {"validate", validate_command}}};
+
 // A word that is no file and looks like a subcommand is one that was mistyped.
 void expect_no_mistyped_command(const std::string& word) {
-  const std::vector<std::string> commands = {"check", "compare", "explain", "export",  "factors",
-                                             "init",  "merge",   "payload", "validate"};
   if (word.empty() || word.find_first_of("-./") != std::string::npos || std::filesystem::exists(word)) {
     return;
   }
   if (word == "help") {
     throw InputError("rivid_identify --help prints the usage");
   }
-  if (const std::string guess = did_you_mean(word, commands); !guess.empty()) {
+  std::vector<std::string> names;
+  for (const Subcommand& each : subcommands) {
+    names.emplace_back(each.name);
+  }
+  if (const std::string guess = did_you_mean(word, names); !guess.empty()) {
     throw InputError(in_quotes(word) + " is neither a file nor a subcommand" + guess);
   }
 }
 
 int tool(int argc, char** argv) {
-  const std::string_view first = argc > 1 ? argv[1] : "";
-  if (first == "check") {
-    return check_command(argc - 1, argv + 1);
+  const std::string first = argc > 1 ? argv[1] : "";
+  for (const Subcommand& each : subcommands) {
+    if (first == each.name) {
+      return each.run(argc - 1, argv + 1);
+    }
   }
-  if (first == "compare") {
-    return compare_command(argc - 1, argv + 1);
-  }
-  if (first == "explain") {
-    return explain_command(argc - 1, argv + 1);
-  }
-  if (first == "export") {
-    return export_command(argc - 1, argv + 1);
-  }
-  if (first == "factors") {
-    return factors_command(argc - 1, argv + 1);
-  }
-  if (first == "merge") {
-    return merge_command(argc - 1, argv + 1);
-  }
-  if (first == "payload") {
-    return payload_command(argc - 1, argv + 1);
-  }
-  if (first == "validate") {
-    return validate_command(argc - 1, argv + 1);
-  }
-  if (first == "init") {
-    return init_command(argc - 1, argv + 1);
-  }
-  expect_no_mistyped_command(std::string(first));
+  expect_no_mistyped_command(first);
   Arguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return identify_from(arguments); });
 }

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
-#include <sstream>
 #include <thread>
 
 #include "rivid/experiment/monte_carlo.hpp"
@@ -164,9 +163,7 @@ int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const
   }
   outputs.commit();
   if (!to.quiet) {
-    std::ostringstream table;
-    table << std::span<const MonteCarloSummary>(found);
-    print(to.json ? json : table.str());
+    print(to.json ? json : in_words(found, screen_width()));
     std::cerr << "wrote " << runs.string() << " and " << to.summary.string() << '\n';
     if (to.wants_report) {
       std::cerr << "wrote " << to.report.string() << '\n';

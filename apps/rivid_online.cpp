@@ -1,6 +1,5 @@
 #include <filesystem>
 #include <iostream>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -19,29 +18,17 @@ using namespace rivid;
 using namespace rivid::apps;
 
 struct Arguments {
-  std::vector<std::filesystem::path> logs;
+  std::filesystem::path log;
   std::filesystem::path result;
   std::filesystem::path experiment;
   std::filesystem::path output;
-  std::string gains;
-  std::string learn;
-  std::string stride;
+  double gains = 0.0;
+  double learn = OnlineReplayOptions{}.learn;
+  int stride = 0;
   bool measured = false;
   bool force = false;
   bool quiet = false;
 };
-
-double number_of(const std::string& text, const char* flag, double otherwise) {
-  if (text.empty()) {
-    return otherwise;
-  }
-  std::istringstream in(text);
-  double out = 0.0;
-  if (!(in >> out) || !in.eof() || out < 0.0) {
-    throw InputError(std::string(flag) + ": " + in_quotes(text) + " must be a number that is not negative");
-  }
-  return out;
-}
 
 // Columns, rate and adjustments as the experiment file says, which names other logs.
 std::vector<Log> logs_of(const Arguments& arguments, const Robot& robot) {
@@ -49,32 +36,31 @@ std::vector<Log> logs_of(const Arguments& arguments, const Robot& robot) {
   if (!arguments.experiment.empty()) {
     source = read_experiment(arguments.experiment).log;
   }
-  source.files = arguments.logs;
+  source.files = {arguments.log};
   return read_logs(source, robot);
 }
 
 int run(const Arguments& arguments) {
   const IdentifiedModelOptions force = {.force = arguments.force};
-  const OnlineModel model = read_online_model(arguments.result, force);
-  const DynamicModel dynamics = read_identified_model(arguments.result, force);
+  const std::filesystem::path result =
+      std::filesystem::is_directory(arguments.result) ? arguments.result / "result.json" : arguments.result;
+  const OnlineModel model = read_online_model(result, force);
+  const DynamicModel dynamics = read_identified_model(result, force);
   OnlineReplayOptions options;
-  options.learn = number_of(arguments.learn, "--learn", options.learn);
-  options.payload.gain_sigma = 0.01 * number_of(arguments.gains, "--gains", 0.0);
+  options.learn = arguments.learn;
+  options.payload.gain_sigma = 0.01 * arguments.gains;
   options.payload.rows.torque_held = options.friction.rows.torque_held = !arguments.measured;
-  options.payload.rows.stride = options.friction.rows.stride =
-      static_cast<Index>(number_of(arguments.stride, "--stride", 0.0));
-  const std::filesystem::path folder = output_folder(arguments.output, arguments.logs.front(), "_online");
-  std::vector<std::filesystem::path> inputs = arguments.logs;
-  inputs.push_back(arguments.result);
+  options.payload.rows.stride = options.friction.rows.stride = arguments.stride;
+  const std::filesystem::path folder = output_folder(arguments.output, arguments.log, "_online");
   const std::vector<PlannedFile> files = {{folder / "online.csv", ".csv"}, {folder / "online.html", ".html"}};
-  Outputs outputs = planned(inputs, files, false);
+  Outputs outputs = planned({arguments.log, result}, files);
   const std::vector<Log> logs = logs_of(arguments, model.robot);
   const OnlineReplay found = replay(model, dynamics, logs.front(), options);
   outputs.put(files[0].path, to_csv(found));
   outputs.put(files[1].path, to_html(found));
   outputs.commit();
   if (!arguments.quiet) {
-    print(in_words(found));
+    print(in_words(found, screen_width()));
     if (logs.size() > 1) {
       tell("warning", {"the log has " + std::to_string(logs.size()) +
                        " parts between gaps; the first one was replayed"});
@@ -91,21 +77,18 @@ int tool(int argc, char** argv) {
        .description =
            "Replays a log: payload, drift of friction and contacts as a control loop would have seen them.",
        .arguments =
-           {{.name = "log",
-             .value = "FILE",
-             .text = "Log of the robot",
-             .target = &to.logs,
-             .required = true},
+           {{.name = "log", .value = "FILE", .text = "Log of the robot", .target = &to.log, .required = true},
             {.name = "--result",
              .value = "FILE",
-             .text = "result.json of the identification",
+             .text = "result.json of the identification, or the folder that it is in",
              .target = &to.result,
              .required = true},
             {"--experiment", "FILE",
              "Experiment file whose [log] says which columns are what; default: columns q1, …, tau1 or v1, …",
              &to.experiment},
             {"--gains", "PERCENT", "Standard deviation of the drive gains in percent; default: 0", &to.gains},
-            {"--stride", "SAMPLES", "From one row to the next; default: 25 ms", &to.stride},
+            {"--stride", "SAMPLES", "From one row to the next; default: 25 ms", &to.stride,
+             IntegerRange{1, 1'000'000}},
             {"--learn", "SECONDS", "Time in which thresholds of contacts are learned; default: 30",
              &to.learn},
             {"--measured", "", "Torques are measured at their samples, not held from one to the next",

@@ -121,7 +121,7 @@ int simulate_from(const Arguments& arguments) {
   outputs.put(file, json);
   outputs.commit();
   if (!arguments.quiet) {
-    print(arguments.json ? json : summary(experiment.robot, record));
+    print(arguments.json ? json : summary(experiment.robot, record, screen_width()));
     tell(record.warnings);
     std::cerr << "wrote " << log.string() << " and " << file.string() << '\n';
   }

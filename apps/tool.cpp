@@ -1,11 +1,13 @@
 #include "tool.hpp"
 
 #include <fcntl.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -152,10 +154,23 @@ CLI::Validator one_of(const std::string& choices) {
           ""};
 }
 
+CLI::Validator not_negative() {
+  return {[](const std::string& word) {
+            double value = -1.0;
+            return CLI::detail::lexical_cast(word, value) && std::isfinite(value) && value >= 0.0
+                       ? std::string()
+                       : in_quotes(word) + " must be a number that is not negative";
+          },
+          ""};
+}
+
 void declare(CLI::App& app, const Argument& argument) {
   CLI::Option* const option = added(app, argument)->required(argument.required);
   if (argument.value.find('|') != std::string::npos) {
     option->check(one_of(argument.value));
+  }
+  if (std::holds_alternative<double*>(argument.target)) {
+    option->check(not_negative());
   }
   if (argument.range) {
     option->check(CLI::Range(argument.range->lowest, argument.range->highest));
@@ -286,6 +301,13 @@ void print(const std::string& text) {
   if (!(std::cout << with_colours(printable(text), STDOUT_FILENO) << std::flush)) {
     throw InputError("standard output can not be written to");
   }
+}
+
+std::size_t screen_width() {
+  constexpr std::size_t narrowest = 40;
+  winsize window = {};
+  const bool known = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0;
+  return known ? std::max<std::size_t>(window.ws_col, narrowest) : 0;
 }
 
 void tell(const std::string& text) { std::cerr << with_colours(printable(text), STDERR_FILENO); }

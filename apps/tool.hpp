@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -34,11 +35,12 @@ struct IntegerRange {
 /// Of --threads, where 0 is one for each processor.
 inline constexpr IntegerRange thread_range{0, 1024};
 
-/// One positional or option of a command line, and the variable that it sets. A vector takes several values.
+/// One positional or option of a command line, and the variable that it sets. A vector takes several values; a double is finite and not
+/// negative.
 struct Argument {
-  using Target = std::variant<bool*, int*, std::uint64_t*, std::optional<int>*, std::optional<std::int64_t>*,
-                              std::string*, std::filesystem::path*, std::vector<std::string>*,
-                              std::vector<std::filesystem::path>*>;
+  using Target = std::variant<bool*, int*, double*, std::uint64_t*, std::optional<int>*,
+                              std::optional<std::int64_t>*, std::string*, std::filesystem::path*,
+                              std::vector<std::string>*, std::vector<std::filesystem::path>*>;
   std::string name;  ///< "--log", or "experiment" for a positional
   std::string
       value;  ///< what stands for the value in --help: "FILE", or its words: "ols|wls|iv"; empty: a flag
@@ -78,6 +80,9 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 ///
 /// @throws InputError  where it can not be written to
 void print(const std::string& text);
+
+/// Columns of the terminal on standard output; 0 where that is no terminal.
+[[nodiscard]] std::size_t screen_width();
 
 /// Lines on standard error.
 void tell(const std::string& text);

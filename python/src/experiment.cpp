@@ -1,4 +1,3 @@
-#include <sstream>
 
 #include "binding.hpp"
 #include "experiment/from_program.hpp"
@@ -121,9 +120,7 @@ void bind_monte_carlo(nb::module_& m) {
       .def(
           "text",
           [](const MonteCarlo& self, const std::vector<MonteCarloRow>& rows) {
-            std::ostringstream out;
-            out << std::span<const MonteCarloSummary>(summaries(self, rows));
-            return out.str();
+            return in_words(summaries(self, rows));
           },
           "rows"_a, Unlocked())
       .def(

@@ -160,7 +160,7 @@ Spectrum amplitude_spectrum(const Vector& x, const Vector& values, double most, 
   }
   const double step = most / static_cast<double>(count);
   out.frequency = Vector::LinSpaced(count, step, most);
-  // A stretch tells frequencies apart that are one over its length apart: stretches as long as the grid is fine.
+  // A stretch resolves frequencies that are one over its length apart: stretches as long as the grid is fine.
   const double length = x.maxCoeff() - x.minCoeff();
   const auto stretches = std::clamp<Index>(static_cast<Index>(length * step), 1, rows / 8);
   const Vector centred = values.array() - values.mean();

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -117,36 +118,51 @@ void add_data(const Skeleton& skeleton, ChartJson& out) {
       {"joints", std::move(joints)}, {"bodies", std::move(bodies)}, {"traces", std::move(traces)}};
 }
 
+void add_data(const DotPlot& plot, ChartJson& out) {
+  ChartJson rows = {{"", plot.x_label, "from", "to"}};
+  for (const auto& [name, interval, mark] : plot.dots) {
+    rows.push_back({name, interval.value, interval.low, interval.high});
+  }
+  out[plot.id] = {{"rows", std::move(rows)}};
+}
+
 // A picture alone says all.
-void add_data(const DotPlot& /*plot*/, ChartJson& /*out*/) {}
-void add_data(const LinePlot& /*plot*/, ChartJson& /*out*/) {}
 void add_data(const PathPlot& /*plot*/, ChartJson& /*out*/) {}
 
-void add_data(const std::vector<Block>& blocks, ChartJson& out) {
+template <typename Take>
+void for_each_plot(const std::vector<Block>& blocks, const Take& take) {
   for (const Block& block : blocks) {
-    const auto* const plots = std::get_if<Plots>(&block.content);
-    if (plots == nullptr) {
-      continue;
-    }
-    for (const Plots::Group& group : plots->groups) {
-      for (const Plot& plot : group.plots) {
-        std::visit([&](const auto& each) { add_data(each, out); }, plot);
+    if (const auto* const plots = std::get_if<Plots>(&block.content)) {
+      for (const Plots::Group& group : plots->groups) {
+        std::ranges::for_each(group.plots, take);
       }
     }
   }
 }
 
+template <typename Take>
+void for_each_plot(const Document& document, const Take& take) {
+  for_each_plot(document.first_look, take);
+  for (const Section& section : document.sections) {
+    for_each_plot(section.blocks, take);
+  }
+}
+
 }  // namespace
+
+bool has_time(const Document& document) {
+  bool out = false;
+  for_each_plot(document, [&](const Plot& plot) {
+    const auto* const chart = std::get_if<Chart>(&plot);
+    out = out || (chart != nullptr && chart->log);
+  });
+  return out;
+}
 
 std::string data_of(const Document& document) {
   ChartJson out = ChartJson::object();
-  add_data(document.first_look, out);
-  for (const Section& section : document.sections) {
-    add_data(section.blocks, out);
-  }
-  if (out.empty()) {
-    return {};
-  }
+  for_each_plot(document,
+                [&](const Plot& plot) { std::visit([&](const auto& each) { add_data(each, out); }, plot); });
   // Nothing in it may end the <script>.
   std::string text = out.dump(-1, ' ', false, ChartJson::error_handler_t::replace);
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {

@@ -105,6 +105,11 @@ Scale ordinate_of(const Chart& chart) {
   return {range_of(values, chart.y_shown, chart.logarithmic), chart.logarithmic, Scale::Ends::ticks};
 }
 
+constexpr double panel_width = 360.0;
+constexpr double wide_width = 1120.0;
+constexpr double digit_width = 6.5;
+constexpr double under_plot = 38.0;  // ticks and label of the abscissa
+
 struct PlotArea {
   double left = 0.0;
   double top = 0.0;
@@ -227,7 +232,7 @@ std::string picture_of(const Series& series, const Scale& x, const Scale& y) {
 std::string legend_of(const Chart& chart) {
   std::string out;
   for (const Series& series : chart.series) {
-    if (!series.name.empty() && !series.on_demand) {
+    if (series.in_legend && !series.name.empty() && !series.on_demand) {
       const std::string kind = series.kind == Series::Kind::points ? "key dot " : "key ";
       out += element(
           "span",
@@ -247,28 +252,38 @@ std::string chart_figure(const std::string& kind, const std::string& id, const s
   return element("figure", content, "class=\"chart " + kind + "\" id=\"" + escaped(id) + "\"" + more) + "\n";
 }
 
-std::string grid(const Chart& chart, const Scale& x, const Scale& y, const PlotArea& frame) {
+// Grid, ticks and label; a tick without room has no number.
+std::string abscissa(const Scale& x, const std::string& label, const PlotArea& frame) {
   std::string out;
   double last = -std::numeric_limits<double>::infinity();
   for (const double tick : x.ticks()) {
     const double at = x.at(tick);
     out += svg_line("grid", {at, frame.top}, {at, frame.bottom});
     const std::string words = number(tick, 6);
-    const double width = 6.5 * static_cast<double>(words.size()) + 6.0;
+    const double width = digit_width * static_cast<double>(words.size()) + 6.0;
     if (at - last >= width) {
       out += svg_text("middle", {at, frame.bottom + 15.0}, words);
       last = at;
     }
   }
+  return out + svg_text("middle", {0.5 * (frame.left + frame.right), frame.bottom + 32.0}, label);
+}
+
+std::string ordinate(const Scale& y, const std::string& label, const PlotArea& frame) {
+  std::string out;
   for (const double tick : y.ticks()) {
     out +=
         svg_line(tick == 0.0 ? "grid origin" : "grid", {frame.left, y.at(tick)}, {frame.right, y.at(tick)});
     out += svg_text("end", {frame.left - 5.0, y.at(tick) + 4.0}, number(tick, 6));
   }
-  out += svg_text("middle", {0.5 * (frame.left + frame.right), frame.bottom + 32.0}, chart.x_label);
-  return out + element("text", escaped(chart.y_label),
+  return out + element("text", escaped(label),
                        "text-anchor=\"middle\" transform=\"translate(11 " +
                            coordinate(0.5 * (frame.top + frame.bottom)) + ") rotate(-90)\"");
+}
+
+std::string in_figure(const std::string& kind, const std::string& id, const std::string& title,
+                      const std::string& remark, const std::string& picture) {
+  return chart_figure(kind, id, "", caption(title, remark) + element("div", picture, "class=\"picture\""));
 }
 
 // ---------------------------------------------------------------------------------------------- in space
@@ -299,21 +314,18 @@ std::string ellipse_picture(const Skeleton::Ellipsoid& body, const Eigen::Matrix
 }  // namespace
 
 std::string drawn(const Chart& chart) {
-  constexpr double wide = 1120.0;
-  constexpr double panel = 360.0;
-  constexpr double below = 38.0;
-  constexpr double digit = 6.5;
   Scale x = abscissa_of(chart);
   Scale y = ordinate_of(chart);
   std::size_t longest = 1;
   for (const double tick : y.ticks()) {
     longest = std::max(longest, number(tick, 6).size());
   }
-  const double width = chart.size == Chart::Size::wide ? wide : panel;
-  const PlotArea frame{26.0 + digit * static_cast<double>(longest), 6.0, width - 10.0, chart.height - below};
+  const double width = chart.size == Chart::Size::wide ? wide_width : panel_width;
+  const PlotArea frame{26.0 + digit_width * static_cast<double>(longest), 6.0, width - 10.0,
+                       chart.height - under_plot};
   x.lay(frame.left, frame.right);
   y.lay(frame.bottom, frame.top);
-  std::string content = grid(chart, x, y, frame);
+  std::string content = abscissa(x, chart.x_label, frame) + ordinate(y, chart.y_label, frame);
   for (const Series& series : chart.series) {
     content += series.on_demand ? std::string() : picture_of(series, x, y);
   }
@@ -366,11 +378,8 @@ std::string drawn(const HeatMap& map) {
     }
   }
   const std::string place = "data-heat=\"" + coordinate(name_width) + " " + coordinate(cell) + "\"";
-  return chart_figure(
-      "heat", map.id, "",
-      caption(map.title, "") +
-          element("div", svg_picture({name_width + size + 40.0, size + 4.0}, map.label, content, place),
-                  "class=\"picture\""));
+  return in_figure("heat", map.id, map.title, "",
+                   svg_picture({name_width + size + 40.0, size + 4.0}, map.label, content, place));
 }
 
 std::string drawn(const Skeleton& skeleton) {
@@ -414,11 +423,39 @@ std::string drawn(const Skeleton& skeleton) {
     line.push_back({at[0], at[1]});
     dots += svg_dot("joint", line.back(), 3.0);
   }
-  return chart_figure(
-      "skeleton", skeleton.id, "",
-      caption(skeleton.title, "") +
-          element("div", svg_picture({width, height}, skeleton.label, content + polyline("arm", line) + dots),
-                  "class=\"picture\""));
+  return in_figure("skeleton", skeleton.id, skeleton.title, "",
+                   svg_picture({width, height}, skeleton.label, content + polyline("arm", line) + dots));
+}
+
+std::string drawn(const DotPlot& plot) {
+  constexpr double row = 17.0;
+  double least = plot.reference;
+  double most = plot.reference;
+  for (const DotPlot::Dot& each : plot.dots) {
+    if (std::isfinite(each.interval.value)) {
+      least = std::min(least, each.interval.low);
+      most = std::max(most, each.interval.high);
+    }
+  }
+  const PlotArea frame{58.0, 8.0, panel_width - 12.0, 12.0 + row * static_cast<double>(plot.dots.size())};
+  Scale x({least, most}, false, Scale::Ends::ticks);
+  x.lay(frame.left, frame.right);
+  const auto upright = [&](double value) { return std::array{x.at(value), frame.top}; };
+  std::string content = abscissa(x, plot.x_label, frame);
+  content += svg_box("band", upright(plot.wanted[0]), {x.at(plot.wanted[1]), frame.bottom});
+  content += svg_line("reference", upright(plot.reference), {x.at(plot.reference), frame.bottom});
+  for (std::size_t i = 0; i < plot.dots.size(); ++i) {
+    const double y = frame.top + row * (static_cast<double>(i) + 0.5) + 2.0;
+    const auto& [name, interval, mark] = plot.dots[i];
+    content += svg_text("end", {frame.left - 6.0, y + 4.0}, name);
+    if (std::isfinite(interval.value)) {
+      const std::string off = mark == Mark::bad ? " off" : "";
+      content += svg_line("whisker" + off, {x.at(interval.low), y}, {x.at(interval.high), y}) +
+                 svg_dot("dot" + off, {x.at(interval.value), y}, 3.2);
+    }
+  }
+  return in_figure("panel", plot.id, plot.title, plot.remark,
+                   svg_picture({panel_width, frame.bottom + under_plot}, plot.title, content));
 }
 
 }  // namespace rivid::detail

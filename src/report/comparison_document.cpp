@@ -104,8 +104,9 @@ Document comparison_document(const Comparison& comparison, std::span<const Resul
 
 namespace rivid {
 
-std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes, double level) {
-  return detail::text_of(detail::comparison_document(comparison, changes, level));
+std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes, double level,
+                     std::size_t screen) {
+  return detail::text_of(detail::comparison_document(comparison, changes, level), screen);
 }
 
 std::string html_report(const Comparison& comparison, std::span<const ResultChanges> changes, double level,

@@ -202,6 +202,7 @@ struct Series {
   Vector upper = {};       // of a band
   bool exact = false;      // data in double precision, else single
   bool on_demand = false;  // hidden until the reader asks for it
+  bool in_legend = true;
 };
 
 // A line over the whole width or height of a chart.
@@ -268,29 +269,13 @@ struct DotPlot {
     Interval interval;
     Mark mark = Mark::none;
   };
+  std::string id;
   std::string title;
-  std::string what;
-  std::string label;  // of the abscissa
+  std::string remark;
+  std::string x_label;
   double reference = 0.0;
   std::array<double, 2> wanted = {};
   std::vector<Dot> dots = {};
-};
-
-struct Line {
-  std::string kind;  // as style sheets call it
-  std::vector<std::array<double, 2>> points;
-};
-
-// Bars and lines over an abscissa.
-struct LinePlot {
-  std::string title;
-  std::string what;
-  std::string label;
-  std::array<double, 2> x = {};
-  std::array<double, 2> y = {};
-  double bar = 0.0;                              // width
-  std::vector<std::array<double, 2>> bars = {};  // left edge and height
-  std::vector<Line> lines = {};
 };
 
 // How a value came to its interval, step by step.
@@ -302,7 +287,7 @@ struct PathPlot {
   std::optional<std::array<double, 2>> interval = {};
 };
 
-using Plot = std::variant<Chart, HeatMap, Skeleton, DotPlot, LinePlot, PathPlot>;
+using Plot = std::variant<Chart, HeatMap, Skeleton, DotPlot, PathPlot>;
 
 struct Plots {
   struct Group {
@@ -349,14 +334,17 @@ struct Document {
   return where == Shown::everywhere || where == place;
 }
 
-// How the documents look. The text is UTF-8 and, tables of many columns aside, at most 110 columns wide.
-[[nodiscard]] std::string text_of(const Document& document);
+// How the documents look. The text is UTF-8; its sentences are at most 110 columns wide.
+//
+// @param screen  columns of the terminal, in which tables go on below where they are wider; 0: there is none
+[[nodiscard]] std::string text_of(const Document& document, std::size_t screen = 0);
 [[nodiscard]] std::string html_of(const Document& document);
 // A plot as a picture in SVG; report.css says how its classes look.
 [[nodiscard]] std::string markup_of(const Plot& plot);
-// The numbers of all charts, heat maps and skeletons of a document by their identifiers, as JSON that may stand in a <script>; empty
-// where there are none.
+// The numbers of all plots of a document that have an identifier, by that, as JSON that may stand in a <script>.
 [[nodiscard]] std::string data_of(const Document& document);
+// Whether a document has charts over the time of a log.
+[[nodiscard]] bool has_time(const Document& document);
 // An interval on an axis of its own, as small as a cell of a table.
 [[nodiscard]] std::string markup_of(const Interval& interval);
 

@@ -226,9 +226,11 @@ Document page_of(const ForecastMotion& of, const Excitation* excitation, const P
 
 }  // namespace detail
 
-std::string summary(const Forecast& forecast) { return detail::text_of(detail::motion_document(forecast)); }
-std::string summary(const Excitation& excitation) {
-  return detail::text_of(detail::motion_document(excitation));
+std::string summary(const Forecast& forecast, std::size_t screen) {
+  return detail::text_of(detail::motion_document(forecast), screen);
+}
+std::string summary(const Excitation& excitation, std::size_t screen) {
+  return detail::text_of(detail::motion_document(excitation), screen);
 }
 
 std::string html_report(const ExcitationPlan& plan, const Excitation& excitation,

@@ -207,14 +207,15 @@ class HtmlRenderer {
 };
 
 // Nothing but what stands in the page may be used.
-std::string head(const Document& document, bool with_data) {
+std::string head(const Document& document) {
   return "<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
          "'unsafe-inline'; script-src 'unsafe-inline'\">\n" +
          element("title", escaped(document.title)) + "\n" +
-         (with_data ? element("style", uplot_css()) + "\n" : "") + element("style", report_css()) + "\n";
+         (has_time(document) ? element("style", uplot_css()) + "\n" : "") + element("style", report_css()) +
+         "\n";
 }
 
 std::string verdict(const Document& document) {
@@ -223,20 +224,19 @@ std::string verdict(const Document& document) {
                  css_class("verdict " + std::string(name(document.verdict))));
 }
 
-std::string scripts(const std::string& data) {
-  if (data.empty()) {
-    return {};
+std::string scripts(const Document& document) {
+  std::string out = element("script", data_of(document), "type=\"application/json\" id=\"data\"") + "\n";
+  if (has_time(document)) {
+    out.append("<!-- uPlot:\n").append(uplot_licence()).append("\n-->\n");
+    out += element("script", uplot_js()) + "\n";
   }
-  std::string out = element("script", data, "type=\"application/json\" id=\"data\"") + "\n<!-- uPlot:\n";
-  out.append(uplot_licence()).append("\n-->\n");
-  return out + element("script", uplot_js()) + "\n" + element("script", report_js()) + "\n";
+  return out + element("script", report_js()) + "\n";
 }
 
 }  // namespace
 
 std::string html_of(const Document& document) {
   const HtmlRenderer html;
-  const std::string data = data_of(document);
   std::string links;
   std::string content;
   for (const Section& section : document.sections) {
@@ -255,9 +255,9 @@ std::string html_of(const Document& document) {
   const std::string first = document.first_look.empty()
                                 ? ""
                                 : element("div", html.of(document.first_look), "class=\"first-look\"") + "\n";
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n" + element("head", head(document, !data.empty())) +
-         "\n<body>\n" + element("main", header + nav + verdict(document) + first + content) + "\n" +
-         scripts(data) + "</body>\n</html>\n";
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n" + element("head", head(document)) + "\n<body>\n" +
+         element("main", header + nav + verdict(document) + first + content) + "\n" + scripts(document) +
+         "</body>\n</html>\n";
 }
 
 }  // namespace detail

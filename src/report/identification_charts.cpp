@@ -590,7 +590,7 @@ Section correlation_section(const Identification& result) {
   }
   out.blocks = {
       {Legend{{{"together", "estimated too large together"}, {"against", "one for the other"}},
-              "The stronger the colour, the harder it is to tell two parameters apart: their sum or "
+              "The stronger the colour, the harder it is to distinguish two parameters: their sum or "
               "difference is known better than "
               "either. Move over the map for names and values."}},
       {Plots{"", {}, {{"", "", {std::move(map)}}}}},

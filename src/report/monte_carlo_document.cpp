@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "report/documents.hpp"
@@ -181,12 +182,14 @@ DotPlot dot_plot(const MonteCarloSummary& summary, DotPlot plot, const Figure& f
   return plot;
 }
 
-Plots figure_plots(const MonteCarloSummary& summary) {
+// @param way  begin of the plots' identifiers
+Plots figure_plots(const MonteCarloSummary& summary, const std::string& way) {
   using V = MonteCarloVerdict;
   Plots out{"panels"};
   std::vector<Plot>& plots = out.groups.emplace_back().plots;
   plots.emplace_back(dot_plot(summary,
-                              {"Bias",
+                              {way + "-bias",
+                               "Bias",
                                "mean error in deviations of the estimate; should be 0",
                                "bias / spread",
                                0.0,
@@ -196,7 +199,8 @@ Plots figure_plots(const MonteCarloSummary& summary) {
                                                 p.bias_in_spreads};
                               }));
   plots.emplace_back(dot_plot(summary,
-                              {"Coverage",
+                              {way + "-coverage",
+                               "Coverage",
                                "share of 95 % intervals that hold the truth; should be 95 %",
                                "coverage [%]",
                                95.0,
@@ -208,7 +212,8 @@ Plots figure_plots(const MonteCarloSummary& summary) {
   if (summary.verdict.efficient) {
     plots.emplace_back(
         dot_plot(summary,
-                 {"Precision",
+                 {way + "-precision",
+                  "Precision",
                   "root mean square error over the bound that no method can beat by much; should be 1",
                   "RMSE / bound",
                   1.0,
@@ -229,76 +234,70 @@ std::vector<double> together(const std::vector<std::vector<double>>& errors) {
 }
 
 // All errors together beside the standard normal distribution.
-LinePlot error_histogram(const std::vector<double>& errors) {
+Chart error_histogram(const std::vector<double>& errors, const std::string& way) {
   constexpr double reach = 4.0;
   constexpr double bin = 0.25;
-  constexpr auto bins = static_cast<std::size_t>(2.0 * reach / bin);
-  LinePlot out{"Distribution",
-               "of the errors of all parameters, beside the standard normal one",
-               "(estimate − truth) / σ",
-               {-reach, reach},
-               {0.0, normal_density(0.0)},
-               bin};
-  Line normal{"curve", {}};
-  for (std::size_t k = 0; k < bins; ++k) {
-    out.bars.push_back({-reach + bin * static_cast<double>(k), 0.0});
-  }
-  for (std::size_t k = 0; k <= 2 * bins; ++k) {
-    const double x = -reach + 0.5 * bin * static_cast<double>(k);
-    normal.points.push_back({x, normal_density(x)});
-  }
+  constexpr auto bins = static_cast<Index>(2.0 * reach / bin);
+  Chart out{.id = way + "-errors",
+            .title = "Distribution",
+            .remark = "of the errors of all parameters, beside the standard normal one",
+            .label = "Histogram of the errors of all parameters",
+            .x_label = "(estimate − truth) / σ",
+            .y_label = "density"};
+  out.x_shown = {-reach, reach};
+  Vector density = Vector::Zero(bins);
   std::ptrdiff_t outside = 0;
   for (const double error : errors) {
     const double place = std::floor((error + reach) / bin);
     if (place >= 0.0 && place < static_cast<double>(bins)) {
-      double& density = out.bars[static_cast<std::size_t>(place)][1];
-      density += 1.0 / (bin * static_cast<double>(errors.size()));
-      out.y[1] = std::max(out.y[1], density);
+      density[static_cast<Index>(place)] += 1.0 / (bin * static_cast<double>(errors.size()));
     } else {
       ++outside;
     }
   }
-  out.lines = {std::move(normal)};
-  out.what += outside > 0 ? "; " + counted(outside, "error") + " beyond four σ" : "";
+  const Vector x = Vector::LinSpaced(2 * bins + 1, -reach, reach);
+  out.series = {{"errors", "measured", Series::Kind::bars,
+                 Vector::LinSpaced(bins, -reach + 0.5 * bin, reach - 0.5 * bin), std::move(density)},
+                {"normal distribution", "predicted", Series::Kind::line, x, x.unaryExpr(&normal_density)}};
+  out.remark += outside > 0 ? "; " + counted(outside, "error") + " beyond four σ" : "";
   return out;
 }
 
 // Quantiles of a sample at the probabilities of normal ones, as far as it reaches.
-Line quantiles(std::string kind, std::vector<double> sample) {
-  constexpr int steps = 14;  // to either side
+Series quantiles(const std::string& name, const std::string& style, std::vector<double> sample) {
+  constexpr Index steps = 14;  // to either side
   constexpr double step = 0.25;
   std::ranges::sort(sample);
-  Line out{std::move(kind), {}};
-  for (int k = -steps; k <= steps; ++k) {
-    const double x = step * k;
+  Series out{
+      .name = name, .style = style, .x = Vector::LinSpaced(2 * steps + 1, -step * steps, step * steps)};
+  out.y = out.x.unaryExpr([&](double x) {
     const double at = normal_distribution(x) * static_cast<double>(sample.size()) - 0.5;
     const double below = std::floor(at);
-    if (below >= 0.0 && below + 1.0 < static_cast<double>(sample.size())) {
-      const auto i = static_cast<std::size_t>(below);
-      out.points.push_back({x, sample[i] + (at - below) * (sample[i + 1] - sample[i])});
+    if (!(below >= 0.0 && below + 1.0 < static_cast<double>(sample.size()))) {
+      return std::numeric_limits<double>::quiet_NaN();
     }
-  }
+    const auto i = static_cast<std::size_t>(below);
+    return sample[i] + (at - below) * (sample[i + 1] - sample[i]);
+  });
   return out;
 }
 
 // Quantiles of the errors over those of the normal distribution, a line for each parameter and one for all.
-LinePlot quantile_plot(const std::vector<std::vector<double>>& errors) {
-  constexpr double ends = 4.0;
-  LinePlot out{"Quantiles",
-               "of the errors in σ: a thin line for each parameter, a thick one for all",
-               "quantile of the normal distribution",
-               {-ends, ends},
-               {-ends, ends}};
-  out.lines.push_back({"reference", {{-ends, -ends}, {ends, ends}}});
-  for (const std::vector<double>& list : errors) {
-    out.lines.push_back(quantiles("one", list));
+Chart quantile_plot(const MonteCarloSummary& summary, const std::vector<std::vector<double>>& errors,
+                    const std::string& way) {
+  Chart out{.id = way + "-quantiles",
+            .title = "Quantiles",
+            .remark = "of the errors in σ: a thin line for each parameter, a thick one for all",
+            .label = "Quantiles of the errors over those of the normal distribution",
+            .x_label = "quantile of the normal distribution",
+            .y_label = "quantile of the errors"};
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    out.series.push_back(quantiles(summary.parameters[i].name, "one", errors[i]));
+    out.series.back().in_legend = false;
   }
-  out.lines.push_back(quantiles("all", together(errors)));
-  for (const Line& line : out.lines) {
-    for (const auto& [x, y] : line.points) {
-      out.y = {std::min(out.y[0], -std::abs(y)), std::max(out.y[1], std::abs(y))};
-    }
-  }
+  out.series.push_back(quantiles("all", "all", together(errors)));
+  const Vector& x = out.series.back().x;
+  out.series.push_back({"normal distribution", "reference", Series::Kind::line, x, x});
   return out;
 }
 
@@ -315,13 +314,16 @@ std::string run_words(const MonteCarloSummary& summary) {
 }
 
 Section trial_section(const MonteCarloSummary& summary, std::span<const MonteCarloRow> rows, std::size_t k) {
-  Section out{"way_" + std::to_string(k + 1), summary.label, summary.label};
+  Section out{"way-" + std::to_string(k + 1), summary.label, summary.label};
   out.blocks = {{Sentence{run_words(summary)}}, {other_outcomes(summary)}};
   if (judged(summary)) {
     const auto errors = standardised_errors(summary, rows);
-    out.blocks.push_back({figure_plots(summary)});
+    const std::string way = "way-" + std::to_string(k + 1);
+    out.blocks.push_back({figure_plots(summary, way)});
     out.blocks.push_back(
-        {Plots{"panels", {}, {{"", "", {error_histogram(together(errors)), quantile_plot(errors)}}}}});
+        {Plots{"panels",
+               {},
+               {{"", "", {error_histogram(together(errors), way), quantile_plot(summary, errors, way)}}}}});
     out.blocks.push_back({all_figures(summary)});
   }
   return out;

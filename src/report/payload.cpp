@@ -1,10 +1,11 @@
 #include "rivid/report/payload.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
+#include <functional>
+#include <type_traits>
 
 #include "experiment/json_fields.hpp"
+#include "report/document.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -14,20 +15,48 @@ namespace {
 using detail::Json;
 using detail::json_of;
 
-std::string right_aligned(const std::string& text, std::size_t width) {
-  return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
-}
-
 std::string payload_interval(const std::array<double, 2>& interval) {
   return "[" + number(interval[0], 4) + ", " + number(interval[1], 4) + "]";
 }
 
-std::string payload_line(const std::string& name, double value, double sigma,
-                         const std::array<double, 2>& interval, const std::string& rest) {
-  std::string out = "  " + name;
-  out.resize(std::max<std::size_t>(out.size(), 26), ' ');
-  return out + right_aligned(number(value, 5), 12) + right_aligned(number(sigma, 3), 12) + "   " +
-         payload_interval(interval) + "  " + rest + '\n';
+// Values with their deviations and intervals; what else there is of them stands last.
+template <typename Value>
+detail::Table interval_table(const std::vector<Value>& values, const std::string& heading,
+                             std::string Value::* name,
+                             const std::type_identity_t<std::function<detail::Cell(const Value&)>>& rest) {
+  using V = Value;
+  return detail::table_of<std::vector<V>>(
+      values, {{{heading}, [=](const V& v) { return v.*name; }},
+               {{"value", detail::format::significant(5)}, [](const V& v) { return v.value; }},
+               {{"sigma", detail::format::significant(3)}, [](const V& v) { return v.sigma; }},
+               {{"95 % interval"}, [](const V& v) { return payload_interval(v.interval_95); }},
+               {{""}, rest}});
+}
+
+detail::Document payload_document(const Payload& payload) {
+  detail::Document out;
+  out.line = (payload.identified ? "identified: " : "NOT IDENTIFIED: ") +
+             std::string(payload.model == PayloadModel::body ? "ten parameters" : "mass and centre of mass") +
+             ", " + counted(payload.rows, "row") + ", relative error " +
+             number(100.0 * payload.relative_error, 3) + " %";
+  if (!payload.reason.empty()) {
+    out.opening.push_back({detail::Sentence{payload.reason}});
+  }
+  if (!payload.values.empty()) {
+    out.sections.push_back(
+        {.heading = "Payload",
+         .blocks = {{interval_table(payload.values, "in the flange frame", &PayloadValue::name,
+                                    [](const PayloadValue& v) { return v.unit; })}}});
+  }
+  if (!payload.gains.empty()) {
+    out.sections.push_back({.heading = "Drive gains",
+                            .blocks = {{interval_table(payload.gains, "drive gain", &GainEstimate::joint,
+                                                       [](const GainEstimate& g) {
+                                                         return "nominal " + number(g.nominal, 5) +
+                                                                (g.identifiable ? "" : ", not identifiable");
+                                                       })}}});
+  }
+  return out;
 }
 
 Json json_of_value(double value, double sigma, const std::array<double, 2>& interval) {
@@ -36,30 +65,10 @@ Json json_of_value(double value, double sigma, const std::array<double, 2>& inte
 
 }  // namespace
 
-std::string in_words(const Payload& payload) {
-  std::string out = payload.identified ? "identified" : "NOT IDENTIFIED";
-  out += ": " +
-         std::string(payload.model == PayloadModel::body ? "ten parameters" : "mass and centre of mass") +
-         ", " + counted(payload.rows, "row") + ", relative error " +
-         number(100.0 * payload.relative_error, 3) + " %\n";
-  if (!payload.reason.empty()) {
-    out += payload.reason + '\n';
-  }
-  if (payload.values.empty()) {
-    return out;
-  }
-  out += "\n  in the flange frame              value       sigma   95 % interval\n";
-  for (const PayloadValue& v : payload.values) {
-    out += payload_line(v.name, v.value, v.sigma, v.interval_95, v.unit);
-  }
-  if (!payload.gains.empty()) {
-    out += "\n  drive gain                       value       sigma   95 % interval\n";
-    for (const GainEstimate& g : payload.gains) {
-      out += payload_line(g.joint, g.value, g.sigma, g.interval_95,
-                          "nominal " + number(g.nominal, 5) + (g.identifiable ? "" : ", not identifiable"));
-    }
-  }
-  return out + '\n' + urscript_line(payload) + '\n' + libfranka_line(payload) + '\n';
+std::string in_words(const Payload& payload, std::size_t screen) {
+  const std::string lines =
+      payload.values.empty() ? "" : '\n' + urscript_line(payload) + '\n' + libfranka_line(payload) + '\n';
+  return detail::text_of(payload_document(payload), screen) + lines;
 }
 
 std::string to_json(const Payload& payload, const PayloadOptions& options) {

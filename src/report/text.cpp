@@ -15,11 +15,12 @@ namespace detail {
 namespace {
 
 constexpr std::size_t gap = 2;
-constexpr std::size_t line_width = 110;
+// Longer lines of words are hard to read; shorter ones are no lines.
+constexpr std::size_t longest_line = 110;
+constexpr std::size_t narrowest = 30;
 
-// Words from the column `indent` on, in lines that end before the screen does, but never too narrow.
-std::string folded(const std::string& text, std::size_t indent) {
-  constexpr std::size_t narrowest = 30;
+// Words from the column `indent` on, in lines that end at a width, but never too narrow.
+std::string folded(const std::string& text, std::size_t indent, std::size_t line_width) {
   const std::size_t room = std::max(narrowest, line_width - std::min(line_width, indent));
   std::string out;
   std::size_t used = 0;
@@ -38,35 +39,78 @@ std::string folded(const std::string& text, std::size_t indent) {
 
 using Cells = std::vector<std::string>;
 
-// Lines of cells, each column as wide as its widest cell; the last column is folded where it holds text.
-std::string aligned(const std::vector<Cells>& lines, const std::vector<bool>& numbers) {
-  std::vector<std::size_t> widths(numbers.size());
-  std::size_t before_last = gap;
-  for (std::size_t c = 0; c < widths.size(); ++c) {
-    for (const Cells& cells : lines) {
-      widths[c] = std::max(widths[c], display_width(cells[c]));
+// Lines of cells, each column as wide as its widest cell.
+class TextTable {
+ public:
+  // numbers  whether a column is one
+  TextTable(std::vector<Cells> lines, std::vector<bool> numbers)
+      : lines_(std::move(lines)), numbers_(std::move(numbers)), widths_(numbers_.size()) {
+    for (std::size_t c = 0; c < widths_.size(); ++c) {
+      for (const Cells& cells : lines_) {
+        widths_[c] = std::max(widths_[c], display_width(cells[c]));
+      }
     }
-    before_last += c + 1 < widths.size() ? widths[c] + gap : 0;
   }
-  std::string out;
-  for (const Cells& cells : lines) {
-    std::string line;
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-      const std::string padding(widths[c] - display_width(cells[c]), ' ');
-      const bool last = c + 1 == cells.size();
-      line += std::string(gap, ' ') + (numbers[c] ? padding + cells[c]
-                                       : last     ? folded(cells[c], before_last)
-                                                  : cells[c] + padding);
+
+  // The last column is folded where it holds text. What is wider than the screen goes on below, behind the first column again.
+  [[nodiscard]] std::string text(std::size_t screen) const {
+    std::string out;
+    std::size_t next = 0;
+    while (next < widths_.size()) {
+      std::vector<std::size_t> columns;
+      if (next > 0) {
+        columns.push_back(0);
+        out += '\n';
+      }
+      std::size_t used = next > 0 ? gap + widths_[0] : 0;
+      const std::size_t first = next;
+      while (next < widths_.size() &&
+             (next == first || screen == 0 || used + gap + least_width(next) <= screen)) {
+        used += gap + widths_[next];
+        columns.push_back(next++);
+      }
+      out += part(columns, screen == 0 ? longest_line : screen);
     }
-    out += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+    return out;
   }
-  return out;
-}
+
+ private:
+  [[nodiscard]] bool folds(std::size_t column) const {
+    return column + 1 == widths_.size() && !numbers_[column];
+  }
+  [[nodiscard]] std::size_t least_width(std::size_t column) const {
+    return folds(column) ? std::min(widths_[column], narrowest) : widths_[column];
+  }
+
+  [[nodiscard]] std::string part(const std::vector<std::size_t>& columns, std::size_t line_width) const {
+    std::string out;
+    for (const Cells& cells : lines_) {
+      std::string line;
+      std::size_t used = 0;
+      for (const std::size_t c : columns) {
+        const std::string padding(widths_[c] - display_width(cells[c]), ' ');
+        line += std::string(gap, ' ') + (numbers_[c] ? padding + cells[c]
+                                         : folds(c)  ? folded(cells[c], used + gap, line_width)
+                                                     : cells[c] + padding);
+        used += gap + widths_[c];
+      }
+      out += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+    }
+    return out;
+  }
+
+  std::vector<Cells> lines_;
+  std::vector<bool> numbers_;
+  std::vector<std::size_t> widths_;
+};
 
 class TextRenderer {
  public:
+  explicit TextRenderer(std::size_t screen)
+      : screen_(screen), line_width_(screen == 0 ? longest_line : std::min(screen, longest_line)) {}
+
   std::string operator()(const Sentence& sentence) const {
-    return std::string(gap, ' ') + folded(sentence.text, gap) + '\n';
+    return std::string(gap, ' ') + folded(sentence.text, gap, line_width_) + '\n';
   }
 
   std::string operator()(const Heading& heading) const { return '\n' + heading.text + '\n'; }
@@ -97,7 +141,7 @@ class TextRenderer {
     if (!titles) {
       lines.erase(lines.begin());
     }
-    return aligned(lines, numbers);
+    return TextTable(std::move(lines), std::move(numbers)).text(screen_);
   }
 
   std::string operator()(const List& list) const {
@@ -135,12 +179,16 @@ class TextRenderer {
     }
     return out;
   }
+
+ private:
+  std::size_t screen_;
+  std::size_t line_width_;
 };
 
 }  // namespace
 
-std::string text_of(const Document& document) {
-  const TextRenderer text;
+std::string text_of(const Document& document, std::size_t screen) {
+  const TextRenderer text(screen);
   std::string out = document.line + '\n' + text.of(document.opening);
   bool first = true;
   for (const Section& section : document.sections) {
@@ -155,17 +203,20 @@ std::string text_of(const Document& document) {
 
 }  // namespace detail
 
-std::ostream& operator<<(std::ostream& out, const Identification& result) {
-  return out << detail::text_of(detail::document_of(result));
+std::string in_words(const Identification& result, std::size_t screen) {
+  return detail::text_of(detail::document_of(result), screen);
 }
 
-std::string summary(const Robot& robot, const SimulationRecord& record) {
-  return detail::text_of(detail::document_of(robot, record));
+std::ostream& operator<<(std::ostream& out, const Identification& result) { return out << in_words(result); }
+
+std::string summary(const Robot& robot, const SimulationRecord& record, std::size_t screen) {
+  return detail::text_of(detail::document_of(robot, record), screen);
 }
 
-std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries) {
+std::string in_words(std::span<const MonteCarloSummary> summaries, std::size_t screen) {
+  std::string out;
   for (const MonteCarloSummary& summary : summaries) {
-    out << detail::text_of(detail::document_of(summary)) << '\n';
+    out += detail::text_of(detail::document_of(summary), screen) + '\n';
   }
   return out;
 }

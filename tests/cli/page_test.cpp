@@ -33,7 +33,7 @@ class Page : public rivid::test::IdentifyTool {
     }
   }
 
-  // A page after its scripts have run, and the log of the browser, which tells what goes to the console.
+  // A page after its scripts have run, and the log of the browser, which has what goes to the console.
   [[nodiscard]] Outcome opened(const std::string& file, const std::vector<std::string>& flags = {}) const {
     const std::filesystem::path page = std::filesystem::absolute(folder().path() / file);
     std::vector<std::string> command = {RIVID_CHROMIUM,
@@ -291,12 +291,36 @@ TEST_F(Page, ThePageOfAMonteCarloStudyIsShown) {
   const width = document.documentElement.clientWidth;
   const wide = [...document.querySelectorAll("main svg, main p, main h2, main li")].filter(
       (part) => part.getBoundingClientRect().right > width + 1);
-  return { width, page: document.documentElement.scrollWidth, wide: wide.length, pictures: document.querySelectorAll("svg").length };)",
+  return { width, page: document.documentElement.scrollWidth, wide: wide.length, pictures: document.querySelectorAll("svg").length,
+           tools: document.querySelectorAll("figure.chart .tools").length, sorted: document.querySelectorAll("th button").length };)",
                                         {"--window-size=390,844"}));
   // Five plots for each of six ways to identify.
   EXPECT_EQ(found.at("pictures"), 30);
   EXPECT_LE(found.at("page"), found.at("width"));
   EXPECT_EQ(found.at("wide"), 0);
+  EXPECT_EQ(found.at("tools"), 30) << "CSV, SVG and link of each plot";
+  EXPECT_GE(found.at("sorted"), 6) << "headings that sort a table";
+}
+
+TEST_F(Page, ThePageOfAReplayIsShown) {
+  ASSERT_EQ(identify({"scara.toml", "--quiet"}).exit_code, 0);
+  const Outcome run = rivid::test::outcome_of(
+      {RIVID_ONLINE, "scara_validation.csv", "--result", "scara_result"}, folder().path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Json found = Json::parse(answer("scara_validation_online/online.html", R"(
+  const width = document.documentElement.clientWidth;
+  const blobs = [];
+  URL.createObjectURL = (blob) => (blobs.push(blob), "#");
+  document.querySelectorAll("figure.chart .tools button").forEach((button) => button.click());
+  const texts = await Promise.all(blobs.map((blob) => blob.text()));
+  return { width, page: document.documentElement.scrollWidth, figures: document.querySelectorAll("figure.chart").length,
+           first: texts[0].split("\n")[0], files: texts.length, ids: [...document.querySelectorAll("nav a")].map((a) => a.hash) };)",
+                                        {"--window-size=390,844"}));
+  EXPECT_LE(found.at("page"), found.at("width"));
+  EXPECT_EQ(found.at("figures"), 5);
+  EXPECT_EQ(found.at("files"), 10) << "CSV and SVG of each";
+  EXPECT_EQ(found.at("first"), "series,t [s],mass [kg],upper");
+  EXPECT_EQ(found.at("ids"), Json({"#payload", "#friction", "#contact"}));
 }
 
 #ifdef RIVID_EXCITE

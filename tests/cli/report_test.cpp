@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
+#include "rivid/text.hpp"
 #include "support/identify_tool.hpp"
 
 namespace {
@@ -33,6 +36,24 @@ TEST_F(Report, IsTheSameEachTime) {
   const std::string page = folder().read("scara_result/report.html");
   EXPECT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
   EXPECT_EQ(folder().read("scara_result/report.html"), page);
+}
+
+TEST_F(Report, TablesFollowTheWidthOfTheTerminal) {
+  if (!std::filesystem::exists("/usr/bin/script")) {
+    GTEST_SKIP() << "script of util-linux, which makes a terminal, was not found";
+  }
+  constexpr std::size_t columns = 60;
+  const Outcome run = rivid::test::outcome_of(
+      {"/usr/bin/script", "--quiet", "--return", "--command",
+       "stty cols " + std::to_string(columns) + "; " RIVID_IDENTIFY " scara.toml --color never 2>/dev/null",
+       "/dev/null"},
+      folder().path());
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_NE(run.out.find("  parameter  95 % interval"), std::string::npos) << "goes on below: " << run.out;
+  std::istringstream lines(run.out.substr(run.out.find("\n  parameter")));
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_LE(rivid::display_width(line), columns + 1) << line;  // and a carriage return
+  }
 }
 
 TEST_F(Report, IsNotWrittenByADryRun) {

@@ -89,6 +89,52 @@ TEST(Document, ShowsNumbersInTheFormatOfTheirColumn) {
   EXPECT_EQ(shown({"", format::deviation}, std::nan("")), "-");
 }
 
+// Widths of 10, 9 and 30, two blanks before each: 55 columns.
+Table wide_table() {
+  return {{{"name", format::name}, {"number", format::fixed(3)}, {"what"}},
+          {{{"parameter1", 12345.678, "some words that make up 30 ch."}}, {{"two", 1.0, "few"}}}};
+}
+
+TEST(Document, ATableThatIsWiderThanTheScreenGoesOnBelow) {
+  Document document;
+  document.sections = {{"", "", "", {{wide_table()}}}};
+  const std::string whole =
+      "\n\n"
+      "  name           number  what\n"
+      "  parameter1  12345.678  some words that make up 30 ch.\n"
+      "  two             1.000  few\n";
+  EXPECT_EQ(text_of(document), whole);
+  EXPECT_EQ(text_of(document, 55), whole);
+  EXPECT_EQ(text_of(document, 54),
+            "\n\n"
+            "  name           number\n"
+            "  parameter1  12345.678\n"
+            "  two             1.000\n"
+            "\n"
+            "  name        what\n"
+            "  parameter1  some words that make up 30 ch.\n"
+            "  two         few\n");
+}
+
+TEST(Document, SentencesEndWithTheScreen) {
+  Document document;
+  std::string words;
+  for (int k = 0; k < 60; ++k) {
+    words += "word ";
+  }
+  document.opening = {{Sentence{words}}};
+  for (const std::size_t screen : std::array<std::size_t, 4>{40, 80, 0, 300}) {
+    std::istringstream lines(text_of(document, screen));
+    const std::size_t most = screen == 0 ? 110 : std::min<std::size_t>(screen, 110);
+    std::size_t widest = 0;
+    for (std::string line; std::getline(lines, line);) {
+      widest = std::max(widest, line.size());
+    }
+    EXPECT_LE(widest, most);
+    EXPECT_GT(widest, most - 5) << "no room for one word more";
+  }
+}
+
 // Decimals of the fourth significant digit of σ, nine at most.
 TEST(Document, ShowsAValueAsExactlyAsItsDeviationIsKnown) {
   EXPECT_EQ(shown({"", format::deviation}, Cell(3.25, 0.01)), "3.25000");
@@ -166,10 +212,8 @@ TEST(Document, WhatIsForOnePlaceIsNotShownAtTheOther) {
 }
 
 TEST(Document, PlotsStandOnThePageWithTheirMarks) {
-  DotPlot dots{"Bias", "of <this>", "bias", 0.0, {-1.0, 1.0}};
+  DotPlot dots{"bias", "Bias", "of <this>", "bias", 0.0, {-1.0, 1.0}};
   dots.dots = {{"Fv1", {-0.5, 0.5, 0.1}, Mark::none}, {"Fv2", {1.5, 2.5, 2.0}, Mark::bad}};
-  LinePlot lines{"Distribution", "",  "x",           {0.0, 2.0},
-                 {0.0, 1.0},     0.5, {{0.0, 0.25}}, {{"curve", {{0.0, 0.0}, {2.0, 1.0}}}}};
   PathPlot path{"ZZ1R", "3.5 kg·m²", "ZZ1R from 1 to 3.5", {1.0, 3.0, 3.5}, {{3.25, 3.75}}};
   Chart chart{
       .id = "torque-2", .title = "Torque <2>", .label = "Torque", .x_label = "t [s]", .y_label = "N·m"};
@@ -187,7 +231,7 @@ TEST(Document, PlotsStandOnThePageWithTheirMarks) {
        "Plots",
        "Plots",
        {{Legend{{{"dot", "a parameter"}}, "a remark"}},
-        {Plots{"panels", 3, {{"joint_1", "7 rows", {chart, map, dots, lines, path}}}, {"a log", false}}}}}};
+        {Plots{"panels", 3, {{"joint_1", "7 rows", {chart, map, dots, path}}}, {"a log", false}}}}}};
   const std::string page = html_of(document);
   EXPECT_NE(page.find("<details><summary>a log</summary>"), std::string::npos);
   EXPECT_NE(page.find("<figure class=\"chart panel\" id=\"torque-2\" data-log=\"3\">"), std::string::npos);
@@ -207,7 +251,8 @@ TEST(Document, PlotsStandOnThePageWithTheirMarks) {
   EXPECT_NE(page.find("of &lt;this&gt;"), std::string::npos);
   EXPECT_NE(page.find("class=\"dot off\""), std::string::npos);
   EXPECT_EQ(page.find("class=\"dot off\""), page.rfind("class=\"dot off\""));
-  EXPECT_NE(page.find("class=\"curve\""), std::string::npos);
+  EXPECT_NE(page.find("\"bias\":{\"rows\":[[\"\",\"bias\",\"from\",\"to\"],[\"Fv1\",0.1,-0.5,0.5],"),
+            std::string::npos);
   EXPECT_NE(page.find("<title>ZZ1R from 1 to 3.5</title>"), std::string::npos);
   EXPECT_EQ(text_of(document).find("joint_1"), std::string::npos);
 }

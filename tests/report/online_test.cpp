@@ -115,6 +115,18 @@ TEST(OnlineReplay, ItsCsvHasARecordALine) {
   EXPECT_EQ(std::ranges::count(csv, ','), 801 * 19);
 }
 
+TEST(OnlineReplay, ItsPageHasPlotsThatLoadNothing) {
+  const std::string page = to_html(PickUp().replayed());
+  for (const char* const id : {"mass", "centre-of-mass", "change", "friction-error", "external"}) {
+    EXPECT_NE(page.find("<figure class=\"chart wide\" id=\"" + std::string(id) + "\">"), std::string::npos)
+        << id;
+  }
+  EXPECT_NE(page.find("<h1>run &lt;1&gt;.csv</h1>"), std::string::npos);
+  EXPECT_NE(page.find("class=\"rule event\""), std::string::npos);
+  EXPECT_EQ(page.find("nan"), std::string::npos);
+  EXPECT_EQ(page.find("https://"), std::string::npos);
+}
+
 TEST(OnlineReplay, RefusesALogOfAnotherRobot) {
   PickUp scene;
   scene.log.q = scene.log.q.leftCols(5).eval();

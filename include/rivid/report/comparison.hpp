@@ -18,9 +18,10 @@ struct ResultChanges {
 
 /// A comparison for the screen: errors by model and joint, which model predicts better with p, what changed between results.
 ///
-/// @param level  as ComparisonOptions::level; changes with p below it are shown
+/// @param level   as ComparisonOptions::level; changes with p below it are shown
+/// @param screen  columns of the terminal, see in_words() of an identification
 [[nodiscard]] std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes,
-                                   double level);
+                                   double level, std::size_t screen = 0);
 
 /// The same as JSON: docs/compare.md lists the members.
 [[nodiscard]] std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,

@@ -15,9 +15,11 @@ namespace rivid {
 [[nodiscard]] std::string to_json(const ExcitationPlan& plan, const Forecast& forecast,
                                   const Provenance& provenance);
 
-/// For people: what each parameter will be known to, and how much of each limit is used. UTF-8, at most 110 columns wide.
-[[nodiscard]] std::string summary(const Excitation& excitation);
-[[nodiscard]] std::string summary(const Forecast& forecast);
+/// For people: what each parameter will be known to, and how much of each limit is used.
+///
+/// @param screen  columns of the terminal, see in_words() of an identification
+[[nodiscard]] std::string summary(const Excitation& excitation, std::size_t screen = 0);
+[[nodiscard]] std::string summary(const Forecast& forecast, std::size_t screen = 0);
 
 /// A designed motion as one HTML page, the content of report.html: forecast standard deviations and why some are large, the margins to
 /// each limit, the motion over time and in space with its obstacles, and the information by joint. It holds all that it needs

@@ -44,7 +44,9 @@ struct Provenance {
 [[nodiscard]] std::string to_json(const Robot& robot, const SimulationRecord& record,
                                   const Provenance& provenance);
 
-/// The same for people: verdict, tracking and friction joint by joint, effort. UTF-8, at most 110 columns wide.
-[[nodiscard]] std::string summary(const Robot& robot, const SimulationRecord& record);
+/// The same for people: verdict, tracking and friction joint by joint, effort.
+///
+/// @param screen  columns of the terminal, see in_words() of an identification
+[[nodiscard]] std::string summary(const Robot& robot, const SimulationRecord& record, std::size_t screen = 0);
 
 }  // namespace rivid

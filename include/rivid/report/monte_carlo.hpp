@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iosfwd>
 #include <map>
 #include <span>
 #include <string>
@@ -67,8 +66,10 @@ class MonteCarloFile {
 [[nodiscard]] std::map<int, std::vector<MonteCarloRow>> merged_runs(
     std::span<const std::filesystem::path> folders, const MonteCarlo& plan);
 
-/// Summaries as a table for people.
-std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> summaries);
+/// Summaries as tables for people.
+///
+/// @param screen  columns of the terminal, see in_words() of an identification
+[[nodiscard]] std::string in_words(std::span<const MonteCarloSummary> summaries, std::size_t screen = 0);
 
 /// Summaries as JSON, the content of summary.json. It holds no times, so that the same runs give the same file.
 ///
@@ -76,8 +77,8 @@ std::ostream& operator<<(std::ostream& out, std::span<const MonteCarloSummary> s
 [[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run = {});
 
 /// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md says what it
-/// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. It
-/// needs no script. The same runs give the same page.
+/// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. Plots and tables
+/// are there without scripts too. The same runs give the same page.
 ///
 /// @param rows  in any order
 [[nodiscard]] std::string html_report(const MonteCarlo& plan, std::span<const MonteCarloSummary> summaries,

@@ -50,7 +50,9 @@ struct OnlineReplay {
 /// The records as CSV, a header line first.
 [[nodiscard]] std::string to_csv(const OnlineReplay& replay);
 /// For the screen: events, and the payload at the end with the lines that controllers take.
-[[nodiscard]] std::string in_words(const OnlineReplay& replay);
+///
+/// @param screen  columns of the terminal, see in_words() of an identification
+[[nodiscard]] std::string in_words(const OnlineReplay& replay, std::size_t screen = 0);
 /// A page with plots, in one file.
 [[nodiscard]] std::string to_html(const OnlineReplay& replay);
 

@@ -3,8 +3,7 @@
 (() => {
   "use strict";
   const root = document.documentElement;
-  const source = document.getElementById("data");
-  const data = source ? JSON.parse(source.textContent) : {};
+  const data = JSON.parse(document.getElementById("data").textContent);
   const figures = [...document.querySelectorAll("figure.chart")].filter((figure) => data[figure.id]);
 
   // ------------------------------------------------------------------ numbers
@@ -38,7 +37,7 @@
   // ------------------------------------------------------------------ numbers and pictures to take along
 
   const quoted = (text) => (/[",\n]/.test(text) ? '"' + text.replaceAll('"', '""') + '"' : text);
-  const csv = (rows) => rows.map((row) => row.map((cell) => quoted(String(cell))).join(",")).join("\n") + "\n";
+  const csv = (rows) => rows.map((row) => row.map((cell) => quoted(String(cell ?? ""))).join(",")).join("\n") + "\n";
   const plain = (value) => (Number.isFinite(value) ? String(value) : "");
 
   function rows_of_chart(id) {
@@ -66,7 +65,8 @@
     const points = data[id].traces.flatMap((t) => t.points.map((p) => [t.name, t.style, "", ...p, ...axes.map(() => "")]));
     return [[...heading, ...axes], ...data[id].bodies.map((b) => [b.name, b.style, b.mass, ...b.centre, ...b.axes]), ...points];
   }
-  const rows_of = (id) => (data[id].series ? rows_of_chart(id) : data[id].names ? rows_of_map(id) : rows_of_bodies(id));
+  const rows_of = (id) =>
+    data[id].rows ?? (data[id].series ? rows_of_chart(id) : data[id].names ? rows_of_map(id) : rows_of_bodies(id));
 
   // The picture alone, in the colours of paper, with all that the style sheet says of it.
   function svg_of(figure) {

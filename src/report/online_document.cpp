@@ -1,0 +1,132 @@
+#include <algorithm>
+
+#include "report/document.hpp"
+#include "rivid/identify/payload.hpp"
+#include "rivid/report/online.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace detail {
+
+namespace {
+
+using PayloadNow = OnlinePayload<double>;
+
+std::string payload_words(const PayloadNow& p) {
+  std::string out = "mass " + number(p.mass, 4) + " ± " + number(p.mass_half_width(), 2) + " kg";
+  if (p.held) {
+    const Eigen::Vector3d mm = 1e3 * p.com;
+    out += ", centre of mass [" + number(mm[0], 4) + ", " + number(mm[1], 4) + ", " + number(mm[2], 4) +
+           "] ± " + number(1e3 * p.com_half_width(), 2) + " mm" + (p.body ? "" : ", inertia not seen");
+  }
+  return out + (p.good ? ", good enough to send" : ", not good enough to send");
+}
+
+// The lines that set the payload of a controller; none where it is not known well enough.
+std::vector<std::string> controller_lines(const PayloadNow& p) {
+  if (!p.held || !p.good) {
+    return {};
+  }
+  Payload out;
+  out.mass = p.mass;
+  out.com = p.com;
+  out.inertia = p.inertia;
+  return {urscript_line(out), libfranka_line(out)};
+}
+
+// A chart over the time of the log, with the events as lines.
+Chart replay_chart(const OnlineReplay& replay, const std::string& id, const std::string& title,
+                   const std::string& y_label, std::vector<Series> series) {
+  Chart out{.id = id, .title = title, .label = title + " over time", .x_label = "t [s]", .y_label = y_label};
+  out.series = std::move(series);
+  out.size = Chart::Size::wide;
+  out.y_shown = {0.0};
+  for (const OnlineReplay::Event& event : replay.events) {
+    out.rules.push_back({true, event.t, "event"});
+  }
+  return out;
+}
+
+// Columns as curves, each in a colour of its own.
+std::vector<Series> curves(const Vector& t, const std::vector<std::string>& names, const Matrix& columns) {
+  constexpr std::size_t colours = 8;
+  std::vector<Series> out;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    out.push_back({names[j], "series-" + std::to_string(j % colours), Series::Kind::line, t,
+                   columns.col(static_cast<Index>(j))});
+  }
+  return out;
+}
+
+std::vector<Series> mass_curves(const OnlineReplay& replay) {
+  const Vector mass = replay.payload.col(0);
+  const Vector half = replay.payload.col(1);
+  // Before anything is known the interval would flatten all else.
+  constexpr double least = 0.5;  // [kg]
+  const double most = 3.0 * std::max(mass.size() > 0 ? mass.maxCoeff() : 0.0, least);
+  return {{"95 % confidence interval", "measured", Series::Kind::band, replay.t,
+           (mass - half).cwiseMax(-most), (mass + half).cwiseMin(most)},
+          {"mass", "measured", Series::Kind::line, replay.t, mass}};
+}
+
+Section charts_section(const std::string& id, const std::string& title, const std::string& how_to_read,
+                       std::vector<Plot> plots) {
+  Section out{id, title, title, {{Sentence{how_to_read}}}, Shown::page};
+  out.blocks.push_back({Plots{"", {}, {{"", "", std::move(plots)}}}});
+  return out;
+}
+
+Document replay_document(const OnlineReplay& replay) {
+  const Vector& t = replay.t;
+  const std::string now = payload_words(replay.last);
+  Document out{.title = replay.source + " · rivid_online",
+               .heading = replay.source,
+               .subtitle = "replayed as a control loop would have seen it · " + number(replay.f_m) + " Hz",
+               .line = replay.source + ", " + number(replay.f_m) + " Hz",
+               .headline = "At the end: " + now,
+               .verdict = replay.last.good ? Mark::good : Mark::mixed};
+  out.opening = {{table_of(replay.events, {{{"", format::significant(5), "s"},
+                                            [](const OnlineReplay::Event& e) { return e.t; }},
+                                           {{""}, [](const OnlineReplay::Event& e) { return e.text; }}})},
+                 {Sentence{"at the end: " + now}, Shown::screen}};
+  for (const std::string& line : controller_lines(replay.last)) {
+    out.opening.push_back({Table{{{""}}, {{{line}}}}, Shown::page});
+  }
+  out.sections = {
+      charts_section(
+          "payload", "Payload",
+          "What hangs on the flange. Upright lines are events: a change of the payload begins where the test "
+          "exceeds its threshold, 1",
+          {replay_chart(replay, "mass", "Mass", "mass [kg]", mass_curves(replay)),
+           replay_chart(replay, "centre-of-mass", "Centre of mass, flange frame", "[m]",
+                        curves(t, {"x", "y", "z"}, replay.payload.middleCols(2, 3))),
+           replay_chart(replay, "change", "Test of a change of the payload over its threshold", "",
+                        curves(t, {"test"}, replay.suspicion))}),
+      charts_section(
+          "friction", "Friction",
+          "Torque error that the drift of friction since the identification means; identify again where it "
+          "exceeds the residual of the identification",
+          {replay_chart(replay, "friction-error", "Torque error by drifted friction", "[N·m | N]",
+                        curves(t, replay.joints, replay.torque_error))}),
+      charts_section("contact", "Contacts", "Above 1 something touches the robot",
+                     {replay_chart(replay, "external", "External torque over its threshold", "",
+                                   curves(t, replay.joints, replay.external))})};
+  return out;
+}
+
+}  // namespace
+
+}  // namespace detail
+
+std::string in_words(const OnlineReplay& replay, std::size_t screen) {
+  std::string out = detail::text_of(detail::replay_document(replay), screen);
+  for (const std::string& line : detail::controller_lines(replay.last)) {
+    out += line + '\n';
+  }
+  return out;
+}
+
+std::string to_html(const OnlineReplay& replay) { return detail::html_of(detail::replay_document(replay)); }
+
+}  // namespace rivid
