@@ -211,6 +211,9 @@ int identify_from(const Arguments& arguments) {
   }
   ProgressBar bar(!arguments.quiet);
   take_friction(experiment, std::ref(bar));
+  if (plan) {
+    require_parameters(*plan, base_parameters(experiment.robot));
+  }
   const Identification result = run(experiment, std::ref(bar));
   const std::vector<Prediction> predicted =
       arguments.report ? predictions(experiment, result) : std::vector<Prediction>();

@@ -116,6 +116,10 @@ PlanComparison compare(const PlanFile& a, const PlanFile& b) {
   return out;
 }
 
+void require_parameters(const PlanFile& plan, const BaseParameters& base) {
+  expect_same_parameters(plan.path.string(), plan.parameters, "the experiment", base.parameters);
+}
+
 PlanCheck check_against(const PlanFile& plan, const Robot& robot, const Identification& result) {
   expect_same_parameters(plan.path.string(), plan.parameters, "the result", result.parameters);
   PlanCheck out;

@@ -97,6 +97,9 @@ struct PlanCheck {
   std::vector<JointRatio> joints;
 };
 
+/// @throws InputError  where the plan has not these base parameters
+void require_parameters(const PlanFile& plan, const BaseParameters& base);
+
 /// @param robot   of the identification
 /// @throws InputError  where the plan has not the base parameters of the result
 [[nodiscard]] PlanCheck check_against(const PlanFile& plan, const Robot& robot, const Identification& result);
