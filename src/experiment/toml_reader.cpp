@@ -36,12 +36,12 @@ constexpr std::string_view flag = "--set ";
 
 struct ViolatedAssertion {};
 
-// toml::parse() of a text whose places are in `path`.
-toml::table parse(std::string_view text, const std::string& path) {
+// toml::parse() of a text; of one that a program holds, whose lines nobody sees, without its places.
+toml::table parse(std::string_view text, const std::string& source, bool with_places = true) {
   try {
-    return toml::parse(text, path);
+    return with_places ? toml::parse(text, source) : toml::parse(text);
   } catch (const ViolatedAssertion&) {
-    throw InputError(path + ": is no TOML: a header such as [robot], or a key, has no name");
+    throw InputError(source + ": is no TOML: a header such as [robot], or a key, has no name");
   }
 }
 
@@ -144,7 +144,7 @@ toml::table parsed_toml(const std::filesystem::path& path, std::string_view what
 
 toml::table parsed_toml_text(std::string_view text, const std::string& source) {
   try {
-    return parse(text, source);
+    return parse(text, source, false);
   } catch (const toml::parse_error& e) {
     throw InputError(source + ": " + on_one_line(e.description()));
   }

@@ -164,7 +164,7 @@ TEST_F(Kills, OfAnExcitation) {
 }
 
 TEST_F(Kills, OfAStudyGoOnToTheSameSummary) {
-  const Command tool = {RIVID_MONTECARLO, "montecarlo_s1.toml",       "--runs",   "3",  "--report",
+  const Command tool = {RIVID_MONTECARLO, "montecarlo_s1.toml",      "--runs",   "3",  "--report",
                         "--set",          "reference.durations=0.3", "--output", "out"};
   const double seconds = seconds_of(tool);
   const Files whole = files_of("out");
