@@ -1,8 +1,12 @@
 #include "rivid/input.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <thread>
 
 #include "rivid/data/csv.hpp"
@@ -84,15 +88,18 @@ TEST_F(Input, ThatIsNoFileIsRefusedAtOnce) {
 
 TEST_F(Input, MayBeALogThatComesThroughAPipe) {
   ASSERT_EQ(::mkfifo(in_folder("pipe").c_str(), 0600), 0);
-  std::jthread writer([&] { std::ofstream(in_folder("pipe")) << "t,q1\n0,1\n0.1,2\n"; });
-  // The writer waits for a reader; until it has begun there is nothing.
-  rivid::Log log;
-  for (std::string words = "no try"; !words.empty();) {
-    words = complaint_of([&] {
-      log = rivid::read_csv(in_folder("pipe"));
-      return 0;
-    });
-  }
+  // Open both ways it waits for nobody, and what is written stays in it until it is read.
+  const int pipe = ::open(in_folder("pipe").c_str(), O_RDWR | O_CLOEXEC);
+  ASSERT_GE(pipe, 0);
+  const std::string text = "t,q1\n0,1\n0.1,2\n";
+  ASSERT_EQ(::write(pipe, text.data(), text.size()), std::ssize(text));
+  const std::jthread writer([pipe] {
+    for (int left = 1; left > 0 && ::ioctl(pipe, FIONREAD, &left) == 0;) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ::close(pipe);
+  });
+  const rivid::Log log = rivid::read_csv(in_folder("pipe"));
   EXPECT_EQ(log.samples(), 2);
 }
 
