@@ -95,6 +95,7 @@ Matrix reference_positions(const Reference& reference, const SimulationOptions& 
 
 Log recorded(const SimulationRecord& record, const SimulationPlan& plan, const SimulationOptions& options) {
   Log out = measured_log(record.simulation, options, plan.noise);
+  out.source = "the simulated log";
   const auto drop = [](bool keep, Matrix& columns) {
     if (!keep) {
       columns.resize(0, 0);

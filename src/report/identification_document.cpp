@@ -68,7 +68,7 @@ std::string in_words(const HausmanTest& hausman) {
     return "Least squares on these rows gives the same" + figures;
   }
   return (hausman.largest_shift < small_shift
-              ? "Least squares on these rows differs, by less than the error bars"
+              ? "Least squares on these rows differs, by less than the standard deviations"
               : "Least squares on these rows is biased: instruments were needed") +
          figures;
 }

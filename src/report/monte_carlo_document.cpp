@@ -65,7 +65,7 @@ std::string trial_words(const MonteCarloSummary& s) {
   std::string out = std::string(s.verdict.unbiased ? "unbiased" : "biased") + " (at most " +
                     fixed(std::abs(bias.bias_in_spreads), 2) + " deviations, " + bias.name + "); ";
   const Parameter& coverage = *least_covered(s);
-  out += "error bars are " + std::string(s.verdict.honest ? "honest" : "not honest") + " (" +
+  out += "intervals are " + std::string(s.verdict.honest ? "honest" : "not honest") + " (" +
          share(s.mean_coverage) + " of the 95 % intervals hold the truth, of " + coverage.name + " " +
          share(coverage.coverage) + ")";
   if (s.verdict.efficient) {
@@ -389,7 +389,7 @@ Document document_of(const MonteCarlo& plan, std::span<const MonteCarloSummary> 
   out.title = out.heading + " · Monte Carlo";
   out.subtitle = "Monte Carlo" + (provenance.inputs.empty() ? "" : " · " + provenance.inputs.front().path);
   out.verdict = passed == trials ? Mark::good : passed > 0 ? Mark::mixed : Mark::bad;
-  out.headline = passed == trials ? "Unbiased, and error bars mean what they say"
+  out.headline = passed == trials ? "Unbiased, and intervals mean what they say"
                                   : std::to_string(passed) + " of " + counted(trials, "way") +
                                         " to identify can be trusted";
   List verdicts{"trials"};

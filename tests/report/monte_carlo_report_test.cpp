@@ -51,7 +51,7 @@ TEST(MonteCarloReport, SaysWhichWaysCanBeTrusted) {
   // The spread of 100 quantiles is a little less than one deviation.
   EXPECT_NE(page.find("biased (at most 2.0"), std::string::npos);
   EXPECT_NE(page.find(", Fc1)"), std::string::npos);
-  EXPECT_NE(page.find("error bars are not honest"), std::string::npos);
+  EXPECT_NE(page.find("intervals are not honest"), std::string::npos);
 }
 
 TEST(MonteCarloReport, DrawsFivePlotsForEachWayAndLoadsNothing) {

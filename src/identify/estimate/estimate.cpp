@@ -144,6 +144,15 @@ std::vector<double> joint_weights(const EstimationProblem& problem) {
   return out;
 }
 
+std::optional<double> residual_weight(const RowGroup& group, const Vector& chi) {
+  const double norm = group.qr.residual_norm(chi(group.columns));
+  if (!(norm > 0.0)) {
+    return std::nullopt;
+  }
+  const Index freedom = std::max<Index>(group.qr.rows() - group.qr.columns(), 1);
+  return std::sqrt(static_cast<double>(freedom)) / norm;
+}
+
 void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
                   Identification& out) {
   out.status = Status::rank_deficient;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -92,7 +93,8 @@ struct Estimate {
 struct Estimated {
   std::optional<Estimate> estimate;    // nothing where there is none
   std::optional<Estimate> unfiltered;  // that of the rows before they were prefiltered
-  double error_with_V = 0.0;           // relative error with the simulated motion, before any prefilter
+  // Relative error with the simulated motion, before any prefilter; not a number where there is none.
+  double error_with_V = std::numeric_limits<double>::quiet_NaN();
 };
 
 // out: status and reasons, and the reports of robust estimation, prefilter and iteration.
@@ -116,6 +118,9 @@ struct Estimated {
 //
 // throws InputError where a joint's torque is zero throughout
 [[nodiscard]] std::vector<double> joint_weights(const EstimationProblem& problem);
+
+// 1/σ of a joint's rows, σ being the deviation of what `chi` leaves of them; nothing where it leaves nothing.
+[[nodiscard]] std::optional<double> residual_weight(const RowGroup& group, const Vector& chi);
 
 // Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by `what`".
 void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,

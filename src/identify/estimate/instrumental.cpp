@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -124,8 +123,9 @@ Estimated instrumental_estimate(const EstimationProblem& problem, Identification
   IvSolver solver(problem, out);
   const bool settled = solver.iterate(solver.start());
   Estimated found;
-  found.error_with_V = solver.history().empty() ? std::numeric_limits<double>::quiet_NaN()
-                                                : solver.history().back().relative_error;
+  if (!solver.history().empty()) {
+    found.error_with_V = solver.history().back().relative_error;
+  }
   if (settled && problem.iv().prefilter) {
     found.unfiltered = solver.estimate();
     prefilter(problem, solver, out);
@@ -156,7 +156,6 @@ std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Identi
 
 Estimated didim_estimate(const EstimationProblem& problem, Identification& out) {
   Estimated found;
-  found.error_with_V = std::numeric_limits<double>::quiet_NaN();
   const std::optional<Vector> start = start_of_loop_fit(problem, out);
   if (!start) {
     return found;

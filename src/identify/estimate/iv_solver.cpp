@@ -348,12 +348,7 @@ void IvSolver::reweight(const Vector& chi) {
     return;
   }
   for (std::size_t j = 0; j < weights_.size(); ++j) {
-    const RowGroup& group = instruments_.used()[j];
-    const double norm = group.qr.residual_norm(chi(group.columns));
-    if (norm > 0.0) {
-      const Index freedom = std::max<Index>(group.qr.rows() - group.qr.columns(), 1);
-      weights_[j] = std::sqrt(static_cast<double>(freedom)) / norm;
-    }
+    weights_[j] = residual_weight(instruments_.used()[j], chi).value_or(weights_[j]);
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -92,11 +92,15 @@ class OutputError {
       const double before = cost(errors_);
       const bool closer = advance(before);
       const double gained = closer ? 1.0 - cost(errors_) / before : 0.0;
-      if (gained <= method_.tolerance && step <= method_.parameter_tolerance) {
-        return true;
+      const bool rests = gained <= method_.tolerance && step <= method_.parameter_tolerance;
+      if (closer && rests) {
+        // Statistics belong to where the last step ended.
+        ++report.steps;
+        report.joint_error = rms(errors_);
+        return linearise();
       }
       if (!closer) {
-        if (promised() <= promised_in_vain) {
+        if (rests || promised() <= promised_in_vain) {
           return true;
         }
         out_.status = Status::not_converged;
@@ -195,13 +199,10 @@ class OutputError {
         qr.add(weights_[j] * derivatives_[k][static_cast<std::size_t>(j)], weights_[j] * errors_[k].col(j));
       }
     }
-    std::vector<RowGroup> group;
-    group.push_back({std::vector<Index>(static_cast<std::size_t>(b)), std::move(qr)});
-    for (Index i = 0; i < b; ++i) {
-      group.front().columns[static_cast<std::size_t>(i)] = i;
-    }
+    RowGroup group{std::vector<Index>(static_cast<std::size_t>(b)), std::move(qr)};
+    std::iota(group.columns.begin(), group.columns.end(), Index{0});
     const double one = 1.0;
-    solution_ = least_squares(group, b, std::span(&one, 1));
+    solution_ = least_squares(std::span(&group, 1), b, std::span(&one, 1));
     if (!solution_.full_rank()) {
       explain_rank(solution_.rank, solution_.undetermined, "the positions of the simulated loops", out_);
     }
@@ -255,9 +256,7 @@ class OutputError {
   [[nodiscard]] std::vector<double> torque_weights() const {
     std::vector<double> out;
     for (const RowGroup& group : problem_.data.groups) {
-      const Residual r = residual(std::span(&group, 1), chi_, std::vector{1.0});
-      const double freedom = static_cast<double>(std::max<Index>(r.rows - group.qr.columns(), 1));
-      out.push_back(r.norm > 0.0 ? std::sqrt(freedom) / r.norm : 1.0);
+      out.push_back(residual_weight(group, chi_).value_or(1.0));
     }
     return out;
   }
@@ -322,7 +321,6 @@ class OutputError {
 
 Estimated output_error_estimate(const EstimationProblem& problem, Identification& out) {
   Estimated found;
-  found.error_with_V = std::numeric_limits<double>::quiet_NaN();
   std::optional<Vector> start = start_of_loop_fit(problem, out);
   if (!start) {
     return found;
