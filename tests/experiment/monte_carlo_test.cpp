@@ -122,6 +122,23 @@ TEST(MonteCarlo, EfficiencyComparesWithTheBoundAndNeedsOne) {
   EXPECT_EQ(without.verdict.efficient, std::nullopt);
 }
 
+TEST(MonteCarlo, TheBoundDoesNotTakeRoundedPositionsForExcitation) {
+  MonteCarlo plan = scara_plan(runs);
+  const auto ratios = [&]() {
+    std::vector<double> out;
+    const MonteCarloSummary summary =
+        summary_of(plan, rows_with(plan, label, [](int run, Index i) { return normal_error(run, i, runs); }));
+    for (const MonteCarloParameter& p : summary.parameters) {
+      out.push_back(p.rmse_over_bound);
+    }
+    return out;
+  };
+  const std::vector<double> exact = ratios();
+  ASSERT_TRUE(plan.experiment.control);
+  plan.experiment.control->sampling.quantum = Vector::Constant(plan.experiment.robot.size(), 1e-4);
+  EXPECT_EQ(ratios(), exact);
+}
+
 TEST(MonteCarlo, RunsThatAreNotIdentifiedAreCountedByTheirReason) {
   const MonteCarlo plan = scara_plan(20);
   std::vector<MonteCarloRow> rows = rows_with(plan, label, [](int, Index) { return 0.5; });

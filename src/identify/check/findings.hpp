@@ -57,7 +57,7 @@ void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParam
 
 // Sizes of the torques, and the clock, under the reading of the logs that fits.
 void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
-                 const Reading& reading, Findings& out);
+                 const Reading& reading, const Vector& chi, Findings& out);
 
 // Friction that drives and inertias that are negative, beyond doubt.
 void check_signs(const Robot& robot, const Identification& result, Findings& out);

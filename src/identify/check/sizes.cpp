@@ -176,7 +176,7 @@ bool off_by(double factor, double limit) { return factor > limit || factor < 1.0
 }  // namespace
 
 void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
-                 const Reading& reading, Findings& out) {
+                 const Reading& reading, const Vector& chi, Findings& out) {
   const std::string all = "all joints";
   if (out.has("torque_unit") || out.has("time_scale")) {
     return;
@@ -209,7 +209,7 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
     }
     return;
   }
-  const Matrix M = probe.inertias(probe.score(reading).chi);
+  const Matrix M = probe.inertias(chi);
   if (check_inertias_in_order(robot, M, out)) {
     return;
   }

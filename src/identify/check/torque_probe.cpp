@@ -64,6 +64,16 @@ Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
   return out;
 }
 
+std::vector<Index> rows_that(const Eigen::Ref<const Eigen::Array<bool, Eigen::Dynamic, 1>>& hold) {
+  std::vector<Index> out;
+  for (Index k = 0; k < hold.size(); ++k) {
+    if (hold[k]) {
+      out.push_back(k);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 TorqueProbe::TorqueProbe(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
@@ -206,65 +216,112 @@ Motion TorqueProbe::motion_at(const ProbedLog& log, const Reading& reading) cons
   return {std::move(q), picked(log.motion.qd), picked(log.motion.qdd)};
 }
 
-std::vector<Index> TorqueProbe::moving_rows(const ProbedLog& log, Index position_column, Part part) {
-  const Index half = log.size() / 2;
-  const Index begin = part == Part::second_half ? half : 0;
-  const Index end = part == Part::first_half ? half : log.size();
-  std::vector<Index> out;
-  for (Index k = begin; k < end; k += part == Part::some ? some_step : 1) {
-    if (log.moves(k, position_column)) {
-      out.push_back(k);
-    }
+std::vector<Index> TorqueProbe::moving_rows(const ProbedLog& log, Index position_column) {
+  return rows_that(log.moves.col(position_column));
+}
+
+TorqueProbe::Rows TorqueProbe::rows(const Reading& reading, Part part) const {
+  const Robot robot = robot_with(reading.gravity);
+  Rows out;
+  for (const ProbedLog& log : probed_) {
+    const Index half = log.size() / 2;
+    const Index first = part == Part::second_half ? half : 0;
+    const Index end = part == Part::first_half ? half : log.size();
+    const Index step = part == Part::some ? some_step : 1;
+    const auto instants = Eigen::seq(first, end - 1, step);
+    const Motion motion = motion_at(log, reading);
+    out.W.push_back(observation(
+        robot, base_,
+        {motion.q(instants, Eigen::all), motion.qd(instants, Eigen::all), motion.qdd(instants, Eigen::all)}));
+    out.tau.emplace_back(log.tau(instants, Eigen::all));
+    out.moves.emplace_back(log.moves(instants, Eigen::all));
   }
   return out;
 }
 
-std::vector<JointFactor> TorqueProbe::factors(const Reading& reading, Part part) const {
+std::vector<Index> TorqueProbe::Rows::moving(std::size_t log, Index position_column) const {
+  return rows_that(moves[log].col(position_column));
+}
+
+JointFactor TorqueProbe::factor(const Reading& reading, const Rows& rows, std::size_t joint) const {
   const Index n = robot_.size();
-  const Robot robot = robot_with(reading.gravity);
-  std::vector<Observation> W;
-  W.reserve(probed_.size());
-  for (const ProbedLog& log : probed_) {
-    W.push_back(observation(robot, base_, motion_at(log, reading)));
+  const std::vector<Index>& columns = rows.W.front().joints[joint].columns;
+  StreamingQr qr(static_cast<Index>(columns.size()), n);
+  Vector sums = Vector::Zero(n);
+  Vector squares = Vector::Zero(n);
+  for (std::size_t l = 0; l < probed_.size(); ++l) {
+    const std::vector<Index> places = rows.moving(l, reading.position[joint]);
+    const Matrix tau = rows.tau[l](places, Eigen::all);
+    sums += tau.colwise().sum().transpose();
+    squares += tau.colwise().squaredNorm().transpose();
+    qr.add(rows.W[l].joints[joint].W(places, Eigen::all), tau);
   }
+  const auto count = static_cast<double>(std::max<Index>(qr.rows(), 1));
+  return {.columns = columns,
+          .R = qr.R(),
+          .Z = qr.qt_carried(),
+          .rest = qr.unreachable_norms().cwiseAbs2(),
+          .centred = squares - sums.cwiseAbs2() / count,
+          .rows = qr.rows()};
+}
+
+bool TorqueProbe::usable(const JointFactor& factor, Index torque) {
+  return factor.rows >= rows_per_column * factor.R.cols() && factor.centred[torque] > 0.0;
+}
+
+std::vector<JointFactor> TorqueProbe::factors(const Reading& reading, Part part) const {
+  const Rows some = rows(reading, part);
   std::vector<JointFactor> out;
-  for (std::size_t j = 0; j < static_cast<std::size_t>(n); ++j) {
-    const Index columns = W.front().joints[j].W.cols();
-    StreamingQr qr(columns, n);
-    Vector sums = Vector::Zero(n);
-    Vector squares = Vector::Zero(n);
-    for (std::size_t l = 0; l < probed_.size(); ++l) {
-      const ProbedLog& log = probed_[l];
-      const std::vector<Index> rows = moving_rows(log, reading.position[j], part);
-      const Matrix of_joint = W[l].joints[j].W(rows, Eigen::all);
-      const Matrix tau = log.tau(rows, Eigen::all);
-      sums += tau.colwise().sum().transpose();
-      squares += tau.colwise().squaredNorm().transpose();
-      qr.add(of_joint, tau);
-    }
-    const auto count = static_cast<double>(std::max<Index>(qr.rows(), 1));
-    out.push_back({.columns = W.front().joints[j].columns,
-                   .R = qr.R(),
-                   .Z = qr.qt_carried(),
-                   .rest = qr.unreachable_norms().cwiseAbs2(),
-                   .centred = squares - sums.cwiseAbs2() / count,
-                   .rows = qr.rows()});
+  for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
+    out.push_back(factor(reading, some, j));
   }
   return out;
+}
+
+std::optional<ProbeScore> TorqueProbe::score_below(const Reading& reading, Part part, double most,
+                                                   std::span<const Index> order) const {
+  const Rows some = rows(reading, part);
+  std::vector<JointFactor> factors(robot_.joints.size());
+  double least = 0.0;
+  for (const Index joint : order) {
+    const auto j = static_cast<std::size_t>(joint);
+    factors[j] = factor(reading, some, j);
+    const Index torque = reading.torque[j];
+    least += usable(factors[j], torque) ? factors[j].rest[torque] / factors[j].centred[torque] : 0.0;
+    // The mean is over no more joints than there are.
+    if (least >= most * static_cast<double>(robot_.size())) {
+      return std::nullopt;
+    }
+  }
+  return score_below(reading, most, factors);
+}
+
+std::optional<ProbeScore> TorqueProbe::score_below(const Reading& reading, double most,
+                                                   const std::vector<JointFactor>& factors) const {
+  double least = 0.0;
+  double joints = 0.0;
+  for (std::size_t j = 0; j < factors.size(); ++j) {
+    const Index torque = reading.torque[j];
+    if (usable(factors[j], torque)) {
+      least += factors[j].rest[torque] / factors[j].centred[torque];
+      joints += 1.0;
+    }
+  }
+  if (least >= most * std::max(joints, 1.0)) {
+    return std::nullopt;
+  }
+  ProbeScore out = score(reading, factors);
+  return out.total < most ? std::optional(std::move(out)) : std::nullopt;
 }
 
 ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFactor>& factors) const {
   const Index n = robot_.size();
   const Index b = base_.size();
-  const auto usable = [&](std::size_t j) {
-    const JointFactor& f = factors[j];
-    return f.rows >= rows_per_column * f.R.cols() && f.centred[reading.torque[j]] > 0.0;
-  };
   Matrix A = Matrix::Zero(b * n, b);
   Vector y = Vector::Zero(b * n);
   Index row = 0;
   for (std::size_t j = 0; j < factors.size(); ++j) {
-    if (!usable(j)) {
+    if (!usable(factors[j], reading.torque[j])) {
       continue;
     }
     const JointFactor& f = factors[j];
@@ -289,7 +346,7 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
   const Vector M = inertias(out.chi).diagonal();
   double count = 0.0;
   for (std::size_t j = 0; j < factors.size(); ++j) {
-    if (!usable(j)) {
+    if (!usable(factors[j], reading.torque[j])) {
       continue;
     }
     const JointFactor& f = factors[j];
@@ -379,35 +436,29 @@ Matrix TorqueProbe::inertias(const Vector& chi) const {
 
 Vector TorqueProbe::left_at(const Reading& reading, const std::vector<Index>& shifts) const {
   const auto count = static_cast<Index>(shifts.size());
-  const Robot robot = robot_with(reading.gravity);
-  Vector out = Vector::Zero(count);
-  double joints = 0.0;
-  std::vector<Observation> W;
-  std::vector<std::vector<Matrix>> tau;  // of some instants of each log at each shift
-  for (const ProbedLog& log : probed_) {
-    W.push_back(observation(robot, base_, motion_at(log, reading)));
-    std::vector<Matrix>& at = tau.emplace_back();
+  const Rows some = rows(reading, Part::some);
+  std::vector<std::vector<Matrix>> shifted(probed_.size());  // torques of each log at each shift
+  for (std::size_t l = 0; l < probed_.size(); ++l) {
     for (const Index shift : shifts) {
-      at.push_back(torques_at(log, shift, some_step));
+      shifted[l].push_back(torques_at(probed_[l], shift, some_step));
     }
   }
+  Vector out = Vector::Zero(count);
+  double joints = 0.0;
   for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
-    StreamingQr qr(W.front().joints[j].W.cols(), count);
+    StreamingQr qr(some.W.front().joints[j].W.cols(), count);
     double sum = 0.0;
     double square = 0.0;
     for (std::size_t l = 0; l < probed_.size(); ++l) {
-      const std::vector<Index> rows = moving_rows(probed_[l], reading.position[j], Part::some);
-      Matrix shifted(static_cast<Index>(rows.size()), count);
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        for (Index s = 0; s < count; ++s) {
-          shifted(static_cast<Index>(k), s) =
-              tau[l][static_cast<std::size_t>(s)](rows[k] / some_step, reading.torque[j]);
-        }
+      const std::vector<Index> places = some.moving(l, reading.position[j]);
+      Matrix tau(static_cast<Index>(places.size()), count);
+      for (Index s = 0; s < count; ++s) {
+        tau.col(s) = shifted[l][static_cast<std::size_t>(s)].col(reading.torque[j])(places);
       }
-      const Vector now = probed_[l].tau.col(reading.torque[j])(rows);
+      const Vector now = some.tau[l].col(reading.torque[j])(places);
       sum += now.sum();
       square += now.squaredNorm();
-      qr.add(W[l].joints[j].W(rows, Eigen::all), shifted);
+      qr.add(some.W[l].joints[j].W(places, Eigen::all), tau);
     }
     const double centred = square - sum * sum / static_cast<double>(std::max<Index>(qr.rows(), 1));
     if (qr.rows() >= rows_per_column * qr.columns() && centred > 0.0) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,8 @@
 
 namespace rivid::detail {
 
+using Moves = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
+
 // Instants of a log, evenly spread: motion and torques as windows around them see them.
 struct ProbedLog {
   const Log* log = nullptr;
@@ -22,7 +25,7 @@ struct ProbedLog {
   Motion motion;               // (samples × n)
   Matrix tau;                  // (samples × n)
   // Whether a joint moves one way throughout the window, by the column of its position, (samples × n).
-  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> moves;
+  Moves moves;
 
   [[nodiscard]] Index size() const { return static_cast<Index>(samples.size()); }
 };
@@ -72,6 +75,15 @@ class TorqueProbe {
   [[nodiscard]] std::vector<JointFactor> factors(const Reading& reading, Part part = Part::all) const;
   [[nodiscard]] ProbeScore score(const Reading& reading, const std::vector<JointFactor>& factors) const;
   [[nodiscard]] ProbeScore score(const Reading& reading) const { return score(reading, factors(reading)); }
+  // The score by those rows if its total is below `most`. What each joint leaves with parameters of its own bounds it from below, so
+  // that most readings cost the factor of one joint or two.
+  //
+  // order  joints, those that leave most first
+  [[nodiscard]] std::optional<ProbeScore> score_below(const Reading& reading, Part part, double most,
+                                                      std::span<const Index> order) const;
+  // The same by factors that are there.
+  [[nodiscard]] std::optional<ProbeScore> score_below(const Reading& reading, double most,
+                                                      const std::vector<JointFactor>& factors) const;
   // Squared part of the torques that each half of the logs leaves with the parameters of the other one, mean over joints.
   [[nodiscard]] double left_of_other_half(const Reading& reading) const;
   // Squared part of its torque that each joint leaves by itself, mean over joints, for torques that come `shift` samples
@@ -86,10 +98,22 @@ class TorqueProbe {
   [[nodiscard]] Robot robot_with(const Eigen::Vector3d& gravity) const;
   [[nodiscard]] Motion motion_at(const ProbedLog& log, const Reading& reading) const;
   // Instants at which the joint of that column moves.
-  [[nodiscard]] static std::vector<Index> moving_rows(const ProbedLog& log, Index position_column,
-                                                      Part part = Part::all);
+  [[nodiscard]] static std::vector<Index> moving_rows(const ProbedLog& log, Index position_column);
 
  private:
+  // A part of the instants of each log, with W as a reading has it.
+  struct Rows {
+    std::vector<Observation> W;
+    std::vector<Matrix> tau;
+    std::vector<Moves> moves;
+
+    // Places among them at which the joint of that column moves.
+    [[nodiscard]] std::vector<Index> moving(std::size_t log, Index position_column) const;
+  };
+  [[nodiscard]] Rows rows(const Reading& reading, Part part) const;
+  [[nodiscard]] JointFactor factor(const Reading& reading, const Rows& rows, std::size_t joint) const;
+  // Whether a joint has rows enough to be tested.
+  [[nodiscard]] static bool usable(const JointFactor& factor, Index torque);
   void add(const Log& log, const SignalOptions& signal);
   // Torques around every so-manieth instant, so many samples later, (instants × n).
   [[nodiscard]] Matrix torques_at(const ProbedLog& log, Index shift, Index every = 1) const;

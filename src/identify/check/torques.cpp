@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <numeric>
 
 #include "identify/check/findings.hpp"
 #include "identify/check/torque_probe.hpp"
@@ -201,14 +203,14 @@ std::string rival(const TorqueProbe& probe, const Change& best, const ProbeScore
 }
 
 // Upside down, gravity turns the signs of first moments, which inertia hardly notices.
-void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& reading, Findings& out) {
+void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& reading,
+                   const ProbeScore& now, Findings& out) {
   constexpr double clearly_better = 0.8;
   if (out.has("gravity_direction") || reading.gravity.norm() == 0.0) {
     return;
   }
   Reading other = reading;
   other.gravity *= -1.0;
-  const ProbeScore now = probe.score(reading);
   const ProbeScore upside_down = probe.score(other);
   if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total) {
     out.add("gravity_direction", base_name(robot),
@@ -224,34 +226,55 @@ struct Mending {
   ProbeScore score;
 };
 
+std::vector<Index> worst_first(const Vector& left) {
+  std::vector<Index> out(static_cast<std::size_t>(left.size()));
+  std::iota(out.begin(), out.end(), Index{0});
+  std::ranges::stable_sort(out, std::greater{}, [&](Index j) { return left[j]; });
+  return out;
+}
+
 // The change that mends most of what is wrong, by some of the rows; nothing where none does.
 std::optional<Mending> likeliest(const TorqueProbe& probe, const Robot& robot, const Reading& reading) {
   const std::vector<JointFactor> factors = probe.factors(reading, Part::some);
   const ProbeScore now = probe.score(reading, factors);
+  const std::vector<Index> order = worst_first(now.left);
+  const double mends = (now.faults() > 0 ? no_worse : convincing) * now.total;
   std::optional<Mending> best;
   for (Change& change : changes(robot, reading)) {
-    const ProbeScore score = probe.score(
-        change.reading, only_torques(change.code) ? factors : probe.factors(change.reading, Part::some));
-    const bool mends_fit = score.total < convincing * now.total && score.faults() <= now.faults();
-    const bool mends_signs = score.faults() < now.faults() && score.total < no_worse * now.total;
+    const bool beyond = best && best->score.faults() == 0;  // what is better must fit better
+    const double most = beyond ? std::min(mends, best->score.total / tie) : mends;
+    const std::optional<ProbeScore> score = only_torques(change.code)
+                                                ? probe.score_below(change.reading, most, factors)
+                                                : probe.score_below(change.reading, Part::some, most, order);
+    if (!score) {
+      continue;
+    }
+    const bool mends_fit = score->total < convincing * now.total && score->faults() <= now.faults();
+    const bool mends_signs = score->faults() < now.faults();
     if (!mends_fit && !mends_signs) {
       continue;
     }
-    const bool better = !best || score.faults() < best->score.faults() ||
-                        (score.faults() == best->score.faults() && tie * score.total < best->score.total);
+    const bool better = !best || score->faults() < best->score.faults() ||
+                        (score->faults() == best->score.faults() && tie * score->total < best->score.total);
     if (better) {
-      best = Mending{std::move(change), score};
+      best = Mending{std::move(change), *score};
     }
   }
   return best;
 }
 
+// A way to read the logs and how well it fits.
+struct Read {
+  Reading reading;
+  ProbeScore score;
+};
+
 // Looks for changes of the reading that mend what is wrong, one after the other; the reading that is believed at last. A change is
 // believed where all rows, and each half of the logs with the parameters of the other one, say so.
-Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
+Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
   Reading reading = probe.as_told();
+  ProbeScore now = probe.score(reading);
   for (Index round = 0; round <= robot.size(); ++round) {
-    const ProbeScore now = probe.score(reading);
     if (now.left.maxCoeff() < suspicious && now.faults() == 0) {
       break;
     }
@@ -280,8 +303,9 @@ Reading mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
                   rival(probe, change, best->score, reading));
     }
     reading = change.reading;
+    now = best->score;
   }
-  return reading;
+  return {std::move(reading), std::move(now)};
 }
 
 // Shifts of torques by whole samples, closer together near zero.
@@ -355,11 +379,11 @@ void check_unexplained(const Robot& robot, const ProbeScore& score, Findings& ou
 }  // namespace
 
 void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, Findings& out) {
-  const Reading reading = mended(probe, robot, out);
-  check_gravity(probe, robot, reading, out);
+  const auto [reading, score] = mended(probe, robot, out);
+  check_gravity(probe, robot, reading, score, out);
   check_delay(probe, reading, out);
-  check_sizes(probe, robot, base, reading, out);
-  check_unexplained(robot, probe.score(reading), out);
+  check_sizes(probe, robot, base, reading, score.chi, out);
+  check_unexplained(robot, score, out);
 }
 
 }  // namespace rivid::detail
