@@ -261,6 +261,18 @@ TEST_F(Check, NamesPositionsBeyondTheLimits) {
   expect_finding(findings(0), "warning", "position_limits", "joint_1");
 }
 
+TEST_F(Check, SaysWhichZeroWouldKeepTheLimits) {
+  edit("scara.urdf", "lower=\"-3.5\" upper=\"3.5\"", "lower=\"-2.2\" upper=\"2\"");
+  rewrite([](std::vector<double>& row) { row[1] += 1.5707963; });
+  const Json report = findings(0);
+  const auto limits = std::ranges::find_if(report.at("findings"),
+                                           [](const Json& f) { return f.at("code") == "position_limits"; });
+  ASSERT_NE(limits, report.at("findings").end());
+  EXPECT_NE(limits->at("text").get<std::string>().find("within them with offset = -1.5708"),
+            std::string::npos)
+      << *limits;
+}
+
 TEST_F(Check, NamesASignalChainThatLeavesNothing) {
   replace("trim = 20", "trim = 2000");
   expect_error("rows_unusable", "signal");

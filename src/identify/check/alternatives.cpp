@@ -299,8 +299,18 @@ void add_elasticity(const Robot& robot, const BaseParameters& base, const Probed
                     const Effects& effects, std::vector<Alternative>& out) {
   const RegressorBatch batch(robot, base.columns());
   const Vector loads = loading(base, rows.chi);
+  std::vector<Matrix> load;  // of each log, (instants × n)
+  for (const PickedLog& picked : rows.logs) {
+    const ProbedLog& log = *picked.log;
+    RegressorBlock block(batch, std::max<Index>(log.size(), 1));
+    batch.fill(log.motion, 0, log.size(), block);
+    Matrix& of_log = load.emplace_back(log.size(), robot.size());
+    for (Index j = 0; j < robot.size(); ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      of_log.col(j) = (block.W(at) * loads(batch.of_joint(at))).head(log.size());
+    }
+  }
   for (Index j = 0; j < robot.size(); ++j) {
-    const auto at = static_cast<std::size_t>(j);
     std::vector<Motion> motions = effects.motions();
     for (std::size_t l = 0; l < motions.size(); ++l) {
       const ProbedLog& log = *rows.logs[l].log;
@@ -308,13 +318,11 @@ void add_elasticity(const Robot& robot, const BaseParameters& base, const Probed
       if (log.size() < 3) {
         continue;
       }
-      RegressorBlock block(batch, log.size());
-      batch.fill(log.motion, 0, log.size(), block);
-      const Matrix load = block.W(at) * loads(batch.of_joint(at));
+      const Matrix own = load[l].col(j);
       const double per_instant = log.log->f_m / static_cast<double>(log.samples[1] - log.samples[0]);
-      motions[l].q.col(j) -= small_step * load(picked, 0);
-      motions[l].qd.col(j) -= small_step * rate(load, per_instant)(picked, 0);
-      motions[l].qdd.col(j) -= small_step * second_rate(load, per_instant)(picked, 0);
+      motions[l].q.col(j) -= small_step * own(picked, 0);
+      motions[l].qd.col(j) -= small_step * rate(own, per_instant)(picked, 0);
+      motions[l].qdd.col(j) -= small_step * second_rate(own, per_instant)(picked, 0);
     }
     out.push_back({"joint_elasticity", joint_of(robot, j), effects.of(motions), is_revolute(robot, j), 0.0,
                    link_inertia(robot, base, loads, j, effects.motions())});

@@ -57,6 +57,22 @@ double quantum(const Eigen::Ref<const Vector>& x) {
   return least;
 }
 
+// What of a column would bring a joint within its limits: the other sign, or another zero.
+std::string cures_of_limits(const Joint& joint, double lowest, double highest) {
+  const auto within = [&](double low, double high) { return low >= joint.lower && high <= joint.upper; };
+  std::string out = within(-highest, -lowest) ? "; within them with the other sign" : "";
+  if (joint.type == JointType::revolute) {
+    for (const double turns : {1.0, -1.0, 2.0, -2.0}) {
+      const double offset = 0.5 * std::numbers::pi * turns;
+      if (within(lowest + offset, highest + offset)) {
+        return out + (out.empty() ? "; within them with" : ", or with") + " offset = " + number(offset, 6) +
+               " in [log] position";
+      }
+    }
+  }
+  return out;
+}
+
 void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log, Index j, Findings& out) {
   const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
   const bool turns = joint.type == JointType::revolute;
@@ -83,7 +99,7 @@ void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log,
     out.add("position_unit", subject,
             limits + (turns ? ", as degrees would be" : ", as millimetres would be"));
   } else if (outside(1.0) > beyond_limits) {
-    out.add("position_limits", subject, limits);
+    out.add("position_limits", subject, limits + cures_of_limits(joint, lowest, highest));
   }
 }
 

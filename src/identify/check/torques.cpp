@@ -23,7 +23,7 @@ constexpr double hopeless = 0.5;
 // Mean over the joints from which on a model is none.
 constexpr double poor = 0.25;
 // A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
-constexpr double convincing = 0.4;
+constexpr double convincing = 0.5;
 constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
 constexpr double no_worse = 1.05;
 constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
