@@ -153,10 +153,20 @@ class TextRenderer {
     return out;
   }
 
+  // The gravest ones with their cures, the codes of all others: who reads twenty sentences mends nothing.
   std::string operator()(const FindingList& list) const {
+    constexpr std::size_t whole = 5;
     std::string out;
-    for (const Finding& finding : list.findings) {
-      out += (*this)(Sentence{with_cure(finding)});
+    std::vector<std::string> others;
+    for (std::size_t k = 0; k < list.findings.size(); ++k) {
+      if (k < whole) {
+        out += (*this)(Sentence{with_cure(list.findings[k])});
+      } else {
+        others.push_back(list.findings[k].code);
+      }
+    }
+    if (!others.empty()) {
+      out += (*this)(Sentence{counted(std::ssize(others), "more finding") + ": " + listed(others)});
     }
     return out;
   }

@@ -81,6 +81,19 @@ TEST(Document, TextAndPageShowTheSameNumbers) {
   EXPECT_EQ(numbers_in(words_of(html_of(document))), of_text);
 }
 
+TEST(Document, TextTellsFiveFindingsAndNamesTheOthers) {
+  FindingList list;
+  for (int k = 0; k < 7; ++k) {
+    list.findings.push_back({k < 5 ? "torque_sign" : "log_note", "", "found " + std::to_string(k)});
+  }
+  Document document;
+  document.opening = {{list}};
+  const std::string text = text_of(document);
+  EXPECT_NE(text.find("found 4"), std::string::npos) << text;
+  EXPECT_EQ(text.find("found 5"), std::string::npos) << text;
+  EXPECT_NE(text.find("2 more findings: log_note, log_note"), std::string::npos) << text;
+}
+
 TEST(Document, ShowsNumbersInTheFormatOfTheirColumn) {
   EXPECT_EQ(shown({"", format::percent}, 0.0625), "6.250 %");
   EXPECT_EQ(shown({"", format::fixed(2), "σ"}, -0.125), "-0.12 σ");
