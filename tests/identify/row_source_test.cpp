@@ -3,10 +3,16 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <span>
 
+#include "identify/rows/factors.hpp"
+#include "identify/rows/kept_rows.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
+#include "rivid/regressor/load.hpp"
 #include "rivid/signal/filter.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"
@@ -198,6 +204,77 @@ TEST(RowSource, SendsOtherMotionsInTheSameRows) {
       }
     }
   }
+}
+
+// Rows of a joint that were sent, and the sinks that hold them.
+struct Sent {
+  Sent(const detail::RowSource& source, std::size_t others) : sinks(source.joints()) {
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      sinks.add(source.rows(), static_cast<Index>((others + 1) * source.columns(j).size()) + 1);
+    }
+  }
+
+  detail::JointSinks<detail::HeldRows> sinks;
+};
+
+void expect_same_rows(const Sent& a, const Sent& b) {
+  for (std::size_t j = 0; j < 2; ++j) {
+    EXPECT_GT(a.sinks[j].size(), 0);
+    EXPECT_EQ(a.sinks[j].rows(), b.sinks[j].rows());
+    EXPECT_EQ(a.sinks[j].samples(), b.sinks[j].samples());
+  }
+}
+
+// Of friction that follows the load too, whose columns are made of whole rows.
+TEST(KeptRows, AreThoseOfRowsThatAreMadeAnew) {
+  Robot robot = test::scara();
+  for (const Friction friction : {Friction::symmetric, Friction::load}) {
+    robot.joints[0].friction = friction;
+    BaseParameters base = base_parameters(robot);
+    base = at_load(base, Vector::LinSpaced(base.size(), 0.5, 2.0), Vector::Constant(2, 0.1));
+    const Log log = swinging_log(5133);
+    const std::vector<Motion> V = {differentiate(log.q + test::random_matrix(5133, 2, 3), log.f_m),
+                                   differentiate(log.q.rowwise().reverse(), log.f_m)};
+    for (const SignalOptions& options : ways()) {
+      for (const int threads : {1, 2}) {
+        detail::ThreadTeam team(threads);
+        detail::RowSource source(robot, base, log, options, team);
+        detail::KeptRows kept(robot, base, log, options, team);
+        for (const std::size_t others : {0U, 1U, 2U, 0U}) {
+          const std::span<const Motion> motions = std::span(V).first(others);
+          const Sent expected(source, others);
+          source.send(expected.sinks.sinks(), motions);
+          const Sent found(source, others);
+          kept.send(found.sinks.sinks(), motions);
+          expect_same_rows(found, expected);
+        }
+      }
+    }
+  }
+}
+
+TEST(KeptRows, TakeNoMoreMemoryThanTheirBudget) {
+  const Robot robot = test::scara();
+  const BaseParameters base = base_parameters(robot);
+  const std::vector<Log> logs(3, swinging_log(500'000));
+  detail::ThreadTeam alone(1);
+  const auto bytes_of = [&](const std::vector<int>& decimation) {
+    const std::vector<SignalOptions> signals(3, {.decimation = decimation});
+    std::vector<std::unique_ptr<detail::KeptRows>> kept;
+    (void)detail::all_factors(robot, base, logs, signals, alone, {}, &kept);
+    std::vector<std::size_t> out;
+    for (const auto& log : kept) {
+      out.push_back(log ? log->bytes() : 0);
+    }
+    return out;
+  };
+  EXPECT_EQ(bytes_of({}), std::vector<std::size_t>(3, 0)) << "rows that are not decimated are not kept";
+  const std::vector<std::size_t> few = bytes_of({100});
+  EXPECT_GT(*std::ranges::min_element(few), 0U);
+  const std::vector<std::size_t> many = bytes_of({4});
+  EXPECT_GT(many[0], detail::KeptRows::budget / 3);
+  EXPECT_EQ(many[2], 0U);
+  EXPECT_LE(many[0] + many[1] + many[2], detail::KeptRows::budget);
 }
 
 TEST(RowSource, RefusesAMotionOfOtherSamples) {

@@ -28,6 +28,13 @@ SignalOptions without_transient(const Log& log, SignalOptions signal, double tra
   return signal;
 }
 
+// Whether the rows are needed once more when their factors are known.
+bool looks_again(const Estimation& estimation) {
+  const bool plain_covariance = estimation.covariance.kind == CovarianceKind::classical ||
+                                estimation.signal.convention == Convention::matlab;
+  return std::holds_alternative<Iv>(estimation.method) || estimation.robust || !plain_covariance;
+}
+
 std::string joined(const BaseParameters& base, const std::vector<Index>& set) {
   std::string out;
   for (std::size_t i = 0; i < set.size(); ++i) {
@@ -59,15 +66,26 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log
     const bool all = iv == nullptr || iv->transient == 0.0;
     signals.push_back(all ? estimation.signal : without_transient(log, estimation.signal, iv->transient));
   }
-  data = all_factors(robot, base, logs, signals, estimation.threads, estimation.progress);
+  team = std::make_unique<ThreadTeam>(estimation.threads);
+  data = all_factors(robot, base, logs, signals, *team, estimation.progress,
+                     looks_again(estimation) ? &kept : nullptr);
+  kept.resize(logs.size());
   if (has_load(robot)) {
-    secant = all_factors(robot, at_load(base, base.load.chi), logs, signals, estimation.threads, {});
+    secant = all_factors(robot, at_load(base, base.load.chi), logs, signals, *team, {});
   }
   const Index rows = rows_of(data.groups);
   if (iv != nullptr && rows <= base.size()) {
     refuse_few_rows(rows);
   }
-  team = std::make_unique<ThreadTeam>(estimation.threads);
+}
+
+void EstimationProblem::send_rows(std::size_t k, const SignalOptions& signal, std::span<RowSink* const> sinks,
+                                  std::span<const Motion> others) const {
+  if (kept[k] && signal.decimation == signals[k].decimation) {
+    kept[k]->send(sinks, others);
+    return;
+  }
+  RowSource(robot, base, logs[k], signal, *team).send(sinks, others);
 }
 
 EstimationProblem::EstimationProblem(const Robot& its_robot, const LogFactors& its_factors,

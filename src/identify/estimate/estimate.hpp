@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "identify/estimate/robust.hpp"
+#include "identify/rows/kept_rows.hpp"
 #include "identify/rows/thread_team.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/log_factors.hpp"
@@ -38,6 +39,14 @@ struct EstimationProblem {
   RowFactors data;                      // of [W Y]
   std::optional<RowFactors> secant;  // where `data` are those of a tangent: the rows whose W χ is the torque
   std::unique_ptr<ThreadTeam> team;
+  std::vector<std::unique_ptr<KeptRows>>
+      kept;  // one a log; nullptr where its rows are made anew for each pass
+
+  // Sends the rows [V_1 … V_k W Y] of log k, made with signals[k] or with the same but its decimation.
+  //
+  // others  motions V_1 … V_k
+  void send_rows(std::size_t k, const SignalOptions& signal, std::span<RowSink* const> sinks,
+                 std::span<const Motion> others = {}) const;
 
   [[nodiscard]] Index joints() const { return robot.size(); }
   // Rows that a model is judged by.

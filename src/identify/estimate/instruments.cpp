@@ -77,7 +77,6 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
     used_ = empty_groups(joints);
   }
   for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
-    RowSource source(problem_.robot, problem_.base, problem_.logs[k], signals_[k], *problem_.team);
     JointSinks<InstrumentSink> sinks(groups.size());
     std::vector<Index> widths;
     for (std::size_t j = 0; j < groups.size(); ++j) {
@@ -87,7 +86,7 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
     const ReweightedSinks reweighted(sinks.sinks(), reweighting_, joints, from_V_);
     const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
     const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
-    source.send(whitened.sinks(), std::span(&V, 1));
+    problem_.send_rows(k, signals_[k], whitened.sinks(), std::span(&V, 1));
   }
   count_rows();
   return groups;

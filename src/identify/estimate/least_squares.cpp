@@ -62,10 +62,9 @@ Estimate robust_estimate(const EstimationProblem& problem, const Vector& plain, 
   const auto make_rows = [&] {
     groups = empty_groups(problem.data.groups);
     for (std::size_t k = 0; k < problem.logs.size(); ++k) {
-      RowSource source(problem.robot, problem.base, problem.logs[k], problem.signals[k], *problem.team);
       const JointSinks<FactorSink> factors = factor_sinks(groups);
       const ReweightedSinks weighted(factors.sinks(), &reweighting, groups, {});
-      source.send(weighted.sinks());
+      problem.send_rows(k, problem.signals[k], weighted.sinks());
       if (progress) {
         progress("round " + std::to_string(reweighting.rounds() + 1),
                  static_cast<double>(k + 1) / static_cast<double>(problem.logs.size()));

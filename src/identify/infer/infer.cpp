@@ -40,14 +40,9 @@ Scores scores_of(const EstimationProblem& problem, const Estimate& estimate,
   if (by_least_squares != nullptr) {
     estimators.push_back(estimator(by_least_squares->chi, false, by_least_squares->unit_covariance));
   }
-  std::vector<ScoredLog> logs;
-  for (std::size_t k = 0; k < problem.logs.size(); ++k) {
-    logs.push_back({&problem.logs[k], &estimate.signals[k],
-                    instruments == nullptr ? nullptr : &instruments->motions[k]});
-  }
-  return scores(problem.robot, problem.base, logs, estimators, estimate.weights,
-                instruments == nullptr ? std::vector<std::vector<Index>>() : instruments->from_V,
-                *problem.team, instruments == nullptr ? std::span<const Vector>() : instruments->whitening,
+  static const EstimateInstruments none;
+  const EstimateInstruments& by = instruments == nullptr ? none : *instruments;
+  return scores(problem, estimate.signals, by.motions, estimators, estimate.weights, by.from_V, by.whitening,
                 estimate.loss ? &*estimate.loss : nullptr);
 }
 
@@ -306,9 +301,7 @@ Validation validate(const Robot& robot, const Identification& identification, co
                      " base parameters; give what identify() returned");
   }
   const SignalOptions& signal = identification.estimation.signal;
-  const auto rows = [&](const BaseParameters& base) {
-    return detail::all_factors(robot, base, std::span(&log, 1), std::span(&signal, 1), threads, {});
-  };
+  const auto rows = [&](const BaseParameters& base) { return factors(robot, base, log, signal, threads); };
   const RowFactors data = rows(identification.base);
   const bool own_load = has_load(robot);
   const auto fit = [&](const Vector& chi) {

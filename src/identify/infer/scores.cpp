@@ -222,11 +222,11 @@ std::optional<ScoreSink::Loss> loss_of(const RowLoss* loss, std::size_t j) {
 }
 
 // Blocks of each log.
-std::vector<Index> blocks_of(std::span<const ScoredLog> logs) {
+std::vector<Index> blocks_of(std::span<const Log> logs) {
   std::vector<double> seconds;
   double all = 0.0;
-  for (const ScoredLog& each : logs) {
-    all += seconds.emplace_back(static_cast<double>(each.log->samples()) / each.log->f_m);
+  for (const Log& log : logs) {
+    all += seconds.emplace_back(static_cast<double>(log.samples()) / log.f_m);
   }
   std::vector<Index> out;
   for (const double one : seconds) {
@@ -235,12 +235,12 @@ std::vector<Index> blocks_of(std::span<const ScoredLog> logs) {
   return out;
 }
 
-double interval_for(std::span<const ScoredLog> logs) {
+double interval_for(std::span<const Log> logs, std::span<const SignalOptions> signals) {
   double out = 0.0;
-  for (const ScoredLog& each : logs) {
-    const double f_m = each.log->f_m;
-    const double duration = static_cast<double>(each.log->samples()) / f_m;
-    out = std::max({out, static_cast<double>(stride_of(*each.signal)) / f_m, duration / most_intervals});
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    const double f_m = logs[l].f_m;
+    const double duration = static_cast<double>(logs[l].samples()) / f_m;
+    out = std::max({out, static_cast<double>(stride_of(signals[l])) / f_m, duration / most_intervals});
   }
   return out;
 }
@@ -257,65 +257,65 @@ void ResidualMoments::merge(const ResidualMoments& other) {
   add(pair_counts, other.pair_counts);
 }
 
-Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
-              std::span<const Estimator> estimators, std::span<const double> weights,
-              const std::vector<std::vector<Index>>& from_V, ThreadTeam& team,
+Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> signals,
+              std::span<const Motion> instruments, std::span<const Estimator> estimators,
+              std::span<const double> weights, const std::vector<std::vector<Index>>& from_V,
               std::span<const Vector> whitening, const RowLoss* loss) {
+  const std::span<const Log> logs = problem.logs;
+  const std::vector<RowGroup>& joints = problem.data.groups;
+  const Index b = problem.base.size();
   Scores out;
-  out.interval = interval_for(logs);
+  out.interval = interval_for(logs, signals);
   out.series.resize(estimators.size());
-  out.residuals.resize(robot.joints.size());
-  out.rates.WP = out.rates.ZD = Matrix::Zero(base.size(), robot.size());
+  out.residuals.resize(joints.size());
+  out.rates.WP = out.rates.ZD = Matrix::Zero(b, problem.joints());
   if (loss != nullptr) {
-    out.curvature.assign(estimators.size(), Matrix::Zero(base.size(), base.size()));
+    out.curvature.assign(estimators.size(), Matrix::Zero(b, b));
   }
   const std::vector<Index> blocks = blocks_of(logs);
   for (std::size_t l = 0; l < logs.size(); ++l) {
-    const ScoredLog& each = logs[l];
-    RowSource source(robot, base, *each.log, *each.signal, team);
-    const double samples_per_interval = out.interval * each.log->f_m;
-    const auto intervals =
-        static_cast<Index>(static_cast<double>(each.log->samples()) / samples_per_interval) + 1;
-    JointSinks<ScoreSink> sinks(source.joints());
+    const Log& log = logs[l];
+    const double samples_per_interval = out.interval * log.f_m;
+    const auto intervals = static_cast<Index>(static_cast<double>(log.samples()) / samples_per_interval) + 1;
+    JointSinks<ScoreSink> sinks(joints.size());
     std::vector<Index> widths;
-    for (std::size_t j = 0; j < source.joints(); ++j) {
-      const std::vector<Index>& columns = source.columns(j);
-      widths.push_back(static_cast<Index>(columns.size()) * (each.instruments == nullptr ? 1 : 2) + 1);
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      const std::vector<Index>& columns = joints[j].columns;
+      widths.push_back(static_cast<Index>(columns.size()) * (instruments.empty() ? 1 : 2) + 1);
       std::vector<ScoreSink::Own> own;
       for (const Estimator& estimator : estimators) {
         own.push_back({estimator.chi(columns), estimator.instrumental,
                        estimator.bread.size() > 0 ? Matrix(estimator.bread(columns, columns)) : Matrix()});
       }
-      sinks.add(static_cast<Index>(columns.size()), each.instruments != nullptr, std::move(own), weights[j],
+      sinks.add(static_cast<Index>(columns.size()), !instruments.empty(), std::move(own), weights[j],
                 from_V.empty() ? std::vector<Index>{} : from_V[j], samples_per_interval, intervals,
-                stride_of(*each.signal), loss_of(loss, j), each.log->samples(), blocks[l]);
+                stride_of(signals[l]), loss_of(loss, j), log.samples(), blocks[l]);
     }
     const WhitenedSinks whitened(sinks.sinks(), whitening, widths);
-    source.send(whitened.sinks(),
-                each.instruments == nullptr ? std::span<const Motion>() : std::span(each.instruments, 1));
+    problem.send_rows(l, signals[l], whitened.sinks(),
+                      instruments.empty() ? instruments : instruments.subspan(l, 1));
     for (std::size_t e = 0; e < estimators.size(); ++e) {
-      Matrix all = Matrix::Zero(intervals, base.size());
-      for (std::size_t j = 0; j < source.joints(); ++j) {
-        sinks[j].add_to(all, source.columns(j), e);
+      Matrix all = Matrix::Zero(intervals, b);
+      for (std::size_t j = 0; j < joints.size(); ++j) {
+        sinks[j].add_to(all, joints[j].columns, e);
         if (loss != nullptr) {
-          sinks[j].add_curvature_to(out.curvature[e], source.columns(j), e);
+          sinks[j].add_curvature_to(out.curvature[e], joints[j].columns, e);
         }
       }
       out.series[e].push_back(std::move(all));
     }
     for (std::size_t g = 0; loss == nullptr && g < static_cast<std::size_t>(blocks[l]); ++g) {
-      BlockSums& all =
-          out.blocks.emplace_back(Matrix::Zero(base.size(), base.size()), Vector::Zero(base.size()));
-      for (std::size_t j = 0; j < source.joints(); ++j) {
-        sinks[j].add_block_to(all, source.columns(j), g);
+      BlockSums& all = out.blocks.emplace_back(Matrix::Zero(b, b), Vector::Zero(b));
+      for (std::size_t j = 0; j < joints.size(); ++j) {
+        sinks[j].add_block_to(all, joints[j].columns, g);
       }
     }
-    out.rates.P_rho.emplace_back(intervals, robot.size());
-    out.rates.PD.emplace_back(intervals, robot.size());
-    out.rates.ZD_by_time.emplace_back(Matrix::Zero(intervals, base.size()));
-    for (std::size_t j = 0; j < source.joints(); ++j) {
+    out.rates.P_rho.emplace_back(intervals, problem.joints());
+    out.rates.PD.emplace_back(intervals, problem.joints());
+    out.rates.ZD_by_time.emplace_back(Matrix::Zero(intervals, b));
+    for (std::size_t j = 0; j < joints.size(); ++j) {
       out.residuals[j].merge(sinks[j].moments());
-      sinks[j].add_rates_to(out.rates, source.columns(j), static_cast<Index>(j));
+      sinks[j].add_rates_to(out.rates, joints[j].columns, static_cast<Index>(j));
     }
   }
   return out;

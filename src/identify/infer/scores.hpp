@@ -113,15 +113,10 @@ struct Scores {
   std::vector<BlockSums> blocks;  // of the first estimator: some ten of all logs together; empty with a loss
 };
 
-// How the rows of a log are made.
-struct ScoredLog {
-  const Log* log = nullptr;
-  const SignalOptions* signal = nullptr;
-  const Motion* instruments = nullptr;  // that V is built from, or nullptr where no estimator is instrumental
-};
-
 // Scores of estimators on the same rows.
 //
+// signals     that the rows are made with, one a log, see EstimationProblem::send_rows()
+// instruments motions that V is built from, one a log; empty where no estimator is instrumental
 // estimators  at least one
 // weights     1/σ of each joint's rows, Ω = diag σ²
 // from_V      columns of W, within each joint's own, that were taken from V
@@ -129,9 +124,9 @@ struct ScoredLog {
 // loss        of M-estimates, or nullptr
 //
 // throws InputError where RowSource does
-[[nodiscard]] Scores scores(const Robot& robot, const BaseParameters& base, std::span<const ScoredLog> logs,
-                            std::span<const Estimator> estimators, std::span<const double> weights,
-                            const std::vector<std::vector<Index>>& from_V, ThreadTeam& team,
+[[nodiscard]] Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> signals,
+                            std::span<const Motion> instruments, std::span<const Estimator> estimators,
+                            std::span<const double> weights, const std::vector<std::vector<Index>>& from_V,
                             std::span<const Vector> whitening = {}, const RowLoss* loss = nullptr);
 
 }  // namespace rivid::detail

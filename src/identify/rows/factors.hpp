@@ -1,10 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "identify/rows/kept_rows.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/identify/estimation.hpp"
 #include "rivid/identify/rows.hpp"
@@ -42,8 +44,10 @@ void add_factors(RowFactors& into, RowFactors part);
 // The factors of the rows of all logs.
 //
 // signals  one a log
+// kept     gets the rows on the way, one entry a log, nullptr for logs whose rows are made anew; or is nullptr
 [[nodiscard]] RowFactors all_factors(const Robot& robot, const BaseParameters& base,
                                      std::span<const Log> logs, std::span<const SignalOptions> signals,
-                                     int threads, const Progress& progress);
+                                     ThreadTeam& team, const Progress& progress,
+                                     std::vector<std::unique_ptr<KeptRows>>* kept = nullptr);
 
 }  // namespace rivid::detail

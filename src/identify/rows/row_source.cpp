@@ -115,6 +115,7 @@ struct RowSource::StreamedJoint {
 };
 
 struct RowSource::Stream {
+  Parts parts;
   std::vector<StreamedJoint> joints;
   std::vector<BatchWorkspace> workspaces;  // one a thread
   Index first = 0;                         // sample of row 0 …
@@ -262,25 +263,35 @@ Motion RowSource::motion_of(const Eigen::Ref<const Matrix>& q) const {
 
 void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> others,
                      const std::function<void(double)>& progress) {
+  send_parts(sinks, others, true, progress);
+}
+
+void RowSource::send_others(std::span<RowSink* const> sinks, std::span<const Motion> others) {
+  send_parts(sinks, others, false, {});
+}
+
+void RowSource::send_parts(std::span<RowSink* const> sinks, std::span<const Motion> others, bool log,
+                           const std::function<void(double)>& progress) {
+  const Parts parts{others.size(), log};
   for (const Motion& motion : others) {
     batch_.require("rows", motion, 0, log_.samples());
   }
   if (stride_of(options_) == 1 || options_.convention == Convention::standard) {
-    Stream stream = planned(sinks, others.size(), team_.size());
+    Stream stream = planned(sinks, parts, team_.size());
     decimate(stream);
     run(stream, others, progress);
     return;
   }
   JointSinks<HeldRows> series(joints());
   for (std::size_t j = 0; j < joints(); ++j) {
-    series.add(range_.count, row_width(j, others.size()));
+    series.add(range_.count, row_width(j, parts));
   }
-  Stream all = planned(series.sinks(), others.size(), team_.size());
+  Stream all = planned(series.sinks(), parts, team_.size());
   for (StreamedJoint& joint : all.joints) {
     joint.all_kept = true;
   }
   run(all, others, progress);
-  Stream kept = planned(sinks, others.size(), 0);
+  Stream kept = planned(sinks, parts, 0);
   kept.first += kept_samples(range_.count, options_.decimation, options_.convention).front();
   kept.stride = stride_of(options_);
   for (std::size_t j = 0; j < joints(); ++j) {
@@ -296,18 +307,20 @@ void RowSource::send(std::span<RowSink* const> sinks, std::span<const Motion> ot
   }
 }
 
-Index RowSource::row_width(std::size_t j, std::size_t others) const {
-  return static_cast<Index>(columns(j).size() * (others + 1)) + 1;
+Index RowSource::row_width(std::size_t j, const Parts& parts) const {
+  const std::size_t own = columns(j).size();
+  return static_cast<Index>(own * parts.others + (parts.log ? own + 1 : 0));
 }
 
-RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, std::size_t others,
+RowSource::Stream RowSource::planned(std::span<RowSink* const> sinks, const Parts& parts,
                                      int workspaces) const {
   Stream out;
+  out.parts = parts;
   out.first = range_.first;
   for (std::size_t j = 0; j < joints(); ++j) {
     StreamedJoint& joint = out.joints.emplace_back();
     joint.sink = sinks[j];
-    joint.columns = row_width(j, others);
+    joint.columns = row_width(j, parts);
     joint.all_kept =
         all_kept_ ||
         (masks_.empty() && (options_.velocity_threshold.empty() || options_.velocity_threshold[j] == 0.0));
@@ -379,7 +392,7 @@ void RowSource::send_stretch(Index stretch, std::span<RowSink* const> sinks,
     return std::min(blocks * s / stretches() * most_wanted, range_.count);
   };
   const Index end = begin_of(stretch + 1);
-  Stream stream = planned(sinks, 0, 1);
+  Stream stream = planned(sinks, {}, 1);
   Index first = begin_of(stretch);
   stream.first += first;
   for (Index count = 0; first < end; first += count) {
@@ -417,45 +430,54 @@ void RowSource::fill_share(Stream& stream, std::span<const Motion> others, Index
 // The rows `begin` … `end` − 1 of the piece that begins at row `first`.
 void RowSource::fill(Stream& stream, std::span<const Motion> others, Index first, Index begin, Index end,
                      BatchWorkspace& workspace) const {
-  std::vector<RowsTarget> targets(joints());
-  const auto columns_of = [&](std::size_t motion) {
-    for (std::size_t j = 0; j < joints(); ++j) {
-      const RowsTarget& target = stream.joints[j].room.target;
-      targets[j] = {target.data + static_cast<Index>(columns(j).size() * motion) * target.ld, target.ld};
-    }
-  };
   const Index sample = range_.first + first + begin;
   for (std::size_t v = 0; v < others.size(); ++v) {
-    columns_of(v);
-    batch_.fill(others[v], sample, end - begin, targets, begin, workspace);
+    batch_.fill(others[v], sample, end - begin, targets_of(stream, v), begin, workspace);
   }
-  const Index from = std::max<Index>(sample - difference_border, 0);
-  const Index to = std::min(sample + (end - begin) + difference_border, q_.rows());
-  const auto q = q_.middleRows(from, to - from);
-  columns_of(others.size());
-  batch_.fill(motion_of(q), sample - from, end - begin, targets, begin, workspace);
-  for (std::size_t j = 0; j < joints(); ++j) {
-    const StreamedJoint& joint = stream.joints[j];
-    fill_signs(j, sample, end - begin,
-               joint.room.target.data +
-                   static_cast<Index>(columns(j).size() * others.size()) * joint.room.target.ld + begin,
-               joint.room.target.ld);
-    std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, end - begin,
-                joint.room.target.data + (joint.columns - 1) * joint.room.target.ld + begin);
-    if (!load_by_row_) {
-      fill_loads(j, joint.room, joint.columns, begin, end - begin);
-    }
+  if (stream.parts.log) {
+    fill_log(stream, sample, begin, end - begin, workspace);
+  }
+  for (std::size_t j = 0; j < joints() && !load_by_row_; ++j) {
+    fill_loads(j, stream.joints[j].room, stream.parts, begin, end - begin);
   }
 }
 
-void RowSource::fill_loads(std::size_t j, const RowsRoom& room, Index columns, Index first,
+// Where the columns of each joint begin that are made of a motion: the others first, then that of the log.
+std::vector<RowsTarget> RowSource::targets_of(const Stream& stream, std::size_t motion) const {
+  std::vector<RowsTarget> out(joints());
+  for (std::size_t j = 0; j < joints(); ++j) {
+    const RowsTarget& target = stream.joints[j].room.target;
+    out[j] = {target.data + static_cast<Index>(columns(j).size() * motion) * target.ld, target.ld};
+  }
+  return out;
+}
+
+// [W Y] of `count` samples, from row `at` of the rooms on.
+void RowSource::fill_log(Stream& stream, Index sample, Index at, Index count,
+                         BatchWorkspace& workspace) const {
+  const Index from = std::max<Index>(sample - difference_border, 0);
+  const Index to = std::min(sample + count + difference_border, q_.rows());
+  const auto q = q_.middleRows(from, to - from);
+  const std::vector<RowsTarget> targets = targets_of(stream, stream.parts.others);
+  batch_.fill(motion_of(q), sample - from, count, targets, at, workspace);
+  for (std::size_t j = 0; j < joints(); ++j) {
+    const RowsTarget& W = targets[j];
+    fill_signs(j, sample, count, W.data + at, W.ld);
+    std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, count,
+                W.data + static_cast<Index>(columns(j).size()) * W.ld + at);
+  }
+}
+
+void RowSource::fill_loads(std::size_t j, const RowsRoom& room, const Parts& parts, Index first,
                            Index count) const {
+  const auto own = static_cast<Index>(columns(j).size());
   const RowsTarget& target = room.target;
-  const auto own = static_cast<Index>(batch_.of_joint(j).size());
-  for (Index c = 0; c + 1 < columns; c += own) {
-    const bool last = c + own + 1 == columns;
-    load_.complete(j, {target.data + c * target.ld + first, target.ld}, count,
-                   last ? target.data + (columns - 1) * target.ld + first : nullptr);
+  double* next = target.data + first;
+  for (std::size_t v = 0; v < parts.others; ++v, next += own * target.ld) {
+    load_.complete(j, {next, target.ld}, count, nullptr);
+  }
+  if (parts.log) {
+    load_.complete(j, {next, target.ld}, count, next + own * target.ld);
   }
 }
 
@@ -549,7 +571,7 @@ void RowSource::deliver(Stream& stream, std::size_t j, const RowsRoom& room, Ind
   }
   joint.delivered += count;
   if (load_by_row_ && stream.stride > 1) {
-    fill_loads(j, room, joint.columns, 0, count);
+    fill_loads(j, room, stream.parts, 0, count);
   }
   if (!joint.all_kept) {
     drop_rows(joint, static_cast<Index>(j), room);

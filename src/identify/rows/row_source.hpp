@@ -73,8 +73,10 @@ class HeldRows final : public RowSink {
   }
 
   [[nodiscard]] Index size() const { return static_cast<Index>(samples_.size()); }
+  [[nodiscard]] Index columns() const { return rows_.cols(); }
   [[nodiscard]] auto rows() const { return rows_.topRows(size()); }
   [[nodiscard]] std::vector<Index>& samples() { return samples_; }
+  [[nodiscard]] const std::vector<Index>& samples() const { return samples_; }
 
  private:
   Matrix rows_;
@@ -109,6 +111,8 @@ class RowSource {
   [[nodiscard]] const std::vector<Index>& columns(std::size_t j) const { return batch_.of_joint(j); }
   /// Rows of each joint before any are left out for low velocity.
   [[nodiscard]] Index rows() const { return rows_; }
+  /// Numbers that are held as long as this lives: motion and torques where they are filtered.
+  [[nodiscard]] Index numbers() const { return q_.size() + made_tau_.size(); }
   /// First of the samples that rows are made of.
   [[nodiscard]] Index first_sample() const { return range_.first; }
   /// The motion of the log that W is made of, filtered, (n_m × n).
@@ -137,8 +141,16 @@ class RowSource {
   /// @param progress  called with the fraction done, by the calling thread
   void send(std::span<RowSink* const> sinks, std::span<const Motion> others = {},
             const std::function<void(double)>& progress = {});
+  /// The same without the rows of the log itself, [V_1 … V_k], with the bits that these columns have beside W and Y.
+  void send_others(std::span<RowSink* const> sinks, std::span<const Motion> others);
 
  private:
+  // What the rows of a joint consist of.
+  struct Parts {
+    std::size_t others = 0;
+    bool log = true;  // [W Y] behind them
+  };
+
   struct Range {
     Index first = 0;
     Index count = 0;
@@ -156,17 +168,21 @@ class RowSource {
   [[nodiscard]] Matrix filtered(const Matrix& x, double cutoff_hz, int order);
   [[nodiscard]] double velocity(Index sample, Index joint) const;
   [[nodiscard]] Motion motion_of(const Eigen::Ref<const Matrix>& q) const;
-  [[nodiscard]] Index row_width(std::size_t j, std::size_t others) const;
-  [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, std::size_t others, int workspaces) const;
+  void send_parts(std::span<RowSink* const> sinks, std::span<const Motion> others, bool log,
+                  const std::function<void(double)>& progress);
+  [[nodiscard]] Index row_width(std::size_t j, const Parts& parts) const;
+  [[nodiscard]] Stream planned(std::span<RowSink* const> sinks, const Parts& parts, int workspaces) const;
   void decimate(Stream& stream) const;
   void run(Stream& stream, std::span<const Motion> others, const std::function<void(double)>& progress);
   [[nodiscard]] Index plan_piece(Stream& stream, Index left) const;
   void fill_share(Stream& stream, std::span<const Motion> others, Index first, Index count, int member) const;
   void fill(Stream& stream, std::span<const Motion> others, Index first, Index begin, Index end,
             BatchWorkspace& workspace) const;
+  [[nodiscard]] std::vector<RowsTarget> targets_of(const Stream& stream, std::size_t motion) const;
+  void fill_log(Stream& stream, Index sample, Index at, Index count, BatchWorkspace& workspace) const;
   void find_sign_columns(const Robot& robot, const BaseParameters& base);
   // The columns of friction that follows the load, of the rows [V … W Y] in a room.
-  void fill_loads(std::size_t j, const RowsRoom& room, Index columns, Index first, Index count) const;
+  void fill_loads(std::size_t j, const RowsRoom& room, const Parts& parts, Index first, Index count) const;
   void fill_signs(std::size_t j, Index sample, Index count, double* W, Index ld) const;
   void advance(Stream& stream, std::size_t j, Index count) const;
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;

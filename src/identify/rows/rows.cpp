@@ -237,39 +237,74 @@ Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const 
   return out;
 }
 
-RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& log,
-                   const SignalOptions& options, int threads, const std::function<void(double)>& progress) {
-  if (threads < 1) {
-    throw InputError("factors: threads is " + std::to_string(threads) + ", must be at least 1");
-  }
+namespace {
+
+// What is known of the rows beside their factors.
+//
+// throws InputError where they can not be used
+RowFactors checked_factors(std::vector<RowGroup> groups, const detail::RowSource& source, const Robot& robot,
+                           const Log& log, const SignalOptions& options) {
   RowFactors out;
-  {
-    detail::ThreadTeam team(threads);
-    detail::RowSource source(robot, base, log, options, team);
-    if (source.stretches() > 1) {
-      out.groups = factored_in_stretches(source, team, progress);
-    } else {
-      out.groups = groups_of(source);
-      source.send(detail::factor_sinks(out.groups).sinks(), {}, progress);
-    }
-    for (const RowGroup& group : out.groups) {
-      out.left_out.push_back(source.rows() - group.qr.rows());
-    }
-    out.thresholds = thresholds_of(source, options);
+  out.groups = std::move(groups);
+  for (const RowGroup& group : out.groups) {
+    out.left_out.push_back(source.rows() - group.qr.rows());
   }
+  out.thresholds = thresholds_of(source, options);
   std::vector<Seen> seen;
   for (const RowGroup& group : out.groups) {
     const bool finite = group.qr.finite();
     seen.push_back({group.qr.rows(), finite, finite ? group.qr.y_norm() : 0.0});
   }
   require_usable(seen, out.thresholds, robot, log, options);
+  return out;
+}
+
+// Sends the rows as they are made, one stretch of a long log beside others.
+RowFactors made_factors(const Robot& robot, const BaseParameters& base, const Log& log,
+                        const SignalOptions& options, detail::ThreadTeam& team,
+                        const std::function<void(double)>& progress) {
+  detail::RowSource source(robot, base, log, options, team);
+  std::vector<RowGroup> groups;
+  if (source.stretches() > 1) {
+    groups = factored_in_stretches(source, team, progress);
+  } else {
+    groups = groups_of(source);
+    source.send(detail::factor_sinks(groups).sinks(), {}, progress);
+  }
+  return checked_factors(std::move(groups), source, robot, log, options);
+}
+
+RowFactors kept_factors(const Robot& robot, const Log& log, const SignalOptions& options,
+                        detail::KeptRows& kept, const std::function<void(double)>& progress) {
+  std::vector<RowGroup> groups = groups_of(kept.source());
+  kept.send(detail::factor_sinks(groups).sinks(), {}, progress);
+  return checked_factors(std::move(groups), kept.source(), robot, log, options);
+}
+
+// kept  that the rows come by way of, or nullptr
+RowFactors log_factors(const Robot& robot, const BaseParameters& base, const Log& log,
+                       const SignalOptions& options, detail::ThreadTeam& team,
+                       const std::function<void(double)>& progress, detail::KeptRows* kept) {
+  RowFactors out = kept == nullptr ? made_factors(robot, base, log, options, team, progress)
+                                   : kept_factors(robot, log, options, *kept, progress);
   if (options.convention == Convention::matlab && !options.decimation.empty()) {
     SignalOptions plain = options;
     plain.decimation.clear();
     plain.velocity_threshold.clear();
-    out.undecimated = factors(robot, base, log, plain, threads).groups;
+    out.undecimated = made_factors(robot, base, log, plain, team, {}).groups;
   }
   return out;
+}
+
+}  // namespace
+
+RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& log,
+                   const SignalOptions& options, int threads, const std::function<void(double)>& progress) {
+  if (threads < 1) {
+    throw InputError("factors: threads is " + std::to_string(threads) + ", must be at least 1");
+  }
+  detail::ThreadTeam team(threads);
+  return log_factors(robot, base, log, options, team, progress, nullptr);
 }
 
 namespace detail {
@@ -338,14 +373,28 @@ Index rows_of(std::span<const RowGroup> groups) {
 }
 
 RowFactors all_factors(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-                       std::span<const SignalOptions> signals, int threads, const Progress& progress) {
+                       std::span<const SignalOptions> signals, ThreadTeam& team, const Progress& progress,
+                       std::vector<std::unique_ptr<KeptRows>>* kept) {
   RowFactors out;
+  std::size_t left = KeptRows::budget;
   for (std::size_t k = 0; k < logs.size(); ++k) {
+    std::unique_ptr<KeptRows> rows;
+    if (kept != nullptr && KeptRows::worthwhile(signals[k])) {
+      rows = std::make_unique<KeptRows>(robot, base, logs[k], signals[k], team);
+      if (rows->bytes() > left) {
+        rows.reset();
+      }
+    }
+    left -= rows ? rows->bytes() : 0;
     const auto tell = [&](double fraction) {
       progress(logs[k].source, (static_cast<double>(k) + fraction) / static_cast<double>(logs.size()));
     };
-    add_factors(out, factors(robot, base, logs[k], signals[k], threads,
-                             progress ? std::function<void(double)>(tell) : std::function<void(double)>()));
+    add_factors(out, log_factors(robot, base, logs[k], signals[k], team,
+                                 progress ? std::function<void(double)>(tell) : std::function<void(double)>(),
+                                 rows.get()));
+    if (kept != nullptr) {
+      kept->push_back(std::move(rows));
+    }
   }
   return out;
 }
