@@ -1,5 +1,8 @@
 #include "rivid/simulate/closed_loop.hpp"
 
+#include <algorithm>
+#include <array>
+#include <deque>
 #include <memory>
 #include <utility>
 
@@ -31,16 +34,27 @@ Simulation simulate(const Robot& robot, const DynamicModel& model, const Control
                     const Reference& reference, const SimulationOptions& options) {
   check_sizes(robot, model, reference, options);
   detail::LoopRun run(robot, model, law, reference, options);
-  detail::SimulationGroup::carry_out(run);
+  detail::SimulationGroup::carry_out(std::array{&run});
   return std::move(run).result();
 }
 
-Simulation detail::simulated_motion(const Robot& robot, const DynamicModel& model, const ControlLaw& law,
-                                    const Reference& reference, const SimulationOptions& options) {
-  check_sizes(robot, model, reference, options);
-  LoopRun run(robot, model, law, reference, options);
-  SimulationGroup::carry_out(run);
-  return std::move(run).motion();
+std::vector<Simulation> detail::simulated_motions(std::span<const LoopTask> tasks) {
+  // No more than go together: each run has memory of its own.
+  const auto together = static_cast<std::size_t>(SimulationGroup::worthwhile());
+  std::vector<Simulation> out;
+  while (out.size() < tasks.size()) {
+    std::deque<LoopRun> runs;
+    std::vector<LoopRun*> all;
+    for (const LoopTask& task : tasks.subspan(out.size(), std::min(together, tasks.size() - out.size()))) {
+      check_sizes(task.robot, task.model, task.reference, task.options);
+      all.push_back(&runs.emplace_back(task.robot, task.model, task.law, task.reference, task.options));
+    }
+    SimulationGroup::carry_out(all);
+    for (LoopRun& run : runs) {
+      out.push_back(std::move(run).motion());
+    }
+  }
+  return out;
 }
 
 Simulation simulate(const Robot& robot, const BaseParameters& base, const Eigen::Ref<const Vector>& chi,

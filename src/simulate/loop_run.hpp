@@ -2,7 +2,9 @@
 
 #include <chrono>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/dynamics_batch.hpp"
@@ -95,9 +97,16 @@ class LoopRun {
   Simulation out_;
 };
 
-// simulate() without the reference and what is compared with it, for instruments.
-[[nodiscard]] Simulation simulated_motion(const Robot& robot, const DynamicModel& model,
-                                          const ControlLaw& law, const Reference& reference,
-                                          const SimulationOptions& options);
+// The arguments of simulate().
+struct LoopTask {
+  const Robot& robot;
+  const DynamicModel& model;
+  const ControlLaw& law;
+  const Reference& reference;
+  SimulationOptions options;
+};
+
+// simulate() without the reference and what is compared with it, for instruments; several beside each other, which no result shows.
+[[nodiscard]] std::vector<Simulation> simulated_motions(std::span<const LoopTask> tasks);
 
 }  // namespace rivid::detail

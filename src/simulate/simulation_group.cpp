@@ -37,15 +37,23 @@ void SimulationGroup::leave() {
   }
 }
 
-void SimulationGroup::carry_out(LoopRun& run) {
-  if (this_member == nullptr) {
-    run.carry_out();
-    return;
+void SimulationGroup::carry_out(std::span<LoopRun* const> runs) {
+  std::vector<Request> requests;
+  requests.reserve(runs.size());
+  std::vector<Request*> all;
+  for (LoopRun* const run : runs) {
+    all.push_back(&requests.emplace_back(run));
+    if (this_member != nullptr) {
+      this_member->group_.wait_for(requests.back(), this_member->turn_);
+    }
   }
-  Request request{&run};
-  this_member->group_.wait_for(request, this_member->turn_);
-  if (request.failure) {
-    std::rethrow_exception(request.failure);
+  if (this_member == nullptr) {
+    carry_out_in_packs(all);
+  }
+  for (const Request& request : requests) {
+    if (request.failure) {
+      std::rethrow_exception(request.failure);
+    }
   }
 }
 
@@ -59,9 +67,16 @@ void SimulationGroup::wait_for(Request& request, std::unique_lock<std::mutex>& t
 }
 
 void SimulationGroup::carry_out_all() {
-  std::vector<Request*> left = std::move(waiting_);
+  const std::vector<Request*> all = std::move(waiting_);
   waiting_.clear();
-  const std::vector<Request*> all = left;
+  carry_out_in_packs(all);
+  for (Request* request : all) {
+    request->done = true;
+  }
+  done_.notify_all();
+}
+
+void SimulationGroup::carry_out_in_packs(std::vector<Request*> left) {
   while (!left.empty()) {
     const LoopOde& first = left.front()->run->ode();
     const auto unfit = std::stable_partition(left.begin() + 1, left.end(), [&](const Request* request) {
@@ -71,10 +86,6 @@ void SimulationGroup::carry_out_all() {
     carry_out_together({left.begin(), rest});
     left.erase(left.begin(), rest);
   }
-  for (Request* request : all) {
-    request->done = true;
-  }
-  done_.notify_all();
 }
 
 void SimulationGroup::carry_out_together(const std::vector<Request*>& requests) {

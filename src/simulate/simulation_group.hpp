@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "simulate/loop_run.hpp"
@@ -34,8 +35,9 @@ class SimulationGroup {
   // In place of a Member that never comes.
   void give_up();
 
-  // Carries a simulation out, with those of the calling thread's group if it has one.
-  static void carry_out(LoopRun& run);
+  // Carries simulations out: all of them together, or where the calling thread has a group one after the other, each with those of
+  // the other members. What one of them throws is thrown here; of several, what the first one threw.
+  static void carry_out(std::span<LoopRun* const> runs);
 
  private:
   struct Request {
@@ -47,6 +49,7 @@ class SimulationGroup {
   void wait_for(Request& request, std::unique_lock<std::mutex>& turn);
   void leave();
   void carry_out_all();
+  static void carry_out_in_packs(std::vector<Request*> left);
   static void carry_out_together(const std::vector<Request*>& requests);
 
   std::mutex turn_;

@@ -162,6 +162,36 @@ TEST(SimulationGroup, LoopsThatEndEarlyOrGoAnotherWayLeaveTheOthersAlone) {
   EXPECT_EQ(short_of_steps.run().outcome, Outcome::too_slow);
 }
 
+// More than go into one pack, and one that ends early, by a thread that is in no group.
+TEST(SimulatedMotions, BesideEachOtherAreThoseByThemselves) {
+  std::deque<SeededScara> scaras;
+  for (std::uint64_t seed = 1; seed <= 11; ++seed) {
+    scaras.emplace_back(seed, seed == 5 ? 700 : 1200);
+  }
+  scaras[3].options.max_velocity = 0.5;
+  const rivid::PointToPointReference reference = SeededScara::moves(1.0);
+  std::deque<rivid::DynamicModel> models;
+  std::vector<std::unique_ptr<rivid::ControlLaw>> laws;
+  std::vector<rivid::detail::LoopTask> tasks;
+  for (const SeededScara& scara : scaras) {
+    const rivid::DynamicModel& model = models.emplace_back(scara.robot, scara.base, scara.truth);
+    laws.push_back(scara.control({scara.robot, model, scara.J}));
+    tasks.push_back({scara.robot, model, *laws.back(), reference, scara.options});
+  }
+  const std::vector<Simulation> found = rivid::detail::simulated_motions(tasks);
+  ASSERT_EQ(found.size(), scaras.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    SCOPED_TRACE(k);
+    const Simulation alone = scaras[k].run();
+    EXPECT_EQ(found[k].outcome, alone.outcome);
+    EXPECT_EQ(found[k].motion.q, alone.motion.q);
+    EXPECT_EQ(found[k].motion.qdd, alone.motion.qdd);
+    EXPECT_EQ(found[k].effort.steps, alone.effort.steps);
+    EXPECT_EQ(found[k].effort.right_hand_sides, alone.effort.right_hand_sides);
+  }
+  EXPECT_EQ(found[3].outcome, Outcome::diverged);
+}
+
 class Failing final : public rivid::ControlLaw {
  public:
   void control(const rivid::ControlInput& input, const Eigen::Ref<const Vector>&, Eigen::Ref<Vector> v_tau,

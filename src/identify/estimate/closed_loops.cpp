@@ -15,7 +15,7 @@
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
-#include "simulate/loop_run.hpp"
+#include "simulate/simulation_group.hpp"
 
 namespace rivid::detail {
 
@@ -93,16 +93,17 @@ constexpr double locked_part = 0.05;
 std::string dead_band(const Robot& robot, const SimulatedLoops& loops, Index j) {
   const Index n = robot.size();
   const Vector none = Vector::Zero(n);
-  const Vector x = Vector::Zero(loops.law->states());
+  const ControlLaw& law = *loops.laws.front();
+  const Vector x = Vector::Zero(law.states());
   Vector xd = x;
   Vector v(n);
   Vector v_0(n);
-  loops.law->control({0.0, none, none, none, none, none}, x, v_0, xd);
-  loops.law->control({0.0, none, none, Vector::Unit(n, j) * dead_band_probe, none, none}, x, v, xd);
+  law.control({0.0, none, none, none, none, none}, x, v_0, xd);
+  law.control({0.0, none, none, Vector::Unit(n, j) * dead_band_probe, none, none}, x, v, xd);
   const double stiffness = (robot.drive_matrix() * (v - v_0))[j] / dead_band_probe;
   double Fc = 0.0;
-  for (const DryFriction& law : loops.model->dry_friction()) {
-    Fc += law.direction[j] != 0.0 ? 0.5 * (law.Fc_plus + law.Fc_minus) : 0.0;
+  for (const DryFriction& element : loops.model->dry_friction()) {
+    Fc += element.direction[j] != 0.0 ? 0.5 * (element.Fc_plus + element.Fc_minus) : 0.0;
   }
   if (!(stiffness > 0.0) || Fc == 0.0) {
     return "";
@@ -193,12 +194,12 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOpt
   }
 }
 
-Simulation AuxiliaryLoop::simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps,
-                                   double most_seconds) const {
-  SimulationOptions options = options_;
-  options.max_steps = std::min(options.max_steps, most_steps);
-  options.max_seconds = std::min(options.max_seconds, most_seconds);
-  return simulated_motion(robot_, model, law, *reference_, options);
+LoopTask AuxiliaryLoop::task(const DynamicModel& model, const ControlLaw& law, Index most_steps,
+                             double most_seconds) const {
+  LoopTask out{robot_, model, law, *reference_, options_};
+  out.options.max_steps = std::min(options_.max_steps, most_steps);
+  out.options.max_seconds = std::min(options_.max_seconds, most_seconds);
+  return out;
 }
 
 Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
@@ -259,7 +260,58 @@ double ClosedLoops::seconds_left() const {
 
 SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvIteration> earlier,
                                       const SimulatedLoops* gains_of) const {
-  const Iv& method = problem_.iv();
+  return std::move(simulated(std::span(&chi, 1), earlier, gains_of).front());
+}
+
+std::vector<SimulatedLoops> ClosedLoops::simulated(std::span<const Vector> chis,
+                                                   std::span<const IvIteration> earlier,
+                                                   const SimulatedLoops* gains_of) const {
+  std::vector<SimulatedLoops> out;
+  std::vector<LoopTask> tasks;
+  const double left = seconds_left();
+  for (const Vector& chi : chis) {
+    SimulatedLoops& loops = out.emplace_back(prepared(chi, gains_of));
+    if (!loops.failure.empty()) {
+      continue;
+    }
+    if (left <= 0.0) {
+      run_out_of_time(0, loops);
+      continue;
+    }
+    for (std::size_t k = 0; k < loops_.size(); ++k) {
+      tasks.push_back(loops_[k]->task(*loops.model, *loops.laws[k],
+                                      step_budget(problem_.logs[k].samples(), earlier), left));
+    }
+  }
+  try {
+    std::vector<Simulation> simulations = simulated_motions(tasks);
+    std::size_t next = 0;
+    for (SimulatedLoops& loops : out) {
+      if (loops.failure.empty()) {
+        take(std::span(simulations).subspan(next, loops_.size()), loops);
+        next += loops_.size();
+      }
+    }
+  } catch (const NumericsError& error) {
+    if (chis.size() == 1) {
+      out.front().failure = error.what();
+      return out;
+    }
+    out.clear();
+    for (const Vector& chi : chis) {
+      out.push_back(simulated(chi, earlier, gains_of));
+    }
+    return out;
+  }
+  const auto& progress = problem_.estimation.progress;
+  if (progress && out.front().failure.empty()) {
+    progress("iteration " + std::to_string(earlier.size()), 1.0);
+  }
+  return out;
+}
+
+// Model and control laws of the loops with some parameters.
+SimulatedLoops ClosedLoops::prepared(const Vector& chi, const SimulatedLoops* gains_of) const {
   SimulatedLoops out;
   try {
     Vector chi_st = problem_.base.to_standard(chi);
@@ -274,36 +326,8 @@ SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvItera
       }
     }
     for (std::size_t k = 0; k < loops_.size(); ++k) {
-      const Log& log = problem_.logs[k];
-      // A law is made anew for each simulation: it may keep scratch.
-      out.law = method.control({problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J});
-      const auto out_of_time = [&] {
-        out.gave_up = true;
-        out.failure =
-            log.source + ": the budget of " + number(most_seconds()) + " s for all simulations is used up";
-        return std::move(out);
-      };
-      const double left = seconds_left();
-      if (left <= 0.0) {
-        return out_of_time();
-      }
-      Simulation simulation =
-          loops_[k]->simulate(*out.model, *out.law, step_budget(log.samples(), earlier), left);
-      add(out.effort, simulation.effort);
-      if (simulation.outcome == Outcome::too_slow && seconds_left() <= 0.0) {
-        return out_of_time();
-      }
-      if (simulation.outcome != Outcome::completed) {
-        out.failure = log.source + ": " + simulation.reason;
-        out.gave_up =
-            simulation.outcome == Outcome::too_slow && simulation.effort.steps >= method.simulation.max_steps;
-        return out;
-      }
-      out.motions.push_back(std::move(simulation.motion));
-      if (problem_.estimation.progress) {
-        problem_.estimation.progress("iteration " + std::to_string(earlier.size()),
-                                     static_cast<double>(k + 1) / static_cast<double>(loops_.size()));
-      }
+      out.laws.push_back(problem_.iv().control(
+          {problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J}));
     }
   } catch (const NumericsError& error) {
     out.failure = error.what();
@@ -311,11 +335,48 @@ SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvItera
   return out;
 }
 
+void ClosedLoops::run_out_of_time(std::size_t log, SimulatedLoops& out) const {
+  out.gave_up = true;
+  out.failure = problem_.logs[log].source + ": the budget of " + number(most_seconds()) +
+                " s for all simulations is used up";
+}
+
+// What the simulations of all logs came to, up to the first one that failed.
+void ClosedLoops::take(std::span<Simulation> simulations, SimulatedLoops& out) const {
+  for (std::size_t k = 0; k < simulations.size(); ++k) {
+    Simulation& simulation = simulations[k];
+    add(out.effort, simulation.effort);
+    if (simulation.outcome == Outcome::too_slow && seconds_left() <= 0.0) {
+      return run_out_of_time(k, out);
+    }
+    if (simulation.outcome != Outcome::completed) {
+      out.failure = problem_.logs[k].source + ": " + simulation.reason;
+      out.gave_up = simulation.outcome == Outcome::too_slow &&
+                    simulation.effort.steps >= problem_.iv().simulation.max_steps;
+      return;
+    }
+    out.motions.push_back(std::move(simulation.motion));
+  }
+}
+
+Index ClosedLoops::worthwhile() const {
+  const Index logs = std::ssize(loops_);
+  return (SimulationGroup::worthwhile() + logs - 1) / logs;
+}
+
 bool ClosedLoops::dissipative(const Vector& chi) const {
   const Vector wanted = problem_.base.to_standard(chi);
   Vector braking = wanted;
   make_dissipative(problem_.base, mean_speed_, mean_square_, braking);
   return braking == wanted;
+}
+
+std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, Index first, Index count) {
+  std::vector<Vector> out(static_cast<std::size_t>(count), chi);
+  for (Index i = 0; i < count; ++i) {
+    out[static_cast<std::size_t>(i)][first + i] += steps[first + i];
+  }
+  return out;
 }
 
 MotionDistance::MotionDistance(Index n) : difference_(Matrix::Zero(n, 3)), whole_(Matrix::Zero(n, 3)) {}
@@ -369,7 +430,7 @@ LoopDiagnosis diagnosed_loop(const EstimationProblem& problem, const ClosedLoops
     const AuxiliaryLoop& loop = all.of_log(k);
     // A law that follows the measured motion has no error to work on, and rebuilds nothing.
     if (log.v_tau.size() > 0 && problem.iv().follows == Iv::Follows::reference) {
-      add(missed, loop.rebuilt_control(*loops.law) - log.v_tau);
+      add(missed, loop.rebuilt_control(*loops.laws[k]) - log.v_tau);
       add(control, log.v_tau);
     }
     add(apart, loops.motions[k].q - loop.measured().q);

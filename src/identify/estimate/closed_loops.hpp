@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "identify/estimate/estimate.hpp"
+#include "simulate/loop_run.hpp"
 
 namespace rivid::detail {
 
@@ -19,8 +20,8 @@ class AuxiliaryLoop {
   AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal, const Iv& method);
 
   // most_steps, most_seconds: beside the budgets of the options.
-  [[nodiscard]] Simulation simulate(const DynamicModel& model, const ControlLaw& law, Index most_steps,
-                                    double most_seconds) const;
+  [[nodiscard]] LoopTask task(const DynamicModel& model, const ControlLaw& law, Index most_steps,
+                              double most_seconds) const;
 
   // Filtered measured motion and reference at the samples of the log.
   [[nodiscard]] const Motion& measured() const { return measured_; }
@@ -40,12 +41,12 @@ class AuxiliaryLoop {
 
 // The loops of all logs, simulated with some parameters.
 struct SimulatedLoops {
-  std::string failure;                  // empty where all were simulated
-  bool gave_up = false;                 // the failure is a budget of the options that was used up
-  std::vector<Motion> motions;          // one a log
-  std::unique_ptr<DynamicModel> model;  // that the law may look into
-  std::unique_ptr<ControlLaw> law;
-  Vector J;  // design inertias that its gains follow
+  std::string failure;                            // empty where all were simulated
+  bool gave_up = false;                           // the failure is a budget of the options that was used up
+  std::vector<Motion> motions;                    // one a log
+  std::unique_ptr<DynamicModel> model;            // that the laws may look into
+  std::vector<std::unique_ptr<ControlLaw>> laws;  // the same for each log: a law may keep scratch
+  Vector J;                                       // design inertias that their gains follow
   SimulationEffort effort;
 };
 
@@ -59,6 +60,12 @@ class ClosedLoops {
   // gains_of  loops whose control law is that of these as well; nullptr: the law follows chi
   [[nodiscard]] SimulatedLoops simulated(const Vector& chi, std::span<const IvIteration> earlier,
                                          const SimulatedLoops* gains_of = nullptr) const;
+  // The same with several parameters, beside each other; worthwhile() says how many gain from it.
+  [[nodiscard]] std::vector<SimulatedLoops> simulated(std::span<const Vector> chis,
+                                                      std::span<const IvIteration> earlier,
+                                                      const SimulatedLoops* gains_of = nullptr) const;
+
+  [[nodiscard]] Index worthwhile() const;
 
   // Whether the friction of all joints brakes; where it does not, others that do are simulated.
   [[nodiscard]] bool dissipative(const Vector& chi) const;
@@ -70,6 +77,9 @@ class ClosedLoops {
   // Wall-clock time that all simulations of an estimation may take together, and what is left of it.
   [[nodiscard]] double most_seconds() const;
   [[nodiscard]] double seconds_left() const;
+  [[nodiscard]] SimulatedLoops prepared(const Vector& chi, const SimulatedLoops* gains_of) const;
+  void run_out_of_time(std::size_t log, SimulatedLoops& out) const;
+  void take(std::span<Simulation> simulations, SimulatedLoops& out) const;
 
   const EstimationProblem& problem_;
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
@@ -77,6 +87,10 @@ class ClosedLoops {
   Vector mean_speed_;  // |q̇| of the measured motions
   Vector mean_square_;
 };
+
+// Parameters of which one is changed by its step, for differences: the parameters `first` … `first` + `count` − 1 one by one.
+[[nodiscard]] std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, Index first,
+                                                     Index count);
 
 // Distance of motions from others, gathered over several logs.
 class MotionDistance {

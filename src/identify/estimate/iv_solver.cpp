@@ -25,12 +25,12 @@ constexpr int most_dampings = 3;
 // Parameters are moved by this part of their deviation for differences.
 constexpr double difference_part = 0.1;
 
-// Takes rows [V V' W Y] of a joint, V' of a loop with other parameters; Σ Vᵀ (V' χ' − V χ).
+// Takes rows [V V'] of a joint, V' of a loop with other parameters; Σ Vᵀ (V' χ' − V χ).
 class TorqueChangeSink final : public RowSink {
  public:
   TorqueChangeSink(Vector chi, Vector changed)
       : chi_(std::move(chi)), changed_(std::move(changed)), sum_(Vector::Zero(chi_.size())) {
-    rows_.resize(RowSource::most_wanted, 3 * chi_.size() + 1);
+    rows_.resize(RowSource::most_wanted, 2 * chi_.size());
   }
 
   RowsRoom room(Index wanted) override {
@@ -40,7 +40,7 @@ class TorqueChangeSink final : public RowSink {
     const Index own = chi_.size();
     const auto rows = rows_.topRows(static_cast<Index>(samples.size()));
     const auto V = rows.leftCols(own);
-    sum_.noalias() += V.transpose() * (rows.middleCols(own, own) * changed_ - V * chi_);
+    sum_.noalias() += V.transpose() * (rows.rightCols(own) * changed_ - V * chi_);
   }
   [[nodiscard]] const Vector& sum() const { return sum_; }
 
@@ -314,7 +314,7 @@ IvIteration IvSolver::told(const Vector& chi, const SimulatedLoops& loops,
   out.to_measured = to_measured.error();
   out.to_reference = to_reference.error();
   out.J = loops.J;
-  out.gains = loops.law->description().gains;
+  out.gains = loops.laws.front()->description().gains;
   out.condition_V = solution_.condition_V;
   out.condition_VW = solution_.condition_VW;
   out.effort = loops.effort;
@@ -399,31 +399,41 @@ bool IvSolver::find_bread(const Vector& chi) {
   const std::vector<Motion> V = instruments_.motions(last_.motions);
   const Vector steps = difference_part * deviation_of(chi) * solution_.unit_covariance.diagonal().cwiseSqrt();
   Matrix A = Matrix::Zero(b, b);  // Vᵀ Ω⁻¹ ∂(V χ)/∂χ
-  for (Index i = 0; i < b; ++i) {
-    Vector changed = chi;
-    changed[i] += steps[i];
-    const SimulatedLoops loops = simulated(changed);
-    if (!loops.failure.empty()) {
-      out_.status = loops.gave_up ? Status::gave_up : Status::not_simulable;
-      out_.reasons.push_back("parameters near iterate " + std::to_string(history_.size() - 1) +
-                             " can not be simulated: " + loops.failure);
-      return false;
-    }
-    const std::vector<Motion> motions = instruments_.motions(loops.motions);
-    for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
-      RowSource source(problem_.robot, base(), problem_.logs[k], instruments_.signals()[k], *problem_.team);
-      JointSinks<TorqueChangeSink> sinks(source.joints());
-      for (std::size_t j = 0; j < source.joints(); ++j) {
-        sinks.add(Vector(chi(source.columns(j))), Vector(changed(source.columns(j))));
+  for (Index first = 0; first < b; first += loops_.worthwhile()) {
+    const std::vector<Vector> changed =
+        changed_one_by_one(chi, steps, first, std::min(loops_.worthwhile(), b - first));
+    const std::vector<SimulatedLoops> loops = loops_.simulated(changed, history_);
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      if (!loops[i].failure.empty()) {
+        out_.status = loops[i].gave_up ? Status::gave_up : Status::not_simulable;
+        out_.reasons.push_back("parameters near iterate " + std::to_string(history_.size() - 1) +
+                               " can not be simulated: " + loops[i].failure);
+        return false;
       }
-      source.send(sinks.sinks(), std::array{V[k], motions[k]});
-      for (std::size_t j = 0; j < source.joints(); ++j) {
-        A(source.columns(j), i) += weights_[j] * weights_[j] / steps[i] * sinks[j].sum();
-      }
+      const Index at = first + static_cast<Index>(i);
+      A.col(at) = torque_slope(V, chi, instruments_.motions(loops[i].motions), changed[i], steps[at]);
     }
   }
   bread_ = detail::solve(A, Matrix::Identity(b, b));
   return true;
+}
+
+// Vᵀ Ω⁻¹ (V' χ' − V χ) / step.
+Vector IvSolver::torque_slope(std::span<const Motion> V, const Vector& chi, std::span<const Motion> V_changed,
+                              const Vector& changed, double step) const {
+  Vector out = Vector::Zero(base().size());
+  for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
+    RowSource source(problem_.robot, base(), problem_.logs[k], instruments_.signals()[k], *problem_.team);
+    JointSinks<TorqueChangeSink> sinks(source.joints());
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      sinks.add(Vector(chi(source.columns(j))), Vector(changed(source.columns(j))));
+    }
+    source.send_others(sinks.sinks(), std::array{V[k], V_changed[k]});
+    for (std::size_t j = 0; j < source.joints(); ++j) {
+      out(source.columns(j)) += weights_[j] * weights_[j] / step * sinks[j].sum();
+    }
+  }
+  return out;
 }
 
 // Where Vᵀ Ω⁻¹ (Y − V χ) is zero as far as the derivative of V χ tells.

@@ -61,6 +61,9 @@ class IvSolver {
   [[nodiscard]] bool simulated_signs() const;
   [[nodiscard]] FromV from_V() const;
   bool find_bread(const Vector& chi);
+  [[nodiscard]] Vector torque_slope(std::span<const Motion> V, const Vector& chi,
+                                    std::span<const Motion> V_changed, const Vector& changed,
+                                    double step) const;
   [[nodiscard]] Vector newton_step(const Vector& chi) const;
   [[nodiscard]] Matrix unit_covariance() const;
   [[nodiscard]] SimulatedLoops simulated(const Vector& chi) const;

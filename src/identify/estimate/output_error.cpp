@@ -188,8 +188,8 @@ class OutputError {
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       derivatives_[k].assign(static_cast<std::size_t>(n), Matrix(errors_[k].rows(), b));
     }
-    for (Index i = 0; i < b; ++i) {
-      if (!differentiate(i)) {
+    for (Index first = 0; first < b; first += loops_.worthwhile()) {
+      if (!differentiate(first, std::min(loops_.worthwhile(), b - first))) {
         return false;
       }
     }
@@ -209,15 +209,19 @@ class OutputError {
     return solution_.full_rank();
   }
 
-  // Fills column i of the derivatives; false where there is none.
-  bool differentiate(Index i) {
-    SimulatedLoops loops;
-    for (const double step : {steps_[i], -steps_[i]}) {
-      Vector chi = chi_;
-      chi[i] += step;
-      loops = loops_.simulated(chi, {}, &gains_);
+  // Fills columns of the derivatives; false where there is none.
+  bool differentiate(Index first, Index count) {
+    std::vector<SimulatedLoops> all =
+        loops_.simulated(changed_one_by_one(chi_, steps_, first, count), {}, &gains_);
+    for (Index i = first; i < first + count; ++i) {
+      SimulatedLoops& loops = all[static_cast<std::size_t>(i - first)];
+      double step = steps_[i];
       if (!loops.failure.empty()) {
-        continue;
+        step = -step;
+        loops = loops_.simulated(changed_one_by_one(chi_, -steps_, i, 1).front(), {}, &gains_);
+      }
+      if (!loops.failure.empty()) {
+        return fail("parameters near the estimate can not be simulated: ", loops);
       }
       const PositionErrors moved = errors(loops);
       for (std::size_t k = 0; k < moved.size(); ++k) {
@@ -225,9 +229,8 @@ class OutputError {
           derivatives_[k][static_cast<std::size_t>(j)].col(i) = (errors_[k].col(j) - moved[k].col(j)) / step;
         }
       }
-      return true;
     }
-    return fail("parameters near the estimate can not be simulated: ", loops);
+    return true;
   }
 
   // Takes the step or a part of it that leads closer; false where none does.
