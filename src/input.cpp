@@ -1,7 +1,6 @@
 #include "rivid/input.hpp"
 
 #include <fcntl.h>
-#include <sha2.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/types.h>
@@ -20,6 +19,7 @@
 #include <utility>
 
 #include "rivid/error.hpp"
+#include "sha256.hpp"
 
 namespace rivid {
 
@@ -236,11 +236,7 @@ std::string input_sha256(const std::filesystem::path& path) {
   return read_input(path, true).sha256();
 }
 
-std::string sha256(std::string_view text) {
-  std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
-  SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), digest.data());
-  return digest.data();
-}
+std::string sha256(std::string_view text) { return detail::sha256_digits(text); }
 
 void limit_inputs(std::uintmax_t most_bytes) { input_limit = most_bytes; }
 

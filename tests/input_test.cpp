@@ -11,6 +11,7 @@
 
 #include "rivid/data/csv.hpp"
 #include "rivid/model/urdf.hpp"
+#include "sha256.hpp"
 #include "support/complaint.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -38,6 +39,22 @@ TEST_F(Input, IsTheContentAndItsDigest) {
   EXPECT_EQ(read_input(in_folder("a")).sha256(),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(read_input(in_folder("empty")).bytes(), "");
+}
+
+// The processor's own instructions against libmd, and both against FIPS 180-4.
+TEST(Sha256, IsTheSameWithAndWithoutInstructionsForIt) {
+  using rivid::detail::sha256_digits;
+  std::string text;
+  for (int length = 0; length < 300; ++length) {
+    EXPECT_EQ(sha256_digits(text, true), sha256_digits(text, false)) << length;
+    text.push_back(static_cast<char>(37 * length + 11));
+  }
+  for (const bool instructions : {false, true}) {
+    EXPECT_EQ(sha256_digits("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq", instructions),
+              "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+    EXPECT_EQ(sha256_digits(std::string(1'000'000, 'a'), instructions),
+              "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  }
 }
 
 TEST_F(Input, IsReadOnceWithinAScope) {

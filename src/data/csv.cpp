@@ -9,6 +9,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "column_reader.hpp"
 #include "data/log_columns.hpp"
 #include "dialect.hpp"
 #include "rivid/data/time_stamps.hpp"
@@ -232,37 +233,69 @@ Choice chosen(const LogOptions& options, std::size_t required, const std::vector
   return out;
 }
 
-// Takes the columns of a choice, which are those of the table in their order.
-void fill(Log& log, const Choice& choice, Table table, const LogOptions& options) {
-  if (table.rows() < 2) {
-    throw InputError(log.source + ": the log has one sample, at least 2 are required");
-  }
-  Index next = 0;
-  for (std::size_t i = 0; i < quantities.size(); ++i) {
-    const auto n = static_cast<Index>(choice.columns[i].size());
-    Matrix& values = log.*quantities[i].member;
-    values = table.values.middleCols(next, n);
-    for (Index j = 0; j < n; ++j) {
-      const Column& column = choice.columns[i][static_cast<std::size_t>(j)];
-      if (column.scale != 1.0 || column.offset != 0.0) {
-        values.col(j) = column.scale * values.col(j).array() + column.offset;
+// The columns of a choice, straight in a log.
+class LogRoom {
+ public:
+  LogRoom(Log& log, const Choice& choice) : log_(log), choice_(choice) {}
+
+  // Room for so many rows: where each column of choice.names() begins.
+  std::vector<double*> columns(Index rows) {
+    std::vector<double*> out;
+    for (std::size_t i = 0; i < quantities.size(); ++i) {
+      if (choice_.columns[i].empty()) {
+        continue;
+      }
+      Matrix& values = log_.*quantities[i].member;
+      values.resize(rows, std::ssize(choice_.columns[i]));
+      for (auto column : values.colwise()) {
+        out.push_back(column.data());
       }
     }
-    if (n == 0) {
-      values.resize(0, 0);
+    if (choice_.time) {
+      recorded_.resize(rows);
+      out.push_back(recorded_.data());
     }
-    next += n;
+    if (choice_.nanoseconds) {
+      nanoseconds_.resize(rows);
+      out.push_back(nanoseconds_.data());
+    }
+    return out;
   }
-  std::optional<Vector> stamps;
-  if (choice.time) {
-    const Vector recorded = choice.nanoseconds
-                                ? detail::stamps_of(table.values.col(next), table.values.col(next + 1))
-                                : Vector(table.values.col(next));
-    stamps = choice.time->scale * recorded.array() + choice.time->offset;
+
+  // Once `rows` rows are there: units and time.
+  void finish(Index rows, const LogOptions& options) {
+    if (rows < 2) {
+      throw InputError(log_.source + ": the log has one sample, at least 2 are required");
+    }
+    for (std::size_t i = 0; i < quantities.size(); ++i) {
+      Matrix& values = log_.*quantities[i].member;
+      if (choice_.columns[i].empty()) {
+        continue;
+      }
+      values.conservativeResize(rows, Eigen::NoChange);
+      for (Index j = 0; j < values.cols(); ++j) {
+        const Column& column = choice_.columns[i][static_cast<std::size_t>(j)];
+        if (column.scale != 1.0 || column.offset != 0.0) {
+          values.col(j) = column.scale * values.col(j).array() + column.offset;
+        }
+      }
+    }
+    std::optional<Vector> stamps;
+    if (choice_.time) {
+      if (choice_.nanoseconds) {
+        recorded_ = detail::stamps_of(recorded_.head(rows), nanoseconds_.head(rows));
+      }
+      stamps = choice_.time->scale * recorded_.head(rows).array() + choice_.time->offset;
+    }
+    set_clock(log_, rows, stamps, options.rate_hz);
   }
-  log.lines = std::move(table.lines);
-  set_clock(log, table.rows(), stamps, options.rate_hz);
-}
+
+ private:
+  Log& log_;
+  const Choice& choice_;
+  Vector recorded_;
+  Vector nanoseconds_;
+};
 
 Log read(std::string_view who, const std::filesystem::path& path, const LogOptions& options,
          std::size_t required) {
@@ -276,7 +309,12 @@ Log read(std::string_view who, const std::filesystem::path& path, const LogOptio
   const Choice choice = chosen(options, required, names, log);
   TableOptions table_options = options.table;
   table_options.columns = choice.names();
-  fill(log, choice, detail::parsed_table(text, log.source, table_options), options);
+  LogRoom room(log, choice);
+  detail::ReadColumns read =
+      detail::read_columns(text, log.source, table_options,
+                           [&](std::size_t /*columns*/, Index rows) { return room.columns(rows); });
+  log.lines = std::move(read.lines);
+  room.finish(read.rows, options);
   return log;
 }
 
@@ -363,12 +401,12 @@ Log detail::log_of(const Table& table, const LogOptions& options) {
   log.source = table.source;
   const Choice choice = chosen(options, position, table.names, log);
   const std::vector<std::string> wanted = choice.names();
-  Table taken;
-  taken.values.resize(table.rows(), std::ssize(wanted));
+  LogRoom room(log, choice);
+  const std::vector<double*> columns = room.columns(table.rows());
   for (std::size_t k = 0; k < wanted.size(); ++k) {
-    taken.values.col(static_cast<Index>(k)) = table.values.col(table.column(wanted[k]));
+    std::copy_n(table.values.col(table.column(wanted[k])).data(), table.rows(), columns[k]);
   }
-  fill(log, choice, std::move(taken), options);
+  room.finish(table.rows(), options);
   return log;
 }
 

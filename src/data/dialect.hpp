@@ -53,6 +53,9 @@ inline constexpr std::array<double, 23> powers_of_ten = {1e0,  1e1,  1e2,  1e3, 
                                                          1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                                          1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
+inline constexpr std::array<std::uint64_t, 9> powers_of_ten_integer = {
+    1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000};
+
 /// 5^0 … 5^27, the powers that fit into 64 bits.
 inline constexpr auto powers_of_five = [] {
   std::array<std::uint64_t, 28> powers{};
@@ -99,8 +102,9 @@ inline std::uint64_t eight_characters(const char* p) {
   return word;
 }
 
-inline bool are_eight_digits(std::uint64_t word) {
-  return (((word + 0x4646464646464646U) | (word - 0x3030303030303030U)) & 0x8080808080808080U) == 0;
+/// The highest bit of the first of eight characters that is no digit, and perhaps bits of later ones; 0 where all are digits.
+inline std::uint64_t no_digits(std::uint64_t word) {
+  return ((word + 0x4646464646464646U) | (word - 0x3030303030303030U)) & 0x8080808080808080U;
 }
 
 /// Value of eight digits: pairs, then fours, then eight, each in one multiplication.
@@ -113,16 +117,23 @@ inline std::uint64_t eight_digits(std::uint64_t word) {
          0xFFFFFFFFU;
 }
 
+/// Appends the decimal digits at `p` to a value; returns where they end. How many there are is no matter of branches, which would be
+/// foretold wrongly: numbers in a file differ in it.
 inline const char* digits(const char* p, std::uint64_t& value) {
-  while (are_eight_digits(eight_characters(p))) {
-    value = value * 100000000U + eight_digits(eight_characters(p));
+  std::uint64_t word = eight_characters(p);
+  std::uint64_t others = no_digits(word);
+  while (others == 0) {
+    value = value * powers_of_ten_integer[8] + eight_digits(word);
     p += 8;
+    word = eight_characters(p);
+    others = no_digits(word);
   }
-  while (is_digit(*p)) {
-    value = value * 10U + static_cast<std::uint64_t>(*p - '0');
-    ++p;
-  }
-  return p;
+  const auto count = static_cast<unsigned>(std::countr_zero(others)) / 8U;
+  // The digits at the end of eight, behind as many zeros as it takes; in two shifts, for none may be of 64 bits.
+  const unsigned up = 8U * (7U - count);
+  word = ((word << up) << 8U) | (0x3030303030303030U >> (8U * count));
+  value = value * powers_of_ten_integer[count] + eight_digits(word);
+  return p + count;
 }
 
 /// The number without sign in [first, last) where it has more than 19 digits or a large exponent.
@@ -150,10 +161,7 @@ inline const char* parsed_number(const char* p, double& value) {
   p += static_cast<int>(negative || *p == '+');
   std::uint64_t mantissa = 0;
   const char* const first = p;
-  while (is_digit(*p)) {
-    mantissa = mantissa * 10U + static_cast<std::uint64_t>(*p - '0');
-    ++p;
-  }
+  p = digits(p, mantissa);
   std::ptrdiff_t count = p - first;
   std::ptrdiff_t exponent = 0;
   if (*p == Mark) {
@@ -197,8 +205,5 @@ inline const char* parsed_number(const char* p, double& value) {
   value = negative ? -magnitude : magnitude;
   return p;
 }
-
-/// read_table() of a file that is read already. Memory of rows that are parsed is given back where nobody else needs it.
-[[nodiscard]] Table parsed_table(InputText& text, const std::string& source, const TableOptions& options);
 
 }  // namespace rivid::detail

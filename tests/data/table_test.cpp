@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <random>
 #include <string>
 #include <vector>
@@ -187,6 +188,127 @@ TEST(ReadTable, ParsesOnlyTheColumnsAskedFor) {
   EXPECT_EQ(read(content, {.columns = {"#3", "t", "q1"}}).values, matrix({{1, 0, 1}, {2, 1, 2}, {3, 2, 3}}));
   EXPECT_EQ(read("idle 1\nrun 2\n# x\n", {.columns = {"#2"}}).values, matrix({{1}, {2}}));
   EXPECT_EQ(read("a,b\nx,1\n#c,d\ny,2\n", {.columns = {"b"}}).values, matrix({{1}, {2}}));
+}
+
+// Megabytes, which all processors read: rows "k k/8 -k", k from 0.
+struct LargeFile {
+  static constexpr Index rows = 200'000;
+
+  // What stands in place of a row, or before it.
+  std::map<Index, std::string> instead;
+  std::map<Index, std::string> before;
+  std::string end = "\n";
+
+  [[nodiscard]] std::string content() const {
+    std::string out = "a;b;c" + end;
+    for (Index k = 0; k < rows; ++k) {
+      if (const auto found = before.find(k); found != before.end()) {
+        out += found->second;
+      }
+      const auto found = instead.find(k);
+      char row[80];
+      std::snprintf(row, sizeof row, "%ld;%.3f;%ld", static_cast<long>(k), static_cast<double>(k) / 8.0,
+                    -static_cast<long>(k));
+      out += (found != instead.end() ? found->second : row) + end;
+    }
+    return out;
+  }
+
+  // Whether a table holds the rows without those that hold something else.
+  static void expect_in(const Table& table) {
+    ASSERT_EQ(table.rows(), rows);
+    const Vector k = Vector::LinSpaced(rows, 0.0, static_cast<double>(rows - 1));
+    EXPECT_EQ(table.values.col(0), k);
+    EXPECT_EQ(table.values.col(1), k / 8.0);
+    EXPECT_EQ(table.values.col(2), -k);
+  }
+};
+
+TEST(ReadTable, ReadsLargeFiles) {
+  LargeFile file;
+  ASSERT_GT(file.content().size(), std::size_t{3} << 20U);
+  const Table plain = read(file.content());
+  LargeFile::expect_in(plain);
+  EXPECT_EQ(plain.lines.runs.size(), 1U);
+  EXPECT_EQ(plain.lines[LargeFile::rows - 1], static_cast<std::size_t>(LargeFile::rows) + 1);
+  file.end = "\r\n";
+  LargeFile::expect_in(read(file.content()));
+  std::string without_end = file.content();
+  without_end.resize(without_end.size() - 2);
+  LargeFile::expect_in(read(without_end));
+}
+
+TEST(ReadTable, CountsTheLinesOfLargeFilesWithComments) {
+  LargeFile file;
+  for (Index k = 3; k < LargeFile::rows; k += 1 + k / 3) {
+    file.before[k] = k % 2 == 0 ? "# a comment\n\n" : "\n";
+  }
+  file.before[LargeFile::rows - 1] = "# near the end\n";
+  const Table table = read(file.content() + "# at the end\n\n");
+  LargeFile::expect_in(table);
+  std::size_t line = 2;
+  for (Index k = 0; k < LargeFile::rows; ++k, ++line) {
+    if (const auto found = file.before.find(k); found != file.before.end()) {
+      line += static_cast<std::size_t>(std::ranges::count(found->second, '\n'));
+    }
+    ASSERT_EQ(table.lines[k], line) << k;
+  }
+  EXPECT_EQ(table.lines.runs.size(), file.before.size() + 1);
+}
+
+// Wherever it lies, and whatever is wrong with lines behind it.
+TEST(ReadTable, NamesTheFirstBadLineOfALargeFile) {
+  for (const Index k : {5L, 61'007L, 130'003L, LargeFile::rows - 1}) {
+    LargeFile file;
+    file.instead[k] = "1;x y;2";
+    for (Index later = k + 1; later < LargeFile::rows; later += 20'011) {
+      file.instead[later] = later % 2 == 0 ? "1;2" : "1;nan;2";
+    }
+    EXPECT_TRUE(says(refusal(file.content()), "run1.csv:" + std::to_string(k + 2) +
+                                                  ":2: column \"b\" holds \"x y\", which is not a number"));
+  }
+}
+
+TEST(ReadTable, FindsADecimalCommaLateInALargeFile) {
+  LargeFile file;
+  file.instead[150'000] = "150000;18750,0;-150000";
+  EXPECT_TRUE(says(refusal(file.content()),
+                   "run1.csv:2:2: column \"b\" holds \"0.000\", but the decimal mark "
+                   "is a comma in line 150002; one file must use one mark"));
+  file.instead[90'000] = "x;1;2";
+  EXPECT_TRUE(says(refusal(file.content()), "run1.csv:90002:1: column \"a\" holds \"x\""));
+  std::string commas = LargeFile().content();
+  std::ranges::replace(commas, '.', ',');
+  LargeFile::expect_in(read(commas));
+}
+
+TEST(ReadTable, CountsTheDatesOfALargeFileFromItsFirstDay) {
+  const auto dated = [](Index first) {
+    std::string content = "t,q\n";
+    for (Index k = 0; k < LargeFile::rows; ++k) {
+      const Index day = 1 + k / 80'000;
+      content += k < first
+                     ? std::to_string(k)
+                     : "2024-05-0" + std::to_string(day) + "T00:00:" + std::to_string(10 + k % 50) + "Z";
+      content += "," + std::to_string(k) + "\n";
+    }
+    return content;
+  };
+  for (const Index first : {0L, 100'000L}) {
+    const Table table = read(dated(first));
+    ASSERT_EQ(table.rows(), LargeFile::rows);
+    for (Index k = 0; k < LargeFile::rows; ++k) {
+      const Index day = k / 80'000 - first / 80'000;
+      ASSERT_EQ(table.values(k, 0), static_cast<double>(k < first ? k : 86400 * day + 10 + k % 50)) << k;
+    }
+    EXPECT_EQ(table.values.col(1), Vector::LinSpaced(LargeFile::rows, 0.0, LargeFile::rows - 1.0));
+  }
+}
+
+TEST(ReadTable, ReadsALargeFileOfBlankLines) {
+  const Table table = read("a,b\n1,2\n" + std::string(5'000'000, '\n') + "3,4\n");
+  EXPECT_EQ(table.values, matrix({{1, 2}, {3, 4}}));
+  EXPECT_EQ(table.lines[1], 5'000'003U);
 }
 
 TEST(ReadTable, TellsAMissingColumnWithTheNamesThereAre) {
@@ -366,10 +488,10 @@ TEST(ReadTable, TellsItsProgress) {
   }
   std::vector<double> fractions;
   static_cast<void>(read(content, {.progress = [&](double done) { fractions.push_back(done); }}));
-  ASSERT_GE(fractions.size(), 3U);
+  // How far the others are when the calling thread reports is not known.
+  ASSERT_GE(fractions.size(), 2U);
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   EXPECT_GT(fractions.front(), 0.3);
-  EXPECT_LT(fractions.front(), 0.5);
   EXPECT_EQ(fractions.back(), 1.0);
 }
 
