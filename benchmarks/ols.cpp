@@ -12,10 +12,10 @@
 #include <Eigen/QR>
 #include <cmath>
 #include <fstream>
-#include <string>
 
+#include "moving_log.hpp"
+#include "process_memory.hpp"
 #include "rivid/identify/identification.hpp"
-#include "rivid/regressor/batch.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "robots.hpp"
@@ -29,45 +29,12 @@ namespace {
 
 using namespace rivid;
 using benchmarks::median;
+using benchmarks::moving_log;
+using benchmarks::status_bytes;
 using benchmarks::turns;
 
 constexpr Index samples = 100'000;
 constexpr double cutoff_hz = 20.0;
-
-// Smooth motion of all joints, torques of a model with all parameters one, and noise.
-Log moving_log(const Robot& robot, Index n_m) {
-  Log log;
-  log.source = "moving";
-  log.f_m = 1000.0;
-  log.t = Vector::LinSpaced(n_m, 0.0, static_cast<double>(n_m - 1) / log.f_m);
-  log.q.resize(n_m, robot.size());
-  log.tau.resize(n_m, robot.size());
-  std::mt19937_64 random(20261121);
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  std::normal_distribution<double> normal;
-  for (Index j = 0; j < robot.size(); ++j) {
-    log.q.col(j).setZero();
-    for (int harmonic = 0; harmonic < 4; ++harmonic) {
-      const double omega = 1.0 + 4.0 * uniform(random);
-      const double phase = 6.0 * uniform(random);
-      log.q.col(j).array() += 0.5 * (omega * log.t.array() + phase).sin();
-    }
-  }
-  const BaseParameters base = base_parameters(robot);
-  const RegressorBatch batch(robot, base.columns());
-  RegressorBlock block(batch);
-  const Motion motion = differentiate(log.q, log.f_m);
-  for (Index first = 0; first < n_m; first += block.capacity()) {
-    const Index count = std::min(block.capacity(), n_m - first);
-    batch.fill(motion, first, count, block);
-    for (Index j = 0; j < robot.size(); ++j) {
-      const auto W = block.W(static_cast<std::size_t>(j));
-      log.tau.col(j).segment(first, count) =
-          W.rowwise().sum() + 0.1 * Vector::NullaryExpr(count, [&] { return normal(random); });
-    }
-  }
-  return log;
-}
 
 // What the others compute: the paper's rows and classical deviations.
 Estimation method(std::vector<int> decimation, int threads) {
@@ -79,19 +46,6 @@ Estimation method(std::vector<int> decimation, int threads) {
 // What rivid does unless told otherwise: exact rows, and deviations from a second look at them.
 Estimation by_default(const Estimation& other) {
   return {.signal = {.cutoff_hz = cutoff_hz, .decimation = other.signal.decimation}};
-}
-
-// Bytes of a line of /proc/self/status.
-double status_bytes(const std::string& name) {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    if (word == name + ":") {
-      double kilobytes = 0.0;
-      status >> kilobytes;
-      return 1024.0 * kilobytes;
-    }
-  }
-  return 0.0;
 }
 
 // The most memory that a run held beside what was held before it.
