@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "identify/rows/kept_rows.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
@@ -123,6 +124,43 @@ void passes(benchmark::State& state) {
   }
 }
 
+// A pass with decimated [V | W Y] where [W Y] was kept, against one that makes it anew. Seven joints, 2e4 samples.
+void kept_rows(benchmark::State& state) {
+  const Robot robot = benchmarks::panda();
+  const BaseParameters base = base_parameters(robot);
+  const Motion motion = motion_of(moving(robot.size()), 20'000, 1000.0);
+  Log log;
+  log.source = "moving";
+  log.f_m = 1000.0;
+  log.t = Vector::LinSpaced(motion.samples(), 0.0, static_cast<double>(motion.samples() - 1) / log.f_m);
+  log.q = motion.q;
+  log.tau = Matrix::Ones(motion.samples(), robot.size());
+  const SignalOptions signal{.rows = RowScheme::paper, .cutoff_hz = 50.0, .decimation = {10}};
+  detail::ThreadTeam team(1);
+  detail::KeptRows kept(robot, base, log, signal, team);
+  const auto into_factors = [&](auto& source) {
+    detail::JointSinks<FactorSink> sinks(robot.joints.size());
+    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+      const auto own = static_cast<Index>(kept.source().columns(j).size());
+      sinks.add(own, own + 1);
+    }
+    source.send(sinks.sinks(), std::span(&motion, 1));
+    benchmark::DoNotOptimize(sinks[0].qr().R().data());
+  };
+  into_factors(kept);
+  const auto from_memory = [&] { into_factors(kept); };
+  const auto anew = [&] {
+    detail::RowSource source(robot, base, log, signal, team);
+    into_factors(source);
+  };
+  for (auto _ : state) {
+    const auto times = turns<2>(repetitions, {from_memory, anew}, Clock::processor);
+    state.SetIterationTime(median(times[0]));
+    state.counters["anew_ms"] = 1e3 * median(times[1]);
+    state.counters["x_made_anew"] = median(times[1]) / median(times[0]);
+  }
+}
+
 void whole(benchmark::State& state, const Robot& robot, const Log& log, const Estimation& method) {
   Identification found;
   const auto iv = [&] { found = identify(robot, log, method); };
@@ -214,6 +252,7 @@ void tx40(benchmark::State& state, bool filtered, double period) {
 
 }  // namespace
 
+BENCHMARK(kept_rows)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(passes)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(scara, filtered, true)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(scara, raw, false)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);

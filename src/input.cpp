@@ -25,7 +25,7 @@ namespace rivid {
 
 namespace {
 
-constexpr std::uintmax_t most_kept = std::uintmax_t{256} << 20U;  // bytes of an InputScope
+constexpr std::uintmax_t most_kept = std::uintmax_t{64} << 20U;  // bytes of an InputScope
 constexpr std::size_t megabyte = std::size_t{1} << 20U;
 
 std::atomic<std::uintmax_t> input_limit{default_input_limit};

@@ -22,6 +22,7 @@ FOLDER = pathlib.Path(__file__).parent
 # Program: its benchmarks, and the counters that are ratios.
 MEASURED = {
     "benchmark_monte_carlo": (".*", ["x_one_by_one"]),
+    "benchmark_iv": ("kept_rows", ["x_made_anew"]),
     "benchmark_dynamics": ("scara|tx40|panda", ["kdl_ratio"]),
     "benchmark_streaming_qr": ("^streaming_qr", ["x_one_shot"]),
 }

@@ -49,7 +49,7 @@ class InputText {
 [[nodiscard]] std::string sha256(std::string_view text);
 
 /// As long as one lives, read_input() gives the same content for the same path whenever it is asked: all that a run reads,
-/// computes from, writes the digest of and draws is of one moment. Up to 256 MiB of files, and all pipes, are kept in
+/// computes from, writes the digest of and draws is of one moment. Up to 64 MiB of files, and all pipes, are kept in
 /// memory. Of what is beyond that the digest is kept: a file that is read again and has another one is refused.
 class InputScope {
  public:
