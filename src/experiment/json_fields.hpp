@@ -13,6 +13,11 @@ namespace rivid::detail {
 
 using Json = nlohmann::ordered_json;
 
+/// The text of a file. A path may hold any bytes; JSON is UTF-8.
+[[nodiscard]] inline std::string json_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 template <typename Value>
 [[nodiscard]] Json json_of(const Value& value);
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "export/write_back.hpp"
+#include "export/joint_values.hpp"
 #include "rivid/error.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/text.hpp"

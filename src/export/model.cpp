@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "comma_list.hpp"
 #include "export/model_tree.hpp"
+#include "export/xml_edit.hpp"
 #include "model/urdf_document.hpp"
 #include "rivid/error.hpp"
 #include "rivid/export/c_header.hpp"
@@ -37,7 +39,7 @@ void tell_joints(ModelFormat format, const ExportTask& task, const Parts& parts,
     if (const std::vector<std::string> lost = parts(task.values[j]); !lost.empty()) {
       tell_loss(out, "joint \"" + task.robot.joints[j].name +
                          "\": " + std::string(titles[static_cast<std::size_t>(format)]) +
-                         " has no place for " + detail::joined(lost));
+                         " has no place for " + detail::comma_list(lost));
     }
   }
 }

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "export/write_back.hpp"
+#include "export/joint_values.hpp"
 #include "rivid/model/robot.hpp"
 
 namespace rivid::detail {

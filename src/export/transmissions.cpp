@@ -2,6 +2,7 @@
 #include <pugixml.hpp>
 
 #include "export/model_tree.hpp"
+#include "export/xml_edit.hpp"
 #include "model/urdf_document.hpp"
 #include "report/markup.hpp"
 #include "rivid/text.hpp"

@@ -11,7 +11,8 @@
 #include <span>
 #include <utility>
 
-#include "export/write_back.hpp"
+#include "export/joint_values.hpp"
+#include "export/xml_edit.hpp"
 #include "model/urdf_document.hpp"
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"

@@ -116,6 +116,8 @@ StackedRows stacked_rows(std::span<const Prediction> logs, std::size_t joint) {
   return out;
 }
 
+double relative_error(const StackedRows& rows) { return rows.residual.norm() / rows.measured.norm(); }
+
 FrictionCurve friction_curve(const Robot& robot, const Identification& result, int joint, double most_speed,
                              double load) {
   constexpr Index points = 61;  // to either side

@@ -41,7 +41,7 @@ struct TorqueShares {
 // ‖Y − Ŷ‖ / ‖Y‖ of one joint's rows, where Ŷ is the torque of the robot description.
 [[nodiscard]] double a_priori_error(const Prediction& log, std::size_t joint);
 
-// The rows of one joint over all logs of the identification, one log after the other.
+// The rows of one joint over some logs, one log after the other.
 struct StackedRows {
   std::vector<const Prediction*> logs;
   Vector time;  // [s]; the second log begins where the first one ends
@@ -57,6 +57,9 @@ struct StackedRows {
 
 [[nodiscard]] StackedRows stacked_rows(std::span<const Prediction> logs, std::size_t joint);
 
+// ‖Y − Ŷ‖ / ‖Y‖ of these rows, where Ŷ is the torque of the model.
+[[nodiscard]] double relative_error(const StackedRows& rows);
+
 // Friction of a joint over its speed, the other joints at rest, with the half width of its 95 % confidence band.
 struct FrictionCurve {
   Vector speed;
@@ -71,10 +74,9 @@ struct FrictionCurve {
 // Amplitudes of sinusoids that fit a series best, one by one: √(a² + b²) of a cos ωt + b sin ωt, root mean square over
 // stretches of equal length. Rows need not be evenly spaced [Lomb 1976].
 struct Spectrum {
-  Vector frequency;  // cycles per unit of the abscissa
-  Vector amplitude;  // unit of the series
-  double noise =
-      0.0;  // amplitude that white noise of the same variance stays below at 99 % of the frequencies
+  Vector frequency;    // cycles per unit of the abscissa
+  Vector amplitude;    // unit of the series
+  double noise = 0.0;  // that white noise of the same variance stays below at 99 % of the frequencies
 };
 
 // @param x         ascending, or not

@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "report/markup.hpp"
+#include "report/scale.hpp"
 #include "report/svg.hpp"
-#include "rivid/report/ticks.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -16,75 +16,6 @@ namespace rivid::detail {
 namespace {
 
 // ---------------------------------------------------------------------------------------------- scales
-
-// The values of an axis along the pixels from … to.
-class Scale {
- public:
-  enum class Ends { data, ticks };
-
-  Scale(std::array<double, 2> values, bool logarithmic, Ends ends) : logarithmic_(logarithmic) {
-    auto [low, high] = values;
-    if (logarithmic) {
-      // Fewer than one decade has no second tick; more than these hide everything else.
-      constexpr double most_decades = 8.0;
-      high_ = std::ceil(std::log10(high));
-      low_ = std::clamp(std::floor(std::log10(low)), high_ - most_decades, high_ - 1.0);
-      for (double decade = low_; decade <= high_; decade += 1.0) {
-        ticks_.push_back(std::pow(10.0, decade));
-      }
-      return;
-    }
-    if (!(high > low)) {
-      const double room = std::max(std::abs(low) * 0.1, 1e-3);
-      low -= room;
-      high += room;
-    }
-    ticks_ = round_ticks(low, high);
-    low_ = ends == Ends::ticks ? ticks_.front() : low;
-    high_ = ends == Ends::ticks ? ticks_.back() : high;
-    const double rounding = 1e-9 * (high_ - low_);
-    std::erase_if(ticks_, [&](double t) { return t < low_ - rounding || t > high_ + rounding; });
-    for (double& tick : ticks_) {
-      tick = std::abs(tick) < rounding ? 0.0 : tick;
-    }
-  }
-
-  void lay(double from, double to) {
-    from_ = from;
-    to_ = to;
-  }
-  [[nodiscard]] const std::vector<double>& ticks() const { return ticks_; }
-  [[nodiscard]] double at(double value) const {
-    const double v = logarithmic_ ? std::log10(std::max(value, std::pow(10.0, low_))) : value;
-    return from_ + (std::clamp(v, low_, high_) - low_) / (high_ - low_) * (to_ - from_);
-  }
-  // Ends, of their logarithms where the scale is one.
-  [[nodiscard]] std::string words() const { return number(low_, 9) + " " + number(high_, 9); }
-
- private:
-  bool logarithmic_;
-  double low_ = 0.0;
-  double high_ = 1.0;
-  double from_ = 0.0;
-  double to_ = 1.0;
-  std::vector<double> ticks_;
-};
-
-std::array<double, 2> range_of(const std::vector<const Vector*>& values, const std::vector<double>& shown,
-                               bool positive) {
-  std::array<double, 2> out = {std::numeric_limits<double>::infinity(),
-                               -std::numeric_limits<double>::infinity()};
-  const auto show = [&](double value) {
-    if (std::isfinite(value) && (!positive || value > 0.0)) {
-      out = {std::min(out[0], value), std::max(out[1], value)};
-    }
-  };
-  for (const Vector* const each : values) {
-    std::ranges::for_each(*each, show);
-  }
-  std::ranges::for_each(shown, show);
-  return out[0] <= out[1] ? out : std::array{positive ? 1.0 : 0.0, positive ? 10.0 : 1.0};
-}
 
 Scale abscissa_of(const Chart& chart) {
   std::vector<const Vector*> values;
@@ -233,7 +164,9 @@ std::string legend_of(const Chart& chart) {
   std::string out;
   for (const Series& series : chart.series) {
     if (series.in_legend && !series.name.empty() && !series.on_demand) {
-      const std::string kind = series.kind == Series::Kind::points ? "key dot " : "key ";
+      const std::string kind = series.kind == Series::Kind::points ? "key dot "
+                               : series.kind == Series::Kind::line ? "key "
+                                                                   : "key area ";
       out += element(
           "span",
           element("span", "", "class=\"" + kind + escaped(series.style) + "\"") + escaped(series.name),
@@ -347,27 +280,29 @@ std::string drawn(const Chart& chart) {
 
 std::string drawn(const HeatMap& map) {
   constexpr double name_width = 62.0;
+  constexpr double top = 26.0;  // of the first name that stands above its column
   const auto count = static_cast<Index>(map.names.size());
   const double cell = std::clamp(620.0 / static_cast<double>(count), 8.0, 30.0);
   const double size = cell * static_cast<double>(count);
   constexpr int levels = 10;
   std::array<std::array<std::string, levels + 1>, 2> cells;
   std::string content;
-  const auto edge = [&](Index i) { return cell * static_cast<double>(i); };
+  const auto column = [&](Index j) { return name_width + cell * static_cast<double>(j); };
+  const auto row = [&](Index i) { return top + cell * static_cast<double>(i); };
   for (Index i = 0; i < count; ++i) {
     for (Index j = 0; j < i; ++j) {
       const double r = map.values(i, j);
       if (std::isfinite(r)) {
         cells[r < 0.0 ? 1 : 0][static_cast<std::size_t>(std::lround(std::min(std::abs(r), 1.0) * levels))] +=
-            "M" + coordinate(name_width + edge(j)) + " " + coordinate(edge(i)) + "h" +
-            coordinate(cell - 0.6) + "v" + coordinate(cell - 0.6) + "h-" + coordinate(cell - 0.6) + "z";
+            "M" + coordinate(column(j)) + " " + coordinate(row(i)) + "h" + coordinate(cell - 0.6) + "v" +
+            coordinate(cell - 0.6) + "h-" + coordinate(cell - 0.6) + "z";
       }
     }
     const std::string& name = map.names[static_cast<std::size_t>(i)];
-    content += svg_text("end", {name_width - 4.0, edge(i) + 0.5 * cell + 4.0}, name);
+    content += svg_text("end", {name_width - 4.0, row(i) + 0.5 * cell + 4.0}, name);
     content += element("text", escaped(name),
-                       "transform=\"translate(" + coordinate(name_width + edge(i) + 0.5 * cell + 3.0) + " " +
-                           coordinate(edge(i) + cell - 1.0) + ") rotate(-50)\"");
+                       "transform=\"translate(" + coordinate(column(i) + 0.5 * cell + 3.0) + " " +
+                           coordinate(row(i) + cell - 1.0) + ") rotate(-50)\"");
   }
   for (std::size_t side = 0; side < cells.size(); ++side) {
     for (std::size_t level = 1; level < cells[side].size(); ++level) {
@@ -377,9 +312,10 @@ std::string drawn(const HeatMap& map) {
       }
     }
   }
-  const std::string place = "data-heat=\"" + coordinate(name_width) + " " + coordinate(cell) + "\"";
+  const std::string place =
+      "data-heat=\"" + coordinate(name_width) + " " + coordinate(top) + " " + coordinate(cell) + "\"";
   return in_figure("heat", map.id, map.title, "",
-                   svg_picture({name_width + size + 40.0, size + 4.0}, map.label, content, place));
+                   svg_picture({name_width + size + 40.0, top + size + 4.0}, map.label, content, place));
 }
 
 std::string drawn(const Skeleton& skeleton) {

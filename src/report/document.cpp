@@ -31,15 +31,23 @@ int decimals_for(double sigma) {
   return std::clamp(significant - 1 - static_cast<int>(std::floor(std::log10(sigma))), 0, most);
 }
 
+// What rounds to zero has no sign.
+std::string without_minus_zero(std::string text) {
+  if (text.starts_with('-') && text.find_first_of("123456789") == std::string::npos) {
+    text.erase(0, 1);
+  }
+  return text;
+}
+
 std::string in_format(const Format& format, double value, double sigma) {
   if (std::isnan(value)) {
     return "–";
   }
   switch (format.kind) {
     case Format::Kind::fixed:
-      return fixed(value, format.digits);
+      return without_minus_zero(fixed(value, format.digits));
     case Format::Kind::percent:
-      return fixed(100.0 * value, format.digits) + " %";
+      return without_minus_zero(fixed(100.0 * value, format.digits)) + " %";
     case Format::Kind::deviation:
       return with_decimals_of(value, sigma);
     case Format::Kind::significant:
@@ -84,7 +92,7 @@ std::string with_decimals_of(double value, double sigma) {
     return "-";
   }
   const bool plain = std::isfinite(sigma) && sigma > 1e-6 && std::abs(value) < 1e9;
-  return plain ? fixed(value, decimals_for(sigma)) : number(value, 6);
+  return plain ? without_minus_zero(fixed(value, decimals_for(sigma))) : number(value, 6);
 }
 
 }  // namespace rivid::detail

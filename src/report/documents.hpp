@@ -34,11 +34,14 @@ namespace rivid::detail {
 // What keeps a result from being identified; nothing where it is.
 [[nodiscard]] std::string_view why_not(Status status);
 
-// How rows are made of the samples: what, and its setting.
-[[nodiscard]] std::vector<std::pair<std::string, std::string>> row_settings(const SignalOptions& signal);
+// What was set, and to what.
+using Settings = std::vector<std::pair<std::string, std::string>>;
 
-// A table without titles: what, and its value.
-[[nodiscard]] Table settings_table(const std::vector<std::pair<std::string, std::string>>& settings);
+// How rows are made of the samples.
+[[nodiscard]] Settings row_settings(const SignalOptions& signal);
+
+// A table without titles of program and run, of these settings and of the flags.
+[[nodiscard]] Table run_table(const Provenance& provenance, const Settings& settings);
 
 // The files with their SHA-256.
 [[nodiscard]] Table inputs_table(const Provenance& provenance);

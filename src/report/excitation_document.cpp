@@ -6,7 +6,6 @@
 #include "report/excitation_charts.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/text.hpp"
-#include "rivid/version.hpp"
 
 namespace rivid {
 
@@ -150,17 +149,11 @@ Section search_section(const Excitation& excitation) {
 }
 
 Section origin_section(const ForecastMotion& of, const Provenance& provenance) {
-  std::vector<std::pair<std::string, std::string>> rows = {
-      {"Program", provenance.program + ", rivid " + std::string(version)},
-      {"Run", run_id(provenance)},
-      {"Criterion", std::string(name(of.plan.options.criterion))}};
-  for (const auto& [flag, value] : provenance.overrides) {
-    rows.emplace_back("Flag --" + flag, value);
-  }
   return {"provenance",
           "Provenance",
           "Provenance",
-          {{settings_table(rows)}, {inputs_table(provenance)}},
+          {{run_table(provenance, {{"Criterion", std::string(name(of.plan.options.criterion))}})},
+           {inputs_table(provenance)}},
           Shown::page};
 }
 

@@ -21,11 +21,7 @@ namespace {
 
 using detail::Json;
 using detail::json_of;
-
-std::string text_of(const Json& json) {
-  // A path may hold any bytes; JSON is UTF-8.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+using detail::json_text;
 
 Json warnings_of(const std::vector<Finding>& warnings) {
   Json out = Json::array();
@@ -340,13 +336,13 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.physical) {
     out["physical"] = physical(robot, result.base, *result.physical);
   }
-  return text_of(out);
+  return json_text(out);
 }
 
 std::string to_json(const ExcitationPlan& plan, const Forecast& forecast, const Provenance& provenance) {
   Json out = forecast_members(plan, forecast);
   out["provenance"] = members(provenance, Json::object());
-  return text_of(out);
+  return json_text(out);
 }
 
 std::string to_json(const ExcitationPlan& plan, const Excitation& excitation, const Provenance& provenance) {
@@ -356,25 +352,25 @@ std::string to_json(const ExcitationPlan& plan, const Excitation& excitation, co
   out["starts"] = json_of(excitation.starts);
   out["best_start"] = excitation.best_start;
   out["provenance"] = members(provenance, Json::object());
-  return text_of(out);
+  return json_text(out);
 }
 
 std::string to_json(const Robot& robot, const SimulationRecord& record, const Provenance& provenance) {
   const Simulation& simulation = record.simulation;
-  return text_of({{"format", 1},
-                  {"outcome", name(simulation.outcome)},
-                  {"reason", simulation.reason},
-                  {"warnings", warnings_of(record.warnings)},
-                  {"robot", robot.name},
-                  {"samples", record.log.samples()},
-                  {"rate_hz", record.log.f_m},
-                  {"seed", record.seed},
-                  {"parameters", simulated_parameters(record)},
-                  {"control", control(record)},
-                  {"joints", tracking(robot, record)},
-                  {"friction", friction(simulation)},
-                  {"effort", json_of(simulation.effort)},
-                  {"provenance", members(provenance, Json::object())}});
+  return json_text({{"format", 1},
+                    {"outcome", name(simulation.outcome)},
+                    {"reason", simulation.reason},
+                    {"warnings", warnings_of(record.warnings)},
+                    {"robot", robot.name},
+                    {"samples", record.log.samples()},
+                    {"rate_hz", record.log.f_m},
+                    {"seed", record.seed},
+                    {"parameters", simulated_parameters(record)},
+                    {"control", control(record)},
+                    {"joints", tracking(robot, record)},
+                    {"friction", friction(simulation)},
+                    {"effort", json_of(simulation.effort)},
+                    {"provenance", members(provenance, Json::object())}});
 }
 
 std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,
@@ -410,14 +406,14 @@ std::string to_json(const Comparison& comparison, std::span<const ResultChanges>
     }
     all_changes.push_back({{"a", pair.a}, {"b", pair.b}, {"parameters", std::move(parameters)}});
   }
-  return text_of({{"format", 1},
-                  {"logs", comparison.logs},
-                  {"joints", comparison.joints},
-                  {"rows", comparison.rows},
-                  {"models", std::move(models)},
-                  {"tests", std::move(tests)},
-                  {"changes", std::move(all_changes)},
-                  {"provenance", members(provenance, Json::object())}});
+  return json_text({{"format", 1},
+                    {"logs", comparison.logs},
+                    {"joints", comparison.joints},
+                    {"rows", comparison.rows},
+                    {"models", std::move(models)},
+                    {"tests", std::move(tests)},
+                    {"changes", std::move(all_changes)},
+                    {"provenance", members(provenance, Json::object())}});
 }
 
 std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run) {
@@ -425,7 +421,7 @@ std::string to_json(std::span<const MonteCarloSummary> summaries, const std::str
   if (!run.empty()) {
     out["run"] = run;
   }
-  return text_of(out);
+  return json_text(out);
 }
 
 std::string to_json(std::span<const Finding> findings) {
@@ -438,11 +434,11 @@ std::string to_json(std::span<const Finding> findings) {
                     {"text", f.text},
                     {"advice", cure(f)}});
   }
-  return text_of({{"format", 1},
-                  {"usable", count(Severity::error) == 0},
-                  {"errors", count(Severity::error)},
-                  {"warnings", count(Severity::warning)},
-                  {"findings", std::move(list)}});
+  return json_text({{"format", 1},
+                    {"usable", count(Severity::error) == 0},
+                    {"errors", count(Severity::error)},
+                    {"warnings", count(Severity::warning)},
+                    {"findings", std::move(list)}});
 }
 
 }  // namespace rivid

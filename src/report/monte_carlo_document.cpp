@@ -5,7 +5,6 @@
 
 #include "report/documents.hpp"
 #include "rivid/text.hpp"
-#include "rivid/version.hpp"
 
 namespace rivid::detail {
 
@@ -331,15 +330,9 @@ Section trial_section(const MonteCarloSummary& summary, std::span<const MonteCar
 
 Section plan_section(const MonteCarlo& plan, const Provenance& provenance) {
   const Robot& robot = plan.experiment.robot;
-  std::vector<std::pair<std::string, std::string>> settings = {
-      {"Program", provenance.program + ", rivid " + std::string(version)},
-      {"Run", run_id(provenance)},
-      {"Robot", robot.name + ", " + counted(robot.size(), "joint")},
-      {"Runs", std::to_string(plan.runs) + "; run k, counted from 0, has the seed " +
-                   std::to_string(plan.seed) + " + k"}};
-  for (const auto& [flag, value] : provenance.overrides) {
-    settings.emplace_back("Flag --" + flag, value);
-  }
+  const Settings settings = {{"Robot", robot.name + ", " + counted(robot.size(), "joint")},
+                             {"Runs", std::to_string(plan.runs) + "; run k, counted from 0, has the seed " +
+                                          std::to_string(plan.seed) + " + k"}};
   Table trials{{{"", format::name}, {"Method"}}};
   for (const MonteCarlo::Trial& trial : plan.trials) {
     const Estimation& estimation = trial.experiment.estimation;
@@ -354,7 +347,7 @@ Section plan_section(const MonteCarlo& plan, const Provenance& provenance) {
   return {"provenance",
           "Provenance",
           "Provenance",
-          {{settings_table(settings)}, {std::move(trials)}, {inputs_table(provenance)}}};
+          {{run_table(provenance, settings)}, {std::move(trials)}, {inputs_table(provenance)}}};
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ constexpr std::string_view type_in_words() {
   } else if constexpr (std::is_enum_v<Value>) {
     return "word";
   } else if constexpr (std::is_same_v<Value, Vector>) {
-    return "number, or one a joint";
+    return "number or list";
   } else if constexpr (std::is_same_v<Value, std::vector<int>>) {
     return "integer or list";
   } else {
@@ -124,7 +124,7 @@ void add_laws(std::map<std::string, KeyTable>& out, const std::tuple<Laws...>*) 
 std::map<std::string, KeyTable> key_tables() {
   std::map<std::string, KeyTable> out;
   out["robot"].add<Robot>(robot_keys).add<Joint>();
-  out["robot.joints"].add<Joint>(Joint::fields(), "that of `[robot]`").add<Joint>(Joint::a_priori());
+  out["robot.joints"].add<Joint>(Joint::a_priori());
   out["robot.coupling"].add<Coupling>().add<Coupling>(Coupling::a_priori());
   out["log"].add<LogSource>().add<LogOptions>().add<TableOptions>().add<ResampleOptions>();
   out["log.column"].add<rivid::Column>();

@@ -98,7 +98,7 @@ std::string to_json(const Payload& payload, const PayloadOptions& options) {
                     {"chi", json_of(payload.chi)},
                     {"urscript", urscript_line(payload)},
                     {"libfranka", libfranka_line(payload)}};
-  return out.dump(2) + "\n";
+  return detail::json_text(out);
 }
 
 }  // namespace rivid

@@ -87,16 +87,11 @@ Document check_document(const PlanFile& plan, const PlanCheck& check) {
                    {{"unit"}, [](const P& p) { return p.unit; }},
                    {{"reported / forecast", format::fixed(2)}, [](const P& p) { return p.ratio; }}})});
     parameters.blocks.push_back(
-        {Sentence{"Larger ones: torque errors are larger or slower than planned, or the robot did not follow "
-                  "the motion. Smaller "
-                  "ones: they are smaller"}});
+        {Sentence{"Larger: torque errors are larger or slower than planned, or the robot did not follow the "
+                  "motion. Smaller: they are smaller"}});
   }
   out.sections.push_back(std::move(parameters));
   return out;
-}
-
-std::string plan_text(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
@@ -108,7 +103,7 @@ std::string in_words(const PlanFile& a, const PlanFile& b, const PlanComparison&
 }
 
 std::string to_json(const PlanFile& a, const PlanFile& b, const PlanComparison& comparison) {
-  return detail::plan_text({{"format", 1},
+  return detail::json_text({{"format", 1},
                             {"a", a.path.string()},
                             {"b", b.path.string()},
                             {"duration_a", a.duration},
@@ -124,7 +119,7 @@ std::string in_words(const PlanFile& plan, const PlanCheck& check) {
 }
 
 std::string to_json(const PlanFile& plan, const PlanCheck& check) {
-  return detail::plan_text({{"format", 1},
+  return detail::json_text({{"format", 1},
                             {"plan", plan.path.string()},
                             {"ratio", check.ratio},
                             {"joints", detail::json_of(check.joints)},

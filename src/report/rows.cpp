@@ -2,16 +2,11 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <limits>
 #include <utility>
 
 #include "dense.hpp"
-#include "rivid/error.hpp"
+#include "report/numpy_archive.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/identify/robust.hpp"
 #include "rivid/text.hpp"
@@ -33,126 +28,6 @@ Vector hat_diagonal(const Matrix& A) {
   return Q.rowwise().squaredNorm();
 }
 
-void append_number(std::string& to, std::uint64_t value, int bytes) {
-  for (int i = 0; i < bytes; ++i) {
-    to += static_cast<char>((value >> (8 * i)) & 0xFF);
-  }
-}
-
-// CRC-32 of ISO 3309, as zip archives have it.
-std::uint32_t checksum(std::string_view bytes) {
-  static const auto table = [] {
-    std::array<std::uint32_t, 256> out{};
-    for (std::uint32_t i = 0; i < out.size(); ++i) {
-      std::uint32_t value = i;
-      for (int bit = 0; bit < 8; ++bit) {
-        value = (value & 1U) != 0 ? 0xEDB88320U ^ (value >> 1) : value >> 1;
-      }
-      out[i] = value;
-    }
-    return out;
-  }();
-  std::uint32_t out = 0xFFFFFFFFU;
-  for (const char c : bytes) {
-    out = table[(out ^ static_cast<unsigned char>(c)) & 0xFFU] ^ (out >> 8);
-  }
-  return ~out;
-}
-
-// An array in the format of NumPy, version 1.0.
-std::string npy(const std::string& type, const std::string& shape, std::string_view data) {
-  std::string header = "{'descr': '" + type + "', 'fortran_order': True, 'shape': (" + shape + "), }";
-  constexpr std::size_t alignment = 64;
-  constexpr std::size_t before = 10;
-  header.resize((before + header.size() + alignment) / alignment * alignment - before - 1, ' ');
-  header += '\n';
-  std::string out = "\x93NUMPY";
-  out += '\x01';
-  out += '\0';
-  append_number(out, header.size(), 2);
-  return out.append(header).append(data);
-}
-
-std::string npy(const Matrix& values, bool vector) {
-  static_assert(std::endian::native == std::endian::little, "NumPy's '<f8' is little-endian");
-  const std::string rows = std::to_string(values.rows()) + ",";
-  std::string data(static_cast<std::size_t>(values.size()) * sizeof(double), '\0');
-  std::memcpy(data.data(), values.data(), data.size());
-  return npy("<f8", vector ? rows : rows + " " + std::to_string(values.cols()), data);
-}
-
-// UTF-8 as strings of four bytes a character, all of one length.
-std::string npy(const std::vector<std::string>& names) {
-  std::size_t longest = 1;
-  for (const std::string& name : names) {
-    longest = std::max(longest, display_width(name));
-  }
-  std::string data;
-  for (const std::string& name : names) {
-    std::string text;
-    std::uint32_t character = 0;
-    for (std::size_t i = 0; i < name.size(); ++i) {
-      const auto byte = static_cast<unsigned char>(name[i]);
-      const bool continues = (byte & 0xC0U) == 0x80U;
-      const unsigned lead = byte < 0x80U ? 0x7FU : byte < 0xE0U ? 0x1FU : byte < 0xF0U ? 0x0FU : 0x07U;
-      character = continues ? (character << 6) | (byte & 0x3FU) : byte & lead;
-      if (i + 1 == name.size() || (static_cast<unsigned char>(name[i + 1]) & 0xC0U) != 0x80U) {
-        append_number(text, character, 4);
-      }
-    }
-    text.resize(4 * longest, '\0');
-    data += text;
-  }
-  return npy("<U" + std::to_string(longest), std::to_string(names.size()) + ",", data);
-}
-
-// A zip archive whose members are stored as they are.
-class Archive {
- public:
-  void add(const std::string& name, const std::string& content) {
-    if (out_.size() + content.size() > std::numeric_limits<std::uint32_t>::max() - (1U << 16)) {
-      throw InputError("to_npz: the rows make up 4 GiB and more; write them as CSV");
-    }
-    const std::string member = name + ".npy";
-    std::string common;
-    append_number(common, 20, 2);          // version that reads it
-    append_number(common, 0, 4);           // flags, stored
-    append_number(common, 0x00210000, 4);  // 1 January 1980, so that equal rows are equal files
-    append_number(common, checksum(content), 4);
-    append_number(common, content.size(), 4);
-    append_number(common, content.size(), 4);
-    append_number(common, member.size(), 2);
-    append_number(common, 0, 2);
-    append_number(directory_, 0x02014b50, 4);
-    append_number(directory_, 20, 2);
-    directory_ += common;
-    directory_.append(10, '\0');  // no comment, one disk, no attributes
-    append_number(directory_, out_.size(), 4);
-    directory_ += member;
-    append_number(out_, 0x04034b50, 4);
-    out_ += common + member + content;
-    ++members_;
-  }
-
-  [[nodiscard]] std::string finished() {
-    const std::size_t start = out_.size();
-    out_ += directory_;
-    append_number(out_, 0x06054b50, 4);
-    append_number(out_, 0, 4);
-    append_number(out_, members_, 2);
-    append_number(out_, members_, 2);
-    append_number(out_, directory_.size(), 4);
-    append_number(out_, start, 4);
-    append_number(out_, 0, 2);
-    return std::move(out_);
-  }
-
- private:
-  std::string out_;
-  std::string directory_;
-  std::uint64_t members_ = 0;
-};
-
 Vector robust_weights(const Identification& result, const RowTable& rows) {
   Vector out = Vector::Ones(rows.Y.size());
   if (result.robust) {
@@ -163,6 +38,24 @@ Vector robust_weights(const Identification& result, const RowTable& rows) {
     }
   }
   return out;
+}
+
+// Times, torques, W and V of one joint's rows in one log, from this row of the table on.
+void copy_rows(const Rows& from, const Log& log, const Observation* instruments, std::size_t joint, Index row,
+               RowTable& to) {
+  const Index size = from.Y[joint].size();
+  to.Y.segment(row, size) = from.Y[joint];
+  for (Index i = 0; i < size; ++i) {
+    to.t[row + i] = log.t[from.samples[joint][static_cast<std::size_t>(i)]];
+  }
+  const JointRows& W = from.W.joints[joint];
+  for (std::size_t k = 0; k < W.columns.size(); ++k) {
+    const auto at = static_cast<Index>(k);
+    to.W.col(W.columns[k]).segment(row, size) = W.W.col(at);
+    if (instruments != nullptr) {
+      to.V.col(W.columns[k]).segment(row, size) = instruments->joints[joint].W.col(at);
+    }
+  }
 }
 
 }  // namespace
@@ -194,22 +87,11 @@ RowTable row_table(const Robot& robot, const Identification& result, std::span<c
   Index row = 0;
   for (std::size_t l = 0; l < all.size(); ++l) {
     for (std::size_t j = 0; j < all[l].Y.size(); ++j) {
-      const JointRows& of_joint = all[l].W.joints[j];
       const Index size = all[l].Y[j].size();
-      out.Y.segment(row, size) = all[l].Y[j];
       out.log.segment(row, size).setConstant(static_cast<double>(l));
       out.joint.segment(row, size).setConstant(static_cast<double>(j));
       out.weight.segment(row, size).setConstant(result.weights.empty() ? 1.0 : result.weights[j]);
-      for (Index i = 0; i < size; ++i) {
-        out.t[row + i] = logs[l].t[all[l].samples[j][static_cast<std::size_t>(i)]];
-      }
-      for (std::size_t k = 0; k < of_joint.columns.size(); ++k) {
-        const auto at = static_cast<Index>(k);
-        out.W.col(of_joint.columns[k]).segment(row, size) = of_joint.W.col(at);
-        if (!V.empty()) {
-          out.V.col(of_joint.columns[k]).segment(row, size) = V[l].joints[j].W.col(at);
-        }
-      }
+      copy_rows(all[l], logs[l], V.empty() ? nullptr : &V[l], j, row, out);
       row += size;
     }
   }
@@ -223,17 +105,15 @@ RowTable row_table(const Robot& robot, const Identification& result, std::span<c
 }
 
 std::string to_npz(const RowTable& rows) {
-  Archive out;
-  const auto vector = [&](const char* name, const Vector& values) {
-    out.add(name, npy(Matrix(values), true));
-  };
+  detail::NumpyArchive out;
+  const auto vector = [&](const char* name, const Vector& values) { out.add(name, values); };
   vector("t", rows.t);
   vector("log", rows.log);
   vector("joint", rows.joint);
   vector("Y", rows.Y);
-  out.add("W", npy(rows.W, false));
+  out.add("W", rows.W);
   if (rows.V.rows() > 0) {
-    out.add("V", npy(rows.V, false));
+    out.add("V", rows.V);
   }
   vector("weight", rows.weight);
   vector("robust_weight", rows.robust_weight);
@@ -241,10 +121,10 @@ std::string to_npz(const RowTable& rows) {
   vector("residual", rows.residual);
   vector("leverage", rows.leverage);
   vector("chi", rows.chi);
-  out.add("covariance", npy(rows.covariance, false));
-  out.add("parameters", npy(rows.parameters));
-  out.add("joints", npy(rows.joints));
-  out.add("logs", npy(rows.logs));
+  out.add("covariance", rows.covariance);
+  out.add("parameters", rows.parameters);
+  out.add("joints", rows.joints);
+  out.add("logs", rows.logs);
   return out.finished();
 }
 

@@ -108,6 +108,13 @@ Table wide_table() {
           {{{"parameter1", 12345.678, "some words that make up 30 ch."}}, {{"two", 1.0, "few"}}}};
 }
 
+TEST(Document, WhatRoundsToZeroHasNoSign) {
+  EXPECT_EQ(shown({"", format::fixed(2), "σ"}, Cell(-0.004)), "0.00 σ");
+  EXPECT_EQ(shown({"", format::fixed(2)}, Cell(-0.006)), "-0.01");
+  EXPECT_EQ(shown({"", format::percent}, Cell(-1e-9)), "0.000 %");
+  EXPECT_EQ(with_decimals_of(-1e-7, 0.01), "0.00000");
+}
+
 TEST(Document, ATableThatIsWiderThanTheScreenGoesOnBelow) {
   Document document;
   document.sections = {{"", "", "", {{wide_table()}}}};

@@ -200,7 +200,7 @@
         scales: { x: { time: false, ...span } },
         axes: [
           axis(chart.x, { size: 28, gap: 3 }),
-          axis(chart.y, { size: 56, gap: 3, space: 26, values: (u, ticks) => ticks.map((v) => (v === null ? "" : digits(v, 6))) }),
+          axis(chart.y, { size: 56, gap: 3, space: Math.min(26, chart.height / 10), values: (u, ticks) => ticks.map((v) => (v === null ? "" : digits(v, 6))) }),
         ],
         series: [
           { label: "t", value: (u, v) => digits(v, 7) },
@@ -318,9 +318,9 @@
     return best.text;
   }
   function cell_under(figure, at) {
-    const [left, size] = figure.querySelector("svg").dataset.heat.split(" ").map(Number);
+    const [left, top, size] = figure.querySelector("svg").dataset.heat.split(" ").map(Number);
     const { names } = data[figure.id];
-    const i = Math.floor(at.y / size);
+    const i = Math.floor((at.y - top) / size);
     const j = Math.floor((at.x - left) / size);
     return i >= 0 && j >= 0 && i < names.length && j < i
       ? `${names[i]} and ${names[j]}: ${digits(values_of(figure.id)[i * names.length + j], 3)}`
@@ -353,9 +353,10 @@
       const values = places.map((p) => p[c]);
       return 0.5 * (Math.min(...values) + Math.max(...values));
     });
+    const longest = (axes) => Math.max(...[0, 3, 6].map((a) => Math.hypot(...axes.slice(a, a + 3))));
     const far = Math.max(
       ...places.map((p) => Math.hypot(...p.map((v, c) => v - middle[c]))),
-      ...bodies.map((b) => Math.hypot(...b.centre.map((v, c) => v - middle[c])) + Math.hypot(...b.axes)),
+      ...bodies.map((b) => Math.hypot(...b.centre.map((v, c) => v - middle[c])) + longest(b.axes)),
     );
     const pixels = (0.5 * Math.min(width, height) - 10) / far;
     let yaw = -0.9;

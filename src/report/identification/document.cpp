@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <filesystem>
+
+#include "report/documents.hpp"
+#include "report/identification/sections.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+using enum Shown;
+
+List list_of(std::string kind, const std::vector<std::string>& texts) {
+  List out{std::move(kind)};
+  for (const std::string& text : texts) {
+    out.items.push_back({.text = text});
+  }
+  return out;
+}
+
+// What was chosen in place of what was left open.
+std::vector<std::string> choices_of(const Identification& result) {
+  std::vector<std::string> out;
+  if (result.method_choice) {
+    out.push_back("method: " + result.method_choice->reason);
+  }
+  if (result.row_choice) {
+    out.push_back("rows: " + result.row_choice->reason);
+  }
+  return out;
+}
+
+KeyFigures figures_of(const Identification& result) {
+  const auto known = std::ranges::count(result.parameters, Verdict::identified, &ParameterEstimate::verdict);
+  KeyFigures out{
+      {{std::to_string(known) + " of " + std::to_string(result.columns), "base parameters identified"},
+       {std::to_string(result.fit.rows), "rows"}}};
+  if (predicted(result)) {
+    out.figures.emplace_back(percent(result.fit.relative_error), "torque error of the fit");
+  }
+  for (const Validation& validation : result.validation) {
+    out.figures.emplace_back(percent(validation.fit.relative_error),
+                             "torque error on " + std::filesystem::path(validation.file).filename().string());
+  }
+  return out;
+}
+
+// One finding of each code, the others by their subjects.
+std::vector<Finding> told_once(const std::vector<Finding>& findings) {
+  std::vector<Finding> out;
+  std::vector<std::vector<std::string>> others;
+  for (const Finding& finding : findings) {
+    const auto at = std::ranges::find(out, finding.code, &Finding::code);
+    if (at == out.end() || finding.subject.empty()) {
+      out.push_back(finding);
+      others.emplace_back();
+    } else {
+      others[static_cast<std::size_t>(at - out.begin())].push_back(finding.subject);
+    }
+  }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!others[i].empty()) {
+      out[i].text += "; the same of " + listed(others[i]);
+    }
+  }
+  return out;
+}
+
+Document verdict_of(const Identification& result) {
+  const bool identified = result.status == Status::identified;
+  Document out;
+  out.subtitle = result.title;
+  out.verdict = identified ? Mark::good : Mark::bad;
+  out.headline = identified ? "Identified"
+                 : result.status == Status::doubtful
+                     ? "Doubtful: " + std::string(why_not(result.status))
+                     : "Not identified: " + std::string(why_not(result.status));
+  out.line = result.title + ": " + std::string(name(result.status)) + ", " + std::to_string(result.columns) +
+             " base parameters from " + std::to_string(result.fit.rows) + " rows, relative error " +
+             percent(result.fit.relative_error) + ", condition " + number(result.condition, 4);
+  // The reasons of a doubtful result are findings, which say what to do as well.
+  const bool told_below = result.status == Status::doubtful;
+  out.opening = {{list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},
+                 {FindingList{told_once(result.warnings)}},
+                 {list_of("choices", choices_of(result))},
+                 {figures_of(result), page}};
+  return out;
+}
+
+// Section that is there only if it says anything.
+void add_if_any(Section section, std::vector<Section>& out) {
+  if (!section.blocks.empty()) {
+    out.push_back(std::move(section));
+  }
+}
+
+// Those parts of a result that are there, in the order in which they are read. Without evidence there are no pictures.
+std::vector<Section> sections_of(const Identification& result, const Evidence* evidence) {
+  std::vector<Section> out;
+  if (evidence != nullptr) {
+    add_if_any(friction_section(*evidence), out);
+    out.push_back(torques_section(*evidence));
+  }
+  out.push_back(parameters_section(result));
+  if (evidence != nullptr) {
+    add_if_any(correlation_section(result), out);
+  }
+  if (result.prefilter) {
+    out.push_back(prefilter_section(result, *result.prefilter));
+  }
+  if (result.iv && !result.iv->iterations.empty()) {
+    out.push_back(iterations_section(result, *result.iv));
+  }
+  out.push_back({"fit", "Fit", "Fit", {{fit_table(result.fit)}}});
+  add_if_any(residual_section(result, evidence), out);
+  if (result.robust) {
+    out.push_back(weights_section(*result.robust));
+  }
+  for (const Validation& validation : result.validation) {
+    out.push_back({"", "", "Validation on " + validation.file, {{fit_table(validation.fit)}}});
+  }
+  if (evidence != nullptr) {
+    if (predicted(result)) {
+      out.push_back(description_section(*evidence));
+    }
+    out.push_back(coverage_section(*evidence));
+    add_if_any(robot_section(*evidence), out);
+  }
+  if (result.essential) {
+    out.push_back(essential_section(result, *result.essential));
+  }
+  if (result.physical) {
+    out.push_back(physical_section(result, *result.physical));
+  }
+  out.push_back(conditioning_section(result));
+  if (!result.notes.empty()) {
+    out.push_back({"notes", "Notes", "Notes", {{list_of("notes", result.notes)}}, page});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string_view why_not(Status status) {
+  switch (status) {
+    case Status::identified:
+      return "";
+    case Status::doubtful:
+      return "there are reasons not to trust the estimate";
+    case Status::rank_deficient:
+      return "the data do not determine all parameters";
+    case Status::not_converged:
+      return "the iteration did not settle";
+    case Status::cycling:
+      return "the iteration goes round among a few estimates";
+    case Status::weak_instruments:
+      return "the simulated motion says too little about some parameters";
+    case Status::not_simulable:
+      return "no closed loop could be simulated with the estimate";
+    case Status::gave_up:
+      break;
+  }
+  return "a budget of steps or seconds was used up first";
+}
+
+Document document_of(const Identification& result) {
+  Document out = verdict_of(result);
+  out.sections = sections_of(result, nullptr);
+  return out;
+}
+
+Document document_of(const Robot& robot, const Identification& result,
+                     std::span<const Prediction> predictions, const Provenance& provenance) {
+  Document out = verdict_of(result);
+  out.title = robot.name + " · " + result.title;
+  out.heading = robot.name;
+  out.subtitle += provenance.inputs.empty() ? "" : " · " + provenance.inputs.front().path;
+  const Evidence evidence{robot, result, predictions};
+  if (!evidence.empty()) {
+    out.first_look = first_look(evidence);
+  }
+  out.sections = sections_of(result, evidence.empty() ? nullptr : &evidence);
+  out.sections.push_back(provenance_section(robot, result, provenance));
+  return out;
+}
+
+}  // namespace rivid::detail

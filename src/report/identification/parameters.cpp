@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "comma_list.hpp"
+#include "report/identification/sections.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+using enum Shown;
+using Parameters = std::vector<ParameterEstimate>;
+
+// residuals  whether they were looked at: factors of logs do not have them
+std::string in_words(const CovarianceReport& covariance, bool residuals) {
+  std::string out =
+      residuals ? "from the residuals, correlated over " + number(covariance.lag, 3) + " s (Newey-West)"
+                : "as if residuals were independent (classical)";
+  if (covariance.decimation_factor != 1.0) {
+    out += ", divided by " + number(covariance.decimation_factor, 3) + " to undo the decimation";
+  }
+  if (covariance.blocks > 0) {
+    out += ", scaled to " + std::to_string(covariance.blocks) + " blocks of time (median " +
+           number(covariance.block_ratio, 3) + ")";
+  }
+  return out;
+}
+
+Mark mark_of(const ParameterEstimate& p) {
+  return p.verdict == Verdict::identified ? Mark::none
+         : p.verdict == Verdict::weak     ? Mark::weak
+                                          : Mark::unseen;
+}
+
+std::string interval_words(const ParameterEstimate& p) {
+  if (!std::isfinite(p.sigma)) {
+    return "not determined";
+  }
+  return "[" + with_decimals_of(p.interval_95[0], p.sigma) + ", " +
+         with_decimals_of(p.interval_95[1], p.sigma) + "]";
+}
+
+Cell interval_bar(const ParameterEstimate& p) {
+  if (!std::isfinite(p.sigma)) {
+    return "";
+  }
+  return Interval{p.interval_95[0], p.interval_95[1], p.value, p.a_priori,
+                  p.name + ": " + interval_words(p) + ", a priori " + number(p.a_priori, 4)};
+}
+
+std::string group_words(const ParameterEstimate& p) { return p.regrouped == p.name ? "" : p.regrouped; }
+
+// One line a column.
+Table parameters_table(const Parameters& parameters) {
+  using P = ParameterEstimate;
+  return table_of(parameters,
+                  {{{"parameter", format::name}, [](const P& p) { return p.name; }},
+                   {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
+                   {{"unit"}, [](const P& p) { return p.unit; }},
+                   {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
+                   {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+                   {{"95 % interval"}, interval_words},
+                   {{"grouped from"}, group_words}},
+                  mark_of);
+}
+
+// The same on a page, those that are known best first; what is narrow stands before what is wide. Deviations by the residuals
+// alone only where they differ.
+Table page_table(Parameters parameters, Fold fold) {
+  using P = ParameterEstimate;
+  std::ranges::stable_sort(parameters, [](const P& a, const P& b) {
+    const auto key = [](const P& p) {
+      return std::isfinite(p.relative_sigma_percent) ? p.relative_sigma_percent
+                                                     : std::numeric_limits<double>::infinity();
+    };
+    return key(a) < key(b);
+  });
+  const bool plain_differs =
+      std::ranges::any_of(parameters, [](const P& p) { return p.plain_sigma != p.sigma; });
+  std::vector<ColumnOf<P>> fields = {
+      {{"parameter", format::name}, [](const P& p) { return p.name; }},
+      {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
+      {{"", format::interval}, interval_bar},
+      {{"unit"}, [](const P& p) { return p.unit; }},
+      {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+      {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
+      {{"95 % interval"}, interval_words},
+      {{"a priori", format::significant(4)}, [](const P& p) { return p.a_priori; }},
+      {{"bias", format::fixed(2), "σ"}, [](const P& p) { return p.noise_bias; }}};
+  if (plain_differs) {
+    fields.push_back(
+        {{"HAC", format::deviation}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }});
+  }
+  fields.push_back({{"grouped from"}, group_words});
+  Table out = table_of(parameters, fields, mark_of);
+  out.fold = std::move(fold);
+  return out;
+}
+
+// Parameters that are known, and those that are not, folded.
+void add_page_tables(const Parameters& parameters, Section& out) {
+  Parameters known;
+  Parameters others;
+  for (const ParameterEstimate& p : parameters) {
+    (p.verdict == Verdict::identified ? known : others).push_back(p);
+  }
+  if (!known.empty()) {
+    out.blocks.push_back({page_table(std::move(known), {}), page});
+  }
+  if (!others.empty()) {
+    const std::string title =
+        counted(std::ssize(others), "parameter") + " that the data leave weak or do not excite";
+    out.blocks.push_back({page_table(std::move(others), {title}), page});
+  }
+}
+
+// Weak parameters by their names; those that are not excited with what they need.
+Table verdicts(const Parameters& parameters) {
+  Table out{{{""}, {""}}};
+  std::vector<std::string> weak;
+  for (const ParameterEstimate& p : parameters) {
+    if (p.verdict == Verdict::weak) {
+      weak.push_back(p.name);
+    } else if (p.verdict == Verdict::not_excited) {
+      out.rows.push_back({{std::string(sign(Mark::unseen)) + " " + p.name, p.advice}});
+    }
+  }
+  if (!weak.empty()) {
+    out.rows.insert(out.rows.begin(), {{std::string(sign(Mark::weak)) + " weak", comma_list(weak)}});
+  }
+  return out;
+}
+
+// What the data determine badly, and the motion that would help; folded where it is long.
+List advice(const Parameters& parameters) {
+  constexpr std::ptrdiff_t few = 10;
+  List out{"advice"};
+  const auto weak = std::ranges::count(parameters, Verdict::weak, &ParameterEstimate::verdict);
+  for (const ParameterEstimate& p : parameters) {
+    if (p.verdict != Verdict::identified) {
+      out.items.push_back({p.name, (p.verdict == Verdict::weak ? " weak: " : " not excited: ") + p.advice});
+    }
+  }
+  out.fold = {std::to_string(weak) + " weak, " + std::to_string(std::ssize(out.items) - weak) +
+                  " not excited, of " + counted(std::ssize(parameters), "parameter") +
+                  ": why, and the motion that would help",
+              std::ssize(out.items) <= few};
+  return out;
+}
+
+}  // namespace
+
+Section parameters_section(const Identification& result) {
+  Section out{"parameters", "Parameters", "Parameters"};
+  out.blocks = {
+      {Legend{{{"bar", "interval and value"},
+               {"apriori", "a priori, from the robot description"},
+               {"zero", "zero"}},
+              "The parameter known best comes first. Each bar has a scale of its own; it is red where the "
+              "parameter is weak. Click a heading to sort."},
+       page},
+      {parameters_table(result.parameters), screen},
+      {verdicts(result.parameters), screen}};
+  add_page_tables(result.parameters, out);
+  if (result.covariance.quantile_975 != 0.0) {
+    out.blocks.push_back({Sentence{"sigma: " + in_words(result.covariance, result.diagnostics.has_value())}});
+    out.blocks.push_back(
+        {Sentence{"Intervals are value ± " + number(result.covariance.quantile_975, 4) + " sigma"}, page});
+  }
+  if (List why = advice(result.parameters); !why.items.empty()) {
+    out.blocks.push_back({std::move(why), page});
+  }
+  return out;
+}
+
+}  // namespace rivid::detail
