@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <string>
 #include <utility>
@@ -166,9 +165,7 @@ int compare_models(const CompareArguments& arguments, const std::string& program
   }
   if (!arguments.quiet) {
     print(arguments.json ? json : in_words(comparison, changes, options.level, screen_width()));
-    for (const PlannedFile& file : files) {
-      std::cerr << "wrote " << file.path.string() << '\n';
-    }
+    tell_written(files);
   }
   return success;
 }

@@ -112,7 +112,8 @@ int refused(const Path& file, const std::vector<Finding>& faults) {
   return no_success;
 }
 
-int write(const ExportArguments& arguments, const Export& made, Outputs& outputs) {
+int write(const ExportArguments& arguments, const Export& made, const std::vector<PlannedFile>& files,
+          Outputs& outputs) {
   for (std::size_t i = 0; i < made.paths.size(); ++i) {
     outputs.put(made.paths[i], made.texts[i]);
   }
@@ -120,9 +121,7 @@ int write(const ExportArguments& arguments, const Export& made, Outputs& outputs
   if (!arguments.quiet) {
     tell(made.faults);
     tell(made.warnings);
-    for (const Path& path : made.paths) {
-      std::cerr << "wrote " << path.string() << '\n';
-    }
+    tell_written(files);
   }
   return success;
 }
@@ -137,12 +136,10 @@ int export_from(const ExportArguments& arguments) {
       result, {.parameters = header ? std::nullopt : std::optional(ParameterSet::physical), .force = true});
   const ModelFormat format = named<ModelFormat>(arguments.to).value_or(ModelFormat::urdf);
   const Path urdf = header ? Path() : urdf_of(identified, arguments, result);
-  const Path file = !arguments.output.empty()
-                        ? arguments.output
-                        : usual_file(identified, result, header ? ".h" : usual_ending(format));
+  const Path usual = usual_file(identified, result, header ? ".h" : usual_ending(format));
+  const Path file = arguments.output.empty() ? usual : arguments.output;
   std::vector<PlannedFile> files;
   for (const Path& path : header ? std::vector<Path>{file} : exported_files(format, file)) {
-    const Path usual = usual_file(identified, result, header ? ".h" : usual_ending(format));
     files.push_back({path, (path == file ? usual : path).extension().string()});
   }
   std::vector<Path> inputs = {result};
@@ -166,14 +163,10 @@ int export_from(const ExportArguments& arguments) {
     print(would_write(files));
     return success;
   }
-  return write(arguments, made, outputs);
+  return write(arguments, made, files, outputs);
 }
 
 }  // namespace
-
-std::filesystem::path result_file(const std::filesystem::path& given) {
-  return std::filesystem::is_directory(given) ? given / "result.json" : given;
-}
 
 std::filesystem::path found_again(const std::filesystem::path& named, const std::filesystem::path& result) {
   const Path beside = std::filesystem::absolute(result).parent_path().parent_path() / named;
@@ -203,14 +196,15 @@ int export_command(int argc, char** argv) {
              &to.urdf},
             {"--diff", "", "Print what changes in the URDF; with --to urdf", &to.diff},
             {"--force", "",
-             "Write a model of a result that is not identified, links that no body can be, and over files of "
+             "Write a model of a result that is not identified, physically inconsistent links, and over "
+             "files of "
              "another kind",
              &to.force},
             {"--dry-run", "", "Print which files would be written", &to.dry_run},
             {"--quiet", "", "Print nothing but errors", &to.quiet}},
        .footer =
            "All but header need the physically consistent parameters of rivid_identify --physical.\n"
-           "Exit codes: 0 written; 1 the result is not identified, or a link can be no body; 2 bad input "
+           "Exit codes: 0 written; 1 the result is not identified, or a link is inconsistent; 2 bad input "
            "or usage."},
       argc, argv, [&] { return export_from(to); });
 }

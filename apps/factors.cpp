@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <iostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,7 +51,8 @@ int make_factors(const FactorsArguments& arguments) {
   const std::vector<Path> files = arguments.logs.empty() ? experiment.log.files : arguments.logs;
   inputs.insert(inputs.end(), files.begin(), files.end());
   const Path output = factors_output(arguments, files.front());
-  Outputs outputs = planned(inputs, {{output, factors_ending}});
+  const std::vector<PlannedFile> written = {{output, factors_ending}};
+  Outputs outputs = planned(inputs, written);
   if (open) {
     experiment.estimation.signal =
         chosen_signal(experiment.robot, read_logs(experiment.log, experiment.robot), experiment.estimation);
@@ -71,7 +71,7 @@ int make_factors(const FactorsArguments& arguments) {
   outputs.put(output, encoded(made));
   outputs.commit();
   if (!arguments.quiet) {
-    std::cerr << "wrote " << output.string() << '\n';
+    tell_written(written);
   }
   return success;
 }
@@ -142,11 +142,12 @@ Provenance provenance_of_merge(const MergeArguments& arguments, const Experiment
 }
 
 int merge_into_file(const MergeArguments& arguments) {
-  Outputs outputs = planned(arguments.files, {{arguments.output, factors_ending}});
+  const std::vector<PlannedFile> files = {{arguments.output, factors_ending}};
+  Outputs outputs = planned(arguments.files, files);
   outputs.put(arguments.output, encoded(merged(arguments.files)));
   outputs.commit();
   if (!arguments.quiet) {
-    std::cerr << "wrote " << arguments.output.string() << '\n';
+    tell_written(files);
   }
   return success;
 }
@@ -178,9 +179,7 @@ int identify_merged(const MergeArguments& arguments) {
     if (arguments.json) {
       tell(result.warnings);
     }
-    for (const PlannedFile& file : files) {
-      std::cerr << "wrote " << file.path.string() << '\n';
-    }
+    tell_written(files);
   }
   return result.status == Status::identified ? success : no_success;
 }

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -122,7 +121,7 @@ int payload(const PayloadArguments& arguments) {
   outputs.commit();
   if (!arguments.quiet) {
     print(arguments.json ? json : in_words(found, screen_width()));
-    std::cerr << "wrote " << file.string() << '\n';
+    tell_written(files);
   }
   return found.identified ? success : no_success;
 }

@@ -2,7 +2,6 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <optional>
 #include <string>
@@ -159,13 +158,7 @@ Overrides apply(const Arguments& arguments, ExcitationPlan& plan) {
 Provenance provenance_of(const ExcitationPlan& plan, Overrides overrides) {
   Provenance out{
       .program = "rivid_excite", .inputs = {}, .overrides = std::move(overrides), .settings = settings(plan)};
-  for (const std::string& setting : plan.settings) {
-    const std::size_t equals = setting.find('=');
-    out.overrides.emplace_back("set " + setting.substr(0, equals), setting.substr(equals + 1));
-  }
-  for (const std::filesystem::path& input : plan.inputs()) {
-    out.inputs.push_back(input_file(input));
-  }
+  add_origins(plan.settings, plan.inputs(), out);
   return out;
 }
 
@@ -241,9 +234,7 @@ int design_from(const Arguments& arguments) {
   outputs.commit();
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(found, screen_width()));
-    for (const PlannedFile& written : files) {
-      std::cerr << "wrote " << written.path.string() << '\n';
-    }
+    tell_written(files);
   }
   return success;
 }
@@ -254,13 +245,14 @@ int forecast_from(const Arguments& arguments) {
   const std::filesystem::path report = arguments.output / "report.html";
   std::vector<std::filesystem::path> inputs = plan.inputs();
   inputs.push_back(arguments.motion);
-  Outputs outputs(inputs);
+  std::vector<PlannedFile> files;
   if (!arguments.output.empty()) {
-    outputs.plan(file, ".json");
+    files.push_back({file, ".json"});
   }
   if (arguments.report) {
-    outputs.plan(report, ".html");
+    files.push_back({report, ".html"});
   }
+  Outputs outputs = planned(inputs, files);
   plan.options.known = known_information(plan);
   const Log log = read_csv(arguments.motion, plan.experiment.log.columns);
   if (const auto fault = log.complaint()) {
@@ -280,6 +272,7 @@ int forecast_from(const Arguments& arguments) {
   }
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(found, screen_width()));
+    tell_written(files);
   }
   return success;
 }

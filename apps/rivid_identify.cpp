@@ -174,32 +174,58 @@ std::string rows_format(const std::filesystem::path& file) {
   return ending;
 }
 
+// What is written, and where.
+struct Destination {
+  std::filesystem::path result;
+  std::filesystem::path report;
+  std::filesystem::path check;
+  std::vector<PlannedFile> files;
+};
+
+Destination destination_of(const Arguments& arguments) {
+  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
+  Destination out{folder / "result.json", folder / "report.html", folder / "plan_check.json", {}};
+  out.files = {{out.result, ".json"}};
+  if (arguments.report) {
+    out.files.push_back({out.report, ".html"});
+  }
+  if (!arguments.write_rows.empty()) {
+    out.files.push_back({arguments.write_rows, rows_format(arguments.write_rows)});
+  }
+  if (!arguments.plan.empty()) {
+    out.files.push_back({out.check, ".json"});
+  }
+  return out;
+}
+
+// @param table  of the result
+void tell_result(const Arguments& arguments, const Identification& result, const std::string& json,
+                 const std::string& table) {
+  print(arguments.json ? json : table);
+  tell("note", result.notes);
+  if (arguments.json) {
+    tell(result.warnings);
+  }
+  if (result.status != Status::identified) {
+    std::cerr << "rivid_identify explain " << name(result.status) << " prints cause and cure\n";
+  }
+}
+
 int identify_from(const Arguments& arguments) {
   expect_experiment(arguments.experiment);
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const auto overrides = apply(arguments, experiment);
   experiment.estimation.threads = arguments.threads;
-  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
-  const std::filesystem::path file = folder / "result.json";
-  const std::filesystem::path report = folder / "report.html";
-  std::vector<PlannedFile> files = {{file, ".json"}};
-  if (arguments.report) {
-    files.push_back({report, ".html"});
-  }
-  if (!arguments.write_rows.empty()) {
-    files.push_back({arguments.write_rows, rows_format(arguments.write_rows)});
-  }
-  const std::filesystem::path checked = folder / "plan_check.json";
+  const Destination to = destination_of(arguments);
   std::vector<std::filesystem::path> inputs = experiment.inputs();
   std::optional<PlanFile> plan;
   if (!arguments.plan.empty()) {
     plan = read_plan(arguments.plan);
     inputs.push_back(plan->path);
-    files.push_back({checked, ".json"});
   }
-  Outputs outputs = planned(inputs, files);
+  Outputs outputs = planned(inputs, to.files);
   if (arguments.dry_run) {
-    const std::string text = plan_in_words(experiment, files);
+    const std::string text = plan_in_words(experiment, to.files);
     if (!arguments.quiet) {
       print(text);
     }
@@ -207,7 +233,7 @@ int identify_from(const Arguments& arguments) {
   }
 
   if (arguments.verbose) {
-    tell(plan_in_words(experiment, files));
+    tell(plan_in_words(experiment, to.files));
   }
   ProgressBar bar(!arguments.quiet);
   take_friction(experiment, std::ref(bar));
@@ -222,44 +248,25 @@ int identify_from(const Arguments& arguments) {
   const Provenance provenance =
       provenance_of("rivid_identify", experiment, Use::identification, overrides, arguments.set);
   const std::string json = to_json(experiment.robot, result, provenance);
-  outputs.put(file, json);
+  std::string table = in_words(result, screen_width());
+  outputs.put(to.result, json);
   if (arguments.report) {
-    outputs.put(report, html_report(experiment.robot, result, predicted, provenance));
+    outputs.put(to.report, html_report(experiment.robot, result, predicted, provenance));
   }
   if (!arguments.write_rows.empty()) {
     const RowTable rows = row_table(experiment.robot, result, read_logs(experiment.log, experiment.robot));
     outputs.put(arguments.write_rows,
                 arguments.write_rows.extension() == ".npz" ? to_npz(rows) : to_csv(rows));
   }
-  std::optional<PlanCheck> check;
   if (plan) {
-    check = check_against(*plan, experiment.robot, result);
-    outputs.put(checked, to_json(*plan, *check));
+    const PlanCheck check = check_against(*plan, experiment.robot, result);
+    outputs.put(to.check, to_json(*plan, check));
+    table += '\n' + in_words(*plan, check);
   }
   outputs.commit();
   if (!arguments.quiet) {
-    std::string table = in_words(result, screen_width());
-    if (check) {
-      table += '\n' + in_words(*plan, *check);
-    }
-    print(arguments.json ? json : table);
-    tell("note", result.notes);
-    if (arguments.json) {
-      tell(result.warnings);
-    }
-    if (result.status != Status::identified) {
-      std::cerr << "rivid_identify explain " << name(result.status) << " prints cause and cure\n";
-    }
-    std::cerr << "wrote " << file.string() << '\n';
-    if (arguments.report) {
-      std::cerr << "wrote " << report.string() << '\n';
-    }
-    if (!arguments.write_rows.empty()) {
-      std::cerr << "wrote " << arguments.write_rows.string() << '\n';
-    }
-    if (check) {
-      std::cerr << "wrote " << checked.string() << '\n';
-    }
+    tell_result(arguments, result, json, table);
+    tell_written(to.files);
   }
   return result.status == Status::identified ? success : no_success;
 }

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <thread>
 
@@ -67,8 +66,7 @@ Command command_of(Arguments& to) {
           "ends with the\n"
           "same summary. Run k has the seed of the file plus k, whatever the threads.\n"
           "Parts of a study: rivid_montecarlo EXPERIMENT.toml --first-run 200 --runs 100 --output part_2, "
-          "and "
-          "then\n"
+          "and then\n"
           "rivid_montecarlo merge EXPERIMENT.toml part_0 part_1 part_2.\n"
           "Exit codes: 0 all runs done, 1 no run of a trial is identified, 2 bad input or usage, 3 numerical "
           "failure."};
@@ -131,43 +129,49 @@ std::string settings_of(const MonteCarlo& plan) {
   return out + "\n";
 }
 
+// Where a study goes, and what is said of it.
+struct Destination {
+  std::filesystem::path folder;
+  bool report = false;
+  bool json = false;
+  bool quiet = false;
+
+  [[nodiscard]] std::filesystem::path summary() const { return folder / "summary.json"; }
+  [[nodiscard]] std::filesystem::path page() const { return folder / "report.html"; }
+  [[nodiscard]] std::vector<PlannedFile> files() const {
+    std::vector<PlannedFile> out = {{folder / "runs.csv", ".csv"}, {summary(), ".json"}};
+    if (report) {
+      out.push_back({page(), ".html"});
+    }
+    return out;
+  }
+};
+
 // What would be done.
-void dry_run(const Arguments& arguments, const MonteCarlo& plan, const std::filesystem::path& folder,
-             const std::vector<PlannedFile>& files) {
-  const auto held = arguments.restart ? std::map<int, std::vector<MonteCarloRow>>() : held_runs(folder, plan);
+void dry_run(const Arguments& arguments, const MonteCarlo& plan, const Destination& to) {
+  const auto held =
+      arguments.restart ? std::map<int, std::vector<MonteCarloRow>>() : held_runs(to.folder, plan);
   const auto there = std::ranges::count_if(held, [&](const auto& run) {
     return arguments.first_run <= run.first && run.first < arguments.first_run + plan.runs;
   });
   const SimulationOutlook one = outlook(plan.experiment);
   if (!arguments.quiet) {
-    print(in_words(plan, one, there) + settings_of(plan) + would_write(files));
+    print(in_words(plan, one, there) + settings_of(plan) + would_write(to.files()));
   }
 }
 
-// Where the summary of a study goes.
-struct Destination {
-  std::filesystem::path summary;
-  std::filesystem::path report;
-  bool wants_report = false;
-  bool json = false;
-  bool quiet = false;
-};
-
 int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const Provenance& provenance,
-           const std::filesystem::path& runs, Outputs& outputs, const Destination& to) {
+           Outputs& outputs, const Destination& to) {
   const std::vector<MonteCarloSummary> found = summaries(plan, rows);
   const std::string json = to_json(found, run_id(provenance));
-  outputs.put(to.summary, json);
-  if (to.wants_report) {
-    outputs.put(to.report, html_report(plan, found, rows, provenance));
+  outputs.put(to.summary(), json);
+  if (to.report) {
+    outputs.put(to.page(), html_report(plan, found, rows, provenance));
   }
   outputs.commit();
   if (!to.quiet) {
     print(to.json ? json : in_words(found, screen_width()));
-    std::cerr << "wrote " << runs.string() << " and " << to.summary.string() << '\n';
-    if (to.wants_report) {
-      std::cerr << "wrote " << to.report.string() << '\n';
-    }
+    tell_written(to.files());
   }
   const auto is_empty = [](const MonteCarloSummary& trial) { return trial.identified == 0; };
   return std::ranges::any_of(found, is_empty) ? no_success : success;
@@ -176,29 +180,20 @@ int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const
 int run_from(const Arguments& arguments) {
   MonteCarlo plan = read_monte_carlo(arguments.experiment, arguments.set);
   plan.runs = arguments.runs.value_or(plan.runs);
-  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_montecarlo");
-  const std::filesystem::path summary = folder / "summary.json";
-  const std::filesystem::path report = folder / "report.html";
-  std::vector<PlannedFile> files = {{folder / "runs.csv", ".csv"}, {summary, ".json"}};
-  if (arguments.report) {
-    files.push_back({report, ".html"});
-  }
-  Outputs outputs = planned(plan.experiment.inputs(Use::simulation), files);
+  const Destination to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
+                       .report = arguments.report,
+                       .json = arguments.json,
+                       .quiet = arguments.quiet};
+  Outputs outputs = planned(plan.experiment.inputs(Use::simulation), to.files());
   if (arguments.dry_run) {
-    dry_run(arguments, plan, folder, files);
+    dry_run(arguments, plan, to);
     return success;
   }
-  MonteCarloFile file(folder, plan, arguments.restart, arguments.first_run);
+  MonteCarloFile file(to.folder, plan, arguments.restart, arguments.first_run);
   ProgressBar bar(!arguments.quiet);
   make_missing(plan, file, arguments.threads, bar);
-
-  return sum_up(plan, file.rows(), provenance_of_runs(arguments.runs, arguments.first_run, plan), file.path(),
-                outputs,
-                {.summary = summary,
-                 .report = report,
-                 .wants_report = arguments.report,
-                 .json = arguments.json,
-                 .quiet = arguments.quiet});
+  return sum_up(plan, file.rows(), provenance_of_runs(arguments.runs, arguments.first_run, plan), outputs,
+                to);
 }
 
 struct MergeArguments {
@@ -239,22 +234,16 @@ int merge(const MergeArguments& arguments) {
   // As a study of so many runs would have been asked for.
   const std::optional<int> asked = runs == plan.runs ? std::nullopt : std::optional(runs);
   plan.runs = runs;
-  const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_montecarlo");
-  const Destination to{.summary = folder / "summary.json",
-                       .report = folder / "report.html",
-                       .wants_report = arguments.report,
+  const Destination to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
+                       .report = arguments.report,
                        .json = arguments.json,
                        .quiet = arguments.quiet};
-  std::vector<PlannedFile> files = {{folder / "runs.csv", ".csv"}, {to.summary, ".json"}};
-  if (arguments.report) {
-    files.push_back({to.report, ".html"});
-  }
-  Outputs outputs = planned(plan.experiment.inputs(Use::simulation), files);
-  MonteCarloFile file(folder, plan, false);
+  Outputs outputs = planned(plan.experiment.inputs(Use::simulation), to.files());
+  MonteCarloFile file(to.folder, plan, false);
   for (const int run : file.missing()) {
     file.add(held.at(run));
   }
-  return sum_up(plan, file.rows(), provenance_of_runs(asked, 0, plan), file.path(), outputs, to);
+  return sum_up(plan, file.rows(), provenance_of_runs(asked, 0, plan), outputs, to);
 }
 
 int merge_command(int argc, char** argv) {

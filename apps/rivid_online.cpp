@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <iostream>
 #include <string>
 #include <vector>
 
@@ -42,8 +41,7 @@ std::vector<Log> logs_of(const Arguments& arguments, const Robot& robot) {
 
 int run(const Arguments& arguments) {
   const IdentifiedModelOptions force = {.force = arguments.force};
-  const std::filesystem::path result =
-      std::filesystem::is_directory(arguments.result) ? arguments.result / "result.json" : arguments.result;
+  const std::filesystem::path result = result_file(arguments.result);
   const OnlineModel model = read_online_model(result, force);
   const DynamicModel dynamics = read_identified_model(result, force);
   OnlineReplayOptions options;
@@ -65,7 +63,7 @@ int run(const Arguments& arguments) {
       tell("warning", {"the log has " + std::to_string(logs.size()) +
                        " parts between gaps; the first one was replayed"});
     }
-    std::cerr << "wrote " << files[0].path.string() << " and " << files[1].path.string() << '\n';
+    tell_written(files);
   }
   return success;
 }

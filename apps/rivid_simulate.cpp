@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -123,7 +122,7 @@ int simulate_from(const Arguments& arguments) {
   if (!arguments.quiet) {
     print(arguments.json ? json : summary(experiment.robot, record, screen_width()));
     tell(record.warnings);
-    std::cerr << "wrote " << log.string() << " and " << file.string() << '\n';
+    tell_written(files);
   }
   return record.simulation.outcome == Outcome::completed ? success : no_success;
 }

@@ -31,15 +31,12 @@ int payload_command(int argc, char** argv);
 
 /// rivid_identify export RESULT --to FORMAT: the identified robot as a model for another program.
 ///
-/// @return  exit code: success, no_success where the result is not identified or has a link that no body can be
+/// @return  exit code: success, no_success where the result is not identified or has a physically inconsistent link
 int export_command(int argc, char** argv);
 
 /// rivid_identify compare MODEL… --log LOG.csv, and its simplest form, rivid_identify validate RESULT LOG.csv.
 int compare_command(int argc, char** argv);
 int validate_command(int argc, char** argv);
-
-/// result.json, of a folder that was given too.
-[[nodiscard]] std::filesystem::path result_file(const std::filesystem::path& given);
 
 /// Where a file is that a result names: as it was named then, or seen from where the result's folder stands.
 [[nodiscard]] std::filesystem::path found_again(const std::filesystem::path& named,

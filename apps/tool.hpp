@@ -1,7 +1,5 @@
 #pragma once
 
-#include <chrono>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -12,9 +10,9 @@
 #include <variant>
 #include <vector>
 
-#include "rivid/finding.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/json.hpp"
+#include "terminal.hpp"
 
 // What the command line tools share. tool.cpp alone includes the parser of command lines, which takes long to compile.
 namespace rivid::apps {
@@ -41,9 +39,8 @@ struct Argument {
   using Target = std::variant<bool*, int*, double*, std::uint64_t*, std::optional<int>*,
                               std::optional<std::int64_t>*, std::string*, std::filesystem::path*,
                               std::vector<std::string>*, std::vector<std::filesystem::path>*>;
-  std::string name;  ///< "--log", or "experiment" for a positional
-  std::string
-      value;  ///< what stands for the value in --help: "FILE", or its words: "ols|wls|iv"; empty: a flag
+  std::string name;   ///< "--log", or "experiment" for a positional
+  std::string value;  ///< what stands for it in --help: "FILE", or its words: "ols|wls|iv"; empty: a flag
   std::string text = {};
   Target target = {};
   std::optional<IntegerRange> range = std::nullopt;
@@ -76,33 +73,11 @@ void expect_experiment(const std::filesystem::path& file);
 /// @param name  of the tool, for messages
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv);
 
-/// Standard output, words such as "error" in colour where --color says so.
-///
-/// @throws InputError  where it can not be written to
-void print(const std::string& text);
-
-/// Columns of the terminal on standard output; 0 where that is no terminal.
-[[nodiscard]] std::size_t screen_width();
-
-/// Lines on standard error.
-void tell(const std::string& text);
-
-/// One line each on standard error, the kind in colour where --color says so: "warning: …".
-void tell(std::string_view kind, const std::vector<std::string>& lines);
-/// The same of findings: "warning [code] …".
-void tell(const std::vector<Finding>& findings);
-
 /// --set of a tool: settings that are laid over the experiment file.
 [[nodiscard]] Argument set_argument(std::vector<std::string>& to);
 
 /// All settings, one line each: key, value with its unit, and whether that is the default or where else it comes from.
 [[nodiscard]] std::string in_lines(const std::vector<Setting>& settings);
-
-/// A file that a tool will write, and the extension of such files.
-struct PlannedFile {
-  std::filesystem::path path;
-  std::string extension;
-};
 
 /// The outputs of a run, planned: see Outputs.
 ///
@@ -118,32 +93,21 @@ struct PlannedFile {
                                                   const std::filesystem::path& experiment,
                                                   std::string_view suffix);
 
+/// result.json, of a folder that was given too.
+[[nodiscard]] std::filesystem::path result_file(const std::filesystem::path& given);
+
 /// Command line flags that changed the experiment, and their values.
 using Overrides = std::vector<std::pair<std::string, std::string>>;
+
+/// Adds values of --set, which count as overrides, and files that were read.
+///
+/// @throws InputError  where an input can not be read
+void add_origins(const std::vector<std::string>& set, const std::vector<std::filesystem::path>& inputs,
+                 Provenance& to);
 
 /// @param set  values of --set, which count as overrides too
 /// @throws InputError  where an input can not be read
 [[nodiscard]] Provenance provenance_of(const std::string& program, const Experiment& experiment, Use use,
                                        Overrides overrides, const std::vector<std::string>& set);
-
-/// A progress bar on standard error: on a terminal only, and only for work that takes longer than a second.
-class ProgressBar {
- public:
-  /// @param wanted  false never draws
-  explicit ProgressBar(bool wanted);
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
-  ~ProgressBar();
-
-  void operator()(std::string_view stage, double fraction);
-  /// Takes the bar off the terminal, so that other output can follow.
-  void clear();
-
- private:
-  using Clock = std::chrono::steady_clock;
-  bool wanted_;
-  bool drawn_ = false;
-  Clock::time_point next_;
-};
 
 }  // namespace rivid::apps

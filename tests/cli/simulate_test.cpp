@@ -119,8 +119,8 @@ TEST_F(Simulate, PrintsTheSummary) {
   const Outcome run = simulate();
   EXPECT_TRUE(run.out.starts_with("Simulation: completed, 4001 samples at 200 Hz\n")) << run.out;
   EXPECT_NE(run.out.find("joint_1: largest tracking error"), std::string::npos) << run.out;
-  EXPECT_TRUE(
-      run.err.ends_with("wrote simulate_s2_simulation/log.csv and simulate_s2_simulation/simulation.json\n"))
+  EXPECT_TRUE(run.err.ends_with(
+      "wrote simulate_s2_simulation/log.csv\nwrote simulate_s2_simulation/simulation.json\n"))
       << run.err;
   const Outcome json = simulate({"simulate_s2.toml", "--json"});
   EXPECT_EQ(json.out, folder().read(summary_file));
