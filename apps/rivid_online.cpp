@@ -85,7 +85,7 @@ int tool(int argc, char** argv) {
              "Experiment file whose [log] says which columns are what; default: columns q1, …, tau1 or v1, …",
              &to.experiment},
             {"--gains", "PERCENT", "Standard deviation of the drive gains in percent; default: 0", &to.gains},
-            {"--stride", "SAMPLES", "From one row to the next; default: 25 ms", &to.stride,
+            {"--stride", "SAMPLES", "From one row to the next; default: 25 ms, at least 5", &to.stride,
              IntegerRange{1, 1'000'000}},
             {"--learn", "SECONDS", "Time in which thresholds of contacts are learned; default: 30",
              &to.learn},

@@ -15,6 +15,7 @@ set(rivid_header_names
     online/information_triangle
     online/row_triangle
     online/load_change
+    online/load_tangent
     online/model
     online/momentum
     online/payload_estimator

@@ -99,7 +99,8 @@ inline Arm identified(std::string name, Robot robot, std::uint64_t seed) {
   return out;
 }
 
-inline std::vector<Arm> arms(const std::string& data) {
+// only  the name of one; empty: all
+inline std::vector<Arm> arms(const std::string& data, const std::string& only = "") {
   Robot tx = tx40();
   Robot seven = panda();
   Robot six = read_urdf(data + "/six_axis/six_axis.urdf");
@@ -107,9 +108,14 @@ inline std::vector<Arm> arms(const std::string& data) {
   give_bodies(seven, 2);
   give_bodies(six, 3);
   std::vector<Arm> out;
-  out.push_back(identified("six_axis", std::move(six), 13));
-  out.push_back(identified("tx40", std::move(tx), 11));
-  out.push_back(identified("panda", std::move(seven), 12));
+  const auto add = [&](const std::string& name, Robot& robot, std::uint64_t seed) {
+    if (only.empty() || only == name) {
+      out.push_back(identified(name, std::move(robot), seed));
+    }
+  };
+  add("six_axis", six, 13);
+  add("tx40", tx, 11);
+  add("panda", seven, 12);
   return out;
 }
 

@@ -60,10 +60,14 @@ struct Replay {
       const Matrix q = log.q.transpose();
       const Matrix tau = effort(robot, log).transpose();
       const double begin = t;
+      double moved = 0.0;  // s since then in which a joint moves fast enough for rows
       for (Index k = 0; k < q.cols(); ++k, t += 1.0 / log.f_m) {
-        if (estimator.update(q.col(k), tau.col(k))) {
+        const bool changed = estimator.update(q.col(k), tau.col(k));
+        const Vector velocity = (q.col(k) - q.col(std::max<Index>(k - 1, 0))) * log.f_m;
+        moved += (velocity.cwiseAbs().array() > model.velocity_threshold.array()).any() ? 1.0 / log.f_m : 0.0;
+        if (changed) {
           std::cout << "  the payload changes at " << t << " s, " << t - begin
-                    << " s after the log's begin\n";
+                    << " s after the log's begin and after " << moved << " s of motion\n";
         }
         const auto& found = estimator.payload();
         const double truth = loaded ? true_mass : 0.0;
@@ -101,9 +105,9 @@ void ur10e_study(const std::string& data, const std::string& experiment) {
   std::cout << "arm: sigma_rho " << model.sigma_rho.transpose() << ", threshold "
             << model.velocity_threshold.transpose() << ", decimation "
             << found.estimation.signal.decimation.front() << '\n';
-  for (const Index stride : {Index{5}, Index{10}, Index{20}}) {
-    const Replay replay{model,
-                        {.rows = {.f_m = 100.0, .stride = stride, .torque_held = false}, .gain_sigma = 0.01}};
+  for (const Index stride : {Index{3}, Index{4}, Index{5}, Index{10}}) {  // 5 is the default
+    const RowStreamOptions rows = {.f_m = 100.0, .stride = stride, .torque_held = false};
+    const Replay replay{model, {.rows = rows, .gain_sigma = 0.01}};
     const std::string of = ", stride " + std::to_string(stride);
     replay.run("loaded" + of, arm.robot, logs(arm, folder, {"load_14harm.csv"}));
     replay.run("unloaded" + of, arm.robot, logs(arm, folder, {"unload_14harm.csv"}));

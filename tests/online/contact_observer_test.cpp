@@ -175,6 +175,80 @@ TEST(ContactObserver, LearnsThresholdsAndNamesTheLinkAndTheForce) {
   EXPECT_LE((found - force).norm(), 0.1 * force.norm()) << found.transpose();
 }
 
+// A rate that is high enough to be counted.
+TEST(ContactObserver, GivesNoMoreFalseAlarmsThanItsThresholdsAreMadeFor) {
+  const Scene s = scene(3, 6, 60.0);
+  constexpr double per_hour = 360.0;
+  ContactObserver<double> observer(s.model, {.f_m = f_m, .alarms_per_hour = per_hour});
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> noise(0.0, 0.5);
+  using Mode = ContactObserver<double>::Mode;
+  constexpr double learned = 600.0;
+  constexpr double watched = 1200.0;
+  int alarms = 0;
+  double since = 10.0;
+  const auto total = static_cast<Index>((learned + watched) * f_m);
+  for (Index k = 0; k < total; ++k) {
+    // To and fro: the motion has no jump.
+    const Index period = 2 * s.tau.rows() - 2;
+    const Index at = k % period < s.tau.rows() ? k % period : period - k % period;
+    const bool back = k % period >= s.tau.rows();
+    Vector qd = s.motion.qd.row(at).transpose();
+    Vector tau = s.tau.row(at).transpose();
+    if (back) {
+      qd = -qd;
+      tau -= 2.0 * friction_torque(s.model, s.motion.qd.row(at).transpose());
+    }
+    for (double& x : tau) {
+      x += noise(random);
+    }
+    const bool learns = static_cast<double>(k) < learned * f_m;
+    const bool on =
+        observer.update(s.motion.q.row(at).transpose(), qd, tau, learns ? Mode::learn : Mode::observe);
+    since += 1.0 / f_m;
+    alarms += on && since > 1.0 ? 1 : 0;
+    since = on ? 0.0 : since;
+  }
+  const double asked = per_hour * watched / 3600.0;
+  EXPECT_LE(alarms, asked);
+  // Gumbel's tail is longer than that of normal noise, but not much: thresholds twice as high would give none.
+  EXPECT_GE(alarms, asked / 20.0);
+}
+
+// Friction that the model has wrong is the mean of its direction.
+TEST(ContactObserver, TakesOffWhatWrongFrictionLeaves) {
+  const Scene s = scene(3, 7, 60.0);
+  ContactObserver<double> observer(s.model, {.f_m = f_m});
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> noise(0.0, 2.0);
+  constexpr double Fc = 3.0;
+  using Mode = ContactObserver<double>::Mode;
+  int contacts = 0;
+  Vector residual = Vector::Zero(3);  // mean along the motion
+  Vector relative = Vector::Zero(3);
+  constexpr Index learned = 50000;
+  const auto watched = static_cast<double>(s.tau.rows() - learned);
+  for (Index k = 0; k < s.tau.rows(); ++k) {
+    Vector tau = held(s.tau, k);
+    Vector direction(3);
+    for (Index j = 0; j < 3; ++j) {
+      direction[j] = sign(s.motion.qd(k, j));
+      tau[j] += Fc * direction[j] + noise(random);
+    }
+    const Mode mode = k < learned ? Mode::learn : Mode::observe;
+    contacts += observer.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), tau, mode);
+    if (mode == Mode::observe) {
+      residual += observer.residual().cwiseProduct(direction) / watched;
+      relative += observer.relative().cwiseProduct(direction) / watched;
+    }
+  }
+  EXPECT_EQ(contacts, 0);
+  for (Index j = 0; j < 3; ++j) {
+    EXPECT_LE(residual[j], -0.5 * Fc);
+    EXPECT_LE(std::abs(relative[j]), 0.05);
+  }
+}
+
 TEST(ContactObserver, NeverAllocatesAndComesBackBitByBit) {
   const Scene s = scene(7, 5, 3.0);
   ContactObserver<double> observer(s.model, {.f_m = f_m});

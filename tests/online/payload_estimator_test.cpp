@@ -250,6 +250,29 @@ TEST(PayloadEstimator, NeverAllocatesAndComesBackBitByBit) {
   EXPECT_EQ((estimator.inertial() - twin.inertial()).cwiseAbs().maxCoeff(), 0.0);
 }
 
+// Of an AR(1) process the long-run variance is γ₀ (1 + a) / (1 − a); the lags that are taken hold this part of it.
+TEST(RowNoise, IsTheDeviationOfSumsOfErrorsThatAreAlike) {
+  constexpr double a = 0.6;
+  constexpr int lags = 10;
+  double expected = 1.0;
+  for (int k = 1; k <= lags; ++k) {
+    expected += 2.0 * (1.0 - k / (lags + 1.0)) * std::pow(a, k);
+  }
+  detail::RowNoise noise(Vector::Constant(1, 2.0), 0.025);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  double error = 0.0;
+  double mean = 0.0;
+  constexpr int count = 40000;
+  for (int k = 0; k < count; ++k) {
+    error = a * error + std::sqrt(1.0 - a * a) * normal(random);
+    noise.take(0, error);
+    mean += k >= count / 2 ? noise.sigma(0) * noise.sigma(0) / (0.5 * count) : 0.0;
+  }
+  EXPECT_NEAR(mean / expected, 1.0, 0.05);
+  EXPECT_NEAR(noise.short_run(0, 1e-9) * noise.sigma(0) * noise.sigma(0), 1.0, 0.5);
+}
+
 TEST(PayloadEstimator, TellsTheNearestInertiaThatABodyHas) {
   const Eigen::Matrix3d possible = Eigen::Vector3d(0.02, 0.03, 0.04).asDiagonal();
   EXPECT_LE((detail::nearest_inertia<double>(possible) - possible).cwiseAbs().maxCoeff(), 1e-15);

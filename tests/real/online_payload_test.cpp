@@ -53,7 +53,7 @@ class OnlineUr10e : public test::RealExperiment {
   };
   [[nodiscard]] Seen seen(const std::vector<std::string>& names) const {
     PayloadEstimator<double> estimator(
-        model_, {.rows = {.f_m = 100.0, .stride = 5, .torque_held = false}, .gain_sigma = 0.01});
+        model_, {.rows = {.f_m = 100.0, .torque_held = false}, .gain_sigma = 0.01});
     Seen out;
     double t = 0.0;
     for (const Log& log : logs(names)) {

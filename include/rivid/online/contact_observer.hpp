@@ -56,11 +56,13 @@ struct ContactObserverOptions {
 ///   p = M(q) q̇,   r = K (p − ∫ (τ − friction + Cᵀ q̇ − g + r) dt),
 ///
 /// so that ṙ = K (τ_ext − r): r is the external torque behind a low-pass of `bandwidth`. The integral is exact for a τ that is
-/// held from tick to tick.
+/// held from tick to tick. Friction that follows the load needs no acceleration either: its gear passes on the u of
+/// u + Fl |u| sign q̇ = τ − other friction.
 ///
 /// **Thresholds** are those of the robot's own residual. While update() learns, mean and deviation of each joint's r are
-/// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed), and the largest
-/// deviation of each second; by Gumbel's distribution these give the threshold for the false alarms that the options ask for. Before
+/// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed). r remembers what it was for
+/// 1 / bandwidth, so mean and deviation pass through its low-pass too: what friction has left at a slow reversal is no contact behind
+/// it. The largest deviation of each second is kept as well; by Gumbel's distribution these give the threshold for the false alarms that the options ask for. Before
 /// anything was learned there is no threshold and no contact.
 ///
 /// After the constructor no member allocates, throws or locks.
@@ -124,6 +126,7 @@ class ContactObserver {
   /// Thresholds are forgotten too.
   void forget() noexcept {
     reset();
+    deviation_.setConstant(std::numeric_limits<Scalar>::infinity());
     std::ranges::fill(classes_, Moments{});
     std::ranges::fill(tails_, Tail{});
     levels_.setConstant(std::numeric_limits<double>::infinity());
@@ -131,7 +134,7 @@ class ContactObserver {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    for (Result* const x : {&residual_, &relative_, &p_, &rate_, &friction_, &q_}) {
+    for (Result* const x : {&residual_, &relative_, &p_, &rate_, &friction_, &q_, &mean_, &deviation_}) {
       visit(x->data(), static_cast<std::size_t>(x->size()));
     }
     visit(levels_.data(), static_cast<std::size_t>(levels_.size()));
@@ -151,22 +154,25 @@ class ContactObserver {
   static constexpr double usual_peak = 3.0;
   static constexpr double usual_spread = 1.0;
   static constexpr double usual_seconds = 5.0;
+  // Length of the first stretch of learning [s].
+  static constexpr double first_seconds = 8.0;
   // No threshold is lower, in deviations.
   static constexpr double least_level = 4.0;
+  // Numbers without noise have none smaller: (r − mean) / deviation stays a number.
+  static constexpr double least_variance = 1e-30;
   // Time in a class before its moments are its own [s].
-  static constexpr double enough = 1.0;
+  static constexpr double enough = 3.0;
 
   struct Moments {
     double count = 0.0;
     double mean = 0.0;
-    double square = 0.0;  // Σ (r − mean)²
+    double square = 0.0;  // Σ (x − mean)²
   };
-  // Of the largest sizes of seconds: their weight, mean and Σ weight (x − mean)².
+  // The largest sizes of seconds, in deviations. Those of the begin, when the moments were hardly known, are left behind: a stretch of
+  // learning that is twice as long as the last one takes its place.
   struct Tail {
-    double weight = 0.5 * usual_seconds * usual_seconds;
-    double mean = usual_peak;
-    double square = weight * usual_spread * usual_spread;
-    double seconds = usual_seconds;
+    Moments before;
+    Moments now;
     double ticks = 0.0;    // of the second at hand
     double highest = 0.0;  // and the largest size in it
   };
@@ -178,11 +184,18 @@ class ContactObserver {
 
   [[nodiscard]] static InverseDynamicsOptions smoothing(const ModelData& model,
                                                         const ContactObserverOptions& options);
+  [[nodiscard]] Scalar transmitted(Index j, const Scalar& torque, const Scalar& speed) const noexcept;
   void classify(Index j, const Scalar& speed) noexcept;
   void learn(Index j) noexcept;
   void judge() noexcept;
+  static void add(Moments& to, double x) noexcept {
+    to.count += 1.0;
+    const double off = x - to.mean;
+    to.mean += off / to.count;
+    to.square += off * (x - to.mean);
+  }
   [[nodiscard]] const Moments& moments(Index j) const noexcept;
-  [[nodiscard]] double deviation(Index j) const noexcept;
+  void follow_class(Index j) noexcept;
   [[nodiscard]] bool known(const Moments& m) const noexcept { return m.count >= enough * options_.f_m; }
 
   ModelData model_;
@@ -190,9 +203,12 @@ class ContactObserver {
   detail::Momentum<Scalar> momentum_;
   BasicInverseDynamics<Scalar> dynamics_;
   Vector smoothing_speed_;
+  Vector load_;           // Fl of each joint …
+  Vector load_speed_;     // … and the speed that smooths its sign
   Eigen::Matrix3d axes_;  // of the last link's frame in its frame j
   Scalar keep_;
   Result residual_, relative_, p_, rate_, friction_, q_, next_p_, next_rate_, next_friction_;
+  Result mean_, deviation_;  // that r has in the classes of late; infinite deviation: not known
   Vector levels_;
   std::vector<Moments> classes_;  // class_count of each joint, then one of all
   std::vector<Tail> tails_;
@@ -207,13 +223,6 @@ InverseDynamicsOptions ContactObserver<Scalar>::smoothing(const ModelData& model
   if (const auto fault = options.complaint(model.size())) {
     throw InputError("ContactObserver: " + *fault);
   }
-  for (const DryFriction& element : model.dry_friction) {
-    if (element.load > 0.0) {
-      throw InputError("ContactObserver: friction of " + element.name +
-                       " follows the load, which the momentum does not know; take a model with symmetric or "
-                       "root friction");
-    }
-  }
   constexpr double usual_speed = 0.02;
   return {.smoothing_speed = options.smoothing_speed.size() > 0
                                  ? options.smoothing_speed
@@ -227,16 +236,37 @@ ContactObserver<Scalar>::ContactObserver(const ModelData& model, const ContactOb
       momentum_(model),
       dynamics_(model, smoothing(model, options)),
       smoothing_speed_(smoothing(model, options).smoothing_speed),
+      load_(Vector::Zero(model.size())),
+      load_speed_(smoothing_speed_),
       axes_(link_axes(model.chain.links.back()).transpose()),
       keep_(static_cast<Scalar>(std::exp(-options.bandwidth / options.f_m))),
       levels_(Vector::Constant(model.size(), std::numeric_limits<double>::infinity())),
       classes_(static_cast<std::size_t>(model.size()) * (class_count + 1)),
       tails_(static_cast<std::size_t>(model.size())),
       motions_(static_cast<std::size_t>(model.size())) {
-  for (Result* const x :
-       {&residual_, &relative_, &p_, &rate_, &friction_, &q_, &next_p_, &next_rate_, &next_friction_}) {
+  for (Result* const x : {&residual_, &relative_, &p_, &rate_, &friction_, &q_, &next_p_, &next_rate_,
+                          &next_friction_, &mean_}) {
     *x = Result::Zero(model.size());
   }
+  deviation_ = Result::Constant(model.size(), std::numeric_limits<Scalar>::infinity());
+  for (const DryFriction& element : model.dry_friction) {
+    if (element.load > 0.0) {
+      load_[element.joint()] = element.load;
+      load_speed_[element.joint()] =
+          element.sign_speed > 0.0 ? element.sign_speed : smoothing_speed_[element.joint()];
+    }
+  }
+}
+
+// The torque that gear j passes on of what other friction leaves.
+template <typename Scalar>
+Scalar ContactObserver<Scalar>::transmitted(Index j, const Scalar& torque,
+                                            const Scalar& speed) const noexcept {
+  if (load_[j] == 0.0) {
+    return torque;
+  }
+  const double slope = load_[j] * std::tanh(static_cast<double>(speed) / load_speed_[j]);
+  return static_cast<Scalar>(DryFriction::carried(static_cast<double>(torque), slope));
 }
 
 template <typename Scalar>
@@ -255,8 +285,8 @@ bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Va
   const auto f = static_cast<Scalar>(options_.f_m);
   for (Index j = 0; j < n; ++j) {
     if (running_) {
-      const Scalar driven =
-          tau[j] + Scalar(0.5) * (rate_[j] + next_rate_[j] - friction_[j] - next_friction_[j]);
+      const Scalar driven = transmitted(j, tau[j] - Scalar(0.5) * (friction_[j] + next_friction_[j]), qd[j]) +
+                            Scalar(0.5) * (rate_[j] + next_rate_[j]);
       residual_[j] = keep_ * residual_[j] + (Scalar(1) - keep_) * ((next_p_[j] - p_[j]) * f - driven);
     } else {
       residual_[j] = Scalar(0);
@@ -265,6 +295,7 @@ bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Va
     rate_[j] = next_rate_[j];
     friction_[j] = next_friction_[j];
     classify(j, qd[j]);
+    follow_class(j);
     if (mode == Mode::learn && running_) {
       learn(j);
     }
@@ -302,36 +333,38 @@ void ContactObserver<Scalar>::classify(Index j, const Scalar& speed) noexcept {
 template <typename Scalar>
 void ContactObserver<Scalar>::learn(Index j) noexcept {
   const double r = static_cast<double>(residual_[j]);
-  const auto add = [&](Moments& m) {
-    m.count += 1.0;
-    const double off = r - m.mean;
-    m.mean += off / m.count;
-    m.square += off * (r - m.mean);
-  };
   const auto first = static_cast<std::size_t>(j) * (class_count + 1);
   const auto kind = static_cast<std::size_t>(motions_[static_cast<std::size_t>(j)].kind);
-  add(classes_[first + kind]);
-  add(classes_[first + class_count]);
+  add(classes_[first + kind], r);
+  add(classes_[first + class_count], r);
   if (!known(classes_[first + kind])) {
     return;
   }
   Tail& tail = tails_[static_cast<std::size_t>(j)];
-  tail.highest = std::max(tail.highest, std::abs(r - moments(j).mean) / deviation(j));
+  tail.highest = std::max(tail.highest,
+                          std::abs(r - static_cast<double>(mean_[j])) / static_cast<double>(deviation_[j]));
   tail.ticks += 1.0;
   if (tail.ticks < options_.f_m) {
     return;
   }
-  // The moments are still learned: what was early counts less, in proportion to its time.
-  tail.seconds += 1.0;
-  tail.weight += tail.seconds;
-  const double off = tail.highest - tail.mean;
-  tail.mean += off * tail.seconds / tail.weight;
-  tail.square += tail.seconds * off * (tail.highest - tail.mean);
+  add(tail.now, tail.highest);
   tail.ticks = tail.highest = 0.0;
+  if (tail.now.count >= std::max(2.0 * tail.before.count, first_seconds)) {
+    tail.before = tail.now;
+    tail.now = {};
+  }
+  Moments all{usual_seconds, usual_peak, usual_seconds * usual_spread * usual_spread};
+  for (const Moments& part : {tail.before, tail.now}) {
+    const double off = part.mean - all.mean;
+    const double count = all.count + part.count;
+    all.square += part.square + off * off * all.count * part.count / count;
+    all.mean += off * part.count / count;
+    all.count = count;
+  }
   // A largest value has Gumbel's distribution: exp(−e^((μ − x) / β)), with mean μ + 0.577 β and deviation β π / √6.
-  const double beta = std::sqrt(6.0 * tail.square / tail.weight) / std::numbers::pi;
+  const double beta = std::sqrt(6.0 * all.square / all.count) / std::numbers::pi;
   const double seconds_to_alarm = 3600.0 * static_cast<double>(model_.size()) / options_.alarms_per_hour;
-  levels_[j] = std::max(tail.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
+  levels_[j] = std::max(all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
 }
 
 // Of the class at hand; where that was hardly met, of all motion.
@@ -342,16 +375,24 @@ auto ContactObserver<Scalar>::moments(Index j) const noexcept -> const Moments& 
   return known(own) ? own : classes_[first + class_count];
 }
 
+// Mean and deviation of the class at hand, through the low-pass that r has.
 template <typename Scalar>
-double ContactObserver<Scalar>::deviation(Index j) const noexcept {
+void ContactObserver<Scalar>::follow_class(Index j) noexcept {
   const Moments& m = moments(j);
-  return m.count > 1.0 ? std::sqrt(std::max(m.square / m.count, 1e-300))
-                       : std::numeric_limits<double>::infinity();
+  if (!(m.count > 1.0)) {
+    return;
+  }
+  const auto mean = static_cast<Scalar>(m.mean);
+  const auto deviation = static_cast<Scalar>(std::sqrt(std::max(m.square / m.count, least_variance)));
+  // r begins with zero.
+  mean_[j] = running_ ? keep_ * mean_[j] + (Scalar(1) - keep_) * mean : Scalar(0);
+  const bool begins = !running_ || !std::isfinite(deviation_[j]);
+  deviation_[j] = begins ? deviation : keep_ * deviation_[j] + (Scalar(1) - keep_) * deviation;
 }
 
 template <typename Scalar>
 Scalar ContactObserver<Scalar>::threshold(Index j) const noexcept {
-  return static_cast<Scalar>(levels_[j] * deviation(j));
+  return static_cast<Scalar>(levels_[j]) * deviation_[j];
 }
 
 template <typename Scalar>
@@ -359,8 +400,7 @@ void ContactObserver<Scalar>::judge() noexcept {
   link_ = -1;
   for (Index j = 0; j < size(); ++j) {
     const Scalar limit = threshold(j);
-    relative_[j] =
-        std::isfinite(limit) ? (residual_[j] - static_cast<Scalar>(moments(j).mean)) / limit : Scalar(0);
+    relative_[j] = std::isfinite(limit) ? (residual_[j] - mean_[j]) / limit : Scalar(0);
     if (relative_[j] > Scalar(1) || relative_[j] < Scalar(-1)) {
       link_ = j;
     }
@@ -422,7 +462,7 @@ Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
                       ? V(axis[1] * arm[2] - axis[2] * arm[1], axis[2] * arm[0] - axis[0] * arm[2],
                           axis[0] * arm[1] - axis[1] * arm[0])
                       : axis;
-    const double sigma = deviation(j);
+    const auto sigma = static_cast<double>(deviation_[j]);
     const Scalar weight = std::isfinite(sigma) ? static_cast<Scalar>(1.0 / (sigma * sigma)) : Scalar(1);
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {

@@ -87,7 +87,10 @@ class FrictionMonitor {
   void update(const Values& q, const Values& tau) noexcept { update(q, tau, none_); }
 
   /// A body on the last link that the model does not have, XX … M in the frame of that link: PayloadEstimator::inertial().
-  void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept { body_ = body; }
+  void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept {
+    body_ = body;
+    rows_.set_body(body_, columns_.body);
+  }
 
   /// Coefficient i now, with θ = 0 [SI, joint side].
   [[nodiscard]] Scalar value(Index i) const noexcept { return values_[i]; }
@@ -214,7 +217,7 @@ FrictionMonitor<Scalar>::FrictionMonitor(const OnlineModel& model, const Frictio
       b_(model.base.size()),
       coefficients_(coefficients_of(model, options)),
       slopes_(std::ranges::count_if(coefficients_, [](const Coefficient& c) { return c.slope; })),
-      rows_(model.robot, columns_.all.columns(), detail::row_options("FrictionMonitor", model, options),
+      rows_(model, columns_.all.columns(), detail::row_options("FrictionMonitor", model, options),
             b_ + slopes_, options.forgetting, 1),
       own_(model.robot.joints.size()),
       noise_(model.sigma_rho, rows_.seconds()),
@@ -275,9 +278,10 @@ void FrictionMonitor<Scalar>::make_prior(const OnlineModel& model) {
     // Offsets change with the dry friction of their joint.
     double size = std::abs(c.identified);
     for (const Coefficient& other : coefficients_) {
-      size = other.joint == c.joint && !c.slope
-                 ? std::max(size, role(other.kind) == Role::dry ? std::abs(other.identified) : 0.0)
-                 : size;
+      if (other.joint == c.joint && !c.slope && about(c.kind).basis != Basis::load &&
+          about(other.kind).basis == Basis::sign) {
+        size = std::max(size, std::abs(other.identified));
+      }
     }
     const double sigma = c.slope ? std::max(c.identified_sigma, 1e-12)
                                  : std::max(hardly_known * size, 10.0 * c.identified_sigma);

@@ -97,9 +97,10 @@ class InformationTriangle {
     static_cast<void>(work(std::numeric_limits<Index>::max(), report));
   }
 
-  // All of [R z], to keep and to put back.
+  // All of [R z], to keep and to put back: `count` rows, the others as they are.
   [[nodiscard]] const std::vector<Scalar>& entries() const noexcept { return R_; }
-  void set_entries(const std::vector<Scalar>& entries) noexcept { std::ranges::copy(entries, R_.begin()); }
+  void keep_entries(std::vector<Scalar>& in, Index count) const noexcept { copy_rows(R_, in, count); }
+  void set_entries(const std::vector<Scalar>& entries) noexcept { copy_rows(entries, R_, n_); }
 
   // Rows that wait, and the one at hand, are lost.
   void drop_waiting() noexcept { at_ = {}; }
@@ -180,6 +181,13 @@ class InformationTriangle {
 
   [[nodiscard]] Scalar* row(Index k) noexcept {
     return &rows_[static_cast<std::size_t>((at_.first + k) % waiting_ * ld_)];
+  }
+
+  // Below the diagonal are zeros.
+  void copy_rows(const std::vector<Scalar>& from, std::vector<Scalar>& to, Index count) const noexcept {
+    for (Index k = 0; k < count; ++k) {
+      std::copy_n(from.begin() + k * ld_ + k, n_ + 1 - k, to.begin() + k * ld_ + k);
+    }
   }
 
   [[nodiscard]] bool singular(Index k) const noexcept {

@@ -28,14 +28,6 @@ inline std::optional<std::string> OnlineModel::complaint() const {
   if (const auto fault = robot.complaint()) {
     return fault;
   }
-  for (const StandardParameter& p : robot.standard_parameters()) {
-    if (about(p.kind).basis == Basis::load) {
-      return "friction of joint \"" + robot.joints[static_cast<std::size_t>(p.joint)].name +
-             "\" follows the load, which rows of a control loop do not know yet; identify with symmetric or "
-             "root "
-             "friction for them";
-    }
-  }
   const Index b = base.size();
   const Index n = robot.size();
   if (base.standard.size() != robot.standard_parameters().size()) {

@@ -176,6 +176,7 @@ class PayloadEstimator {
     visit(noise_.states().data(), noise_.states().size());
     load_change_.visit_state(visit);
     visit(inverse_.data(), inverse_.size());
+    visit(C_lambda_.data(), static_cast<std::size_t>(C_lambda_.size()));
     visit(lambda_.data(), inertial_count);
     visit(next_lambda_.data(), inertial_count);
     for (Scalar* const x : {&payload_.mass, &payload_.mass_sigma}) {
@@ -209,7 +210,9 @@ class PayloadEstimator {
     Index since_change = 0;  // strides of motion since the payload changed
     Index prior_row = 0;     // that is repeated next
     Index solution_row = 0;  // that is made next
-    int younger_snapshot = 0;
+    // Of the snapshots; both the same after a change.
+    int older = 0;
+    int younger = 1;
   };
   static constexpr double half_a_second = 0.5;
   // Deviations of principal moments up to this part of the largest moment show an inertia.
@@ -241,7 +244,8 @@ class PayloadEstimator {
   detail::RowNoise noise_;
   detail::LoadChange load_change_;
   std::array<Snapshot, 2> snapshots_;
-  std::vector<Scalar> inverse_;  // first rows of R⁻¹, as far as they are made
+  std::vector<Scalar> inverse_;           // first rows of R⁻¹, as far as they are made
+  TenByTen C_lambda_ = TenByTen::Zero();  // covariance of λ, as far as it is made
   TenByTen to_flange_;
   Ten lambda_ = Ten::Zero();
   Ten next_lambda_ = Ten::Zero();
@@ -257,7 +261,7 @@ PayloadEstimator<Scalar>::PayloadEstimator(const OnlineModel& model, const Paylo
     : options_(options),
       columns_(model.robot, model.base),
       b_(model.base.size()),
-      rows_(model.robot, columns_.all.columns(), detail::row_options("PayloadEstimator", model, options),
+      rows_(model, columns_.all.columns(), detail::row_options("PayloadEstimator", model, options),
             inertial_count + b_, options.forgetting, 1, inertial_count),
       prior_(inertial_count + b_, 1),
       noise_(model.sigma_rho, rows_.seconds()),
@@ -299,7 +303,8 @@ void PayloadEstimator<Scalar>::make_prior(const OnlineModel& model) {
     if (role(p.kind) == Role::constant) {  // an offset changes with the dry friction of its joint
       for (Index k = 0; k < b_; ++k) {
         const StandardParameter& other = model.base.parameters[static_cast<std::size_t>(k)].leading;
-        size = other.joint == p.joint && role(other.kind) == Role::dry ? std::abs(model.chi[k]) : size;
+        size =
+            other.joint == p.joint && about(other.kind).basis == Basis::sign ? std::abs(model.chi[k]) : size;
       }
     }
     C(i, i) += options_.friction_change * options_.friction_change * size * size;
@@ -400,27 +405,26 @@ void PayloadEstimator<Scalar>::repeat_prior() noexcept {
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::take_snapshot() noexcept {
-  counters_.younger_snapshot = 1 - counters_.younger_snapshot;
-  Snapshot& to = snapshots_[static_cast<std::size_t>(counters_.younger_snapshot)];
-  std::ranges::copy(rows_.triangle().entries(), to.R.begin());
+  counters_.older = counters_.younger;
+  counters_.younger = 1 - counters_.older;
+  Snapshot& to = snapshots_[static_cast<std::size_t>(counters_.younger)];
+  rows_.triangle().keep_entries(to.R, rows_.triangle().size());
   std::ranges::copy(noise_.states(), to.noise.begin());
 }
 
 // What was learned of the arm before the payload changed is left; both snapshots are from then.
 template <typename Scalar>
 void PayloadEstimator<Scalar>::forget_payload() noexcept {
-  const Snapshot& before = snapshots_[static_cast<std::size_t>(1 - counters_.younger_snapshot)];
+  Snapshot& before = snapshots_[static_cast<std::size_t>(counters_.older)];
   rows_.triangle().drop_waiting();
   rows_.triangle().set_entries(before.R);
   std::ranges::copy(before.noise, noise_.states().begin());
   begin_payload();
-  Snapshot& younger = snapshots_[static_cast<std::size_t>(counters_.younger_snapshot)];
-  std::ranges::copy(rows_.triangle().entries(), younger.R.begin());
-  std::ranges::copy(before.noise, younger.noise.begin());
-  std::ranges::copy(rows_.triangle().entries(),
-                    snapshots_[static_cast<std::size_t>(1 - counters_.younger_snapshot)].R.begin());
+  rows_.triangle().keep_entries(before.R, inertial_count);
+  counters_.younger = counters_.older;
   load_change_.reset();
   counters_.since_change = 0;
+  counters_.solution_row = 0;
   rows_.reset_stream();
 }
 
@@ -449,6 +453,11 @@ void PayloadEstimator<Scalar>::solve_a_row() noexcept {
     sum = sum + x[k] * rows_.triangle().z(k);
   }
   next_lambda_[i] = sum;
+  using Rest = Eigen::Map<const Eigen::VectorX<Scalar>>;
+  for (Index k = 0; k <= i; ++k) {
+    const Scalar* const other = &inverse_[static_cast<std::size_t>(k * rows_.triangle().room_of_row())];
+    C_lambda_(i, k) = C_lambda_(k, i) = Rest(x + i, n - i).dot(Rest(other + i, n - i));
+  }
   ++counters_.solution_row;
 }
 
@@ -465,29 +474,23 @@ template <typename Scalar>
 void PayloadEstimator<Scalar>::publish() noexcept {
   using std::abs;
   using std::sqrt;
-  const Index n = rows_.triangle().size();
-  const Index ld = rows_.triangle().room_of_row();
   lambda_ = next_lambda_;
+  rows_.set_body(lambda_, columns_.body);
   Ten body = Ten::Zero();
   for (Index k = 0; k < inertial_count; ++k) {
     body += to_flange_.col(k) * lambda_[k];
   }
   const Scalar m = body[9];
-  // Rows of slopes by λ; deviations are norms of slopes times R⁻¹.
   const auto deviation = [&](const Ten& by_body) {
-    Ten slope;
+    Ten slope;  // by λ
     for (Index k = 0; k < inertial_count; ++k) {
       slope[k] = by_body.dot(to_flange_.col(k));
     }
     Scalar sum(0);
-    for (Index c = 0; c < n; ++c) {
-      Scalar entry(0);
-      for (Index k = 0; k < inertial_count; ++k) {
-        entry = entry + slope[k] * inverse_[static_cast<std::size_t>(k * ld + c)];
-      }
-      sum = sum + entry * entry;
+    for (Index i = 0; i < inertial_count; ++i) {
+      sum = sum + slope[i] * slope.dot(C_lambda_.col(i));
     }
-    return sqrt(sum);
+    return sqrt(std::max(sum, Scalar(0)));
   };
   const auto gain = static_cast<Scalar>(options_.gain_sigma);
   const auto with_gain = [&](const Scalar& sigma, const Scalar& value) {

@@ -37,6 +37,8 @@ struct RecursiveIdentifierOptions {
 /// with the model's parameters and covariance as R₀ χ₀, unless options say otherwise, and the model's sigma_rho as σ_j. Without
 /// prior and forgetting it is the weighted batch estimate of the same rows, to rounding.
 ///
+/// Friction that follows the load is made linear at the model's parameters, see detail::LoadTangent.
+///
 /// The triangle takes a row over several ticks, so that all ticks cost the same. After the constructor no member
 /// allocates, throws or locks. A copy is a snapshot; save_state() writes the state without allocating.
 ///
@@ -149,7 +151,7 @@ class RecursiveIdentifier {
 template <typename Scalar>
 RecursiveIdentifier<Scalar>::RecursiveIdentifier(const OnlineModel& model,
                                                  const RecursiveIdentifierOptions& options)
-    : rows_(model.robot, model.base.columns(), detail::row_options("RecursiveIdentifier", model, options),
+    : rows_(model, model.base.columns(), detail::row_options("RecursiveIdentifier", model, options),
             model.base.size(), options.forgetting),
       sigma_rho_(model.sigma_rho),
       chi_(Eigen::VectorX<Scalar>::Zero(model.base.size())),

@@ -21,7 +21,8 @@ namespace rivid {
 /// How the ticks of a control loop become rows.
 struct RowStreamOptions {
   double f_m = 1000.0;  ///< ticks a second [Hz]
-  /// Ticks from one row of a joint to the next; a row is a Hann window of twice as many. 0: 25 ms, at least 2 ticks.
+  /// Ticks from one row of a joint to the next; a row is a Hann window of twice as many. 0: 25 ms, at least 5 ticks: windows of fewer
+  /// hardly average the noise of accelerations, and the direction of motion is that of neighbouring ticks.
   Index stride = 0;
   bool torque_held = true;  ///< whether the torque of a tick acts until the next one, as a command does
   /// Speeds below which a joint has no rows, (n) [rad/s | m/s]. Empty: those of the model.
@@ -48,7 +49,7 @@ struct RowStreamOptions {
     return std::nullopt;
   }
   [[nodiscard]] Index ticks_of_stride() const {
-    return stride > 0 ? stride : std::max<Index>(std::lround(0.025 * f_m), 2);
+    return stride > 0 ? stride : std::max<Index>(std::lround(0.025 * f_m), 5);
   }
   [[nodiscard]] Index ticks_of_span() const {
     return velocity_span > 0 ? velocity_span : std::max<Index>(ticks_of_stride() / 4, 1);
@@ -73,9 +74,10 @@ class RowStream {
   /// A row of one joint.
   struct Row {
     std::size_t joint;
-    const Scalar* values;  ///< in the order of columns().of_joint(joint)
-    Scalar y;              ///< torque [N·m | N]
-    int direction;         ///< of its motion, ±1
+    const Scalar*
+        values;  ///< in the order of columns().of_joint(joint); of friction that follows the load the sign alone
+    Scalar y;       ///< torque [N·m | N]
+    int direction;  ///< of its motion, ±1
   };
 
   /// @param columns  of the rows
@@ -171,6 +173,7 @@ class RowStream {
   struct SignColumn {
     std::size_t joint;
     Index column;
+    Basis basis;
     Direction direction;
   };
 
@@ -241,8 +244,8 @@ RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParamet
     const std::vector<Index>& own = columns_.of_joint(j);
     for (std::size_t c = 0; span_ > 1 && robot.joints[j].sign_speed == 0.0 && c < own.size(); ++c) {
       const KindRow& row = about(columns[static_cast<std::size_t>(own[c])].kind);
-      if (row.basis == Basis::sign && !row.coupled) {
-        signs_.push_back({j, static_cast<Index>(c), row.direction});
+      if ((row.basis == Basis::sign || row.basis == Basis::load) && !row.coupled) {
+        signs_.push_back({j, static_cast<Index>(c), row.basis, row.direction});
       }
     }
     offsets_.push_back(offsets_.back() + static_cast<Index>(own.size()) + 1);
@@ -365,7 +368,7 @@ void RowStream<Scalar>::make_values() noexcept {
   for (const SignColumn& sign : signs_) {
     const auto direction = static_cast<Scalar>(runs_[sign.joint].direction);
     values_[static_cast<std::size_t>(offsets_[sign.joint] + sign.column)] =
-        friction_entry(Basis::sign, sign.direction, direction, 0.0);
+        friction_entry(sign.basis, sign.direction, direction, 0.0);
   }
 }
 

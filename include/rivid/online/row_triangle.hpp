@@ -5,6 +5,7 @@
 #include <span>
 
 #include "rivid/online/information_triangle.hpp"
+#include "rivid/online/load_tangent.hpp"
 #include "rivid/online/row_stream.hpp"
 
 namespace rivid::detail {
@@ -18,18 +19,20 @@ class RowTriangle {
   using Triangle = InformationTriangle<Scalar>;
   using Values = typename Stream::Values;
 
-  // columns     of the rows
+  // columns     of the rows: the model's base parameters, and more behind them
   // unknowns    of the triangle
   // forgetting  time constant of the information [s]
   // others      rows that come in each stride beside those of the joints
   // kept        first entries of a row that its Outcome shows as they were
-  RowTriangle(const Robot& robot, std::span<const StandardParameter> columns, const RowStreamOptions& options,
-              Index unknowns, double forgetting, Index others = 0, Index kept = 0)
-      : stream_(robot, columns, options),
-        triangle_(unknowns, 2 * robot.size() + others, kept),
+  RowTriangle(const OnlineModel& model, std::span<const StandardParameter> columns,
+              const RowStreamOptions& options, Index unknowns, double forgetting, Index others = 0,
+              Index kept = 0)
+      : stream_(model.robot, columns, options),
+        load_(model, stream_.columns(), columns),
+        triangle_(unknowns, 2 * model.robot.size() + others, kept),
         seconds_(static_cast<double>(stream_.stride()) / options.f_m),
         keep_(std::exp(-0.5 * seconds_ / forgetting)),
-        operations_((robot.size() + others) * triangle_.cost_of_row() / stream_.stride() + unknowns) {}
+        operations_((model.robot.size() + others) * triangle_.cost_of_row() / stream_.stride() + unknowns) {}
 
   [[nodiscard]] const Stream& stream() const noexcept { return stream_; }
   [[nodiscard]] Triangle& triangle() noexcept { return triangle_; }
@@ -42,13 +45,19 @@ class RowTriangle {
     return std::sqrt(static_cast<double>(n) * (1.0 - keep_ * keep_));
   }
 
+  // A body on the last link that the model does not have, whose load friction feels: XX … M, and the columns of these.
+  template <typename Body, typename Places>
+  void set_body(const Body& body, const Places& places) noexcept {
+    load_.set_body(body, places);
+  }
+
   // A tick: add(Row) for each row that it finishes, step() once a stride while any joint moves, then as much work on the rows that wait
   // as each tick has. (Joints finish their rows at ticks of their own.)
   template <typename Add, typename Step, typename Report>
   void tick(const Values& q, const Values& tau, const Add& add, const Step& step,
             const Report& report) noexcept {
     if (stream_.update(q, tau)) {
-      stream_.for_each_row(add);
+      stream_.for_each_row([&](const typename Stream::Row& row) { add(load_(row)); });
       if (until_step_ == 0) {
         until_step_ = stream_.stride();
         step();
@@ -73,12 +82,14 @@ class RowTriangle {
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
     stream_.visit_state(visit);
+    load_.visit_state(visit);
     triangle_.visit_state(visit);
     visit(&until_step_, 1);
   }
 
  private:
   Stream stream_;
+  LoadTangent<Scalar> load_;
   Triangle triangle_;
   double seconds_;
   double keep_;
