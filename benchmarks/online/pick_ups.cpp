@@ -26,11 +26,10 @@ PayloadEstimatorOptions options() {
   return {.rows = {.f_m = f_m, .torque_held = false}, .friction_change = friction_error};
 }
 
-// A pick-up that was seen late: its mass [kg] and delay, and that of a test which knows the instant [s].
+// A pick-up that was seen late.
 struct Late {
-  double mass = 0.0;
-  double delay = 0.0;
-  double possible = 0.0;
+  double mass = 0.0;   // [kg]
+  double delay = 0.0;  // [s]
 };
 
 struct Tally {
@@ -50,51 +49,6 @@ constexpr double before = 15.0;
 constexpr double after = 10.0;
 constexpr double asked_delay = 0.3;  // s
 
-// The likelihood ratio that a test with four degrees of freedom has to reach for one false alarm in the estimator's ten hours.
-double needed_ratio() {
-  const PayloadEstimatorOptions usual = options();
-  const double steps =
-      3600.0 * usual.hours_to_false_alarm * f_m / static_cast<double>(usual.rows.ticks_of_stride());
-  double x = 40.0;
-  for (int k = 0; k < 60; ++k) {
-    x = 2.0 * (std::log1p(0.5 * x) + std::log(steps));
-  }
-  return x;
-}
-
-// What the rows behind a pick-up say of it: the likelihood ratio that a test expects which knows the arm and the instant of the pick-up,
-// Σ (L λ)² / σ² + 4, with the deviations that the estimator gives the rows.
-class Evidence {
- public:
-  Evidence(const Arm& arm, const Inertial& body)
-      : body_(body),
-        columns_(arm.robot, arm.model.base),
-        rows_(arm.robot, columns_.all.columns(), detail::row_options("study", arm.model, options())) {}
-
-  // counts  whether the tick lies behind the pick-up
-  void take(const PayloadEstimator<double>& estimator, const auto& q, const auto& tau, bool counts) {
-    rows_.update(q, tau);
-    rows_.for_each_row([&](const RowStream<double>::Row& row) {
-      const std::vector<Index>& own = rows_.columns().of_joint(row.joint);
-      double torque = 0.0;
-      for (std::size_t c = 0; c < own.size(); ++c) {
-        for (std::size_t k = 0; k < inertial_count; ++k) {
-          torque += columns_.body[k] == own[c] ? row.values[c] * body_[static_cast<Index>(k)] : 0.0;
-        }
-      }
-      const double sigma = estimator.row_sigma(static_cast<Index>(row.joint));
-      ratio_ += counts ? torque * torque / (sigma * sigma) : 0.0;
-    });
-  }
-  [[nodiscard]] double ratio() const { return ratio_ + 4.0; }
-
- private:
-  Inertial body_;
-  detail::BodyColumns columns_;
-  RowStream<double> rows_;
-  double ratio_ = 0.0;
-};
-
 void pick_up(const Arm& arm, std::uint64_t seed, Tally& tally) {
   std::mt19937_64 random(seed);
   const Vector empty = with_friction_error(arm.robot, arm.chi_st, friction_error, random);
@@ -109,15 +63,9 @@ void pick_up(const Arm& arm, std::uint64_t seed, Tally& tally) {
   const Matrix q = noisy(motion.q, Vector::Constant(arm.robot.size(), encoder_noise), random).transpose();
   tau.transposeInPlace();
   PayloadEstimator<double> estimator(arm.model, options());
-  Evidence evidence(arm, body);
-  double possible = std::numeric_limits<double>::infinity();  // delay of the test that knows the instant
   bool found = false;
   ++tally.pick_ups;
   for (Index k = 0; k < q.cols(); ++k) {
-    evidence.take(estimator, q.col(k), tau.col(k), k > change);
-    if (evidence.ratio() > needed_ratio()) {
-      possible = std::min(possible, static_cast<double>(k - change) / f_m);
-    }
     if (estimator.update(q.col(k), tau.col(k))) {
       if (k < change || found) {
         ++tally.false_alarms;
@@ -144,7 +92,7 @@ void pick_up(const Arm& arm, std::uint64_t seed, Tally& tally) {
   tally.quiet_hours += (before + after) / 3600.0;
   tally.missed += found ? 0 : 1;
   if (!found || tally.delays.back() > asked_delay) {
-    tally.late.push_back({body[9], found ? tally.delays.back() : after, possible});
+    tally.late.push_back({body[9], found ? tally.delays.back() : after});
   }
 }
 
@@ -161,8 +109,7 @@ void print(const std::string& name, const Tally& tally) {
             << " %; half width of the mass " << quantile(tally.half_widths, 0.5) << " kg, error "
             << quantile(tally.errors, 0.5) << " kg\n";
   for (const Late& one : tally.late) {
-    std::cout << "  " << one.mass << " kg seen after " << one.delay
-              << " s; on average by a test that knows the instant: " << one.possible << " s\n";
+    std::cout << "  " << one.mass << " kg seen after " << one.delay << " s\n";
   }
 }
 
