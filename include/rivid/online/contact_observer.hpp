@@ -155,7 +155,7 @@ class ContactObserver {
   static constexpr double usual_spread = 1.0;
   static constexpr double usual_seconds = 5.0;
   // Length of the first stretch of learning [s].
-  static constexpr double first_seconds = 8.0;
+  static constexpr double first_seconds = 2.0;
   // No threshold is lower, in deviations.
   static constexpr double least_level = 4.0;
   // Numbers without noise have none smaller: (r − mean) / deviation stays a number.
