@@ -189,22 +189,17 @@ TEST(ContactObserver, GivesNoMoreFalseAlarmsThanItsThresholdsAreMadeFor) {
   double since = 10.0;
   const auto total = static_cast<Index>((learned + watched) * f_m);
   for (Index k = 0; k < total; ++k) {
-    // To and fro: the motion has no jump.
-    const Index period = 2 * s.tau.rows() - 2;
-    const Index at = k % period < s.tau.rows() ? k % period : period - k % period;
-    const bool back = k % period >= s.tau.rows();
-    Vector qd = s.motion.qd.row(at).transpose();
-    Vector tau = s.tau.row(at).transpose();
-    if (back) {
-      qd = -qd;
-      tau -= 2.0 * friction_torque(s.model, s.motion.qd.row(at).transpose());
+    const Index at = k % s.tau.rows();
+    if (at == 0) {  // the motion jumps
+      observer.reset();
     }
+    Vector tau = held(s.tau, at);
     for (double& x : tau) {
       x += noise(random);
     }
     const bool learns = static_cast<double>(k) < learned * f_m;
-    const bool on =
-        observer.update(s.motion.q.row(at).transpose(), qd, tau, learns ? Mode::learn : Mode::observe);
+    const bool on = observer.update(s.motion.q.row(at).transpose(), s.motion.qd.row(at).transpose(), tau,
+                                    learns ? Mode::learn : Mode::observe);
     since += 1.0 / f_m;
     alarms += on && since > 1.0 ? 1 : 0;
     since = on ? 0.0 : since;

@@ -176,8 +176,8 @@ TEST(PayloadEstimator, SeesPickUpAndReleaseInMotion) {
   }
   ASSERT_EQ(changes.size(), 2U);
   EXPECT_EQ(kinds, (std::vector<Kind>{Kind::none, Kind::pick_up, Kind::release}));
-  EXPECT_LE(changes[0] - seconds, 0.3);
-  EXPECT_LE(changes[1] - 2.0 * seconds, 0.3);
+  EXPECT_LE(changes[0] - seconds, 0.1);
+  EXPECT_LE(changes[1] - 2.0 * seconds, 0.1);
   EXPECT_FALSE(estimator.payload().held);
 }
 
@@ -197,9 +197,9 @@ TEST(PayloadEstimator, TakesFrictionThatHasChangedForNoPayload) {
   int changes = 0;
   for (Index k = 0; k < run.q.cols(); ++k) {
     changes += estimator.update(run.q.col(k), run.tau.col(k)) ? 1 : 0;
+    ASSERT_LE(estimator.payload().mass, 3.5 * estimator.payload().mass_sigma) << "tick " << k;
   }
   EXPECT_EQ(changes, 0);
-  EXPECT_LE(estimator.payload().mass, 3.0 * estimator.payload().mass_sigma);
 }
 
 TEST(PayloadEstimator, TheGainsUncertaintyIsInTheMass) {
