@@ -202,6 +202,21 @@ TEST(PayloadEstimator, TakesFrictionThatHasChangedForNoPayload) {
   EXPECT_EQ(changes, 0);
 }
 
+TEST(PayloadEstimator, FrictionThatMayHaveChangedIsInTheMass) {
+  const Scene scene = six_joints(3);
+  PayloadEstimatorOptions options = options_of();
+  const Ticks run = run_of(scene, test::loaded(scene.robot, scene.chi_st, brick(4.0)), 3, 2.0);
+  options.friction_change = 0.0;
+  PayloadEstimator<double> known(scene.model, options);
+  options.friction_change = 0.2;
+  PayloadEstimator<double> changed(scene.model, options);
+  for (Index k = 0; k < run.q.cols(); ++k) {
+    known.update(run.q.col(k), run.tau.col(k));
+    changed.update(run.q.col(k), run.tau.col(k));
+  }
+  EXPECT_GE(changed.payload().mass_sigma, 1.1 * known.payload().mass_sigma);
+}
+
 TEST(PayloadEstimator, TheGainsUncertaintyIsInTheMass) {
   const Scene scene = six_joints(3);
   PayloadEstimatorOptions options = options_of();
