@@ -52,8 +52,8 @@ class OnlineUr10e : public test::RealExperiment {
     double wrong_until = 0.0;     // s: mass off by more than 5 %, or out of its interval
   };
   [[nodiscard]] Seen seen(const std::vector<std::string>& names) const {
-    PayloadEstimator<double> estimator(
-        model_, {.rows = {.f_m = 100.0, .torque_held = false}, .gain_sigma = 0.01});
+    PayloadEstimator<double> estimator(model_,
+                                       {.rows = {.f_m = 100.0, .torque_held = false}, .gain_sigma = 0.01});
     Seen out;
     double t = 0.0;
     for (const Log& log : logs(names)) {

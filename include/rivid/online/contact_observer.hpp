@@ -62,8 +62,8 @@ struct ContactObserverOptions {
 /// **Thresholds** are those of the robot's own residual. While update() learns, mean and deviation of each joint's r are
 /// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed). r remembers what it was for
 /// 1 / bandwidth, so mean and deviation pass through its low-pass too: what friction has left at a slow reversal is no contact behind
-/// it. The largest deviation of each second is kept as well; by Gumbel's distribution these give the threshold for the false alarms that the options ask for. Before
-/// anything was learned there is no threshold and no contact.
+/// it. The largest deviation of each second is kept as well; by Gumbel's distribution these give the threshold for the false alarms that
+/// the options ask for. Before anything was learned there is no threshold and no contact.
 ///
 /// After the constructor no member allocates, throws or locks.
 ///
