@@ -41,7 +41,7 @@ Table shift_table(const Identification& result, const PrefilterReport& plain) {
                                        result.covariance.quantile_975 * result.parameters[i].sigma);
     return shift(i) > half_width ? Mark::apart : Mark::none;
   };
-  const Parameters& all = result.parameters;
+  const std::vector<ParameterEstimate>& all = result.parameters;
   return table_of(
       places(all.size()),
       {{{"parameter", format::name}, [&](std::size_t i) { return all[i].name; }},
