@@ -5,6 +5,12 @@
 
 namespace rivid::detail {
 
+namespace {
+
+constexpr double negligible_exponent = -37.0;
+
+}  // namespace
+
 std::vector<SideLimit> side_limits(const MotionBounds& bounds) {
   std::vector<SideLimit> out;
   for (Index j = 0; j < bounds.lower.size(); ++j) {
@@ -53,7 +59,11 @@ Peak peak(const SideLimit& limit, const LimitedMotion& motion) {
 
 double soft_maximum(const Vector& g, double rho, Vector& share) {
   const double most = g.maxCoeff();
-  share = (rho * (g.array() - most)).exp();
+  // Most samples are far below the largest one: what they add is less than rounding.
+  share = g.unaryExpr([&](double x) {
+    const double exponent = rho * (x - most);
+    return exponent > negligible_exponent ? std::exp(exponent) : 0.0;
+  });
   const double sum = share.sum();
   share /= sum;
   return most + std::log(sum) / rho;

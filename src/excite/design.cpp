@@ -3,6 +3,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <random>
 #include <thread>
@@ -18,8 +19,8 @@ namespace rivid {
 
 namespace {
 
+using detail::Curve;
 using detail::DenseCheck;
-using detail::FourierCurve;
 using detail::Problem;
 using detail::Task;
 
@@ -62,17 +63,16 @@ std::string excess_in_words(const Task& task, Index limit, double value) {
 }
 
 // The state that other motions pass through, for the torques that are predicted along them.
-Matrix torque_weight(const Task& task, double duration, int harmonics, std::uint64_t seed) {
+Matrix torque_weight(const Task& task, double frequency, std::uint64_t seed) {
   constexpr Index states = 1000;
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
   const Index n = task.robot.size();
   const MotionBounds& bounds = task.bounds;
-  const double omega = 6.28 * harmonics / duration;
   Motion motion{.q = Matrix(states, n), .qd = Matrix(states, n), .qdd = Matrix(states, n)};
   for (Index k = 0; k < states; ++k) {
     for (Index j = 0; j < n; ++j) {
-      const double most = std::min(bounds.acceleration[j], bounds.velocity[j] * omega);
+      const double most = std::min(bounds.acceleration[j], bounds.velocity[j] * frequency);
       motion.q(k, j) = 0.5 * (bounds.lower[j] + bounds.upper[j]) +
                        0.5 * (bounds.upper[j] - bounds.lower[j]) * symmetric(random);
       motion.qd(k, j) = bounds.velocity[j] * symmetric(random);
@@ -87,9 +87,12 @@ Matrix torque_weight(const Task& task, double duration, int harmonics, std::uint
   return out / task.weights.sum();
 }
 
-detail::Objective objective_of(const Task& task, const ExcitationOptions& options) {
+detail::Objective objective_of(const Task& task, const Curve& curve, const ExcitationOptions& options) {
   if (options.criterion == Criterion::torque) {
-    return detail::TorqueError{torque_weight(task, options.duration, options.harmonics, options.seed)};
+    return detail::TorqueError{torque_weight(task, curve.highest_frequency(), options.seed)};
+  }
+  if (options.criterion == Criterion::condition) {
+    return detail::Condition{};
   }
   if (options.criterion == Criterion::parameters) {
     detail::Deviations out;
@@ -132,7 +135,8 @@ class Designer {
   void tell(std::string_view stage, double objective);
   [[nodiscard]] bool is_stopped();
   [[nodiscard]] Index samples() const {
-    return options_.samples > 0 ? options_.samples : 40 * static_cast<Index>(options_.harmonics);
+    const bool spline = options_.curve == CurveKind::spline;
+    return options_.samples > 0 ? options_.samples : spline ? 16 * options_.points : 40 * options_.harmonics;
   }
   [[nodiscard]] Index played() const {
     return static_cast<Index>(std::floor(options_.duration * options_.rate_hz + 1e-6)) + 1;
@@ -142,25 +146,25 @@ class Designer {
   const ExcitationOptions& options_;
   std::vector<Finding> findings_;
   Task task_;
-  FourierCurve curve_;
+  std::unique_ptr<Curve> curve_;
   std::mutex telling_;
   std::atomic<int> done_ = 0;
   std::atomic<bool> stopped_ = false;
   double best_ = std::numeric_limits<double>::infinity();
 };
 
-FourierCurve curve_of(const Robot& robot, const Task& task, const ExcitationOptions& options) {
+std::unique_ptr<Curve> curve_within(const Robot& robot, const Task& task, const ExcitationOptions& options) {
   if (const auto fault = missing_limit(robot, task.bounds)) {
     throw InputError("design: " + *fault);
   }
-  return {options.duration, options.harmonics, task.bounds, options.start};
+  return detail::curve_of(options, task.bounds);
 }
 
 Designer::Designer(const Robot& robot, const ExcitationOptions& options)
     : options_(options),
       task_(detail::task_of("design", robot, options, options.rate_hz, findings_)),
-      curve_(curve_of(robot, task_, options)) {
-  task_.objective = objective_of(task_, options);
+      curve_(curve_within(robot, task_, options)) {
+  task_.objective = objective_of(task_, *curve_, options);
 }
 
 bool Designer::is_stopped() {
@@ -188,12 +192,12 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
   const MotionBounds& bounds = task_.bounds;
   double least = std::numeric_limits<double>::infinity();
   Index limit = 0;
-  for (int k = 0; k < (curve_.starts_fixed() ? 1 : poses); ++k) {
-    Vector pose(curve_.joints());
+  for (int k = 0; k < (curve_->starts_fixed() ? 1 : poses); ++k) {
+    Vector pose(curve_->joints());
     for (Index j = 0; j < pose.size(); ++j) {
       pose[j] = bounds.lower[j] + within(random) * (bounds.upper[j] - bounds.lower[j]);
     }
-    const Vector z = curve_.at_rest(pose);
+    const Vector z = curve_->at_rest(pose);
     Index at = 0;
     const double worst = check(z).maxCoeff(&at);
     if (worst < -reserve) {
@@ -205,7 +209,7 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
     }
   }
   throw InputError(std::string("design: ") +
-                   (curve_.starts_fixed()
+                   (curve_->starts_fixed()
                         ? "the robot can not rest at start within its limits: "
                         : "no pose was found in which the robot can rest within its limits; in the "
                           "best of " +
@@ -224,8 +228,8 @@ Vector Designer::random_motion(Problem& problem, const Vector& rest, std::mt1993
     for (double& x : step) {
       x = normal(random);
     }
-    for (Index j = 0; !curve_.starts_fixed() && j < curve_.joints(); ++j) {
-      step[j * curve_.per_joint()] = 0.0;
+    for (Index j = 0; !curve_->starts_fixed() && j < curve_->joints(); ++j) {
+      step[j * curve_->per_joint()] = 0.0;
     }
     for (int k = 0; k < shrinkings; ++k, step *= factor) {
       const Problem::Value value = problem(rest + step);
@@ -269,8 +273,8 @@ detail::MmaResult Designer::improved(Problem& problem, const Vector& z, int eval
 
 Designer::Found Designer::search(std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  DenseCheck check(task_, curve_, 2);
-  Problem problem(task_, curve_, samples(), first_rho);
+  DenseCheck check(task_, *curve_, 2);
+  Problem problem(task_, *curve_, samples(), first_rho);
   Found out;
   out.rest = pose_at_rest(check, random);
   const Vector begin = random_motion(problem, out.rest, random);
@@ -295,8 +299,8 @@ Vector Designer::shrunk(DenseCheck& check, const Vector& rest, const Vector& z) 
 }
 
 Vector Designer::polished(const Found& best) {
-  Problem problem(task_, curve_, samples(), last_rho);
-  DenseCheck check(task_, curve_, dense());
+  Problem problem(task_, *curve_, samples(), last_rho);
+  DenseCheck check(task_, *curve_, dense());
   Vector z = best.result.z;
   Vector kept = shrunk(check, best.rest, z);
   double objective = problem(kept).objective;
@@ -352,9 +356,9 @@ Excitation Designer::designed() {
   }
   const Vector z = polished(*best);
   out.stopped = stopped_;
-  out.series = curve_.series(z);
+  out.series = curve_->series(z);
   out.t = Vector::LinSpaced(played(), 0.0, static_cast<double>(played() - 1) / options_.rate_hz);
-  out.motion = curve_.motion(curve_.tables(out.t), curve_.coefficients(z));
+  out.motion = curve_->motion(curve_->tables(out.t), curve_->coefficients(z));
   out.forecast = forecast(task_.robot, out.motion, options_.rate_hz, options_);
   return out;
 }
@@ -391,6 +395,11 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
   if (!(duration * rate_hz >= 10.0)) {
     return "duration is " + number(duration) + " s, must be at least ten samples of " + number(rate_hz) +
            " Hz";
+  }
+  const double intervals = duration * rate_hz;
+  if (curve == CurveKind::spline && std::abs(intervals - std::round(intervals)) > 1e-6 * intervals) {
+    return "duration is " + number(duration) + " s, must be a whole number of samples of " + number(rate_hz) +
+           " Hz for curve = \"spline\"";
   }
   return std::nullopt;
 }

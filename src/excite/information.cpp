@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "dense.hpp"
+#include "excite/products_kernel.hpp"
 
 namespace rivid::detail {
 
@@ -26,6 +27,25 @@ double log_det_of(const Eigen::LLT<Matrix>& factor, const Vector& d) {
   return 2.0 * (factor.matrixLLT().diagonal().array().log().sum() - d.array().log().sum());
 }
 
+const ProductsKernel& products() { return products_kernels[fastest()]; }
+
+TallMatrix tall(const Matrix& W) { return {W.data(), W.outerStride(), W.rows(), W.cols()}; }
+
+// Aᵀ A, both triangles.
+Matrix gram_of(const Matrix& A) {
+  Matrix out(A.cols(), A.cols());
+  products().gram(tall(A), out.data());
+  out.triangularView<Eigen::StrictlyUpper>() = out.transpose();
+  return out;
+}
+
+// M⁻¹ from L of D M D = L Lᵀ.
+Matrix inverse_of(const Eigen::LLT<Matrix>& factor, const Vector& d) {
+  Matrix A = Matrix::Identity(d.size(), d.size());
+  factor.matrixL().solveInPlace(A);
+  return gram_of(A * d.asDiagonal());
+}
+
 ObjectiveValue score_of(const Matrix& C, double log_det, const Objective& objective) {
   if (const auto* const torque = std::get_if<TorqueError>(&objective)) {
     const double trace = (C * torque->B).trace();
@@ -42,25 +62,33 @@ ObjectiveValue score_of(const Matrix& C, double log_det, const Objective& object
   return {-log_det, C};
 }
 
+ObjectiveValue condition_of(const Matrix& M) {
+  const SymmetricEigen eigen = symmetric_eigen(M);
+  const Index last = M.rows() - 1;
+  const double least = eigen.values[0];
+  const double most = eigen.values[last];
+  return {0.5 * std::log(most / least),
+          0.5 * (eigen.vectors.col(0) * eigen.vectors.col(0).transpose() / least -
+                 eigen.vectors.col(last) * eigen.vectors.col(last).transpose() / most)};
+}
+
 }  // namespace
 
 void add_information(const SampledRegressor& regressor, std::span<const Matrix> W, const Vector& weights,
                      Matrix& M) {
   for (std::size_t i = 0; i < W.size(); ++i) {
     const std::vector<Index>& columns = regressor.columns(i);
-    const Index c = std::ssize(columns);
-    Matrix own = Matrix::Zero(c, c);
-    own.selfadjointView<Eigen::Lower>().rankUpdate(W[i].transpose(), weights[static_cast<Index>(i)]);
-    for (Index k = 0; k < c; ++k) {
-      for (Index l = 0; l < c; ++l) {
-        M(columns[static_cast<std::size_t>(k)], columns[static_cast<std::size_t>(l)]) +=
-            k >= l ? own(k, l) : own(l, k);
-      }
-    }
+    M(columns, columns) += weights[static_cast<Index>(i)] * gram_of(W[i]);
   }
 }
 
-std::optional<ObjectiveValue> score(const Matrix& M, const Objective& objective) {
+Matrix times_symmetric(const Matrix& W, const Matrix& K) {
+  Matrix out(W.rows(), W.cols());
+  products().product(tall(W), K.data(), out.data(), out.outerStride());
+  return out;
+}
+
+std::optional<ObjectiveValue> score(const Matrix& M, const Objective& objective, bool slope) {
   const Scaled scaled(M);
   if (!scaled.d.allFinite()) {
     return std::nullopt;
@@ -69,8 +97,15 @@ std::optional<ObjectiveValue> score(const Matrix& M, const Objective& objective)
   if (factor.info() != Eigen::Success) {
     return std::nullopt;
   }
-  const Matrix C = scaled.d.asDiagonal() * factor.solve(Matrix(scaled.d.asDiagonal()));
-  ObjectiveValue out = score_of(C, log_det_of(factor, scaled.d), objective);
+  const double log_det = log_det_of(factor, scaled.d);
+  ObjectiveValue out;
+  if (std::holds_alternative<Condition>(objective)) {
+    out = condition_of(M);
+  } else if (std::holds_alternative<Information>(objective) && !slope) {
+    out.value = -log_det;
+  } else {
+    out = score_of(inverse_of(factor, scaled.d), log_det, objective);
+  }
   return std::isfinite(out.value) ? std::optional(std::move(out)) : std::nullopt;
 }
 

@@ -15,10 +15,15 @@ namespace rivid::detail {
 void add_information(const SampledRegressor& regressor, std::span<const Matrix> W, const Vector& weights,
                      Matrix& M);
 
+/// W K, (rows × b).
+///
+/// @param K  (b × b), symmetric
+[[nodiscard]] Matrix times_symmetric(const Matrix& W, const Matrix& K);
+
 /// A scalar of the information matrix M that is to be made small, and its derivative K: d value = −⟨K, dM⟩.
 struct ObjectiveValue {
   double value = 0.0;
-  Matrix K;
+  Matrix K;  ///< empty where it is not wanted
 };
 
 /// What is made small, of the covariance C = M⁻¹:
@@ -30,12 +35,15 @@ struct
 struct Deviations {  ///< Σ log C_ii over some parameters: the geometric mean of their variances
   std::vector<Index> parameters;
 };
-using Objective = std::variant<Information, TorqueError, Deviations>;
+struct Condition {};  ///< log sqrt κ(M): the condition number of the weighted observation matrix
+using Objective = std::variant<Information, TorqueError, Deviations, Condition>;
 
 /// Nothing where M is not positive definite.
 ///
-/// @param M  (b × b), symmetric
-[[nodiscard]] std::optional<ObjectiveValue> score(const Matrix& M, const Objective& objective);
+/// @param M      (b × b), symmetric
+/// @param slope  whether K is wanted
+[[nodiscard]] std::optional<ObjectiveValue> score(const Matrix& M, const Objective& objective,
+                                                  bool slope = true);
 
 /// log det M, or −∞.
 [[nodiscard]] double log_determinant(const Matrix& M);

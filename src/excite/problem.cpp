@@ -7,6 +7,16 @@ namespace rivid::detail {
 
 namespace {
 
+std::vector<Index> nonzero(const Vector& x) {
+  std::vector<Index> out;
+  for (Index k = 0; k < x.size(); ++k) {
+    if (x[k] != 0.0) {
+      out.push_back(k);
+    }
+  }
+  return out;
+}
+
 Vector middles(double duration, Index samples) {
   const double step = duration / static_cast<double>(samples);
   return Vector::LinSpaced(samples, 0.5 * step, duration - 0.5 * step);
@@ -62,7 +72,7 @@ struct Problem::Sampled {
 // Reversals are smooth over speeds that make a few samples of a grid.
 constexpr double smoothing_speed = 0.05;
 
-Problem::Problem(const Task& task, const FourierCurve& curve, Index samples, double rho)
+Problem::Problem(const Task& task, const Curve& curve, Index samples, double rho)
     : task_(task),
       curve_(curve),
       regressor_(smoothed(task.robot, smoothing_speed), task.base),
@@ -76,7 +86,7 @@ Problem::Problem(const Task& task, const FourierCurve& curve, Index samples, dou
 Problem::Value Problem::operator()(const Vector& z, Vector* gradient, Matrix* jacobian) {
   const Matrix coefficients = curve_.coefficients(z);
   Sampled at{.motion = curve_.motion(tables_, coefficients),
-             .jerk = FourierCurve::jerk(tables_, coefficients),
+             .jerk = Curve::jerk(tables_, coefficients),
              .torque = {}};
   const bool torques = task_.chi.size() > 0;
   regressor_.rows(at.motion, W_);
@@ -99,7 +109,7 @@ Problem::Value Problem::operator()(const Vector& z, Vector* gradient, Matrix* ja
   keep_clear(at.motion, out, jacobian);
   Matrix M = task_.known;
   add_information(regressor_, W_, weights_, M);
-  const std::optional<ObjectiveValue> scored = score(M, task_.objective);
+  const std::optional<ObjectiveValue> scored = score(M, task_.objective, gradient != nullptr);
   out.defined = scored.has_value();
   if (!scored) {
     return out;
@@ -111,7 +121,7 @@ Problem::Value Problem::operator()(const Vector& z, Vector* gradient, Matrix* ja
   std::vector<Matrix> G(W_.size());
   for (std::size_t i = 0; i < W_.size(); ++i) {
     const std::vector<Index>& columns = regressor_.columns(i);
-    G[i].noalias() = W_[i] * (-2.0 * weights_[static_cast<Index>(i)] * scored->K(columns, columns));
+    G[i] = times_symmetric(W_[i], -2.0 * weights_[static_cast<Index>(i)] * scored->K(columns, columns));
   }
   Slopes of_objective;
   std::vector<Slopes> of_torque;
@@ -135,29 +145,41 @@ void Problem::keep_clear(const Motion& motion, Value& out, Matrix* jacobian) {
     return;
   }
   const Index N = motion.samples();
-  const Index n = motion.joints();
   Matrix distances(pairs, N);
-  std::vector<Matrix> slopes(jacobian != nullptr ? static_cast<std::size_t>(N) : 0);
   for (Index k = 0; k < N; ++k) {
-    clearances_.at(motion.q.row(k).transpose(), distances.col(k),
-                   jacobian != nullptr ? &slopes[static_cast<std::size_t>(k)] : nullptr);
+    clearances_.at(motion.q.row(k).transpose(), distances.col(k), nullptr);
   }
+  Matrix shares(N, pairs);
   Vector share;
   for (Index p = 0; p < pairs; ++p) {
     const Index limit = std::ssize(limits_) + p;
     const Vector g = (task_.space.clearance - distances.row(p).transpose().array()) / clearance_scale;
     out.limits[limit] = soft_maximum(g, rho_, share) + shifts_[limit];
-    if (jacobian == nullptr) {
+    shares.col(p) = share;
+  }
+  if (jacobian == nullptr) {
+    return;
+  }
+  std::vector<Matrix> by_coefficients(static_cast<std::size_t>(pairs),
+                                      Matrix::Zero(tables_.position.cols(), motion.joints()));
+  Matrix slopes;
+  for (Index k = 0; k < N; ++k) {
+    if (shares.row(k).isZero(0.0)) {
       continue;
     }
-    Matrix by_joint(N, n);
-    for (Index k = 0; k < N; ++k) {
-      by_joint.row(k) = -share[k] / clearance_scale * slopes[static_cast<std::size_t>(k)].col(p).transpose();
+    clearances_.at(motion.q.row(k).transpose(), distances.col(k), &slopes);
+    for (Index p = 0; p < pairs; ++p) {
+      if (shares(k, p) != 0.0) {
+        by_coefficients[static_cast<std::size_t>(p)].noalias() -=
+            shares(k, p) / clearance_scale * tables_.position.row(k).transpose() * slopes.col(p).transpose();
+      }
     }
-    const Matrix slope = tables_.position.transpose() * by_joint;
-    for (Index j = 0; j < n; ++j) {
-      jacobian->col(limit).segment(j * curve_.per_joint(), curve_.per_joint()) =
-          curve_.pulled_back(j, slope.col(j));
+  }
+  const Index m = curve_.per_joint();
+  for (Index p = 0; p < pairs; ++p) {
+    const Matrix& slope = by_coefficients[static_cast<std::size_t>(p)];
+    for (Index j = 0; j < motion.joints(); ++j) {
+      jacobian->col(std::ssize(limits_) + p).segment(j * m, m) = curve_.pulled_back(j, slope.col(j));
     }
   }
 }
@@ -187,9 +209,13 @@ Matrix Problem::limit_slopes(const Sampled& at, std::span<const Vector> shares,
         break;
       case Limited::torque: {
         const Slopes& slopes = of_torque[static_cast<std::size_t>(limit.joint)];
-        const Matrix slope = tables_.position.transpose() * (weight.asDiagonal() * slopes.q) +
-                             tables_.velocity.transpose() * (weight.asDiagonal() * slopes.qd) +
-                             tables_.acceleration.transpose() * (weight.asDiagonal() * slopes.qdd);
+        const std::vector<Index> near = nonzero(weight);
+        const Vector own = weight(near);
+        const auto part = [&](const Matrix& table, const Matrix& by) -> Matrix {
+          return table(near, Eigen::all).transpose() * (own.asDiagonal() * by(near, Eigen::all));
+        };
+        const Matrix slope = part(tables_.position, slopes.q) + part(tables_.velocity, slopes.qd) +
+                             part(tables_.acceleration, slopes.qdd);
         for (Index k = 0; k < at.motion.joints(); ++k) {
           add(k, slope.col(k));
         }
@@ -205,7 +231,7 @@ void Problem::shift(const Vector& z, const Vector& found) {
   shifts_ += found - soft;
 }
 
-DenseCheck::DenseCheck(const Task& task, const FourierCurve& curve, Index samples)
+DenseCheck::DenseCheck(const Task& task, const Curve& curve, Index samples)
     : task_(task),
       curve_(curve),
       regressor_(task.robot, task.base),
@@ -253,7 +279,7 @@ Matrix stacked(const Matrix& a, const Matrix& b) {
 
 Vector DenseCheck::operator()(const Vector& z) {
   const Matrix coefficients = curve_.coefficients(z);
-  const Matrix jerk = FourierCurve::jerk(tables_, coefficients);
+  const Matrix jerk = Curve::jerk(tables_, coefficients);
   Motion motion = curve_.motion(tables_, coefficients);
   const Motion turning = reversals(motion);
   motion = {.q = stacked(motion.q, turning.q),

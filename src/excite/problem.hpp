@@ -54,11 +54,11 @@ class Problem {
 
   /// @param samples  instants
   /// @param rho      sharpness of the soft maxima
-  Problem(const Task& task, const FourierCurve& curve, Index samples, double rho);
+  Problem(const Task& task, const Curve& curve, Index samples, double rho);
 
   [[nodiscard]] Index variables() const { return curve_.variables(); }
   [[nodiscard]] Index limits() const { return std::ssize(limits_) + clearances_.size(); }
-  [[nodiscard]] const FourierCurve& curve() const { return curve_; }
+  [[nodiscard]] const Curve& curve() const { return curve_; }
 
   /// @param gradient  where wanted: of the objective, (variables)
   /// @param jacobian  where wanted: of the limits, (variables × limits)
@@ -75,7 +75,7 @@ class Problem {
                                     std::span<const Slopes> of_torque) const;
 
   const Task& task_;
-  const FourierCurve& curve_;
+  const Curve& curve_;
   SampledRegressor regressor_;
   Clearances clearances_;
   double rho_;
@@ -89,14 +89,14 @@ class Problem {
 /// Limits on a grid at least as dense as the motion is played, with friction as it is, on both sides of each reversal.
 class DenseCheck {
  public:
-  DenseCheck(const Task& task, const FourierCurve& curve, Index samples);
+  DenseCheck(const Task& task, const Curve& curve, Index samples);
 
   /// Largest value of each limit, in the order of the problem's.
   [[nodiscard]] Vector operator()(const Vector& z);
 
  private:
   const Task& task_;
-  const FourierCurve& curve_;
+  const Curve& curve_;
   SampledRegressor regressor_;
   Clearances clearances_;
   FunctionTables tables_;

@@ -53,10 +53,20 @@ toml::array rows_of(const Matrix& values) {
   return out;
 }
 
-toml::table reference_of(const FourierSeries& series) {
-  return toml::table{{"type", FourierSeries::word}, {"omega_f", series.omega_f},
-                     {"A", rows_of(series.A)},      {"B", rows_of(series.B)},
-                     {"q0", list_of(series.q0)},    {"duration", series.duration}};
+// The series, or the positions of motion.csv, which lies beside the file.
+toml::table reference_of(const Excitation& excitation) {
+  if (excitation.series) {
+    const FourierSeries& series = *excitation.series;
+    return toml::table{{"type", FourierSeries::word}, {"omega_f", series.omega_f},
+                       {"A", rows_of(series.A)},      {"B", rows_of(series.B)},
+                       {"q0", list_of(series.q0)},    {"duration", series.duration}};
+  }
+  toml::array columns;
+  for (Index j = 1; j <= excitation.motion.joints(); ++j) {
+    columns.push_back("q" + std::to_string(j));
+  }
+  return toml::table{
+      {"type", "logged"}, {"file", "motion.csv"}, {"time", "t"}, {"position", std::move(columns)}};
 }
 
 // Noise of a sample at the rate of the log.
@@ -105,7 +115,7 @@ std::string experiment_text(const ExcitationPlan& plan, const Excitation& excita
     file.erase(name);
   }
   move_paths(file, false, plan.experiment.file.parent_path(), folder);
-  file.insert("reference", reference_of(excitation.series));
+  file.insert("reference", reference_of(excitation));
   section(file, "log").insert_or_assign("files", "log.csv");
   const bool controlled = plan.experiment.control.has_value();
   toml::table& signal = section(file, "signal");

@@ -180,8 +180,7 @@ Document motion_document(const Forecast& forecast) {
 
 Document motion_document(const Excitation& excitation) {
   Document out = motion_document(excitation.forecast);
-  const double duration = excitation.series.duration;
-  out.line = "Motion of " + number(duration, 4) + " s: " + out.line;
+  out.line = "Motion of " + number(excitation.forecast.duration, 4) + " s: " + out.line;
   if (excitation.stopped) {
     out.opening.insert(out.opening.begin(),
                        {Sentence{"the search was ended early: this is the best so far"}});

@@ -347,7 +347,9 @@ std::string to_json(const ExcitationPlan& plan, const Forecast& forecast, const 
 
 std::string to_json(const ExcitationPlan& plan, const Excitation& excitation, const Provenance& provenance) {
   Json out = forecast_members(plan, excitation.forecast);
-  out["motion"] = json_of(excitation.series);
+  if (excitation.series) {
+    out["motion"] = json_of(*excitation.series);
+  }
   out["stopped"] = excitation.stopped;
   out["starts"] = json_of(excitation.starts);
   out["best_start"] = excitation.best_start;

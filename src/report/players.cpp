@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "rivid/error.hpp"
@@ -33,7 +34,15 @@ struct PlayedState {
   Vector qdd;
 };
 
-PlayedState played_at(const FourierReference& reference, double t) {
+// The motion between its samples, too.
+std::unique_ptr<const Reference> reference_of(const Excitation& excitation) {
+  if (excitation.series) {
+    return std::make_unique<FourierReference>(*excitation.series);
+  }
+  return std::make_unique<LoggedReference>(excitation.t, excitation.motion.q);
+}
+
+PlayedState played_at(const Reference& reference, double t) {
   const Index n = reference.joints();
   PlayedState out{Vector(n), Vector(n), Vector(n)};
   reference.at(t, out.q, out.qd, out.qdd);
@@ -43,7 +52,7 @@ PlayedState played_at(const FourierReference& reference, double t) {
 // What a person must know before pressing play, as comments.
 std::string opening_comment(const Robot& robot, const Excitation& excitation) {
   std::string out = "# Written by rivid_excite for " + on_one_line(robot.name) + ": " +
-                    number(excitation.series.duration, 6) +
+                    number(reference_of(excitation)->duration(), 6) +
                     " s from rest to rest.\n# Rest pose at both ends:";
   for (const double q : excitation.motion.q.row(0)) {
     out += " " + number(q, 6);
@@ -73,22 +82,21 @@ std::string opening_comment(const Robot& robot, const Excitation& excitation) {
 std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
   constexpr double points_a_second = 50.0;
   constexpr double points_a_period = 20.0;
-  const double duration = excitation.series.duration;
+  const std::unique_ptr<const Reference> reference = reference_of(excitation);
+  const double duration = reference->duration();
+  const double harmonics = excitation.series ? static_cast<double>(excitation.series->A.cols()) : 0.0;
   const auto intervals = static_cast<std::int64_t>(
-      std::ceil(std::max(points_a_second * duration,
-                         points_a_period * static_cast<double>(excitation.series.A.cols())) -
-                1e-9));
+      std::ceil(std::max(points_a_second * duration, points_a_period * harmonics) - 1e-9));
   std::string out = opening_comment(robot, excitation) + "joint_names: [";
   for (Index j = 0; j < robot.size(); ++j) {
     out += (j > 0 ? ", " : "") + nlohmann::json(robot.joints[static_cast<std::size_t>(j)].name).dump();
   }
   out += "]\npoints:\n";
-  const FourierReference reference(excitation.series);
   for (std::int64_t k = 0; k <= intervals; ++k) {
     constexpr double in_nanoseconds = 1e9;
     const auto nanoseconds = static_cast<std::int64_t>(
         std::llround(in_nanoseconds * duration * static_cast<double>(k) / static_cast<double>(intervals)));
-    const PlayedState at = played_at(reference, static_cast<double>(nanoseconds) / in_nanoseconds);
+    const PlayedState at = played_at(*reference, static_cast<double>(nanoseconds) / in_nanoseconds);
     out += "- positions: " + in_brackets(at.q) + "\n  velocities: " + in_brackets(at.qd) +
            "\n  accelerations: " + in_brackets(at.qdd) +
            "\n  time_from_start: {sec: " + std::to_string(nanoseconds / 1'000'000'000) +
@@ -99,7 +107,7 @@ std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
 
 // Lists of some hundred numbers are what the interpreter can hold; the samples are not.
 std::string ur_program(const Robot& robot, const Excitation& excitation) {
-  const FourierSeries& series = excitation.series;
+  const FourierSeries& series = *excitation.series;
   const std::string harmonics = std::to_string(series.A.cols());
   const std::string joints = std::to_string(ur_joints);
   return opening_comment(robot, excitation) +
@@ -163,11 +171,11 @@ std::string libfranka_rows(const Excitation& excitation) {
     }
   }
   out += '\n';
-  const FourierReference reference(excitation.series);
-  const auto samples = std::llround(excitation.series.duration * libfranka_hz);
+  const std::unique_ptr<const Reference> reference = reference_of(excitation);
+  const auto samples = std::llround(reference->duration() * libfranka_hz);
   for (std::int64_t k = 0; k <= samples; ++k) {
     const double t = static_cast<double>(k) / libfranka_hz;
-    const PlayedState at = played_at(reference, t);
+    const PlayedState at = played_at(*reference, t);
     out += fixed(t, 3);
     for (const Vector* const values : {&at.q, &at.qd, &at.qdd}) {
       for (const double value : *values) {
@@ -211,6 +219,10 @@ std::optional<std::string> complaint(Player player, const Robot& robot, const Ex
     return std::nullopt;
   }
   if (player == Player::urscript) {
+    if (options.curve != CurveKind::fourier) {
+      return "player \"urscript\": the program evaluates a Fourier series; design one with curve = "
+             "\"fourier\"";
+    }
     return joints_complaint(player, robot, ur_joints);
   }
   if (auto fault = joints_complaint(player, robot, libfranka_joints)) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "rivid/data/csv.hpp"
 #include "rivid/data/table.hpp"
@@ -99,6 +100,86 @@ TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForecast) {
   }
   // Of 52 intervals one log leaves out more than ten once in ten thousand.
   EXPECT_GE(inside, 42);
+}
+
+// Every parameter of the arm is wrong by 20 % in the plan, and its torques saturate at what the drives have.
+TEST_F(Excite, KeepsItsMarginsAndForecastsWithAWrongPrior) {
+  const Json plan_json = plan();
+  std::mt19937_64 random(17);
+  Json truth;
+  for (const Json& each : plan_json["parameters"]) {
+    const double wrong = random() % 2 == 0 ? 0.8 : 1.2;
+    truth["parameters"][each["name"].get<std::string>()] = wrong * each["value"].get<double>();
+  }
+  folder_.write("truth.json", truth.dump());
+  // The plan uses these shares by default.
+  constexpr double position_share = 0.95;
+  constexpr double velocity_share = 0.9;
+  constexpr double torque_share = 0.8;
+  Json saturation = Json::array();
+  for (const Json& limit : plan_json["limits"]) {
+    if (limit["quantity"] == "torque") {
+      saturation.push_back(std::abs(limit["limit"].get<double>()) / torque_share);
+    }
+  }
+  ASSERT_EQ(saturation.size(), 6U);
+  std::string experiment = folder_.read("plan/experiment.toml");
+  experiment.insert(experiment.find("[control]") + 9, "\nv_tau_max = " + saturation.dump());
+  folder_.write("plan/experiment.toml", experiment);
+  const Outcome simulated =
+      outcome_of({RIVID_SIMULATE, "plan/experiment.toml", "--parameters", "truth.json", "--output", "plan"},
+                 folder_.path());
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const rivid::Log log = rivid::read_csv(folder_.path() / "plan/log.csv");
+  const rivid::Index last = log.q.rows() - 1;
+  const rivid::Matrix qd = (log.q.bottomRows(last) - log.q.topRows(last)) * log.f_m;
+  for (const Json& limit : plan_json["limits"]) {
+    const std::string name = limit["joint"];
+    const rivid::Index j = name.back() - '1';
+    const double most = std::abs(limit["limit"].get<double>());
+    if (limit["quantity"] == "position") {
+      EXPECT_LE(log.q.col(j).cwiseAbs().maxCoeff(), most / position_share) << name;
+    } else if (limit["quantity"] == "velocity") {
+      EXPECT_LE(qd.col(j).cwiseAbs().maxCoeff(), most / velocity_share) << name;
+    } else if (limit["quantity"] == "torque") {
+      EXPECT_LT(log.v_tau.col(j).cwiseAbs().maxCoeff(), most / torque_share) << name;
+    }
+  }
+  const Outcome identified = outcome_of(
+      {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "result", "--plan", "plan"},
+      folder_.path());
+  ASSERT_EQ(identified.exit_code, 0) << identified.err;
+  EXPECT_NEAR(Json::parse(folder_.read("result/plan_check.json"))["ratio"].get<double>(), 1.0, 0.15);
+  int inside = 0;
+  const Json result = Json::parse(folder_.read("result/result.json"));
+  for (const auto& [name, value] : truth["parameters"].items()) {
+    const Json interval = parameter(result, name)["interval_95"];
+    inside += interval[0] <= value && value <= interval[1] ? 1 : 0;
+  }
+  EXPECT_GE(inside, 42);
+}
+
+TEST_F(Excite, WritesSplinesThatOtherToolsRead) {
+  const Json plan_json =
+      plan({"--set", "excitation.curve=\"spline\"", "--set", "excitation.points=10", "--player", "ros"});
+  EXPECT_FALSE(plan_json.contains("motion"));
+  for (const Json& limit : plan_json["limits"]) {
+    EXPECT_LE(limit["share"].get<double>(), 1.0) << limit;
+  }
+  EXPECT_NE(folder_.read("plan/joint_trajectory.yaml").find("time_from_start: {sec: 10, nanosec: 0}"),
+            std::string::npos);
+  const Outcome simulated =
+      outcome_of({RIVID_SIMULATE, "plan/experiment.toml", "--output", "plan"}, folder_.path());
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const rivid::Log log = rivid::read_csv(folder_.path() / "plan/log.csv");
+  const rivid::Log motion = rivid::read_csv(folder_.path() / "plan/motion.csv");
+  ASSERT_EQ(log.q_r.rows(), motion.q.rows());
+  EXPECT_LE((log.q_r - motion.q).cwiseAbs().maxCoeff(), 1e-9);
+  const Outcome identified = outcome_of(
+      {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "result", "--plan", "plan"},
+      folder_.path());
+  ASSERT_EQ(identified.exit_code, 0) << identified.err;
+  EXPECT_NEAR(Json::parse(folder_.read("result/plan_check.json"))["ratio"].get<double>(), 1.0, 0.15);
 }
 
 TEST_F(Excite, WritesTheMotionAtTheControllersRate) {
@@ -222,6 +303,11 @@ TEST_F(Excite, RefusesWithTheJointAndTheNumber) {
                  "joint_5: position is 9 where it may be ");
   expect_refused({"arm/excite.toml", "--set", "excitation.limits.velocity=[1, 2]"},
                  "velocity has 2 entries, must have one for each of the 6 joints");
+  expect_refused(
+      {"arm/excite.toml", "--set", "excitation.curve=\"spline\"", "--set", "excitation.duration=9.9995"},
+      "duration is 9.9995 s, must be a whole number of samples of 1000 Hz for curve = \"spline\"");
+  expect_refused({"arm/excite.toml", "--set", "excitation.curve=\"spline\"", "--player", "urscript"},
+                 "player \"urscript\": the program evaluates a Fourier series");
   expect_refused({"arm/excite.toml", "--set", "excitation.harmonics=1"},
                  "harmonics is 1, must lie between 2 and 50");
   expect_refused({"arm/excite.toml", "--set", "excitation.harmonic=4"}, "did you mean \"harmonics\"");

@@ -79,7 +79,7 @@ TEST(Design, KeepsAllLimitsOnTenTimesDenserInstants) {
   const Excitation& found = usual();
   const MotionBounds bounds = motion_bounds(robot, options.limits);
   // 4001 samples are played.
-  const Motion motion = sampled(found.series, 40001);
+  const Motion motion = sampled(*found.series, 40001);
   const Matrix tau = torques(robot, motion);
   constexpr double excess = 1e-3;  // of the limit, between the samples that are played
   for (Index j = 0; j < 6; ++j) {
@@ -104,6 +104,51 @@ TEST(Design, BeginsAndEndsAtRest) {
     EXPECT_LE(found.motion.qd.row(k).cwiseAbs().maxCoeff(), 1e-9);
     EXPECT_LE(found.motion.qdd.row(k).cwiseAbs().maxCoeff(), 1e-9);
   }
+}
+
+TEST(Design, OfSplinesKeepsAllLimitsBetweenTheSamples) {
+  const Robot robot = arm();
+  ExcitationOptions options = quick();
+  options.curve = CurveKind::spline;
+  options.points = 8;
+  options.rate_hz = 100.0;
+  const Excitation found = design(robot, options);
+  EXPECT_FALSE(found.series);
+  const LoggedReference reference(found.t, found.motion.q);
+  const MotionBounds bounds = motion_bounds(robot, options.limits);
+  constexpr Index samples = 8001;
+  Motion motion{.q = Matrix(samples, 6), .qd = Matrix(samples, 6), .qdd = Matrix(samples, 6)};
+  Vector q(6);
+  Vector qd(6);
+  Vector qdd(6);
+  for (Index k = 0; k < samples; ++k) {
+    reference.at(8.0 * static_cast<double>(k) / static_cast<double>(samples - 1), q, qd, qdd);
+    motion.q.row(k) = q;
+    motion.qd.row(k) = qd;
+    motion.qdd.row(k) = qdd;
+  }
+  const Matrix tau = torques(robot, motion);
+  // Between the samples the cubic spline of the reference is not quite the one of fifth degree.
+  constexpr double excess = 2e-3;
+  for (Index j = 0; j < 6; ++j) {
+    EXPECT_LE(motion.q.col(j).maxCoeff(), bounds.upper[j] + excess);
+    EXPECT_GE(motion.q.col(j).minCoeff(), bounds.lower[j] - excess);
+    EXPECT_LE(motion.qd.col(j).cwiseAbs().maxCoeff(), bounds.velocity[j] * (1.0 + excess));
+    EXPECT_LE(motion.qdd.col(j).cwiseAbs().maxCoeff(), bounds.acceleration[j] * (1.0 + excess));
+    EXPECT_LE(tau.col(j).cwiseAbs().maxCoeff(), bounds.torque[j] * (1.0 + excess));
+  }
+  for (const Index k : {Index(0), found.t.size() - 1}) {
+    EXPECT_LE(found.motion.qd.row(k).cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_LE(found.motion.qdd.row(k).cwiseAbs().maxCoeff(), 1e-9);
+  }
+}
+
+TEST(Design, OfTheConditionNumberLowersIt) {
+  ExcitationOptions options = quick();
+  options.criterion = Criterion::condition;
+  const Excitation found = design(arm(), options);
+  EXPECT_LE(found.forecast.condition, 0.8 * usual().forecast.condition);
+  EXPECT_LE(found.forecast.log_det, usual().forecast.log_det);
 }
 
 TEST(Design, TellsMoreThanTheRandomMotionThatItBeganWith) {
@@ -268,7 +313,7 @@ TEST(Forecast, IsTheDeviationBoundOfAnExactLog) {
 
 TEST(Forecast, NamesWhatAMotionDoesNotShow) {
   const Robot robot = arm();
-  Motion motion = sampled(usual().series, 2001);
+  Motion motion = sampled(*usual().series, 2001);
   motion.q.col(5).setConstant(0.3);
   motion.qd.col(5).setZero();
   motion.qdd.col(5).setZero();
@@ -285,7 +330,7 @@ TEST(Forecast, NamesWhatAMotionDoesNotShow) {
 TEST(Forecast, FallsWithTheRootOfTheRateOfIndependentErrors) {
   const Robot robot = arm();
   ExcitationOptions options = quick();
-  const Motion motion = sampled(usual().series, 2001);
+  const Motion motion = sampled(*usual().series, 2001);
   const double fine = forecast(robot, motion, 250.0, options).parameters.front().sigma;
   options.noise.rate_hz = 25.0;
   const double coarse = forecast(robot, motion, 250.0, options).parameters.front().sigma;

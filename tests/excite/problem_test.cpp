@@ -27,11 +27,9 @@ Vector random_vector(Index size, double scale, std::mt19937_64& random) {
   return Vector::NullaryExpr(size, [&] { return normal(random); });
 }
 
-void expect_exact_slopes(const Robot& robot, const Objective& objective,
-                         const Space& space = {.self_collision = false}) {
-  detail::Task task = test::task(robot, objective);
-  task.space = space;
-  const FourierCurve curve(10.0, 5, task.bounds, {});
+void expect_exact_slopes(const detail::Task& task, const detail::Curve& curve) {
+  const Robot& robot = task.robot;
+  // No whole number of packs.
   Problem problem(task, curve, 150, 300.0);
   std::mt19937_64 random(7);
   const Vector z = random_vector(problem.variables(), 0.4, random);
@@ -57,6 +55,13 @@ void expect_exact_slopes(const Robot& robot, const Objective& objective,
   }
 }
 
+void expect_exact_slopes(const Robot& robot, const Objective& objective,
+                         const Space& space = {.self_collision = false}) {
+  detail::Task task = test::task(robot, objective);
+  task.space = space;
+  expect_exact_slopes(task, FourierCurve(10.0, 5, task.bounds, {}));
+}
+
 TEST(Problem, HasExactSlopesForEveryRobot) {
   for (const Robot& robot : test::many_robots()) {
     expect_exact_slopes(robot, detail::Information{});
@@ -70,6 +75,13 @@ TEST(Problem, HasExactSlopesForEveryObjective) {
   const Matrix A = Matrix::NullaryExpr(b, b, [&] { return std::normal_distribution<double>()(random); });
   expect_exact_slopes(robot, detail::TorqueError{.B = A * A.transpose()});
   expect_exact_slopes(robot, detail::Deviations{.parameters = {0, b / 2, b - 1}});
+  expect_exact_slopes(robot, detail::Condition{});
+}
+
+TEST(Problem, HasExactSlopesAlongSplines) {
+  const detail::Task task = test::task(test::many_robots().front());
+  const detail::SplineCurve curve(10.0, 9, task.bounds, {});
+  expect_exact_slopes(task, curve);
 }
 
 TEST(Problem, HasExactSlopesOfDistances) {

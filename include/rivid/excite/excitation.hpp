@@ -23,12 +23,22 @@ namespace rivid {
 enum class Criterion {
   information,  ///< log det C: the geometric mean of all standard deviations, whatever the units (D-optimal)
   torque,       ///< the mean variance of predicted torques along other motions within the limits (I-optimal)
-  parameters    ///< the geometric mean of the standard deviations of some parameters
+  parameters,   ///< the geometric mean of the standard deviations of some parameters
+  condition  ///< the condition number of the weighted observation matrix, which others make small: to compare with
 };
 
 template <>
 inline constexpr std::array names_of<Criterion> =
-    std::to_array<std::string_view>({"information", "torque", "parameters"});
+    std::to_array<std::string_view>({"information", "torque", "parameters", "condition"});
+
+/// Functions of time that a motion is made of.
+enum class CurveKind {
+  fourier,  ///< Fourier series
+  spline    ///< splines of fifth degree
+};
+
+template <>
+inline constexpr std::array names_of<CurveKind> = std::to_array<std::string_view>({"fourier", "spline"});
 
 /// Errors that an identification will meet.
 struct TorqueNoise {
@@ -53,8 +63,10 @@ struct TorqueNoise {
 
 /// What design() is asked for.
 struct ExcitationOptions {
-  double duration = 15.0;  ///< of the motion, one period of its Fourier series [s]
-  int harmonics = 5;
+  double duration = 15.0;  ///< of the motion, one period of a Fourier series [s]
+  CurveKind curve = CurveKind::fourier;
+  int harmonics = 5;       ///< of a Fourier series
+  int points = 15;         ///< of a spline: coefficients of a joint between those of the ends
   Vector start = {};       ///< position at both ends, (n); empty: the design decides [rad | m]
   double rate_hz = 500.0;  ///< of the controller that plays the motion
   Criterion criterion = Criterion::information;
@@ -66,8 +78,8 @@ struct ExcitationOptions {
   int starts = 4;          ///< random motions that the search begins with
   std::uint64_t seed = 1;  ///< of the first one; the others have the next numbers
   int evaluations = 400;   ///< of each start, at most; the best gets as many again
-  int samples = 0;         ///< instants at which limits are kept while searching; 0: 40 a harmonic
-  int threads = 1;         ///< that share the starts; the result is the same whatever their number
+  int samples = 0;  ///< instants at which limits are kept while searching; 0: 40 a harmonic, 16 a point
+  int threads = 1;  ///< that share the starts; the result is the same whatever their number
   std::function<void(std::string_view stage, double fraction)> progress = {};
   /// Asked now and then: true ends the search, and the best motion so far is returned.
   std::function<bool()> stopped = {};
@@ -82,7 +94,15 @@ struct ExcitationOptions {
               &E::duration,
               "of the motion, one period of its Fourier series",
               {.unit = "s", .range = Range::above(0.0)}},
+        Field{"curve", &E::curve,
+              "`\"fourier\"`: Fourier series, or `\"spline\"`: splines of fifth degree, which know more for "
+              "each "
+              "parameter and are written as a CSV file only"},
         Field{"harmonics", &E::harmonics, "of the Fourier series", {.range = Range::within(2, 50)}},
+        Field{"points",
+              &E::points,
+              "of the spline: control points of a joint between its ends",
+              {.range = Range::within(3, 200)}},
         Field{"start",
               &E::start,
               "position at both ends",
@@ -91,10 +111,11 @@ struct ExcitationOptions {
               &E::rate_hz,
               "rate of the controller that plays the motion, and of the log",
               {.unit = "Hz", .range = Range::above(0.0)}},
-        Field{"criterion", &E::criterion,
-              "what is made small: `\"information\"`: the geometric mean of all standard deviations; "
-              "`\"torque\"`: the variance of predicted torques along other motions; `\"parameters\"`: the "
-              "standard deviations of those in `for`"},
+        Field{
+            "criterion", &E::criterion,
+            "what is made small: `\"information\"`: the geometric mean of all standard deviations; "
+            "`\"torque\"`: the variance of predicted torques along other motions; `\"parameters\"`: the "
+            "standard deviations of those in `for`; `\"condition\"`: the condition number, to compare with"},
         Field{"for",
               &E::parameters,
               "names of base parameters, for `criterion = \"parameters\"`",
@@ -109,7 +130,7 @@ struct ExcitationOptions {
               &E::samples,
               "instants at which limits are kept while searching; the result is checked at every sample of "
               "`rate_hz`, and at forty times as many instants as these",
-              {.otherwise = "40 a harmonic", .range = Range::from(0)}});
+              {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0)}});
   }
 };
 
@@ -235,9 +256,10 @@ struct StartReport {
 
 /// A designed motion.
 struct [[nodiscard]] Excitation {
-  FourierSeries series;  ///< of the section [reference] of an experiment file
-  Vector t;              ///< instants at rate_hz, (n_m) [s]
-  Motion motion;         ///< at these
+  std::optional<FourierSeries>
+      series;     ///< of the section [reference] of an experiment file; none of a spline
+  Vector t;       ///< instants at rate_hz, (n_m) [s]
+  Motion motion;  ///< at these
   Forecast forecast;
   std::vector<StartReport> starts;
   Index best_start = 0;
@@ -248,7 +270,7 @@ struct [[nodiscard]] Excitation {
 ///
 ///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,  subject to  q, q̇, q̈, dq̈/dt, τ and distances within their limits
 ///
-/// over the coefficients of Fourier series that begin and end at rest, q̇ = q̈ = 0. Gradients are exact; limits are soft
+/// over the coefficients of Fourier series, or splines, that begin and end at rest, q̇ = q̈ = 0, in one pose. Gradients are exact; limits are soft
 /// maxima joint by joint and pair by pair; the method of moving asymptotes [Svanberg 2002] begins from several random motions, and the best
 /// is brought to its limits on the samples that are played. The motion that is returned keeps all limits there.
 ///

@@ -1,0 +1,171 @@
+"""Designs for twenty arms that were not made for rivid, with limits checked by Pinocchio.
+
+Descriptions are those of the package example-robot-data. Each arm gets one design with the defaults and one start; where the
+description has no limit of velocities or torques, or a limit that can not be meant, ours of LIMITS is given and noted.
+The Fourier series is then sampled ten times as densely as it is played, and torques are Pinocchio's, with the friction
+that the description states. Printed of each: joints, parameters, seconds of one core, log det, the largest use of a
+limit, and what was given; of several seeds the means, and the largest use of all.
+
+    python3 -m venv venv && venv/bin/pip install pin example-robot-data
+    venv/bin/python benchmarks/excite_arms.py build/test/apps/rivid_excite [--seeds N] [ARM ...]
+"""
+
+import json
+import pathlib
+import resource
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pinocchio as pin
+
+RATE, DURATION, DENSER = 500, 15, 10
+ROBOTS = pathlib.Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
+ARMS = {  # description, base link, tip link; none where the robot is a single chain
+    "z1": ("z1_description/urdf/z1.urdf", None, None),
+    "xarm7": ("xarm_description/urdf/xarm7.urdf", None, None),
+    "so100": ("so_arm_description/urdf/so100.urdf", None, None),
+    "so101": ("so_arm_description/urdf/so101.urdf", None, None),
+    "kinova": ("kinova_description/robots/kinova.urdf", None, None),
+    "panda": ("panda_description/urdf/panda.urdf", "panda_link0", "panda_hand"),
+    "ur3": ("ur_description/urdf/ur3_robot.urdf", None, None),
+    "ur5": ("ur_description/urdf/ur5_robot.urdf", None, None),
+    "ur10": ("ur_description/urdf/ur10_robot.urdf", None, None),
+    "talos": ("talos_data/robots/talos_left_arm.urdf", None, None),
+    "tiago": ("tiago_description/robots/tiago.urdf", "torso_fixed_link", "arm_7_link"),
+    "tiago right": ("tiago_description/robots/tiago_dual.urdf", "torso_fixed_link", "arm_right_7_link"),
+    "tiago pro": ("tiago_pro_description/robots/tiago_pro.urdf", "torso_arm_right_link", "arm_right_7_link"),
+    "baxter": ("baxter_description/urdf/baxter.urdf", "torso", "left_wrist"),
+    "pr2": ("pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_gripper_palm_link"),
+    "g1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", "torso_link", "left_wrist_yaw_link"),
+    "romeo": ("romeo_description/urdf/romeo.urdf", "torso", "l_wrist"),
+    "icub": ("icub_description/robots/icub.urdf", "chest", "l_hand"),
+    "centauro": ("centauro_description/urdf/centauro.urdf", "torso_2", "arm1_6"),
+    "alex": ("alex_description/urdf/alex_nub_hands.urdf", "Torso", "LeftWristRollLink"),
+}
+LIMITS = {"velocity": 2.0, "torque": 50.0, "acceleration": 10.0}  # rad/s, N m, rad/s²
+NOISE = 0.01  # of the torque limit
+
+
+class Arm:
+    def __init__(self, name):
+        file, base, tip = ARMS[name]
+        self.urdf, self.base, self.tip = ROBOTS / file, base, tip
+        root = ElementTree.parse(self.urdf).getroot()
+        model = pin.buildModelFromUrdf(str(self.urdf))
+        if tip:
+            joint = model.frames[model.getFrameId(tip)].parentJoint
+            stop = model.frames[model.getFrameId(base)].parentJoint
+            chain = []
+            while joint not in (stop, 0):
+                chain.append(joint)
+                joint = model.parents[joint]
+            others = [j for j in range(1, model.njoints) if j not in chain]
+            model = pin.buildReducedModel(model, others, pin.neutral(model))
+        self.model, self.data, self.n = model, model.createData(), model.nv
+        self.joints = list(model.names)[1:]
+        xml = {joint.get("name"): joint for joint in root.findall("joint")}
+        value = lambda name, tag, key: float((xml[name].find(tag) if xml[name].find(tag) is not None else {}).get(key, 0))
+        self.endless = [model.joints[j].nq == 2 for j in range(1, model.njoints)]
+        self.damping = np.array([value(name, "dynamics", "damping") for name in self.joints])
+        self.friction = np.array([value(name, "dynamics", "friction") for name in self.joints])
+        given = {
+            "velocity": np.array([value(name, "limit", "velocity") for name in self.joints]),
+            "torque": np.array([value(name, "limit", "effort") for name in self.joints]),
+        }
+        self.limits, self.notes = {}, []
+        for what, most in (("velocity", 50.0), ("torque", 5000.0)):
+            usable = (given[what] > 0) & (given[what] < most)
+            self.limits[what] = np.where(usable, given[what], LIMITS[what])
+            if not usable.all():
+                self.notes.append(f"{what} of {(~usable).sum()} joints")
+
+    def experiment(self):
+        lists = lambda values: json.dumps([float(v) for v in values])
+        lines = ["[robot]", f'urdf = "{self.urdf}"', "gravity = [0, 0, -9.81]"]
+        lines += [f'base = "{self.base}"', f'tip = "{self.tip}"'] if self.tip else []
+        lines += ["[excitation]", f"duration = {DURATION}", f"rate_hz = {RATE}", "starts = 1"]
+        lines += [f"noise = {lists(NOISE * self.limits['torque'])}", "[excitation.limits]"]
+        lines += [f"{what} = {lists(values)}" for what, values in self.limits.items()]
+        lines += [f"acceleration = {LIMITS['acceleration']}"]
+        return "\n".join(lines) + "\n"
+
+    def full(self, q):
+        return np.concatenate([[np.cos(x), np.sin(x)] if e else [x] for e, x in zip(self.endless, q)])
+
+    def largest_use(self, plan):
+        """Of half the range of each limit, on the dense grid."""
+        series = {key: np.array(plan["motion"][key]) for key in ("A", "B", "q0")}
+        t = np.linspace(0, plan["motion"]["duration"], DENSER * RATE * DURATION + 1)
+        w = plan["motion"]["omega_f"] * np.arange(1, series["A"].shape[1] + 1)
+        sines, cosines = np.sin(np.outer(t, w)), np.cos(np.outer(t, w))
+        q = series["q0"] + (sines / w) @ series["A"].T - (cosines / w) @ series["B"].T
+        v = cosines @ series["A"].T + sines @ series["B"].T
+        a = -(sines * w) @ series["A"].T + (cosines * w) @ series["B"].T
+        tau = np.array([pin.rnea(self.model, self.data, self.full(q[k]), v[k], a[k]) for k in range(len(t))])
+        tau += self.damping * v + self.friction * np.sign(v)
+        # The part of the range, about its middle, that is left by default.
+        low = np.array([-np.pi if e else x for e, x in zip(self.endless, self.bounds(self.model.lowerPositionLimit))])
+        high = np.array([np.pi if e else x for e, x in zip(self.endless, self.bounds(self.model.upperPositionLimit))])
+        shares = {
+            "position": np.abs(q - (low + high) / 2) / (0.95 * (high - low) / 2),
+            "velocity": np.abs(v) / (0.9 * self.limits["velocity"]),
+            "acceleration": np.abs(a) / LIMITS["acceleration"],
+            "torque": np.abs(tau) / (0.8 * self.limits["torque"]),
+        }
+        quantity = max(shares, key=lambda key: shares[key].max())
+        joint = self.joints[int(shares[quantity].max(axis=0).argmax())]
+        return shares[quantity].max(), f"{quantity} of {joint}"
+
+    def bounds(self, limits):
+        return [0.0 if e else limits[self.model.joints[j + 1].idx_q] for j, e in enumerate(self.endless)]
+
+
+def design(excite, arm, seed):
+    """The plan, or why there is none, and processor seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder, "arm.toml")
+        file.write_text(arm.experiment())
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        command = [excite, str(file), "--threads", "1", "--seed", str(seed), "--quiet", "--output", folder]
+        done = subprocess.run(command, capture_output=True, text=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        if done.returncode:
+            return None, done.stderr.strip(), seconds
+        return json.loads(pathlib.Path(folder, "plan.json").read_text()), "", seconds
+
+
+def row_of(excite, name, seeds):
+    arm = Arm(name)
+    times, log_dets, uses = [], [], []
+    for seed in range(1, seeds + 1):
+        plan, fault, seconds = design(excite, arm, seed)
+        if plan is None:
+            return f"| {name} | {arm.n} | | {seconds:.1f} | none, seed {seed}: {fault} | | |"
+        times.append(seconds)
+        log_dets.append(plan["log_det"])
+        uses.append(arm.largest_use(plan))
+    use, where = max(uses)
+    return (
+        f"| {name} | {arm.n} | {len(plan['parameters'])} | {np.mean(times):.1f} | {np.mean(log_dets):.0f} | "
+        f"{100 * use:.4f} %, {where} | {', '.join(arm.notes)} |"
+    )
+
+
+def main():
+    excite, *names = sys.argv[1:]
+    seeds = 1
+    if names[:1] == ["--seeds"]:
+        seeds = int(names[1])
+        names = names[2:]
+    print("| arm | joints | parameters | CPU s | log det | largest use of a limit | given besides |")
+    print("|---|---|---|---|---|---|---|")
+    for name in names or ARMS:
+        print(row_of(excite, name, seeds), flush=True)
+
+
+if __name__ == "__main__":
+    main()
