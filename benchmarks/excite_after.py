@@ -22,13 +22,13 @@ from scipy.signal import butter, filtfilt
 LOGS = ("ident_30s_12harm", "ident_40s_12harm", "unload_14harm")
 RATE = 100.0  # Hz, after resampling
 CUTOFF = 7.0  # Hz
-DECIMATION = 5
 TRIM = 50  # samples
-EXPERIMENT = """[robot]
+ROBOT = """[robot]
 urdf = "{data}/ur10e.urdf"
 friction = "symmetric"
 drive_gain = [11.78, 11.98, 9.82, 10.69, 10.53, 10.63]
-[log]
+"""
+LOG = """[log]
 files = ["{data}/{log}.csv"]
 position = ["q1", "q2", "q3", "q4", "q5", "q6"]
 control = ["i1", "i2", "i3", "i4", "i5", "i6"]
@@ -43,7 +43,8 @@ trim = 50
 [method]
 name = "wls"
 covariance = "hac"
-[excitation]
+"""
+EXCITATION = """[excitation]
 rate_hz = 100
 noise = {noise}
 noise_rate_hz = 20
@@ -67,25 +68,26 @@ class Study:
     def __init__(self, apps, data, folder):
         self.apps, self.data, self.folder = apps, data, folder
 
-    def experiment(self, log, noise):
-        file = self.folder / "experiment.toml"
-        file.write_text(EXPERIMENT.format(data=self.data, log=log, noise=json.dumps(list(noise))))
+    def experiment(self, name, text, **values):
+        file = self.folder / name
+        file.write_text((ROBOT + text).format(data=self.data, **values))
         return file
 
     def run(self, program, *arguments):
         subprocess.run([self.apps / program, *arguments, "--quiet"], check=True, capture_output=True)
 
     def residuals(self, log):
-        self.run("rivid_identify", self.experiment(log, [1.0] * 6), "--output", self.folder / "result")
+        self.run("rivid_identify", self.experiment("log.toml", LOG, log=log), "--output", self.folder / "result")
         return json.loads((self.folder / "result/result.json").read_text())
 
     def check(self, log, noise):
         """Reported over forecast standard deviations of a log."""
-        file = self.experiment(log, noise)
+        file = self.experiment("motion.toml", EXCITATION, noise=json.dumps(list(noise)))
         motion_of(self.data, log, self.folder / "motion.csv")
         self.run("rivid_excite", "forecast", file, self.folder / "motion.csv", "--output", self.folder / "forecast")
         plan = self.folder / "forecast/forecast.json"
-        self.run("rivid_identify", file, "--output", self.folder / "result", "--plan", plan)
+        log_file = self.experiment("log.toml", LOG, log=log)
+        self.run("rivid_identify", log_file, "--output", self.folder / "result", "--plan", plan)
         return json.loads((self.folder / "result/plan_check.json").read_text())
 
 
@@ -95,7 +97,7 @@ def main():
         study = Study(apps, data, pathlib.Path(name))
         for known in LOGS:
             result = study.residuals(known)
-            sigma = np.array([joint["sigma_rho"] for joint in result["joints"]])
+            sigma = np.array([joint["sigma_rho"] for joint in result["fit"]["joints"]])
             worth = [joint["ratio"] for joint in study.check(known, sigma)["joints"]]
             for other in LOGS:
                 if other == known:

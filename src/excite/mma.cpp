@@ -14,6 +14,10 @@ namespace {
 // Limits that are kept to rounding count as kept.
 constexpr double kept = 1e-9;
 
+// Each step ends in a maximisation of its own, of which NLopt asks for 1e-14 and which takes most of the time. With 1e-8 the
+// search gets stuck.
+constexpr double dual_tolerance = 1e-10;
+
 // NLopt asks for the objective and for the limits one after the other, at the same variables.
 class Search {
  public:
@@ -109,6 +113,7 @@ MmaResult minimised(const std::function<MmaValue(const Vector&, Vector&, Matrix&
   }
   nlopt_set_ftol_abs(solver.get(), options.tolerance);
   nlopt_set_maxeval(solver.get(), options.evaluations);
+  nlopt_set_param(solver.get(), "dual_ftol_rel", dual_tolerance);
   double objective = 0.0;
   z = z.cwiseMax(-options.bound).cwiseMin(options.bound);
   // How it ended says nothing that the best point does not.

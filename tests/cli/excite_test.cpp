@@ -145,9 +145,11 @@ TEST_F(Excite, KeepsItsMarginsAndForecastsWithAWrongPrior) {
       EXPECT_LT(log.v_tau.col(j).cwiseAbs().maxCoeff(), most / torque_share) << name;
     }
   }
-  const Outcome identified = outcome_of(
-      {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "result", "--plan", "plan"},
-      folder_.path());
+  // By default errors that last longer than any lag count, too, which a log of ten seconds shows little of: that reports
+  // some 20 % more, whatever the prior.
+  const Outcome identified = outcome_of({RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--set",
+                                         "method.covariance=\"hac\"", "--output", "result", "--plan", "plan"},
+                                        folder_.path());
   ASSERT_EQ(identified.exit_code, 0) << identified.err;
   EXPECT_NEAR(Json::parse(folder_.read("result/plan_check.json"))["ratio"].get<double>(), 1.0, 0.15);
   int inside = 0;
@@ -249,9 +251,9 @@ TEST_F(Excite, AddsToWhatAnEarlierLogTells) {
   const Outcome run = excite({"forecast", "arm/excite.toml", "plan/motion.csv", "--output", "again",
                               "--quiet", "--set", "excitation.known=[\"../earlier/log.csv\"]"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  // The motion once more is worth b log 2; rows of the log that are near a reversal are left out, some two in a hundred.
+  // The motion once more is worth b log 2; rows of the log that are near a reversal are left out, some three in a hundred.
   const double both = Json::parse(folder_.read("again/forecast.json"))["log_det"];
-  EXPECT_NEAR(both, first["log_det"].get<double>() + 52.0 * std::log(2.0), 0.03 * 52.0);
+  EXPECT_NEAR(both, first["log_det"].get<double>() + 52.0 * std::log(2.0), 0.04 * 52.0);
 }
 
 TEST_F(Excite, GivesTheSameMotionForTheSameSeed) {
