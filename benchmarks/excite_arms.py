@@ -36,7 +36,7 @@ ARMS = {  # description, base link, tip link; none where the robot is a single c
     "talos": ("talos_data/robots/talos_left_arm.urdf", None, None),
     "tiago": ("tiago_description/robots/tiago.urdf", "torso_fixed_link", "arm_7_link"),
     "tiago right": ("tiago_description/robots/tiago_dual.urdf", "torso_fixed_link", "arm_right_7_link"),
-    "tiago pro": ("tiago_pro_description/robots/tiago_pro.urdf", "torso_arm_right_link", "arm_right_7_link"),
+    "tiago pro": ("tiago_pro_description/robots/tiago_pro.urdf", "torso_lift_link", "arm_right_7_link"),
     "baxter": ("baxter_description/urdf/baxter.urdf", "torso", "left_wrist"),
     "pr2": ("pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_gripper_palm_link"),
     "g1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", "torso_link", "left_wrist_yaw_link"),
@@ -55,7 +55,12 @@ class Arm:
         self.urdf, self.base, self.tip = ROBOTS / file, base, tip
         root = ElementTree.parse(self.urdf).getroot()
         model = pin.buildModelFromUrdf(str(self.urdf))
+        self.gravity = np.array([0.0, 0.0, -9.81])
         if tip:
+            # In the axes of the base link, which need not stand upright.
+            data = model.createData()
+            pin.framesForwardKinematics(model, data, pin.neutral(model))
+            self.gravity = data.oMf[model.getFrameId(base)].rotation.T @ self.gravity
             joint = model.frames[model.getFrameId(tip)].parentJoint
             stop = model.frames[model.getFrameId(base)].parentJoint
             chain = []
@@ -84,7 +89,7 @@ class Arm:
 
     def experiment(self):
         lists = lambda values: json.dumps([float(v) for v in values])
-        lines = ["[robot]", f'urdf = "{self.urdf}"', "gravity = [0, 0, -9.81]"]
+        lines = ["[robot]", f'urdf = "{self.urdf}"', f"gravity = {lists(self.gravity)}"]
         lines += [f'base = "{self.base}"', f'tip = "{self.tip}"'] if self.tip else []
         lines += ["[excitation]", f"duration = {DURATION}", f"rate_hz = {RATE}", "starts = 1"]
         lines += [f"noise = {lists(NOISE * self.limits['torque'])}", "[excitation.limits]"]
@@ -146,7 +151,8 @@ def row_of(excite, name, seeds):
         if plan is None:
             return f"| {name} | {arm.n} | | {seconds:.1f} | none, seed {seed}: {fault} | | |"
         times.append(seconds)
-        log_dets.append(plan["log_det"])
+        # Not a number where some parameter is not seen.
+        log_dets.append(np.nan if plan["log_det"] is None else plan["log_det"])
         uses.append(arm.largest_use(plan))
     use, where = max(uses)
     return (

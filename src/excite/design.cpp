@@ -314,6 +314,14 @@ Vector Designer::polished(const Found& best) {
       objective = value.objective;
     }
   }
+  if (!problem(kept).defined) {
+    // Dry friction that is more than the torque may be lets a joint rest, but not move.
+    constexpr double little = 0.01;
+    Index at = 0;
+    const double excess = check(best.rest + little * (z - best.rest)).maxCoeff(&at);
+    throw InputError("design: no motion within the limits was found: in a small one " +
+                     excess_in_words(task_, at, excess));
+  }
   return kept;
 }
 

@@ -143,6 +143,13 @@ TEST(Design, OfSplinesKeepsAllLimitsBetweenTheSamples) {
   }
 }
 
+TEST(Design, NamesAJointThatItsFrictionHolds) {
+  Robot robot = arm();
+  const ExcitationOptions options = quick();
+  robot.joints[5].Fc = 1.1 * motion_bounds(robot, options.limits).torque[5];
+  EXPECT_NE(message(robot, options).find("joint_6: torque"), std::string::npos) << message(robot, options);
+}
+
 TEST(Design, OfTheConditionNumberLowersIt) {
   ExcitationOptions options = quick();
   options.criterion = Criterion::condition;
