@@ -54,7 +54,7 @@ toml::array rows_of(const Matrix& values) {
 }
 
 // The series, or the positions of motion.csv, which lies beside the file.
-toml::table reference_of(const Excitation& excitation) {
+toml::table reference_section(const Excitation& excitation) {
   if (excitation.series) {
     const FourierSeries& series = *excitation.series;
     return toml::table{{"type", FourierSeries::word}, {"omega_f", series.omega_f},
@@ -115,7 +115,7 @@ std::string experiment_text(const ExcitationPlan& plan, const Excitation& excita
     file.erase(name);
   }
   move_paths(file, false, plan.experiment.file.parent_path(), folder);
-  file.insert("reference", reference_of(excitation));
+  file.insert("reference", reference_section(excitation));
   section(file, "log").insert_or_assign("files", "log.csv");
   const bool controlled = plan.experiment.control.has_value();
   toml::table& signal = section(file, "signal");
