@@ -48,20 +48,23 @@ class Excite : public testing::Test {
     EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
   }
 
+  // Simulates the plan, whose motion is the reference.
+  void simulate() const {
+    const Outcome simulated =
+        outcome_of({RIVID_SIMULATE, "plan/experiment.toml", "--output", "plan"}, folder_.path());
+    ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+    const rivid::Log log = rivid::read_csv(folder_.path() / "plan/log.csv");
+    const rivid::Log motion = rivid::read_csv(folder_.path() / "plan/motion.csv");
+    ASSERT_EQ(log.q_r.rows(), motion.q.rows());
+    EXPECT_LE((log.q_r - motion.q).cwiseAbs().maxCoeff(), 1e-9);
+  }
+
   TemporaryFolder folder_;
 };
 
 TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForecast) {
   const Json plan_json = plan();
-  const Outcome simulated =
-      outcome_of({RIVID_SIMULATE, "plan/experiment.toml", "--output", "plan"}, folder_.path());
-  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
-
-  // The simulated reference is the planned motion.
-  const rivid::Log log = rivid::read_csv(folder_.path() / "plan/log.csv");
-  const rivid::Log motion = rivid::read_csv(folder_.path() / "plan/motion.csv");
-  ASSERT_EQ(log.q_r.rows(), motion.q.rows());
-  EXPECT_LE((log.q_r - motion.q).cwiseAbs().maxCoeff(), 1e-9);
+  ASSERT_NO_FATAL_FAILURE(simulate());
 
   const Outcome identified = outcome_of(
       {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "result"}, folder_.path());
@@ -170,13 +173,7 @@ TEST_F(Excite, WritesSplinesThatOtherToolsRead) {
   }
   EXPECT_NE(folder_.read("plan/joint_trajectory.yaml").find("time_from_start: {sec: 10, nanosec: 0}"),
             std::string::npos);
-  const Outcome simulated =
-      outcome_of({RIVID_SIMULATE, "plan/experiment.toml", "--output", "plan"}, folder_.path());
-  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
-  const rivid::Log log = rivid::read_csv(folder_.path() / "plan/log.csv");
-  const rivid::Log motion = rivid::read_csv(folder_.path() / "plan/motion.csv");
-  ASSERT_EQ(log.q_r.rows(), motion.q.rows());
-  EXPECT_LE((log.q_r - motion.q).cwiseAbs().maxCoeff(), 1e-9);
+  ASSERT_NO_FATAL_FAILURE(simulate());
   const Outcome identified = outcome_of(
       {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "result", "--plan", "plan"},
       folder_.path());

@@ -63,7 +63,7 @@ struct ContactObserverOptions {
 /// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed). r remembers what it was for
 /// 1 / bandwidth, so mean and deviation pass through its low-pass too: what friction has left at a slow reversal is no contact behind
 /// it. The largest deviation of each second is kept as well; by Gumbel's distribution these give the threshold for the false alarms that
-/// the options ask for. Before anything was learned there is no threshold and no contact.
+/// the options ask for. A joint has no threshold (infinity), and sees no contact, before it has spent three seconds in one class and one more.
 ///
 /// After the constructor no member allocates, throws or locks.
 ///
