@@ -107,6 +107,33 @@ TEST_F(FirstAnswer, IsNotSpoiledByAShortLogBesideALongOne) {
   }
 }
 
+// The rows of a long log are chosen by a part of it: not by one that stands still.
+TEST_F(FirstAnswer, IsNotSpoiledByAPauseThatIsLongerThanTheMotion) {
+  const Log moving = log(1.0, 5);
+  constexpr Index pause = 60'000;
+  const auto held = [&](const Matrix& signal, double noise, std::uint64_t stream) {
+    Matrix out(moving.samples() + pause, signal.cols());
+    out.topRows(moving.samples()) = signal;
+    out.bottomRows(pause) = signal.bottomRows(1).replicate(pause, 1) +
+                            white_noise(5, stream, pause, Vector::Constant(signal.cols(), noise));
+    return out;
+  };
+  Log paused = moving;
+  paused.t = Vector::LinSpaced(moving.samples() + pause, 0.0,
+                               static_cast<double>(moving.samples() + pause - 1) / moving.f_m);
+  paused.q = held(moving.q, encoder_noise, 21);
+  paused.v_tau = held(moving.v_tau, 0.0, 22);
+  paused.q_r = held(moving.q_r, 0.0, 23);
+  const Identification alone = identify(robot, moving, Estimation{});
+  const Identification found = identify(robot, paused, Estimation{});
+  ASSERT_EQ(found.status, Status::identified);
+  EXPECT_GE(found.row_choice->decimation, alone.row_choice->decimation / 2);
+  EXPECT_LE(found.row_choice->decimation, alone.row_choice->decimation * 2);
+  for (Index i = 0; i < base.size(); ++i) {
+    EXPECT_LT(std::abs(z(found, i)), 5.0);
+  }
+}
+
 TEST_F(FirstAnswer, LeavesWhatWasAskedForAlone) {
   const Log one = log(1.0, 4);
   for (const SignalOptions& signal : {SignalOptions{.decimation = {1}}, SignalOptions{.cutoff_hz = 20.0},

@@ -35,8 +35,10 @@ constexpr double fewest_rows = 4.0;
 constexpr double enough_rows = 10.0;
 // Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
-// Samples that a window is chosen by: of longer logs a part stands for all.
+// Samples that a window is chosen by: of longer logs a part stands for all, if each joint moves there at least so much of what it would
+// if it moved evenly all the time.
 constexpr Index most_samples = 30000;
+constexpr double even_motion = 0.5;
 // Windows that the longest and the shortest log have room for at least.
 constexpr Index many_windows = 20;
 constexpr Index some_windows = 4;
@@ -59,27 +61,68 @@ std::vector<int> windows(Index most) {
   return out;
 }
 
-// Stretches from the middle of long logs.
-std::vector<Log> parts_of(std::span<const Log> logs) {
-  Index samples = 0;
+Index samples_of(std::span<const Log> logs) {
+  Index out = 0;
   for (const Log& log : logs) {
-    samples += log.samples();
-  }
-  std::vector<Log> out;
-  for (const Log& log : logs) {
-    const Index count = static_cast<Index>(static_cast<double>(log.samples()) *
-                                           static_cast<double>(most_samples) / static_cast<double>(samples));
-    out.push_back(excerpt(log, (log.samples() - count) / 2, count));
+    out += log.samples();
   }
   return out;
 }
 
-bool are_long(std::span<const Log> logs, const SignalOptions& signal) {
-  Index samples = 0;
-  for (const Log& log : logs) {
-    samples += log.samples();
+// Samples between two positions whose difference is motion rather than noise.
+Index motion_span(const Log& log) {
+  return std::clamp<Index>(static_cast<Index>(0.05 * log.f_m), 1, std::max<Index>(log.samples() / 4, 1));
+}
+
+// Mean squared displacement of each joint over `span` samples, from a stretch of the log.
+Vector motion(const Log& log, Index span, Index first, Index count) {
+  const Index m = std::max<Index>(count - span, 0);
+  const auto difference = log.q.middleRows(first + count - m, m) - log.q.middleRows(first, m);
+  return difference.colwise().squaredNorm().transpose() / static_cast<double>(std::max<Index>(m, 1));
+}
+
+// So many samples of a log that stand for it: its middle, or where a joint hardly moves there, the stretch in which the joint that moves least
+// moves most. Nothing where a joint hardly moves in that one either, as in logs that move one joint after the other.
+std::optional<Log> part_of(const Log& log, Index count) {
+  const Index span = motion_span(log);
+  const Vector whole = motion(log, span, 0, log.samples());
+  const auto least = [&](Index first) {
+    const Vector here = motion(log, span, first, count);
+    double out = std::numeric_limits<double>::infinity();
+    for (Index j = 0; j < whole.size(); ++j) {
+      out = std::min(out, whole[j] > 0.0 ? here[j] / whole[j] : 1.0);
+    }
+    return out;
+  };
+  Index best = (log.samples() - count) / 2;
+  double most = least(best);
+  const Index step = std::max<Index>(count / 4, 1);
+  for (Index first = 0; most < even_motion && first + count <= log.samples(); first += step) {
+    if (const double moves = least(first); moves > most) {
+      most = moves;
+      best = first;
+    }
   }
-  return samples > most_samples && !signal.window;
+  return most >= even_motion ? std::optional(excerpt(log, best, count)) : std::nullopt;
+}
+
+// What stands for long logs, or nothing where they are taken whole.
+std::vector<Log> parts_of(std::span<const Log> logs, const SignalOptions& signal) {
+  const Index samples = samples_of(logs);
+  std::vector<Log> out;
+  if (samples <= most_samples || signal.window) {
+    return out;
+  }
+  for (const Log& log : logs) {
+    std::optional<Log> part =
+        part_of(log, static_cast<Index>(static_cast<double>(log.samples()) *
+                                        static_cast<double>(most_samples) / static_cast<double>(samples)));
+    if (!part) {
+      return {};
+    }
+    out.push_back(*std::move(part));
+  }
+  return out;
 }
 
 // The longest window that still divides the longest log into many, and the shortest one into some.
@@ -97,7 +140,7 @@ class Chooser {
  public:
   Chooser(const Robot& robot, std::span<const Log> logs, const Estimation& asked)
       : robot_(robot),
-        parts_(are_long(logs, asked.signal) ? parts_of(logs) : std::vector<Log>()),
+        parts_(parts_of(logs, asked.signal)),
         logs_(parts_.empty() ? logs : std::span<const Log>(parts_)),
         noise_(position_noise(logs_)),
         windows_(windows(longest_window(logs_))) {
@@ -145,22 +188,18 @@ class Chooser {
 
  private:
   [[nodiscard]] std::vector<double> thresholds() const {
+    Vector squares = Vector::Zero(robot_.size());
+    double count = 0.0;
+    for (const Log& log : logs_) {
+      const Index span = motion_span(log);
+      const double scale = log.f_m / static_cast<double>(span);
+      const auto m = static_cast<double>(std::max<Index>(log.samples() - span, 0));
+      squares += m * scale * scale * motion(log, span, 0, log.samples());
+      count += m;
+    }
     std::vector<double> out;
-    for (Index j = 0; j < robot_.size(); ++j) {
-      double squares = 0.0;
-      double count = 0.0;
-      for (const Log& log : logs_) {
-        // Differences over so many samples that noise does not count.
-        const Index span =
-            std::clamp<Index>(static_cast<Index>(0.05 * log.f_m), 1, std::max<Index>(log.samples() / 4, 1));
-        const Index m = log.samples() - span;
-        if (m > 0) {
-          const double scale = log.f_m / static_cast<double>(span);
-          squares += scale * scale * (log.q.col(j).tail(m) - log.q.col(j).head(m)).squaredNorm();
-          count += static_cast<double>(m);
-        }
-      }
-      out.push_back(slow_part * std::sqrt(squares / std::max(count, 1.0)));
+    for (const double square : squares) {
+      out.push_back(slow_part * std::sqrt(square / std::max(count, 1.0)));
     }
     return out;
   }
