@@ -21,8 +21,10 @@ constexpr double wrong_unit = 8.0;
 constexpr double wrong_clock = 20.0;  // of inertia against gravity: the square of the clock's factor
 // Inertia of a joint over those of joints nearer to the base that no arm has.
 constexpr double larger_behind = 20.0;
-// Part of the torques that gravity, or inertia, must make up to be compared.
+// Part of the torques that gravity, or inertia, must make up to be compared; what makes up more than `cancelled` of them is cancelled by
+// another column, as inertia by that of the rotor where one joint moves at a time.
 constexpr double visible = 0.1;
+constexpr double cancelled = 3.0;
 // Mass that moves with a joint, as inertia over its squared reach, beyond which no arm is [kg].
 constexpr double lightest = 0.01;
 constexpr double heaviest = 1500.0;
@@ -136,7 +138,8 @@ Sizes sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& 
   const Vector x = solved(qr);
   const double all = static_cast<double>(n) * static_cast<double>(probe.logs().size());
   const auto seen = [&](double factor, double square) {
-    return std::isfinite(factor) && std::abs(factor) * std::sqrt(square / all) > visible ? factor : 0.0;
+    const double part = std::abs(factor) * std::sqrt(square / all);
+    return visible < part && part < cancelled ? factor : 0.0;
   };
   return {.gravity = seen(x[0], gravity),
           .inertia = seen(x[1], inertia),

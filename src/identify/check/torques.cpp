@@ -212,7 +212,9 @@ void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& 
   Reading other = reading;
   other.gravity *= -1.0;
   const ProbeScore upside_down = probe.score(other);
-  if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total) {
+  // Each half of the logs with the other's parameters must say so too: where little is excited, either way fits.
+  if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total &&
+      probe.left_of_other_half(other) < clearly_better * probe.left_of_other_half(reading)) {
     out.add("gravity_direction", base_name(robot),
             "gravity points the other way: the model then leaves " +
                 number(100.0 * std::sqrt(upside_down.total), 2) + " % of the torques instead of " +
