@@ -1,10 +1,10 @@
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "dense.hpp"
 #include "export/model_tree.hpp"
 #include "rivid/text.hpp"
 
@@ -145,11 +145,11 @@ class MjcfWriter {
     const std::array<double, 6>& I = values.inertia;
     Eigen::Matrix3d tensor;
     tensor << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(tensor);
-    Eigen::Matrix3d axes = principal.eigenvectors();
+    const SymmetricEigen principal = symmetric_eigen(tensor);
+    Eigen::Matrix3d axes = principal.vectors;
     axes.col(2) *= axes.determinant() < 0.0 ? -1.0 : 1.0;
     // MuJoCo refuses a triangle inequality that rounding violates.
-    Eigen::Vector3d moments = principal.eigenvalues();
+    Eigen::Vector3d moments = principal.values;
     moments[2] = std::min(moments[2], moments[0] + moments[1]);
     const Eigen::Quaterniond q(values.pose.rotation() * axes);
     pugi::xml_node node = child_of(body, "inertial");

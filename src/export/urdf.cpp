@@ -1,6 +1,6 @@
 #include "rivid/export/urdf.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -11,6 +11,7 @@
 #include <span>
 #include <utility>
 
+#include "dense.hpp"
 #include "export/joint_values.hpp"
 #include "export/xml_edit.hpp"
 #include "model/urdf_document.hpp"
@@ -267,12 +268,12 @@ class Writer {
   // The largest s for which whole − s part is a body; zero where whole is flat.
   static double largest_share(const Inertial& part, const Inertial& whole) {
     const Eigen::Matrix4d J = pseudo_inertia(whole);
-    if (Eigen::LLT<Eigen::Matrix4d>(J).info() != Eigen::Success) {
+    const Eigen::LLT<Eigen::Matrix4d> factor(J);
+    if (factor.info() != Eigen::Success) {
       return 0.0;
     }
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix4d> eigen(pseudo_inertia(part), J,
-                                                                          Eigen::EigenvaluesOnly);
-    const double largest = eigen.eigenvalues().maxCoeff();
+    const Eigen::Matrix4d half = factor.matrixL().solve(pseudo_inertia(part));
+    const double largest = detail::symmetric_eigenvalues(factor.matrixL().solve(half.transpose())).maxCoeff();
     return largest > 1.0 ? 1.0 / largest : 1.0;
   }
 
@@ -401,9 +402,7 @@ std::optional<std::string> body_complaint(const Inertial& inertial) {
   if (!(body.mass > 0.0)) {
     return "its mass is " + number(body.mass, 4) + " kg, must be positive";
   }
-  const Eigen::Vector3d moments =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.second_moments(), Eigen::EigenvaluesOnly)
-          .eigenvalues();
+  const Eigen::Vector3d moments = detail::symmetric_eigenvalues(body.second_moments());
   // Rounding of the step from the link's origin to the centre of mass counts, too.
   const double size = std::max(moments.cwiseAbs().maxCoeff(), inertial.head<6>().cwiseAbs().maxCoeff());
   if (moments[0] < -body_tolerance * size) {

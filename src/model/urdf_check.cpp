@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "dense.hpp"
 #include "rivid/text.hpp"
 #include "urdf_document.hpp"
 
@@ -153,9 +153,7 @@ class Checker {
       return;
     }
     // Scaled, so that huge and tiny figures neither overflow nor vanish.
-    const Eigen::Vector3d moments =
-        size *
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor / size, Eigen::EigenvaluesOnly).eigenvalues();
+    const Eigen::Vector3d moments = size * symmetric_eigenvalues(tensor / size);
     const std::string principal = joined(moments[0], ", ", moments[1], ", ", moments[2], " kg·m²");
     if (moments[0] < -inertia_tolerance * size) {
       refuse_body(node, who + ": its inertia is not positive semidefinite: principal moments " + principal,

@@ -1,11 +1,12 @@
 #include "report/analysis.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "dense.hpp"
 
 namespace rivid::detail {
 
@@ -262,15 +263,17 @@ void add_ellipsoids(const Robot& robot, const Vector& q, const std::vector<Inert
     }
     const Eigen::Vector3d centre = P.topRightCorner<3, 1>() / mass;
     const Eigen::Matrix3d moments = P.topLeftCorner<3, 3>() - mass * centre * centre.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(moments);
-    if (principal.eigenvalues().minCoeff() < -1e-9 * principal.eigenvalues().cwiseAbs().maxCoeff()) {
+    const SymmetricEigen principal = symmetric_eigen(moments);
+    if (principal.values.minCoeff() < -1e-9 * principal.values.cwiseAbs().maxCoeff()) {
       continue;
     }
     // ∫ x² dm of an ellipsoid with semi-axis a is m a² / 5.
-    const Eigen::Vector3d axes = (5.0 / mass * principal.eigenvalues().cwiseMax(0.0)).cwiseSqrt();
+    const Eigen::Vector3d moments_of_axes = principal.values;
+    const Eigen::Matrix3d directions = principal.vectors;
+    const Eigen::Vector3d axes = (5.0 / mass * moments_of_axes.cwiseMax(0.0)).cwiseSqrt();
     const Eigen::Matrix3d to_base = frames[j].linear() * link_axes(robot.chain.links[j]).transpose();
     out.ellipsoids.push_back({robot.joints[j].link, style, mass, frames[j].translation() + to_base * centre,
-                              to_base * principal.eigenvectors() * axes.asDiagonal()});
+                              to_base * directions * axes.asDiagonal()});
   }
 }
 

@@ -1,11 +1,11 @@
 #include "report/charts.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "dense.hpp"
 #include "report/markup.hpp"
 #include "report/scale.hpp"
 #include "report/svg.hpp"
@@ -234,9 +234,9 @@ Eigen::Matrix<double, 2, 3> view() {
 std::string ellipse_picture(const Skeleton::Ellipsoid& body, const Eigen::Matrix<double, 2, 3>& P,
                             const Eigen::Vector2d& middle, double pixels) {
   const Eigen::Matrix<double, 2, 3> A = P * body.axes;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> outline(A * A.transpose());
-  const Eigen::Vector2d radius = pixels * outline.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::Vector2d major = outline.eigenvectors().col(1);
+  const SymmetricEigen outline = symmetric_eigen(A * A.transpose());
+  const Eigen::Vector2d radius = pixels * outline.values.cwiseMax(0.0).cwiseSqrt();
+  const Eigen::Vector2d major = outline.vectors.col(1);
   const Eigen::Vector2d at = middle + pixels * (P * body.centre);
   return "<ellipse class=\"" + escaped(body.style) + "\" rx=\"" + coordinate(radius[1]) + "\" ry=\"" +
          coordinate(radius[0]) + "\" transform=\"translate(" + coordinate(at[0]) + " " + coordinate(at[1]) +

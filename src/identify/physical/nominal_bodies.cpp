@@ -1,6 +1,6 @@
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "dense.hpp"
 #include "identify/physical/physical_problem.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/text.hpp"
@@ -74,8 +74,8 @@ Eigen::Vector3d half_way(const Chain& chain, std::size_t j) {
 
 // The body with its second moments raised where they are physically inconsistent; returns whether they were.
 bool mend(double radius, Eigen::Matrix4d& P) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread(P));
-  Eigen::Vector3d moments = eigen.eigenvalues();
+  const SymmetricEigen eigen = symmetric_eigen(spread(P));
+  Eigen::Vector3d moments = eigen.values;
   const double largest = moments.maxCoeff();
   if (!(largest > std::pow(point * radius, 2))) {
     moments.setConstant(std::pow(ball * radius, 2));
@@ -84,8 +84,8 @@ bool mend(double radius, Eigen::Matrix4d& P) {
   } else {
     return false;
   }
-  const Eigen::Matrix3d mended =
-      eigen.eigenvectors() * moments.asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::Matrix3d axes = eigen.vectors;
+  const Eigen::Matrix3d mended = axes * moments.asDiagonal() * axes.transpose();
   P = body(P(3, 3), P.topRightCorner<3, 1>() / P(3, 3), mended);
   return true;
 }
