@@ -109,7 +109,7 @@ std::vector<ResultChanges> changes_of(const std::vector<JudgedModel>& models,
   std::vector<ResultChanges> out;
   const auto first = std::ranges::find_if(models, [](const JudgedModel& m) { return m.result.has_value(); });
   for (auto other = first; other != models.end(); ++other) {
-    if (other != first && other->result) {
+    if (other != first && first->result && other->result) {
       out.push_back({named[static_cast<std::size_t>(first - models.begin())].name,
                      named[static_cast<std::size_t>(other - models.begin())].name,
                      parameter_changes(first->result->estimates, other->result->estimates)});
@@ -120,6 +120,7 @@ std::vector<ResultChanges> changes_of(const std::vector<JudgedModel>& models,
 
 int compare_models(const CompareArguments& arguments, const std::string& program) {
   std::vector<JudgedModel> models;
+  models.reserve(arguments.models.size());
   for (const Path& given : arguments.models) {
     models.push_back(opened(given));
   }
@@ -143,6 +144,7 @@ int compare_models(const CompareArguments& arguments, const std::string& program
   Outputs outputs = planned(inputs, files);
 
   std::vector<ComparedModel> named;
+  named.reserve(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
     named.push_back(compared(models[i], arguments.models[i], experiment.robot));
   }

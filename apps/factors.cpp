@@ -61,6 +61,7 @@ int make_factors(const FactorsArguments& arguments) {
   }
   experiment.log.files = files;
   std::vector<FactoredLog> logs;
+  logs.reserve(files.size());
   for (const Path& file : files) {
     logs.push_back({file.string(), input_sha256(file)});
   }

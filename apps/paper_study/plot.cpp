@@ -175,7 +175,8 @@ double legend_height(const Figure& figure) {
     most = std::max(most, panel.series.size());
   }
   const auto columns = static_cast<std::size_t>(legend_columns(figure.width));
-  return legend_line * static_cast<double>((most + columns - 1) / columns);
+  const std::size_t lines = (most + columns - 1) / columns;
+  return legend_line * static_cast<double>(lines);
 }
 
 std::string legend(const Panel& panel, double x_0, double y_0, int columns) {

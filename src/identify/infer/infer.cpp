@@ -80,9 +80,8 @@ Statistics statistics_of_factors(const LogFactors& factors, const Estimate& esti
 }
 
 // Of an estimate that compares something else than rows of torques.
-Statistics statistics_of_scores(const Estimate& estimate, const CovarianceOptions& options,
-                                CovarianceKind kind) {
-  const EstimateScores& scores = *estimate.scores;
+Statistics statistics_of_scores(const Estimate& estimate, const EstimateScores& scores,
+                                const CovarianceOptions& options, CovarianceKind kind) {
   Statistics out = {.uncertainty = hac_covariance(scores.series, scores.interval, estimate.bread, options,
                                                   estimate.freedom()),
                     .diagnostics = {},
@@ -103,7 +102,7 @@ Statistics statistics_of(const EstimationProblem& problem, const Estimate& estim
   const SignalOptions& signal = problem.estimation.signal;
   const CovarianceKind kind = resolved(options.kind, signal.convention);
   if (estimate.scores) {
-    return statistics_of_scores(estimate, options, kind);
+    return statistics_of_scores(estimate, *estimate.scores, options, kind);
   }
   if (kind == CovarianceKind::classical) {
     return classical_statistics(estimate);
@@ -276,7 +275,7 @@ Identification detail::identified(const EstimationProblem& problem) {
   out.R_diagonal =
       combined(plain ? data.groups : data.undecimated, out.columns, ones).R().diagonal().cwiseAbs();
   const detail::Estimated found = detail::estimated(problem, out);
-  if (found.unfiltered) {
+  if (found.unfiltered && out.prefilter) {
     const detail::Uncertainty before = detail::statistics_of(problem, *found.unfiltered).uncertainty;
     out.prefilter->sigma = before.C.diagonal().cwiseSqrt();
     out.prefilter->covariance = before.report;
@@ -286,11 +285,9 @@ Identification detail::identified(const EstimationProblem& problem) {
     return out;
   }
   detail::infer(problem, *found.estimate, out);
-  if (out.iv) {
-    detail::judge_instruments(out);
-    detail::judge_prefilter(out);
-    detail::judge_loop(found.error_with_V, out);
-  }
+  detail::judge_instruments(out);
+  detail::judge_prefilter(out);
+  detail::judge_loop(found.error_with_V, out);
   return out;
 }
 

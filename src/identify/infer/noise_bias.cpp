@@ -40,6 +40,7 @@ class Regressors {
   std::vector<Matrix> at(const Motion& motion) {
     batch_.fill(motion, 0, motion.samples(), block_);
     std::vector<Matrix> out;
+    out.reserve(batch_.joints());
     for (std::size_t i = 0; i < batch_.joints(); ++i) {
       out.emplace_back(block_.W(i));
     }
@@ -68,6 +69,7 @@ std::vector<Vector> mean_responses(const std::vector<std::vector<Matrix>>& E,
                                    const std::vector<std::vector<Index>>& columns, const Vector& chi) {
   const std::size_t n = E.size();
   std::vector<Vector> out;
+  out.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     out.emplace_back(Vector::Zero(static_cast<Index>(columns[i].size())));
   }

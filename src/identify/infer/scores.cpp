@@ -229,6 +229,7 @@ std::vector<Index> blocks_of(std::span<const Log> logs) {
     all += seconds.emplace_back(static_cast<double>(log.samples()) / log.f_m);
   }
   std::vector<Index> out;
+  out.reserve(seconds.size());
   for (const double one : seconds) {
     out.push_back(std::max<Index>(std::lround(wanted_blocks * one / all), 1));
   }

@@ -117,6 +117,9 @@ void judge_torque_lag(Identification& out) {
 }
 
 void judge_instruments(Identification& out) {
+  if (!out.iv) {
+    return;
+  }
   const Vector& F = out.iv->first_stage_F;
   std::string weak;
   for (Index i = 0; i < F.size(); ++i) {
@@ -164,6 +167,9 @@ void judge_prefilter(Identification& out) {
 }
 
 void judge_loop(double with_V, Identification& out) {
+  if (!out.iv) {
+    return;
+  }
   const LoopDiagnosis& loop = out.iv->loop;
   const auto warn = [&](const Vector& error, double limit, std::string_view what) {
     for (Index j = 0; j < error.size(); ++j) {
