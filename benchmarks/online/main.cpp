@@ -16,6 +16,8 @@ int main(int argc, char** argv) {
     ur10e_study(RIVID_REAL_DATA, RIVID_UR10E_EXPERIMENT);
   } else if (name == "pick_ups") {
     pick_up_study(data, count > 0.0 ? static_cast<int>(count) : 100, arm);
+  } else if (name == "bound") {
+    bound_study(data, count > 0.0 ? static_cast<int>(count) : 100, arm);
   } else if (name == "false_alarms") {
     false_alarm_study(data, count > 0.0 ? count : 10.0, arm);
   } else if (name == "pushes") {
@@ -25,7 +27,8 @@ int main(int argc, char** argv) {
   } else if (name == "ticks") {
     tick_study(data, count > 0.0 ? static_cast<int>(count) : 100);
   } else {
-    std::cerr << "benchmark_online_study ur10e | pick_ups [COUNT [ARM]] | false_alarms [HOURS [ARM]] | "
+    std::cerr << "benchmark_online_study ur10e | pick_ups [COUNT [ARM]] | bound [COUNT [ARM]] | false_alarms "
+                 "[HOURS [ARM]] | "
                  "pushes [EACH [ARM]] | "
                  "drift [0 ARM] | ticks [REPETITIONS]\n";
     return 2;

@@ -45,28 +45,17 @@ struct Tally {
   std::vector<Late> late;
 };
 
-constexpr double before = 15.0;
-constexpr double after = 10.0;
 constexpr double asked_delay = 0.3;  // s
 
 void pick_up(const Arm& arm, std::uint64_t seed, Tally& tally) {
-  std::mt19937_64 random(seed);
-  const Vector empty = with_friction_error(arm.robot, arm.chi_st, friction_error, random);
-  const Inertial body = random_payload(random);
-  const Vector t = test::ticks(before + after, f_m);
-  const Motion motion = test::Wandering(arm.robot.size(), seed + 5000, 0.6, 0.9).at(t);
-  Matrix tau = torques_of(arm.robot, empty, motion);
-  const Matrix with = torques_of(arm.robot, test::loaded(arm.robot, empty, body), motion);
-  const auto change = static_cast<Index>(before * f_m);
-  tau.bottomRows(t.size() - change) = with.bottomRows(t.size() - change);
-  tau = noisy(tau, arm.torque_noise, random);
-  const Matrix q = noisy(motion.q, Vector::Constant(arm.robot.size(), encoder_noise), random).transpose();
-  tau.transposeInPlace();
+  const PickUp scene(arm, seed);
+  const Inertial& body = scene.body;
+  const Index change = scene.change;
   PayloadEstimator<double> estimator(arm.model, options());
   bool found = false;
   ++tally.pick_ups;
-  for (Index k = 0; k < q.cols(); ++k) {
-    if (estimator.update(q.col(k), tau.col(k))) {
+  for (Index k = 0; k < scene.q.cols(); ++k) {
+    if (estimator.update(scene.q.col(k), scene.tau.col(k))) {
       if (k < change || found) {
         ++tally.false_alarms;
       } else {
@@ -89,10 +78,10 @@ void pick_up(const Arm& arm, std::uint64_t seed, Tally& tally) {
       }
     }
   }
-  tally.quiet_hours += (before + after) / 3600.0;
+  tally.quiet_hours += (PickUp::before + PickUp::after) / 3600.0;
   tally.missed += found ? 0 : 1;
   if (!found || tally.delays.back() > asked_delay) {
-    tally.late.push_back({body[9], found ? tally.delays.back() : after});
+    tally.late.push_back({body[9], found ? tally.delays.back() : PickUp::after});
   }
 }
 

@@ -146,4 +146,29 @@ inline Inertial random_payload(std::mt19937_64& random) {
   return inertial_from_com(mass, com, Eigen::Matrix3d((mass / 3.0 * moments).asDiagonal()));
 }
 
+// An arm in motion picks up a body.
+struct PickUp {
+  static constexpr double before = 15.0;  // s
+  static constexpr double after = 10.0;
+
+  Inertial body;  // frame of the last link
+  Motion motion;
+  Matrix empty, loaded;  // torques with and without it, (n_m × n)
+  Matrix q, tau;         // measured, (n × n_m)
+  Index change = static_cast<Index>(before * f_m);
+
+  PickUp(const Arm& arm, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    const Vector chi_st = with_friction_error(arm.robot, arm.chi_st, friction_error, random);
+    body = random_payload(random);
+    motion = test::Wandering(arm.robot.size(), seed + 5000, 0.6, 0.9).at(test::ticks(before + after, f_m));
+    empty = torques_of(arm.robot, chi_st, motion);
+    loaded = torques_of(arm.robot, test::loaded(arm.robot, chi_st, body), motion);
+    tau = empty;
+    tau.bottomRows(tau.rows() - change) = loaded.bottomRows(tau.rows() - change);
+    tau = noisy(tau, arm.torque_noise, random).transpose().eval();
+    q = noisy(motion.q, Vector::Constant(arm.robot.size(), encoder_noise), random).transpose();
+  }
+};
+
 }  // namespace rivid::benchmarks

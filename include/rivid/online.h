@@ -54,6 +54,8 @@ int rivid_contact_joints(const rivid_contact* contact);
  * follow. Returns the link that is touched, counted from 1, or 0. */
 int rivid_contact_update(rivid_contact* contact, const double* q, const double* qd, const double* tau,
                          int learn);
+/* Whether a joint, counted from 1, has learned its threshold; 0: whether all have. A joint sees no contact before. */
+int rivid_contact_learned(const rivid_contact* contact, int joint);
 /* External torques, and these over their thresholds; either may be NULL. */
 void rivid_contact_read(const rivid_contact* contact, double* torque, double* relative);
 

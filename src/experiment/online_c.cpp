@@ -124,6 +124,12 @@ int rivid_contact_update(rivid_contact* contact, const double* q, const double* 
   return static_cast<int>(contact->observer.link()) + 1;
 }
 
+int rivid_contact_learned(const rivid_contact* contact, int joint) {
+  const auto& observer = contact->observer;
+  const bool one = joint > 0 && joint <= observer.size();
+  return (one ? observer.learned(joint - 1) : joint == 0 && observer.learned()) ? 1 : 0;
+}
+
 void rivid_contact_read(const rivid_contact* contact, double* torque, double* relative) {
   const Index n = contact->observer.size();
   if (torque != nullptr) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "export/c_online.hpp"
 #include "export/joint_values.hpp"
 #include "rivid/error.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
@@ -256,7 +257,9 @@ std::string link_tables(const DynamicModel& model) {
          "/* XX XY XZ YY YZ ZZ MX MY MZ M about the origin of frame j. */\n" +
          table("double @_inertial[@_JOINTS][10]", inertial) +
          "/* Of the base, less that of free fall. */\nstatic const double @_base_acceleration[3] = " +
-         row(base_acceleration(tables)) + ";\n";
+         row(base_acceleration(tables)) + ";\n" +
+         "/* Orientation of the last frame in the frame of the last link. */\n" +
+         table("double @_last_axes[3][3]", rows_of(link_axes(model.chain().links.back())));
 }
 
 // Σ c φ over the functions of dry friction, or over the others.
@@ -366,7 +369,8 @@ std::string c_header(const DynamicModel& model, std::string_view name, std::stri
                            table("double @_rotor[@_JOINTS][@_JOINTS]", rows_of(model.rotor())) +
                            table("double @_viscous[@_JOINTS][@_JOINTS]", rows_of(model.viscous())) +
                            "static const double @_offset[@_JOINTS] = " + row(model.offset()) + ";\n" +
-                           friction_tables(model) + std::string(functions) + "\n#endif\n";
+                           friction_tables(model) + std::string(functions) +
+                           std::string(detail::c_online_functions) + "\n#endif\n";
   std::string out = "/* Torques of a robot, written by rivid" +
                     (origin.empty() ? std::string() : ": " + commented(origin)) +
                     ".\n * Joints: " + commented(joints) +

@@ -36,6 +36,18 @@ struct ChangeEvents {
   }
 };
 
+// Which joints have learned no threshold and see no contact; empty: all have.
+std::string without_threshold(const ContactObserver<double>& contact,
+                              const std::vector<std::string>& joints) {
+  std::vector<std::string> out;
+  for (Index j = 0; j < contact.size(); ++j) {
+    if (!contact.learned(j)) {
+      out.push_back(joints[static_cast<std::size_t>(j)]);
+    }
+  }
+  return out.empty() ? "" : "too little motion to learn thresholds of contacts: " + listed(out);
+}
+
 }  // namespace
 
 OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const Log& log,
@@ -79,6 +91,10 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
     const double t = static_cast<double>(k) / log.f_m;
     using Mode = ContactObserver<double>::Mode;
     contact.update(q.col(k), qd.col(k), tau.col(k), k < learned ? Mode::learn : Mode::observe);
+    if (const std::string blind = k == learned ? without_threshold(contact, out.joints) : "";
+        !blind.empty()) {
+      out.events.push_back({t, blind});
+    }
     touches.take(t, contact.link(), out.joints, out.events);
     if (payload.update(q.col(k), tau.col(k))) {
       out.events.push_back({t, "the payload changes"});

@@ -8,7 +8,7 @@
 #include "rivid/error.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
-#include "support/process.hpp"
+#include "support/c_compilers.hpp"
 #include "support/robots.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -55,42 +55,15 @@ int main(void) {
 }
 )";
 
-struct Compiler {
-  std::string name;
-  std::vector<std::string> command;
-};
-
-std::vector<Compiler> compilers() {
-  const std::vector<std::string> strict = {"-Wall", "-Wextra", "-Werror", "-pedantic", "-O1"};
-  std::vector<Compiler> out;
-  const auto add = [&](const std::string& name, std::vector<std::string> command) {
-    command.insert(command.end(), strict.begin(), strict.end());
-    out.push_back({name, std::move(command)});
-  };
-  const std::string c = RIVID_C_COMPILER;
-  if (!c.empty()) {
-    add("C99", {c, "-std=c99", "-x", "c"});
-  }
-  for (const char* const standard : {"-std=c++98", "-std=c++20"}) {
-    add(standard, {RIVID_CXX_COMPILER, standard, "-x", "c++"});
-  }
-  return out;
-}
-
 // Torques of the compiled header, five lines a state.
-Matrix compiled_torques(const Compiler& compiler, const test::TemporaryFolder& folder, Index n) {
-  std::vector<std::string> command = compiler.command;
-  command.insert(command.end(), {"main.c", "-o", "torques", "-lm"});
-  const test::Outcome compiled = test::outcome_of(command, folder.path());
-  EXPECT_EQ(compiled.exit_code, 0) << compiled.err;
-  const test::Outcome run = test::outcome_of({(folder.path() / "torques").string()}, folder.path());
-  EXPECT_EQ(run.exit_code, 0);
-  std::istringstream in(run.out);
+Matrix compiled_torques(const test::Compiler& compiler, const test::TemporaryFolder& folder, Index n) {
+  const std::string printed = compiler.printed(folder);
+  std::istringstream in(printed);
   Matrix out = Matrix::Constant(n, 5 * states, std::nan(""));
   for (double& value : out.reshaped()) {
     in >> value;
   }
-  EXPECT_TRUE(in) << run.out;
+  EXPECT_TRUE(in) << printed;
   return out;
 }
 
@@ -134,7 +107,7 @@ void expect_the_torques_of_the_library(const Robot& robot, std::mt19937_64& rand
     expected.col(5 * k + 1) = inverse_dynamics(rigid, q, qd, qdd);
   }
   folder.write("states.txt", text.str());
-  for (const Compiler& compiler : compilers()) {
+  for (const test::Compiler& compiler : test::compilers()) {
     SCOPED_TRACE(compiler.name);
     const Matrix found = compiled_torques(compiler, folder, n);
     EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), tolerance * expected.cwiseAbs().maxCoeff());

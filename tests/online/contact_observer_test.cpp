@@ -145,9 +145,14 @@ TEST(ContactObserver, LearnsThresholdsAndNamesTheLinkAndTheForce) {
   using Mode = ContactObserver<double>::Mode;
   const Vector none = Vector::Zero(6);
   EXPECT_TRUE(std::isinf(observer.threshold(0)));
+  EXPECT_FALSE(observer.learned(0));
   for (Index k = 0; k < 40000; ++k) {
     EXPECT_FALSE(tick(k, none, Mode::learn));
+    for (Index j = 0; j < 6; ++j) {
+      ASSERT_EQ(observer.learned(j), std::isfinite(observer.threshold(j)));
+    }
   }
+  EXPECT_TRUE(observer.learned(0));
   Index alarms = 0;
   for (Index k = 40000; k < 55000; ++k) {
     alarms += tick(k, none, Mode::observe) ? 1 : 0;

@@ -124,7 +124,10 @@ TEST_F(OnlineFile, CFunctionsAreTheEstimators) {
     EXPECT_EQ(rivid_payload_update(payload, q_k.data(), tau_k.data()), same.update(q_k, tau_k) ? 1 : 0);
     observer.update(q_k, qd, tau_k, ContactObserver<double>::Mode::learn);
     EXPECT_EQ(rivid_contact_update(contact, q_k.data(), qd.data(), tau_k.data(), 1), 0);
+    EXPECT_EQ(rivid_contact_learned(contact, 0) != 0, observer.learned());
+    EXPECT_EQ(rivid_contact_learned(contact, joints) != 0, observer.learned(joints - 1));
   }
+  EXPECT_EQ(rivid_contact_learned(contact, joints + 1), 0);
   rivid_payload_numbers numbers{};
   rivid_payload_read(payload, &numbers);
   EXPECT_GT(numbers.mass, 1.0);

@@ -14,10 +14,15 @@ namespace rivid {
 ///   void NAME_rigid_body(const double q[n], const double qd[n], const double qdd[n], double tau[n]);
 ///   void NAME_gravity(const double q[n], double tau[n]);
 ///   void NAME_friction(const double qd[n], const double smoothing_speed[n], double tau[n]);
+///   void NAME_observe(NAME_observer*, …);
+///   void NAME_estimate_payload(NAME_payload*, …);
 ///
 /// inverse_dynamics is rigid_body plus friction; friction takes a null pointer for sign(q̇), or speeds v_s for
 /// tanh(q̇ / v_s). They are the torques of InverseDynamics: recursive Newton-Euler over the links that the base
 /// parameters leave, SI units on the joint side, no memory but the stack.
+///
+/// observe is the residual of ContactObserver, estimate_payload ten parameters of a body on the last link by recursive least squares on
+/// it; the objects begin with all zeros.
 ///
 /// @param name    a C identifier, see c_identifier()
 /// @param origin  one line that says where the numbers come from, for the comment on top

@@ -101,6 +101,11 @@ class ContactObserver {
   /// Standard deviations that the threshold of joint j lies above the mean.
   [[nodiscard]] Scalar level(Index j) const noexcept { return static_cast<Scalar>(levels_[j]); }
 
+  /// Whether joint j has a threshold; it sees no contact before.
+  [[nodiscard]] bool learned(Index j) const noexcept { return std::isfinite(levels_[j]); }
+  /// Whether all joints have.
+  [[nodiscard]] bool learned() const noexcept { return levels_.allFinite(); }
+
   [[nodiscard]] bool contact() const noexcept { return link_ >= 0; }
   /// The link that is touched, counted from 0: the last joint that feels it moves it. A force through the axes of joints behind is not
   /// seen by these, so it may be a later link. −1 without a contact.
