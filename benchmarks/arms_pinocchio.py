@@ -25,6 +25,8 @@ import time
 import numpy as np
 import pinocchio as pin
 
+from robot_data_arms import chain, description
+
 RATE = 1000.0  # Hz, of control and log
 DURATION = 20.0  # s
 ENCODER_NOISE = 5e-6  # rad or m
@@ -36,22 +38,7 @@ SHARE_OF_RANGE = 0.6  # of the joint limits that the motion uses
 JUDGE = 0  # seeds of the logs: of the one that judges,
 SEEDS = (1, 2, 3)  # and of those that are identified
 
-# Both packages share one prefix.
-ROBOTS = pathlib.Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
-ARMS = {  # description, base link, tip link; none where the robot is a single chain
-    "z1": ("z1_description/urdf/z1.urdf", None, None),
-    "xarm7": ("xarm_description/urdf/xarm7.urdf", None, None),
-    "so101": ("so_arm_description/urdf/so101.urdf", None, None),
-    "kinova": ("kinova_description/robots/kinova.urdf", None, None),
-    "talos arm": ("talos_data/robots/talos_left_arm.urdf", None, None),
-    "ur5": ("ur_description/urdf/ur5_robot.urdf", None, None),
-    "tiago": ("tiago_description/robots/tiago.urdf", "torso_fixed_link", "arm_7_link"),
-    "baxter arm": ("baxter_description/urdf/baxter.urdf", "torso", "left_wrist"),
-    "two joints": ("asr_twodof_description/urdf/TwoDofs.urdf", None, None),
-    "pr2 arm": ("pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_gripper_palm_link"),
-    "g1 arm": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", "torso_link", "left_wrist_yaw_link"),
-    "go2 leg": ("go2_description/urdf/go2.urdf", "base", "FL_foot"),
-}
+NAMES = ("z1", "xarm7", "so101", "kinova", "talos arm", "ur5", "tiago", "baxter arm", "two joints", "pr2 arm", "g1 arm", "go2 leg")
 
 METHODS = {  # name, keys of [signal]
     "chosen": ("auto", []),
@@ -63,18 +50,9 @@ METHODS = {  # name, keys of [signal]
 class Arm:
     """A chain of a robot with friction and rotors that go with its inertias."""
 
-    def __init__(self, urdf, base, tip):
-        self.urdf, self.base, self.tip = urdf, base, tip
-        model = pin.buildModelFromUrdf(str(urdf))
-        if tip:
-            joint = model.frames[model.getFrameId(tip)].parentJoint
-            stop = model.frames[model.getFrameId(base)].parentJoint
-            chain = []
-            while joint not in (stop, 0):
-                chain.append(joint)
-                joint = model.parents[joint]
-            others = [j for j in range(1, model.njoints) if j not in chain]
-            model = pin.buildReducedModel(model, others, pin.neutral(model))
+    def __init__(self, name):
+        urdf, base, tip = self.urdf, self.base, self.tip = description(name)
+        model = chain(pin.buildModelFromUrdf(str(urdf)), base, tip)
         self.model, self.data, self.n = model, model.createData(), model.nv
         joints = [model.joints[j] for j in range(1, model.njoints)]
         self.endless = [joint.nq == 2 for joint in joints]
@@ -201,12 +179,11 @@ def rms(errors):
 
 
 def main():
-    program, names = sys.argv[1], sys.argv[2:] or list(ARMS)
+    program, names = sys.argv[1], sys.argv[2:] or NAMES
     print(f"{'arm':12}joints" + "".join(f"   {method:31}" for method in METHODS))
     totals = {method: [] for method in METHODS}
     for name in names:
-        urdf, base, tip = ARMS[name]
-        arm = Arm(ROBOTS / urdf, base, tip)
+        arm = Arm(name)
         with tempfile.TemporaryDirectory() as temporary:
             folder = pathlib.Path(temporary)
             for seed in (JUDGE, *SEEDS):

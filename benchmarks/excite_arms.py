@@ -7,7 +7,7 @@ that the description states. Printed of each: joints, parameters, seconds of one
 limit, and what was given; of several seeds the means, and the largest use of all.
 
     python3 -m venv venv && venv/bin/pip install pin example-robot-data
-    venv/bin/python benchmarks/excite_arms.py build/test/apps/rivid_excite [--seeds N] [ARM ...]
+    venv/bin/python benchmarks/excite_arms.py build/test/apps/rivid_excite [--seeds N] [ARM | FILE.urdf ...]
 """
 
 import json
@@ -21,38 +21,17 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pinocchio as pin
 
+from robot_data_arms import ARMS, chain, description
+
 RATE, DURATION, DENSER = 500, 15, 10
-ROBOTS = pathlib.Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
-ARMS = {  # description, base link, tip link; none where the robot is a single chain
-    "z1": ("z1_description/urdf/z1.urdf", None, None),
-    "xarm7": ("xarm_description/urdf/xarm7.urdf", None, None),
-    "so100": ("so_arm_description/urdf/so100.urdf", None, None),
-    "so101": ("so_arm_description/urdf/so101.urdf", None, None),
-    "kinova": ("kinova_description/robots/kinova.urdf", None, None),
-    "panda": ("panda_description/urdf/panda.urdf", "panda_link0", "panda_hand"),
-    "ur3": ("ur_description/urdf/ur3_robot.urdf", None, None),
-    "ur5": ("ur_description/urdf/ur5_robot.urdf", None, None),
-    "ur10": ("ur_description/urdf/ur10_robot.urdf", None, None),
-    "talos": ("talos_data/robots/talos_left_arm.urdf", None, None),
-    "tiago": ("tiago_description/robots/tiago.urdf", "torso_fixed_link", "arm_7_link"),
-    "tiago right": ("tiago_description/robots/tiago_dual.urdf", "torso_fixed_link", "arm_right_7_link"),
-    "tiago pro": ("tiago_pro_description/robots/tiago_pro.urdf", "torso_lift_link", "arm_right_7_link"),
-    "baxter": ("baxter_description/urdf/baxter.urdf", "torso", "left_wrist"),
-    "pr2": ("pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_gripper_palm_link"),
-    "g1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", "torso_link", "left_wrist_yaw_link"),
-    "romeo": ("romeo_description/urdf/romeo.urdf", "torso", "l_wrist"),
-    "icub": ("icub_description/robots/icub.urdf", "chest", "l_hand"),
-    "centauro": ("centauro_description/urdf/centauro.urdf", "torso_2", "arm1_6"),
-    "alex": ("alex_description/urdf/alex_nub_hands.urdf", "Torso", "LeftWristRollLink"),
-}
+NAMES = [name for name in ARMS if name not in ("two joints", "go2 leg")]
 LIMITS = {"velocity": 2.0, "torque": 50.0, "acceleration": 10.0}  # rad/s, N m, rad/s²
 NOISE = 0.01  # of the torque limit
 
 
 class Arm:
     def __init__(self, name):
-        file, base, tip = ARMS[name]
-        self.urdf, self.base, self.tip = ROBOTS / file, base, tip
+        _, base, tip = self.urdf, self.base, self.tip = description(name)
         root = ElementTree.parse(self.urdf).getroot()
         model = pin.buildModelFromUrdf(str(self.urdf))
         self.gravity = np.array([0.0, 0.0, -9.81])
@@ -61,14 +40,7 @@ class Arm:
             data = model.createData()
             pin.framesForwardKinematics(model, data, pin.neutral(model))
             self.gravity = data.oMf[model.getFrameId(base)].rotation.T @ self.gravity
-            joint = model.frames[model.getFrameId(tip)].parentJoint
-            stop = model.frames[model.getFrameId(base)].parentJoint
-            chain = []
-            while joint not in (stop, 0):
-                chain.append(joint)
-                joint = model.parents[joint]
-            others = [j for j in range(1, model.njoints) if j not in chain]
-            model = pin.buildReducedModel(model, others, pin.neutral(model))
+        model = chain(model, base, tip)
         self.model, self.data, self.n = model, model.createData(), model.nv
         self.joints = list(model.names)[1:]
         xml = {joint.get("name"): joint for joint in root.findall("joint")}
@@ -81,7 +53,7 @@ class Arm:
             "torque": np.array([value(name, "limit", "effort") for name in self.joints]),
         }
         self.limits, self.notes = {}, []
-        for what, most in (("velocity", 50.0), ("torque", 5000.0)):
+        for what, most in (("velocity", 50.0), ("torque", 20000.0)):
             usable = (given[what] > 0) & (given[what] < most)
             self.limits[what] = np.where(usable, given[what], LIMITS[what])
             if not usable.all():
@@ -169,7 +141,7 @@ def main():
         names = names[2:]
     print("| arm | joints | parameters | CPU s | log det | largest use of a limit | given besides |")
     print("|---|---|---|---|---|---|---|")
-    for name in names or ARMS:
+    for name in names or NAMES:
         print(row_of(excite, name, seeds), flush=True)
 
 

@@ -3,14 +3,14 @@
 For each experiment file: the first motion, the first motion run twice, and second designs of three seeds that know the log of the
 first. Printed: nats of log det above running the first twice, and processor seconds of a design.
 
-    python benchmarks/excite_second.py build/test/apps/rivid_excite data/six_axis/excite.toml [more.toml …] [-- --set KEY=VALUE …]
+    python benchmarks/excite_second.py build/test/apps/rivid_excite data/six_axis/excite.toml [more.toml …] [--second KEY=VALUE …]
 """
 
+import argparse
 import json
 import pathlib
 import resource
 import subprocess
-import sys
 import tempfile
 
 SEEDS = (11, 21, 31)
@@ -29,13 +29,17 @@ def log_det(file):
 
 
 def main():
-    arguments = sys.argv[1:]
-    more = arguments[arguments.index("--") + 1 :] if "--" in arguments else []
-    excite, *files = arguments[: arguments.index("--")] if "--" in arguments else arguments
-    for file in files:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("excite")
+    parser.add_argument("files", nargs="+")
+    parser.add_argument("--second", action="append", default=[], help="setting of the second design alone")
+    to = parser.parse_args()
+    excite = to.excite
+    second = [word for setting in to.second for word in ("--set", setting)]
+    for file in to.files:
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
-            seconds = [run([excite, file, *LOG, *more, "--threads", "1", "--output", folder / "first"])]
+            seconds = [run([excite, file, *LOG, "--threads", "1", "--output", folder / "first"])]
             known = [*LOG, "--set", f'excitation.known=["{folder / "first/motion.csv"}"]']
             run([excite, "forecast", file, folder / "first/motion.csv", *known, "--output", folder / "twice"])
             twice = log_det(folder / "twice/forecast.json")
@@ -43,7 +47,7 @@ def main():
             for seed in SEEDS:
                 output = folder / f"second_{seed}"
                 seconds.append(
-                    run([excite, file, *known, *more, "--threads", "1", "--seed", str(seed), "--output", output])
+                    run([excite, file, *known, *second, "--threads", "1", "--seed", str(seed), "--output", output])
                 )
                 gains.append(log_det(output / "plan.json") - twice)
             first = log_det(folder / "first/plan.json")

@@ -73,22 +73,26 @@ Motion sampled(const FourierSeries& series, Index samples) {
   return out;
 }
 
-TEST(Design, KeepsAllLimitsOnTenTimesDenserInstants) {
-  const Robot robot = arm();
-  const ExcitationOptions options = quick();
-  const Excitation& found = usual();
-  const MotionBounds bounds = motion_bounds(robot, options.limits);
-  // 4001 samples are played.
-  const Motion motion = sampled(*found.series, 40001);
+// excess  of half the range of each limit
+void expect_within_limits(const Robot& robot, const MotionLimits& limits, const Motion& motion,
+                          double excess) {
+  const MotionBounds bounds = motion_bounds(robot, limits);
   const Matrix tau = torques(robot, motion);
-  constexpr double excess = 1e-3;  // of the limit, between the samples that are played
-  for (Index j = 0; j < 6; ++j) {
-    EXPECT_LE(motion.q.col(j).maxCoeff(), bounds.upper[j] + excess);
-    EXPECT_GE(motion.q.col(j).minCoeff(), bounds.lower[j] - excess);
+  for (Index j = 0; j < robot.size(); ++j) {
+    const double room = excess * 0.5 * (bounds.upper[j] - bounds.lower[j]);
+    EXPECT_LE(motion.q.col(j).maxCoeff(), bounds.upper[j] + room);
+    EXPECT_GE(motion.q.col(j).minCoeff(), bounds.lower[j] - room);
     EXPECT_LE(motion.qd.col(j).cwiseAbs().maxCoeff(), bounds.velocity[j] * (1.0 + excess));
     EXPECT_LE(motion.qdd.col(j).cwiseAbs().maxCoeff(), bounds.acceleration[j] * (1.0 + excess));
     EXPECT_LE(tau.col(j).cwiseAbs().maxCoeff(), bounds.torque[j] * (1.0 + excess));
   }
+}
+
+TEST(Design, KeepsAllLimitsOnTenTimesDenserInstants) {
+  const Excitation& found = usual();
+  // 4001 samples are played.
+  constexpr double excess = 1e-3;  // between them
+  expect_within_limits(arm(), quick().limits, sampled(*found.series, 40001), excess);
   for (const LimitUse& use : found.forecast.limits) {
     EXPECT_LE(use.share, 1.0) << use.joint << " " << use.quantity;
   }
@@ -115,7 +119,6 @@ TEST(Design, OfSplinesKeepsAllLimitsBetweenTheSamples) {
   const Excitation found = design(robot, options);
   EXPECT_FALSE(found.series);
   const LoggedReference reference(found.t, found.motion.q);
-  const MotionBounds bounds = motion_bounds(robot, options.limits);
   constexpr Index samples = 8001;
   Motion motion{.q = Matrix(samples, 6), .qd = Matrix(samples, 6), .qdd = Matrix(samples, 6)};
   Vector q(6);
@@ -127,16 +130,9 @@ TEST(Design, OfSplinesKeepsAllLimitsBetweenTheSamples) {
     motion.qd.row(k) = qd;
     motion.qdd.row(k) = qdd;
   }
-  const Matrix tau = torques(robot, motion);
   // Between the samples the cubic spline of the reference is not quite the one of fifth degree.
   constexpr double excess = 2e-3;
-  for (Index j = 0; j < 6; ++j) {
-    EXPECT_LE(motion.q.col(j).maxCoeff(), bounds.upper[j] + excess);
-    EXPECT_GE(motion.q.col(j).minCoeff(), bounds.lower[j] - excess);
-    EXPECT_LE(motion.qd.col(j).cwiseAbs().maxCoeff(), bounds.velocity[j] * (1.0 + excess));
-    EXPECT_LE(motion.qdd.col(j).cwiseAbs().maxCoeff(), bounds.acceleration[j] * (1.0 + excess));
-    EXPECT_LE(tau.col(j).cwiseAbs().maxCoeff(), bounds.torque[j] * (1.0 + excess));
-  }
+  expect_within_limits(robot, options.limits, motion, excess);
   for (const Index k : {Index(0), found.t.size() - 1}) {
     EXPECT_LE(found.motion.qd.row(k).cwiseAbs().maxCoeff(), 1e-9);
     EXPECT_LE(found.motion.qdd.row(k).cwiseAbs().maxCoeff(), 1e-9);

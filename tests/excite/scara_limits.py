@@ -23,7 +23,6 @@ friction = "symmetric"
 duration = 8
 rate_hz = 500
 noise = [0.1, 0.05]
-evaluations = 200
 """
 
 
