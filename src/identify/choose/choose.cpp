@@ -38,7 +38,7 @@ Identification by_suitable_method(const Robot& robot, std::span<const Log> logs,
   if (why.empty()) {
     estimation.method = iv;
     Identification out = identified(robot, logs, estimation);
-    if (out.status == Status::identified) {
+    if (out.status == Status::identified && out.iv) {
       out.method_choice = {.reason = "instrumental variables: controller and reference are known",
                            .least_squares = out.iv->least_squares};
       return out;

@@ -361,7 +361,7 @@ class Chooser {
     out.at_double = moved_at(2 * windows_[at]);
   }
 
-  std::optional<Vector> estimate_with(int n_d) const {
+  [[nodiscard]] std::optional<Vector> estimate_with(int n_d) const {
     Estimation estimation = options_;
     estimation.signal = with(n_d);
     try {

@@ -181,9 +181,8 @@ void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermine
   }
 }
 
-void report_robust(const EstimationProblem& problem, const Reweighting& reweighting, const Vector& plain,
-                   Identification& out) {
-  const Robust& options = *problem.estimation.robust;
+void report_robust(const EstimationProblem& problem, const Robust& options, const Reweighting& reweighting,
+                   const Vector& plain, Identification& out) {
   out.title += options.kind == RobustKind::huber ? ", Huber" : ", bisquare";
   RobustReport& report = out.robust.emplace();
   report.options = options;

@@ -138,7 +138,7 @@ void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermine
 // What an M-estimate made of the rows: out.robust, the title, and the status where it did not settle.
 //
 // plain  estimate of the rows as they are
-void report_robust(const EstimationProblem& problem, const Reweighting& reweighting, const Vector& plain,
-                   Identification& out);
+void report_robust(const EstimationProblem& problem, const Robust& options, const Reweighting& reweighting,
+                   const Vector& plain, Identification& out);
 
 }  // namespace rivid::detail

@@ -87,21 +87,21 @@ Estimate with_statistics(const EstimationProblem& problem, Estimate estimate, co
 
 // The M-estimate by instruments, Σ V_tᵀ ω² s ψ_t = 0, with out.robust: weights on rows and instruments in turn.
 //
-// solver  that has settled
-Estimate robust_estimate(const EstimationProblem& problem, IvSolver& solver, Identification& out) {
-  const Vector plain_chi = solver.estimate()->chi;
+// solver  that has settled at the estimate `plain_chi`
+std::optional<Estimate> robust_estimate(const EstimationProblem& problem, const Robust& options,
+                                        const Vector& plain_chi, IvSolver& solver, Identification& out) {
   const std::size_t plain_iterations = solver.history().size();
   Instruments& instruments = solver.instruments();
-  Reweighting reweighting(*problem.estimation.robust, plain_chi, problem.data.groups.size());
+  Reweighting reweighting(options, plain_chi, problem.data.groups.size());
   instruments.reweight(&reweighting);
   solver.iterate_again("the instruments with weights on the rows");
   instruments.reweight(nullptr);
-  report_robust(problem, reweighting, plain_chi, out);
+  report_robust(problem, options, reweighting, plain_chi, out);
   const std::vector<InstrumentalGroup> plain = solver.factors(solver.last_loops());
-  const Estimate& found = *solver.estimate();
+  const std::optional<Estimate>& found = solver.estimate();
   const std::vector<IvIteration>& history = solver.history();
-  const bool has_own_rows = history.size() > plain_iterations && history.back().chi == found.chi;
-  return has_own_rows ? with_statistics(problem, found, reweighting, plain) : found;
+  const bool has_own_rows = found && history.size() > plain_iterations && history.back().chi == found->chi;
+  return has_own_rows ? std::optional(with_statistics(problem, *found, reweighting, plain)) : found;
 }
 
 // How the solver came to an estimate, with out.iv.
@@ -130,8 +130,8 @@ Estimated instrumental_estimate(const EstimationProblem& problem, Identification
     prefilter(problem, solver, out);
   }
   found.estimate = solver.estimate();
-  if (settled && problem.estimation.robust) {
-    found.estimate = robust_estimate(problem, solver, out);
+  if (const auto& robust = problem.estimation.robust; settled && robust && found.estimate) {
+    found.estimate = robust_estimate(problem, *robust, found.estimate->chi, solver, out);
   }
   keep_history(problem, solver, found.estimate, out);
   return found;

@@ -54,10 +54,11 @@ Matrix sandwich(const LeastSquares& A, const Matrix& root_B) {
 }
 
 // Weights of the rows and parameters in turn, from the estimate `plain` on.
-Estimate robust_estimate(const EstimationProblem& problem, const Vector& plain, Identification& out) {
+Estimate robust_estimate(const EstimationProblem& problem, const Robust& options, const Vector& plain,
+                         Identification& out) {
   const Index b = problem.base.size();
   const auto& progress = problem.estimation.progress;
-  Reweighting reweighting(*problem.estimation.robust, plain, problem.data.groups.size());
+  Reweighting reweighting(options, plain, problem.data.groups.size());
   std::vector<RowGroup> groups;
   const auto make_rows = [&] {
     groups = empty_groups(problem.data.groups);
@@ -78,7 +79,7 @@ Estimate robust_estimate(const EstimationProblem& problem, const Vector& plain, 
     const double sigma = robust_deviation(reweighting.sums(), reweighting.loss(), weights);
     return Reweighting::Solution{solution.chi, sigma * solution.unit_covariance.diagonal().cwiseSqrt()};
   });
-  report_robust(problem, reweighting, plain, out);
+  report_robust(problem, options, reweighting, plain, out);
   const std::vector<RobustSums> sums = reweighting.sums();
   const RobustInformation information = robust_information(sums, reweighting.loss(), weights, b);
   const LeastSquares A = least_squares(problem.data.groups, b, information.bread);
@@ -98,8 +99,8 @@ Estimate robust_estimate(const EstimationProblem& problem, const Vector& plain, 
 Estimate least_squares_estimate(const EstimationProblem& problem, Identification& out) {
   std::vector<double> weights = by_joint(problem) ? joint_weights(problem) : ones(problem);
   const LeastSquares solution = plain_solution(problem, weights);
-  if (problem.estimation.robust) {
-    return robust_estimate(problem, solution.chi, out);
+  if (const auto& robust = problem.estimation.robust) {
+    return robust_estimate(problem, *robust, solution.chi, out);
   }
   Estimate estimate = estimate_of(problem, solution, out);
   estimate.sigma = estimate.sigma_rho = deviation(residual(problem.data.groups, estimate.chi, weights),

@@ -94,8 +94,7 @@ Vector counting(std::size_t count) {
   return Vector::LinSpaced(static_cast<Index>(count), 0.0, static_cast<double>(count) - 1.0);
 }
 
-Chart torque_error_chart(const Identification& result) {
-  const std::vector<IvIteration>& all = result.iv->iterations;
+Chart torque_error_chart(const Identification& result, const std::vector<IvIteration>& all) {
   Chart out = iteration_chart("torque-error", "Torque error", all.size());
   out.size = Chart::Size::wide;
   const Vector k = counting(all.size());
@@ -110,14 +109,13 @@ Chart torque_error_chart(const Identification& result) {
   return out;
 }
 
-Plots motion_error_charts(const Identification& result) {
+Plots motion_error_charts(const Identification& result, const std::vector<IvIteration>& all) {
   struct Order {
     const char* name;
     Vector MotionError::* member;
   };
   constexpr std::array<Order, 3> orders = {
       {{"q", &MotionError::q}, {"q̇", &MotionError::qd}, {"q̈", &MotionError::qdd}}};
-  const std::vector<IvIteration>& all = result.iv->iterations;
   Plots out{"panels"};
   Plots::Group& group = out.groups.emplace_back();
   for (std::size_t j = 0; j < result.fit.joints.size(); ++j) {
@@ -150,7 +148,7 @@ Section iterations_section(const Identification& result, const IvHistory& histor
            "Of the model along the simulated motion, relative to the norm of all torques; the squares of "
            "the joints' shares add up to the square of the whole"},
        page},
-      {Plots{"", {}, {{"", "", {torque_error_chart(result)}}}}, page},
+      {Plots{"", {}, {{"", "", {torque_error_chart(result, history.iterations)}}}}, page},
       {Heading{"Parameters over the iterations"}, page},
       {Sentence{"With the 95 % interval of the result as a band"}, page},
       {parameter_paths(result.parameters, history.iterations), page},
@@ -158,7 +156,7 @@ Section iterations_section(const Identification& result, const IvHistory& histor
       {Sentence{"Distance of the simulated motion from the measured one (solid) and from the reference "
                 "(dashed), relative to the norm of the latter two"},
        page},
-      {motion_error_charts(result), page},
+      {motion_error_charts(result, history.iterations), page},
       {Heading{"The assumed controller"}, page},
       {Sentence{"Design inertias and gains of the last simulation, SI units. Then how far the control signal "
                 "of the assumed law is from the recorded one, and how far the simulated positions are from "
