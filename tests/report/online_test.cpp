@@ -13,8 +13,8 @@ namespace rivid {
 namespace {
 
 constexpr double f_m = 500.0;
-constexpr double seconds = 40.0;
-constexpr double picked_up = 15.0;  // [s]
+constexpr double usual_picked_up = 15.0;  // [s]
+constexpr double usual_seconds = 40.0;
 
 // A random arm that picks up 5 kg while it moves.
 struct PickUp {
@@ -23,7 +23,8 @@ struct PickUp {
   OnlineModel model;
   Log log;
 
-  PickUp() : robot(arm()), chi_st(robot.chi_st()), model(test::known_model(robot, chi_st, 0.1)) {
+  explicit PickUp(double picked_up = usual_picked_up, double seconds = usual_seconds)
+      : robot(arm()), chi_st(robot.chi_st()), model(test::known_model(robot, chi_st, 0.1)) {
     model.C_chi *= 0.1;
     const Inertial body =
         inertial_from_com(5.0, {0.03, -0.05, 0.1}, Eigen::Vector3d(0.02, 0.03, 0.025).asDiagonal());
@@ -43,8 +44,8 @@ struct PickUp {
     }
   }
 
-  [[nodiscard]] OnlineReplay replayed() const {
-    OnlineReplayOptions options{.learn = 10.0};
+  [[nodiscard]] OnlineReplay replayed(double learn = 10.0) const {
+    OnlineReplayOptions options{.learn = learn};
     options.payload.rows.torque_held = options.friction.rows.torque_held = false;
     return replay(model, DynamicModel(robot, chi_st), log, options);
   }
@@ -76,8 +77,8 @@ TEST(OnlineReplay, SaysWhenAPayloadWasPickedUpAndWhatItIs) {
   const OnlineReplay found = PickUp().replayed();
   const std::vector<double> changes = times_of(found, "the payload changes");
   ASSERT_EQ(changes.size(), 1U) << in_words(found);
-  EXPECT_GE(changes[0], picked_up);
-  EXPECT_LE(changes[0], picked_up + 0.3);
+  EXPECT_GE(changes[0], usual_picked_up);
+  EXPECT_LE(changes[0], usual_picked_up + 0.3);
   EXPECT_EQ(times_of(found, "it was a pick-up").size(), 1U) << in_words(found);
   EXPECT_TRUE(found.last.good);
   EXPECT_NEAR(found.last.mass, 5.0, 2.0 * found.last.mass_half_width());
@@ -86,9 +87,19 @@ TEST(OnlineReplay, SaysWhenAPayloadWasPickedUpAndWhatItIs) {
   EXPECT_NE(words.find("\nset_target_payload("), std::string::npos) << words;
 }
 
+TEST(OnlineReplay, NamesJointsThatHaveLearnedNoThreshold) {
+  constexpr double learn = 2.0;  // [s]; a class of motion takes three
+  const OnlineReplay found = PickUp().replayed(learn);
+  const std::string none = "too little motion to learn thresholds of contacts: joint_1";
+  EXPECT_EQ(times_of(found, none), std::vector<double>{learn}) << in_words(found);
+}
+
 // A payload that is known is part of the model: its weight pushes against nothing.
 TEST(OnlineReplay, AKnownPayloadIsNoContact) {
-  const OnlineReplay found = PickUp().replayed();
+  constexpr double learn = 60.0;  // [s]
+  constexpr double picked_up = 80.0;
+  const OnlineReplay found = PickUp(picked_up, 120.0).replayed(learn);
+  EXPECT_TRUE(times_of(found, "too little motion").empty()) << in_words(found);
   constexpr double known_after = 10.0;  // [s]
   for (const double t : times_of(found, "external torque")) {
     EXPECT_GE(t, picked_up);
