@@ -183,12 +183,8 @@ TEST(Ols, NamesWhatALogCanNotTell) {
       identify(test::scara(), log, {.method = Ols{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
   EXPECT_EQ(found.status, Status::rank_deficient);
   ASSERT_FALSE(found.reasons.empty());
-  std::string all;
-  for (const std::string& reason : found.reasons) {
-    all += reason + "\n";
-  }
-  EXPECT_NE(all.find("Fv2 is not excited by these data"), std::string::npos) << all;
-  EXPECT_NE(all.find("Fc2 is not excited by these data"), std::string::npos) << all;
+  EXPECT_NE(found.reasons.front().find("Fv2 and Fc2 are not excited by these data"), std::string::npos)
+      << found.reasons.front();
   EXPECT_TRUE(std::isnan(found.parameters[7].value));
   EXPECT_TRUE(std::isfinite(found.parameters[1].value)) << "Fv1 is seen all the same";
   std::ostringstream table;

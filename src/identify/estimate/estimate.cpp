@@ -174,11 +174,24 @@ std::optional<double> residual_weight(const RowGroup& group, const Vector& chi) 
 void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
                   Identification& out) {
   out.status = Status::rank_deficient;
+  std::vector<Index> unexcited;
+  std::string alike;
   for (const std::vector<Index>& set : undetermined) {
-    out.reasons.push_back("rank " + std::to_string(rank) + " of " + std::to_string(out.base.size()) + ": " +
-                          joined(out.base, set) +
-                          (set.size() == 1 ? " is not excited by " : " can not be distinguished by ") + what);
+    if (set.size() == 1) {
+      unexcited.push_back(set.front());
+    } else {
+      alike += (alike.empty() ? "" : "; ") + joined(out.base, set);
+    }
   }
+  std::string reason = "rank " + std::to_string(rank) + " of " + std::to_string(out.base.size()) + ": ";
+  if (!unexcited.empty()) {
+    reason +=
+        joined(out.base, unexcited) + (unexcited.size() == 1 ? " is" : " are") + " not excited by " + what;
+  }
+  if (!alike.empty()) {
+    reason += (unexcited.empty() ? "" : "; ") + alike + " can not be distinguished by " + what;
+  }
+  out.reasons.push_back(reason);
 }
 
 void report_robust(const EstimationProblem& problem, const Robust& options, const Reweighting& reweighting,
