@@ -8,12 +8,12 @@ leaves undone is done by another.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from distributed import Client, as_completed
+from distributed import Client, Future, as_completed
 
 from rivid import _rivid
 from rivid import identify as identify_here
@@ -62,14 +62,16 @@ def identify(
     logs_a_task: int = 1,
     progress: Progress | None = None,
 ) -> Fit:
-    """``rivid.identify`` by least squares from many logs: a task reduces a log, or ``logs_a_task``, to factors, which are merged in a tree.
+    """``rivid.identify`` from many logs: a task reduces a log, or ``logs_a_task``, to factors, which are merged in a tree. ``Iv`` has
+    the loops of all logs simulated where these are, iteration by iteration.
 
     ``logs`` are files that the workers can read; they never pass through the client. Where ``decimation`` is left open, the first log
     chooses the rows of all. The estimate is the same bit by bit whatever the number of workers, and that of one process to rounding: to the
     last bit where one task takes all logs.
     Standard deviations come from blocks of time, see docs/scale.md; residuals are not looked at.
 
-    Raises InputError for a log that can not be used, and for methods that need all samples: ``Iv``, robust and essential ones.
+    Raises InputError for a log that can not be used, and for what needs all samples: ``Didim``, ``OutputError``, and the options
+    ``prefilter``, ``robust`` and ``essential``.
     """
     paths = [Path(log) for log in logs]
     if not paths:
@@ -80,11 +82,15 @@ def identify(
     if progress is not None:
         for done, _ in enumerate(as_completed(level), start=1):
             progress("logs", done / len(level))
-    while len(level) > 1:
-        # Of a level that is merged nobody holds a future: its memory is given back, and what a lost worker held is made again.
-        level = [client.submit(_merged, level[k : k + _MERGED_AT_ONCE], pure=False) for k in range(0, len(level), _MERGED_AT_ONCE)]
-    plan, content = client.gather([prepare, level[0]])
-    found, inputs = _rivid.identify_factors(robot._robot, content, plan.sections, _SOURCE)
+    plan, content = client.gather([prepare, _tree(client, _merged, level)])
+
+    def loops(request: bytes) -> bytes:
+        if progress is not None:
+            progress("loops", 0.0)
+        level = client.map(_looped, parts, plan=prepare, request=request, pure=False)
+        return client.gather(_tree(client, _merged_loops, level))
+
+    found, inputs = _rivid.identify_factors(robot._robot, content, plan.sections, _SOURCE, loops)
     fit = _FitOfFactors(robot, found, paths, inputs)
     for one in [] if validation is None else read_logs(validation, robot):
         fit.validate(one)
@@ -217,6 +223,25 @@ def _factored(paths: list[Path], plan: _Plan) -> bytes:
 
 def _merged(parts: list[bytes]) -> bytes:
     return _rivid.merged_factors(parts)
+
+
+def _looped(paths: list[Path], plan: _Plan, request: bytes) -> bytes:
+    def loops(path: Path) -> bytes:
+        logs = [log._log for log in read_logs(path, plan.robot)]
+        return _rivid.loop_factors(plan.robot._robot, logs, plan.sections, _SOURCE, request, plan.blocks)
+
+    return _merged_loops([loops(path) for path in paths])
+
+
+def _merged_loops(parts: list[bytes]) -> bytes:
+    return _rivid.merged_loop_factors(parts)
+
+
+def _tree(client: Client, merged: Callable[[list[bytes]], bytes], level: list[Future]) -> Future:
+    while len(level) > 1:
+        # Of a level that is merged nobody holds a future: its memory is given back, and what a lost worker held is made again.
+        level = [client.submit(merged, level[k : k + _MERGED_AT_ONCE], pure=False) for k in range(0, len(level), _MERGED_AT_ONCE)]
+    return level[0]
 
 
 def _run(runs: list[int], path: Path, settings: Settings | None) -> list[_rivid.MonteCarloRow]:

@@ -6,12 +6,14 @@
 #include "experiment/from_program.hpp"
 #include "experiment/json_fields.hpp"
 #include "rivid/experiment/factors_file.hpp"
+#include "rivid/experiment/loop_factors_file.hpp"
 
 namespace rivid::python {
 
 namespace {
 
-nb::bytes bytes_of(const FactorsFile& file) {
+template <typename Factors>
+nb::bytes bytes_of(const Factors& file) {
   const std::string content = [&] {
     const nb::gil_scoped_release unlocked;
     return encoded(file);
@@ -69,16 +71,61 @@ nb::bytes merged(const std::vector<nb::bytes>& parts) {
   return bytes_of(file);
 }
 
+// What a request for loops comes to with some logs.
+nb::bytes loops_of(const Robot& robot, const std::vector<const Log*>& logs, const std::string& sections,
+                   const std::string& source, const nb::bytes& request, int blocks) {
+  const std::string_view asked = view(request);
+  LoopFactors found;
+  {
+    const nb::gil_scoped_release unlocked;
+    const Experiment experiment = detail::experiment_from(robot, sections, source);
+    const LoopRequest wanted = decoded_loop_request(asked, source);
+    for (const Log* const log : logs) {
+      LoopFactors one = loop_factors(robot, *log, experiment.estimation, wanted, blocks);
+      if (found.logs == 0) {
+        found = std::move(one);
+      } else {
+        merge(found, one);
+      }
+    }
+  }
+  return bytes_of(found);
+}
+
+nb::bytes merged_loops(const std::vector<nb::bytes>& parts) {
+  LoopFactors found;
+  {
+    const nb::gil_scoped_release unlocked;
+    found = decoded_loop_factors(view(parts.front()), "loops");
+    for (std::size_t k = 1; k < parts.size(); ++k) {
+      merge(found, decoded_loop_factors(view(parts[k]), "loops"));
+    }
+  }
+  return bytes_of(found);
+}
+
+// ask  for the loops of the logs, of instrumental variables; or None
 std::pair<Identification, std::vector<std::pair<std::string, std::string>>> identified_from(
-    const Robot& robot, const nb::bytes& content, const std::string& sections, const std::string& source) {
+    const Robot& robot, const nb::bytes& content, const std::string& sections, const std::string& source,
+    const nb::object& ask) {
   const std::string_view bytes = view(content);
+  LoopAsk asked;
+  if (!ask.is_none()) {
+    asked = [&ask, &source](const LoopRequest& request) {
+      const std::string text = encoded(request);
+      const nb::gil_scoped_acquire locked;
+      const auto answer = nb::cast<nb::bytes>(ask(nb::bytes(text.data(), text.size())));
+      return decoded_loop_factors(view(answer), source);
+    };
+  }
   const nb::gil_scoped_release unlocked;
   const FactorsFile file = decoded_factors(bytes, "factors");
   std::vector<std::pair<std::string, std::string>> logs;
   for (const FactoredLog& log : file.logs) {
     logs.emplace_back(log.path, log.sha256);
   }
-  return {identify_factors(detail::experiment_from(robot, sections, source), file, source), std::move(logs)};
+  return {identify_factors(detail::experiment_from(robot, sections, source), file, source, asked),
+          std::move(logs)};
 }
 
 }  // namespace
@@ -89,8 +136,13 @@ void bind_factors(nb::module_& m) {
   m.def("factors", &made, "robot"_a, "logs"_a, "sections"_a, "source"_a, "blocks"_a,
         "Content of a .factors file of logs, each with its digest.");
   m.def("merged_factors", &merged, "parts"_a, "Contents of .factors files as one.");
+  m.def("loop_factors", &loops_of, "robot"_a, "logs"_a, "sections"_a, "source"_a, "request"_a, "blocks"_a,
+        "What a request for the closed loops of logs comes to.");
+  m.def("merged_loop_factors", &merged_loops, "parts"_a, "What a request came to in several places.");
   m.def("identify_factors", &identified_from, "robot"_a, "content"_a, "sections"_a, "source"_a,
-        "What the content of a .factors file says of a robot; path and digest of the logs.");
+        "ask"_a.none(),
+        "What the content of a .factors file says of a robot; path and digest of the logs. ask(request) "
+        "carries out a request for their loops.");
 }
 
 }  // namespace rivid::python

@@ -70,6 +70,29 @@ def test_many_logs_have_the_estimate_of_one_process(client, robot, logs):
 RESULTS = []
 
 
+IV = rivid.Iv(control=rivid.Pd(omega_n=[1, 10], zeta=1, rate_hz=200), decimation=20, torque_held=True)
+
+
+def test_instrumental_variables_iterate_over_logs_that_are_elsewhere(client, robot, logs):
+    from rivid import distributed as many
+
+    told = []
+    fit = many.identify(robot, logs, IV, client=client, progress=lambda *at: told.append(at[0]))
+    together = rivid.identify(robot, logs, IV)
+    assert fit.identified and together.identified
+    # Rows are summed in another order; the iteration takes the same way.
+    assert np.max(np.abs(fit.chi - together.chi) / together.sigma) < 1e-7
+    assert len(fit.document["iterations"]) == len(together.document["iterations"])
+    # The speeds, then inertias and rows of each iteration.
+    assert told.count("loops") == 1 + 2 * len(fit.document["iterations"])
+    assert fit.document["covariance"]["blocks"] == len(logs)
+    RESULTS_OF_IV.append(bits(fit))
+    assert len(set(RESULTS_OF_IV)) == 1
+
+
+RESULTS_OF_IV = []
+
+
 def test_the_rows_of_many_logs_are_chosen_by_the_first(client, robot, logs):
     from rivid import distributed as many
 
@@ -85,6 +108,8 @@ def test_what_many_logs_can_not_be_used_for_is_said(client, robot, logs, tmp_pat
 
     with pytest.raises(rivid.InputError, match="robust"):
         many.identify(robot, logs[:2], rivid.Wls(decimation=20, robust="huber"), client=client)
+    with pytest.raises(rivid.InputError, match="DIDIM"):
+        many.identify(robot, logs[:2], rivid.Didim(control=rivid.Pd(omega_n=[1, 10], zeta=1), decimation=20), client=client)
     with pytest.raises(rivid.InputError, match="twice"):
         many.identify(robot, [logs[0], logs[1], logs[0]], METHOD, client=client)
     (tmp_path / "bad.csv").write_text("t,q1,q2\n0,1\n")

@@ -1,12 +1,14 @@
 #include "rivid/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <variant>
 
 #include "data/log_columns.hpp"
 #include "experiment/from_program.hpp"
 #include "rivid/error.hpp"
+#include "rivid/experiment/shown_predictions.hpp"
 #include "rivid/identify/check.hpp"
 
 namespace rivid {
@@ -208,11 +210,20 @@ Identification run(const Experiment& experiment, const Progress& progress) {
 }
 
 std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result) {
-  std::vector<Prediction> out;
+  return shown_predictions(experiment, result, std::numeric_limits<Index>::max()).predictions;
+}
+
+ShownPredictions shown_predictions(const Experiment& experiment, const Identification& result, Index most) {
+  ShownPredictions out;
   for (const LogSource* const source : {&experiment.log, &experiment.validation}) {
     for (const Log& log : read_logs(*source, experiment.robot)) {
-      out.push_back(predict(experiment.robot, result, log));
-      out.back().validation = source == &experiment.validation;
+      if (log.q.size() > most) {
+        out.left_out.push_back(log.source);
+        continue;
+      }
+      most -= log.q.size();
+      out.predictions.push_back(predict(experiment.robot, result, log));
+      out.predictions.back().validation = source == &experiment.validation;
     }
   }
   return out;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <unordered_map>
 
-#include "experiment/json_fields.hpp"
+#include "experiment/byte_parts.hpp"
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
 #include "rivid/text.hpp"
@@ -76,65 +76,6 @@ void expect_same(const Settings& of, std::string_view source, const Settings& wa
 
 constexpr std::string_view factors_magic = "rivid-LF";
 constexpr std::uint32_t factors_version = 1;
-constexpr std::uint32_t factors_byte_order = 0x01020304;
-
-template <typename Number>
-void put_number(std::string& out, Number value) {
-  for (std::size_t i = 0; i < sizeof value; ++i) {
-    out += static_cast<char>(static_cast<unsigned char>(value >> (8 * i)));
-  }
-}
-
-void put_part(std::string& out, std::string_view part) {
-  put_number(out, static_cast<std::uint64_t>(part.size()));
-  out += part;
-}
-
-// FNV-1a, 64 bits.
-std::uint64_t checksum_of(std::string_view content) {
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const char c : content) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  }
-  return hash;
-}
-
-// Reads what put_number() and put_part() wrote.
-class PartReader {
- public:
-  PartReader(std::string_view content, std::string_view source) : content_(content), source_(source) {}
-
-  [[nodiscard]] InputError fault(const std::string& what) const {
-    return InputError(std::string(source_) + ": " + what);
-  }
-
-  template <typename Number>
-  Number number() {
-    const std::string_view bytes = take(sizeof(Number));
-    Number value = 0;
-    for (std::size_t i = 0; i < sizeof value; ++i) {
-      value |= static_cast<Number>(static_cast<Number>(static_cast<unsigned char>(bytes[i])) << (8 * i));
-    }
-    return value;
-  }
-
-  std::string_view part() { return take(number<std::uint64_t>()); }
-
-  std::string_view take(std::uint64_t count) {
-    if (count > content_.size()) {
-      throw fault("is truncated");
-    }
-    const std::string_view out = content_.substr(0, count);
-    content_.remove_prefix(count);
-    return out;
-  }
-
-  [[nodiscard]] bool at_end() const { return content_.empty(); }
-
- private:
-  std::string_view content_;
-  std::string_view source_;
-};
 
 Json description_of(const FactorsFile& file) {
   const LogFactors& factors = file.factors;
@@ -158,24 +99,6 @@ Json description_of(const FactorsFile& file) {
           {"thresholds", factors.rows.thresholds},
           {"squared_velocities", detail::json_of(factors.velocities.sums)},
           {"velocities", factors.velocities.count}};
-}
-
-void put_groups(std::string& out, std::span<const RowGroup> groups) {
-  for (const RowGroup& group : groups) {
-    put_part(out, encoded(group.qr));
-  }
-}
-
-std::vector<RowGroup> next_groups(PartReader& reader, const std::vector<std::vector<Index>>& columns,
-                                  std::string_view source) {
-  std::vector<RowGroup> out;
-  for (const std::vector<Index>& own : columns) {
-    out.push_back({own, decoded_streaming_qr(reader.part(), source)});
-    if (out.back().qr.columns() != std::ssize(own) || out.back().qr.carried() != 1) {
-      throw reader.fault("is damaged: a factor has other columns than its joint");
-    }
-  }
-  return out;
 }
 
 FactorsFile described(const Json& from) {
@@ -246,9 +169,11 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 }
 
 Identification identify_factors(const Experiment& experiment, const FactorsFile& file,
-                                std::string_view source) {
+                                std::string_view source, const LoopAsk& ask) {
   expect_same(file.made_with, source, decisive(experiment), "the experiment");
-  Identification out = identify(experiment.robot, file.factors, experiment.estimation);
+  const bool loops = ask && std::holds_alternative<Iv>(experiment.estimation.method);
+  Identification out = loops ? identify(experiment.robot, file.factors, experiment.estimation, ask)
+                             : identify(experiment.robot, file.factors, experiment.estimation);
   out.notes.push_back("from factors of " + counted(file.factors.logs, "log") +
                       ": residuals were not looked at, see docs/scale.md; rivid_identify check looks at the "
                       "logs one by one");
@@ -259,53 +184,37 @@ Identification identify_factors(const Experiment& experiment, const FactorsFile&
 }
 
 std::string encoded(const FactorsFile& file) {
-  std::string out(factors_magic);
-  put_number(out, factors_version);
-  put_number(out, factors_byte_order);
-  put_part(out, description_of(file).dump(-1, ' ', false, Json::error_handler_t::replace));
-  put_groups(out, file.factors.rows.groups);
-  put_groups(out, file.factors.rows.undecimated);
+  detail::PartWriter out(factors_magic, factors_version, description_of(file));
+  out.put(file.factors.rows.groups);
+  out.put(file.factors.rows.undecimated);
   for (const std::vector<RowGroup>& block : file.factors.blocks) {
-    put_groups(out, block);
+    out.put(block);
   }
-  put_number(out, checksum_of(out));
-  return out;
+  return std::move(out).content();
 }
 
 FactorsFile decoded_factors(std::string_view content, std::string_view source) {
-  PartReader reader(content, source);
-  if (content.empty() || !content.starts_with(factors_magic.substr(0, content.size()))) {
-    throw reader.fault("holds no factors of logs; it must start with \"" + std::string(factors_magic) +
-                       "\", as rivid_identify factors writes it");
-  }
-  reader.take(factors_magic.size());
-  const auto version = reader.number<std::uint32_t>();
-  if (reader.number<std::uint32_t>() != factors_byte_order) {
-    throw reader.fault("has its bytes in another order; the format is little-endian");
-  }
-  if (version != factors_version) {
-    throw reader.fault("has version " + std::to_string(version) +
-                       " of the format; this rivid reads version " + std::to_string(factors_version));
-  }
-  PartReader end(content.substr(content.size() - sizeof(std::uint64_t)), source);
-  if (end.number<std::uint64_t>() != checksum_of(content.substr(0, content.size() - sizeof(std::uint64_t)))) {
-    throw reader.fault("is truncated or damaged: its checksum does not fit its content");
-  }
+  detail::PartReader reader(content, factors_magic, factors_version,
+                            "holds no factors of logs; it must start with \"" + std::string(factors_magic) +
+                                "\", as rivid_identify factors writes it",
+                            source);
   try {
-    const Json description = Json::parse(reader.part());
+    const Json& description = reader.description();
     FactorsFile out = described(description);
-    const auto columns = description.at("columns").get<std::vector<std::vector<Index>>>();
+    const auto columns = reader.columns();
+    const auto next_groups = [&] {
+      return reader.groups<RowGroup>(columns, [](Index /*own*/) { return Index{1}; });
+    };
     RowFactors& rows = out.factors.rows;
-    rows.groups = next_groups(reader, columns, source);
+    rows.groups = next_groups();
     if (description.at("undecimated").get<bool>()) {
-      rows.undecimated = next_groups(reader, columns, source);
+      rows.undecimated = next_groups();
     }
-    for (auto g = description.at("blocks").get<Index>(); g > 0; --g) {
-      out.factors.blocks.push_back(next_groups(reader, columns, source));
+    for (Index g = reader.count("blocks", LogFactors::most_blocks); g > 0; --g) {
+      out.factors.blocks.push_back(next_groups());
     }
-    reader.number<std::uint64_t>();
-    if (!reader.at_end() || rows.left_out.size() != columns.size() ||
-        rows.thresholds.size() != columns.size() ||
+    reader.expect_end();
+    if (rows.left_out.size() != columns.size() || rows.thresholds.size() != columns.size() ||
         out.factors.velocities.sums.size() != std::ssize(columns)) {
       throw reader.fault("is damaged: its parts do not fit together");
     }

@@ -9,6 +9,7 @@
 
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/log_factors.hpp"
+#include "rivid/identify/loop_factors.hpp"
 
 // Factors of logs as files, so that each log is read where it is, and the files are merged elsewhere.
 namespace rivid {
@@ -47,9 +48,10 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 ///
 /// @param experiment  as the factors were made with it, save [method], which may be another one
 /// @param source      the factors, for messages
+/// @param ask         for the closed loops of the logs, of instrumental variables
 /// @throws InputError  where that is not so, and as identify() does
 [[nodiscard]] Identification identify_factors(const Experiment& experiment, const FactorsFile& file,
-                                              std::string_view source);
+                                              std::string_view source, const LoopAsk& ask = {});
 
 /// "signal.decimation=[20]" and what else chosen_signal() decides, to be laid over an experiment file.
 [[nodiscard]] std::vector<std::string> row_settings(const SignalOptions& signal);

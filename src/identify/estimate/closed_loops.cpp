@@ -67,21 +67,17 @@ std::unique_ptr<Reference> reference_of(const Log& log, const SignalOptions& sig
 constexpr Index most_times_the_steps = 20;
 constexpr Index most_steps_a_sample = 10;
 
-Index step_budget(Index samples, std::span<const IvIteration> earlier) {
+Index step_budget(Index samples, Index steps_before) {
+  return steps_before > 0 ? most_times_the_steps * steps_before + most_steps_a_sample * samples
+                          : std::numeric_limits<Index>::max();
+}
+
+Index most_steps_of(std::span<const IvIteration> earlier) {
   Index most = 0;
   for (const IvIteration& iteration : earlier) {
     most = std::max(most, iteration.effort.steps);
   }
-  return most > 0 ? most_times_the_steps * most + most_steps_a_sample * samples
-                  : std::numeric_limits<Index>::max();
-}
-
-void add(SimulationEffort& to, const SimulationEffort& effort) {
-  to.steps += effort.steps;
-  to.right_hand_sides += effort.right_hand_sides;
-  to.restarts += effort.restarts;
-  to.mode_changes += effort.mode_changes;
-  to.seconds += effort.seconds;
+  return most;
 }
 
 // Position error [rad | m] from which a law's stiffness is computed: too small to saturate it.
@@ -161,6 +157,30 @@ void make_dissipative(const BaseParameters& base, const Vector& mean_speed, cons
   }
 }
 
+Vector squares(const Matrix& x) { return x.colwise().squaredNorm().transpose(); }
+
+// Sums of squares of a motion, or of its difference from another one, (n × 3).
+void add_squares(Matrix& to, const Motion& motion, const Motion* other) {
+  const std::array parts = {&Motion::q, &Motion::qd, &Motion::qdd};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Matrix& x = motion.*parts[i];
+    to.col(static_cast<Index>(i)) += other == nullptr ? squares(x) : squares(x - other->*parts[i]);
+  }
+}
+
+LoopSums no_sums(Index n) {
+  const Matrix squares_of_motion = Matrix::Zero(n, 3);
+  const Vector none = Vector::Zero(n);
+  return {.off_measured = squares_of_motion,
+          .measured = squares_of_motion,
+          .off_reference = squares_of_motion,
+          .reference = squares_of_motion,
+          .tracking = none,
+          .missed = none,
+          .control = none,
+          .moving = none};
+}
+
 }  // namespace
 
 AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal,
@@ -238,6 +258,11 @@ ClosedLoops::ClosedLoops(const EstimationProblem& problem)
     : problem_(problem),
       mean_speed_(Vector::Zero(problem.joints())),
       mean_square_(Vector::Zero(problem.joints())) {
+  if (problem.ask != nullptr) {
+    const LoopFactors speeds = (*problem.ask)({});
+    mean_speed_ = speeds.mean_speeds / static_cast<double>(speeds.logs);
+    mean_square_ = speeds.mean_squares / static_cast<double>(speeds.logs);
+  }
   for (const Log& log : problem.logs) {
     loops_.push_back(
         std::make_unique<AuxiliaryLoop>(problem.robot, log, problem.estimation.signal, problem.iv()));
@@ -267,31 +292,11 @@ std::vector<SimulatedLoops> ClosedLoops::simulated(std::span<const Vector> chis,
                                                    std::span<const IvIteration> earlier,
                                                    const SimulatedLoops* gains_of) const {
   std::vector<SimulatedLoops> out;
-  std::vector<LoopTask> tasks;
-  const double left = seconds_left();
   for (const Vector& chi : chis) {
-    SimulatedLoops& loops = out.emplace_back(prepared(chi, gains_of));
-    if (!loops.failure.empty()) {
-      continue;
-    }
-    if (left <= 0.0) {
-      run_out_of_time(0, loops);
-      continue;
-    }
-    for (std::size_t k = 0; k < loops_.size(); ++k) {
-      tasks.push_back(loops_[k]->task(*loops.model, *loops.laws[k],
-                                      step_budget(problem_.logs[k].samples(), earlier), left));
-    }
+    out.push_back(prepared(chi, gains_of));
   }
   try {
-    std::vector<Simulation> simulations = simulated_motions(tasks);
-    std::size_t next = 0;
-    for (SimulatedLoops& loops : out) {
-      if (loops.failure.empty()) {
-        take(std::span(simulations).subspan(next, loops_.size()), loops);
-        next += loops_.size();
-      }
-    }
+    simulate(out, most_steps_of(earlier));
   } catch (const NumericsError& error) {
     if (chis.size() == 1) {
       out.front().failure = error.what();
@@ -310,13 +315,95 @@ std::vector<SimulatedLoops> ClosedLoops::simulated(std::span<const Vector> chis,
   return out;
 }
 
+// Simulates those that have not failed before, beside each other.
+void ClosedLoops::simulate(std::span<SimulatedLoops> all, Index steps_before) const {
+  std::vector<LoopTask> tasks;
+  const double left = seconds_left();
+  for (SimulatedLoops& loops : all) {
+    if (!loops.failure.empty()) {
+      continue;
+    }
+    if (left <= 0.0) {
+      run_out_of_time(0, loops);
+      continue;
+    }
+    for (std::size_t k = 0; k < loops_.size(); ++k) {
+      tasks.push_back(loops_[k]->task(*loops.model, *loops.laws[k],
+                                      step_budget(problem_.logs[k].samples(), steps_before), left));
+    }
+  }
+  std::vector<Simulation> simulations = simulated_motions(tasks);
+  std::size_t next = 0;
+  for (SimulatedLoops& loops : all) {
+    if (loops.failure.empty()) {
+      take(std::span(simulations).subspan(next, loops_.size()), loops);
+      next += loops_.size();
+    }
+  }
+}
+
+SimulatedLoops ClosedLoops::simulated(const LoopRequest& request) const {
+  SimulatedLoops out;
+  try {
+    out.model = std::make_unique<DynamicModel>(problem_.robot, request.chi_st);
+    out.J = request.J;
+    out.laws.push_back(problem_.iv().control({problem_.robot, *out.model, out.J}));
+    simulate(std::span(&out, 1), request.steps_before);
+  } catch (const NumericsError& error) {
+    out.failure = error.what();
+  }
+  return out;
+}
+
+SimulatedLoops ClosedLoops::asked(const Vector& chi, std::span<const IvIteration> earlier,
+                                  bool simulated_signs) const {
+  SimulatedLoops out;
+  const auto take_failure = [&](const LoopFactors& of) {
+    out.failure = of.failure;
+    out.gave_up = of.gave_up;
+    return !of.failure.empty();
+  };
+  try {
+    out.chi_st = braking(chi);
+    out.model = std::make_unique<DynamicModel>(problem_.robot, out.chi_st);
+    const LoopFactors inertias = (*problem_.ask)({.pass = LoopPass::inertias, .chi_st = out.chi_st});
+    if (take_failure(inertias)) {
+      return out;
+    }
+    out.J = inertias.J;
+    out.laws.push_back(problem_.iv().control({problem_.robot, *out.model, out.J}));
+    out.found =
+        std::make_shared<const LoopFactors>((*problem_.ask)({.pass = LoopPass::rows,
+                                                             .chi_st = out.chi_st,
+                                                             .J = out.J,
+                                                             .simulated_signs = simulated_signs,
+                                                             .steps_before = most_steps_of(earlier)}));
+    out.effort = out.found->effort;
+    take_failure(*out.found);
+  } catch (const NumericsError& error) {
+    out.failure = error.what();
+  }
+  return out;
+}
+
+LoopFactors ClosedLoops::asked_again(const SimulatedLoops& loops, bool simulated_signs) const {
+  return (*problem_.ask)(
+      {.pass = LoopPass::rows, .chi_st = loops.chi_st, .J = loops.J, .simulated_signs = simulated_signs});
+}
+
+// Standard parameters whose friction brakes.
+Vector ClosedLoops::braking(const Vector& chi) const {
+  Vector chi_st = problem_.base.to_standard(chi);
+  make_dissipative(problem_.base, mean_speed_, mean_square_, chi_st);
+  return chi_st;
+}
+
 // Model and control laws of the loops with some parameters.
 SimulatedLoops ClosedLoops::prepared(const Vector& chi, const SimulatedLoops* gains_of) const {
   SimulatedLoops out;
   try {
-    Vector chi_st = problem_.base.to_standard(chi);
-    make_dissipative(problem_.base, mean_speed_, mean_square_, chi_st);
-    out.model = std::make_unique<DynamicModel>(problem_.robot, chi_st);
+    out.chi_st = braking(chi);
+    out.model = std::make_unique<DynamicModel>(problem_.robot, out.chi_st);
     if (gains_of != nullptr) {
       out.J = gains_of->J;
     } else {
@@ -364,11 +451,43 @@ Index ClosedLoops::worthwhile() const {
   return (SimulationGroup::worthwhile() + logs - 1) / logs;
 }
 
+LoopSums ClosedLoops::sums(const SimulatedLoops& loops) const {
+  if (loops.found) {
+    return loops.found->sums;
+  }
+  const Index n = problem_.joints();
+  LoopSums out = no_sums(n);
+  for (std::size_t k = 0; k < loops_.size(); ++k) {
+    const AuxiliaryLoop& loop = *loops_[k];
+    const Motion& motion = loops.motions[k];
+    add_squares(out.off_measured, motion, &loop.measured());
+    add_squares(out.measured, loop.measured(), nullptr);
+    add_squares(out.off_reference, motion, &loop.reference());
+    add_squares(out.reference, loop.reference(), nullptr);
+    out.tracking += squares(loop.reference().q - loop.measured().q);
+    for (Index j = 0; j < n; ++j) {
+      out.moving[j] += static_cast<double>((motion.qd.col(j).array() != 0.0).count());
+    }
+    out.samples += static_cast<double>(motion.samples());
+  }
+  return out;
+}
+
+LoopSums ClosedLoops::sums_with_control(const SimulatedLoops& loops) const {
+  LoopSums out = sums(loops);
+  for (std::size_t k = 0; k < loops_.size(); ++k) {
+    const Log& log = problem_.logs[k];
+    // A law that follows the measured motion has no error to work on, and rebuilds nothing.
+    if (log.v_tau.size() > 0 && problem_.iv().follows == Iv::Follows::reference) {
+      out.missed += squares(loops_[k]->rebuilt_control(*loops.laws[k]) - log.v_tau);
+      out.control += squares(log.v_tau);
+    }
+  }
+  return out;
+}
+
 bool ClosedLoops::dissipative(const Vector& chi) const {
-  const Vector wanted = problem_.base.to_standard(chi);
-  Vector braking = wanted;
-  make_dissipative(problem_.base, mean_speed_, mean_square_, braking);
-  return braking == wanted;
+  return braking(chi) == problem_.base.to_standard(chi);
 }
 
 std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, Index first, Index count) {
@@ -379,37 +498,28 @@ std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, I
   return out;
 }
 
-MotionDistance::MotionDistance(Index n) : difference_(Matrix::Zero(n, 3)), whole_(Matrix::Zero(n, 3)) {}
-
-void MotionDistance::add(const Motion& a, const Motion& b) {
-  const std::array<std::pair<const Matrix*, const Matrix*>, 3> parts = {
-      {{&a.q, &b.q}, {&a.qd, &b.qd}, {&a.qdd, &b.qdd}}};
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const auto c = static_cast<Index>(i);
-    difference_.col(c) += (*parts[i].first - *parts[i].second).colwise().squaredNorm().transpose();
-    whole_.col(c) += parts[i].second->colwise().squaredNorm().transpose();
-  }
+void add(SimulationEffort& to, const SimulationEffort& effort) {
+  to.steps += effort.steps;
+  to.right_hand_sides += effort.right_hand_sides;
+  to.restarts += effort.restarts;
+  to.mode_changes += effort.mode_changes;
+  to.seconds += effort.seconds;
 }
 
-MotionError MotionDistance::error() const {
+MotionError motion_error(const Matrix& difference, const Matrix& whole) {
   const Matrix ratio =
-      (whole_.array() > 0.0)
-          .select((difference_.array() / whole_.array()).sqrt(), std::numeric_limits<double>::quiet_NaN());
+      (whole.array() > 0.0)
+          .select((difference.array() / whole.array()).sqrt(), std::numeric_limits<double>::quiet_NaN());
   return {ratio.col(0), ratio.col(1), ratio.col(2)};
 }
 
-std::vector<std::string> locked_joints(const EstimationProblem& problem, const SimulatedLoops& loops) {
+std::vector<std::string> locked_joints(const EstimationProblem& problem, const SimulatedLoops& loops,
+                                       const LoopSums& sums) {
   std::vector<std::string> out;
   for (Index j = 0; j < problem.joints(); ++j) {
-    double moving = 0.0;
-    double all = 0.0;
-    for (const Motion& motion : loops.motions) {
-      moving += static_cast<double>((motion.qd.col(j).array() != 0.0).count());
-      all += static_cast<double>(motion.samples());
-    }
-    if (moving < locked_part * all) {
+    if (sums.moving[j] < locked_part * sums.samples) {
       out.push_back("joint \"" + problem.robot.joints[static_cast<std::size_t>(j)].name +
-                    "\" stands still in " + number(100.0 * (1.0 - moving / all), 3) +
+                    "\" stands still in " + number(100.0 * (1.0 - sums.moving[j] / sums.samples), 3) +
                     " % of the simulation: the assumed controller does not overcome its friction" +
                     dead_band(problem.robot, loops, j) + "; a wider bandwidth or a larger motion is needed");
     }
@@ -417,31 +527,13 @@ std::vector<std::string> locked_joints(const EstimationProblem& problem, const S
   return out;
 }
 
-LoopDiagnosis diagnosed_loop(const EstimationProblem& problem, const ClosedLoops& all,
-                             const SimulatedLoops& loops) {
-  const Index n = problem.joints();
-  Vector missed = Vector::Zero(n);
-  Vector control = Vector::Zero(n);
-  Vector apart = Vector::Zero(n);
-  Vector tracking = Vector::Zero(n);
-  const auto add = [](Vector& to, const Matrix& x) { to += x.colwise().squaredNorm().transpose(); };
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const Log& log = problem.logs[k];
-    const AuxiliaryLoop& loop = all.of_log(k);
-    // A law that follows the measured motion has no error to work on, and rebuilds nothing.
-    if (log.v_tau.size() > 0 && problem.iv().follows == Iv::Follows::reference) {
-      add(missed, loop.rebuilt_control(*loops.laws[k]) - log.v_tau);
-      add(control, log.v_tau);
-    }
-    add(apart, loops.motions[k].q - loop.measured().q);
-    add(tracking, loop.reference().q - loop.measured().q);
-  }
+LoopDiagnosis diagnosed_loop(const EstimationProblem& problem, const LoopSums& sums) {
   LoopDiagnosis diagnosis;
-  if (control.maxCoeff() > 0.0) {
-    diagnosis.control_error = (missed.array() / control.array()).sqrt();
+  if (sums.control.maxCoeff() > 0.0) {
+    diagnosis.control_error = (sums.missed.array() / sums.control.array()).sqrt();
   }
   if (problem.iv().follows == Iv::Follows::reference) {
-    diagnosis.tracking_ratio = (apart.array() / tracking.array()).sqrt();
+    diagnosis.tracking_ratio = (sums.off_measured.col(0).array() / sums.tracking.array()).sqrt();
   }
   return diagnosis;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "identify/estimate/estimate.hpp"
+#include "rivid/identify/loop_factors.hpp"
 #include "simulate/loop_run.hpp"
 
 namespace rivid::detail {
@@ -43,14 +44,16 @@ class AuxiliaryLoop {
 struct SimulatedLoops {
   std::string failure;                            // empty where all were simulated
   bool gave_up = false;                           // the failure is a budget of the options that was used up
-  std::vector<Motion> motions;                    // one a log
+  std::vector<Motion> motions;                    // one a log; none where the logs are elsewhere
+  std::shared_ptr<const LoopFactors> found;       // what their loops came to there
+  Vector chi_st;                                  // standard parameters of the model
   std::unique_ptr<DynamicModel> model;            // that the laws may look into
   std::vector<std::unique_ptr<ControlLaw>> laws;  // the same for each log: a law may keep scratch
   Vector J;                                       // design inertias that their gains follow
   SimulationEffort effort;
 };
 
-// The closed loops of all logs, to be simulated with any parameters.
+// The closed loops of all logs, to be simulated with any parameters. Where the problem has its logs elsewhere, these are asked.
 class ClosedLoops {
  public:
   // throws InputError where a log lacks what its loop follows
@@ -65,19 +68,32 @@ class ClosedLoops {
                                                       std::span<const IvIteration> earlier,
                                                       const SimulatedLoops* gains_of = nullptr) const;
 
+  // The loops of a request for rows.
+  [[nodiscard]] SimulatedLoops simulated(const LoopRequest& request) const;
+  // The loops of logs that are elsewhere, and their rows.
+  //
+  // simulated_signs  whether W takes its columns of dry friction from the simulated motion
+  [[nodiscard]] SimulatedLoops asked(const Vector& chi, std::span<const IvIteration> earlier,
+                                     bool simulated_signs) const;
+  // The rows of these once more, with other columns.
+  [[nodiscard]] LoopFactors asked_again(const SimulatedLoops& loops, bool simulated_signs) const;
+
   [[nodiscard]] Index worthwhile() const;
+
+  // Of simulated loops; the control signals cost a pass of their own.
+  [[nodiscard]] LoopSums sums(const SimulatedLoops& loops) const;
+  [[nodiscard]] LoopSums sums_with_control(const SimulatedLoops& loops) const;
 
   // Whether the friction of all joints brakes; where it does not, others that do are simulated.
   [[nodiscard]] bool dissipative(const Vector& chi) const;
-
-  [[nodiscard]] std::size_t size() const { return loops_.size(); }
-  [[nodiscard]] const AuxiliaryLoop& of_log(std::size_t k) const { return *loops_[k]; }
 
  private:
   // Wall-clock time that all simulations of an estimation may take together, and what is left of it.
   [[nodiscard]] double most_seconds() const;
   [[nodiscard]] double seconds_left() const;
+  [[nodiscard]] Vector braking(const Vector& chi) const;
   [[nodiscard]] SimulatedLoops prepared(const Vector& chi, const SimulatedLoops* gains_of) const;
+  void simulate(std::span<SimulatedLoops> all, Index steps_before) const;
   void run_out_of_time(std::size_t log, SimulatedLoops& out) const;
   void take(std::span<Simulation> simulations, SimulatedLoops& out) const;
 
@@ -92,29 +108,22 @@ class ClosedLoops {
 [[nodiscard]] std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, Index first,
                                                      Index count);
 
-// Distance of motions from others, gathered over several logs.
-class MotionDistance {
- public:
-  // n  joints
-  explicit MotionDistance(Index n);
+void add(SimulationEffort& to, const SimulationEffort& effort);
 
-  void add(const Motion& a, const Motion& b);
-  // ‖a − b‖ / ‖b‖; not a number where there was no motion.
-  [[nodiscard]] MotionError error() const;
-
- private:
-  Matrix difference_;  // sums of squares of q, q̇, q̈, (n × 3)
-  Matrix whole_;
-};
+// ‖a − b‖ / ‖b‖ of positions, velocities and accelerations; not a number where there was no motion.
+//
+// difference, whole  sums of squares of a − b and of b, (n × 3)
+[[nodiscard]] MotionError motion_error(const Matrix& difference, const Matrix& whole);
 
 // How well the assumed controller explains the logs.
 //
-// loops  simulated with the estimate
-[[nodiscard]] LoopDiagnosis diagnosed_loop(const EstimationProblem& problem, const ClosedLoops& all,
-                                           const SimulatedLoops& loops);
+// sums  of the loops with the estimate, with control signals
+[[nodiscard]] LoopDiagnosis diagnosed_loop(const EstimationProblem& problem, const LoopSums& sums);
 
 // Reasons: joints that their friction holds throughout the simulation, which gives no instruments.
+//
+// sums  of these loops
 [[nodiscard]] std::vector<std::string> locked_joints(const EstimationProblem& problem,
-                                                     const SimulatedLoops& loops);
+                                                     const SimulatedLoops& loops, const LoopSums& sums);
 
 }  // namespace rivid::detail

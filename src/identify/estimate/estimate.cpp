@@ -73,10 +73,6 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log
   if (has_load(robot)) {
     secant = all_factors(robot, at_load(base, base.load.chi), logs, signals, *team, {});
   }
-  const Index rows = rows_of(data.groups);
-  if (iv != nullptr && rows <= base.size()) {
-    refuse_few_rows(rows);
-  }
 }
 
 void EstimationProblem::send_rows(std::size_t k, const SignalOptions& signal, std::span<RowSink* const> sinks,
@@ -89,11 +85,12 @@ void EstimationProblem::send_rows(std::size_t k, const SignalOptions& signal, st
 }
 
 EstimationProblem::EstimationProblem(const Robot& its_robot, const LogFactors& its_factors,
-                                     const Estimation& its_estimation)
+                                     const Estimation& its_estimation, const LoopAsk* its_ask)
     : robot(its_robot),
       estimation(its_estimation),
       base(base_parameters(robot)),
       factors(&its_factors),
+      ask(its_ask),
       signals({estimation.signal}),
       data(its_factors.rows),
       team(std::make_unique<ThreadTeam>(1)) {
@@ -119,6 +116,9 @@ void EstimationProblem::refuse_few_rows(Index rows) const {
 
 Estimated estimated(const EstimationProblem& problem, Identification& out) {
   if (std::holds_alternative<Iv>(problem.estimation.method)) {
+    if (const Index rows = rows_of(problem.data.groups); rows <= problem.base.size()) {
+      problem.refuse_few_rows(rows);
+    }
     switch (problem.iv().compares) {
       case Iv::Compares::instruments:
         return instrumental_estimate(problem, out);

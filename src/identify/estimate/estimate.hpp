@@ -12,6 +12,7 @@
 #include "identify/rows/thread_team.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/log_factors.hpp"
+#include "rivid/identify/loop_factors.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/solve/least_squares.hpp"
 
@@ -28,15 +29,19 @@ struct EstimationProblem {
   EstimationProblem(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
                     LoadPoint load = {});
   // The same from logs that were reduced to factors: `logs` is empty.
-  EstimationProblem(const Robot& robot, const LogFactors& factors, const Estimation& estimation);
+  //
+  // ask  for the loops of the logs, of instrumental variables
+  EstimationProblem(const Robot& robot, const LogFactors& factors, const Estimation& estimation,
+                    const LoopAsk* ask = nullptr);
 
   const Robot& robot;
   std::span<const Log> logs;
   const Estimation& estimation;
   BaseParameters base;
   const LogFactors* factors = nullptr;  // in place of logs
-  std::vector<SignalOptions> signals;   // one a log: the transient is left out
-  RowFactors data;                      // of [W Y]
+  const LoopAsk* ask = nullptr;
+  std::vector<SignalOptions> signals;  // one a log: the transient is left out
+  RowFactors data;                     // of [W Y]
   std::optional<RowFactors> secant;  // where `data` are those of a tangent: the rows whose W χ is the torque
   std::unique_ptr<ThreadTeam> team;
   std::vector<std::unique_ptr<KeptRows>>
@@ -58,11 +63,12 @@ struct EstimationProblem {
 
 // What an estimate by instrumental variables has beside others.
 struct EstimateInstruments {
-  std::vector<Motion> motions;             // that V is built from, one a log
-  std::vector<std::vector<Index>> from_V;  // columns of W that were taken from V
-  std::vector<Vector> whitening;           // of each joint's rows; empty for none
-  std::vector<RowGroup> used;              // [W Y]
-  Vector first_stage_F;                    // (b)
+  std::vector<Motion> motions;  // that V is built from, one a log; none where the logs are elsewhere
+  std::vector<std::vector<InstrumentalGroup>> blocks;  // of rows [V | W Y] there
+  std::vector<std::vector<Index>> from_V;              // columns of W that were taken from V
+  std::vector<Vector> whitening;                       // of each joint's rows; empty for none
+  std::vector<RowGroup> used;                          // [W Y]
+  Vector first_stage_F;                                // (b)
 };
 
 // Sums over the rows of a block of time.

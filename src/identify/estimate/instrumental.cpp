@@ -111,7 +111,7 @@ void keep_history(const EstimationProblem& problem, IvSolver& solver, const std:
   IvHistory& history = out.iv.emplace();
   if (estimate && estimate->instruments) {
     history.first_stage_F = estimate->instruments->first_stage_F;
-    history.loop = diagnosed_loop(problem, solver.loops(), solver.last_loops());
+    history.loop = diagnosed_loop(problem, solver.loops().sums_with_control(solver.last_loops()));
   }
   history.iterations = std::move(solver.history());
 }

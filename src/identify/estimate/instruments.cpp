@@ -21,9 +21,16 @@ namespace {
 class InstrumentSink final : public RowSink {
  public:
   // from_V: columns of W, within the joint's own, that are taken from V instead.
-  // used:  factor of [W Y] with these columns, or nullptr.
-  InstrumentSink(StreamingQr& qr, std::vector<Index> from_V, StreamingQr* used)
-      : qr_(qr), from_V_(std::move(from_V)), used_(used) {}
+  // used:   factor of [W Y] with these columns, or nullptr.
+  // blocks: of a log of so many samples, of which this is the joint; or nullptr.
+  InstrumentSink(StreamingQr& qr, std::vector<Index> from_V, StreamingQr* used,
+                 std::vector<std::vector<InstrumentalGroup>>* blocks, std::size_t joint, Index samples_of_log)
+      : qr_(qr),
+        from_V_(std::move(from_V)),
+        used_(used),
+        blocks_(blocks),
+        joint_(joint),
+        samples_of_log_(samples_of_log) {}
 
   RowsRoom room(Index wanted) override { return room_ = qr_.room(wanted); }
   void commit(std::span<const Index> samples) override {
@@ -32,11 +39,18 @@ class InstrumentSink final : public RowSink {
     for (const Index c : from_V_) {
       std::copy_n(target.data + c * target.ld, count, target.data + (qr_.columns() + c) * target.ld);
     }
+    const Index m = qr_.columns();
+    using Rows = Eigen::Map<const Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
+    const Rows V(target.data, count, m, Eigen::OuterStride<>(target.ld));
+    const Rows WY(target.data + m * target.ld, count, m + 1, Eigen::OuterStride<>(target.ld));
     if (used_ != nullptr) {
-      const Index m = qr_.columns();
-      using Rows = Eigen::Map<const Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
-      const Rows WY(target.data + m * target.ld, count, m + 1, Eigen::OuterStride<>(target.ld));
       used_->add(WY.leftCols(m), WY.rightCols(1));
+    }
+    if (blocks_ != nullptr) {
+      for_each_block(
+          samples, std::ssize(*blocks_), samples_of_log_, [&](std::size_t block, Index first, Index rows) {
+            (*blocks_)[block][joint_].qr.add(V.middleRows(first, rows), WY.middleRows(first, rows));
+          });
     }
     qr_.commit(count);
   }
@@ -45,6 +59,9 @@ class InstrumentSink final : public RowSink {
   StreamingQr& qr_;
   std::vector<Index> from_V_;
   StreamingQr* used_;
+  std::vector<std::vector<InstrumentalGroup>>* blocks_;
+  std::size_t joint_;
+  Index samples_of_log_;
   RowsRoom room_{};
 };
 
@@ -64,15 +81,33 @@ Instruments::Instruments(const EstimationProblem& problem) : problem_(problem), 
   count_rows();
 }
 
-std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simulated, FromV which) {
-  const std::vector<RowGroup>& joints = problem_.data.groups;
-  std::vector<InstrumentalGroup> groups;
-  for (const RowGroup& joint : joints) {
+std::vector<InstrumentalGroup> Instruments::no_rows() const {
+  std::vector<InstrumentalGroup> out;
+  for (const RowGroup& joint : problem_.data.groups) {
     const auto own = static_cast<Index>(joint.columns.size());
-    groups.push_back({joint.columns, StreamingQr(own, own + 1)});
+    out.push_back({joint.columns, StreamingQr(own, own + 1)});
   }
+  return out;
+}
+
+std::vector<InstrumentalGroup> Instruments::factors(const ClosedLoops& loops_of, const SimulatedLoops& loops,
+                                                    FromV which) {
   from_V_ = columns_from(which);
   used_.clear();
+  if (!loops.found) {
+    return made(loops.motions, which);
+  }
+  const bool signs = which == FromV::signs;
+  LoopFactors found =
+      loops.found->simulated_signs == signs ? *loops.found : loops_of.asked_again(loops, signs);
+  used_ = std::move(found.used);
+  count_rows();
+  return std::move(found.groups);
+}
+
+std::vector<InstrumentalGroup> Instruments::made(std::span<const Motion> simulated, FromV which) {
+  const std::vector<RowGroup>& joints = problem_.data.groups;
+  std::vector<InstrumentalGroup> groups = no_rows();
   if (which != FromV::none || !whitening_.empty() || reweighting_ != nullptr) {
     used_ = empty_groups(joints);
   }
@@ -80,7 +115,8 @@ std::vector<InstrumentalGroup> Instruments::factors(std::span<const Motion> simu
     JointSinks<InstrumentSink> sinks(groups.size());
     std::vector<Index> widths;
     for (std::size_t j = 0; j < groups.size(); ++j) {
-      sinks.add(groups[j].qr, from_V_[j], used_.empty() ? nullptr : &used_[j].qr);
+      sinks.add(groups[j].qr, from_V_[j], used_.empty() ? nullptr : &used_[j].qr, blocks_, j,
+                problem_.logs[k].samples());
       widths.push_back(2 * groups[j].qr.columns() + 1);
     }
     const ReweightedSinks reweighted(sinks.sinks(), reweighting_, joints, from_V_);

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "identify/estimate/closed_loops.hpp"
 #include "identify/estimate/estimate.hpp"
 #include "rivid/solve/instrumental.hpp"
 
@@ -21,10 +22,16 @@ class Instruments {
  public:
   explicit Instruments(const EstimationProblem& problem);
 
-  // Factors of [V | W Y] of each joint.
+  // Factors of [V | W Y] of each joint with the motions of simulated loops.
   //
-  // simulated  motions of the simulated loops, one a log
-  [[nodiscard]] std::vector<InstrumentalGroup> factors(std::span<const Motion> simulated, FromV which);
+  // loops_of  where logs that are elsewhere are asked
+  [[nodiscard]] std::vector<InstrumentalGroup> factors(const ClosedLoops& loops_of,
+                                                       const SimulatedLoops& loops, FromV which);
+
+  // From now on factors() also fills blocks of equal time, of one log.
+  void divide_into(std::vector<std::vector<InstrumentalGroup>>& blocks) { blocks_ = &blocks; }
+  // No rows, for each joint.
+  [[nodiscard]] std::vector<InstrumentalGroup> no_rows() const;
 
   // What V is built from: exact rows ask for the same differences as those of W.
   [[nodiscard]] std::vector<Motion> motions(std::span<const Motion> simulated) const;
@@ -53,6 +60,7 @@ class Instruments {
   [[nodiscard]] const std::vector<Vector>& whitening() const { return whitening_; }
 
  private:
+  [[nodiscard]] std::vector<InstrumentalGroup> made(std::span<const Motion> simulated, FromV which);
   [[nodiscard]] std::vector<std::vector<Index>> columns_from(FromV which) const;
   void count_rows();
 
@@ -60,6 +68,7 @@ class Instruments {
   std::vector<SignalOptions> signals_;  // one a log
   std::vector<Vector> whitening_;       // empty without
   Reweighting* reweighting_ = nullptr;
+  std::vector<std::vector<InstrumentalGroup>>* blocks_ = nullptr;
   std::vector<RowGroup> used_;  // empty: those of the problem
   std::vector<std::vector<Index>> from_V_;
   Index rows_ = 0;

@@ -100,7 +100,7 @@ bool IvSolver::iterate(Vector chi) {
     if (!solution_.full_rank()) {
       explain_rank(solution_.rank, solution_.undetermined,
                    "the instruments of iteration " + std::to_string(history_.size()), out_);
-      std::ranges::move(locked_joints(problem_, loops), std::back_inserter(out_.reasons));
+      std::ranges::move(locked_joints(problem_, loops, loops_.sums(loops)), std::back_inserter(out_.reasons));
       return false;
     }
     last_ = std::move(loops);
@@ -182,10 +182,13 @@ FromV IvSolver::from_V() const {
 }
 
 std::vector<InstrumentalGroup> IvSolver::factors(const SimulatedLoops& loops) {
-  return instruments_.factors(loops.motions, from_V());
+  return instruments_.factors(loops_, loops, from_V());
 }
 
-SimulatedLoops IvSolver::simulated(const Vector& chi) const { return loops_.simulated(chi, history_); }
+SimulatedLoops IvSolver::simulated(const Vector& chi) const {
+  return problem_.ask == nullptr ? loops_.simulated(chi, history_)
+                                 : loops_.asked(chi, history_, from_V() == FromV::signs);
+}
 
 // The loops of an iterate, or of what takes its place.
 SimulatedLoops IvSolver::loops_of(Vector& chi, std::string& remark) {
@@ -305,14 +308,9 @@ IvIteration IvSolver::told(const Vector& chi, const SimulatedLoops& loops,
   }
   out.error_norm = out.joint_error_norm.norm();
   out.relative_error = out.error_norm / instruments_.y_norm();
-  MotionDistance to_measured(n);
-  MotionDistance to_reference(n);
-  for (std::size_t k = 0; k < loops_.size(); ++k) {
-    to_measured.add(loops.motions[k], loops_.of_log(k).measured());
-    to_reference.add(loops.motions[k], loops_.of_log(k).reference());
-  }
-  out.to_measured = to_measured.error();
-  out.to_reference = to_reference.error();
+  const LoopSums sums = loops_.sums(loops);
+  out.to_measured = motion_error(sums.off_measured, sums.measured);
+  out.to_reference = motion_error(sums.off_reference, sums.reference);
   out.J = loops.J;
   out.gains = loops.laws.front()->description().gains;
   out.condition_V = solution_.condition_V;
@@ -368,11 +366,15 @@ void IvSolver::keep(const Vector& chi) {
                .signals = instruments_.signals(),
                .loss = {},
                .instruments = EstimateInstruments{.motions = instruments_.motions(last_.motions),
+                                                  .blocks = {},
                                                   .from_V = instruments_.from_V(),
                                                   .whitening = instruments_.whitening(),
                                                   .used = instruments_.used(),
                                                   .first_stage_F = first_stage_F()},
                .scores = {}};
+  if (last_.found) {
+    estimate_->instruments->blocks = last_.found->blocks;
+  }
 }
 
 // Of errors that are independent, per unit of their variance.

@@ -5,6 +5,7 @@
 
 #include "identify/choose/row_choice.hpp"
 #include "identify/infer/infer.hpp"
+#include "identify/merge/unknown_to_factors.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
@@ -28,19 +29,12 @@ class BlockedRows final : public detail::RowSink {
   RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
 
   void commit(std::span<const Index> samples) override {
-    const auto count = static_cast<Index>(samples.size());
-    const auto block_of = [&](Index k) {
-      return std::min(samples[static_cast<std::size_t>(k)] * std::ssize(blocks_) / samples_,
-                      std::ssize(blocks_) - 1);
-    };
-    for (Index begin = 0, end = 0; begin < count; begin = end) {
-      while (end < count && block_of(end) == block_of(begin)) {
-        ++end;
-      }
-      StreamingQr& qr = blocks_[static_cast<std::size_t>(block_of(begin))][joint_].qr;
-      qr.add(rows_.middleRows(begin, end - begin).leftCols(qr.columns()),
-             rows_.middleRows(begin, end - begin).rightCols(1));
-    }
+    detail::for_each_block(samples, std::ssize(blocks_), samples_,
+                           [&](std::size_t block, Index first, Index count) {
+                             StreamingQr& qr = blocks_[block][joint_].qr;
+                             qr.add(rows_.middleRows(first, count).leftCols(qr.columns()),
+                                    rows_.middleRows(first, count).rightCols(1));
+                           });
   }
 
  private:
@@ -67,12 +61,10 @@ std::vector<std::vector<RowGroup>> blocks_of_log(const Robot& robot, const BaseP
   return out;
 }
 
-// What the rows of factors can not be asked for.
-std::optional<std::string> unknown_to_factors(const Robot& robot, const Estimation& estimation) {
+}  // namespace
+
+std::optional<std::string> detail::unknown_to_factors(const Robot& robot, const Estimation& estimation) {
   const std::string instead = "; identify from the logs themselves";
-  if (std::holds_alternative<Iv>(estimation.method)) {
-    return "instrumental variables simulate every log" + instead + ", or by method \"wls\"";
-  }
   if (estimation.robust) {
     return "robust estimation weights single rows" + instead;
   }
@@ -87,8 +79,6 @@ std::optional<std::string> unknown_to_factors(const Robot& robot, const Estimati
   }
   return std::nullopt;
 }
-
-}  // namespace
 
 SignalOptions chosen_signal(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
   Estimation chosen = estimation;
@@ -119,7 +109,7 @@ LogFactors log_factors(const Robot& robot, const Log& log, const SignalOptions& 
         "log_factors: the rows of each log would be chosen by its own noise; chosen_signal() chooses for "
         "all");
   }
-  if (const auto fault = unknown_to_factors(robot, {.method = Wls{}})) {
+  if (const auto fault = detail::unknown_to_factors(robot, {.method = Wls{}})) {
     throw InputError("log_factors: " + *fault);
   }
   const BaseParameters base = base_parameters(robot);
@@ -157,7 +147,12 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
     estimation.method = Wls{};
     choice = {.reason = "weighted least squares: factors of logs serve no other method", .least_squares = {}};
   }
-  if (const auto fault = unknown_to_factors(robot, estimation)) {
+  if (std::holds_alternative<Iv>(estimation.method)) {
+    throw InputError(
+        "identify: instrumental variables simulate every log; identify from the logs themselves, by "
+        "rivid.distributed of the Python package, or by method \"wls\"");
+  }
+  if (const auto fault = detail::unknown_to_factors(robot, estimation)) {
     throw InputError("identify: " + *fault);
   }
   const detail::EstimationProblem problem(robot, factors, estimation);

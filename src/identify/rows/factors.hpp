@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "identify/rows/kept_rows.hpp"
@@ -37,9 +39,58 @@ static_assert(RowSource::most_wanted == StreamingQr::most_rows);
 // Adds the factors of other logs.
 void add_factors(RowFactors& into, RowFactors part);
 
+// Adds the rows of other groups of the same columns; takes these where there are none yet.
+template <typename Group>
+void merge_groups(std::vector<Group>& into, std::vector<Group> groups) {
+  if (into.empty()) {
+    into = std::move(groups);
+    return;
+  }
+  for (std::size_t g = 0; g < into.size(); ++g) {
+    into[g].qr.merge(groups[g].qr);
+  }
+}
+
 // Blocks of time, each the groups of all joints, of which neighbours with the fewest rows are merged until at most so many are left.
-[[nodiscard]] std::vector<std::vector<RowGroup>> fewer_blocks(std::vector<std::vector<RowGroup>> blocks,
-                                                              Index most);
+template <typename Group>
+[[nodiscard]] std::vector<std::vector<Group>> fewer_blocks(std::vector<std::vector<Group>> blocks,
+                                                           Index most) {
+  const auto rows = [&](std::size_t g) {
+    Index out = 0;
+    for (const Group& group : blocks[g]) {
+      out += group.qr.rows();
+    }
+    return out;
+  };
+  while (std::ssize(blocks) > most) {
+    std::size_t least = 0;
+    const auto pair_rows = [&](std::size_t g) { return rows(g) + rows(g + 1); };
+    for (std::size_t g = 1; g + 1 < blocks.size(); ++g) {
+      least = pair_rows(g) < pair_rows(least) ? g : least;
+    }
+    merge_groups(blocks[least], std::move(blocks[least + 1]));
+    blocks.erase(blocks.begin() + static_cast<std::ptrdiff_t>(least) + 1);
+  }
+  return blocks;
+}
+
+// Divides rows by blocks of equal time.
+//
+// samples  that the rows stand for, of a log of so many
+// take     (block, first row, count)
+template <typename Take>
+void for_each_block(std::span<const Index> samples, Index blocks, Index samples_of_log, const Take& take) {
+  const auto block_of = [&](Index k) {
+    return std::min(samples[static_cast<std::size_t>(k)] * blocks / samples_of_log, blocks - 1);
+  };
+  const Index count = std::ssize(samples);
+  for (Index begin = 0, end = 0; begin < count; begin = end) {
+    while (end < count && block_of(end) == block_of(begin)) {
+      ++end;
+    }
+    take(static_cast<std::size_t>(block_of(begin)), begin, end - begin);
+  }
+}
 
 // The factors of the rows of all logs.
 //

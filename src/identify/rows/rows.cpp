@@ -309,20 +309,6 @@ RowFactors factors(const Robot& robot, const BaseParameters& base, const Log& lo
 
 namespace detail {
 
-namespace {
-
-void merge_groups(std::vector<RowGroup>& into, std::vector<RowGroup> groups) {
-  if (into.empty()) {
-    into = std::move(groups);
-    return;
-  }
-  for (std::size_t g = 0; g < into.size(); ++g) {
-    into[g].qr.merge(groups[g].qr);
-  }
-}
-
-}  // namespace
-
 void add_factors(RowFactors& into, RowFactors part) {
   merge_groups(into.groups, std::move(part.groups));
   merge_groups(into.undecimated, std::move(part.undecimated));
@@ -332,19 +318,6 @@ void add_factors(RowFactors& into, RowFactors part) {
     into.left_out[j] += part.left_out[j];
     into.thresholds[j] = std::max(into.thresholds[j], part.thresholds[j]);
   }
-}
-
-std::vector<std::vector<RowGroup>> fewer_blocks(std::vector<std::vector<RowGroup>> blocks, Index most) {
-  while (std::ssize(blocks) > most) {
-    std::size_t least = 0;
-    const auto pair_rows = [&](std::size_t g) { return rows_of(blocks[g]) + rows_of(blocks[g + 1]); };
-    for (std::size_t g = 1; g + 1 < blocks.size(); ++g) {
-      least = pair_rows(g) < pair_rows(least) ? g : least;
-    }
-    merge_groups(blocks[least], std::move(blocks[least + 1]));
-    blocks.erase(blocks.begin() + static_cast<std::ptrdiff_t>(least) + 1);
-  }
-  return blocks;
 }
 
 JointSinks<FactorSink> factor_sinks(std::span<RowGroup> groups) {
