@@ -18,6 +18,7 @@
 #include <system_error>
 #include <utility>
 
+#include "provided_input.hpp"
 #include "rivid/error.hpp"
 #include "sha256.hpp"
 
@@ -221,6 +222,16 @@ InputText read_input(const std::filesystem::path& path, bool pipe) {
   }
   store.entries.insert_or_assign(key, InputStore::Entry{std::nullopt, digest});
   return out;
+}
+
+void detail::provide_input(const std::filesystem::path& path, std::string_view content) {
+  InputText text(std::make_shared<InputText::Content>());
+  text.content_->reserve(content.size() + 1);
+  std::ranges::copy(content, text.content_->bytes);
+  text.content_->size = content.size();
+  InputStore& store = input_store();
+  const std::scoped_lock lock(store.mutex);
+  store.entries.insert_or_assign(path, InputStore::Entry{std::move(text), {}});
 }
 
 std::string input_sha256(const std::filesystem::path& path) {

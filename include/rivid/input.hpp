@@ -10,6 +10,10 @@
 
 namespace rivid {
 
+namespace detail {
+void provide_input(const std::filesystem::path& path, std::string_view content);
+}
+
 /// Largest input that is read where limit_inputs() says nothing else [bytes]: 16 GiB.
 inline constexpr std::uintmax_t default_input_limit = std::uintmax_t{16} << 30U;
 
@@ -29,6 +33,7 @@ class InputText {
 
  private:
   friend InputText read_input(const std::filesystem::path& path, bool pipe);
+  friend void detail::provide_input(const std::filesystem::path& path, std::string_view content);
   struct Content;
   explicit InputText(std::shared_ptr<Content> content) : content_(std::move(content)) {}
   std::shared_ptr<Content> content_;

@@ -4,12 +4,15 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "provided_input.hpp"
 #include "rivid/error.hpp"
+#include "rivid/input.hpp"
 #include "support/temporary_folder.hpp"
 
 // A harness is one file of this folder: LLVMFuzzerTestOneInput() gives bytes to a reader and checks what comes out.
@@ -79,16 +82,21 @@ class Input {
   std::string_view rest_;
 };
 
-/// The folder for the files of a harness, one for all inputs. TMPDIR says where; one in memory is fastest.
+/// The folder for the files of a harness, one for all inputs.
 inline const test::TemporaryFolder& folder() {
   static const test::TemporaryFolder out;
   return out;
 }
 
-/// Path of a file in folder() with this content.
+/// Path in folder() that is read with this content. The file that is there is empty: no input is written to a disk.
 inline std::filesystem::path file_with(std::string_view content, const std::string& name) {
-  folder().write(name, content);
-  return folder().path() / name;
+  static const InputScope scope;
+  std::filesystem::path path = folder().path() / name;
+  if (!std::filesystem::exists(path)) {
+    folder().write(name, "");
+  }
+  detail::provide_input(path, content);
+  return path;
 }
 
 /// FNV-1a, 64 bits: the checksum of files whose damage must be seen. A harness puts in the right one, lest no input came
@@ -99,6 +107,13 @@ inline std::filesystem::path file_with(std::string_view content, const std::stri
     sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
   }
   return sum;
+}
+
+/// Puts the right checksum over the last eight bytes; little-endian, as the machines that fuzz are.
+inline void put_checksum(std::string& bytes) {
+  const std::size_t end = bytes.size() - sizeof(std::uint64_t);
+  const std::uint64_t sum = fnv1a(std::string_view(bytes).substr(0, end));
+  std::memcpy(bytes.data() + end, &sum, sizeof(sum));
 }
 
 }  // namespace rivid::fuzz
