@@ -220,16 +220,17 @@ int design_from(const Arguments& arguments) {
     return success;
   }
   const Excitation found = designed(arguments, plan);
-  const Provenance provenance = provenance_of(plan, std::move(overrides));
+  Provenance provenance = provenance_of(plan, std::move(overrides));
+  put_with_hash(motion, motion_csv(found), outputs, provenance);
+  put_with_hash(experiment, experiment_text(plan, found, folder), outputs, provenance);
+  for (const Player player : players) {
+    put_with_hash(folder / file_name(player), player_file(player, plan.experiment.robot, plan.options, found),
+                  outputs, provenance);
+  }
   const std::string json = to_json(plan, found, provenance);
-  outputs.put(motion, motion_csv(found));
-  outputs.put(experiment, experiment_text(plan, found, folder));
   outputs.put(file, json);
   if (arguments.report) {
     outputs.put(report, html_report(plan, found, provenance));
-  }
-  for (const Player player : players) {
-    outputs.put(folder / file_name(player), player_file(player, plan.experiment.robot, plan.options, found));
   }
   outputs.commit();
   if (!arguments.quiet) {

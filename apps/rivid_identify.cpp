@@ -6,6 +6,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "rivid/experiment/shown_predictions.hpp"
 #include "rivid/output.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/report/html.hpp"
@@ -241,31 +242,36 @@ int identify_from(const Arguments& arguments) {
     require_parameters(*plan, base_parameters(experiment.robot));
   }
   const Identification result = run(experiment, std::ref(bar));
-  const std::vector<Prediction> predicted =
-      arguments.report ? predictions(experiment, result) : std::vector<Prediction>();
+  const ShownPredictions predicted =
+      arguments.report ? shown_predictions(experiment, result) : ShownPredictions();
   bar.clear();
 
-  const Provenance provenance =
+  Provenance provenance =
       provenance_of("rivid_identify", experiment, Use::identification, overrides, arguments.set);
-  const std::string json = to_json(experiment.robot, result, provenance);
   std::string table = in_words(result, screen_width());
-  outputs.put(to.result, json);
-  if (arguments.report) {
-    outputs.put(to.report, html_report(experiment.robot, result, predicted, provenance));
-  }
   if (!arguments.write_rows.empty()) {
     const RowTable rows = row_table(experiment.robot, result, read_logs(experiment.log, experiment.robot));
-    outputs.put(arguments.write_rows,
-                arguments.write_rows.extension() == ".npz" ? to_npz(rows) : to_csv(rows));
+    put_with_hash(arguments.write_rows,
+                  arguments.write_rows.extension() == ".npz" ? to_npz(rows) : to_csv(rows), outputs,
+                  provenance);
   }
   if (plan) {
     const PlanCheck check = check_against(*plan, experiment.robot, result);
-    outputs.put(to.check, to_json(*plan, check));
+    put_with_hash(to.check, to_json(*plan, check), outputs, provenance);
     table += '\n' + in_words(*plan, check);
+  }
+  const std::string json = to_json(experiment.robot, result, provenance);
+  outputs.put(to.result, json);
+  if (arguments.report) {
+    outputs.put(to.report, html_report(experiment.robot, result, predicted.predictions, provenance));
   }
   outputs.commit();
   if (!arguments.quiet) {
     tell_result(arguments, result, json, table);
+    for (const std::string& log : predicted.left_out) {
+      tell("note", std::vector<std::string>{
+                       log + ": is not shown in report.html, whose memory the logs before it take"});
+    }
     tell_written(to.files);
   }
   return result.status == Status::identified ? success : no_success;

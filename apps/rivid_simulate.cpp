@@ -113,10 +113,10 @@ int simulate_from(const Arguments& arguments) {
   const SimulationRecord record = run_simulation(experiment, std::ref(bar));
   bar.clear();
 
-  const std::string json =
-      to_json(experiment.robot, record,
-              provenance_of("rivid_simulate", experiment, Use::simulation, overrides, arguments.set));
-  outputs.put(log, to_csv(record.log));
+  Provenance provenance =
+      provenance_of("rivid_simulate", experiment, Use::simulation, overrides, arguments.set);
+  put_with_hash(log, to_csv(record.log), outputs, provenance);
+  const std::string json = to_json(experiment.robot, record, provenance);
   outputs.put(file, json);
   outputs.commit();
   if (!arguments.quiet) {

@@ -284,6 +284,12 @@ std::string in_lines(const std::vector<Setting>& settings) {
   return out;
 }
 
+void put_with_hash(const std::filesystem::path& file, std::string_view content, Outputs& outputs,
+                   Provenance& provenance) {
+  outputs.put(file, content);
+  provenance.outputs.push_back({file.filename().string(), sha256(content)});
+}
+
 void add_origins(const std::vector<std::string>& set, const std::vector<std::filesystem::path>& inputs,
                  Provenance& to) {
   for (const std::string& setting : set) {

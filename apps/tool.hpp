@@ -99,6 +99,10 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 /// Command line flags that changed the experiment, and their values.
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
+/// Puts a file that has no place for the run id; the provenance names it with its SHA-256.
+void put_with_hash(const std::filesystem::path& file, std::string_view content, Outputs& outputs,
+                   Provenance& provenance);
+
 /// Adds values of --set, which count as overrides, and files that were read.
 ///
 /// @throws InputError  where an input can not be read

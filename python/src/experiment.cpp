@@ -5,6 +5,7 @@
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/experiment/shown_predictions.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
@@ -205,7 +206,7 @@ void bind_experiment(nb::module_& m) {
       .def(
           "html",
           [](const Experiment& self, const Identification& result, const Settings& overrides) {
-            return html_report(self.robot, result, predictions(self, result),
+            return html_report(self.robot, result, shown_predictions(self, result).predictions,
                                provenance_from(self.inputs(), settings(self), overrides));
           },
           "result"_a, "settings"_a, Unlocked(), "report.html");

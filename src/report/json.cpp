@@ -191,10 +191,13 @@ void add(Json& options, const std::vector<Setting>& settings) {
 
 // Program, versions and inputs, then all options.
 Json members(const Provenance& provenance, Json options) {
-  Json inputs = Json::array();
-  for (const InputFile& file : provenance.inputs) {
-    inputs.push_back({{"path", file.path}, {"sha256", file.sha256}});
-  }
+  const auto files = [](const std::vector<InputFile>& of) {
+    Json out = Json::array();
+    for (const InputFile& file : of) {
+      out.push_back({{"path", file.path}, {"sha256", file.sha256}});
+    }
+    return out;
+  };
   Json overrides = Json::object();
   for (const auto& [flag, value] : provenance.overrides) {
     overrides[flag] = value;
@@ -207,7 +210,8 @@ Json members(const Provenance& provenance, Json options) {
           {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
                         std::to_string(EIGEN_MINOR_VERSION)},
           {"compiler", __VERSION__},
-          {"inputs", std::move(inputs)},
+          {"inputs", files(provenance.inputs)},
+          {"outputs", files(provenance.outputs)},
           {"options", std::move(options)}};
 }
 

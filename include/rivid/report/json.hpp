@@ -27,6 +27,8 @@ struct Provenance {
   std::vector<std::pair<std::string, std::string>>
       overrides;                       ///< command line flags that changed the experiment
   std::vector<Setting> settings = {};  ///< all that it was made with, see settings()
+  /// Files of the same run that have no place for its id, such as tables, by their names.
+  std::vector<InputFile> outputs = {};
 };
 
 /// What all files of one run carry: 16 hexadecimal digits of the SHA-256 of program, version, inputs and settings. Equal
