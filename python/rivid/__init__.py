@@ -8,7 +8,7 @@ Options have the words, defaults and checks of experiment files: docs/experiment
 equations of the paper, [RIV] in docs/references.md.
 """
 
-from rivid import signal
+from rivid import online, signal
 from rivid._options import (
     Auto,
     Cascade,
@@ -78,6 +78,7 @@ __all__ = [
     "excite",
     "identify",
     "montecarlo",
+    "online",
     "read_log",
     "read_logs",
     "signal",

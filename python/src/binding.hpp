@@ -64,5 +64,6 @@ void bind_identify(nb::module_& m);
 void bind_factors(nb::module_& m);
 void bind_dynamics(nb::module_& m);
 void bind_experiment(nb::module_& m);
+void bind_online(nb::module_& m);
 
 }  // namespace rivid::python

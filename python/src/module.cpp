@@ -57,6 +57,7 @@ NB_MODULE(_rivid, m) {
   bind_data(m);
   bind_dynamics(m);
   bind_identify(m);
+  bind_online(m);
   bind_factors(m);
   bind_experiment(m);
 }

@@ -1,0 +1,278 @@
+"""Estimators for the control loop: payload, contact, friction, and all parameters; see docs/online.md.
+
+Each takes a tick at a time, with positions ``q``, velocities ``qd`` and torques ``tau`` of the joints, and its constructor does all that takes
+long. An object belongs to one thread.
+"""
+
+from __future__ import annotations
+
+import math
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rivid import _rivid
+from rivid._rivid import OnlinePayload
+from rivid.robot import DynamicModel, Robot
+
+if TYPE_CHECKING:
+    from rivid.fit import Fit
+    from rivid.types import ArrayLike, Floats
+
+__all__ = ["ContactObserver", "FrictionMonitor", "OnlineModel", "OnlinePayload", "PayloadEstimator", "RecursiveIdentifier"]
+
+
+class OnlineModel:
+    """An identified robot with its uncertainty, as the estimators take it: ``OnlineModel.from_result("result.json")``,
+    ``OnlineModel.from_fit(fit)``, or from numbers.
+
+    ``chi`` and ``covariance`` are those of the base parameters, ``sigma_rho`` the standard deviation of the residual of each joint, and
+    ``velocity_threshold`` the speed below which a joint says nothing.
+    """
+
+    _online: _rivid.OnlineModel
+
+    def __init__(
+        self, robot: Robot, chi: ArrayLike, covariance: ArrayLike, sigma_rho: ArrayLike, velocity_threshold: ArrayLike
+    ) -> None:
+        n = len(robot)
+        self._online = _rivid.OnlineModel(
+            robot._robot, _floats(chi), _floats(covariance), _each(sigma_rho, n), _each(velocity_threshold, n)
+        )
+
+    @classmethod
+    def from_result(cls, path: str | PathLike[str], *, force: bool = False) -> OnlineModel:
+        """From a result.json; ``force`` takes one that is not identified."""
+        return cls._of(_rivid.OnlineModel.of_result(Path(path), force))
+
+    @classmethod
+    def from_fit(cls, fit: Fit) -> OnlineModel:
+        """From what ``identify`` found. Raises InputError where the robot is not identified."""
+        return cls._of(_rivid.OnlineModel.of_fit(fit.robot._robot, fit._found))
+
+    @classmethod
+    def _of(cls, online: _rivid.OnlineModel) -> OnlineModel:
+        out = cls.__new__(cls)
+        out._online = online
+        return out
+
+    @property
+    def model(self) -> DynamicModel:
+        """The robot with these parameters."""
+        return DynamicModel(self._online.model())
+
+    def __len__(self) -> int:
+        return self._online.size
+
+
+class PayloadEstimator:
+    """Mass, centre of mass and inertia of what hangs on the flange, with intervals, and when that changes.
+
+    ``rate_hz`` are ticks a second; ``torque_held`` says whether the torque of a tick acts until the next one, as a command does. ``R`` and ``p``
+    are the pose of the flange in the frame of the last link; ``gain_sigma`` is the relative standard deviation of the drive gains.
+    """
+
+    def __init__(
+        self,
+        model: OnlineModel,
+        *,
+        rate_hz: float,
+        torque_held: bool = True,
+        R: ArrayLike | None = None,
+        p: ArrayLike = (0.0, 0.0, 0.0),
+        gain_sigma: float = 0.0,
+    ) -> None:
+        axes = np.eye(3) if R is None else _floats(R)
+        self._estimator = _rivid.PayloadEstimator(model._online, rate_hz, torque_held, axes, _floats(p), gain_sigma)
+
+    def update(self, q: ArrayLike, tau: ArrayLike) -> bool:
+        """Takes a tick; whether a change of the payload was found."""
+        return self._estimator.update(_floats(q), _floats(tau))
+
+    def pause(self) -> None:
+        """Instead of ``update``, for a tick that says nothing of the payload: while something touches the robot."""
+        self._estimator.pause()
+
+    def finish(self) -> None:
+        """Does all work that waits for the next ticks."""
+        self._estimator.finish()
+
+    @property
+    def payload(self) -> OnlinePayload:
+        """The payload as of now."""
+        return self._estimator.payload
+
+    @property
+    def inertial(self) -> Floats:
+        """The payload as ten parameters XX … M of the last link, for ``set_payload`` of the other estimators."""
+        return self._estimator.inertial
+
+    @property
+    def change_tick(self) -> int:
+        """Tick at which the last change was found, counted from the first; 0 where there was none."""
+        return self._estimator.change_tick
+
+    @property
+    def suspicion(self) -> float:
+        """The test of a change over its threshold: above 1 there is one."""
+        return self._estimator.suspicion
+
+
+class ContactObserver:
+    """External torques by the generalised momentum, and thresholds that it learns from its own residual.
+
+    ``bandwidth`` [rad/s] is that of the residual, ``alarms_per_hour`` the false alarms of all joints together, ``smoothing_speed`` that of
+    the sign of the velocity, one or one a joint (0.02 where it is None).
+    """
+
+    def __init__(
+        self,
+        model: DynamicModel | OnlineModel,
+        *,
+        rate_hz: float,
+        bandwidth: float = 30.0,
+        alarms_per_hour: float = 1.0,
+        smoothing_speed: ArrayLike | None = None,
+    ) -> None:
+        dynamics = model.model if isinstance(model, OnlineModel) else model
+        speeds = np.zeros(0) if smoothing_speed is None else _each(smoothing_speed, len(dynamics.joints))
+        self._observer = _rivid.ContactObserver(dynamics._model, rate_hz, bandwidth, alarms_per_hour, speeds)
+
+    def update(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, *, learn: bool = False) -> bool:
+        """Takes a tick; whether there is a contact. ``tau`` acted from the last tick to this one. ``learn`` where nothing touches the robot:
+        thresholds follow the residual."""
+        return self._observer.update(_floats(q), _floats(qd), _floats(tau), learn)
+
+    @property
+    def residual(self) -> Floats:
+        """External torques behind a low-pass [N·m | N]."""
+        return self._observer.residual
+
+    @property
+    def relative(self) -> Floats:
+        """The residual over its threshold: above 1 in magnitude is a contact."""
+        return self._observer.relative
+
+    @property
+    def thresholds(self) -> Floats:
+        """Infinite before anything was learned [N·m | N]."""
+        return self._observer.thresholds
+
+    @property
+    def link(self) -> int:
+        """The link that is touched, counted from 0; −1 without a contact."""
+        return self._observer.link
+
+    def force(self, link: int, point: ArrayLike) -> Floats:
+        """The smallest force on a point of a link, in its frame, that explains the residual, in the axes of the base [N]."""
+        return self._observer.force(link, _floats(point))
+
+    def set_payload(self, body: ArrayLike) -> None:
+        """A body on the last link that the model does not have: ``PayloadEstimator.inertial``."""
+        self._observer.set_payload(_floats(body))
+
+    def reset(self) -> None:
+        """Begins anew; thresholds stay."""
+        self._observer.reset()
+
+    def forget(self) -> None:
+        """Begins anew without thresholds."""
+        self._observer.forget()
+
+
+class FrictionMonitor:
+    """Friction coefficients now, how far they have drifted since the identification, and what torque error that means.
+
+    ``forgetting`` is the time constant of what is known of friction [s].
+    """
+
+    def __init__(self, model: OnlineModel, *, rate_hz: float, torque_held: bool = True, forgetting: float = 30.0) -> None:
+        self._monitor = _rivid.FrictionMonitor(model._online, rate_hz, torque_held, forgetting)
+
+    def update(self, q: ArrayLike, tau: ArrayLike) -> None:
+        """Takes a tick."""
+        self._monitor.update(_floats(q), _floats(tau))
+
+    def set_payload(self, body: ArrayLike) -> None:
+        """A body on the last link that the model does not have: ``PayloadEstimator.inertial``."""
+        self._monitor.set_payload(_floats(body))
+
+    def finish(self) -> None:
+        """Does all work that waits for the next ticks."""
+        self._monitor.finish()
+
+    @property
+    def names(self) -> list[str]:
+        """"Fv1", … in the order of the arrays."""
+        return self._monitor.names
+
+    @property
+    def values(self) -> Floats:
+        """Coefficients now [SI, joint side]."""
+        return self._monitor.values
+
+    @property
+    def sigmas(self) -> Floats:
+        """Their standard deviations."""
+        return self._monitor.sigmas
+
+    @property
+    def drifts(self) -> Floats:
+        """Distances from the identified values, in standard deviations of both."""
+        return self._monitor.drifts
+
+    @property
+    def torque_errors(self) -> Floats:
+        """Root mean square of the torque error of each joint that the drift means for the motion of late [N·m | N]."""
+        return self._monitor.torque_errors
+
+
+class RecursiveIdentifier:
+    """All base parameters by recursive least squares.
+
+    ``forgetting`` is a time constant [s]; ``prior`` says whether the estimate begins with the model's parameters, else with nothing.
+    """
+
+    def __init__(
+        self,
+        model: OnlineModel,
+        *,
+        rate_hz: float,
+        torque_held: bool = True,
+        forgetting: float = math.inf,
+        prior: bool = True,
+    ) -> None:
+        self._identifier = _rivid.RecursiveIdentifier(model._online, rate_hz, torque_held, forgetting, prior)
+
+    def update(self, q: ArrayLike, tau: ArrayLike) -> None:
+        """Takes a tick."""
+        self._identifier.update(_floats(q), _floats(tau))
+
+    def finish(self) -> None:
+        """Does all work that waits for the next ticks."""
+        self._identifier.finish()
+
+    @property
+    def chi(self) -> Floats:
+        """The base parameters; not numbers while some are not determined."""
+        return self._identifier.chi
+
+    @property
+    def sigma(self) -> Floats:
+        """Their standard deviations for errors that are independent."""
+        return self._identifier.sigma
+
+    @property
+    def rows(self) -> int:
+        """Rows so far."""
+        return self._identifier.rows
+
+
+def _floats(x: ArrayLike) -> Floats:
+    return np.asarray(x, dtype=float)
+
+
+def _each(x: ArrayLike, count: int) -> Floats:
+    return np.broadcast_to(_floats(x), (count,)).copy()
