@@ -2,6 +2,7 @@
 
 option(RIVID_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(RIVID_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+option(RIVID_SANITIZE_THREADS "Build with ThreadSanitizer" OFF)
 option(RIVID_FUZZ "Build the harnesses of tests/fuzz with libFuzzer, which clang has" OFF)
 option(RIVID_HARDEN "Build the tools and the shared library with stack protector, FORTIFY and BIND_NOW" ON)
 option(RIVID_TIDY "Run clang-tidy on the library and the apps" OFF)
@@ -27,6 +28,10 @@ function(rivid_developer_flags target)
                                              -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=address,undefined)
   endif()
+  if(RIVID_SANITIZE_THREADS)
+    target_compile_options(${target} PRIVATE -fsanitize=thread)
+    target_link_options(${target} PRIVATE -fsanitize=thread)
+  endif()
   if(RIVID_FUZZ)
     target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
@@ -34,7 +39,7 @@ endfunction()
 
 # For what is run or loaded as a file: the tools and the shared library. A sanitizer has checks of its own.
 function(rivid_hardened target)
-  if(RIVID_HARDEN AND NOT RIVID_SANITIZE)
+  if(RIVID_HARDEN AND NOT RIVID_SANITIZE AND NOT RIVID_SANITIZE_THREADS)
     target_compile_options(${target} PRIVATE -fstack-protector-strong
                                              $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>)
     target_link_options(${target} PRIVATE LINKER:-z,relro,-z,now)

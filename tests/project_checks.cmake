@@ -85,6 +85,10 @@ add_test(NAME headers_stand_alone COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BIN
                                           all_verify_interface_header_sets)
 set_tests_properties(headers_stand_alone PROPERTIES LABELS package RESOURCE_LOCK build_tree)
 
+# A few objects of the package; with -DWHOLE=ON the script builds and compares the package.
+rivid_script_test(reproducible ${CMAKE_CURRENT_SOURCE_DIR}/install/reproducible.cmake reproducible
+                  -DSOURCE_DIR=${PROJECT_SOURCE_DIR} -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/reproducible)
+
 if(RIVID_INSTALL)
   include(install/consumer_tests.cmake)
 endif()
