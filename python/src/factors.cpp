@@ -32,7 +32,7 @@ std::string chosen(const Robot& robot, const std::vector<const Log*>& logs, cons
   for (const Log* const log : logs) {
     copies.push_back(*log);
   }
-  const SignalOptions signal = chosen_signal(robot, copies, experiment.estimation);
+  const SignalOptions signal = chosen_signal(robot, copies, detail::estimation_of(experiment));
   detail::Json out = {{"decimation", signal.decimation}, {"torque_held", signal.held()}};
   if (!signal.velocity_threshold.empty()) {
     out["velocity_threshold"] = signal.velocity_threshold;
@@ -78,10 +78,10 @@ nb::bytes loops_of(const Robot& robot, const std::vector<const Log*>& logs, cons
   LoopFactors found;
   {
     const nb::gil_scoped_release unlocked;
-    const Experiment experiment = detail::experiment_from(robot, sections, source);
+    const Estimation estimation = detail::estimation_of(detail::experiment_from(robot, sections, source));
     const LoopRequest wanted = decoded_loop_request(asked, source);
     for (const Log* const log : logs) {
-      LoopFactors one = loop_factors(robot, *log, experiment.estimation, wanted, blocks);
+      LoopFactors one = loop_factors(robot, *log, estimation, wanted, blocks);
       if (found.logs == 0) {
         found = std::move(one);
       } else {

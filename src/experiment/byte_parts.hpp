@@ -8,7 +8,7 @@
 
 #include "experiment/json_fields.hpp"
 #include "rivid/error.hpp"
-#include "rivid/solve/least_squares.hpp"
+#include "rivid/identify/log_factors.hpp"
 
 // Files of factors: eight letters, version and order of the bytes, a description as JSON, parts with their lengths, and a
 // checksum. All values are little-endian, whatever the machine.

@@ -98,14 +98,12 @@ void take_notes(std::span<const Log> logs, Identification& result) {
 
 }  // namespace
 
-Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
-                             const Progress& progress) {
+Estimation detail::estimation_of(const Experiment& experiment) {
   Estimation estimation = experiment.estimation;
-  estimation.progress = progress;
   Auto* const open = std::get_if<Auto>(&estimation.method);
   if (Iv* const iv = open != nullptr ? &open->iv : std::get_if<Iv>(&estimation.method)) {
     if (!experiment.control && open != nullptr) {
-      return identify(experiment.robot, logs, estimation);
+      return estimation;
     }
     if (!experiment.control) {
       throw InputError(experiment.file.string() + ": section [control] is missing; method \"" +
@@ -115,6 +113,13 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
     iv->control = experiment.control->control;
     iv->sampling = experiment.control->sampling;
   }
+  return estimation;
+}
+
+Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
+                             const Progress& progress) {
+  Estimation estimation = detail::estimation_of(experiment);
+  estimation.progress = progress;
   return identify(experiment.robot, logs, estimation);
 }
 

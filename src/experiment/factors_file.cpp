@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "experiment/byte_parts.hpp"
+#include "experiment/from_program.hpp"
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
 #include "rivid/text.hpp"
@@ -171,9 +172,10 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 Identification identify_factors(const Experiment& experiment, const FactorsFile& file,
                                 std::string_view source, const LoopAsk& ask) {
   expect_same(file.made_with, source, decisive(experiment), "the experiment");
-  const bool loops = ask && std::holds_alternative<Iv>(experiment.estimation.method);
-  Identification out = loops ? identify(experiment.robot, file.factors, experiment.estimation, ask)
-                             : identify(experiment.robot, file.factors, experiment.estimation);
+  const Estimation estimation = detail::estimation_of(experiment);
+  const bool loops = ask && std::holds_alternative<Iv>(estimation.method);
+  Identification out = loops ? identify(experiment.robot, file.factors, estimation, ask)
+                             : identify(experiment.robot, file.factors, estimation);
   out.notes.push_back("from factors of " + counted(file.factors.logs, "log") +
                       ": residuals were not looked at, see docs/scale.md; rivid_identify check looks at the "
                       "logs one by one");

@@ -43,6 +43,11 @@ struct RobotDescription {
 /// @throws InputError  as read_logs() does
 [[nodiscard]] std::vector<Log> logs_of(const Table& table, const LogSource& source, const Robot& robot);
 
+/// The estimation of an experiment, its method with the control law.
+///
+/// @throws InputError  where the method simulates a loop and the experiment has no control law
+[[nodiscard]] Estimation estimation_of(const Experiment& experiment);
+
 /// take_friction() by logs that are there.
 ///
 /// @throws InputError  as take_friction() does

@@ -85,15 +85,20 @@ TEST_F(Outputs, OfOneRunCarryItsName) {
   EXPECT_EQ(run.size(), 16U);
   EXPECT_NE(folder().read("scara_result/report.html").find(run), std::string::npos);
   EXPECT_NE(folder().read("model.h").find("run " + run), std::string::npos);
-  for (const std::string format : {"urdf", "mjcf", "sdf"}) {
-    const std::string file = "model." + std::string(format == "mjcf" ? "xml" : format);
-    ASSERT_EQ(identify({"export", "scara_result", "--to", format, "--output", file, "--force"}).exit_code, 0);
-    EXPECT_NE(folder().read(file).find("run " + run), std::string::npos) << format;
-  }
   ASSERT_EQ(identify({"scara.toml", "--quiet"}).exit_code, 0);
   EXPECT_EQ(Json::parse(folder().read("scara_result/result.json"))["provenance"]["run"], run);
   ASSERT_EQ(identify({"scara.toml", "--set", "signal.decimation=10"}).exit_code, 0);
   EXPECT_NE(Json::parse(folder().read("scara_result/result.json"))["provenance"]["run"], run);
+}
+
+TEST_F(Outputs, ThatAreModelsCarryItToo) {
+  ASSERT_EQ(identify({"scara.toml", "--physical", "--quiet"}).exit_code, 0);
+  const std::string run = Json::parse(folder().read("scara_result/result.json"))["provenance"]["run"];
+  for (const std::string format : {"urdf", "mjcf", "sdf"}) {
+    const std::string file = "model." + std::string(format == "mjcf" ? "xml" : format);
+    ASSERT_EQ(identify({"export", "scara_result", "--to", format, "--output", file}).exit_code, 0) << format;
+    EXPECT_NE(folder().read(file).find("run " + run), std::string::npos) << format;
+  }
 }
 
 TEST_F(Outputs, ThatHaveNoPlaceForANameAreKnownByTheirHash) {
@@ -102,6 +107,7 @@ TEST_F(Outputs, ThatHaveNoPlaceForANameAreKnownByTheirHash) {
   ASSERT_EQ(result["provenance"]["outputs"].size(), 1U);
   EXPECT_EQ(result["provenance"]["outputs"][0]["path"], "rows.csv");
   EXPECT_EQ(result["provenance"]["outputs"][0]["sha256"], rivid::sha256(folder().read("rows.csv")));
+  folder().write("simulate_s2.toml", content_of(RIVID_DATA "/scara/simulate_s2.toml"));
   ASSERT_EQ(outcome_of({RIVID_SIMULATE, "simulate_s2.toml", "--quiet"}, folder().path()).exit_code, 0);
   const Json simulation = Json::parse(folder().read("simulate_s2_simulation/simulation.json"));
   EXPECT_EQ(simulation["provenance"]["outputs"][0]["sha256"],
