@@ -31,6 +31,7 @@ def from_arrays(folder):
         begin = time.process_time()
         fit = rivid.identify(robot, rivid.Log(t=t, q=q, tau=tau), rivid.Wls(decimation=20))
         print(1e3 * (time.process_time() - begin), *(x.hex() for x in fit.chi.tolist()))
+        del fit
 
 
 def main():
