@@ -238,6 +238,7 @@ int identify_from(const Arguments& arguments) {
   }
   ProgressBar bar(!arguments.quiet);
   take_friction(experiment, std::ref(bar));
+  take_gains(experiment, std::ref(bar));
   if (plan) {
     require_parameters(*plan, base_parameters(experiment.robot));
   }

@@ -30,6 +30,7 @@
 #include "rivid/identify/covariance.hpp"
 #include "rivid/identify/essential.hpp"
 #include "rivid/identify/friction_choice.hpp"
+#include "rivid/identify/gains.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/identify/log_factors.hpp"

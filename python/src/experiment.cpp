@@ -177,6 +177,7 @@ void bind_experiment(nb::module_& m) {
             const nb::gil_scoped_release unlocked;
             self.estimation.threads = threads;
             take_friction(self, Listener(progress));
+            take_gains(self, Listener(progress));
             return run(self, Listener(progress));
           },
           "threads"_a, "progress"_a = nb::none())

@@ -51,7 +51,7 @@ Provenance provenance_of(const Identification& result, const Inputs& inputs) {
   return out;
 }
 
-// With the robot of the result, where friction laws were to be chosen.
+// With the robot of the result, where friction laws were to be chosen or drive gains to be estimated.
 std::pair<Identification, std::optional<Robot>> identified(
     const Robot& robot, const std::vector<const Log*>& logs, const std::vector<const Log*>& validation,
     const std::string& sections, const std::string& source, int threads, const nb::object& progress) {
@@ -60,8 +60,10 @@ std::pair<Identification, std::optional<Robot>> identified(
   experiment.estimation.threads = threads;
   const Logs own(logs);
   detail::take_friction(experiment, own.all(), Listener(progress));
+  detail::take_gains(experiment, own.all(), Listener(progress));
   Identification found = detail::judged(experiment, own.all(), Logs(validation).all(), Listener(progress));
-  return {std::move(found), experiment.friction.empty() ? std::nullopt : std::optional(experiment.robot)};
+  const bool as_it_was = experiment.friction.empty() && !experiment.gain_report;
+  return {std::move(found), as_it_was ? std::nullopt : std::optional(experiment.robot)};
 }
 
 std::string findings(const Robot& robot, const std::vector<const Log*>& logs,

@@ -146,8 +146,10 @@ std::vector<std::filesystem::path> Experiment::inputs(Use use) const {
     append_simulation_inputs(*this, out);
   } else {
     append_inputs(log, out);
-    if (!validation.files.empty()) {
-      append_inputs(validation, out);
+    for (const LogSource* const source : {&loaded, &validation}) {
+      if (!source->files.empty()) {
+        append_inputs(*source, out);
+      }
     }
   }
   std::vector<std::filesystem::path> unique;
@@ -185,6 +187,7 @@ Identification detail::judged(const Experiment& experiment, std::span<const Log>
   for (const FrictionChoice& choice : experiment.friction) {
     out.notes.push_back(choice.text(experiment.robot));
   }
+  out.gains = experiment.gain_report;
   take_notes(logs, out);
   for (const Log& log : validation) {
     out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
@@ -205,6 +208,23 @@ void take_friction(Experiment& experiment, const Progress& progress) {
   const auto open = [](const Joint& joint) { return joint.friction == Friction::automatic; };
   if (std::ranges::any_of(experiment.robot.joints, open)) {
     detail::take_friction(experiment, read_logs(experiment.log, experiment.robot, progress), progress);
+  }
+}
+
+void detail::take_gains(Experiment& experiment, std::span<const Log> logs, const Progress& progress) {
+  if (!experiment.gains || experiment.gain_report) {
+    return;
+  }
+  const std::vector<Log> loaded = read_logs(experiment.loaded, experiment.robot, progress);
+  const GainReport& found = experiment.gain_report.emplace(
+      identify_gains(experiment.robot, logs, loaded, experiment.estimation, *experiment.gains));
+  experiment.robot = with_gains(std::move(experiment.robot), found);
+  experiment.estimation.gain_covariance = found.C;
+}
+
+void take_gains(Experiment& experiment, const Progress& progress) {
+  if (experiment.gains && !experiment.gain_report) {
+    detail::take_gains(experiment, read_logs(experiment.log, experiment.robot, progress), progress);
   }
 }
 

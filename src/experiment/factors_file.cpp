@@ -102,6 +102,14 @@ Json description_of(const FactorsFile& file) {
           {"velocities", factors.velocities.count}};
 }
 
+void require_known_gains(const Experiment& experiment) {
+  if (experiment.gains) {
+    throw InputError(experiment.file.string() +
+                     ": [method] gains = \"estimate\" needs the logs themselves, not their factors; "
+                     "estimate the gains from some logs with rivid_identify and write them into drive_gain");
+  }
+}
+
 FactorsFile described(const Json& from) {
   FactorsFile out;
   out.experiment = from.at("experiment").get<std::string>();
@@ -136,6 +144,7 @@ FactorsFile factors_of(const Experiment& experiment, std::span<const Log> logs,
   if (logs.empty()) {
     throw InputError("factors: no log is given");
   }
+  require_known_gains(experiment);
   FactorsFile out;
   for (const Log& log : logs) {
     LogFactors one = log_factors(experiment.robot, log, experiment.estimation.signal, blocks,
@@ -171,6 +180,7 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 
 Identification identify_factors(const Experiment& experiment, const FactorsFile& file,
                                 std::string_view source, const LoopAsk& ask) {
+  require_known_gains(experiment);
   expect_same(file.made_with, source, decisive(experiment), "the experiment");
   const Estimation estimation = detail::estimation_of(experiment);
   const bool loops = ask && std::holds_alternative<Iv>(estimation.method);

@@ -53,6 +53,11 @@ struct RobotDescription {
 /// @throws InputError  as take_friction() does
 void take_friction(Experiment& experiment, std::span<const Log> logs, const Progress& progress);
 
+/// take_gains() by logs that are there.
+///
+/// @throws InputError  as take_gains() does
+void take_gains(Experiment& experiment, std::span<const Log> logs, const Progress& progress);
+
 /// Identification by the method of an experiment from logs that are there, validated on others and judged by examine(): what run()
 /// does once it has read them.
 ///

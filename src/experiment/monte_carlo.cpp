@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "experiment/from_program.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/covariance.hpp"
@@ -30,6 +31,11 @@ double thread_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+Identification identified_with_gains(Experiment experiment, std::span<const Log> logs) {
+  detail::take_gains(experiment, logs, {});
+  return identify_logs(experiment, logs);
+}
+
 MonteCarloRow row_of(int run, const MonteCarlo::Trial& trial, const SimulationRecord& record) {
   MonteCarloRow out = {.run = run, .label = trial.label, .status = "not_simulated"};
   const Index b = record.base.size();
@@ -39,7 +45,9 @@ MonteCarloRow row_of(int run, const MonteCarlo::Trial& trial, const SimulationRe
   }
   const double begin = thread_seconds();
   try {
-    const Identification found = identify_logs(trial.experiment, std::span(&record.log, 1));
+    const std::span<const Log> log(&record.log, 1);
+    const Identification found = trial.experiment.gains ? identified_with_gains(trial.experiment, log)
+                                                        : identify_logs(trial.experiment, log);
     out.status = name(found.status);
     out.iterations = found.iv ? static_cast<int>(found.iv->iterations.size()) - 1 : 0;
     out.quantile = found.covariance.quantile_975;

@@ -59,6 +59,38 @@ void read_prefilter(TomlReader& keys, Iv& iv) {
   iv.prefilter_order = static_cast<int>(*order);
 }
 
+// `gains`: "known", "estimate", or what is known of them.
+std::optional<GainOptions> read_gains(TomlReader& keys, const std::filesystem::path& folder,
+                                      Experiment& out) {
+  const toml::node* const node = keys.find("gains");
+  if (node == nullptr || !node->is_table()) {
+    constexpr auto words = std::to_array<std::string_view>({"known", "estimate"});
+    const auto word = keys.word("gains", words);
+    return word && *word == 1 ? std::optional(GainOptions{}) : std::nullopt;
+  }
+  TomlReader options = keys.section(*node, "gains");
+  GainOptions gains;
+  options.read(gains);
+  if (auto known = options.section("known")) {
+    for (const auto& [joint, sigma] : known->table()) {
+      gains.known[std::string(joint.str())] = known->as<double>(sigma, joint.str());
+    }
+  }
+  if (const toml::node* const files = options.find("loaded")) {
+    out.loaded = out.log;
+    out.loaded.files.clear();
+    for (const toml::node* const file : TomlReader::items(*files)) {
+      out.loaded.files.push_back(file_at(options, *file, "loaded", folder));
+    }
+  }
+  options.finish();
+  options.refuse(gains.complaint(out.robot));
+  if (gains.mass.has_value() == out.loaded.files.empty()) {
+    options.fail("mass and loaded belong together: the logs with a payload, and its mass");
+  }
+  return gains;
+}
+
 }  // namespace
 
 SignalOptions read_signal(TomlReader keys, Index n) {
@@ -88,6 +120,8 @@ void read_method(TomlReader keys, Experiment& out) {
   estimation.essential = keys.switched<Essential>(
       "essential", [](const TomlReader& options, const Essential&) { options.finish(); });
   estimation.robust = read_robust(keys);
+  out.loaded = {};
+  out.gains = read_gains(keys, out.file.parent_path(), out);
   keys.read(out.iv);
   read_prefilter(keys, out.iv);
   if (auto simulation = keys.section("simulation")) {

@@ -75,7 +75,19 @@ inline constexpr auto method_keys =
                      "whether the essential parameters, those that the data need, are reported beside all "
                      "of them, by any method, see [statistics](statistics.md#the-parameters-that-matter). A "
                      "table gives options, see [below](#methodessential).",
-                     {.type = "boolean, or table", .otherwise = "`false`"}});
+                     {.type = "boolean, or table", .otherwise = "`false`"}},
+               Field{"gains",
+                     nullptr,
+                     "`\"known\"`: those of `[robot]` are exact; `\"estimate\"`: they are estimated before "
+                     "the parameters, whose standard deviations then contain those of the gains, see "
+                     "[drive gains](payload.md#drive-gains). A table gives what is known, see "
+                     "[below](#methodgains).",
+                     {.type = "`\"known\"`, `\"estimate\"`, or table", .otherwise = "`\"known\"`"}});
+inline constexpr auto gain_keys =
+    std::tuple(Field{"loaded",
+                     nullptr,
+                     "logs with a payload of known mass; columns and units as in `[log]`",
+                     {.type = "string or list", .otherwise = "–"}});
 inline constexpr auto iv_keys = std::tuple(
     Field{"simulation",
           nullptr,

@@ -188,6 +188,12 @@ std::vector<Setting> settings(const Experiment& experiment, Use use) {
   if (!simulated) {
     add_log(collector, "validation", experiment.validation);
     add_estimation(collector, experiment.estimation);
+    if (experiment.gains) {
+      collector.add("method.gains", *experiment.gains);
+      collector.add_value("method.gains.loaded", experiment.loaded.files);
+    } else {
+      collector.add_value("method.gains", "known");
+    }
   }
   if (experiment.control && (simulated || std::holds_alternative<Iv>(experiment.estimation.method))) {
     add_control(collector, experiment.control->control, experiment.control->sampling);

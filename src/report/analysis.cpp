@@ -145,6 +145,7 @@ FrictionCurve friction_curve(const Robot& robot, const Identification& result, i
     }
   }
   out.torque = phi * result.chi(columns);
+  out.a_priori = phi * result.base.from_standard(robot.chi_st())(columns);
   if (result.C_chi.rows() == result.chi.size()) {
     const Matrix C = result.C_chi(columns, columns);
     out.half_width = result.covariance.quantile_975 *

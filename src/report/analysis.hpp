@@ -60,11 +60,13 @@ struct StackedRows {
 // ‖Y − Ŷ‖ / ‖Y‖ of these rows, where Ŷ is the torque of the model.
 [[nodiscard]] double relative_error(const StackedRows& rows);
 
-// Friction of a joint over its speed, the other joints at rest, with the half width of its 95 % confidence band.
+// Friction of a joint over its speed, the other joints at rest, with the half width of its 95 % confidence band, and that of the
+// robot description.
 struct FrictionCurve {
   Vector speed;
   Vector torque;
   Vector half_width;
+  Vector a_priori;
 };
 
 // @param load  |τ| of the gear that friction in proportion to the load is shown at [N·m | N]

@@ -320,6 +320,9 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.method_choice) {
     out["method_choice"] = json_of(*result.method_choice);
   }
+  if (result.gains) {
+    out["gains"] = json_of(*result.gains);
+  }
   if (result.iv) {
     out["iterations"] = json_of(result.iv->iterations);
     out["loop"] = json_of(result.iv->loop);

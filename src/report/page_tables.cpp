@@ -139,6 +139,7 @@ std::map<std::string, KeyTable> key_tables() {
   out["method.iv"].add<Iv>().add<Iv>(iv_keys);
   out["method.physical"].add<Physical>();
   out["method.essential"].add<Essential>();
+  out["method.gains"].add<GainOptions>().add<GainOptions>(gain_keys);
   out["control"]
       .add<ControlLoop>(control_keys)
       .add<PdControl>(pole_fields<PdControl>())
@@ -176,6 +177,8 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.alternatives", member_table<ModelTest>()},
                                             {"result.fit", member_table<Fit>()},
                                             {"result.fit.joints", member_table<JointFit>()},
+                                            {"result.gains", member_table<GainReport>()},
+                                            {"result.gains.joints", member_table<GainEstimate>()},
                                             {"result.prefilter", member_table<PrefilterReport>()},
                                             {"result.output_error", member_table<OutputErrorReport>()},
                                             {"result.robust", member_table<RobustReport>()},

@@ -79,6 +79,8 @@ TEST(APrioriError, IsRelativeToTheMeasuredTorque) {
 TEST(FrictionCurve, IsTheLawWithTheBandOfItsParameters) {
   Robot robot = test::scara();
   robot.joints[1].friction = Friction::symmetric;
+  robot.joints[1].Fv = 0.4;
+  robot.joints[1].Fc = 0.7;
   Identification result;
   result.base = base_parameters(robot);
   const Index b = result.base.size();
@@ -113,6 +115,7 @@ TEST(FrictionCurve, IsTheLawWithTheBandOfItsParameters) {
       }
     }
     EXPECT_NEAR(curve.torque[k], torque, 1e-12);
+    EXPECT_NEAR(curve.a_priori[k], 0.4 * phi[0] + 0.7 * phi[1], 1e-12);
     EXPECT_NEAR(curve.half_width[k], 2.5 * std::sqrt(variance), 1e-10);
   }
 }

@@ -14,6 +14,7 @@
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/fields.hpp"
 #include "rivid/identify/friction_choice.hpp"
+#include "rivid/identify/gains.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
@@ -303,7 +304,10 @@ struct Experiment {
   std::optional<ControlLoop> control;
   std::optional<ReferenceSource> reference;
   std::optional<SimulationPlan> simulation;
+  std::optional<GainOptions> gains;            ///< [method] gains, where they are to be estimated
+  LogSource loaded;                            ///< logs with the payload of these; files may be empty
   std::vector<FrictionChoice> friction;        ///< that take_friction() made
+  std::optional<GainReport> gain_report;       ///< that take_gains() made
   std::map<std::string, std::string> origins;  ///< of the settings that are no defaults: "file", "--set"
 
   /// Takes another method than the file names, one of method_names.
@@ -353,6 +357,12 @@ struct Setting {
 ///
 /// @throws InputError  where logs or options can not be used
 void take_friction(Experiment& experiment, const Progress& progress = {});
+
+/// Estimates the drive gains where the experiment asks for it, from its logs and those with a payload: identify_gains(). The robot
+/// gets them, and the estimation their covariance; run() reports them. A second call does nothing.
+///
+/// @throws InputError  where logs or options can not be used
+void take_gains(Experiment& experiment, const Progress& progress = {});
 
 /// Identification from given logs by the method of the experiment.
 ///

@@ -195,6 +195,9 @@ struct Estimation {
   Method method = Auto{};
   SignalOptions signal = {};
   CovarianceOptions covariance = {};
+  /// Relative covariance of the drive gains, (n × n), which the covariance of the parameters then contains, see identify_gains();
+  /// empty: gains are exact.
+  Matrix gain_covariance = {};
   std::optional<Physical> physical = {};    ///< the physically consistent model as well
   std::optional<Essential> essential = {};  ///< the parameters that matter as well
   std::optional<Robust> robust = {};  ///< robust against outliers in the torques; not with Iv::prefilter

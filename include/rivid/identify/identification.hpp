@@ -12,6 +12,7 @@
 #include "rivid/finding.hpp"
 #include "rivid/identify/diagnostics.hpp"
 #include "rivid/identify/estimation.hpp"
+#include "rivid/identify/gains.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/control.hpp"
@@ -436,6 +437,7 @@ struct [[nodiscard]] Identification {
   std::vector<Validation> validation;
   std::optional<RowChoice> row_choice;            ///< where SignalOptions::automatic() asked for it
   std::optional<MethodChoice> method_choice;      ///< where Auto asked for it
+  std::optional<GainReport> gains;                ///< where the experiment asked for it
   std::optional<IvHistory> iv;                    ///< of the methods that iterate
   std::optional<PrefilterReport> prefilter;       ///< where IDIM-IV was asked for it
   std::optional<OutputErrorReport> output_error;  ///< of that method

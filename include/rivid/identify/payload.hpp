@@ -9,6 +9,7 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/identify/estimation.hpp"
+#include "rivid/identify/gains.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/model/robot.hpp"
 
@@ -50,18 +51,6 @@ struct PayloadValue {
   double value = 0.0;
   double sigma = 0.0;  ///< standard deviation
   std::array<double, 2> interval_95 = {0.0, 0.0};
-};
-
-/// The drive gain of one joint, from what the payload showed of it.
-struct GainEstimate {
-  std::string joint;
-  double nominal =
-      0.0;  ///< joint-side torque per unit of the control signal, as the robot has it: Joint::g_tau()
-  double value = 0.0;
-  double sigma = 0.0;
-  std::array<double, 2> interval_95 = {0.0, 0.0};
-  /// Whether the interval is narrower than ±30 % of the value: a joint that the load does not move is not identifiable.
-  bool identifiable = false;
 };
 
 /// A payload in the flange frame, with intervals that carry what is not known of the arm and of its gains.

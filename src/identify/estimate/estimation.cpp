@@ -105,6 +105,13 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
   if (auto fault = covariance.complaint()) {
     return fault;
   }
+  if (gain_covariance.size() > 0 &&
+      (gain_covariance.rows() != robot.size() || gain_covariance.cols() != robot.size() ||
+       !gain_covariance.allFinite())) {
+    return "gain_covariance is " + std::to_string(gain_covariance.rows()) + " × " +
+           std::to_string(gain_covariance.cols()) + ", must be n × n and finite for the " +
+           counted(robot.size(), "joint");
+  }
   if (auto fault = physical ? physical->complaint(robot) : std::nullopt) {
     return "physical: " + *fault;
   }

@@ -6,6 +6,7 @@
 
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/factored_blocks.hpp"
+#include "identify/infer/gain_slopes.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/regressor/load.hpp"
@@ -194,6 +195,10 @@ void infer(const EstimationProblem& problem, const Estimate& estimate, Identific
   out.chi = estimate.chi;
   Statistics found = statistics_of(problem, estimate);
   out.C_chi = std::move(found.uncertainty.C);
+  if (const Matrix& of_gains = problem.estimation.gain_covariance; of_gains.size() > 0) {
+    const Matrix slopes = gain_slopes(problem, estimate);
+    out.C_chi += slopes * of_gains * slopes.transpose();
+  }
   out.covariance = found.uncertainty.report;
   out.diagnostics = std::move(found.diagnostics);
   out.fit = judged(problem.robot, problem.rows_to_judge(), out.chi, estimate.rank,

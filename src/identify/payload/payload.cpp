@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "dense.hpp"
-#include "identify/choose/row_choice.hpp"
+#include "identify/payload/gains.hpp"
 #include "identify/payload/payload_model.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
@@ -21,8 +21,6 @@ using detail::PayloadLog;
 
 // An inertia is reported where no principal moment's deviation exceeds this part of the largest moment.
 constexpr double visible_inertia = 0.5;
-// A gain is identifiable where its interval is narrower than this part of it.
-constexpr double visible_gain = 0.3;
 
 void require(bool condition, const std::string& words) {
   if (!condition) {
@@ -86,24 +84,6 @@ void fill_values(const PayloadFit& fit, const PayloadOptions& options, const det
   }
 }
 
-void fill_gains(const Robot& robot, const PayloadFit& fit, const detail::Uncertainty& uncertainty,
-                Payload& out) {
-  for (Index j = 0; fit.gains_at() >= 0 && j < robot.size(); ++j) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-    const Index at = fit.gains_at() + j;
-    const double r = fit.theta()[at];
-    const double value = joint.g_tau() / r;
-    const double sigma = std::sqrt(uncertainty.C(at, at)) * std::abs(value / r);
-    const double half = uncertainty.report.quantile_975 * sigma;
-    out.gains.push_back({joint.name,
-                         joint.g_tau(),
-                         value,
-                         sigma,
-                         {value - half, value + half},
-                         half < visible_gain * std::abs(value)});
-  }
-}
-
 // Why a body is none, or its inertia is not identifiable; empty where it is reported.
 std::string hidden_inertia(const Payload& body) {
   const Vector moments = detail::symmetric_eigenvalues(body.inertia);
@@ -133,7 +113,8 @@ Payload fitted(const Robot& robot, const PayloadData& data, const Estimation& es
                const PayloadOptions& options, PayloadModel model) {
   Payload out;
   out.model = model;
-  PayloadFit fit(robot, data.columns, data.logs, options, model == PayloadModel::point);
+  PayloadFit fit(robot, data.columns, data.logs, options,
+                 model == PayloadModel::point ? detail::PayloadShape::point : detail::PayloadShape::body);
   const bool settled = fit.solve();
   out.chi = fit.chi();
   out.Fl = fit.load_friction();
@@ -151,7 +132,7 @@ Payload fitted(const Robot& robot, const PayloadData& data, const Estimation& es
   const detail::Uncertainty uncertainty = fit.uncertainty(estimation.covariance);
   out.covariance = uncertainty.report;
   fill_values(fit, options, uncertainty, out);
-  fill_gains(robot, fit, uncertainty, out);
+  out.gains = detail::gain_estimates(robot, fit, uncertainty);
   out.identified = fit.full_rank();
   if (!out.identified) {
     out.reason = "the motion does not determine all parameters of arm and payload";
@@ -205,22 +186,12 @@ Payload identify_payload(const Robot& its_robot, std::span<const Log> without, s
   }
   require(!std::holds_alternative<Iv>(asked.method) && !asked.robust,
           "it is weighted least squares: method \"iv\" and robust estimation are not for payloads");
-  Estimation estimation = asked;
-  estimation.method = Wls{};
   PayloadData data{detail::PayloadColumns(robot), {}};
-  if (estimation.signal.automatic()) {
-    static_cast<void>(detail::choose_rows(robot, without, estimation));
-  }
-  detail::ThreadTeam team(estimation.threads);
-  for (const bool loaded : {false, true}) {
-    for (const Log& log : loaded ? with : without) {
-      data.logs.push_back(detail::payload_rows(robot, data.columns, log, estimation.signal, loaded, team));
-    }
-  }
+  data.logs = detail::stacked_rows(robot, data.columns, without, with, asked);
   if (options.model == PayloadModel::point) {
-    return fitted(robot, data, estimation, options, PayloadModel::point);
+    return fitted(robot, data, asked, options, PayloadModel::point);
   }
-  Payload body = fitted(robot, data, estimation, options, PayloadModel::body);
+  Payload body = fitted(robot, data, asked, options, PayloadModel::body);
   if (options.model == PayloadModel::body) {
     return body;
   }
@@ -228,7 +199,7 @@ Payload identify_payload(const Robot& its_robot, std::span<const Log> without, s
   if (why.empty()) {
     return body;
   }
-  Payload point = fitted(robot, data, estimation, options, PayloadModel::point);
+  Payload point = fitted(robot, data, asked, options, PayloadModel::point);
   if (point.identified) {
     point.reason = std::move(why);
   }

@@ -21,6 +21,8 @@ constexpr double least_error = 1e-7;
 constexpr double exact_mass = 1e-5;
 constexpr double most_leverage_of_row = 0.9;
 constexpr double blocks_of_time = 10.0;
+// Part of an inverse gain that it moves by at most in a step.
+constexpr double most_gain_step = 0.5;
 
 double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
@@ -45,8 +47,8 @@ Eigen::Matrix<double, inertial_count, 4> point_slopes(const Eigen::Ref<const Vec
 }  // namespace
 
 PayloadFit::PayloadFit(const Robot& robot, const PayloadColumns& columns, std::span<const PayloadLog> logs,
-                       const PayloadOptions& options, bool point)
-    : columns_(columns), logs_(logs), options_(options), point_(point), b_(columns.base.size()) {
+                       const PayloadOptions& options, PayloadShape shape)
+    : columns_(columns), logs_(logs), options_(options), shape_(shape), b_(columns.base.size()) {
   Index size = b_ + payload_size();
   const std::vector<StandardParameter> all = columns.all.columns();
   for (const StandardParameter& p : all) {
@@ -67,7 +69,7 @@ PayloadFit::PayloadFit(const Robot& robot, const PayloadColumns& columns, std::s
   if (gains_at_ >= 0) {
     theta_.tail(robot.size()).setOnes();
   }
-  if (point) {
+  if (shape == PayloadShape::point) {
     theta_[b_ + 3] = options.mass.value_or(1.0);
   }
   weights_ = Vector::Ones(robot.size());
@@ -83,7 +85,7 @@ Vector PayloadFit::load_friction() const {
 }
 
 Inertial PayloadFit::body(const Eigen::Ref<const Vector>& pi) const {
-  if (!point_) {
+  if (shape_ == PayloadShape::body) {
     return pi;
   }
   const double m = pi[3];
@@ -96,7 +98,7 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
   const Index own = static_cast<Index>(rows.columns.size());
   Tangent out{Matrix::Zero(count, theta.size()), rows.y};
   const auto pi = theta.segment(b_, payload_size());
-  const Inertial load = body(pi);
+  const Inertial load = log.loaded ? body(pi) : Inertial::Zero();
   // Values of all columns, the payload's own on top of the arm's, and where the payload's stand.
   Vector value = Vector::Zero(own);
   Matrix body_columns = Matrix::Zero(count, inertial_count);
@@ -138,7 +140,7 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
   }
   if (log.loaded) {
     const Matrix slopes = factor.asDiagonal() * body_columns;
-    if (point_) {
+    if (shape_ == PayloadShape::point) {
       out.J.middleCols(b_, 4) = slopes * point_slopes(pi);
     } else {
       out.J.middleCols(b_, inertial_count) = slopes;
@@ -180,51 +182,71 @@ void PayloadFit::add_known(const Vector& theta, Matrix& A, Vector& a) const {
   }
 }
 
-Matrix PayloadFit::inverse_information(const Matrix& A) {
+PayloadFit::Inverse PayloadFit::inverse_information(const Matrix& A) {
   const Vector scale = A.diagonal().unaryExpr([](double x) { return x > 0.0 ? 1.0 / std::sqrt(x) : 0.0; });
   const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * A * scale.asDiagonal());
   const double least = singular * eigen.values[eigen.values.size() - 1];
-  rank_ = (eigen.values.array() > least).count();
   const Vector inverse = eigen.values.unaryExpr([&](double x) { return x > least ? 1.0 / x : 0.0; });
-  return scale.asDiagonal() * (eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose()) *
-         scale.asDiagonal();
+  return {scale.asDiagonal() * (eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose()) *
+              scale.asDiagonal(),
+          (eigen.values.array() > least).count()};
+}
+
+PayloadFit::Normal PayloadFit::normal() const {
+  const Index p = theta_.size();
+  const Index n = weights_.size();
+  Normal out{Matrix::Zero(p, p), Vector::Zero(p), Vector::Zero(n), Vector::Zero(n), Vector::Zero(n)};
+  for (const PayloadLog& log : logs_) {
+    for (const PayloadRows& rows : log.joints) {
+      const Tangent t = tangent(log, rows, theta_);
+      const auto j = static_cast<Index>(rows.joint);
+      const double weight = weights_[j] * weights_[j];
+      out.A.selfadjointView<Eigen::Lower>().rankUpdate(t.J.transpose(), weight);
+      out.a += weight * (t.J.transpose() * t.rho);
+      out.squares[j] += t.rho.squaredNorm();
+      out.counts[j] += static_cast<double>(t.rho.size());
+      out.y_squares[j] += rows.y.squaredNorm();
+    }
+  }
+  out.A.triangularView<Eigen::StrictlyUpper>() = out.A.transpose();
+  add_known(theta_, out.A, out.a);
+  return out;
+}
+
+void PayloadFit::follow_gains() {
+  const Normal others = normal();
+  theta_.head(gains_at_) +=
+      inverse_information(others.A.topLeftCorner(gains_at_, gains_at_)).matrix * others.a.head(gains_at_);
 }
 
 bool PayloadFit::solve() {
-  const Index p = theta_.size();
   const auto n = weights_.size();
   bool settled = false;
   for (iterations_ = 1; iterations_ <= most_iterations && !settled; ++iterations_) {
-    Matrix A = Matrix::Zero(p, p);
-    Vector a = Vector::Zero(p);
-    Vector squares = Vector::Zero(n);
-    Vector counts = Vector::Zero(n);
-    Vector y_squares = Vector::Zero(n);
-    for (const PayloadLog& log : logs_) {
-      for (const PayloadRows& rows : log.joints) {
-        const Tangent t = tangent(log, rows, theta_);
-        const auto j = static_cast<Index>(rows.joint);
-        const double weight = weights_[j] * weights_[j];
-        A.selfadjointView<Eigen::Lower>().rankUpdate(t.J.transpose(), weight);
-        a += weight * (t.J.transpose() * t.rho);
-        squares[j] += t.rho.squaredNorm();
-        counts[j] += static_cast<double>(t.rho.size());
-        y_squares[j] += rows.y.squaredNorm();
-      }
+    const Normal at = normal();
+    relative_error_ = std::sqrt(at.squares.sum() / at.y_squares.sum());
+    rows_ = static_cast<Index>(at.counts.sum());
+    const Inverse inverse = inverse_information(at.A);
+    bread_ = inverse.matrix;
+    rank_ = inverse.rank;
+    Vector step = bread_ * at.a;
+    if (gains_at_ >= 0) {
+      // What is linear follows the gains, whose steps are short: both at once would overshoot where the rows say little of a gain.
+      auto of_gains = step.tail(n);
+      of_gains =
+          of_gains.cwiseMax(-most_gain_step * theta_.tail(n)).cwiseMin(most_gain_step * theta_.tail(n));
+      theta_.tail(n) += of_gains;
+      follow_gains();
+    } else {
+      theta_ += step;
     }
-    A.triangularView<Eigen::StrictlyUpper>() = A.transpose();
-    relative_error_ = std::sqrt(squares.sum() / y_squares.sum());
-    rows_ = static_cast<Index>(counts.sum());
-    add_known(theta_, A, a);
-    bread_ = inverse_information(A);
-    const Vector step = bread_ * a;
-    theta_ += step;
     // The first step comes from nowhere: its residuals weigh nothing.
     const Vector before = weights_;
     if (iterations_ > 1) {
       for (Index j = 0; j < n; ++j) {
-        const double least = least_error * least_error * y_squares[j];
-        weights_[j] = y_squares[j] > 0.0 ? std::sqrt(counts[j] / std::max(squares[j], least)) : weights_[j];
+        const double least = least_error * least_error * at.y_squares[j];
+        weights_[j] =
+            at.y_squares[j] > 0.0 ? std::sqrt(at.counts[j] / std::max(at.squares[j], least)) : weights_[j];
       }
     }
     const Vector sigma = bread_.diagonal().cwiseSqrt();

@@ -9,12 +9,17 @@
 
 namespace rivid::detail {
 
+enum class PayloadShape {
+  none,   // no log has a payload
+  point,  // first moments and mass
+  body    // ten parameters
+};
+
 // The unknowns θ = [χ, π, Fl, r] of arm, payload, friction by load and relative inverse gains, and the fit of them.
 class PayloadFit {
  public:
-  // point  whether the payload is a point
   PayloadFit(const Robot& robot, const PayloadColumns& columns, std::span<const PayloadLog> logs,
-             const PayloadOptions& options, bool point);
+             const PayloadOptions& options, PayloadShape shape);
 
   // Gauss-Newton with the weights of the joints in turn. Returns whether it settled.
   bool solve();
@@ -29,7 +34,9 @@ class PayloadFit {
   // XX … M of the payload in the last link's frame for some π.
   [[nodiscard]] Inertial body(const Eigen::Ref<const Vector>& pi) const;
   [[nodiscard]] Index payload_at() const { return b_; }
-  [[nodiscard]] Index payload_size() const { return point_ ? 4 : inertial_count; }
+  [[nodiscard]] Index payload_size() const {
+    return shape_ == PayloadShape::none ? 0 : shape_ == PayloadShape::point ? 4 : inertial_count;
+  }
   // Where r begins; −1 where gains are exact.
   [[nodiscard]] Index gains_at() const { return gains_at_; }
   // Whether the data determine all unknowns.
@@ -44,16 +51,31 @@ class PayloadFit {
     Matrix J;
     Vector rho;
   };
+  // JᵀΩJ and JᵀΩρ with what is known beforehand, and sums over the rows of each joint.
+  struct Normal {
+    Matrix A;
+    Vector a;
+    Vector squares;  // of ρ
+    Vector counts;
+    Vector y_squares;
+  };
+  [[nodiscard]] Normal normal() const;
+  // Moves all unknowns but the gains to where they are best with these.
+  void follow_gains();
   [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows, const Vector& theta) const;
   // Adds what is known beforehand to JᵀΩJ and JᵀΩρ.
   void add_known(const Vector& theta, Matrix& A, Vector& a) const;
   [[nodiscard]] Matrix known() const;
-  [[nodiscard]] Matrix inverse_information(const Matrix& A);
+  struct Inverse {
+    Matrix matrix;  // zero along what A does not show
+    Index rank = 0;
+  };
+  [[nodiscard]] static Inverse inverse_information(const Matrix& A);
 
   const PayloadColumns& columns_;
   std::span<const PayloadLog> logs_;
   const PayloadOptions& options_;
-  bool point_;
+  PayloadShape shape_;
   Index b_;
   std::vector<Index> load_at_;       // of each joint, where Fl stands; −1: none
   std::vector<Index> sign_at_;       // of each joint, the column of Fc

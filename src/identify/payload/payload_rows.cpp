@@ -1,5 +1,6 @@
 #include "identify/payload/payload_rows.hpp"
 
+#include "identify/choose/row_choice.hpp"
 #include "identify/rows/row_source.hpp"
 
 namespace rivid::detail {
@@ -18,6 +19,23 @@ PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const
     const Index own = rows.cols() - 1;
     out.joints.push_back(
         {j, source.columns(j), rows.leftCols(own), rows.col(own), std::move(held[j].samples())});
+  }
+  return out;
+}
+
+std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
+                                     std::span<const Log> without, std::span<const Log> with,
+                                     Estimation estimation) {
+  estimation.method = Wls{};
+  if (estimation.signal.automatic()) {
+    static_cast<void>(choose_rows(robot, without, estimation));
+  }
+  ThreadTeam team(estimation.threads);
+  std::vector<PayloadLog> out;
+  for (const bool loaded : {false, true}) {
+    for (const Log& log : loaded ? with : without) {
+      out.push_back(payload_rows(robot, columns, log, estimation.signal, loaded, team));
+    }
   }
   return out;
 }

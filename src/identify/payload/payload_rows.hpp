@@ -44,4 +44,9 @@ struct PayloadLog {
 [[nodiscard]] PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
                                       const SignalOptions& signal, bool loaded, ThreadTeam& team);
 
+// The rows of logs without and with the payload, chosen by the noise of those without where the signal leaves them open.
+[[nodiscard]] std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
+                                                   std::span<const Log> without, std::span<const Log> with,
+                                                   Estimation estimation);
+
 }  // namespace rivid::detail

@@ -33,6 +33,10 @@ Chart friction_chart(const Evidence& evidence, std::size_t joint, const StackedR
       cloud("measured", "measured", rows.velocity, rows.friction),
       {"95 % confidence band", "predicted", Series::Kind::band, speed, torque - width, torque + width},
       {"model", "predicted", Series::Kind::line, speed, torque}};
+  if (!curve.a_priori.isZero(0.0)) {
+    out.series.push_back(
+        {"robot description", "apriori", Series::Kind::line, speed, with_gap(curve.a_priori, no_value)});
+  }
   return out;
 }
 
@@ -56,7 +60,9 @@ Section friction_section(const Evidence& evidence) {
           "Friction torque over joint speed. A point is a row of the fit: the measured torque less the "
           "modelled gravity, inertia and Coriolis torques. The line is the friction law with the 95 % "
           "confidence band of its parameters. Points that bend away from the line ask for another law; two "
-          "clouds at one speed are friction that depends on load, temperature or position"}},
+          "clouds at one speed are friction that depends on load, temperature or position. Friction of the "
+          "robot "
+          "description is drawn where there is any"}},
       {std::move(plots)}};
   return out;
 }

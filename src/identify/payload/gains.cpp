@@ -1,0 +1,242 @@
+#include "identify/payload/gains.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::PayloadFit;
+using detail::PayloadLog;
+using detail::PayloadShape;
+using detail::Uncertainty;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// Relative deviation of an inverse gain of which nothing is known: weak enough to move no gain that is identifiable by a part of its
+// deviation, and enough for the fit to settle where one is not.
+constexpr double nothing_known = 2.0;
+// A gain is identifiable where its interval is narrower than this part of it.
+constexpr double visible_gain = 0.3;
+
+void require_for_gains(bool condition, const std::string& words) {
+  if (!condition) {
+    throw InputError("identify_gains: " + words);
+  }
+}
+
+void require_control_signals(std::span<const Log> logs) {
+  for (const Log& log : logs) {
+    require_for_gains(
+        log.tau.size() == 0 && log.v_tau.size() > 0,
+        log.source +
+            " has torques, or no control signals: a drive gain is the torque of a unit of the control "
+            "signal; name the columns control in [log], with drive_gain = 1 where they are torques already");
+  }
+}
+
+// Everything that is fitted, with the gains that are known.
+struct GainProblem {
+  const Robot& robot;  // without friction by load
+  const CovarianceOptions& covariance;
+  detail::PayloadColumns columns;
+  std::vector<PayloadLog> logs;
+  PayloadOptions options;
+  PayloadShape shape = PayloadShape::none;
+
+  [[nodiscard]] PayloadFit fit() const { return {robot, columns, logs, options, shape}; }
+};
+
+Vector known_sigmas(const Robot& robot, const GainOptions& options) {
+  Vector out(robot.size());
+  for (Index j = 0; j < robot.size(); ++j) {
+    const auto known = options.known.find(robot.joints[static_cast<std::size_t>(j)].name);
+    out[j] = known == options.known.end() ? nothing_known : known->second;
+  }
+  return out;
+}
+
+// Slopes of log K_j − log K_k.
+Vector ratio_slopes(const PayloadFit& fit, Index j, Index k) {
+  Vector out = Vector::Zero(fit.theta().size());
+  out[fit.gains_at() + j] = -1.0 / fit.theta()[fit.gains_at() + j];
+  out[fit.gains_at() + k] = 1.0 / fit.theta()[fit.gains_at() + k];
+  return out;
+}
+
+// The joint to which the gains of the others are determined best, by the median of their deviations.
+Index best_reference(const PayloadFit& fit, const Matrix& C, Index n) {
+  Index best = 0;
+  double least = infinity;
+  for (Index k = 0; k < n; ++k) {
+    std::vector<double> sigmas;
+    for (Index j = 0; j < n; ++j) {
+      if (j != k) {
+        const Vector c = ratio_slopes(fit, j, k);
+        sigmas.push_back(std::sqrt(c.dot(C * c)));
+      }
+    }
+    std::ranges::sort(sigmas);
+    const double median = sigmas[(sigmas.size() - 1) / 2];
+    if (median < least) {
+      best = k;
+      least = median;
+    }
+  }
+  return best;
+}
+
+std::string scale_in_words(const Robot& robot, const GainOptions& options, std::optional<Index> reference) {
+  if (reference) {
+    return "only ratios of the gains are determined, for neither a mass nor a gain is known: that of " +
+           robot.joints[static_cast<std::size_t>(*reference)].name +
+           " counts as exact, and its relative error is that of all gains and parameters";
+  }
+  std::string out = options.mass ? "from the payload of " + number(*options.mass, 5) + " kg" : "";
+  for (const auto& [joint, sigma] : options.known) {
+    out += (out.empty() ? "from the known gain of " : ", ") + joint;
+  }
+  return out;
+}
+
+// What a fit that did not come to an end leaves: nominal gains.
+GainReport nominal_gains(const Robot& robot, std::string why) {
+  GainReport out;
+  out.scale = std::move(why);
+  for (const Joint& joint : robot.joints) {
+    out.joints.push_back({.joint = joint.name,
+                          .nominal = joint.g_tau(),
+                          .value = joint.g_tau(),
+                          .sigma = infinity,
+                          .interval_95 = {-infinity, infinity}});
+  }
+  out.C = Matrix::Zero(robot.size(), robot.size());
+  return out;
+}
+
+// Why a fit came to nothing; empty where it did not.
+std::string why_no_gains(PayloadFit& fit) {
+  if (!fit.solve()) {
+    return "the gains are not estimated: the iteration does not settle in " +
+           counted(fit.iterations(), "step");
+  }
+  return fit.rows() > fit.theta().size() ? ""
+                                         : "the gains are not estimated: " + counted(fit.rows(), "row") +
+                                               " for " + counted(fit.theta().size(), "unknown");
+}
+
+Matrix relative_covariance(const PayloadFit& fit, const Matrix& C, Index n) {
+  const Vector scale = fit.theta().segment(fit.gains_at(), n).cwiseInverse();
+  return scale.asDiagonal() * C.block(fit.gains_at(), fit.gains_at(), n, n) * scale.asDiagonal();
+}
+
+}  // namespace
+
+std::vector<GainEstimate> detail::gain_estimates(const Robot& robot, const PayloadFit& fit,
+                                                 const Uncertainty& uncertainty) {
+  std::vector<GainEstimate> out;
+  for (Index j = 0; fit.gains_at() >= 0 && j < robot.size(); ++j) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    const Index at = fit.gains_at() + j;
+    const double value = joint.g_tau() / fit.theta()[at];
+    const double sigma = std::sqrt(uncertainty.C(at, at)) * std::abs(value / fit.theta()[at]);
+    const double half = uncertainty.report.quantile_975 * sigma;
+    out.push_back({.joint = joint.name,
+                   .nominal = joint.g_tau(),
+                   .value = value,
+                   .sigma = sigma,
+                   .interval_95 = {value - half, value + half},
+                   .identifiable = half < visible_gain * std::abs(value)});
+  }
+  return out;
+}
+
+std::optional<std::string> GainOptions::complaint(const Robot& robot) const {
+  for (const auto& [name, sigma] : known) {
+    if (std::ranges::find(robot.joints, name, &Joint::name) == robot.joints.end()) {
+      return "known names joint \"" + name + "\", which robot \"" + robot.name + "\" does not have";
+    }
+    if (!std::isfinite(sigma) || sigma < 0.0) {
+      return "known " + name + " is " + number(sigma) + ", must not be negative";
+    }
+  }
+  const auto exact = [](const auto& one) { return one.second == 0.0; };
+  if (std::ssize(known) == robot.size() && std::ranges::all_of(known, exact)) {
+    return "all gains are known exactly: none is left to be estimated";
+  }
+  if (robot.gear_matrix.size() > 0) {
+    return "gains of motors whose gears mix the joints (gear_matrix) can not be estimated";
+  }
+  if (robot.size() == 1 && !mass) {
+    return "one joint alone determines no ratio of gains; a payload of known mass is needed";
+  }
+  return range_fault(*this);
+}
+
+GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, std::span<const Log> with,
+                          const Estimation& estimation, const GainOptions& options) {
+  const Robot robot = without_load(its_robot);
+  require_for_gains(!without.empty(), "no log without payload is given");
+  for (const auto& fault : {robot.complaint(), options.complaint(robot)}) {
+    require_for_gains(!fault, fault.value_or(""));
+  }
+  require_for_gains(options.mass.has_value() == !with.empty(),
+                    options.mass ? "the mass belongs to logs with that payload, and none is given"
+                                 : "logs with a payload are given, and not its mass");
+  require_control_signals(without);
+  require_control_signals(with);
+  GainProblem problem{robot, estimation.covariance, detail::PayloadColumns(robot), {}, {}, {}};
+  problem.logs = detail::stacked_rows(robot, problem.columns, without, with, estimation);
+  problem.shape = with.empty() ? PayloadShape::none : PayloadShape::body;
+  problem.options.mass = options.mass;
+  problem.options.mass_sigma = options.mass_sigma;
+  problem.options.load_friction = has_load(its_robot);
+  Vector& sigma = problem.options.gain_sigma;
+  sigma = known_sigmas(robot, options);
+  std::optional<Index> reference;
+  if (!options.mass && options.known.empty()) {
+    PayloadFit free = problem.fit();
+    if (std::string why = why_no_gains(free); !why.empty()) {
+      return nominal_gains(robot, std::move(why));
+    }
+    reference = best_reference(free, free.uncertainty(problem.covariance).C, robot.size());
+    sigma[*reference] = 0.0;
+  }
+  PayloadFit fit = problem.fit();
+  if (std::string why = why_no_gains(fit); !why.empty()) {
+    return nominal_gains(robot, std::move(why));
+  }
+  const Uncertainty uncertainty = fit.uncertainty(problem.covariance);
+  GainReport out{.identified = true,
+                 .scale = scale_in_words(robot, options, reference),
+                 .joints = detail::gain_estimates(robot, fit, uncertainty),
+                 .C = relative_covariance(fit, uncertainty.C, robot.size()),
+                 .relative_error = fit.relative_error(),
+                 .rows = fit.rows(),
+                 .covariance = uncertainty.report};
+  for (std::size_t j = 0; j < out.joints.size(); ++j) {
+    if (!out.joints[j].identifiable) {
+      out.C.row(static_cast<Index>(j)).setZero();
+      out.C.col(static_cast<Index>(j)).setZero();
+    }
+  }
+  return out;
+}
+
+Robot with_gains(Robot robot, const GainReport& gains) {
+  for (std::size_t j = 0; j < gains.joints.size(); ++j) {
+    const GainEstimate& gain = gains.joints[j];
+    if (gain.identifiable) {
+      robot.joints[j].drive_gain *= gain.value / gain.nominal;
+    }
+  }
+  return robot;
+}
+
+}  // namespace rivid
