@@ -19,9 +19,9 @@ using detail::PayloadShape;
 using detail::Uncertainty;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// Relative deviation of an inverse gain of which nothing is known: weak enough to move no gain that is identifiable by a part of its
-// deviation, and enough for the fit to settle where one is not.
-constexpr double nothing_known = 2.0;
+// Deviation of the logarithm of an inverse gain of which nothing is known: weak enough to move no gain that is identifiable by a part of
+// its deviation, and enough to hold one that is not.
+constexpr double nothing_known = 1.5;
 // A gain is identifiable where its interval is narrower than this part of it.
 constexpr double visible_gain = 0.3;
 

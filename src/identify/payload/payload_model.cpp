@@ -159,7 +159,8 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
 Matrix PayloadFit::known() const {
   Matrix out = Matrix::Zero(theta_.size(), theta_.size());
   for (Index j = 0; gains_at_ >= 0 && j < options_.gain_sigma.size(); ++j) {
-    const double sigma = std::max(options_.gain_sigma[j], exact_mass);
+    // Of log r: no gain runs away where the rows hardly tell it from the parameters of its joint alone.
+    const double sigma = std::max(options_.gain_sigma[j], exact_mass) * theta_[gains_at_ + j];
     out(gains_at_ + j, gains_at_ + j) = std::isfinite(sigma) ? 1.0 / (sigma * sigma) : 0.0;
   }
   if (options_.mass) {
@@ -170,15 +171,16 @@ Matrix PayloadFit::known() const {
   return out;
 }
 
-void PayloadFit::add_known(const Vector& theta, Matrix& A, Vector& a) const {
+void PayloadFit::add_known(Matrix& A, Vector& a) const {
   const Matrix P = known();
   A += P;
   for (Index j = 0; gains_at_ >= 0 && j < options_.gain_sigma.size(); ++j) {
-    a[gains_at_ + j] += P(gains_at_ + j, gains_at_ + j) * (1.0 - theta[gains_at_ + j]);
+    a[gains_at_ + j] +=
+        P(gains_at_ + j, gains_at_ + j) * theta_[gains_at_ + j] * -std::log(theta_[gains_at_ + j]);
   }
   if (options_.mass) {
     const Index at = b_ + payload_size() - 1;
-    a[at] += P(at, at) * (*options_.mass - theta[at]);
+    a[at] += P(at, at) * (*options_.mass - theta_[at]);
   }
 }
 
@@ -209,7 +211,7 @@ PayloadFit::Normal PayloadFit::normal() const {
     }
   }
   out.A.triangularView<Eigen::StrictlyUpper>() = out.A.transpose();
-  add_known(theta_, out.A, out.a);
+  add_known(out.A, out.a);
   return out;
 }
 

@@ -64,7 +64,7 @@ class PayloadFit {
   void follow_gains();
   [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows, const Vector& theta) const;
   // Adds what is known beforehand to JᵀΩJ and JᵀΩρ.
-  void add_known(const Vector& theta, Matrix& A, Vector& a) const;
+  void add_known(Matrix& A, Vector& a) const;
   [[nodiscard]] Matrix known() const;
   struct Inverse {
     Matrix matrix;  // zero along what A does not show
