@@ -5,6 +5,7 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/urdf.hpp"
+#include "rivid/simulate/control_laws.hpp"
 #include "support/real_data.hpp"
 
 namespace rivid {
