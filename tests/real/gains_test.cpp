@@ -33,8 +33,8 @@ class Ur10eGains : public test::RealExperiment {
 
 TEST_F(Ur10eGains, AreThoseOfTheControllerByAKnownMass) {
   edit("name = \"wls\"", "name = \"wls\"\ngains = { loaded = \"ur10e/load_14harm.csv\", mass = 2.805 }");
-  const Json found = result();
-  const Json& gains = found.at("gains").at("joints");
+  const test::Json found = result();
+  const test::Json& gains = found.at("gains").at("joints");
   for (std::size_t j = 0; j < 6; ++j) {
     const auto value = gains.at(j).at("value").get<double>();
     const double off = std::abs(value / controllers_gains[j] - 1.0);
