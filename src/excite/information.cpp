@@ -41,9 +41,8 @@ Matrix gram_of(const Matrix& A) {
 
 // M⁻¹ from L of D M D = L Lᵀ.
 Matrix inverse_of(const Eigen::LLT<Matrix>& factor, const Vector& d) {
-  Matrix A = Matrix::Identity(d.size(), d.size());
-  factor.matrixL().solveInPlace(A);
-  return gram_of(A * d.asDiagonal());
+  const Matrix inverse = factor.matrixL().solve(Matrix::Identity(d.size(), d.size()));
+  return gram_of(inverse * d.asDiagonal());
 }
 
 ObjectiveValue score_of(const Matrix& C, double log_det, const Objective& objective) {

@@ -152,7 +152,7 @@ class MjcfWriter {
     Eigen::Vector3d moments = principal.values;
     moments[2] = std::min(moments[2], moments[0] + moments[1]);
     const Eigen::Quaterniond q(values.pose.rotation() * axes);
-    pugi::xml_node node = child_of(body, "inertial");
+    const pugi::xml_node node = child_of(body, "inertial");
     put(node, "pos", values.pose.xyz);
     put(node, "quat", Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()));
     put(node, "mass", exact(values.mass));
@@ -165,7 +165,7 @@ class MjcfWriter {
                          ") is fixed: MuJoCo has no such joint there, or it moves nothing");
       return;
     }
-    pugi::xml_node node = child_of(body, "joint");
+    const pugi::xml_node node = child_of(body, "joint");
     put(node, "name", joint.name);
     put(node, "class", joint.name);
     if (joint.slides()) {
@@ -183,7 +183,7 @@ class MjcfWriter {
     if (!mesh) {
       return;
     }
-    pugi::xml_node node = child_of(body, "geom");
+    const pugi::xml_node node = child_of(body, "geom");
     put(node, "class", shape.collision ? "collision" : "visual");
     switch (shape.kind) {
       case Shape::Kind::box:
@@ -226,7 +226,7 @@ class MjcfWriter {
     const auto [at, is_new] = meshes_.try_emplace(key, "");
     if (is_new) {
       at->second = file->stem().string() + "_" + std::to_string(meshes_.size());
-      pugi::xml_node node = child_of(assets_, "mesh");
+      const pugi::xml_node node = child_of(assets_, "mesh");
       put(node, "name", at->second);
       put(node, "file",
           std::filesystem::proximate(*file, std::filesystem::absolute(task_.file).parent_path()).string());
@@ -248,7 +248,7 @@ class MjcfWriter {
       for (const ModelTree::Link& link : tree_.links) {
         const bool touches = link.still && std::ranges::any_of(link.shapes, &Shape::collision);
         if (touches && link.name != "world") {
-          pugi::xml_node pair = child_of(contact, "exclude");
+          const pugi::xml_node pair = child_of(contact, "exclude");
           put(pair, "body1", link.name);
           put(pair, "body2", tree_.link(joint.child).name);
         }
@@ -260,7 +260,7 @@ class MjcfWriter {
     const pugi::xml_node equality = child_of(model_, "equality");
     for (const ModelTree::Joint& joint : tree_.joints) {
       if (joint.mimic && moves(joint)) {
-        pugi::xml_node node = child_of(equality, "joint");
+        const pugi::xml_node node = child_of(equality, "joint");
         put(node, "joint1", joint.name);
         put(node, "joint2", joint.mimic->joint);
         put(node, "polycoef", exact(joint.mimic->offset) + " " + exact(joint.mimic->multiplier) + " 0 0 0");
@@ -272,7 +272,7 @@ class MjcfWriter {
     const pugi::xml_node actuators = child_of(model_, "actuator");
     for (const Joint& joint : task_.robot.joints) {
       const auto in_tree = std::ranges::find(tree_.joints, joint.name, &ModelTree::Joint::name);
-      pugi::xml_node motor = child_of(actuators, "motor");
+      const pugi::xml_node motor = child_of(actuators, "motor");
       put(motor, "name", joint.name);
       put(motor, "joint", joint.name);
       if (in_tree->effort.value_or(0.0) > 0.0) {
