@@ -172,7 +172,7 @@ void InputText::forget(std::size_t offset) {
   const std::uintptr_t from = (begin + content_->forgotten + page - 1) / page * page;
   const std::uintptr_t to = (begin + offset) / page * page;
   if (to > from) {
-    ::madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
+    ::madvise(content_->bytes + (from - begin), to - from, MADV_DONTNEED);
   }
   content_->forgotten = offset;
 }

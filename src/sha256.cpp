@@ -42,26 +42,26 @@ bool has_instructions() {
 }
 
 // Two rounds of the four words at a time; the instructions want the state as a b e f and c d g h.
-[[gnu::target("sha,sse4.1")]] void compress(std::uint32_t* state, const char* data, std::size_t blocks) {
+[[gnu::target("sha,sse4.1")]] void compress(std::uint32_t* state, std::string_view text) {
   const auto load = [](const void* from) { return _mm_loadu_si128(static_cast<const __m128i*>(from)); };
   const __m128i big_endian = _mm_set_epi64x(0x0c0d0e0f08090a0b, 0x0405060700010203);
   const __m128i cdab = _mm_shuffle_epi32(load(state), 0xB1);
   const __m128i efgh = _mm_shuffle_epi32(load(state + 4), 0x1B);
   __m128i abef = _mm_alignr_epi8(cdab, efgh, 8);
   __m128i cdgh = _mm_blend_epi16(efgh, cdab, 0xF0);
-  for (; blocks > 0; --blocks, data += block_bytes) {
+  for (; text.size() >= block_bytes; text.remove_prefix(block_bytes)) {
     const __m128i abef_before = abef;
     const __m128i cdgh_before = cdgh;
     __m128i words[4];
 #pragma GCC unroll 4
-    for (int i = 0; i < 4; ++i) {
-      words[i] = _mm_shuffle_epi8(load(data + 16 * i), big_endian);
+    for (std::size_t i = 0; i < 4; ++i) {
+      words[i] = _mm_shuffle_epi8(load(&text[16 * i]), big_endian);
     }
 #pragma GCC unroll 16
-    for (int i = 0; i < 16; ++i) {
+    for (std::size_t i = 0; i < 16; ++i) {
       __m128i& now = words[i % 4];
       const __m128i& last = words[(i + 3) % 4];
-      __m128i added = _mm_add_epi32(now, load(round_constants.data() + 4 * i));
+      __m128i added = _mm_add_epi32(now, load(&round_constants[4 * i]));
       cdgh = _mm_sha256rnds2_epu32(cdgh, abef, added);
       added = _mm_shuffle_epi32(added, 0x0E);
       abef = _mm_sha256rnds2_epu32(abef, cdgh, added);
@@ -81,7 +81,7 @@ bool has_instructions() {
 #else
 
 bool has_instructions() { return false; }
-void compress(std::uint32_t*, const char*, std::size_t) {}
+void compress(std::uint32_t*, std::string_view) {}
 
 #endif
 
@@ -92,10 +92,10 @@ std::string sha256_digits(std::string_view text, bool instructions) {
   SHA256Init(&context);
   static const bool available = has_instructions();
   if (instructions && available) {
-    const std::size_t blocks = text.size() / block_bytes;
-    compress(context.state.st32, text.data(), blocks);
-    context.bitcount[0] = 8 * block_bytes * blocks;
-    text.remove_prefix(block_bytes * blocks);
+    compress(context.state.st32, text);  // of whole blocks alone
+    const std::size_t rest = text.size() % block_bytes;
+    context.bitcount[0] = 8 * (text.size() - rest);
+    text.remove_prefix(text.size() - rest);
   }
   SHA256Update(&context, reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   std::array<char, SHA256_DIGEST_STRING_LENGTH> digits{};

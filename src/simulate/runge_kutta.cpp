@@ -90,7 +90,7 @@ class RungeKutta final : public LoopIntegrator {
     return find_event();
   }
 
-  double proposal(double left) const override {
+  [[nodiscard]] double proposal(double left) const override {
     return std::is_same_v<Pair, BogackiShampine> && suggested_ > 0 ? length(wanted(), left) : 0.0;
   }
 
