@@ -213,7 +213,7 @@ class Stretches {
   }
 
   // Closes the gaps that lines without a row have left between stretches; the rows that there are.
-  ReadColumns joined(const std::vector<double*>& columns) const {
+  [[nodiscard]] ReadColumns joined(const std::vector<double*>& columns) const {
     ReadColumns out;
     for (const Stretch& stretch : all_) {
       for (double* const column : columns) {
