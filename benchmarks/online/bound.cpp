@@ -21,8 +21,7 @@ namespace rivid::benchmarks {
 namespace {
 
 constexpr std::array<double, 6> delays = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};  // s
-constexpr double asked_delay = 0.3;
-constexpr double hours = 10.0;         // to a false alarm
+constexpr double hours = 10.0;                                            // to a false alarm
 constexpr double tests = 40.0;         // a second, one a row of the estimator
 constexpr double hardly_seen = 100.0;  // pick-ups that are worth more at asked_delay are not printed
 

@@ -45,8 +45,6 @@ struct Tally {
   std::vector<Late> late;
 };
 
-constexpr double asked_delay = 0.3;  // s
-
 void pick_up(const Arm& arm, std::uint64_t seed, Tally& tally) {
   const PickUp scene(arm, seed);
   const Inertial& body = scene.body;

@@ -20,6 +20,7 @@ namespace rivid::benchmarks {
 inline constexpr double f_m = 1000.0;             // ticks a second
 inline constexpr double encoder_noise = 1e-5;     // rad
 inline constexpr double identified_seconds = 30;  // of the log that an arm was identified from
+inline constexpr double asked_delay = 0.3;        // of a pick-up that is seen in time [s]
 
 struct Arm {
   std::string name;
