@@ -17,7 +17,8 @@ std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json:
 
 // What a page or a person reads in place of nothing: a word, or how the default is found.
 std::string in_words(const Json& value, const FieldDetails& details, bool is_default) {
-  const bool nothing = value.is_null() || (value.is_array() && value.empty()) || value == 0 || value == Json("");
+  const bool nothing =
+      value.is_null() || (value.is_array() && value.empty()) || value == 0 || value == Json("");
   if (nothing && !details.word.empty()) {
     return "\"" + std::string(details.word) + "\"";
   }

@@ -331,7 +331,6 @@ TEST(HtmlReport, TellsTheMotionThatWouldHelpAWeakParameter) {
 
 TEST(HtmlReport, DescribesTheRobotAndTheSettings) {
   Study study;
-  study.robot.joints[1].friction = Friction::asymmetric;
   study.robot.joints[1].sign_speed = 0.03;
   study.robot.joints[1].drive_gain = -12.5;
   study.result.estimation.signal.trim = {{30, 40}};
@@ -344,7 +343,7 @@ TEST(HtmlReport, DescribesTheRobotAndTheSettings) {
   study.robot.couplings = {coupling};
   const std::string page = study.page();
   for (const char* const words :
-       {"<td>asymmetric, smooth over 0.03</td>", "<td class=\"number\">-12.5</td>", "30 and 40 samples",
+       {"<td>coulomb, smooth over 0.03</td>", "<td class=\"number\">-12.5</td>", "30 and 40 samples",
         "1.5 to 9.25 s", "below 0.1, 0.25 rad/s or m/s", "The motor of joint_2 is turned by joint_1 (-0.75)",
         "Gravity in the frame of the base: 0, 0, -9.80665 m/s²"}) {
     EXPECT_NE(page.find(words), std::string::npos) << words;
