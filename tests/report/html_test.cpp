@@ -331,19 +331,22 @@ TEST(HtmlReport, TellsTheMotionThatWouldHelpAWeakParameter) {
 
 TEST(HtmlReport, DescribesTheRobotAndTheSettings) {
   Study study;
+  study.robot.joints[1].friction = Friction::asymmetric;
   study.robot.joints[1].sign_speed = 0.03;
   study.robot.joints[1].drive_gain = -12.5;
-  study.result.estimation.signal.trim = {{30, 40}};
-  study.result.estimation.signal.window = {{1.5, 9.25}};
-  study.result.estimation.signal.velocity_threshold = {0.1, 0.25};
+  study.robot.joints[1].rotor_inertia = true;  // which a coupling wants
   Coupling coupling;
   coupling.motor = 1;
   coupling.joints = {0};
   coupling.ratios = {-0.75};
   study.robot.couplings = {coupling};
+  study.result = identify(study.robot, study.log, {.method = Ols{}, .signal = {.decimation = {10}}});
+  study.result.estimation.signal.trim = {{30, 40}};
+  study.result.estimation.signal.window = {{1.5, 9.25}};
+  study.result.estimation.signal.velocity_threshold = {0.1, 0.25};
   const std::string page = study.page();
   for (const char* const words :
-       {"<td>coulomb, smooth over 0.03</td>", "<td class=\"number\">-12.5</td>", "30 and 40 samples",
+       {"<td>asymmetric, smooth over 0.03</td>", "<td class=\"number\">-12.5</td>", "30 and 40 samples",
         "1.5 to 9.25 s", "below 0.1, 0.25 rad/s or m/s", "The motor of joint_2 is turned by joint_1 (-0.75)",
         "Gravity in the frame of the base: 0, 0, -9.80665 m/s²"}) {
     EXPECT_NE(page.find(words), std::string::npos) << words;
