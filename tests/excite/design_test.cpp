@@ -236,7 +236,7 @@ TEST(Design, ForSomeParametersTellsMoreOfThem) {
 
 TEST(Design, KnowsEarlierLogs) {
   ExcitationOptions options = quick();
-  options.evaluations = 100;
+  options.evaluations = 300;
   const Excitation first = design(arm(), options);
   options.known = first.forecast.information;
   options.seed = 2;
