@@ -259,7 +259,7 @@ int forecast_from(const Arguments& arguments) {
   if (const auto fault = log.complaint()) {
     throw InputError(*fault);
   }
-  Motion motion = differentiate(log.q, log.f_m);
+  const Motion motion = differentiate(log.q, log.f_m);
   const Forecast found = forecast(plan.experiment.robot, motion, log.f_m, plan.options);
   Provenance provenance = provenance_of(plan, {});
   provenance.inputs.push_back(input_file(arguments.motion));

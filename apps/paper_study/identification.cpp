@@ -182,10 +182,10 @@ std::string outcomes(const std::string& title, const Runs& runs) {
            std::to_string(std::ranges::count(runs, run.status, &Identification::status)) + " of " +
            std::to_string(runs.size());
     if (identified(run)) {
-      const auto ZZ1R = [](const Identification& found) { return value(found, 0); };
+      const auto inertia = [](const Identification& found) { return value(found, 0); };
       const Runs good = only_identified(runs);
-      const auto [least, most] = std::ranges::minmax(good, {}, ZZ1R);
-      out += ", ZZ1R from " + number(ZZ1R(least), 4) + " to " + number(ZZ1R(most), 4) + " kg·m²";
+      const auto [least, most] = std::ranges::minmax(good, {}, inertia);
+      out += ", ZZ1R from " + number(inertia(least), 4) + " to " + number(inertia(most), 4) + " kg·m²";
     }
     out += '\n';
     for (const std::string& reason : run.reasons) {

@@ -38,7 +38,7 @@ constexpr std::string_view type_in_words() {
 
 // A value as a page shows it, whole numbers without a point.
 std::string code(const Json& value) {
-  if (value.is_null() || value == "" || (value.is_array() && value.empty())) {
+  if (value.is_null() || value == Json("") || (value.is_array() && value.empty())) {
     return "–";
   }
   std::string text = value.dump();

@@ -121,7 +121,7 @@ class ContactObserver {
   /// A body on the last link that the model does not have, XX … M in the frame of that link: PayloadEstimator::inertial().
   /// Else its weight is an external torque. The observer begins anew; thresholds stay.
   void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept {
-    const Inertial in_link = body.template cast<double>();
+    const Inertial& in_link = body.template cast<double>();
     momentum_.set_payload(transformed(in_link, axes_, Eigen::Vector3d::Zero()));
     reset();
   }
