@@ -69,6 +69,8 @@ int make_factors(const FactorsArguments& arguments) {
       factors_of(experiment, read_logs(experiment.log, experiment.robot), logs, arguments.blocks);
   made.experiment = std::filesystem::absolute(arguments.experiment).lexically_normal();
   made.settings = std::move(settings);
+  made.run = run_id(provenance_of("rivid_identify factors", experiment, Use::identification,
+                                  {{"blocks", std::to_string(arguments.blocks)}}, arguments.set));
   outputs.put(output, encoded(made));
   outputs.commit();
   if (!arguments.quiet) {
@@ -145,7 +147,11 @@ Provenance provenance_of_merge(const MergeArguments& arguments, const Experiment
 int merge_into_file(const MergeArguments& arguments) {
   const std::vector<PlannedFile> files = {{arguments.output, factors_ending}};
   Outputs outputs = planned(arguments.files, files);
-  outputs.put(arguments.output, encoded(merged(arguments.files)));
+  FactorsFile out = merged(arguments.files);
+  Provenance provenance{.program = "rivid_identify merge", .inputs = {}, .overrides = {}};
+  add_origins({}, arguments.files, provenance);
+  out.run = run_id(provenance);
+  outputs.put(arguments.output, encoded(out));
   outputs.commit();
   if (!arguments.quiet) {
     tell_written(files);

@@ -88,18 +88,22 @@ Json description_of(const FactorsFile& file) {
   for (const RowGroup& group : factors.rows.groups) {
     columns.push_back(group.columns);
   }
-  return {{"experiment", file.experiment.string()},
-          {"settings", file.settings},
-          {"made_with", file.made_with},
-          {"files", logs},
-          {"logs", factors.logs},
-          {"columns", columns},
-          {"undecimated", !factors.rows.undecimated.empty()},
-          {"blocks", factors.blocks.size()},
-          {"left_out", factors.rows.left_out},
-          {"thresholds", factors.rows.thresholds},
-          {"squared_velocities", detail::json_of(factors.velocities.sums)},
-          {"velocities", factors.velocities.count}};
+  Json out = {{"experiment", file.experiment.string()},
+              {"settings", file.settings},
+              {"made_with", file.made_with},
+              {"files", logs},
+              {"logs", factors.logs},
+              {"columns", columns},
+              {"undecimated", !factors.rows.undecimated.empty()},
+              {"blocks", factors.blocks.size()},
+              {"left_out", factors.rows.left_out},
+              {"thresholds", factors.rows.thresholds},
+              {"squared_velocities", detail::json_of(factors.velocities.sums)},
+              {"velocities", factors.velocities.count}};
+  if (!file.run.empty()) {
+    out["run"] = file.run;
+  }
+  return out;
 }
 
 void require_known_gains(const Experiment& experiment) {
@@ -115,6 +119,7 @@ FactorsFile described(const Json& from) {
   out.experiment = from.at("experiment").get<std::string>();
   out.settings = from.at("settings").get<std::vector<std::string>>();
   out.made_with = from.at("made_with").get<Settings>();
+  out.run = from.value("run", std::string());
   for (const Json& log : from.at("files")) {
     out.logs.push_back({log.at(0).get<std::string>(), log.at(1).get<std::string>()});
   }
@@ -175,6 +180,7 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
     }
   }
   merge(into.factors, other.factors);
+  into.run.clear();
   into.logs.insert(into.logs.end(), other.logs.begin(), other.logs.end());
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rivid/experiment/factors_file.hpp"
 #include "support/identify_tool.hpp"
 
 namespace {
@@ -60,6 +61,33 @@ TEST_F(Factors, AFileOfMergedFactorsStandsForItsLogs) {
   const Json from_each = merged({"one.factors", "two.factors"});
   EXPECT_EQ(from_both["parameters"], from_each["parameters"]);
   EXPECT_EQ(from_both["provenance"]["inputs"], from_each["provenance"]["inputs"]);
+}
+
+TEST_F(Factors, CarryTheRunThatWroteThem) {
+  const auto run_of = [&](const std::string& file) {
+    return rivid::read_factors(folder().path() / file).run;
+  };
+  const std::string one = run_of("one.factors");
+  EXPECT_EQ(one.size(), 16U) << one;
+  EXPECT_NE(run_of("two.factors"), one);
+  make("scara_s2.csv", "again.factors");
+  EXPECT_EQ(run_of("again.factors"), one);
+  make("scara_s2.csv", "blocks.factors", {"--blocks", "1"});
+  EXPECT_NE(run_of("blocks.factors"), one);
+  ASSERT_EQ(identify({"merge", "one.factors", "two.factors", "--output", "both.factors"}).exit_code, 0);
+  EXPECT_EQ(run_of("both.factors").size(), 16U);
+  EXPECT_NE(run_of("both.factors"), one);
+}
+
+TEST_F(Factors, WithoutARunCanBeReadAndMerged) {
+  rivid::FactorsFile old = rivid::read_factors(folder().path() / "one.factors");
+  old.run.clear();
+  const std::string content = encoded(old);
+  EXPECT_EQ(content.find("\"run\""), std::string::npos) << "as versions before wrote it";
+  folder().write("old.factors", content);
+  EXPECT_EQ(rivid::read_factors(folder().path() / "old.factors").run, "");
+  EXPECT_EQ(merged({"old.factors", "two.factors"})["parameters"],
+            merged({"one.factors", "two.factors"})["parameters"]);
 }
 
 TEST_F(Factors, RowsThatAreChosenByTheNoiseAreThoseOfTheExperimentsLogs) {
