@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "rivid/input.hpp"
+#include "rivid/model/urdf.hpp"
 #include "support/identify_tool.hpp"
 
 namespace {
@@ -37,6 +38,14 @@ TEST_F(Outputs, AreRefusedWhereTheyAreInputs) {
   expect_refused_export("scara.urdf: is an input of this run", "scara.urdf");
   expect_refused_export("./scara.urdf: is an input of this run (scara.urdf)", "./scara.urdf");
   EXPECT_EQ(folder().read("scara.urdf"), urdf);
+}
+
+TEST_F(Outputs, OfAnIdentificationSpareItsLogs) {
+  for (const std::string file : {"scara_s2.csv", "scara_validation.csv"}) {
+    const std::string content = folder().read(file);
+    expect_refused({file + ": is an input of this run"}, {"scara.toml", "--write-rows", file});
+    EXPECT_EQ(folder().read(file), content);
+  }
 }
 
 TEST_F(Outputs, AreRefusedWhereTheyAreEachOther) {
@@ -99,6 +108,24 @@ TEST_F(Outputs, ThatAreModelsCarryItToo) {
     ASSERT_EQ(identify({"export", "scara_result", "--to", format, "--output", file}).exit_code, 0) << format;
     EXPECT_NE(folder().read(file).find("run " + run), std::string::npos) << format;
   }
+}
+
+TEST_F(Outputs, ThatNameHostileFilesAreXmlWithoutEscapeSequences) {
+  const std::string name = "a--\x1B[31m-->\xFF.toml";
+  folder().write(name, folder().read("scara.toml"));
+  ASSERT_EQ(identify({name, "--physical", "--output", "result", "--quiet"}).exit_code, 0);
+  for (const std::string format : {"urdf", "mjcf", "sdf"}) {
+    const std::string file = "model." + format;
+    ASSERT_EQ(identify({"export", "result", "--to", format, "--output", file}).exit_code, 0) << format;
+    const std::string model = folder().read(file);
+    EXPECT_EQ(model.find('\x1B'), std::string::npos) << format;
+    EXPECT_EQ(model.find('\xFF'), std::string::npos) << format;
+    const std::size_t begin = model.find("Written by rivid");
+    ASSERT_NE(begin, std::string::npos) << format;
+    const std::string comment = model.substr(begin, model.find("--", begin) - begin);
+    EXPECT_NE(comment.find(".toml, physically consistent parameters, run "), std::string::npos) << comment;
+  }
+  EXPECT_EQ(rivid::read_urdf(folder().path() / "model.urdf").joints.size(), 2U);
 }
 
 TEST_F(Outputs, ThatHaveNoPlaceForANameAreKnownByTheirHash) {
