@@ -1,4 +1,4 @@
-// Reading a log: read_table() against splitting lines with strtod, on the same generated files.
+// Reading a log: read_table() against splitting lines with strtod, on the same generated files; RIVID_CSV_MB is their size.
 
 #include <benchmark/benchmark.h>
 
@@ -9,17 +9,23 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "process_memory.hpp"
 #include "rivid/data/table.hpp"
 
 namespace {
 
 constexpr int columns = 22;  // t and 7 joints of position, velocity, torque
-constexpr double target_bytes = 60e6;
+
+double target_bytes() {
+  const char* const megabytes = std::getenv("RIVID_CSV_MB");
+  return 1e6 * (megabytes == nullptr ? 60.0 : std::atof(megabytes));
+}
 
 // A log of smooth motion with noise, printed with `digits` significant digits; removed at the end of the
 // program.
@@ -37,7 +43,8 @@ class LogFile {
     std::normal_distribution<double> noise;
     std::array<char, 40> cell{};
     std::string line;
-    for (int k = 0; bytes_ < target_bytes; ++k) {
+    const double wanted = target_bytes();
+    for (int k = 0; bytes_ < wanted; ++k) {
       line.clear();
       for (int c = 0; c < columns; ++c) {
         const double t = 1e-3 * k;
@@ -69,9 +76,8 @@ class LogFile {
 };
 
 const LogFile& log_file(int digits) {
-  static const LogFile nine(9);
-  static const LogFile seventeen(17);
-  return digits == 9 ? nine : seventeen;
+  static std::map<int, LogFile> files;
+  return files.try_emplace(digits, digits).first->second;
 }
 
 std::vector<std::vector<double>> read_with_strtod(const std::filesystem::path& path) {
@@ -99,6 +105,8 @@ double seconds(const Read& read) {
 
 void read_log(benchmark::State& state) {
   const LogFile& file = log_file(static_cast<int>(state.range(0)));
+  const double memory =
+      rivid::benchmarks::peak_bytes([&] { benchmark::DoNotOptimize(rivid::read_table(file.path())); });
   const double reference = seconds([&] { return read_with_strtod(file.path()); });
   double total = 0.0;
   for (auto _ : state) {
@@ -110,6 +118,7 @@ void read_log(benchmark::State& state) {
   state.counters["MB/s"] = 1e-6 * file.bytes() / mean;
   state.counters["strtod_MB/s"] = 1e-6 * file.bytes() / reference;
   state.counters["ratio"] = reference / mean;
+  state.counters["x_memory"] = memory / file.bytes();
 }
 
 void read_two_columns(benchmark::State& state) {

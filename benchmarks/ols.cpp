@@ -7,11 +7,9 @@
 // used, and by the clock on the wall for two; memory is the most that was held beside the log.
 
 #include <benchmark/benchmark.h>
-#include <malloc.h>
 
 #include <Eigen/QR>
 #include <cmath>
-#include <fstream>
 
 #include "moving_log.hpp"
 #include "process_memory.hpp"
@@ -30,7 +28,7 @@ namespace {
 using namespace rivid;
 using benchmarks::median;
 using benchmarks::moving_log;
-using benchmarks::status_bytes;
+using benchmarks::peak_bytes;
 using benchmarks::turns;
 
 constexpr Index samples = 100'000;
@@ -46,16 +44,6 @@ Estimation method(std::vector<int> decimation, int threads) {
 // What rivid does unless told otherwise: exact rows, and deviations from a second look at them.
 Estimation by_default(const Estimation& other) {
   return {.signal = {.cutoff_hz = cutoff_hz, .decimation = other.signal.decimation}};
-}
-
-// The most memory that a run held beside what was held before it.
-template <typename Run>
-double peak_bytes(const Run& run) {
-  malloc_trim(0);
-  std::ofstream("/proc/self/clear_refs") << "5" << std::flush;  // sets the peak to the present
-  const double before = status_bytes("VmRSS");
-  run();
-  return status_bytes("VmHWM") - before;
 }
 
 #if defined(RIVID_WITH_PINOCCHIO)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <malloc.h>
+
 #include <fstream>
 #include <string>
 
@@ -16,6 +18,16 @@ inline double status_bytes(const std::string& name) {
     }
   }
   return 0.0;
+}
+
+/// The most memory that a run held beside what was held before it.
+template <typename Run>
+double peak_bytes(const Run& run) {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << "5" << std::flush;  // sets the peak to the present
+  const double before = status_bytes("VmRSS");
+  run();
+  return status_bytes("VmHWM") - before;
 }
 
 }  // namespace rivid::benchmarks

@@ -19,6 +19,7 @@ rivid_script_test(
   experiment_page ${PROJECT_SOURCE_DIR}/cmake/check_experiment_page.cmake unit
   -DREADERS=${PROJECT_SOURCE_DIR}/src/experiment -DPAGE=${PROJECT_SOURCE_DIR}/docs/experiment.md)
 rivid_script_test(equations ${PROJECT_SOURCE_DIR}/cmake/check_equations.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
+rivid_script_test(named_tests ${PROJECT_SOURCE_DIR}/cmake/check_named_tests.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 if(RIVID_BUILD_APPS)
   rivid_script_test(
     readme ${PROJECT_SOURCE_DIR}/cmake/check_readme.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
