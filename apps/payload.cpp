@@ -1,18 +1,22 @@
 #include "rivid/report/payload.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/output.hpp"
 #include "rivid/text.hpp"
 #include "subcommands.hpp"
@@ -24,9 +28,10 @@ namespace {
 
 struct PayloadArguments {
   std::filesystem::path experiment;
-  std::vector<std::filesystem::path> loaded;
+  std::vector<std::string> loaded;
   std::vector<std::filesystem::path> logs;
-  double mass = 0.0;
+  std::filesystem::path arm;
+  std::vector<std::string> masses;
   std::string gains;
   std::string flange;
   std::string model = "automatic";
@@ -88,6 +93,67 @@ void take_flange(const std::string& text, PayloadOptions& to) {
           .toRotationMatrix();
 }
 
+// The logs of one payload.
+struct NamedLogs {
+  std::string name;
+  std::vector<std::filesystem::path> files;
+  std::vector<Log> logs = {};
+  std::optional<double> mass = {};
+};
+
+// NAME=rest, or the rest alone, which has no name.
+std::pair<std::string, std::string> name_and_rest(const std::string& text) {
+  const std::size_t at = text.find('=');
+  return at == std::string::npos ? std::pair(std::string(), text)
+                                 : std::pair(text.substr(0, at), text.substr(at + 1));
+}
+
+std::vector<NamedLogs> loads_of(const PayloadArguments& arguments) {
+  std::vector<NamedLogs> out;
+  const auto named = [&](const std::string& name) {
+    return std::ranges::find(out, name.empty() ? "payload" : name, &NamedLogs::name);
+  };
+  for (const std::string& word : arguments.loaded) {
+    // A file may have = in its name.
+    const auto [name, file] =
+        std::filesystem::exists(word) ? std::pair(std::string(), word) : name_and_rest(word);
+    if (named(name) == out.end()) {
+      out.push_back({.name = name.empty() ? "payload" : name, .files = {}});
+    }
+    named(name)->files.emplace_back(file);
+  }
+  for (const std::string& word : arguments.masses) {
+    const auto [name, text] = name_and_rest(word);
+    const auto of = named(name);
+    if (of == out.end()) {
+      throw InputError("--mass " + word + ": no logs of --loaded are those of " +
+                       (name.empty() ? "a payload without a name" : in_quotes(name)));
+    }
+    const std::vector<double> values = numbers_of(text, "--mass");
+    if (values.size() != 1) {
+      throw InputError("--mass " + word + " must be one number, or NAME=number");
+    }
+    if (of->mass) {
+      throw InputError("--mass " + word + ": the mass of " + in_quotes(of->name) + " is given twice");
+    }
+    of->mass = values.front();
+  }
+  return out;
+}
+
+PayloadReport found_on(const Robot& robot, const Experiment& experiment,
+                       const std::optional<IdentifiedArm>& arm, const std::vector<NamedLogs>& loads,
+                       const PayloadOptions& options) {
+  std::vector<LoadedLogs> with;
+  for (const NamedLogs& load : loads) {
+    with.push_back({.name = load.name, .logs = load.logs, .mass = load.mass});
+  }
+  Estimation estimation = experiment.estimation;
+  estimation.method = Wls{};
+  return arm ? identify_payloads(*arm, with, estimation, options)
+             : identify_payloads(robot, read_logs(experiment.log, robot), with, estimation, options);
+}
+
 int payload(const PayloadArguments& arguments) {
   expect_experiment(arguments.experiment);
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
@@ -95,27 +161,34 @@ int payload(const PayloadArguments& arguments) {
     experiment.log.files = arguments.logs;
   }
   experiment.estimation.threads = arguments.threads;
+  std::optional<IdentifiedArm> arm;
+  if (!arguments.arm.empty()) {
+    arm = read_identified_arm(arguments.arm, experiment.robot);
+  }
+  const Robot& robot = arm ? arm->robot : experiment.robot;
   PayloadOptions options;
-  options.gain_sigma = gain_sigma_of(arguments, experiment.robot);
+  options.gain_sigma = gain_sigma_of(arguments, robot);
   take_flange(arguments.flange, options);
   options.load_friction = arguments.load_friction;
   options.model = named<PayloadModel>(arguments.model).value_or(PayloadModel::automatic);
-  if (arguments.mass > 0.0) {
-    options.mass = arguments.mass;
-  }
-  LogSource loaded = experiment.log;
-  loaded.files = arguments.loaded;
+  std::vector<NamedLogs> loads = loads_of(arguments);
   const std::filesystem::path file =
       output_folder(arguments.output, arguments.experiment, "_result") / "payload.json";
   std::vector<std::filesystem::path> inputs = experiment.inputs();
-  inputs.insert(inputs.end(), arguments.loaded.begin(), arguments.loaded.end());
+  if (arm) {
+    inputs.push_back(arguments.arm);
+  }
+  for (const NamedLogs& load : loads) {
+    inputs.insert(inputs.end(), load.files.begin(), load.files.end());
+  }
   const std::vector<PlannedFile> files = {{file, ".json"}};
   Outputs outputs = planned(inputs, files);
-  const std::vector<Log> with = read_logs(loaded, experiment.robot);
-  const std::vector<Log> without = read_logs(experiment.log, experiment.robot);
-  Estimation estimation = experiment.estimation;
-  estimation.method = Wls{};
-  const Payload found = identify_payload(experiment.robot, without, with, estimation, options);
+  for (NamedLogs& load : loads) {
+    LogSource source = experiment.log;
+    source.files = load.files;
+    load.logs = read_logs(source, robot);
+  }
+  const PayloadReport found = found_on(robot, experiment, arm, loads, options);
   const std::string json = to_json(found, options);
   outputs.put(file, json);
   outputs.commit();
@@ -133,7 +206,7 @@ int payload_command(int argc, char** argv) {
   return run_command(
       {.name = "rivid_identify payload",
        .description =
-           "Identifies a payload, and drive gains from a known one, from logs without and with it.",
+           "Identifies payloads, and drive gains from a known one, from logs without and with them.",
        .arguments =
            {{.name = "experiment",
              .value = "EXPERIMENT.toml",
@@ -141,12 +214,20 @@ int payload_command(int argc, char** argv) {
              .target = &to.experiment,
              .required = true},
             {.name = "--loaded",
-             .value = "FILE",
-             .text = "Logs with the payload, whose columns are those of the experiment file",
+             .value = "[NAME=]FILE",
+             .text = "Logs with a payload, whose columns are those of the experiment file; of several "
+                     "payloads with "
+                     "their names",
              .target = &to.loaded,
              .required = true},
             {"--log", "FILE", "Logs without it instead of the experiment file's", &to.logs},
-            {"--mass", "KG", "Mass of the payload where it is known, to find drive gains with", &to.mass},
+            {.name = "--arm",
+             .value = "RESULT.json",
+             .text = "The arm as it was identified before, instead of logs without payload",
+             .target = &to.arm,
+             .excludes = "--log"},
+            {"--mass", "[NAME=]KG", "Mass of a payload where it is known, to find drive gains with",
+             &to.masses},
             {"--gains", "PERCENT",
              "Standard deviation of the drive gains in percent, or estimate; one, or one a joint: 1,1,2. "
              "Default: they are exact",

@@ -40,17 +40,19 @@ JointType joint_type(const JsonNode& node) {
 
 Eigen::Vector3d vector3(const JsonNode& node) { return Eigen::Vector3d(node.numbers(3).data()); }
 
-// Each row as long as there are rows.
-Matrix square(const JsonNode& node) {
+Matrix matrix(const JsonNode& node, Index columns) {
   const std::vector<JsonNode> rows = node.list();
-  const auto n = static_cast<Index>(rows.size());
-  Matrix out(n, n);
-  for (Index i = 0; i < n; ++i) {
-    const std::vector<double> row = rows[static_cast<std::size_t>(i)].numbers(rows.size());
-    out.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), n);
+  Matrix out(static_cast<Index>(rows.size()), columns);
+  for (Index i = 0; i < out.rows(); ++i) {
+    const std::vector<double> row =
+        rows[static_cast<std::size_t>(i)].numbers(static_cast<std::size_t>(columns));
+    out.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), columns);
   }
   return out;
 }
+
+// Each row as long as there are rows.
+Matrix square(const JsonNode& node) { return matrix(node, static_cast<Index>(node.list().size())); }
 
 Chain::Link link(const JsonNode& frame, JointType type) {
   Chain::Link out;
@@ -318,6 +320,31 @@ OnlineModel read_online_model(const std::filesystem::path& path, const Identifie
   out.sigma_rho = of_joints(file, "sigma_rho", out.robot.size());
   out.velocity_threshold = of_joints(file, "velocity_threshold", out.robot.size());
   expect_usable(path.string(), out);
+  return out;
+}
+
+IdentifiedArm read_identified_arm(const std::filesystem::path& path, const Robot& robot) {
+  const nlohmann::json content = parsed(path);
+  const JsonNode file(content, path.string());
+  const IdentifiedModelOptions estimate{.parameters = ParameterSet::estimate};
+  expect_result(file, estimate);
+  IdentifiedArm out;
+  out.robot = result_robot(file.at("robot"));
+  expect_same_geometry(file.at("robot"), out.robot, robot);
+  const BaseParameters base = base_parameters(out.robot);
+  out.chi = base.from_standard(values(file, base, estimate));
+  const JsonNode covariance = file.at("covariance");
+  if (!covariance.has("gain_slopes")) {
+    covariance.fail("has no gain_slopes, what drive gains do to the parameters; identify the arm again");
+  }
+  out.C_chi = square(covariance.at("C_chi"));
+  out.gain_slopes = matrix(covariance.at("gain_slopes"), out.robot.size());
+  if (file.has("gains") && file.at("gains").json().is_object()) {
+    out.gain_covariance = square(file.at("gains").at("C"));
+  }
+  if (const auto fault = out.complaint()) {
+    throw InputError(path.string() + ": " + *fault);
+  }
   return out;
 }
 

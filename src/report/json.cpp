@@ -172,6 +172,7 @@ Json validation(const Validation& v) {
 Json covariance(const Identification& result) {
   Json out = json_of(result.covariance);
   out["C_chi"] = json_of(result.C_chi);
+  out["gain_slopes"] = json_of(result.gain_slopes);
   return out;
 }
 

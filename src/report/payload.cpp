@@ -33,24 +33,36 @@ detail::Table interval_table(const std::vector<Value>& values, const std::string
                {{""}, rest}});
 }
 
-detail::Document payload_document(const Payload& payload) {
-  detail::Document out;
-  out.line = (payload.identified ? "identified: " : "NOT IDENTIFIED: ") +
-             std::string(payload.model == PayloadModel::body ? "ten parameters" : "mass and centre of mass") +
-             ", " + counted(payload.rows, "row") + ", relative error " +
-             number(100.0 * payload.relative_error, 3) + " %";
+// One payload, or what one has more than another.
+detail::Section payload_section(const Payload& payload, const std::string& heading) {
+  detail::Section out{.heading = heading, .blocks = {}};
   if (!payload.reason.empty()) {
-    out.opening.push_back({detail::Sentence{payload.reason}});
+    out.blocks.push_back({detail::Sentence{payload.reason}});
   }
-  if (!payload.values.empty()) {
-    out.sections.push_back(
-        {.heading = "Payload",
-         .blocks = {{interval_table(payload.values, "in the flange frame", &PayloadValue::name,
-                                    [](const PayloadValue& v) { return v.unit; })}}});
+  out.blocks.push_back({interval_table(payload.values, payload.name + ", in the flange frame",
+                                       &PayloadValue::name, [](const PayloadValue& v) { return v.unit; })});
+  return out;
+}
+
+detail::Document payload_document(const PayloadReport& found) {
+  detail::Document out;
+  out.line = std::string(found.identified ? "identified: " : "NOT IDENTIFIED: ") +
+             counted(std::ssize(found.payloads), "payload") + ", " + counted(found.rows, "row") +
+             ", relative error " + number(100.0 * found.relative_error, 3) + " %";
+  if (!found.reason.empty()) {
+    out.opening.push_back({detail::Sentence{found.reason}});
   }
-  if (!payload.gains.empty()) {
+  for (const Payload& payload : found.payloads) {
+    const char* shape =
+        payload.model == PayloadModel::body ? ": ten parameters" : ": mass and centre of mass";
+    out.sections.push_back(payload_section(payload, payload.name + shape));
+  }
+  for (const Payload& difference : found.differences) {
+    out.sections.push_back(payload_section(difference, "Difference " + difference.name));
+  }
+  if (!found.gains.empty()) {
     out.sections.push_back({.heading = "Drive gains",
-                            .blocks = {{interval_table(payload.gains, "drive gain", &GainEstimate::joint,
+                            .blocks = {{interval_table(found.gains, "drive gain", &GainEstimate::joint,
                                                        [](const GainEstimate& g) {
                                                          return "nominal " + number(g.nominal, 5) +
                                                                 (g.identifiable ? "" : ", not identifiable");
@@ -63,41 +75,59 @@ Json json_of_value(double value, double sigma, const std::array<double, 2>& inte
   return {{"value", value}, {"sigma", sigma}, {"interval_95", interval}};
 }
 
-}  // namespace
-
-std::string in_words(const Payload& payload, std::size_t screen) {
-  const std::string lines =
-      payload.values.empty() ? "" : '\n' + urscript_line(payload) + '\n' + libfranka_line(payload) + '\n';
-  return detail::text_of(payload_document(payload), screen) + lines;
-}
-
-std::string to_json(const Payload& payload, const PayloadOptions& options) {
+Json json_of_body(const Payload& payload) {
   Json values = Json::object();
   for (const PayloadValue& v : payload.values) {
     Json& member = values[v.name] = json_of_value(v.value, v.sigma, v.interval_95);
     member["unit"] = v.unit;
   }
+  return {{"name", payload.name},
+          {"reason", payload.reason},
+          {"model", name(payload.model)},
+          {"values", std::move(values)}};
+}
+
+}  // namespace
+
+std::string in_words(const PayloadReport& found, std::size_t screen) {
+  std::string out = detail::text_of(payload_document(found), screen);
+  for (const Payload& payload : found.payloads) {
+    const std::string who = found.payloads.size() > 1 ? payload.name + ":\n" : "";
+    out += '\n' + who + urscript_line(payload) + '\n' + libfranka_line(payload) + '\n';
+  }
+  return out;
+}
+
+std::string to_json(const PayloadReport& found, const PayloadOptions& options) {
+  Json payloads = Json::array();
+  for (const Payload& payload : found.payloads) {
+    Json& member = payloads.emplace_back(json_of_body(payload));
+    member["urscript"] = urscript_line(payload);
+    member["libfranka"] = libfranka_line(payload);
+  }
+  Json differences = Json::array();
+  for (const Payload& difference : found.differences) {
+    differences.push_back(json_of_body(difference));
+  }
   Json gains = Json::array();
-  for (const GainEstimate& g : payload.gains) {
+  for (const GainEstimate& g : found.gains) {
     Json member = {{"joint", g.joint}, {"nominal", g.nominal}};
     member.update(json_of_value(g.value, g.sigma, g.interval_95));
     member["identifiable"] = g.identifiable;
     gains.push_back(std::move(member));
   }
-  const Json out = {{"status", payload.identified ? "identified" : "not_identified"},
-                    {"reason", payload.reason},
-                    {"model", name(payload.model)},
-                    {"rows", payload.rows},
-                    {"relative_error", payload.relative_error},
-                    {"iterations", payload.iterations},
-                    {"covariance", json_of(payload.covariance)},
+  const Json out = {{"status", found.identified ? "identified" : "not_identified"},
+                    {"reason", found.reason},
+                    {"rows", found.rows},
+                    {"relative_error", found.relative_error},
+                    {"iterations", found.iterations},
+                    {"covariance", json_of(found.covariance)},
                     {"flange", {{"R", json_of(options.R)}, {"p", json_of(options.p)}}},
-                    {"payload", std::move(values)},
+                    {"payloads", std::move(payloads)},
+                    {"differences", std::move(differences)},
                     {"gains", std::move(gains)},
-                    {"Fl", json_of(payload.Fl)},
-                    {"chi", json_of(payload.chi)},
-                    {"urscript", urscript_line(payload)},
-                    {"libfranka", libfranka_line(payload)}};
+                    {"Fl", json_of(found.Fl)},
+                    {"chi", json_of(found.chi)}};
   return detail::json_text(out);
 }
 

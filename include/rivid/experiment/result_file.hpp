@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rivid/identify/comparison.hpp"
+#include "rivid/identify/payload.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/base.hpp"
@@ -78,5 +79,12 @@ struct IdentifiedRobot {
 /// @throws InputError  as above, and where the result is that of another robot, with the joint and both values
 [[nodiscard]] DynamicModel read_identified_model(const std::filesystem::path& path, const Robot& robot,
                                                  const IdentifiedModelOptions& options = {});
+
+/// The arm of a result.json, for payloads on top of it: the estimate, whatever else the file has, with the friction laws and the drive
+/// gains that were used.
+///
+/// @param robot  as its experiment describes it: geometry must be that of the result
+/// @throws InputError  as read_identified_model(); for a result without covariance or `gain_slopes`
+[[nodiscard]] IdentifiedArm read_identified_arm(const std::filesystem::path& path, const Robot& robot);
 
 }  // namespace rivid

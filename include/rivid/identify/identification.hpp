@@ -424,7 +424,10 @@ struct [[nodiscard]] Identification {
   /// (b), Eq. (15), one of many solutions if rank deficient. Of IDIM-IV (29): the last iterate whose own instruments
   /// could be solved for, not a number where there is none.
   Vector chi;
-  Matrix C_chi;                               ///< (b × b) covariance, see `covariance`
+  Matrix C_chi;  ///< (b × b) covariance, see `covariance`
+  /// By what chi moves with relative errors of the drive gains, dχ̂/dε of torques (1 + ε_j) τ_j, (b × n); zero where the rows do not
+  /// determine all parameters.
+  Matrix gain_slopes;
   CovarianceReport covariance;                ///< what it was made of
   std::vector<ParameterEstimate> parameters;  ///< (b)
 

@@ -10,6 +10,7 @@
 #include "rivid/data/log.hpp"
 #include "rivid/identify/estimation.hpp"
 #include "rivid/identify/gains.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/model/robot.hpp"
 
@@ -26,17 +27,25 @@ template <>
 inline constexpr std::array names_of<PayloadModel> =
     std::to_array<std::string_view>({"automatic", "point", "body"});
 
-/// What is known beside the logs when a payload is identified.
+/// Logs with one payload.
+struct LoadedLogs {
+  std::string name = "payload";
+  std::span<const Log> logs;
+  /// Its mass where it is known, to calibrate the drive gains with [kg]; its standard deviation.
+  std::optional<double> mass = {};
+  double mass_sigma = 0.0;
+
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// What is known beside the logs when payloads are identified.
 struct PayloadOptions {
   PayloadModel model = PayloadModel::automatic;
   /// Pose of the flange frame in the frame of the last link, in which the result is given: orientation and origin [m].
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
-  /// Mass of the payload where it is known, to calibrate the drive gains with [kg]; its standard deviation.
-  std::optional<double> mass = {};
-  double mass_sigma = 0.0;
   /// Relative standard deviation of each joint's drive gain, (n): 0, it is exact; infinite, nothing is known of it and it is
-  /// estimated. Empty: all exact.
+  /// estimated. Empty: what IdentifiedArm::gain_covariance says; all exact without it.
   Vector gain_sigma = {};
   /// Whether dry friction grows with the load of the gear, (Fc + Fl |M q̈ + N|) sign q̇, where a joint has Fc.
   bool load_friction = false;
@@ -54,26 +63,34 @@ struct PayloadValue {
 };
 
 /// A payload in the flange frame, with intervals that carry what is not known of the arm and of its gains.
-struct [[nodiscard]] Payload {
-  bool identified = false;
-  std::string reason;                       ///< why it is not identified, or why its inertia is not reported
-  PayloadModel model = PayloadModel::body;  ///< that was estimated: body or point
-  double mass = 0.0;                        ///< [kg]
+struct Payload {
+  std::string name;    ///< of the LoadedLogs; of a difference "b - a"
+  std::string reason;  ///< why its inertia is not reported, or of a difference its centre of mass
+  PayloadModel model = PayloadModel::body;        ///< that was estimated: body or point
+  double mass = 0.0;                              ///< [kg]
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass [m]
   Eigen::Matrix3d inertia =
       Eigen::Matrix3d::Zero();  ///< about the centre of mass, axes of the flange [kg·m²]; zero of a point
   std::vector<PayloadValue> values;  ///< mass, com_x, com_y, com_z, and of a body Ixx Iyy Izz Ixy Ixz Iyz
-  std::vector<GainEstimate> gains;   ///< where PayloadOptions::gain_sigma is not zero
+};
+
+/// Payloads from one fit, the answer of identify_payloads().
+struct [[nodiscard]] PayloadReport {
+  bool identified = false;
+  std::string reason;                ///< why it is not
+  std::vector<Payload> payloads;     ///< one a LoadedLogs; empty where the fit did not settle
+  std::vector<Payload> differences;  ///< of each payload from each before it: what was added to that one
+  std::vector<GainEstimate> gains;   ///< where the gains are not exact
   Vector Fl;                         ///< friction by load of each joint, (n) [1]; zero where it has none
-  Vector chi;                        ///< base parameters of the arm, base_parameters(robot), (b)
+  Vector chi;                        ///< base parameters of the arm without friction by load, (b)
   double relative_error = 0.0;       ///< ‖Y − Ŷ‖ / ‖Y‖ over all rows
   Index rows = 0;
   int iterations = 0;
   CovarianceReport covariance;
 };
 
-/// Identifies a payload from logs of the arm without and with it: one fit of all rows, with common parameters of the arm
-/// and ten (or four) columns of a body on the last link in the rows with the payload, weighted joint by joint. Gauss-Newton, for
+/// Identifies payloads from logs of the arm without and with them: one fit of all rows, with common parameters of the arm
+/// and ten (or four) columns of a body on the last link in the rows with a payload, weighted joint by joint. Gauss-Newton, for
 /// unknown gains and friction that follows the load are not linear: with the relative inverse gain r_j of each joint,
 ///
 ///   y_j = r_j (W_j χ + L_j λ),   K_j = nominal_j / r_j.
@@ -82,11 +99,34 @@ struct [[nodiscard]] Payload {
 /// only their ratios are identifiable; that is refused.
 ///
 /// @param without  logs of the arm alone, at least one
-/// @param with     logs with the payload, at least one
+/// @param with     logs with payloads, at least one of each
 /// @param estimation  signal and covariance; the method is weighted least squares
 /// @throws InputError  where robot, logs and options do not fit together
-Payload identify_payload(const Robot& robot, std::span<const Log> without, std::span<const Log> with,
-                         const Estimation& estimation, const PayloadOptions& options = {});
+PayloadReport identify_payloads(const Robot& robot, std::span<const Log> without,
+                                std::span<const LoadedLogs> with, const Estimation& estimation,
+                                const PayloadOptions& options = {});
+
+/// An arm as it was identified before, in place of logs without payload.
+struct IdentifiedArm {
+  Robot robot;             ///< with the drive gains that were used
+  Vector chi;              ///< its base parameters, base_parameters(robot), (b)
+  Matrix C_chi;            ///< their covariance, with what gain_covariance adds, (b × b)
+  Matrix gain_slopes;      ///< Identification::gain_slopes, (b × n)
+  Matrix gain_covariance;  ///< relative covariance of the gains, (n × n); empty: they are exact
+
+  [[nodiscard]] std::optional<std::string> complaint() const;
+};
+
+/// The arm of a result. read_identified_arm() reads it from a result.json.
+///
+/// @param robot  whose drive gains are those that were used, see with_gains()
+/// @throws InputError  where the result is not identified
+[[nodiscard]] IdentifiedArm identified_arm(const Robot& robot, const Identification& result);
+
+/// The same as above with what is known of the arm in place of logs: its parameters count as a measurement with their covariance, and
+/// what gains that are not exact do to them is in the fit.
+PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const LoadedLogs> with,
+                                const Estimation& estimation, const PayloadOptions& options = {});
 
 /// URScript: set_target_payload(m, [com], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]).
 [[nodiscard]] std::string urscript_line(const Payload& payload);

@@ -1,5 +1,7 @@
 #include "identify/infer/gain_slopes.hpp"
 
+#include <variant>
+
 #include "rivid/model/kinds.hpp"
 
 namespace rivid::detail {
@@ -19,11 +21,17 @@ Matrix gain_slopes(const EstimationProblem& problem, const Estimate& estimate) {
       chi[i] = 0.0;
     }
   }
+  const bool of_these_rows = !std::holds_alternative<Iv>(problem.estimation.method) && !estimate.loss;
   for (std::size_t j = 0; j < groups.size(); ++j) {
     const std::vector<Index>& columns = groups[j].columns;
-    const Matrix R = estimate.weights[j] * groups[j].qr.R();
-    const Vector Wt_tau = R.transpose() * (R * chi(columns));
-    out.col(static_cast<Index>(j)) = fit.unit_covariance(Eigen::all, columns) * Wt_tau;
+    const Matrix R = groups[j].qr.R();
+    Vector tau = R * chi(columns);
+    if (of_these_rows) {
+      tau += groups[j].qr.qty() - R * estimate.chi(columns);
+    }
+    const double weight = estimate.weights[j] * estimate.weights[j];
+    out.col(static_cast<Index>(j)) =
+        fit.unit_covariance(Eigen::all, columns) * (weight * (R.transpose() * tau));
   }
   return out;
 }

@@ -182,6 +182,7 @@ void infer_without_estimate(const EstimationProblem& problem, Identification& ou
   out.condition = std::numeric_limits<double>::infinity();
   out.chi = Vector::Constant(b, std::numeric_limits<double>::quiet_NaN());
   out.C_chi = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
+  out.gain_slopes = Matrix::Zero(b, problem.joints());
   out.fit = judged(problem.robot, problem.rows_to_judge(), Vector::Zero(b), b,
                    problem.estimation.signal.convention);
   forget_errors(out.fit);
@@ -195,9 +196,9 @@ void infer(const EstimationProblem& problem, const Estimate& estimate, Identific
   out.chi = estimate.chi;
   Statistics found = statistics_of(problem, estimate);
   out.C_chi = std::move(found.uncertainty.C);
+  out.gain_slopes = gain_slopes(problem, estimate);
   if (const Matrix& of_gains = problem.estimation.gain_covariance; of_gains.size() > 0) {
-    const Matrix slopes = gain_slopes(problem, estimate);
-    out.C_chi += slopes * of_gains * slopes.transpose();
+    out.C_chi += out.gain_slopes * of_gains * out.gain_slopes.transpose();
   }
   out.covariance = found.uncertainty.report;
   out.diagnostics = std::move(found.diagnostics);

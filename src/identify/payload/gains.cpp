@@ -14,8 +14,7 @@ namespace rivid {
 namespace {
 
 using detail::PayloadFit;
-using detail::PayloadLog;
-using detail::PayloadShape;
+using detail::PayloadProblem;
 using detail::Uncertainty;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -40,18 +39,6 @@ void require_control_signals(std::span<const Log> logs) {
             "signal; name the columns control in [log], with drive_gain = 1 where they are torques already");
   }
 }
-
-// Everything that is fitted, with the gains that are known.
-struct GainProblem {
-  const Robot& robot;  // without friction by load
-  const CovarianceOptions& covariance;
-  detail::PayloadColumns columns;
-  std::vector<PayloadLog> logs;
-  PayloadOptions options;
-  PayloadShape shape = PayloadShape::none;
-
-  [[nodiscard]] PayloadFit fit() const { return {robot, columns, logs, options, shape}; }
-};
 
 Vector known_sigmas(const Robot& robot, const GainOptions& options) {
   Vector out(robot.size());
@@ -191,28 +178,33 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
                                  : "logs with a payload are given, and not its mass");
   require_control_signals(without);
   require_control_signals(with);
-  GainProblem problem{robot, estimation.covariance, detail::PayloadColumns(robot), {}, {}, {}};
-  problem.logs = detail::stacked_rows(robot, problem.columns, without, with, estimation);
-  problem.shape = with.empty() ? PayloadShape::none : PayloadShape::body;
-  problem.options.mass = options.mass;
-  problem.options.mass_sigma = options.mass_sigma;
-  problem.options.load_friction = has_load(its_robot);
-  Vector& sigma = problem.options.gain_sigma;
-  sigma = known_sigmas(robot, options);
+  PayloadProblem problem{.robot = robot,
+                         .columns = detail::PayloadColumns(robot),
+                         .covariance = estimation.covariance,
+                         .load_friction = has_load(its_robot)};
+  std::vector<LoadedLogs> loaded;
+  if (!with.empty()) {
+    loaded.push_back({.logs = with});
+    problem.loads.push_back({.mass = options.mass, .mass_sigma = options.mass_sigma});
+  }
+  problem.logs = detail::stacked_rows(robot, problem.columns, without, loaded, estimation);
+  Vector sigma = known_sigmas(robot, options);
+  problem.gain_information = detail::gain_information(sigma);
   std::optional<Index> reference;
   if (!options.mass && options.known.empty()) {
-    PayloadFit free = problem.fit();
+    PayloadFit free(problem);
     if (std::string why = why_no_gains(free); !why.empty()) {
       return nominal_gains(robot, std::move(why));
     }
-    reference = best_reference(free, free.uncertainty(problem.covariance).C, robot.size());
+    reference = best_reference(free, free.uncertainty().C, robot.size());
     sigma[*reference] = 0.0;
+    problem.gain_information = detail::gain_information(sigma);
   }
-  PayloadFit fit = problem.fit();
+  PayloadFit fit(problem);
   if (std::string why = why_no_gains(fit); !why.empty()) {
     return nominal_gains(robot, std::move(why));
   }
-  const Uncertainty uncertainty = fit.uncertainty(problem.covariance);
+  const Uncertainty uncertainty = fit.uncertainty();
   GainReport out{.identified = true,
                  .scale = scale_in_words(robot, options, reference),
                  .joints = detail::gain_estimates(robot, fit, uncertainty),

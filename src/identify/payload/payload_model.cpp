@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "dense.hpp"
+#include "rivid/model/kinds.hpp"
 
 namespace rivid::detail {
 
@@ -17,8 +19,9 @@ constexpr double settled_step = 1e-3;
 constexpr double singular = 1e-11;
 // Errors of a joint's torques are at least this part of them: no weight is infinite.
 constexpr double least_error = 1e-7;
-// A known mass without a deviation, relative.
+// A known mass and a known gain without a deviation, relative.
 constexpr double exact_mass = 1e-5;
+constexpr double exact_gain = 1e-5;
 constexpr double most_leverage_of_row = 0.9;
 constexpr double blocks_of_time = 10.0;
 // Part of an inverse gain that it moves by at most in a step.
@@ -46,33 +49,83 @@ Eigen::Matrix<double, inertial_count, 4> point_slopes(const Eigen::Ref<const Vec
 
 }  // namespace
 
-PayloadFit::PayloadFit(const Robot& robot, const PayloadColumns& columns, std::span<const PayloadLog> logs,
-                       const PayloadOptions& options, PayloadShape shape)
-    : columns_(columns), logs_(logs), options_(options), shape_(shape), b_(columns.base.size()) {
-  Index size = b_ + payload_size();
-  const std::vector<StandardParameter> all = columns.all.columns();
+Matrix gain_information(const Vector& sigma) {
+  const bool exact = sigma.size() == 0 || (sigma.array() <= 0.0).all();
+  return exact ? Matrix()
+               : Matrix(sigma
+                            .unaryExpr([](double x) {
+                              const double least = std::max(x, exact_gain);
+                              return std::isfinite(x) ? 1.0 / (least * least) : 0.0;
+                            })
+                            .asDiagonal());
+}
+
+Matrix gain_information_of(const Matrix& C) {
+  if (C.size() == 0 || C.isZero(0.0)) {
+    return {};
+  }
+  return inverse(C + exact_gain * exact_gain * Matrix::Identity(C.rows(), C.cols()));
+}
+
+PayloadFit::PayloadFit(const PayloadProblem& problem)
+    : problem_(problem), logs_(problem.logs), b_(problem.columns.base.size()) {
+  const Index n = problem.robot.size();
+  Index size = b_;
+  for (std::size_t k = 0; k < problem.loads.size(); ++k) {
+    payload_at_.push_back(size);
+    size += payload_size(k);
+  }
+  theta_ = Vector::Zero(size);
+  for (std::size_t k = 0; k < problem.loads.size(); ++k) {
+    if (problem.loads[k].shape == PayloadModel::point) {
+      theta_[payload_at_[k] + 3] = problem.loads[k].mass.value_or(1.0);
+    }
+  }
+  place_load_friction();
+  if (problem.gain_information.size() > 0) {
+    gains_at_ = theta_.size();
+    theta_.conservativeResize(gains_at_ + n);
+    theta_.tail(n).setOnes();
+  }
+  place_arm();
+  weights_ = Vector::Ones(n);
+}
+
+void PayloadFit::place_load_friction() {
+  const std::vector<StandardParameter> all = problem_.columns.all.columns();
   for (const StandardParameter& p : all) {
     rigid_.push_back(is_friction(p.kind) ? 0 : 1);
   }
-  for (int j = 0; j < static_cast<int>(robot.size()); ++j) {
+  Index size = theta_.size();
+  for (int j = 0; j < static_cast<int>(problem_.robot.size()); ++j) {
     const auto sign = std::ranges::find_if(
         all, [&](const StandardParameter& p) { return p.joint == j && p.kind == ParameterKind::Fc; });
-    const bool follows = options.load_friction && sign != all.end();
+    const bool follows = problem_.load_friction && sign != all.end();
     load_at_.push_back(follows ? size++ : -1);
     sign_at_.push_back(follows ? sign - all.begin() : -1);
   }
-  if (options.gain_sigma.size() > 0 && (options.gain_sigma.array() > 0.0).any()) {
-    gains_at_ = size;
-    size += robot.size();
+  theta_.conservativeResizeLike(Vector::Zero(size));
+}
+
+void PayloadFit::place_arm() {
+  if (problem_.arm == nullptr) {
+    return;
   }
-  theta_ = Vector::Zero(size);
-  if (gains_at_ >= 0) {
-    theta_.tail(robot.size()).setOnes();
+  const BaseParameters& base = problem_.columns.base;
+  std::vector<Index> places;
+  for (const BaseParameter& p : base_parameters(problem_.arm->robot).parameters) {
+    if (about(p.leading.kind).basis == Basis::load) {
+      places.push_back(load_at_[static_cast<std::size_t>(p.leading.joint)]);
+    } else {
+      const auto at = std::ranges::find_if(base.parameters, [&](const BaseParameter& own) {
+        return own.leading.kind == p.leading.kind && own.leading.joint == p.leading.joint;
+      });
+      places.push_back(at - base.parameters.begin());
+    }
   }
-  if (shape == PayloadShape::point) {
-    theta_[b_ + 3] = options.mass.value_or(1.0);
-  }
-  weights_ = Vector::Ones(robot.size());
+  // What is linear begins where the arm is.
+  theta_(places) = problem_.arm->chi;
+  arm_.emplace(*problem_.arm, std::move(places), gains_at_);
 }
 
 Vector PayloadFit::load_friction() const {
@@ -84,8 +137,8 @@ Vector PayloadFit::load_friction() const {
   return out;
 }
 
-Inertial PayloadFit::body(const Eigen::Ref<const Vector>& pi) const {
-  if (shape_ == PayloadShape::body) {
+Inertial PayloadFit::body(std::size_t k, const Eigen::Ref<const Vector>& pi) const {
+  if (problem_.loads[k].shape == PayloadModel::body) {
     return pi;
   }
   const double m = pi[3];
@@ -97,8 +150,10 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
   const Index count = rows.W.rows();
   const Index own = static_cast<Index>(rows.columns.size());
   Tangent out{Matrix::Zero(count, theta.size()), rows.y};
-  const auto pi = theta.segment(b_, payload_size());
-  const Inertial load = log.loaded ? body(pi) : Inertial::Zero();
+  const bool loaded = log.load != PayloadLog::no_load;
+  const auto which = static_cast<std::size_t>(std::max<Index>(log.load, 0));
+  const Vector pi = loaded ? Vector(theta.segment(payload_at_[which], payload_size(which))) : Vector();
+  const Inertial load = loaded ? body(which, pi) : Inertial::Zero();
   // Values of all columns, the payload's own on top of the arm's, and where the payload's stand.
   Vector value = Vector::Zero(own);
   Matrix body_columns = Matrix::Zero(count, inertial_count);
@@ -107,8 +162,8 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
     const Index at = rows.columns[static_cast<std::size_t>(c)];
     value[c] = at < b_ ? theta[at] : 0.0;
     sign_column = at == sign_at_[rows.joint] ? c : sign_column;
-    for (std::size_t k = 0; log.loaded && k < inertial_count; ++k) {
-      if (columns_.body[k] == at) {
+    for (std::size_t k = 0; loaded && k < inertial_count; ++k) {
+      if (problem_.columns.body[k] == at) {
         value[c] += load[static_cast<Index>(k)];
         body_columns.col(static_cast<Index>(k)) = rows.W.col(c);
       }
@@ -138,12 +193,13 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
                                                                 : Vector(rows.W.col(c));
     }
   }
-  if (log.loaded) {
+  if (loaded) {
     const Matrix slopes = factor.asDiagonal() * body_columns;
-    if (shape_ == PayloadShape::point) {
-      out.J.middleCols(b_, 4) = slopes * point_slopes(pi);
+    auto own_slopes = out.J.middleCols(payload_at_[which], payload_size(which));
+    if (problem_.loads[which].shape == PayloadModel::point) {
+      own_slopes = slopes * point_slopes(pi);
     } else {
-      out.J.middleCols(b_, inertial_count) = slopes;
+      own_slopes = slopes;
     }
   }
   if (gains_at_ >= 0) {
@@ -156,32 +212,29 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
   return out;
 }
 
-Matrix PayloadFit::known() const {
-  Matrix out = Matrix::Zero(theta_.size(), theta_.size());
-  for (Index j = 0; gains_at_ >= 0 && j < options_.gain_sigma.size(); ++j) {
+Known PayloadFit::known() const {
+  const Index p = theta_.size();
+  Known out{Matrix::Zero(p, p), Vector::Zero(p)};
+  if (gains_at_ >= 0) {
     // Of log r: no gain runs away where the rows hardly tell it from the parameters of its joint alone.
-    const double sigma = std::max(options_.gain_sigma[j], exact_mass) * theta_[gains_at_ + j];
-    out(gains_at_ + j, gains_at_ + j) = std::isfinite(sigma) ? 1.0 / (sigma * sigma) : 0.0;
+    const auto r = theta_.tail(weights_.size());
+    const Matrix pull = r.cwiseInverse().asDiagonal() * problem_.gain_information;
+    out.A.bottomRightCorner(r.size(), r.size()) = pull * r.cwiseInverse().asDiagonal();
+    out.a.tail(r.size()) = -(pull * r.array().log().matrix());
   }
-  if (options_.mass) {
-    const double sigma = std::max(options_.mass_sigma, exact_mass * *options_.mass);
-    const Index at = b_ + payload_size() - 1;
-    out(at, at) = 1.0 / (sigma * sigma);
+  for (std::size_t k = 0; k < problem_.loads.size(); ++k) {
+    const PayloadProblem::Load& load = problem_.loads[k];
+    if (load.mass) {
+      const double sigma = std::max(load.mass_sigma, exact_mass * *load.mass);
+      const Index at = payload_at_[k] + payload_size(k) - 1;
+      out.A(at, at) += 1.0 / (sigma * sigma);
+      out.a[at] += (*load.mass - theta_[at]) / (sigma * sigma);
+    }
+  }
+  if (arm_) {
+    arm_->add_to(out, theta_);
   }
   return out;
-}
-
-void PayloadFit::add_known(Matrix& A, Vector& a) const {
-  const Matrix P = known();
-  A += P;
-  for (Index j = 0; gains_at_ >= 0 && j < options_.gain_sigma.size(); ++j) {
-    a[gains_at_ + j] +=
-        P(gains_at_ + j, gains_at_ + j) * theta_[gains_at_ + j] * -std::log(theta_[gains_at_ + j]);
-  }
-  if (options_.mass) {
-    const Index at = b_ + payload_size() - 1;
-    a[at] += P(at, at) * (*options_.mass - theta_[at]);
-  }
 }
 
 PayloadFit::Inverse PayloadFit::inverse_information(const Matrix& A) {
@@ -211,7 +264,9 @@ PayloadFit::Normal PayloadFit::normal() const {
     }
   }
   out.A.triangularView<Eigen::StrictlyUpper>() = out.A.transpose();
-  add_known(out.A, out.a);
+  const Known beforehand = known();
+  out.A += beforehand.A;
+  out.a += beforehand.a;
   return out;
 }
 
@@ -262,7 +317,8 @@ bool PayloadFit::solve() {
   return settled;
 }
 
-Uncertainty PayloadFit::uncertainty(const CovarianceOptions& options) const {
+Uncertainty PayloadFit::uncertainty() const {
+  const CovarianceOptions& options = problem_.covariance;
   const Index p = theta_.size();
   double interval = 0.0;
   double seconds = 0.0;
@@ -300,11 +356,11 @@ Uncertainty PayloadFit::uncertainty(const CovarianceOptions& options) const {
   for (BlockSums& block : blocks) {
     block.ZW.triangularView<Eigen::StrictlyUpper>() = block.ZW.transpose();
   }
-  Uncertainty out = hac_covariance(series, interval, bread_, options, static_cast<double>(rows_ - p));
+  Uncertainty out = hac_covariance(series, interval, bread_, options, static_cast<double>(freedom()));
   if (resolved(options.kind, Convention::standard) == CovarianceKind::blocks) {
     scale_to_blocks(blocks, bread_, out);
   }
-  out.C += bread_ * known() * bread_;
+  out.C += bread_ * known().A * bread_;
   return out;
 }
 

@@ -1,46 +1,70 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "identify/infer/covariance.hpp"
+#include "identify/payload/arm_prior.hpp"
 #include "identify/payload/payload_rows.hpp"
 #include "rivid/identify/payload.hpp"
 
 namespace rivid::detail {
 
-enum class PayloadShape {
-  none,   // no log has a payload
-  point,  // first moments and mass
-  body    // ten parameters
+// Rows, and what is known beside them.
+struct PayloadProblem {
+  struct Load {
+    PayloadModel shape = PayloadModel::body;  // or point: first moments and mass
+    std::optional<double> mass;               // where it is known, with its deviation
+    double mass_sigma = 0.0;
+  };
+
+  Robot robot;  // without friction by load
+  PayloadColumns columns;
+  CovarianceOptions covariance;
+  bool load_friction = false;
+  std::vector<PayloadLog> logs = {};
+  std::vector<Load> loads = {};
+  Matrix gain_information = {};        // (n × n), of log r; empty: gains are exact
+  const IdentifiedArm* arm = nullptr;  // that stands for logs without payload
 };
 
-// The unknowns θ = [χ, π, Fl, r] of arm, payload, friction by load and relative inverse gains, and the fit of them.
+// What relative deviations of the gains say of log r; infinite ones say nothing. Empty where all are exact.
+[[nodiscard]] Matrix gain_information(const Vector& sigma);
+// The same of a relative covariance.
+[[nodiscard]] Matrix gain_information_of(const Matrix& C);
+
+// The unknowns θ = [χ, π_1 … π_K, Fl, r] of arm, payloads, friction by load and relative inverse gains, and the fit of them.
 class PayloadFit {
  public:
-  PayloadFit(const Robot& robot, const PayloadColumns& columns, std::span<const PayloadLog> logs,
-             const PayloadOptions& options, PayloadShape shape);
+  explicit PayloadFit(const PayloadProblem& problem);
 
   // Gauss-Newton with the weights of the joints in turn. Returns whether it settled.
   bool solve();
 
-  // Covariance of θ from the residuals, with what is known of gains and mass beforehand.
-  [[nodiscard]] Uncertainty uncertainty(const CovarianceOptions& options) const;
+  // Covariance of θ from the residuals, with what is known of gains, masses and arm beforehand.
+  [[nodiscard]] Uncertainty uncertainty() const;
 
   [[nodiscard]] const Vector& theta() const { return theta_; }
   [[nodiscard]] Vector chi() const { return theta_.head(b_); }
   // Fl of each joint.
   [[nodiscard]] Vector load_friction() const;
-  // XX … M of the payload in the last link's frame for some π.
-  [[nodiscard]] Inertial body(const Eigen::Ref<const Vector>& pi) const;
-  [[nodiscard]] Index payload_at() const { return b_; }
-  [[nodiscard]] Index payload_size() const {
-    return shape_ == PayloadShape::none ? 0 : shape_ == PayloadShape::point ? 4 : inertial_count;
+  // XX … M of payload k in the last link's frame for some π_k.
+  [[nodiscard]] Inertial body(std::size_t k, const Eigen::Ref<const Vector>& pi) const;
+  // Where π_k stands.
+  [[nodiscard]] Index payload_at(std::size_t k) const { return payload_at_[k]; }
+  [[nodiscard]] Index payload_size(std::size_t k) const {
+    return problem_.loads[k].shape == PayloadModel::point ? 4 : inertial_count;
   }
   // Where r begins; −1 where gains are exact.
   [[nodiscard]] Index gains_at() const { return gains_at_; }
   // Whether the data determine all unknowns.
   [[nodiscard]] bool full_rank() const { return rank_ == theta_.size(); }
+  // Measurements beyond the unknowns, the arm's parameters among them where they are known.
+  [[nodiscard]] Index freedom() const {
+    return rows_ + (arm_ ? arm_->size() : 0) - static_cast<Index>(theta_.size());
+  }
   [[nodiscard]] double relative_error() const { return relative_error_; }
   [[nodiscard]] Index rows() const { return rows_; }
   [[nodiscard]] int iterations() const { return iterations_; }
@@ -59,28 +83,29 @@ class PayloadFit {
     Vector counts;
     Vector y_squares;
   };
+  void place_load_friction();
+  void place_arm();
   [[nodiscard]] Normal normal() const;
   // Moves all unknowns but the gains to where they are best with these.
   void follow_gains();
   [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows, const Vector& theta) const;
-  // Adds what is known beforehand to JᵀΩJ and JᵀΩρ.
-  void add_known(Matrix& A, Vector& a) const;
-  [[nodiscard]] Matrix known() const;
+  // What is known beforehand.
+  [[nodiscard]] Known known() const;
   struct Inverse {
     Matrix matrix;  // zero along what A does not show
     Index rank = 0;
   };
   [[nodiscard]] static Inverse inverse_information(const Matrix& A);
 
-  const PayloadColumns& columns_;
+  const PayloadProblem& problem_;
   std::span<const PayloadLog> logs_;
-  const PayloadOptions& options_;
-  PayloadShape shape_;
   Index b_;
+  std::vector<Index> payload_at_;
   std::vector<Index> load_at_;       // of each joint, where Fl stands; −1: none
   std::vector<Index> sign_at_;       // of each joint, the column of Fc
   std::vector<std::uint8_t> rigid_;  // of PayloadColumns::all
   Index gains_at_ = -1;
+  std::optional<ArmPrior> arm_;
   Vector theta_;
   Vector weights_;
   Matrix bread_;

@@ -6,14 +6,14 @@
 namespace rivid::detail {
 
 PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
-                        const SignalOptions& signal, bool loaded, ThreadTeam& team) {
+                        const SignalOptions& signal, Index load, ThreadTeam& team) {
   RowSource source(robot, columns.all, log, signal, team);
   JointSinks<HeldRows> held(source.joints());
   for (std::size_t j = 0; j < source.joints(); ++j) {
     held.add(source.rows() + RowSource::most_wanted, static_cast<Index>(source.columns(j).size()) + 1);
   }
   source.send(held.sinks());
-  PayloadLog out{loaded, log.f_m, log.samples(), stride_of(signal), {}};
+  PayloadLog out{load, log.f_m, log.samples(), stride_of(signal), {}};
   for (std::size_t j = 0; j < source.joints(); ++j) {
     const Matrix rows = held[j].rows();
     const Index own = rows.cols() - 1;
@@ -24,18 +24,22 @@ PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const
 }
 
 std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
-                                     std::span<const Log> without, std::span<const Log> with,
+                                     std::span<const Log> without, std::span<const LoadedLogs> with,
                                      Estimation estimation) {
   estimation.method = Wls{};
   if (estimation.signal.automatic()) {
-    static_cast<void>(choose_rows(robot, without, estimation));
+    static_cast<void>(choose_rows(robot, without.empty() ? with.front().logs : without, estimation));
   }
   ThreadTeam team(estimation.threads);
   std::vector<PayloadLog> out;
-  for (const bool loaded : {false, true}) {
-    for (const Log& log : loaded ? with : without) {
-      out.push_back(payload_rows(robot, columns, log, estimation.signal, loaded, team));
+  const auto add = [&](std::span<const Log> logs, Index load) {
+    for (const Log& log : logs) {
+      out.push_back(payload_rows(robot, columns, log, estimation.signal, load, team));
     }
+  };
+  add(without, PayloadLog::no_load);
+  for (std::size_t k = 0; k < with.size(); ++k) {
+    add(with[k].logs, static_cast<Index>(k));
   }
   return out;
 }

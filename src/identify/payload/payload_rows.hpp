@@ -6,6 +6,7 @@
 #include "identify/infer/scores.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/identify/estimation.hpp"
+#include "rivid/identify/payload.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/body_columns.hpp"
 
@@ -31,7 +32,9 @@ struct PayloadRows {
 
 // The rows of one log.
 struct PayloadLog {
-  bool loaded = false;
+  static constexpr Index no_load = -1;
+
+  Index load = no_load;  // which of the payloads it has
   double f_m = 0.0;
   Index samples = 0;
   Index stride = 1;
@@ -42,11 +45,12 @@ struct PayloadLog {
 //
 // robot  without friction by load
 [[nodiscard]] PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
-                                      const SignalOptions& signal, bool loaded, ThreadTeam& team);
+                                      const SignalOptions& signal, Index load, ThreadTeam& team);
 
-// The rows of logs without and with the payload, chosen by the noise of those without where the signal leaves them open.
+// The rows of logs without and with payloads. Where the signal leaves them open they are chosen by the noise of those without, if there
+// are any, else of the first with one.
 [[nodiscard]] std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
-                                                   std::span<const Log> without, std::span<const Log> with,
-                                                   Estimation estimation);
+                                                   std::span<const Log> without,
+                                                   std::span<const LoadedLogs> with, Estimation estimation);
 
 }  // namespace rivid::detail
