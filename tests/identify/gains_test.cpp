@@ -299,6 +299,20 @@ TEST(Gains, CarryTheirCommonDeviationToEveryParameter) {
   }
 }
 
+// Least squares are linear in the torques: what one joint's are scaled by is what the estimate moves by.
+TEST(Gains, MoveTheParametersByTheirSlopes) {
+  const PayloadBench bench(six_axis());
+  const Log log = bench.log(Inertial::Zero(), 0.5, 1, 1);
+  const Estimation estimation{.method = Ols{}, .signal = PayloadBench::signal()};
+  const Identification found = identify(bench.robot, log, estimation);
+  for (Index j = 0; j < 6; ++j) {
+    Log scaled = log;
+    scaled.tau.col(j) *= 1.1;
+    const Vector moved = identify(bench.robot, scaled, estimation).chi - found.chi;
+    EXPECT_LT((moved - 0.1 * found.gain_slopes.col(j)).norm(), 1e-9 * found.chi.norm()) << j;
+  }
+}
+
 TEST(Gains, RefuseWhatCanNotBeEstimated) {
   const Currents currents(500);
   const Log log = currents.unloaded(0.1, 1);

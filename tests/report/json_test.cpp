@@ -255,7 +255,9 @@ void result_is(const Robot& robot, const Identification& result) {
   robot_is(numbers, robot);
   parameters_are(numbers, result);
   for (Index row = 0; row < result.C_chi.rows(); ++row) {
-    numbers.are(at("/covariance/C_chi", static_cast<std::size_t>(row)), Vector(result.C_chi.row(row)));
+    const auto at_row = static_cast<std::size_t>(row);
+    numbers.are(at("/covariance/C_chi", at_row), Vector(result.C_chi.row(row)));
+    numbers.are(at("/covariance/gain_slopes", at_row), Vector(result.gain_slopes.row(row)));
   }
   numbers.are("/covariance/lag", result.covariance.lag);
   numbers.are("/covariance/blocks", result.covariance.blocks);
