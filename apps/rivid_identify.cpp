@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <iostream>
@@ -9,6 +10,7 @@
 #include "rivid/experiment/shown_predictions.hpp"
 #include "rivid/output.hpp"
 #include "rivid/regressor/load.hpp"
+#include "rivid/report/friction_curves.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/plan.hpp"
@@ -33,6 +35,7 @@ struct Arguments {
   std::filesystem::path output;
   int threads = 1;
   std::filesystem::path write_rows;
+  std::filesystem::path write_friction;
   std::filesystem::path plan;
   bool physical = false;
   bool json = false;
@@ -65,6 +68,7 @@ Command command_of(Arguments& to) {
            {"--output", "DIR", "Folder for result.json; default: EXPERIMENT_result", &to.output},
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
            {"--write-rows", "FILE", "Write the rows of the fit, .npz for NumPy or .csv", &to.write_rows},
+           {"--write-friction", "FILE", "Write the friction curves of all joints, .csv", &to.write_friction},
            {"--plan", "FILE",
             "plan.json of rivid_excite: forecast beside reported standard deviations, plan_check.json beside "
             "result.json",
@@ -166,11 +170,13 @@ std::string plan_in_words(const Experiment& experiment, const std::vector<Planne
   return out.str();
 }
 
-// ".npz" or ".csv".
-std::string rows_format(const std::filesystem::path& file) {
-  const std::string ending = file.extension().string();
-  if (ending != ".npz" && ending != ".csv") {
-    throw InputError("--write-rows: " + file.string() + " must end in .npz or .csv");
+// The ending of a file, one of those that a flag takes.
+std::string ending_of(const std::filesystem::path& file, std::string_view flag,
+                      const std::vector<std::string>& endings) {
+  std::string ending = file.extension().string();
+  if (std::ranges::find(endings, ending) == endings.end()) {
+    throw InputError(std::string(flag) + ": " + file.string() + " must end in " +
+                     (endings.size() == 1 ? endings.front() : endings.front() + " or " + endings.back()));
   }
   return ending;
 }
@@ -191,7 +197,12 @@ Destination destination_of(const Arguments& arguments) {
     out.files.push_back({out.report, ".html"});
   }
   if (!arguments.write_rows.empty()) {
-    out.files.push_back({arguments.write_rows, rows_format(arguments.write_rows)});
+    out.files.push_back(
+        {arguments.write_rows, ending_of(arguments.write_rows, "--write-rows", {".npz", ".csv"})});
+  }
+  if (!arguments.write_friction.empty()) {
+    out.files.push_back(
+        {arguments.write_friction, ending_of(arguments.write_friction, "--write-friction", {".csv"})});
   }
   if (!arguments.plan.empty()) {
     out.files.push_back({out.check, ".json"});
@@ -243,8 +254,9 @@ int identify_from(const Arguments& arguments) {
     require_parameters(*plan, base_parameters(experiment.robot));
   }
   const Identification result = run(experiment, std::ref(bar));
-  const ShownPredictions predicted =
-      arguments.report ? shown_predictions(experiment, result) : ShownPredictions();
+  const ShownPredictions predicted = arguments.report || !arguments.write_friction.empty()
+                                         ? shown_predictions(experiment, result)
+                                         : ShownPredictions();
   bar.clear();
 
   Provenance provenance =
@@ -254,6 +266,11 @@ int identify_from(const Arguments& arguments) {
     const RowTable rows = row_table(experiment.robot, result, read_logs(experiment.log, experiment.robot));
     put_with_hash(arguments.write_rows,
                   arguments.write_rows.extension() == ".npz" ? to_npz(rows) : to_csv(rows), outputs,
+                  provenance);
+  }
+  if (!arguments.write_friction.empty()) {
+    put_with_hash(arguments.write_friction,
+                  to_csv(friction_curves(experiment.robot, result, predicted.predictions)), outputs,
                   provenance);
   }
   if (plan) {
@@ -270,8 +287,9 @@ int identify_from(const Arguments& arguments) {
   if (!arguments.quiet) {
     tell_result(arguments, result, json, table);
     for (const std::string& log : predicted.left_out) {
-      tell("note", std::vector<std::string>{
-                       log + ": is not shown in report.html, whose memory the logs before it take"});
+      tell("note",
+           std::vector<std::string>{
+               log + ": has no part in plots and friction curves, whose memory the logs before it take"});
     }
     tell_written(to.files);
   }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/experiment/check_experiment.hpp"
 #include "rivid/experiment/draft.hpp"
-#include "rivid/experiment/experiment.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
@@ -68,13 +68,7 @@ struct CheckArguments {
 int check(const CheckArguments& arguments) {
   expect_experiment(arguments.experiment);
   const Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
-  const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
-  const std::vector<Log> validation = read_logs(experiment.validation, experiment.robot);
-  const std::vector<Finding> findings =
-      check(experiment.robot, logs, validation,
-            {.signal = experiment.estimation.signal,
-             .instrumental = std::holds_alternative<Iv>(experiment.estimation.method),
-             .threads = arguments.threads});
+  const std::vector<Finding> findings = check(experiment, arguments.threads);
   if (!arguments.quiet) {
     print(arguments.json ? to_json(findings) : in_words(findings));
   }

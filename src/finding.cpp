@@ -149,6 +149,18 @@ constexpr std::array codes = {
                    "A score test: the rows of the other joints agree with this one after a change of its "
                    "gain. A wrong drive gain, gear ratio or torque constant.",
                    "Correct drive_gain in [robot], or the scale of its column in [log], as the text says."},
+    DiagnosticCode{"target_gains", note, "The log says which drive gains its controller uses.",
+                   "Target currents and target torques of the controller's own model, whose ratio, friction "
+                   "aside, is the "
+                   "drive gain.",
+                   "Nothing where [robot] has them; else take them over."},
+    DiagnosticCode{
+        "drive_gain_differs", warning, "A drive gain is not that of the robot's controller.",
+        "Target current over target torque in the log gives another one, by more than 3 % and one and a half "
+        "times the half-width of its 95 % interval: a gain of another source or another arm.",
+        "Take the gain of the text, or measure it: [method] gains = \"estimate\" with a known payload. "
+        "Masses "
+        "and friction scale with it."},
     DiagnosticCode{"zero_offset", error, "The zero of a joint is not where the URDF has it.",
                    "A score test: an offset of its position explains much of the residual, also on blocks of "
                    "time left out.",

@@ -135,17 +135,18 @@ void write_robot(Writer& out, const Robot& robot, const std::string& file, const
   }
   out.key("friction", toml_string("symmetric"), "Fv q̇ + Fc sign q̇ + offset, for every joint");
   out.key("rotor_inertia", "true", "false behind joint torque sensors and for direct drives");
-  if (control && gains) {
+  if (control) {
     std::vector<std::string> values;
-    for (const double gain : gains->gains) {
-      values.push_back(number(gain, 4));
+    bool all = gains.has_value();
+    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+      const bool found = gains && gains->motors[j].missing.empty();
+      values.push_back(found ? number(gains->motors[j].value, 4) : "1.0");
+      all = all && found;
     }
     out.key("drive_gain", "[" + joined(values) + "]",
-            "N·m/A, from the wanted currents and torques of the log");
-  } else if (control) {
-    const std::vector<std::string> ones(robot.joints.size(), "1.0");
-    out.key("drive_gain", "[" + joined(ones) + "]",
-            "N·m (or N) for one unit of the control columns: fill in");
+            all ? "N·m/A, by the target currents and torques of the logs"
+                : "N·m (or N) for one unit of the control columns: fill in" +
+                      std::string(gains && gains->any() ? " 1.0, the others are of the controller" : ""));
   }
   const Eigen::Vector3d& gravity = robot.chain.gravity;
   out.comment("gravity = [" + number(gravity.x()) + ", " + number(gravity.y()) + ", " + number(gravity.z()) +
@@ -246,6 +247,24 @@ struct Parts {
   }
 };
 
+// The logs as the draft says that they are to be read.
+LogSource source_of(const Parts& found) {
+  const auto columns = [](const RecognisedColumns& from) {
+    std::vector<Column> out;
+    for (const std::string& name : from.columns) {
+      out.push_back({name, unit_scale(from.unit.value_or("1"))});
+    }
+    return out;
+  };
+  LogSource out;
+  out.files = found.logs;
+  out.columns.position = columns(found.columns.position);
+  out.columns.control = columns(found.columns.control);
+  out.columns.time = Column{found.columns.time.columns.front(), unit_scale(found.clock->unit)};
+  out.irregular = found.clock->regular ? Irregular::refuse : Irregular::resample;
+  return out;
+}
+
 std::vector<std::string> doubts_about(const Parts& found) {
   std::vector<std::string> out = found.columns.doubts;
   const std::string there_are = "; the columns are " + listed(found.names);
@@ -263,12 +282,12 @@ std::vector<std::string> doubts_about(const Parts& found) {
   if (found.clock && !found.clock->forward) {
     out.push_back("time goes back: " + found.clock->summary);
   }
-  if (found.by_control() && found.gains) {
-    out.push_back(
-        "drive_gain is what the controller's own model says, " +
-        std::string("wanted currents over wanted torques of the log, to ") +
-        number(100.0 * found.gains->error, 2) +
-        " % of the currents; rivid_identify payload --gains estimate finds it from a known payload");
+  if (found.gains) {
+    out.insert(out.end(), found.gains->doubts.begin(), found.gains->doubts.end());
+  }
+  if (found.gains && found.gains->any()) {
+    out.push_back(found.gains->text(found.robot) +
+                  "; rivid_identify payload --gains estimate finds them from a known payload");
   } else if (found.by_control()) {
     out.emplace_back(
         "control signals are taken for torques in their own unit until [robot] drive_gain says what they "
@@ -349,9 +368,8 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
   if (!found.columns.time.columns.empty()) {
     found.clock = clock_of(logs.front(), found.columns.time);
   }
-  if (found.by_control()) {
-    found.gains =
-        detail::target_gains(logs.front(), found.names, found.columns.velocity.columns, found.robot.size());
+  if (found.by_control() && found.complete()) {
+    found.gains = detail::target_gains(std::array{source_of(found)}, found.robot);
   }
   return {.text = text_of(found, file), .complete = found.complete(), .doubts = doubts_about(found)};
 }

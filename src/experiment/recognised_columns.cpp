@@ -38,8 +38,18 @@ struct ColumnName {
   std::optional<std::string> unit;  // as unit_scale() knows it
 };
 
-// What a column holds; `other` is something that no key of a [log] section takes.
-enum class ColumnKind { position, velocity, torque, control, reference, reference_velocity, time, other };
+// What a column holds.
+enum class ColumnKind {
+  position,
+  velocity,
+  torque,
+  control,
+  reference,
+  reference_velocity,
+  target_current,
+  target_torque,
+  time
+};
 
 // What the words of a name say together.
 struct ColumnMeaning {
@@ -66,6 +76,9 @@ constexpr std::array meanings = {
     Meaning{" ref reference target des desired d cmd command commanded set setpoint sp goal r ",
             Word::wanted},
     Meaning{" qref qdes qcmd qr ", Word::position, Word::wanted},
+    Meaning{" itarget targeti targetcurrent currenttarget icmd iref ", Word::control, Word::wanted},
+    Meaning{" tautarget targettau targettorque torquetarget targetmoment momenttarget taucmd tauref ",
+            Word::torque, Word::wanted},
     Meaning{" qdref dqref qddes dqdes qdcmd ", Word::velocity, Word::wanted},
     Meaning{" t time times timestamp timestamps stamp ", Word::time},
     Meaning{" joint joints j axis ax a state states field data actual act meas measured msr real robot arm ",
@@ -192,9 +205,9 @@ ColumnMeaning meaning_of(const std::vector<std::string>& words) {
   } else if (has(Word::velocity)) {
     out.kind = wanted ? ColumnKind::reference_velocity : ColumnKind::velocity;
   } else if (has(Word::torque)) {
-    out.kind = wanted ? ColumnKind::other : ColumnKind::torque;
+    out.kind = wanted ? ColumnKind::target_torque : ColumnKind::torque;
   } else if (has(Word::control)) {  // last: "current_position" is no current
-    out.kind = wanted ? ColumnKind::other : ColumnKind::control;
+    out.kind = wanted ? ColumnKind::target_current : ColumnKind::control;
   } else if (has(Word::time)) {
     out.kind = ColumnKind::time;
   }
@@ -325,8 +338,7 @@ void add_numbered(std::span<const std::string> names, std::size_t joints, std::v
     ColumnName parts = parted(pattern);
     if (columns.size() != joints) {
       const ColumnMeaning reading = meaning_of(parts.words);
-      if (columns.size() > 1 && reading.kind && *reading.kind != ColumnKind::other &&
-          reading.strangeness == 0) {
+      if (columns.size() > 1 && reading.kind && reading.strangeness == 0) {
         misfits.push_back({.kind = *reading.kind,
                            .text = in_quotes(columns.begin()->second) + " to " +
                                    in_quotes(columns.rbegin()->second) + " are " +
@@ -422,6 +434,10 @@ RecognisedLog recognised_log(std::span<const std::string> names, std::span<const
   }
   out.reference = find(ColumnKind::reference, "reference");
   out.reference_velocity = find(ColumnKind::reference_velocity, "reference_velocity");
+  // Nothing has to be filled in for these.
+  std::vector<std::string> silent;
+  out.target_current = best(groups, ColumnKind::target_current, "target current", silent);
+  out.target_torque = best(groups, ColumnKind::target_torque, "target torque", silent);
   return out;
 }
 

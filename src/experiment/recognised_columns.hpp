@@ -15,7 +15,7 @@ struct RecognisedColumns {
   std::optional<std::string> unit;   ///< that the names give, as unit_scale() knows it
 };
 
-/// Sorted by the keys of a [log] section.
+/// Sorted by the keys of a [log] section, and targets.
 struct RecognisedLog {
   RecognisedColumns time;  ///< one column
   RecognisedColumns position;
@@ -24,6 +24,8 @@ struct RecognisedLog {
   RecognisedColumns control;  ///< looked for where there are no torques
   RecognisedColumns reference;
   RecognisedColumns reference_velocity;
+  RecognisedColumns target_current;  ///< by the controller's own model; no key of a [log] section takes them
+  RecognisedColumns target_torque;
   std::vector<std::string> doubts;  ///< choices that were not the only ones, and columns that almost fit
 };
 

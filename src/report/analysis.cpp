@@ -119,43 +119,6 @@ StackedRows stacked_rows(std::span<const Prediction> logs, std::size_t joint) {
 
 double relative_error(const StackedRows& rows) { return rows.residual.norm() / rows.measured.norm(); }
 
-FrictionCurve friction_curve(const Robot& robot, const Identification& result, int joint, double most_speed,
-                             double load) {
-  constexpr Index points = 61;  // to either side
-  constexpr double beside_rest = 1e-6;
-  FrictionCurve out;
-  out.speed.resize(2 * points);
-  out.speed.head(points) = Vector::LinSpaced(points, -most_speed, -beside_rest * most_speed);
-  out.speed.tail(points) = -out.speed.head(points).reverse();
-  std::vector<Index> columns;
-  for (Index i = 0; i < result.base.size(); ++i) {
-    const StandardParameter& parameter = result.base.parameters[static_cast<std::size_t>(i)].leading;
-    if (is_friction(parameter.kind) && !about(parameter.kind).coupled && parameter.joint == joint) {
-      columns.push_back(i);
-    }
-  }
-  const double smooth = robot.joints[static_cast<std::size_t>(joint)].sign_speed;
-  Matrix phi(out.speed.size(), std::ssize(columns));
-  for (Index c = 0; c < phi.cols(); ++c) {
-    const ParameterKind kind =
-        result.base.parameters[static_cast<std::size_t>(columns[static_cast<std::size_t>(c)])].leading.kind;
-    const double factor = about(kind).basis == Basis::load ? load : 1.0;
-    for (Index k = 0; k < phi.rows(); ++k) {
-      phi(k, c) = factor * friction_entry(kind, out.speed[k], smooth);
-    }
-  }
-  out.torque = phi * result.chi(columns);
-  out.a_priori = phi * result.base.from_standard(robot.chi_st())(columns);
-  if (result.C_chi.rows() == result.chi.size()) {
-    const Matrix C = result.C_chi(columns, columns);
-    out.half_width = result.covariance.quantile_975 *
-                     (phi * C).cwiseProduct(phi).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
-  } else {
-    out.half_width = Vector::Constant(out.speed.size(), undefined);
-  }
-  return out;
-}
-
 Spectrum amplitude_spectrum(const Vector& x, const Vector& values, double most, Index count) {
   Spectrum out;
   const Index rows = x.size();

@@ -9,6 +9,7 @@
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
+#include "rivid/report/friction_curves.hpp"
 
 // Figures that the page of an identification shows besides those of the result.
 namespace rivid::detail {
@@ -60,18 +61,15 @@ struct StackedRows {
 // ‖Y − Ŷ‖ / ‖Y‖ of these rows, where Ŷ is the torque of the model.
 [[nodiscard]] double relative_error(const StackedRows& rows);
 
-// Friction of a joint over its speed, the other joints at rest, with the half width of its 95 % confidence band, and that of the
-// robot description.
-struct FrictionCurve {
-  Vector speed;
-  Vector torque;
-  Vector half_width;
-  Vector a_priori;
-};
-
+// The law alone, without what the rows have.
+//
 // @param load  |τ| of the gear that friction in proportion to the load is shown at [N·m | N]
-[[nodiscard]] FrictionCurve friction_curve(const Robot& robot, const Identification& result, int joint,
-                                           double most_speed, double load);
+[[nodiscard]] FrictionCurve friction_law(const Robot& robot, const Identification& result, std::size_t joint,
+                                         double most_speed, double load);
+
+// @param rows  of the joint, at least one
+[[nodiscard]] FrictionCurve friction_curve(const Robot& robot, const Identification& result,
+                                           std::size_t joint, const StackedRows& rows);
 
 // Amplitudes of sinusoids that fit a series best, one by one: √(a² + b²) of a cos ωt + b sin ωt, root mean square over
 // stretches of equal length. Rows need not be evenly spaced [Lomb 1976].

@@ -8,6 +8,7 @@
 #include <array>
 
 #include "rivid/error.hpp"
+#include "rivid/experiment/check_experiment.hpp"
 #include "support/real_experiment.hpp"
 
 namespace {
@@ -124,6 +125,25 @@ TEST_F(CheckedKuka, WarnsOfOneLogAlone) {
   }));
 }
 
+// All six of the published gains are more than 3 % from those of the controller's own model, which three logs agree on.
+TEST_F(CheckedUr10e, NamesTheJointsWhoseDriveGainIsNotTheControllers) {
+  const auto named = [this] {
+    const std::vector<rivid::Finding> all = check(experiment());
+    EXPECT_TRUE(std::ranges::any_of(all, [](const rivid::Finding& f) {
+      return f.code == "target_gains" &&
+             f.text.find("target currents and torques of 3 logs") != std::string::npos;
+    }));
+    return std::ranges::count(all, "drive_gain_differs", &rivid::Finding::code);
+  };
+  EXPECT_EQ(named(), 0);
+  edit("drive_gain = [11.78, 11.98, 9.82, 10.69, 10.53, 10.63]",
+       "drive_gain = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232]");
+  EXPECT_EQ(named(), 6);
+  edit("drive_gain = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232]",
+       "drive_gain = [11.78, 11.98, 9.82, 10.69, 10.53, 12.0]");
+  EXPECT_EQ(named(), 1);
+}
+
 TEST_F(CheckedUr10e, NamesTheJointsThatALogDoesNotMove) {
   edit("files = [\"ur10e/ident_30s_12harm.csv\"]", "files = [\"ur10e/jointwise_2.csv\"]");
   expect_error("joint_still", "shoulder_pan_joint");
@@ -175,7 +195,7 @@ TEST_F(CheckedUr10e, NamesATorqueWithTheWrongSign) {
 }
 
 TEST_F(CheckedUr10e, NamesADriveGainThatIsMissing) {
-  edit("drive_gain = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232]", "drive_gain = 1");
+  edit("drive_gain = [11.78, 11.98, 9.82, 10.69, 10.53, 10.63]", "drive_gain = 1");
   expect_error("torque_unit", "all joints");
 }
 

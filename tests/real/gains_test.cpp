@@ -20,7 +20,7 @@ class Ur10eGains : public test::RealExperiment {
   void SetUp() override {
     RealExperiment::SetUp();
     if (!IsSkipped()) {
-      edit("drive_gain = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232]", "drive_gain = 10");
+      edit("drive_gain = [11.78, 11.98, 9.82, 10.69, 10.53, 10.63]", "drive_gain = 10");
       edit("rows = \"paper\"", "rows = \"exact\"");
       edit("cutoff_hz = 7\norder = 4\ndecimation = 5\ntrim = 50\n", "");
       edit("files = [\"ur10e/ident_30s_12harm.csv\"]",

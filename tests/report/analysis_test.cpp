@@ -100,11 +100,11 @@ TEST(FrictionCurve, IsTheLawWithTheBandOfItsParameters) {
     at[1] = name == "Fc2" ? i : at[1];
     at[2] = name == "off2" ? i : at[2];
   }
-  const FrictionCurve curve = friction_curve(robot, result, 1, 3.0, 7.0);
-  EXPECT_DOUBLE_EQ(curve.speed[0], -3.0);
-  EXPECT_DOUBLE_EQ(curve.speed[curve.speed.size() - 1], 3.0);
-  for (Index k = 0; k < curve.speed.size(); ++k) {
-    const double v = curve.speed[k];
+  const FrictionCurve curve = friction_law(robot, result, 1, 3.0, 7.0);
+  EXPECT_DOUBLE_EQ(curve.velocity[0], -3.0);
+  EXPECT_DOUBLE_EQ(curve.velocity[curve.velocity.size() - 1], 3.0);
+  for (Index k = 0; k < curve.velocity.size(); ++k) {
+    const double v = curve.velocity[k];
     const std::array<double, 3> phi = {v, v < 0.0 ? -1.0 : 1.0, 1.0};
     double torque = 0.0;
     double variance = 0.0;
@@ -116,6 +116,7 @@ TEST(FrictionCurve, IsTheLawWithTheBandOfItsParameters) {
     }
     EXPECT_NEAR(curve.torque[k], torque, 1e-12);
     EXPECT_NEAR(curve.a_priori[k], 0.4 * phi[0] + 0.7 * phi[1], 1e-12);
+    EXPECT_NEAR(curve.sigma[k], std::sqrt(variance), 1e-10);
     EXPECT_NEAR(curve.half_width[k], 2.5 * std::sqrt(variance), 1e-10);
   }
 }
@@ -129,9 +130,49 @@ TEST(FrictionCurve, ShowsFrictionByLoadAtTheLoadThatIsGiven) {
   for (Index i = 0; i < result.chi.size(); ++i) {
     result.chi[i] = result.base.parameters[static_cast<std::size_t>(i)].name == "Fl2" ? 0.25 : 0.0;
   }
-  const FrictionCurve curve = friction_curve(robot, result, 1, 3.0, 8.0);
+  const FrictionCurve curve = friction_law(robot, result, 1, 3.0, 8.0);
   EXPECT_DOUBLE_EQ(curve.torque[0], -2.0);
   EXPECT_DOUBLE_EQ(curve.torque[curve.torque.size() - 1], 2.0);
+}
+
+// Rows belong to the point of the curve that is nearest, on their own side of rest; the load is the mean of what is no friction.
+TEST(FrictionCurve, HasTheMeansOfTheRows) {
+  Robot robot = test::scara();
+  robot.joints[1].friction = Friction::load;
+  Identification result;
+  result.base = base_parameters(robot);
+  result.chi = Vector::Zero(result.base.size());
+  for (Index i = 0; i < result.chi.size(); ++i) {
+    result.chi[i] = result.base.parameters[static_cast<std::size_t>(i)].name == "Fl2" ? 0.25 : 0.0;
+  }
+  StackedRows rows;
+  rows.velocity = Eigen::Vector4d(2.0, 1.99, -0.001, 0.001);
+  rows.friction = Eigen::Vector4d(3.0, 5.0, -7.0, 8.0);
+  rows.residual = Eigen::Vector4d(0.5, 0.5, -0.5, 0.5);
+  rows.predicted = rows.friction - rows.residual + Eigen::Vector4d(4.0, -12.0, 4.0, -12.0);
+  const FrictionCurve curve = friction_curve(robot, result, 1, rows);
+  EXPECT_EQ(curve.joint, robot.joints[1].name);
+  EXPECT_DOUBLE_EQ(curve.load, 8.0);
+  EXPECT_DOUBLE_EQ(curve.velocity[121], 2.1);
+  EXPECT_DOUBLE_EQ(curve.torque[121], 2.0);
+  EXPECT_DOUBLE_EQ(curve.rows.sum(), 4.0);
+  Index at = 0;
+  (curve.velocity.array() - 2.0).abs().minCoeff(&at);
+  EXPECT_DOUBLE_EQ(curve.rows[at], 2.0);
+  EXPECT_DOUBLE_EQ(curve.measured[at], 4.0);
+  EXPECT_DOUBLE_EQ(curve.measured[60], -7.0);
+  EXPECT_DOUBLE_EQ(curve.measured[61], 8.0);
+  EXPECT_TRUE(std::isnan(curve.measured[0]));
+}
+
+TEST(FrictionCurve, IsATableThatNamesItsJoints) {
+  FrictionCurve curve;
+  curve.joint = "a, \"b\"";
+  curve.velocity = curve.torque = curve.a_priori = curve.measured = curve.rows = Vector::Constant(1, 2.0);
+  curve.sigma = curve.half_width = Vector::Constant(1, 0.5);
+  EXPECT_EQ(to_csv(std::vector{curve}),
+            "joint,velocity,friction,sigma,low_95,high_95,a_priori,measured,rows\n"
+            "\"a, \"\"b\"\"\",2,2,0.5,1.5,2.5,2,2,2\n");
 }
 
 // Two sinusoids on a grid of times with gaps: their amplitudes come out, and nothing else rises.

@@ -14,19 +14,16 @@ Vector with_gap(const Vector& values, double middle) {
 }
 
 Chart friction_chart(const Evidence& evidence, std::size_t joint, const StackedRows& rows) {
-  constexpr double past_rows = 1.05;
   const Joint& of = evidence.robot.joints[joint];
   const JointFit& fit = evidence.result.fit.joints[joint];
-  const double load = (rows.predicted - (rows.friction - rows.residual)).cwiseAbs().mean();
-  const FrictionCurve curve = friction_curve(evidence.robot, evidence.result, static_cast<int>(joint),
-                                             past_rows * rows.velocity.cwiseAbs().maxCoeff(), load);
+  const FrictionCurve curve = friction_curve(evidence.robot, evidence.result, joint, rows);
   Chart out{.id = chart_id("friction", joint),
             .title = fit.name,
             .remark = "law " + std::string(name(of.friction)),
             .label = "Friction of " + fit.name + " over its speed, measured and model",
             .x_label = "q̇ [" + speed_unit(of) + "]",
             .y_label = "τ_f [" + fit.unit + "]"};
-  const Vector speed = with_gap(curve.speed, 0.0);
+  const Vector speed = with_gap(curve.velocity, 0.0);
   const Vector torque = with_gap(curve.torque, no_value);
   const Vector width = with_gap(curve.half_width, no_value);
   out.series = {

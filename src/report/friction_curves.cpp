@@ -1,0 +1,129 @@
+#include "rivid/report/friction_curves.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "report/analysis.hpp"
+#include "report/identification/evidence.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace detail {
+
+namespace {
+
+// Place of the point that is nearest.
+Index nearest_point(const Vector& points, double x) {
+  const Index after = std::ranges::lower_bound(points, x) - points.begin();
+  if (after == 0 || after == points.size()) {
+    return std::min(after, points.size() - 1);
+  }
+  return x - points[after - 1] < points[after] - x ? after - 1 : after;
+}
+
+// A cell of a table whose text may hold commas.
+std::string quoted_cell(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) {
+    return text;
+  }
+  std::string out = "\"";
+  for (const char c : text) {
+    out += c == '"' ? "\"\"" : std::string(1, c);
+  }
+  return out + '"';
+}
+
+}  // namespace
+
+FrictionCurve friction_law(const Robot& robot, const Identification& result, std::size_t joint,
+                           double most_speed, double load) {
+  constexpr Index points = 61;  // to either side
+  constexpr double beside_rest = 1e-6;
+  const Joint& of = robot.joints[joint];
+  FrictionCurve out;
+  out.joint = of.name;
+  out.load = load;
+  out.velocity.resize(2 * points);
+  out.velocity.head(points) = Vector::LinSpaced(points, -most_speed, -beside_rest * most_speed);
+  out.velocity.tail(points) = -out.velocity.head(points).reverse();
+  std::vector<Index> columns;
+  for (Index i = 0; i < result.base.size(); ++i) {
+    const StandardParameter& parameter = result.base.parameters[static_cast<std::size_t>(i)].leading;
+    if (is_friction(parameter.kind) && !about(parameter.kind).coupled &&
+        parameter.joint == static_cast<int>(joint)) {
+      columns.push_back(i);
+    }
+  }
+  Matrix phi(out.velocity.size(), std::ssize(columns));
+  for (Index c = 0; c < phi.cols(); ++c) {
+    const ParameterKind kind =
+        result.base.parameters[static_cast<std::size_t>(columns[static_cast<std::size_t>(c)])].leading.kind;
+    const double factor = about(kind).basis == Basis::load ? load : 1.0;
+    for (Index k = 0; k < phi.rows(); ++k) {
+      phi(k, c) = factor * friction_entry(kind, out.velocity[k], of.sign_speed);
+    }
+  }
+  out.torque = phi * result.chi(columns);
+  out.a_priori = phi * result.base.from_standard(robot.chi_st())(columns);
+  if (result.C_chi.rows() == result.chi.size()) {
+    const Matrix C = result.C_chi(columns, columns);
+    out.sigma = (phi * C).cwiseProduct(phi).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
+  } else {
+    out.sigma = Vector::Constant(out.velocity.size(), no_value);
+  }
+  out.half_width = result.covariance.quantile_975 * out.sigma;
+  return out;
+}
+
+FrictionCurve friction_curve(const Robot& robot, const Identification& result, std::size_t joint,
+                             const StackedRows& rows) {
+  constexpr double past_rows = 1.05;
+  const double load = (rows.predicted - (rows.friction - rows.residual)).cwiseAbs().mean();
+  FrictionCurve out =
+      friction_law(robot, result, joint, past_rows * rows.velocity.cwiseAbs().maxCoeff(), load);
+  out.measured = Vector::Zero(out.velocity.size());
+  out.rows = out.measured;
+  for (Index k = 0; k < rows.velocity.size(); ++k) {
+    const Index point = nearest_point(out.velocity, rows.velocity[k]);
+    out.measured[point] += rows.friction[k];
+    out.rows[point] += 1.0;
+  }
+  out.measured = (out.rows.array() > 0.0).select(out.measured.array() / out.rows.array(), no_value);
+  return out;
+}
+
+}  // namespace detail
+
+std::vector<FrictionCurve> friction_curves(const Robot& robot, const Identification& result,
+                                           std::span<const Prediction> logs) {
+  const detail::Evidence evidence{robot, result, logs};
+  std::vector<FrictionCurve> out;
+  for (std::size_t j = 0; j < evidence.joints() && detail::predicted(result); ++j) {
+    const detail::StackedRows rows = detail::stacked_rows(evidence.fitted(), j);
+    if (!parameters(robot.joints[j].friction).empty() && rows.velocity.size() > 0) {
+      out.push_back(detail::friction_curve(robot, result, j, rows));
+    }
+  }
+  return out;
+}
+
+std::string to_csv(std::span<const FrictionCurve> curves) {
+  std::string out = "joint,velocity,friction,sigma,low_95,high_95,a_priori,measured,rows\n";
+  for (const FrictionCurve& curve : curves) {
+    const std::string joint = detail::quoted_cell(curve.joint);
+    const Vector low = curve.torque - curve.half_width;
+    const Vector high = curve.torque + curve.half_width;
+    for (Index k = 0; k < curve.velocity.size(); ++k) {
+      out += joint;
+      for (const Vector* const each : {&curve.velocity, &curve.torque, &curve.sigma, &low, &high,
+                                       &curve.a_priori, &curve.measured, &curve.rows}) {
+        out += ',' + exact((*each)[k]);
+      }
+      out += '\n';
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid
