@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <ctime>
 #include <thread>
 
 #include "rivid/data/csv.hpp"
@@ -131,7 +132,9 @@ TEST_F(Input, HasALimit) {
   EXPECT_EQ(none, "");
 }
 
-// Each was quadratic: 16.6 s and 5.4 s before.
+// Each was quadratic: 16.6 s and 5.4 s before. Of the processor, whatever else the machine does.
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
 TEST_F(Input, OfManyColumnsTakesTimeInProportion) {
   std::string names = "t";
   std::string ones;
@@ -141,9 +144,9 @@ TEST_F(Input, OfManyColumnsTakesTimeInProportion) {
     ones += ",1";
   }
   folder.write("wide.csv", names + "\n0" + ones + "\n1" + ones + "\n");
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = processor_seconds();
   EXPECT_EQ(rivid::read_csv(in_folder("wide.csv")).joints(), columns);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
+  EXPECT_LT(processor_seconds() - begin, 3.0);
 }
 
 TEST_F(Input, OfManyAttributesTakesTimeInProportion) {
@@ -152,9 +155,9 @@ TEST_F(Input, OfManyAttributesTakesTimeInProportion) {
     attributes += " a" + std::to_string(i) + "=\"1\"";
   }
   const std::string urdf = "<robot name=\"r\"" + attributes + "><link name=\"b\"/></robot>";
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = processor_seconds();
   EXPECT_TRUE(says(complaint_of([&] { return rivid::parse_urdf(urdf, "r.urdf"); }), "no joint moves"));
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+  EXPECT_LT(processor_seconds() - begin, 2.0);
 }
 
 }  // namespace
