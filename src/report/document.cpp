@@ -53,6 +53,7 @@ std::string in_format(const Format& format, double value, double sigma) {
     case Format::Kind::significant:
     case Format::Kind::text:
     case Format::Kind::name:
+    case Format::Kind::code:
     case Format::Kind::interval:
     case Format::Kind::share:
     case Format::Kind::stack:

@@ -46,6 +46,7 @@ struct Format {
   enum class Kind {
     text,
     name,         // a text that the row is called by
+    code,         // a text for a program
     significant,  // so many digits
     fixed,        // so many decimals
     percent,      // of a fraction, with so many decimals
@@ -64,6 +65,7 @@ struct Format {
 namespace format {
 inline constexpr Format text = {};
 inline constexpr Format name = {Format::Kind::name};
+inline constexpr Format code = {Format::Kind::code};
 inline constexpr Format count = {Format::Kind::fixed, 0};
 inline constexpr Format percent = {Format::Kind::percent, 3};
 inline constexpr Format deviation = {Format::Kind::deviation};

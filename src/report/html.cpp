@@ -58,7 +58,14 @@ std::string cell_markup(const Column& column, const Cell& cell) {
         "class=\"pivot\" style=\"width:" + fixed(width * std::get<double>(cell.value), 1) + "px\"");
   }
   const std::string text = escaped(shown(column, cell));
-  return column.format.kind == Format::Kind::name ? element("b", text) : text;
+  switch (column.format.kind) {
+    case Format::Kind::name:
+      return element("b", text);
+    case Format::Kind::code:
+      return element("code", text);
+    default:
+      return text;
+  }
 }
 
 class HtmlRenderer {

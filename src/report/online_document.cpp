@@ -77,6 +77,23 @@ Section charts_section(const std::string& id, const std::string& title, const st
   return out;
 }
 
+// Joints without a threshold have no external torque over it.
+Section contacts_section(const OnlineReplay& replay) {
+  const std::string id = "contact";
+  const std::string title = "Contacts";
+  if (replay.external.isZero(0.0)) {
+    return {id,
+            title,
+            title,
+            {{Sentence{"No joint has learned a threshold, so that no contact can be seen"}}},
+            Shown::page};
+  }
+  return charts_section(
+      id, title, "Above 1 something touches the robot",
+      {replay_chart(replay, "external", "External torque over its threshold", "torque over threshold",
+                    curves(replay.t, replay.joints, replay.external))});
+}
+
 Document replay_document(const OnlineReplay& replay) {
   const Vector& t = replay.t;
   const std::string now = payload_words(replay.last);
@@ -90,8 +107,9 @@ Document replay_document(const OnlineReplay& replay) {
                                             [](const OnlineReplay::Event& e) { return e.t; }},
                                            {{""}, [](const OnlineReplay::Event& e) { return e.text; }}})},
                  {Sentence{"at the end: " + now}, Shown::screen}};
-  for (const std::string& line : controller_lines(replay.last)) {
-    out.opening.push_back({Table{{{""}}, {{{line}}}}, Shown::page});
+  if (const auto lines = controller_lines(replay.last); !lines.empty()) {
+    out.opening.push_back(
+        {table_of(lines, {{{"", format::code}, [](const std::string& line) { return line; }}}), Shown::page});
   }
   out.sections = {
       charts_section(
@@ -99,19 +117,17 @@ Document replay_document(const OnlineReplay& replay) {
           "What hangs on the flange. Upright lines are events: a change of the payload begins where the test "
           "exceeds its threshold, 1",
           {replay_chart(replay, "mass", "Mass", "mass [kg]", mass_curves(replay)),
-           replay_chart(replay, "centre-of-mass", "Centre of mass, flange frame", "[m]",
+           replay_chart(replay, "centre-of-mass", "Centre of mass, flange frame", "centre of mass [m]",
                         curves(t, {"x", "y", "z"}, replay.payload.middleCols(2, 3))),
-           replay_chart(replay, "change", "Test of a change of the payload over its threshold", "",
-                        curves(t, {"test"}, replay.suspicion))}),
+           replay_chart(replay, "change", "Test of a change of the payload over its threshold",
+                        "test over threshold", curves(t, {"test"}, replay.suspicion))}),
       charts_section(
           "friction", "Friction",
           "Torque error that the drift of friction since the identification means; identify again where it "
           "exceeds the residual of the identification",
-          {replay_chart(replay, "friction-error", "Torque error by drifted friction", "[N·m | N]",
-                        curves(t, replay.joints, replay.torque_error))}),
-      charts_section("contact", "Contacts", "Above 1 something touches the robot",
-                     {replay_chart(replay, "external", "External torque over its threshold", "",
-                                   curves(t, replay.joints, replay.external))})};
+          {replay_chart(replay, "friction-error", "Torque error by drifted friction",
+                        "torque error [N·m | N]", curves(t, replay.joints, replay.torque_error))}),
+      contacts_section(replay)};
   return out;
 }
 

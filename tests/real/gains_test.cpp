@@ -55,7 +55,7 @@ TEST_F(Ur10eGains, AreInTheSummaryAndThePlan) {
   EXPECT_NE(plan.out.find("method.gains"), std::string::npos) << plan.out;
   const test::Outcome run = identify_run({"ur10e.toml"});
   EXPECT_NE(run.out.find("Drive gains"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("only ratios of the gains are determined"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("Only ratios of the gains are determined"), std::string::npos) << run.out;
 }
 
 }  // namespace

@@ -92,6 +92,13 @@ TEST(OnlineReplay, NamesJointsThatHaveLearnedNoThreshold) {
   const OnlineReplay found = PickUp().replayed(learn);
   const std::string none = "too little motion to learn thresholds of contacts: joint_1";
   EXPECT_EQ(times_of(found, none), std::vector<double>{learn}) << in_words(found);
+  // A curve of zeros would look like a robot that nothing touches.
+  OnlineReplay blind = found;
+  blind.external.setZero();
+  const std::string page = to_html(blind);
+  EXPECT_NE(page.find("<p>No joint has learned a threshold, so that no contact can be seen.</p>"),
+            std::string::npos);
+  EXPECT_EQ(page.find("id=\"external\""), std::string::npos);
 }
 
 // A payload that is known is part of the model: its weight pushes against nothing.
@@ -127,13 +134,16 @@ TEST(OnlineReplay, ItsCsvHasARecordALine) {
 }
 
 TEST(OnlineReplay, ItsPageHasPlotsThatLoadNothing) {
-  const std::string page = to_html(PickUp().replayed());
+  OnlineReplay found = PickUp().replayed();
+  found.external.setConstant(0.5);  // of thresholds that are learned
+  const std::string page = to_html(found);
   for (const char* const id : {"mass", "centre-of-mass", "change", "friction-error", "external"}) {
     EXPECT_NE(page.find("<figure class=\"chart wide\" id=\"" + std::string(id) + "\">"), std::string::npos)
         << id;
   }
   EXPECT_NE(page.find("<h1>run &lt;1&gt;.csv</h1>"), std::string::npos);
   EXPECT_NE(page.find("class=\"rule event\""), std::string::npos);
+  EXPECT_NE(page.find("<code>set_target_payload("), std::string::npos);
   EXPECT_EQ(page.find("nan"), std::string::npos);
   EXPECT_EQ(page.find("https://"), std::string::npos);
 }

@@ -104,7 +104,7 @@ std::vector<Section> sections_of(const Identification& result, const Evidence* e
   }
   out.push_back(parameters_section(result));
   if (result.gains) {
-    out.push_back(gains_section(*result.gains));
+    out.push_back(gains_section(result));
   }
   if (evidence != nullptr) {
     add_if_any(correlation_section(result), out);

@@ -12,7 +12,7 @@ namespace rivid::detail {
 [[nodiscard]] Section torques_section(const Evidence& evidence);
 [[nodiscard]] Section parameters_section(const Identification& result);
 // Drive gains that were estimated.
-[[nodiscard]] Section gains_section(const GainReport& gains);
+[[nodiscard]] Section gains_section(const Identification& result);
 [[nodiscard]] Section correlation_section(const Identification& result);
 [[nodiscard]] Section prefilter_section(const Identification& result, const PrefilterReport& report);
 [[nodiscard]] Section iterations_section(const Identification& result, const IvHistory& history);
