@@ -456,7 +456,7 @@
       );
     });
   }
-  for (const scroller of document.querySelectorAll(".scroll")) {
+  for (const scroller of document.querySelectorAll(".scroll, .wide .picture:not([tabindex])")) {
     if (scroller.scrollWidth <= scroller.clientWidth) {
       continue;
     }
