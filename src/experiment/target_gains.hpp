@@ -5,17 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "identify/check/target_gain.hpp"
 #include "rivid/experiment/experiment.hpp"
 
 namespace rivid::detail {
-
-/// drive_gain of one motor by the model of the robot's own controller.
-struct TargetGain {
-  /// Torque for one unit of the control signal, with the sign that the robot's has: that follows the axes of the URDF.
-  double value = 0.0;
-  double half_width = 0.0;  ///< of the 95 % interval
-  std::string missing;      ///< why there is none; empty where there is
-};
 
 struct TargetGains {
   std::vector<TargetGain> motors;
@@ -29,12 +22,7 @@ struct TargetGains {
 };
 
 /// Drive gains by what a controller logs of its own model, its target currents and target torques, whose columns are
-/// recognised by their names:
-///
-///   i_target = τ_target / K + Fv q̇ + Fr √|q̇| sign q̇ + Fc sign q̇ + offset
-///
-/// by least squares, since the current has the friction that the torque lacks. K is common to all logs, friction, which
-/// follows the temperature, is not. The interval is by blocks of time.
+/// recognised by their names: see TargetSums. The interval is by blocks of time.
 ///
 /// @param sources  their files, positions, control columns, clocks and side of the gears; target currents are taken to be in
 ///                 the unit of the control columns, with the factors of these but without their signs
