@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "rivid/data/table.hpp"
+#include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/identification.hpp"
 #include "support/complaint.hpp"
 #include "support/scara_study.hpp"
@@ -20,6 +24,9 @@ using rivid::Index;
 using rivid::Iv;
 using rivid::Log;
 using rivid::Matrix;
+using rivid::PdControl;
+using rivid::Robot;
+using rivid::RowScheme;
 using rivid::Status;
 using rivid::Vector;
 
@@ -28,57 +35,77 @@ Estimation comparing(Estimation estimation, Iv::Compares what) {
   return estimation;
 }
 
-// The arm and the log of loop_oracle.py.
-struct OfTheOracle : public ::testing::Test {
-  OfTheOracle() {
-    robot.joints[0].rotor_inertia = false;
-    const Matrix columns =
-        rivid::read_table(std::filesystem::path(RIVID_TEST_DATA) / "identify/loop_oracle.csv").values;
-    log.source = "loop_oracle.csv";
+// An arm, its controller and its log, as a script beside this file has them.
+struct OfAnOracle : public ::testing::Test {
+  // file  columns of positions, torques and references, at 200 Hz
+  OfAnOracle(Robot arm, const std::string& file, double sign_speed, PdControl gains)
+      : robot(std::move(arm)), control(std::move(gains)) {
+    const Index n = robot.size();
+    const Matrix columns = read(file).values;
+    log.source = file;
     log.f_m = 200.0;
     log.t = Vector::NullaryExpr(columns.rows(), [&](Index k) { return static_cast<double>(k) / log.f_m; });
-    log.q = columns.leftCols(2);
-    log.tau = columns.middleCols(2, 2);
-    log.q_r = columns.rightCols(2);
+    log.q = columns.leftCols(n);
+    log.tau = columns.middleCols(n, n);
+    log.q_r = columns.rightCols(n);
     for (rivid::Joint& joint : robot.joints) {
-      joint.sign_speed = 0.05;
+      joint.sign_speed = sign_speed;
     }
+  }
+
+  [[nodiscard]] static rivid::Table read(const std::string& file) {
+    return rivid::read_table(std::filesystem::path(RIVID_TEST_DATA) / "identify" / file);
   }
 
   // Rows as the oracle has them: torques at the samples, no decimation, none left out.
   [[nodiscard]] Estimation estimation(Iv::Compares what) const {
-    Iv iv{.control = rivid::PdControl{.k_p = Eigen::Vector2d(4.0, 6.0), .k_v = Eigen::Vector2d(14.0, 1.2)},
-          .sampling = {.period = 1.0 / log.f_m}};
+    Iv iv{.control = control, .sampling = {.period = 1.0 / log.f_m}};
     iv.start_on_reference = true;
     iv.tolerance = 1e-12;
     iv.parameter_tolerance = 1e-6;
     iv.compares = what;
     iv.chi_0 = truth;
-    iv.simulation.integrator = rivid::Integrator::automatic;
-    iv.simulation.rtol = 1e-11;
-    iv.simulation.atol = 1e-12;
+    iv.simulation.integrator = rivid::Integrator::dormand_prince;
+    iv.simulation.rtol = 1e-7;
+    iv.simulation.atol = 1e-9;
     if (what == Iv::Compares::positions) {
       // Below what differences of simulations tell.
       iv.parameter_tolerance = 1e-3;
     }
-    rivid::SignalOptions signal{.rows = rivid::RowScheme::paper};
+    rivid::SignalOptions signal{.rows = RowScheme::paper};
     signal.decimation.clear();
     signal.trim = {{0, 0}};
     return {.method = std::move(iv), .signal = signal};
   }
 
-  rivid::Robot robot = rivid::test::scara();
+  Robot robot;
+  PdControl control;
   Log log;
-  Vector truth = (Vector(8) << 3.44, 0.03, 0.82, 0.062, 0.242, 0.014, 0.013, 0.137).finished();
+  Vector truth;
 };
 
 void expect_near(const Identification& found, const Vector& wanted, double part_of_sigma) {
   ASSERT_EQ(found.status, Status::identified) << (found.reasons.empty() ? "" : found.reasons.front());
+  ASSERT_EQ(std::ssize(found.parameters), wanted.size());
   for (Index i = 0; i < wanted.size(); ++i) {
     const auto& p = found.parameters[static_cast<std::size_t>(i)];
     EXPECT_NEAR(p.value, wanted[i], part_of_sigma * p.sigma) << p.name;
   }
 }
+
+Robot scara_without_rotor() {
+  Robot out = rivid::test::scara();
+  out.joints[0].rotor_inertia = false;
+  return out;
+}
+
+struct OfTheOracle : public OfAnOracle {
+  OfTheOracle()
+      : OfAnOracle(scara_without_rotor(), "loop_oracle.csv", 0.05,
+                   {.k_p = Eigen::Vector2d(4.0, 6.0), .k_v = Eigen::Vector2d(14.0, 1.2)}) {
+    truth = (Vector(8) << 3.44, 0.03, 0.82, 0.062, 0.242, 0.014, 0.013, 0.137).finished();
+  }
+};
 
 TEST_F(OfTheOracle, DidimIsThatOfNumPy) {
   const Identification found = identify(robot, log, estimation(Iv::Compares::torques));
@@ -105,6 +132,34 @@ TEST_F(OfTheOracle, OutputErrorIsThatOfSciPy) {
   EXPECT_EQ(found.output_error->instants, log.samples());
   EXPECT_LT(found.output_error->joint_error.norm(), found.output_error->start_error.norm());
 }
+
+// The arm of data/six_axis, and what six_joints_oracle.py finds in its log.
+struct SixJoints : public OfAnOracle {
+  SixJoints()
+      : OfAnOracle(rivid::read_experiment(std::filesystem::path(RIVID_DATA) / "six_axis/simulate.toml",
+                                          rivid::Use::simulation)
+                       .robot,
+                   "six_joints_oracle.csv", 0.2,
+                   {.k_p = (Vector(6) << 10.0, 10.0, 12.5, 15.0, 15.0, 15.0).finished(),
+                    .k_v = (Vector(6) << 80.0, 80.0, 20.0, 6.0, 6.0, 1.5).finished()}) {
+    truth = base_parameters(robot).from_standard(robot.chi_st());
+  }
+
+  void expect_row(Iv::Compares what, Index row) const {
+    const rivid::Table wanted = read("six_joints_oracle_found.csv");
+    const Identification found = identify(robot, log, estimation(what));
+    std::vector<std::string> names;
+    for (const rivid::BaseParameter& p : found.base.parameters) {
+      names.push_back(p.name);
+    }
+    EXPECT_EQ(names, wanted.names);
+    expect_near(found, wanted.values.row(row), 1e-3);
+  }
+};
+
+TEST_F(SixJoints, DidimIsThatOfNumPy) { expect_row(Iv::Compares::torques, 0); }
+
+TEST_F(SixJoints, OutputErrorIsThatOfNumPy) { expect_row(Iv::Compares::positions, 1); }
 
 struct LoopMethods : public ::testing::Test, public rivid::test::ScaraStudy {
   // Part of the 95 % intervals that hold the truth.
@@ -155,8 +210,8 @@ TEST_F(LoopMethods, BasinsOfAttraction) {
     method.signal = {.torque_held = true, .decimation = {20}};
     // The actual gains: those that follow poles would follow the start.
     std::get<Iv>(method.method).control =
-        rivid::PdControl{.k_p = (control.omega_n.array() / control.zeta.array() / 2.0).matrix(),
-                         .k_v = (2.0 * control.zeta.array() * control.omega_n.array() * J.array()).matrix()};
+        PdControl{.k_p = (control.omega_n.array() / control.zeta.array() / 2.0).matrix(),
+                  .k_v = (2.0 * control.zeta.array() * control.omega_n.array() * J.array()).matrix()};
     const Identification wanted = identify(robot, one, method);
     std::mt19937_64 random(50);
     std::uniform_real_distribution<double> exponent(-std::log(factor), std::log(factor));
