@@ -33,6 +33,7 @@ from rivid.findings import Finding
 from rivid.fit import Fit, Prediction, check, identify
 from rivid.log import Log, read_log, read_logs
 from rivid.montecarlo import MonteCarloResults, Study, montecarlo
+from rivid.payload import Payload, Payloads, identify_payloads
 from rivid.robot import BaseParameters, DynamicModel, InverseDynamics, Robot
 from rivid.table import Table
 
@@ -62,6 +63,8 @@ __all__ = [
     "NumericsError",
     "Ols",
     "OutputError",
+    "Payload",
+    "Payloads",
     "Pd",
     "Physical",
     "Pid",
@@ -77,6 +80,7 @@ __all__ = [
     "draft",
     "excite",
     "identify",
+    "identify_payloads",
     "montecarlo",
     "online",
     "read_log",

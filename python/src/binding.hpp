@@ -65,5 +65,6 @@ void bind_factors(nb::module_& m);
 void bind_dynamics(nb::module_& m);
 void bind_experiment(nb::module_& m);
 void bind_online(nb::module_& m);
+void bind_payload(nb::module_& m);
 
 }  // namespace rivid::python

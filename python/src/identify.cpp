@@ -5,6 +5,7 @@
 #include "binding.hpp"
 #include "experiment/from_program.hpp"
 #include "experiment/json_fields.hpp"
+#include "logs.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/identify/identification.hpp"
@@ -16,28 +17,6 @@
 namespace rivid::python {
 
 namespace {
-
-// Logs of Python side by side; one is not copied.
-class Logs {
- public:
-  explicit Logs(const std::vector<const Log*>& logs) {
-    if (logs.size() == 1) {
-      all_ = std::span(logs.front(), 1);
-      return;
-    }
-    copies_.reserve(logs.size());
-    for (const Log* const log : logs) {
-      copies_.push_back(*log);
-    }
-    all_ = copies_;
-  }
-
-  [[nodiscard]] std::span<const Log> all() const { return all_; }
-
- private:
-  std::vector<Log> copies_;
-  std::span<const Log> all_;
-};
 
 // Source and digest of what a result was made from.
 using Inputs = std::vector<std::pair<std::string, std::string>>;

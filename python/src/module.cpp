@@ -58,6 +58,7 @@ NB_MODULE(_rivid, m) {
   bind_dynamics(m);
   bind_identify(m);
   bind_online(m);
+  bind_payload(m);
   bind_factors(m);
   bind_experiment(m);
 }
