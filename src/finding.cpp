@@ -156,7 +156,7 @@ constexpr std::array codes = {
                    "Nothing where [robot] has them; else take them over."},
     DiagnosticCode{
         "drive_gain_differs", warning, "A drive gain is not that of the robot's controller.",
-        "Target current over target torque in the log gives another one, by more than 3 % and one and a half "
+        "Target current over target torque in the log gives another one, by more than 5 % and one and a half "
         "times the half-width of its 95 % interval: a gain of another source or another arm.",
         "Take the gain of the text, or measure it: [method] gains = \"estimate\" with a known payload. "
         "Masses "

@@ -200,8 +200,8 @@ TEST_F(TargetGains, AreANoteOfCheck) {
 
 TEST_F(TargetGains, NameTheJointWhoseDriveGainIsAnother) {
   EXPECT_EQ(named(experiment("drive_gain = [11.5, 4.25]")), Names{});
-  EXPECT_EQ(named(experiment("drive_gain = [11.3, 4.17]")), Names{})
-      << "2 % are within what such models know";
+  EXPECT_EQ(named(experiment("drive_gain = [11.1, 4.10]")), Names{})
+      << "4 % are within what such models know";
   EXPECT_EQ(named(experiment("drive_gain = [11.5, 3.4]")), Names{"elbow"});
   EXPECT_EQ(named(experiment("drive_gain = [12.5, 4.25]")), Names{"shoulder"});
   EXPECT_EQ(named(experiment("")), (Names{"shoulder", "elbow"})) << "nothing is said of them";
@@ -223,10 +223,11 @@ TEST_F(TargetGains, SayByHowMuchTheTorquesAreOff) {
 // A gain that the numbers leave open is not held against anyone.
 TEST_F(TargetGains, AllowWhatTheirIntervalsAllow) {
   log("a.csv", {.load = {20.0, 0.8}, .noise = 0.03, .seed = 3});
-  const Experiment near = experiment("drive_gain = [11.5, 4.45]");
+  const Experiment near = experiment("drive_gain = [11.5, 4.5]");
   const auto targets = found(near);
   ASSERT_EQ(targets.motors[1].missing, "");
-  ASSERT_GT(1.5 * targets.motors[1].half_width, std::abs(targets.motors[1].value - 4.45)) << "of this seed";
+  ASSERT_GT(1.5 * targets.motors[1].half_width, std::abs(targets.motors[1].value - 4.5)) << "of this seed";
+  ASSERT_GT(std::abs(targets.motors[1].value - 4.5), 0.05 * targets.motors[1].value) << "of this seed";
   EXPECT_EQ(named(near), Names{});
 }
 

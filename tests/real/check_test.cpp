@@ -125,7 +125,7 @@ TEST_F(CheckedKuka, WarnsOfOneLogAlone) {
   }));
 }
 
-// All six of the published gains are more than 3 % from those of the controller's own model, which three logs agree on.
+// All six of the published gains are more than 5 % from those of the controller's own model, which three logs agree on.
 TEST_F(CheckedUr10e, NamesTheJointsWhoseDriveGainIsNotTheControllers) {
   const auto named = [this] {
     const std::vector<rivid::Finding> all = check(experiment());

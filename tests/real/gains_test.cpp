@@ -10,7 +10,7 @@
 namespace rivid {
 namespace {
 
-// Those of the controller's own model, wanted currents over wanted torques of its logs.
+// Those of the controller's own model, target currents over target torques of its logs.
 constexpr std::array<double, 6> controllers_gains = {11.78, 11.98, 9.82, 10.69, 10.53, 10.63};
 
 class Ur10eGains : public test::RealExperiment {
