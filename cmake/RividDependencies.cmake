@@ -44,6 +44,12 @@ else()
     endif()
   endif()
   find_dependency(SUNDIALS COMPONENTS cvode nvecserial sunmatrixdense sunlinsoldense)
+  # Archives of SUNDIALS 7 ask for its shared libraries, which load MPI.
+  if(RIVID_SUNDIALS_7 AND TARGET SUNDIALS::core_static)
+    foreach(part IN ITEMS cvode nvecserial sunmatrixdense sunlinsoldense)
+      set_target_properties(SUNDIALS::${part}_static PROPERTIES INTERFACE_LINK_LIBRARIES SUNDIALS::core_static)
+    endforeach()
+  endif()
 endif()
 
 # The config file of orocos_kdl 1.5 only names its library and include folder.

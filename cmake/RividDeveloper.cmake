@@ -53,3 +53,11 @@ function(rivid_tidy target)
     set_target_properties(${target} PROPERTIES CXX_CLANG_TIDY "${RIVID_CLANG_TIDY}")
   endif()
 endfunction()
+
+# A SUNDIALS that was built with MPI gets the names that it asks for, so that no libmpi is loaded: see src/without_mpi.cpp.
+function(rivid_without_mpi target)
+  if(RIVID_SUNDIALS_7)
+    target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src/without_mpi.cpp)
+    target_link_options(${target} PRIVATE LINKER:--as-needed)
+  endif()
+endfunction()
