@@ -22,6 +22,8 @@ function(rivid_developer_flags target)
             -Wdouble-promotion
             # GCC 12 takes "text" + std::string for an overlapping copy (its bug 105329).
             $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+            # GCC 14 takes the copy of a vector with one element for one of more.
+            "$<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,14>>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>"
             $<$<BOOL:${RIVID_WARNINGS_AS_ERRORS}>:-Werror>)
   if(RIVID_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=all

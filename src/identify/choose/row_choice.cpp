@@ -206,7 +206,7 @@ class Chooser {
 
   [[nodiscard]] SignalOptions with(int n_d) const {
     SignalOptions out = options_.signal;
-    out.decimation.assign(1, n_d);  // not = {n_d}, which GCC 14 takes for a read beyond n_d
+    out.decimation = {n_d};
     return out;
   }
 
