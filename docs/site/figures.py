@@ -541,7 +541,7 @@ def payload(shop: Workshop) -> None:
         out = shop.work / f"payload_{mass:g}"
         shop.run("rivid_identify", "payload", ARM / "six_axis.toml", "--log", shop.arm_log(), "--loaded", with_payload(shop, mass), "--output", out, "--quiet")
         found = json.loads((out / "payload.json").read_text())
-        one = found["payload"]["mass"]
+        one = found["payloads"][0]["values"]["mass"]
         low, high = one["interval_95"]
         axis.plot([mass, mass], [100 * (low / mass - 1), 100 * (high / mass - 1)], color=MODEL, lw=4, alpha=0.6, solid_capstyle="butt")
         axis.plot(mass, 100 * (one["value"] / mass - 1), "o", color=MODEL)

@@ -73,14 +73,16 @@ class Kills : public rivid::test::IdentifyTool {
     return std::chrono::duration<double>(Clock::now() - begin).count();
   }
 
-  // Starts a command and kills it at a moment of a run that takes so long, or shortly after.
+  // Starts a command and kills it at a moment of a run that takes so long, or shortly after; again and earlier where it has ended by
+  // then, for the run that was timed may have had to wait for other processes.
   void kill(const Command& command, double seconds) {
-    std::uniform_real_distribution<double> moment(0.0, 1.1 * seconds);
-    Process process(command, folder().path());
-    ::usleep(static_cast<useconds_t>(1e6 * moment(random_)));
-    process.send(SIGKILL);
-    const Outcome run = process.wait();
-    killed_ += run.signal == SIGKILL ? 1 : 0;
+    for (bool killed = false; !killed; seconds *= 0.7) {
+      std::uniform_real_distribution<double> moment(0.0, 1.1 * seconds);
+      Process process(command, folder().path());
+      ::usleep(static_cast<useconds_t>(1e6 * moment(random_)));
+      process.send(SIGKILL);
+      killed = process.wait().signal == SIGKILL;
+    }
   }
 
   // Two commands write other contents into the folder "out" in turn, and are killed.
@@ -106,10 +108,8 @@ class Kills : public rivid::test::IdentifyTool {
     }
     (void)seconds_of(one);
     EXPECT_EQ(files_of("out"), whole[0]) << "the next run sweeps";
-    EXPECT_GT(killed_, 0);
   }
 
-  int killed_ = 0;
   std::mt19937_64 random_{seed};
 };
 
@@ -178,7 +178,6 @@ TEST_F(Kills, OfAStudyGoOnToTheSameSummary) {
     }
     ASSERT_EQ(found.size(), whole.size()) << "seed " << seed << ", kill " << k;
   }
-  EXPECT_GT(killed_, 0);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST(Gains, FollowFromOneThatIsKnown) {
 TEST(Gains, AreRatiosWithoutAScale) {
   const Currents currents;
   const GainReport found = estimated(currents, currents.unloaded(0.0, 1), {});
-  EXPECT_TRUE(test::says(found.scale, "only ratios"));
+  EXPECT_TRUE(test::says(found.scale, "Only ratios"));
   Index reference = -1;
   for (Index j = 0; j < 6; ++j) {
     reference = found.joints[static_cast<std::size_t>(j)].sigma < 1e-3 &&

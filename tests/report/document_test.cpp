@@ -324,7 +324,7 @@ TEST(Document, ShowsDriveGainsWithTheirUnitInSentences) {
       {.name = "lift", .unit = "N"}, {.name = "turn", .unit = "N·m"}, {.name = "end", .unit = "N·m"}};
   GainReport& gains = result.gains.emplace();
   gains.identified = true;
-  gains.scale = "only ratios of the gains are determined";
+  gains.scale = "Only ratios of the gains are determined";
   gains.joints = {{"lift", 100.0, 100.0, 1e-3, {99.998, 100.002}, true},
                   {"turn", 10.0, 12.5, 0.25, {12.0, 13.0}, true},
                   {"end", 5.0, 9.0, 4.0, {1.0, 17.0}, false}};
@@ -334,7 +334,7 @@ TEST(Document, ShowsDriveGainsWithTheirUnitInSentences) {
   EXPECT_TRUE(std::regex_search(text, std::regex("  turn +10 +12.5000 +N·m/A +0.2500 +12 … 13"))) << text;
   EXPECT_TRUE(std::regex_search(text, std::regex("  end x +5 .* not identifiable"))) << text;
   EXPECT_NE(text.find("Used, on the joint side: 100, 12.5, 5. The unit"), std::string::npos) << text;
-  gains.scale = "from the payload of 2 kg";
+  gains.scale = "The scale of the gains comes from the payload of 2 kg";
   EXPECT_NE(
       html_of(document_of(result)).find("<p>The scale of the gains comes from the payload of 2 kg.</p>"),
       std::string::npos);

@@ -81,15 +81,15 @@ Index best_reference(const PayloadFit& fit, const Matrix& C, Index n) {
 
 std::string scale_in_words(const Robot& robot, const GainOptions& options, std::optional<Index> reference) {
   if (reference) {
-    return "only ratios of the gains are determined, for neither a mass nor a gain is known: that of " +
+    return "Only ratios of the gains are determined, for neither a mass nor a gain is known: that of " +
            robot.joints[static_cast<std::size_t>(*reference)].name +
            " counts as exact, and its relative error is that of all gains and parameters";
   }
-  std::string out = options.mass ? "from the payload of " + number(*options.mass, 5) + " kg" : "";
+  std::string from = options.mass ? "the payload of " + number(*options.mass, 5) + " kg" : "";
   for (const auto& [joint, sigma] : options.known) {
-    out += (out.empty() ? "from the known gain of " : ", ") + joint;
+    from += (from.empty() ? "the known gain of " : ", ") + joint;
   }
-  return out;
+  return "The scale of the gains comes from " + from;
 }
 
 // What a fit that did not come to an end leaves: nominal gains.
@@ -110,11 +110,11 @@ GainReport nominal_gains(const Robot& robot, std::string why) {
 // Why a fit came to nothing; empty where it did not.
 std::string why_no_gains(PayloadFit& fit) {
   if (!fit.solve()) {
-    return "the gains are not estimated: the iteration does not settle in " +
+    return "The gains are not estimated: the iteration does not settle in " +
            counted(fit.iterations(), "step");
   }
   return fit.rows() > fit.theta().size() ? ""
-                                         : "the gains are not estimated: " + counted(fit.rows(), "row") +
+                                         : "The gains are not estimated: " + counted(fit.rows(), "row") +
                                                " for " + counted(fit.theta().size(), "unknown");
 }
 

@@ -1,25 +1,11 @@
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "report/identification/sections.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
-
-namespace {
-
-// Where the scale of the gains is from, or why there is none.
-std::string scale_sentence(const GainReport& gains) {
-  if (gains.scale.starts_with("from ")) {
-    return "The scale of the gains comes " + gains.scale;
-  }
-  std::string out = gains.scale;
-  if (!out.empty() && out.front() >= 'a' && out.front() <= 'z') {
-    out.front() = static_cast<char>(out.front() - 'a' + 'A');
-  }
-  return out;
-}
-
-}  // namespace
 
 Section gains_section(const Identification& result) {
   struct Line {
@@ -32,7 +18,7 @@ Section gains_section(const Identification& result) {
   using L = Line;
   const GainReport& gains = *result.gains;
   Section out{"gains", "Drive gains", "Drive gains"};
-  out.blocks.push_back({Sentence{scale_sentence(gains)}});
+  out.blocks.push_back({Sentence{gains.scale}});
   if (!gains.identified) {
     return out;
   }
