@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs what packages.txt lists and the packages that are named behind it, on Debian 12 and Ubuntu 24.04 or later, and with
+# Installs what packages.txt lists and the packages that are named behind it, on Debian 12 and 13, and with
 # pip into build/venv what the Python package is built and tested with, python/requirements-test.txt, and what builds the
 # documentation, docs/site/requirements.txt. It says what it installs, which may take minutes; where everything is installed
 # already it is silent and touches neither the network nor sudo. Where pip fails, the Python package is left out, unless CI is set.
