@@ -121,15 +121,26 @@ TEST(FrictionCurve, IsTheLawWithTheBandOfItsParameters) {
   }
 }
 
-TEST(FrictionCurve, ShowsFrictionByLoadAtTheLoadThatIsGiven) {
+Robot scara_with_load() {
   Robot robot = test::scara();
   robot.joints[1].friction = Friction::load;
+  return robot;
+}
+
+// Fl2 = 0.25, all else zero.
+Identification load_friction_alone(const Robot& robot) {
   Identification result;
   result.base = base_parameters(robot);
   result.chi = Vector::Zero(result.base.size());
   for (Index i = 0; i < result.chi.size(); ++i) {
     result.chi[i] = result.base.parameters[static_cast<std::size_t>(i)].name == "Fl2" ? 0.25 : 0.0;
   }
+  return result;
+}
+
+TEST(FrictionCurve, ShowsFrictionByLoadAtTheLoadThatIsGiven) {
+  const Robot robot = scara_with_load();
+  const Identification result = load_friction_alone(robot);
   const FrictionCurve curve = friction_law(robot, result, 1, 3.0, 8.0);
   EXPECT_DOUBLE_EQ(curve.torque[0], -2.0);
   EXPECT_DOUBLE_EQ(curve.torque[curve.torque.size() - 1], 2.0);
@@ -137,14 +148,8 @@ TEST(FrictionCurve, ShowsFrictionByLoadAtTheLoadThatIsGiven) {
 
 // Rows belong to the point of the curve that is nearest, on their own side of rest; the load is the mean of what is no friction.
 TEST(FrictionCurve, HasTheMeansOfTheRows) {
-  Robot robot = test::scara();
-  robot.joints[1].friction = Friction::load;
-  Identification result;
-  result.base = base_parameters(robot);
-  result.chi = Vector::Zero(result.base.size());
-  for (Index i = 0; i < result.chi.size(); ++i) {
-    result.chi[i] = result.base.parameters[static_cast<std::size_t>(i)].name == "Fl2" ? 0.25 : 0.0;
-  }
+  const Robot robot = scara_with_load();
+  const Identification result = load_friction_alone(robot);
   StackedRows rows;
   rows.velocity = Eigen::Vector4d(2.0, 1.99, -0.001, 0.001);
   rows.friction = Eigen::Vector4d(3.0, 5.0, -7.0, 8.0);
