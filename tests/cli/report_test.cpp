@@ -1,6 +1,9 @@
 // The page that rivid_identify writes with --report; page_test has what a browser makes of it.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 #include <sstream>
 
@@ -42,6 +45,11 @@ TEST_F(Report, TablesFollowTheWidthOfTheTerminal) {
   if (!std::filesystem::exists("/usr/bin/script")) {
     GTEST_SKIP() << "script of util-linux, which makes a terminal, was not found";
   }
+  const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);
+  if (terminal < 0) {
+    GTEST_SKIP() << "this system gives no terminals (/dev/ptmx)";
+  }
+  ::close(terminal);
   constexpr std::size_t columns = 60;
   const Outcome run = rivid::test::outcome_of(
       {"/usr/bin/script", "--quiet", "--return", "--command",

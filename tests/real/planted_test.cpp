@@ -96,6 +96,8 @@ struct Arm {
   // Faults that are named at least. At TX40 and KUKA friction and rotor inertias of their own make up most of the torques of a joint:
   // a wrong scale, zero or instant is taken up by these, and the log fits as well as before.
   std::size_t least;
+
+  friend std::ostream& operator<<(std::ostream& out, const Arm& arm) { return out << arm.name; }
 };
 
 class Planted : public rivid::test::RealExperiment, public testing::WithParamInterface<Arm> {
@@ -146,6 +148,7 @@ TEST_P(Planted, FaultsAreNamed) {
 
 INSTANTIATE_TEST_SUITE_P(Arms, Planted,
                          testing::Values(Arm{"ur10e", 13}, Arm{"panda", 14}, Arm{"tx40", 10},
-                                         Arm{"kuka_kr300", 12}, Arm{"ur10_vrep", 14}));
+                                         Arm{"kuka_kr300", 12}, Arm{"ur10_vrep", 14}),
+                         [](const auto& arm) { return std::string(arm.param.name); });
 
 }  // namespace

@@ -43,14 +43,14 @@ std::map<std::string, Vector> read_oracle() {
   return cases;
 }
 
-const Vector& oracle(const std::string& name) {
+Vector oracle(const std::string& name) {
   static const std::map<std::string, Vector> cases = read_oracle();
   return cases.at(name);
 }
 
 // Largest difference in units of the oracle's largest value.
 double relative_error(const Matrix& got, const std::string& name) {
-  const Vector& expected = oracle(name);
+  const Vector expected = oracle(name);
   EXPECT_EQ(got.rows(), expected.size()) << name;
   EXPECT_EQ(got.cols(), 1) << name;
   const double error = (got - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
@@ -58,7 +58,7 @@ double relative_error(const Matrix& got, const std::string& name) {
 }
 
 Vector gains(const Filter& filter) {
-  const Vector& frequencies_hz = oracle("frequencies_hz");
+  const Vector frequencies_hz = oracle("frequencies_hz");
   Vector out(frequencies_hz.size());
   std::transform(frequencies_hz.begin(), frequencies_hz.end(), out.begin(),
                  [&](double f_hz) { return gain(filter, f_hz, f_m); });

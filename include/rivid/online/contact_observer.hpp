@@ -17,6 +17,36 @@
 
 namespace rivid {
 
+namespace detail {
+
+/// Coefficients and, in the last column, right-hand sides.
+template <typename Scalar>
+using ThreeEquations = std::array<std::array<Scalar, 4>, 3>;
+
+/// Elimination without pivots, for positive definite coefficients.
+template <typename Scalar>
+[[nodiscard]] Eigen::Vector3<Scalar> solved(ThreeEquations<Scalar> A) noexcept {
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = k + 1; i < 3; ++i) {
+      const Scalar factor = A[i][k] / A[k][k];
+      for (std::size_t c = k; c < 4; ++c) {
+        A[i][c] -= factor * A[k][c];
+      }
+    }
+  }
+  Eigen::Vector3<Scalar> out;
+  for (std::size_t k = 3; k-- > 0;) {
+    Scalar sum = A[k][3];
+    for (std::size_t c = k + 1; c < 3; ++c) {
+      sum -= A[k][c] * out[static_cast<Index>(c)];
+    }
+    out[static_cast<Index>(k)] = sum / A[k][k];
+  }
+  return out;
+}
+
+}  // namespace detail
+
 struct ContactObserverOptions {
   double f_m = 1000.0;  ///< ticks a second [Hz]
   double bandwidth =
@@ -201,6 +231,8 @@ class ContactObserver {
   }
   [[nodiscard]] const Moments& moments(Index j) const noexcept;
   void follow_class(Index j) noexcept;
+  template <typename Visit>
+  void visit_frames(Index last, const Visit& visit) const noexcept;
   [[nodiscard]] bool known(const Moments& m) const noexcept { return m.count >= enough * options_.f_m; }
 
   ModelData model_;
@@ -412,6 +444,42 @@ void ContactObserver<Scalar>::judge() noexcept {
   }
 }
 
+// Frames of the joints up to `last` one after the other, in the base.
+template <typename Scalar>
+template <typename Visit>
+void ContactObserver<Scalar>::visit_frames(Index last, const Visit& visit) const noexcept {
+  Eigen::Matrix3<Scalar> R = Eigen::Matrix3<Scalar>::Identity();
+  Eigen::Vector3<Scalar> p = Eigen::Vector3<Scalar>::Zero();
+  for (Index j = 0; j <= last; ++j) {
+    const Chain::Link& l = model_.chain.links[static_cast<std::size_t>(j)];
+    const Eigen::Vector3<Scalar> offset = l.p.template cast<Scalar>();
+    for (Index i = 0; i < 3; ++i) {
+      p[i] += R(i, 0) * offset[0] + R(i, 1) * offset[1] + R(i, 2) * offset[2];
+    }
+    Eigen::Matrix3<Scalar> next;
+    for (Index i = 0; i < 3; ++i) {
+      for (Index k = 0; k < 3; ++k) {
+        next(i, k) = R(i, 0) * static_cast<Scalar>(l.R(0, k)) + R(i, 1) * static_cast<Scalar>(l.R(1, k)) +
+                     R(i, 2) * static_cast<Scalar>(l.R(2, k));
+      }
+    }
+    R = next;
+    if (l.type == JointType::revolute) {
+      Scalar s(0);
+      Scalar c(1);
+      detail::sin_cos(q_[j], s, c);
+      for (Index i = 0; i < 3; ++i) {
+        const Scalar x = R(i, 0);
+        R(i, 0) = c * x + s * R(i, 1);
+        R(i, 1) = c * R(i, 1) - s * x;
+      }
+    } else {
+      p += R.col(2) * q_[j];
+    }
+    visit(j, R, p);
+  }
+}
+
 template <typename Scalar>
 Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
                                                       const Eigen::Vector3<Scalar>& point) const noexcept {
@@ -420,47 +488,15 @@ Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
   if (link < 0 || link >= size()) {
     return V::Zero();
   }
-  const auto pose = [&](Index last, auto&& visit) {
-    M R = M::Identity();
-    V p = V::Zero();
-    for (Index j = 0; j <= last; ++j) {
-      const Chain::Link& l = model_.chain.links[static_cast<std::size_t>(j)];
-      const V offset = l.p.template cast<Scalar>();
-      for (Index i = 0; i < 3; ++i) {
-        p[i] += R(i, 0) * offset[0] + R(i, 1) * offset[1] + R(i, 2) * offset[2];
-      }
-      M next;
-      for (Index i = 0; i < 3; ++i) {
-        for (Index k = 0; k < 3; ++k) {
-          next(i, k) = R(i, 0) * static_cast<Scalar>(l.R(0, k)) + R(i, 1) * static_cast<Scalar>(l.R(1, k)) +
-                       R(i, 2) * static_cast<Scalar>(l.R(2, k));
-        }
-      }
-      R = next;
-      if (l.type == JointType::revolute) {
-        Scalar s(0);
-        Scalar c(1);
-        detail::sin_cos(q_[j], s, c);
-        for (Index i = 0; i < 3; ++i) {
-          const Scalar x = R(i, 0);
-          R(i, 0) = c * x + s * R(i, 1);
-          R(i, 1) = c * R(i, 1) - s * x;
-        }
-      } else {
-        p += R.col(2) * q_[j];
-      }
-      visit(j, R, p);
-    }
-  };
   V at = V::Zero();
-  pose(link, [&](Index j, const M& R, const V& p) {
+  visit_frames(link, [&](Index j, const M& R, const V& p) {
     if (j == link) {
       at = p + R.col(0) * point[0] + R.col(1) * point[1] + R.col(2) * point[2];
     }
   });
   // Weighted normal equations of three unknowns; a ridge stands for directions that are not seen.
-  std::array<std::array<Scalar, 4>, 3> A{};
-  pose(link, [&](Index j, const M& R, const V& p) {
+  detail::ThreeEquations<Scalar> A{};
+  visit_frames(link, [&](Index j, const M& R, const V& p) {
     const V axis = R.col(2);
     const V arm = at - p;
     const V row = model_.chain.links[static_cast<std::size_t>(j)].type == JointType::revolute
@@ -483,23 +519,7 @@ Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
   for (std::size_t i = 0; i < 3; ++i) {
     A[i][i] += ridge;
   }
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t i = k + 1; i < 3; ++i) {
-      const Scalar factor = A[i][k] / A[k][k];
-      for (std::size_t c = k; c < 4; ++c) {
-        A[i][c] -= factor * A[k][c];
-      }
-    }
-  }
-  V out;
-  for (std::size_t k = 3; k-- > 0;) {
-    Scalar sum = A[k][3];
-    for (std::size_t c = k + 1; c < 3; ++c) {
-      sum -= A[k][c] * out[static_cast<Index>(c)];
-    }
-    out[static_cast<Index>(k)] = sum / A[k][k];
-  }
-  return out;
+  return detail::solved<Scalar>(A);
 }
 
 }  // namespace rivid

@@ -234,7 +234,14 @@ class PayloadEstimator {
   void begin_payload() noexcept;
   void solve_a_row() noexcept;
   void publish() noexcept;
-  void publish_inertia(const Eigen::Matrix3<Scalar>& I, const Eigen::Vector3<Scalar>& sigma) noexcept;
+  // Of a linear function of the body in the flange frame; `by_body` are its slopes.
+  [[nodiscard]] Scalar deviation(const Ten& by_body) const noexcept;
+  // A deviation, with what the gains add to that of a value.
+  [[nodiscard]] Scalar with_gain(const Scalar& sigma, const Scalar& value) const noexcept;
+  void add_centre_of_mass(const Ten& body, OnlinePayload<Scalar>& out) const noexcept;
+  void add_inertia(const Ten& body, OnlinePayload<Scalar>& out) const noexcept;
+  void name_change(const Scalar& m, const Scalar& sigma) noexcept;
+  [[nodiscard]] bool is_good(const OnlinePayload<Scalar>& payload) const noexcept;
 
   PayloadEstimatorOptions options_;
   detail::BodyColumns columns_;
@@ -472,8 +479,6 @@ void PayloadEstimator<Scalar>::finish() noexcept {
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::publish() noexcept {
-  using std::abs;
-  using std::sqrt;
   lambda_ = next_lambda_;
   rows_.set_body(lambda_, columns_.body);
   Ten body = Ten::Zero();
@@ -481,91 +486,113 @@ void PayloadEstimator<Scalar>::publish() noexcept {
     body += to_flange_.col(k) * lambda_[k];
   }
   const Scalar m = body[9];
-  const auto deviation = [&](const Ten& by_body) {
-    Ten slope;  // by λ
-    for (Index k = 0; k < inertial_count; ++k) {
-      slope[k] = by_body.dot(to_flange_.col(k));
-    }
-    Scalar sum(0);
-    for (Index i = 0; i < inertial_count; ++i) {
-      sum = sum + slope[i] * slope.dot(C_lambda_.col(i));
-    }
-    return sqrt(std::max(sum, Scalar(0)));
-  };
-  const auto gain = static_cast<Scalar>(options_.gain_sigma);
-  const auto with_gain = [&](const Scalar& sigma, const Scalar& value) {
-    return sqrt(sigma * sigma + gain * gain * value * value);
-  };
   OnlinePayload<Scalar> out;
   out.mass_sigma = with_gain(deviation(Ten::Unit(9)), m);
   out.mass = std::max(m, Scalar(0));
   out.held = m > static_cast<Scalar>(held_deviations) * out.mass_sigma;
   if (out.held) {
-    Eigen::Vector3<Scalar> c;
-    Scalar reach(0);
-    for (Index k = 0; k < 3; ++k) {
-      c[k] = body[6 + k] / m;
-      reach = reach + c[k] * c[k];
-    }
-    for (Index k = 0; k < 3; ++k) {
-      Ten slope = Ten::Zero();
-      slope[6 + k] = Scalar(1) / m;
-      slope[9] = -c[k] / m;
-      out.com_sigma[k] = with_gain(deviation(slope), sqrt(reach));
-    }
-    out.com = c;
-    Eigen::Matrix3<Scalar> I;
-    I << body[0], body[1], body[2], body[1], body[3], body[4], body[2], body[4], body[5];
-    Eigen::Vector3<Scalar> sigma;
-    constexpr std::array<Index, 3> moments = {0, 3, 5};
-    for (Index k = 0; k < 3; ++k) {
-      // Ixx about the centre of mass: XX − m (c_y² + c_z²), in the first moments.
-      Ten slope = Ten::Zero();
-      slope[moments[static_cast<std::size_t>(k)]] = Scalar(1);
-      for (Index i = 0; i < 3; ++i) {
-        if (i != k) {
-          slope[6 + i] = Scalar(-2) * c[i];
-          slope[9] += c[i] * c[i];
-        }
-      }
-      sigma[k] = deviation(slope);
-      for (Index i = 0; i < 3; ++i) {
-        I(k, i) -= m * ((i == k ? reach : Scalar(0)) - c[k] * c[i]);
-      }
-    }
-    const Scalar before = I.diagonal().maxCoeff();
-    payload_ = out;
-    publish_inertia(I, sigma);
-    if (payload_.body) {
-      payload_.inertia_sigma = sigma;
-      for (Index k = 0; k < 3; ++k) {
-        payload_.inertia_sigma[k] = with_gain(sigma[k], before);
-      }
-    }
-    out = payload_;
+    add_centre_of_mass(body, out);
+    add_inertia(body, out);
   }
-  if (change_.kind == Change::Kind::unclear) {
-    const Scalar more = m - change_.mass_before;
-    if (abs(more) > static_cast<Scalar>(held_deviations) * (out.mass_sigma + change_.sigma_before)) {
-      change_.kind = more > Scalar(0) ? Change::Kind::pick_up : Change::Kind::release;
-    }
-  }
-  out.good = counters_.since_change >= steps_of_half_a_second_ && load_change_.quiet() &&
-             out.mass_half_width() <= std::max(static_cast<Scalar>(options_.good_mass) * out.mass,
-                                               static_cast<Scalar>(least_good_mass)) &&
-             (!out.held || out.com_half_width() <= static_cast<Scalar>(options_.good_com));
+  name_change(m, out.mass_sigma);
+  out.good = is_good(out);
   payload_ = out;
 }
 
-// The inertia about the centre of mass, where the motion shows it: that of the nearest body.
 template <typename Scalar>
-void PayloadEstimator<Scalar>::publish_inertia(const Eigen::Matrix3<Scalar>& I,
-                                               const Eigen::Vector3<Scalar>& sigma) noexcept {
-  const Scalar largest = I.diagonal().maxCoeff();
-  payload_.body = sigma.maxCoeff() <= static_cast<Scalar>(visible_inertia) * largest;
-  if (payload_.body) {
-    payload_.inertia = detail::nearest_inertia(I);
+Scalar PayloadEstimator<Scalar>::deviation(const Ten& by_body) const noexcept {
+  using std::sqrt;
+  Ten slope;  // by λ
+  for (Index k = 0; k < inertial_count; ++k) {
+    slope[k] = by_body.dot(to_flange_.col(k));
   }
+  Scalar sum(0);
+  for (Index i = 0; i < inertial_count; ++i) {
+    sum = sum + slope[i] * slope.dot(C_lambda_.col(i));
+  }
+  return sqrt(std::max(sum, Scalar(0)));
+}
+
+template <typename Scalar>
+Scalar PayloadEstimator<Scalar>::with_gain(const Scalar& sigma, const Scalar& value) const noexcept {
+  using std::sqrt;
+  const auto gain = static_cast<Scalar>(options_.gain_sigma);
+  return sqrt(sigma * sigma + gain * gain * value * value);
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::add_centre_of_mass(const Ten& body,
+                                                  OnlinePayload<Scalar>& out) const noexcept {
+  using std::sqrt;
+  const Scalar& m = body[9];
+  Scalar reach(0);
+  for (Index k = 0; k < 3; ++k) {
+    out.com[k] = body[6 + k] / m;
+    reach = reach + out.com[k] * out.com[k];
+  }
+  for (Index k = 0; k < 3; ++k) {
+    Ten slope = Ten::Zero();
+    slope[6 + k] = Scalar(1) / m;
+    slope[9] = -out.com[k] / m;
+    out.com_sigma[k] = with_gain(deviation(slope), sqrt(reach));
+  }
+}
+
+// About the centre of mass, where the motion shows it.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::add_inertia(const Ten& body, OnlinePayload<Scalar>& out) const noexcept {
+  const Eigen::Vector3<Scalar>& c = out.com;
+  Scalar reach(0);
+  for (Index k = 0; k < 3; ++k) {
+    reach = reach + c[k] * c[k];
+  }
+  Eigen::Matrix3<Scalar> I;
+  I << body[0], body[1], body[2], body[1], body[3], body[4], body[2], body[4], body[5];
+  Eigen::Vector3<Scalar> sigma;
+  constexpr std::array<Index, 3> moments = {0, 3, 5};
+  for (Index k = 0; k < 3; ++k) {
+    // Ixx about the centre of mass: XX − m (c_y² + c_z²), in the first moments.
+    Ten slope = Ten::Zero();
+    slope[moments[static_cast<std::size_t>(k)]] = Scalar(1);
+    for (Index i = 0; i < 3; ++i) {
+      if (i != k) {
+        slope[6 + i] = Scalar(-2) * c[i];
+        slope[9] += c[i] * c[i];
+      }
+    }
+    sigma[k] = deviation(slope);
+    for (Index i = 0; i < 3; ++i) {
+      I(k, i) -= body[9] * ((i == k ? reach : Scalar(0)) - c[k] * c[i]);
+    }
+  }
+  const Scalar largest = I.diagonal().maxCoeff();
+  out.body = sigma.maxCoeff() <= static_cast<Scalar>(visible_inertia) * largest;
+  if (out.body) {
+    out.inertia = detail::nearest_inertia(I);
+    for (Index k = 0; k < 3; ++k) {
+      out.inertia_sigma[k] = with_gain(sigma[k], largest);
+    }
+  }
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::name_change(const Scalar& m, const Scalar& sigma) noexcept {
+  using std::abs;
+  if (change_.kind != Change::Kind::unclear) {
+    return;
+  }
+  const Scalar more = m - change_.mass_before;
+  if (abs(more) > static_cast<Scalar>(held_deviations) * (sigma + change_.sigma_before)) {
+    change_.kind = more > Scalar(0) ? Change::Kind::pick_up : Change::Kind::release;
+  }
+}
+
+template <typename Scalar>
+bool PayloadEstimator<Scalar>::is_good(const OnlinePayload<Scalar>& payload) const noexcept {
+  return counters_.since_change >= steps_of_half_a_second_ && load_change_.quiet() &&
+         payload.mass_half_width() <= std::max(static_cast<Scalar>(options_.good_mass) * payload.mass,
+                                               static_cast<Scalar>(least_good_mass)) &&
+         (!payload.held || payload.com_half_width() <= static_cast<Scalar>(options_.good_com));
 }
 
 }  // namespace rivid

@@ -4,19 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dense.hpp"
 #include "rivid/regressor/batch.hpp"
-#include "rivid/solve/streaming_qr.hpp"
 
 namespace rivid::detail {
 
 namespace {
 
-// Blocks of time that errors are independent between.
-constexpr Index wanted_blocks = 20;
-// Instants of all logs that are compared.
-constexpr Index most_instants = 400;
-constexpr Index rows_of_a_column = 3;
 // Of lengths [m], angles [rad] and the sampling rate, for differences.
 constexpr double small_step = 1e-5;
 // Joints as far apart as the motors of wrists turn together.
@@ -368,108 +361,6 @@ Eigen::Vector3d tilted_gravity(const Robot& robot, const Vector& angles) {
   const Eigen::Vector3d first = g.unitOrthogonal();
   const Eigen::Vector3d axis = angles[0] * first + angles[1] * g.normalized().cross(first);
   return axis.norm() > 0.0 ? Eigen::Vector3d(Eigen::AngleAxisd(axis.norm(), axis.normalized()) * g) : g;
-}
-
-std::optional<ProbedRows> ProbedRows::of(const TorqueProbe& probe, const Robot& robot,
-                                         const Identification& result) {
-  const Index n = robot.size();
-  const BaseParameters& base = result.base;
-  ProbedRows out;
-  std::vector<Observation> W;
-  std::vector<Index> first_block;
-  double seconds = 0.0;
-  Index instants = 0;
-  const auto duration = [](const ProbedLog& log) {
-    return static_cast<double>(log.log->samples()) / log.log->f_m;
-  };
-  for (const ProbedLog& log : probe.logs()) {
-    seconds += duration(log);
-    instants += log.size();
-  }
-  const Index every = std::max<Index>(1, instants / most_instants);
-  std::vector<Index> blocks;
-  for (const ProbedLog& log : probe.logs()) {
-    PickedLog picked{&log, {}, {}};
-    for (Index i = 0; i < log.size(); i += every) {
-      picked.instants.push_back(i);
-    }
-    picked.motion = {log.motion.q(picked.instants, Eigen::all), log.motion.qd(picked.instants, Eigen::all),
-                     log.motion.qdd(picked.instants, Eigen::all)};
-    W.push_back(probe.averaged_observation(log, picked.instants));
-    first_block.push_back(out.blocks);
-    blocks.push_back(std::max<Index>(std::lround(wanted_blocks * duration(log) / seconds), 1));
-    out.blocks += blocks.back();
-    out.logs.push_back(std::move(picked));
-  }
-  out.weights = Eigen::Map<const Vector>(result.weights.data(), n);
-  Index rows = 0;
-  for (Index j = 0; j < n; ++j) {
-    Index of_joint = 0;
-    for (std::size_t l = 0; l < out.logs.size(); ++l) {
-      Piece piece{j, l, {}, rows};
-      for (std::size_t i = 0; i < out.logs[l].instants.size(); ++i) {
-        if (out.logs[l].log->moves(out.logs[l].instants[i], j)) {
-          piece.instants.push_back(static_cast<Index>(i));
-        }
-      }
-      rows += piece.size();
-      of_joint += piece.size();
-      out.pieces.push_back(std::move(piece));
-    }
-    if (of_joint < rows_of_a_column * W.front().joints[static_cast<std::size_t>(j)].W.cols()) {
-      return std::nullopt;
-    }
-  }
-  out.W = Matrix::Zero(rows, base.size());
-  out.Y = Vector(rows);
-  for (const Piece& piece : out.pieces) {
-    const PickedLog& log = out.logs[piece.log];
-    const JointRows& of_joint = W[piece.log].joints[static_cast<std::size_t>(piece.joint)];
-    for (std::size_t c = 0; c < of_joint.columns.size(); ++c) {
-      out.W.col(of_joint.columns[c]).segment(piece.first, piece.size()) =
-          of_joint.W.col(static_cast<Index>(c))(piece.instants);
-    }
-    for (Index i = 0; i < piece.size(); ++i) {
-      const Index instant =
-          log.instants[static_cast<std::size_t>(piece.instants[static_cast<std::size_t>(i)])];
-      out.Y[piece.first + i] = log.log->tau(instant, piece.joint);
-      out.block_of.push_back(first_block[piece.log] +
-                             blocks[piece.log] * log.log->samples[static_cast<std::size_t>(instant)] /
-                                 log.log->log->samples());
-    }
-  }
-  for (const Piece& piece : out.pieces) {
-    out.W.middleRows(piece.first, piece.size()) *= out.weights[piece.joint];
-    out.Y.segment(piece.first, piece.size()) *= out.weights[piece.joint];
-  }
-  if (!out.fit(true) || !(out.residual.squaredNorm() > 0.0)) {
-    return std::nullopt;
-  }
-  return out;
-}
-
-bool ProbedRows::fit(bool with_chi) {
-  constexpr double independent = 1e-12;
-  StreamingQr qr(W.cols(), 1);
-  qr.add(W, Y);
-  R = qr.R();
-  const Vector diagonal = R.diagonal().cwiseAbs();
-  if (!(diagonal.minCoeff() > independent * diagonal.maxCoeff())) {
-    return false;
-  }
-  const Vector solution = R.triangularView<Eigen::Upper>().solve(qr.qty());
-  residual = Y - W * solution;
-  if (with_chi) {
-    chi = solution;
-  }
-  return true;
-}
-
-bool ProbedRows::take(const Matrix& columns) {
-  const Index before = W.cols();
-  W.conservativeResize(Eigen::NoChange, before + columns.cols());
-  W.rightCols(columns.cols()) = columns * (W.leftCols(before).norm() / columns.norm());
-  return fit(false);
 }
 
 std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,

@@ -29,6 +29,27 @@ TestResult chi_square_test(double statistic, double freedom) {
   return {.statistic = statistic, .freedom = freedom, .p = chi_square_tail(statistic, freedom)};
 }
 
+// Variances of the parameters by what they are without each block; some are not finite where a block determines one alone.
+Vector jackknife_variance(std::span<const BlockSums> blocks, const Matrix& bread) {
+  const Index b = bread.rows();
+  const auto G = static_cast<Index>(blocks.size());
+  Matrix left_out(b, G);
+  Matrix influence(b, G);
+  for (Index g = 0; g < G; ++g) {
+    const BlockSums& block = blocks[static_cast<std::size_t>(g)];
+    influence.col(g) = bread * block.Z_rho;
+    // χ̂ without the block: (A − A_g)⁻¹ (a − a_g).
+    left_out.col(g) = -solve(Matrix::Identity(b, b) - bread * block.ZW, influence.col(g));
+  }
+  left_out.colwise() -= left_out.rowwise().mean().eval();
+  // A block draws the estimate towards itself: its influence is too small by one minus its leverage, and what the estimate without
+  // it moves by too large by as much. With errors that last the larger one is the better one by far.
+  constexpr double of_left_out = 1.5;
+  const auto count = static_cast<double>(G);
+  return (count - 1.0) / count * left_out.rowwise().norm().array().pow(of_left_out) *
+         influence.rowwise().norm().array().pow(2.0 - of_left_out);
+}
+
 }  // namespace
 
 Index lag_of(std::span<const Matrix> series, double interval, const CovarianceOptions& options) {
@@ -85,40 +106,20 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
   constexpr double common = 9.0;
   // By which deviations shrink at most.
   constexpr double least = 0.5;
-  const Index b = bread.rows();
   const auto G = static_cast<Index>(blocks.size());
   if (G < 4) {
     return;
   }
-  Matrix left_out(b, G);
-  Matrix influence(b, G);
-  for (Index g = 0; g < G; ++g) {
-    const BlockSums& block = blocks[static_cast<std::size_t>(g)];
-    influence.col(g) = bread * block.Z_rho;
-    // χ̂ without the block: (A − A_g)⁻¹ (a − a_g).
-    left_out.col(g) = -solve(Matrix::Identity(b, b) - bread * block.ZW, influence.col(g));
-  }
-  if (!left_out.allFinite()) {
+  const Vector variance = uncertainty.C.diagonal();
+  const Vector by_blocks = jackknife_variance(blocks, bread);
+  if (!by_blocks.allFinite()) {
     return;
   }
-  left_out.colwise() -= left_out.rowwise().mean().eval();
-  const auto freedom = static_cast<double>(G - 1);
-  // A block draws the estimate towards itself: its influence is too small by one minus its leverage, and what the estimate without
-  // it moves by too large by as much. With errors that last the larger one is the better one by far.
-  constexpr double of_left_out = 1.5;
-  const Vector jackknife =
-      freedom / static_cast<double>(G) *
-      left_out.rowwise()
-          .norm()
-          .array()
-          .pow(of_left_out)
-          .matrix()
-          .cwiseProduct(influence.rowwise().norm().array().pow(2.0 - of_left_out).matrix());
+  const auto usable = [&](Index i) { return std::isfinite(variance[i]) && variance[i] > 0.0; };
   std::vector<double> ratios;
-  for (Index i = 0; i < b; ++i) {
-    const double variance = uncertainty.C(i, i);
-    if (std::isfinite(variance) && variance > 0.0) {
-      ratios.push_back(jackknife[i] / variance);
+  for (Index i = 0; i < by_blocks.size(); ++i) {
+    if (usable(i)) {
+      ratios.push_back(by_blocks[i] / variance[i]);
     }
   }
   if (ratios.empty()) {
@@ -127,15 +128,15 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
   std::ranges::sort(ratios);
   // The median of a mean of nine squares is 0.927 of its mean.
   const double all = std::max(ratios[ratios.size() / 2] / 0.927, least * least);
-  Vector scale = Vector::Ones(b);
-  for (Index i = 0; i < b; ++i) {
-    const double variance = uncertainty.C(i, i);
-    if (std::isfinite(variance) && variance > 0.0) {
-      const double own = std::max(jackknife[i] / variance, least * least);
+  const auto freedom = static_cast<double>(G - 1);
+  Vector scale = Vector::Ones(variance.size());
+  for (Index i = 0; i < scale.size(); ++i) {
+    if (usable(i)) {
+      const double own = std::max(by_blocks[i] / variance[i], least * least);
       scale[i] = std::sqrt((common * all + freedom * own) / (common + freedom));
     }
   }
-  uncertainty.plain_sigma = uncertainty.C.diagonal().cwiseSqrt();
+  uncertainty.plain_sigma = variance.cwiseSqrt();
   uncertainty.report.kind = CovarianceKind::blocks;
   uncertainty.report.blocks = static_cast<int>(G);
   uncertainty.report.block_ratio = std::sqrt(all);

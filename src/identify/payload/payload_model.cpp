@@ -145,68 +145,72 @@ Inertial PayloadFit::body(std::size_t k, const Eigen::Ref<const Vector>& pi) con
   return inertial_from_com(m, pi.head<3>() / m, Eigen::Matrix3d::Zero());
 }
 
-PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows& rows,
-                                        const Vector& theta) const {
-  const Index count = rows.W.rows();
-  const Index own = static_cast<Index>(rows.columns.size());
-  Tangent out{Matrix::Zero(count, theta.size()), rows.y};
+Matrix PayloadFit::slopes_of_body(std::size_t k) const {
+  if (problem_.loads[k].shape == PayloadModel::body) {
+    return Matrix::Identity(inertial_count, inertial_count);
+  }
+  return point_slopes(theta_.segment(payload_at_[k], payload_size(k)));
+}
+
+PayloadFit::Columns PayloadFit::columns_of(const PayloadLog& log, const PayloadRows& rows) const {
+  const auto own = static_cast<Index>(rows.columns.size());
+  Columns out{Vector::Zero(own), Matrix::Zero(rows.W.rows(), inertial_count), -1};
   const bool loaded = log.load != PayloadLog::no_load;
   const auto which = static_cast<std::size_t>(std::max<Index>(log.load, 0));
-  const Vector pi = loaded ? Vector(theta.segment(payload_at_[which], payload_size(which))) : Vector();
-  const Inertial load = loaded ? body(which, pi) : Inertial::Zero();
-  // Values of all columns, the payload's own on top of the arm's, and where the payload's stand.
-  Vector value = Vector::Zero(own);
-  Matrix body_columns = Matrix::Zero(count, inertial_count);
-  Index sign_column = -1;
+  const Inertial load =
+      loaded ? body(which, theta_.segment(payload_at_[which], payload_size(which))) : Inertial::Zero();
   for (Index c = 0; c < own; ++c) {
     const Index at = rows.columns[static_cast<std::size_t>(c)];
-    value[c] = at < b_ ? theta[at] : 0.0;
-    sign_column = at == sign_at_[rows.joint] ? c : sign_column;
+    out.value[c] = at < b_ ? theta_[at] : 0.0;
+    out.sign = at == sign_at_[rows.joint] ? c : out.sign;
     for (std::size_t k = 0; loaded && k < inertial_count; ++k) {
       if (problem_.columns.body[k] == at) {
-        value[c] += load[static_cast<Index>(k)];
-        body_columns.col(static_cast<Index>(k)) = rows.W.col(c);
+        out.value[c] += load[static_cast<Index>(k)];
+        out.of_body.col(static_cast<Index>(k)) = rows.W.col(c);
       }
     }
   }
-  const Index Fl_at = load_at_[rows.joint];
-  const double Fl = Fl_at >= 0 ? theta[Fl_at] : 0.0;
+  return out;
+}
+
+// y = r (rigid + Fl sign(q̇) |rigid| + rest), where the rest is what load friction does not follow.
+PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows& rows) const {
+  const Index count = rows.W.rows();
+  const auto own = static_cast<Index>(rows.columns.size());
+  const Columns columns = columns_of(log, rows);
+  const auto is_rigid = [&](Index at) { return rigid_[static_cast<std::size_t>(at)] != 0; };
   Vector rigid = Vector::Zero(count);
   Vector torque = Vector::Zero(count);
   for (Index c = 0; c < own; ++c) {
-    const auto at = static_cast<std::size_t>(rows.columns[static_cast<std::size_t>(c)]);
-    (rigid_[at] != 0 ? rigid : torque) += value[c] * rows.W.col(c);
-  }
-  Vector factor = Vector::Ones(count);
-  if (Fl_at >= 0 && sign_column >= 0) {
-    const Vector sign = rows.W.col(sign_column);
-    const Vector by_load = sign.cwiseProduct(rigid.cwiseAbs());
-    out.J.col(Fl_at) = by_load;
-    torque += Fl * by_load;
-    factor += Fl * sign.cwiseProduct(rigid.unaryExpr(&sign_of));
+    const Index at = rows.columns[static_cast<std::size_t>(c)];
+    (is_rigid(at) ? rigid : torque) += columns.value[c] * rows.W.col(c);
   }
   torque += rigid;
+  Tangent out{Matrix::Zero(count, theta_.size()), rows.y};
+  Vector factor = Vector::Ones(count);  // ∂torque/∂rigid
+  const Index Fl_at = load_at_[rows.joint];
+  if (Fl_at >= 0 && columns.sign >= 0) {
+    const Vector sign = rows.W.col(columns.sign);
+    out.J.col(Fl_at) = sign.cwiseProduct(rigid.cwiseAbs());
+    torque += theta_[Fl_at] * out.J.col(Fl_at);
+    factor += theta_[Fl_at] * sign.cwiseProduct(rigid.unaryExpr(&sign_of));
+  }
   for (Index c = 0; c < own; ++c) {
     const Index at = rows.columns[static_cast<std::size_t>(c)];
     if (at < b_) {
-      out.J.col(at) = rigid_[static_cast<std::size_t>(at)] != 0 ? Vector(rows.W.col(c).cwiseProduct(factor))
-                                                                : Vector(rows.W.col(c));
+      out.J.col(at) = is_rigid(at) ? Vector(rows.W.col(c).cwiseProduct(factor)) : Vector(rows.W.col(c));
     }
   }
-  if (loaded) {
-    const Matrix slopes = factor.asDiagonal() * body_columns;
-    auto own_slopes = out.J.middleCols(payload_at_[which], payload_size(which));
-    if (problem_.loads[which].shape == PayloadModel::point) {
-      own_slopes = slopes * point_slopes(pi);
-    } else {
-      own_slopes = slopes;
-    }
+  if (log.load != PayloadLog::no_load) {
+    const auto which = static_cast<std::size_t>(log.load);
+    auto by_payload = out.J.middleCols(payload_at_[which], payload_size(which));
+    by_payload = factor.asDiagonal() * columns.of_body * slopes_of_body(which);
   }
   if (gains_at_ >= 0) {
     const Index at = gains_at_ + static_cast<Index>(rows.joint);
-    out.J *= theta[at];
+    out.J *= theta_[at];
     out.J.col(at) = torque;
-    torque *= theta[at];
+    torque *= theta_[at];
   }
   out.rho -= torque;
   return out;
@@ -253,7 +257,7 @@ PayloadFit::Normal PayloadFit::normal() const {
   Normal out{Matrix::Zero(p, p), Vector::Zero(p), Vector::Zero(n), Vector::Zero(n), Vector::Zero(n)};
   for (const PayloadLog& log : logs_) {
     for (const PayloadRows& rows : log.joints) {
-      const Tangent t = tangent(log, rows, theta_);
+      const Tangent t = tangent(log, rows);
       const auto j = static_cast<Index>(rows.joint);
       const double weight = weights_[j] * weights_[j];
       out.A.selfadjointView<Eigen::Lower>().rankUpdate(t.J.transpose(), weight);
@@ -317,44 +321,48 @@ bool PayloadFit::solve() {
   return settled;
 }
 
-Uncertainty PayloadFit::uncertainty() const {
-  const CovarianceOptions& options = problem_.covariance;
-  const Index p = theta_.size();
-  double interval = 0.0;
-  double seconds = 0.0;
-  for (const PayloadLog& log : logs_) {
-    interval = std::max(interval, static_cast<double>(log.stride) / log.f_m);
-    seconds += static_cast<double>(log.samples) / log.f_m;
-  }
-  std::vector<Matrix> series;
-  std::vector<BlockSums> blocks;
-  for (const PayloadLog& log : logs_) {
-    const double per_interval = interval * log.f_m;
-    const double duration = static_cast<double>(log.samples) / log.f_m;
-    Matrix& sums = series.emplace_back(
-        Matrix::Zero(static_cast<Index>(static_cast<double>(log.samples) / per_interval) + 1, p));
-    const Index count = std::max<Index>(std::lround(blocks_of_time * duration / seconds), 1);
-    const std::size_t first = blocks.size();
-    blocks.resize(first + static_cast<std::size_t>(count), {Matrix::Zero(p, p), Vector::Zero(p)});
-    for (const PayloadRows& rows : log.joints) {
-      const double w = weights_[static_cast<Index>(rows.joint)];
-      const Tangent t = tangent(log, rows, theta_);
-      const Vector leverage = (w * w * (t.J * bread_).cwiseProduct(t.J).rowwise().sum());
-      for (Index k = 0; k < t.rho.size(); ++k) {
-        const Index sample = rows.samples[static_cast<std::size_t>(k)];
-        // A row draws the estimate towards itself.
-        const double rho = t.rho[k] / (1.0 - std::min(leverage[k], most_leverage_of_row));
-        const Vector score = w * w * rho * t.J.row(k).transpose();
-        sums.row(interval_of(sample, per_interval)) += score.transpose();
-        BlockSums& block =
-            blocks[first + static_cast<std::size_t>(std::min(sample * count / log.samples, count - 1))];
-        block.Z_rho += score;
-        block.ZW.selfadjointView<Eigen::Lower>().rankUpdate(t.J.row(k).transpose(), w * w);
-      }
+void PayloadFit::add_scores(const PayloadLog& log, double interval, Matrix& series,
+                            std::span<BlockSums> blocks) const {
+  const auto count = static_cast<Index>(blocks.size());
+  for (const PayloadRows& rows : log.joints) {
+    const double w = weights_[static_cast<Index>(rows.joint)];
+    const Tangent t = tangent(log, rows);
+    const Vector leverage = (w * w * (t.J * bread_).cwiseProduct(t.J).rowwise().sum());
+    for (Index k = 0; k < t.rho.size(); ++k) {
+      const Index sample = rows.samples[static_cast<std::size_t>(k)];
+      // A row draws the estimate towards itself.
+      const double rho = t.rho[k] / (1.0 - std::min(leverage[k], most_leverage_of_row));
+      const Vector score = w * w * rho * t.J.row(k).transpose();
+      series.row(interval_of(sample, interval * log.f_m)) += score.transpose();
+      BlockSums& block = blocks[static_cast<std::size_t>(std::min(sample * count / log.samples, count - 1))];
+      block.Z_rho += score;
+      block.ZW.selfadjointView<Eigen::Lower>().rankUpdate(t.J.row(k).transpose(), w * w);
     }
   }
   for (BlockSums& block : blocks) {
     block.ZW.triangularView<Eigen::StrictlyUpper>() = block.ZW.transpose();
+  }
+}
+
+Uncertainty PayloadFit::uncertainty() const {
+  const CovarianceOptions& options = problem_.covariance;
+  const Index p = theta_.size();
+  const auto duration = [](const PayloadLog& log) { return static_cast<double>(log.samples) / log.f_m; };
+  double interval = 0.0;
+  double seconds = 0.0;
+  for (const PayloadLog& log : logs_) {
+    interval = std::max(interval, static_cast<double>(log.stride) / log.f_m);
+    seconds += duration(log);
+  }
+  std::vector<Matrix> series;
+  std::vector<BlockSums> blocks;
+  for (const PayloadLog& log : logs_) {
+    const auto intervals = static_cast<Index>(static_cast<double>(log.samples) / (interval * log.f_m)) + 1;
+    const Index count = std::max<Index>(std::lround(blocks_of_time * duration(log) / seconds), 1);
+    const std::size_t first = blocks.size();
+    blocks.resize(first + static_cast<std::size_t>(count), {Matrix::Zero(p, p), Vector::Zero(p)});
+    series.emplace_back(Matrix::Zero(intervals, p));
+    add_scores(log, interval, series.back(), std::span(blocks).subspan(first));
   }
   Uncertainty out = hac_covariance(series, interval, bread_, options, static_cast<double>(freedom()));
   if (resolved(options.kind, Convention::standard) == CovarianceKind::blocks) {

@@ -70,6 +70,12 @@ class PayloadFit {
   [[nodiscard]] int iterations() const { return iterations_; }
 
  private:
+  // Of the columns of a joint's rows.
+  struct Columns {
+    Vector value;    // their parameters, the payload's own on top of the arm's
+    Matrix of_body;  // (rows × 10) those that the payload multiplies
+    Index sign;      // the one of Fc; −1: none
+  };
   // Slopes of the rows and their residuals.
   struct Tangent {
     Matrix J;
@@ -88,7 +94,12 @@ class PayloadFit {
   [[nodiscard]] Normal normal() const;
   // Moves all unknowns but the gains to where they are best with these.
   void follow_gains();
-  [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows, const Vector& theta) const;
+  [[nodiscard]] Columns columns_of(const PayloadLog& log, const PayloadRows& rows) const;
+  [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows) const;
+  // ∂(XX … M)/∂π_k.
+  [[nodiscard]] Matrix slopes_of_body(std::size_t k) const;
+  // Adds the scores of a log's rows to the sums over intervals (s) and over the log's blocks of time.
+  void add_scores(const PayloadLog& log, double interval, Matrix& series, std::span<BlockSums> blocks) const;
   // What is known beforehand.
   [[nodiscard]] Known known() const;
   struct Inverse {
