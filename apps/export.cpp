@@ -108,7 +108,7 @@ Export model_of(const IdentifiedRobot& identified, const ExportArguments& argume
 
 int refused(const Path& file, const std::vector<Finding>& faults) {
   tell(faults);
-  std::cerr << "rivid_identify: " << file.string() << " is not written; --force does it nevertheless\n";
+  tell("rivid_identify: " + file.string() + " is not written; --force does it nevertheless\n");
   return no_success;
 }
 

@@ -169,8 +169,7 @@ int identify_merged(const MergeArguments& arguments) {
     files.push_back({folder / "report.html", ".html"});
   }
   std::vector<Path> inputs = arguments.files;
-  inputs.push_back(experiment.file);
-  inputs.push_back(experiment.robot_file);
+  std::ranges::copy(experiment.inputs(), std::back_inserter(inputs));
   Outputs outputs = planned(inputs, files);
   const Identification result = identify_factors(experiment, factors, arguments.files.front().string());
   const Provenance provenance = provenance_of_merge(arguments, experiment, factors, settings);

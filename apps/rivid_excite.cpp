@@ -168,9 +168,13 @@ Excitation designed(const Arguments& arguments, ExcitationPlan& plan) {
   plan.options.progress = std::ref(bar);
   const auto end = Clock::now() + std::chrono::seconds(arguments.seconds.value_or(0));
   plan.options.stopped = [&] { return interrupted != 0 || (arguments.seconds && Clock::now() >= end); };
-  struct sigaction action = {};
-  action.sa_handler = interrupt;
-  sigaction(SIGINT, &action, nullptr);
+  struct sigaction before = {};
+  sigaction(SIGINT, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) {
+    struct sigaction action = {};
+    action.sa_handler = interrupt;
+    sigaction(SIGINT, &action, nullptr);
+  }
   return design(plan.experiment.robot, plan.options);
 }
 

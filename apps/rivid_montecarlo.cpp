@@ -53,7 +53,8 @@ Command command_of(Arguments& to) {
                      thread_range},
                     set_argument(to.set),
                     {"--output", "DIR",
-                     "Folder for runs.csv and summary.json; default: EXPERIMENT_montecarlo", &to.output},
+                     "Folder for runs.csv, inputs.sha256 and summary.json; default: EXPERIMENT_montecarlo",
+                     &to.output},
                     {"--restart", "", "Begin anew instead of going on with the runs in the folder",
                      &to.restart},
                     {"--report", "", "Write report.html beside summary.json: plots to look at", &to.report},
@@ -139,7 +140,8 @@ struct Destination {
   [[nodiscard]] std::filesystem::path summary() const { return folder / "summary.json"; }
   [[nodiscard]] std::filesystem::path page() const { return folder / "report.html"; }
   [[nodiscard]] std::vector<PlannedFile> files() const {
-    std::vector<PlannedFile> out = {{folder / "runs.csv", ".csv"}, {summary(), ".json"}};
+    std::vector<PlannedFile> out = {
+        {folder / "runs.csv", ".csv"}, {folder / "inputs.sha256", ".sha256"}, {summary(), ".json"}};
     if (report) {
       out.push_back({page(), ".html"});
     }
@@ -238,7 +240,13 @@ int merge(const MergeArguments& arguments) {
                        .report = arguments.report,
                        .json = arguments.json,
                        .quiet = arguments.quiet};
-  Outputs outputs = planned(plan.experiment.inputs(Use::simulation), to.files());
+  std::vector<std::filesystem::path> inputs = plan.experiment.inputs(Use::simulation);
+  for (const std::filesystem::path& part : arguments.parts) {
+    inputs.push_back(part / "runs.csv");
+    inputs.push_back(part / "inputs.sha256");
+    inputs.push_back(part / "summary.json");
+  }
+  Outputs outputs = planned(inputs, to.files());
   MonteCarloFile file(to.folder, plan, false);
   for (const int run : file.missing()) {
     file.add(held.at(run));
@@ -251,25 +259,27 @@ int merge_command(int argc, char** argv) {
   return run_command(
       {.name = "rivid_montecarlo merge",
        .description = "Sums up the parts of a study that several machines made.",
-       .arguments = {{.name = "experiment",
-                      .value = "EXPERIMENT.toml",
-                      .text = "Experiment file of all parts",
-                      .target = &to.experiment,
-                      .required = true},
-                     {.name = "parts",
-                      .value = "DIR",
-                      .text = "Folders that rivid_montecarlo --output wrote",
-                      .target = &to.parts,
-                      .required = true},
-                     {"--runs", "NUMBER",
-                      "Runs of the study; default: the experiment file's, or more where there are more",
-                      &to.runs, IntegerRange{1, most_runs}},
-                     set_argument(to.set),
-                     {"--output", "DIR",
-                      "Folder for runs.csv and summary.json; default: EXPERIMENT_montecarlo", &to.output},
-                     {"--report", "", "Write report.html beside summary.json", &to.report},
-                     {"--json", "", "Print the summary as JSON", &to.json},
-                     {"--quiet", "", "Print nothing but errors", &to.quiet}},
+       .arguments =
+           {{.name = "experiment",
+             .value = "EXPERIMENT.toml",
+             .text = "Experiment file of all parts",
+             .target = &to.experiment,
+             .required = true},
+            {.name = "parts",
+             .value = "DIR",
+             .text = "Folders that rivid_montecarlo --output wrote",
+             .target = &to.parts,
+             .required = true},
+            {"--runs", "NUMBER",
+             "Runs of the study; default: the experiment file's, or more where there are more", &to.runs,
+             IntegerRange{1, most_runs}},
+            set_argument(to.set),
+            {"--output", "DIR",
+             "Folder for the same files of the whole, no part itself; default: EXPERIMENT_montecarlo",
+             &to.output},
+            {"--report", "", "Write report.html beside summary.json", &to.report},
+            {"--json", "", "Print the summary as JSON", &to.json},
+            {"--quiet", "", "Print nothing but errors", &to.quiet}},
        .footer =
            "The files are those of one study of all runs, save the seconds that identifications took.\n"
            "Exit codes: 0 all runs are there, 1 no run of a trial is identified, 2 bad input or usage, 3 "

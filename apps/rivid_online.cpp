@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -29,16 +31,6 @@ struct Arguments {
   bool quiet = false;
 };
 
-// Columns, rate and adjustments as the experiment file says, which names other logs.
-std::vector<Log> logs_of(const Arguments& arguments, const Robot& robot) {
-  LogSource source;
-  if (!arguments.experiment.empty()) {
-    source = read_experiment(arguments.experiment).log;
-  }
-  source.files = {arguments.log};
-  return read_logs(source, robot);
-}
-
 int run(const Arguments& arguments) {
   const IdentifiedModelOptions force = {.force = arguments.force};
   const std::filesystem::path result = result_file(arguments.result);
@@ -51,8 +43,17 @@ int run(const Arguments& arguments) {
   options.payload.rows.stride = options.friction.rows.stride = arguments.stride;
   const std::filesystem::path folder = output_folder(arguments.output, arguments.log, "_online");
   const std::vector<PlannedFile> files = {{folder / "online.csv", ".csv"}, {folder / "online.html", ".html"}};
-  Outputs outputs = planned({arguments.log, result}, files);
-  const std::vector<Log> logs = logs_of(arguments, model.robot);
+  std::vector<std::filesystem::path> inputs = {arguments.log, result};
+  LogSource source;
+  if (!arguments.experiment.empty()) {
+    // Columns, rate and adjustments are those of its logs.
+    const Experiment experiment = read_experiment(arguments.experiment);
+    source = experiment.log;
+    std::ranges::copy(experiment.inputs(), std::back_inserter(inputs));
+  }
+  source.files = {arguments.log};
+  Outputs outputs = planned(inputs, files);
+  const std::vector<Log> logs = read_logs(source, model.robot);
   const OnlineReplay found = replay(model, dynamics, logs.front(), options);
   outputs.put(files[0].path, to_csv(found));
   outputs.put(files[1].path, to_html(found));

@@ -51,8 +51,8 @@ int init(InitArguments arguments) {
   }
   tell("note", draft.doubts);
   if (!arguments.print_only) {
-    std::cerr << "wrote " << output.string() << (draft.complete ? "" : ", incomplete") << '\n'
-              << "next: rivid_identify check " << output.string() << '\n';
+    tell("wrote " + output.string() + (draft.complete ? "" : ", incomplete") +
+         "\nnext: rivid_identify check " + output.string() + "\n");
   }
   return draft.complete ? success : no_success;
 }

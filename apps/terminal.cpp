@@ -118,7 +118,7 @@ void tell(const std::vector<Finding>& findings) {
 
 void tell_written(const std::vector<PlannedFile>& files) {
   for (const PlannedFile& file : files) {
-    std::cerr << "wrote " << file.path.string() << '\n';
+    tell("wrote " + file.path.string() + "\n");
   }
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
+#include <sstream>
 #include <thread>
 #include <type_traits>
 #include <utility>
@@ -144,7 +146,10 @@ std::optional<int> parse(CLI::App& app, const Command& command, int argc, char**
                      "; --help prints the usage");
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) {
-      return app.exit(e);
+      std::ostringstream out;
+      app.exit(e, out, out);
+      print(out.str());
+      return success;
     }
     throw InputError(std::string(e.what()) + "; --help prints the usage");
   }
@@ -200,6 +205,13 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
   } catch (const InputError& e) {
     complain(name, "error", e.what());
     return bad_input;
+  } catch (const std::filesystem::filesystem_error& e) {
+    complain(name, "error", e.path1().string() + ": " + e.code().message());
+    return bad_input;
+  } catch (const std::bad_alloc&) {
+    complain(name, "failure",
+             "there is not enough memory; shorter logs, lower rates or fewer runs take less");
+    return numerics;
   } catch (const std::exception& e) {
     complain(name, "failure", e.what());
     return numerics;
@@ -207,7 +219,8 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 }
 
 void expect_experiment(const std::filesystem::path& file) {
-  if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file)) {
+  std::error_code error;
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
     return;  // reading it says what it is
   }
   std::string ending = file.extension().string();
@@ -247,7 +260,8 @@ std::string would_write(const std::vector<PlannedFile>& files) {
 }
 
 std::filesystem::path result_file(const std::filesystem::path& given) {
-  return std::filesystem::is_directory(given) ? given / "result.json" : given;
+  std::error_code error;
+  return std::filesystem::is_directory(given, error) ? given / "result.json" : given;
 }
 
 std::filesystem::path output_folder(const std::filesystem::path& flag,

@@ -88,7 +88,8 @@ bool is_same(const FileStatus& a, const FileStatus& b) {
 }
 
 // The file that a path leads to: links of the last component followed even where the end of them is missing.
-Path followed(Path path) {
+Path followed(const Path& named) {
+  Path path = named;
   constexpr int most_links = 40;
   std::error_code error;
   for (int i = 0; i < most_links && std::filesystem::is_symlink(path, error); ++i) {
@@ -96,7 +97,13 @@ Path followed(Path path) {
     path = to.is_absolute() ? to : path.parent_path() / to;
   }
   const Path folder = path.parent_path().empty() ? Path(".") : path.parent_path();
-  return std::filesystem::weakly_canonical(std::filesystem::absolute(folder, error), error) / path.filename();
+  error.clear();
+  const Path absolute = std::filesystem::absolute(folder, error);
+  const Path out = error ? Path() : std::filesystem::weakly_canonical(absolute, error);
+  if (error) {
+    refuse_write(named, error.value());
+  }
+  return out / path.filename();
 }
 
 constexpr std::string_view temporary_prefix = ".rivid-";

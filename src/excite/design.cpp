@@ -31,6 +31,8 @@ constexpr double last_rho = 1000.0;
 constexpr int polishings = 3;
 // Part of a limit that is kept free for peaks that move between polishing and check.
 constexpr double reserve = 2e-4;
+// Of a motion, as it is played.
+constexpr double most_samples = 1e6;
 constexpr Index denser = 40;
 constexpr int poses = 500;
 constexpr int draws = 20;
@@ -405,6 +407,10 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
            " Hz";
   }
   const double intervals = duration * rate_hz;
+  if (!(intervals <= most_samples)) {
+    return "duration is " + number(duration) + " s, must be at most " + number(most_samples) + " samples of " +
+           number(rate_hz) + " Hz";
+  }
   if (curve == CurveKind::spline && std::abs(intervals - std::round(intervals)) > 1e-6 * intervals) {
     return "duration is " + number(duration) + " s, must be a whole number of samples of " + number(rate_hz) +
            " Hz for curve = \"spline\"";

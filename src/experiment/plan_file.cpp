@@ -67,7 +67,8 @@ void expect_same_parameters(const std::string& who, const std::vector<A>& a, con
 
 PlanFile read_plan(const std::filesystem::path& path) {
   PlanFile out;
-  out.path = std::filesystem::is_directory(path) ? path / "plan.json" : path;
+  std::error_code error;
+  out.path = std::filesystem::is_directory(path, error) ? path / "plan.json" : path;
   const nlohmann::json content = plan_content(out.path);
   const JsonNode file(content, out.path.string());
   if (!file.has("log_det") || !file.has("parameters") || !file.has("duration")) {

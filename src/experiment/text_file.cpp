@@ -30,7 +30,8 @@ std::vector<std::string> cells(const std::string& line) {
 std::string file_text(const std::filesystem::path& path, std::string_view what) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
-    throw InputError(path.string() + ": " + std::string(what) + " can not be read: there is no such file");
+    throw InputError(path.string() + ": " + std::string(what) +
+                     " can not be read: " + (error ? error.message() : "there is no such file"));
   }
   return std::string(read_input(path).bytes());
 }

@@ -1,9 +1,18 @@
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <iomanip>
+#include <memory>
+#include <optional>
 #include <sstream>
+#include <utility>
 
 #include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
@@ -65,9 +74,11 @@ bool same_but_times(std::vector<MonteCarloRow> a, std::vector<MonteCarloRow> b) 
   return lines_of(a) == lines_of(b);
 }
 
+constexpr std::string_view of_rivid = "# rivid ";
+
 // What the runs are made from, in the manner of sha256sum; their number may grow.
 std::string fingerprint(const MonteCarlo& plan) {
-  std::string out = "# rivid " + std::string(version) + "\n";
+  std::string out = std::string(of_rivid) + version + "\n";
   for (const std::filesystem::path& input : plan.experiment.inputs(Use::simulation)) {
     out += input_file(input).sha256 + "  " + input.filename().string() + "\n";
   }
@@ -77,6 +88,49 @@ std::string fingerprint(const MonteCarlo& plan) {
     }
   }
   return out;
+}
+
+// What a folder says its runs are made from; nothing where it does not.
+std::optional<std::string> told_fingerprint(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "inputs.sha256";
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) {
+    return std::nullopt;
+  }
+  std::string out = detail::file_text(file, "the list of inputs");
+  if (!out.starts_with(of_rivid)) {
+    throw InputError(file.string() +
+                     ": is not of rivid_montecarlo, and not overwritten; --output names another folder");
+  }
+  return out;
+}
+
+// Held as long as a study writes to its folder; nothing where the file system has no locks.
+std::shared_ptr<const int> locked(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) {
+    return nullptr;
+  }
+  std::shared_ptr<const int> out(new int(descriptor), [](const int* held) {
+    ::close(*held);
+    delete held;
+  });
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    throw InputError(
+        folder.string() +
+        ": another rivid_montecarlo writes there; --output names another folder, and merge sums up several");
+  }
+  return out;
+}
+
+// Device and number of a file; zeros where there is none.
+std::pair<std::uintmax_t, std::uintmax_t> identity_of(const std::filesystem::path& path) {
+  struct stat status{};
+  return ::stat(path.c_str(), &status) == 0
+             ? std::pair<std::uintmax_t, std::uintmax_t>(status.st_dev, status.st_ino)
+             : std::pair<std::uintmax_t, std::uintmax_t>();
 }
 
 }  // namespace
@@ -140,13 +194,23 @@ std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& pa
 std::map<int, std::vector<MonteCarloRow>> held_runs(const std::filesystem::path& folder,
                                                     const MonteCarlo& plan) {
   const std::filesystem::path runs = folder / "runs.csv";
-  const std::filesystem::path made_from = folder / "inputs.sha256";
+  const std::optional<std::string> made_from = told_fingerprint(folder);
   std::map<int, std::vector<MonteCarloRow>> out;
-  if (!std::filesystem::exists(runs)) {
+  std::error_code error;
+  if (!std::filesystem::exists(runs, error)) {
     return out;
   }
-  if (std::filesystem::exists(made_from) &&
-      detail::file_text(made_from, "the list of inputs") != fingerprint(plan)) {
+  const std::string content = detail::file_text(runs, "the rows of earlier runs");
+  if (std::ranges::count(content, '\n') <= 1) {
+    return out;  // the heading alone
+  }
+  if (!made_from) {
+    throw InputError(
+        folder.string() +
+        ": has runs.csv without the inputs.sha256 that says what its runs are made from; --restart begins "
+        "anew, --output names another folder");
+  }
+  if (*made_from != fingerprint(plan)) {
     throw InputError(folder.string() +
                      ": holds runs of other input files, or of another version; --restart begins "
                      "anew, --output names another folder");
@@ -162,7 +226,8 @@ std::map<int, std::vector<MonteCarloRow>> merged_runs(std::span<const std::files
                                                       const MonteCarlo& plan) {
   std::map<int, std::vector<MonteCarloRow>> out;
   for (const std::filesystem::path& folder : folders) {
-    if (!std::filesystem::exists(folder / "runs.csv")) {
+    std::error_code error;
+    if (!std::filesystem::exists(folder / "runs.csv", error)) {
       throw InputError(folder.string() + ": holds no runs.csv, as rivid_montecarlo --output writes it");
     }
     for (const auto& [run, rows] : held_runs(folder, plan)) {
@@ -178,17 +243,32 @@ std::map<int, std::vector<MonteCarloRow>> merged_runs(std::span<const std::files
 
 MonteCarloFile::MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart,
                                int first)
-    : path_(folder / "runs.csv"), first_(first), end_(first + plan.runs) {
-  std::string content = csv_header(plan);
-  if (!restart) {
+    : lock_(locked(folder)),
+      path_(folder / "runs.csv"),
+      header_(csv_header(plan)),
+      made_from_(fingerprint(plan)),
+      first_(first),
+      end_(first + plan.runs) {
+  if (restart) {
+    static_cast<void>(told_fingerprint(folder));
+  } else {
     rows_ = held_runs(folder, plan);
-    for (const auto& [run, rows] : rows_) {
-      content += lines_of(rows);
-    }
   }
+  write_all();
+}
+
+void MonteCarloFile::write_all() {
+  std::string content = header_;
+  for (const auto& [run, rows] : rows_) {
+    content += lines_of(rows);
+  }
+  // Rows first: those of other inputs must be gone before these are named.
   write_file(path_, content);
-  write_file(folder / "inputs.sha256", fingerprint(plan));
-  out_.open(path_, std::ios::app);
+  write_file(path_.parent_path() / "inputs.sha256", made_from_);
+  out_.close();
+  identity_ = identity_of(path_);
+  // Not one without a heading, where the file is gone again.
+  out_.open(path_, std::ios::in | std::ios::ate);
 }
 
 std::vector<int> MonteCarloFile::missing() const {
@@ -202,11 +282,15 @@ std::vector<int> MonteCarloFile::missing() const {
 }
 
 void MonteCarloFile::add(const std::vector<MonteCarloRow>& rows) {
+  rows_[rows.front().run] = rows;
+  if (!out_.is_open() || identity_of(path_) != identity_) {
+    write_all();  // someone moved or removed the file
+    return;
+  }
   out_ << lines_of(rows) << std::flush;
   if (!out_) {
     throw InputError(path_.string() + ": can not be written to");
   }
-  rows_[rows.front().run] = rows;
 }
 
 std::vector<MonteCarloRow> MonteCarloFile::rows() const {

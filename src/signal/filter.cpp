@@ -18,10 +18,14 @@ namespace {
 
 // Below, 1 + a1 + a2 has lost so many digits that the sections are no longer the asked filter.
 constexpr double lowest_cutoff = 1e-5;
+// Nearer to f_m / 2 a filter passes nearly all and takes as long to settle.
+constexpr double least_distance = 1e-5;
+constexpr int highest_order = 100;
 
 void check(const char* function, int order, double cutoff_hz, double f_m) {
-  if (order < 1) {
-    throw InputError(std::string(function) + ": order is " + std::to_string(order) + ", must be at least 1");
+  if (order < 1 || order > highest_order) {
+    throw InputError(std::string(function) + ": order is " + std::to_string(order) +
+                     ", must lie between 1 and " + std::to_string(highest_order));
   }
   if (!std::isfinite(f_m) || f_m <= 0.0) {
     throw InputError(std::string(function) + ": f_m is " + number(f_m, 6) +
@@ -36,6 +40,11 @@ void check(const char* function, int order, double cutoff_hz, double f_m) {
     throw InputError(std::string(function) + ": cutoff_hz is " + number(cutoff_hz, 6) +
                      " Hz, must be at least 1e-5 f_m = " + number(lowest_cutoff * f_m, 6) +
                      " Hz; decimate first");
+  }
+  if (0.5 * f_m - cutoff_hz < least_distance * f_m) {
+    throw InputError(std::string(function) + ": cutoff_hz is " + number(cutoff_hz, 10) +
+                     " Hz, must be at most f_m / 2 - 1e-5 f_m = " + number((0.5 - least_distance) * f_m, 10) +
+                     " Hz; without a filter nothing is lost either");
   }
 }
 
@@ -119,8 +128,9 @@ Index settling_samples(const Filter& filter, double level) {
   for (const SecondOrderSection& section : filter.sections) {
     r = std::max(r, pole_modulus(section));
   }
-  const double samples = r > 0.0 ? std::ceil(std::log(level) / std::log(r)) : 0.0;
-  return std::max(static_cast<Index>(samples), static_cast<Index>(filter.order));
+  constexpr double for_ever = 1LL << 53;
+  const double samples = r < 1.0 ? std::ceil(std::log(level) / std::log(r)) : for_ever;
+  return std::max(static_cast<Index>(std::min(samples, for_ever)), static_cast<Index>(filter.order));
 }
 
 }  // namespace rivid

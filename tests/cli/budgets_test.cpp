@@ -127,6 +127,33 @@ TEST_F(Budgets, FlippedBitsOfRowsAreSeen) {
   EXPECT_GT(refused, 30);
 }
 
+TEST_F(Budgets, EscapeSequencesOfNamesDoNotReachTheScreen) {
+  for (const std::string& arguments :
+       {std::string("init scara.urdf scara_s2.csv --output 1"), std::string("scara.toml --output 2"),
+        std::string("scara.toml --dry-run --output 3")}) {
+    const Outcome run = shell(identifier + arguments + "'a\x1B[31m\xC2\x9Bm.toml'");
+    EXPECT_LT(run.exit_code, 2) << run.err;
+    EXPECT_EQ((run.out + run.err).find('\x1B'), std::string::npos) << arguments << run.err;
+    EXPECT_EQ((run.out + run.err).find("\xC2\x9B"), std::string::npos) << arguments << run.err;
+  }
+}
+
+TEST_F(Budgets, HelpThatCanNotBePrintedIsNoSuccess) {
+  for (const char* const program : {RIVID_IDENTIFY, RIVID_SIMULATE, RIVID_MONTECARLO}) {
+    EXPECT_EQ(shell("'" + std::string(program) + "' --help > /dev/full").exit_code, 2);
+    EXPECT_EQ(shell("'" + std::string(program) + "' --version >&-").exit_code, 2);
+  }
+}
+
+// Half of the sampling rate but for a billionth is a filter that never forgets.
+TEST_F(Budgets, AFilterThatNeverSettlesIsRefused) {
+  for (const char* const command : {"check scara.toml", "scara.toml"}) {
+    const Outcome run = shell(identifier + command + " --set signal.cutoff_hz=99.9999999");
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_NE(run.err.find("cutoff_hz is 99.9999999 Hz, must be at most"), std::string::npos) << run.err;
+  }
+}
+
 TEST_F(Budgets, EscapeSequencesOfFilesDoNotReachTheScreen) {
   edit("scara.urdf", "<robot name=\"scara\">", "<robot name=\"sc&#xC2;&#x9B;31mara\">");
   std::string log = folder().read("scara_s2.csv");

@@ -56,6 +56,21 @@ TEST_F(Inputs, ThatAreNoFilesAreRefusedAtOnce) {
   }
 }
 
+TEST_F(Inputs, ThatCanNotBeLookedAtAreRefusedInWords) {
+  std::filesystem::create_symlink("loop", folder().path() / "loop");
+  const std::string long_name(300, 'a');
+  for (const std::string& path : {std::string("loop"), long_name}) {
+    const std::string why = path == "loop" ? "Too many levels of symbolic links" : "File name too long";
+    for (const std::string& arguments :
+         {path + "/scara.toml", path, "export " + path + " --to header", "scara.toml --output " + path,
+          "scara.toml --plan " + path, "merge " + path, "init scara.urdf scara_s2.csv --output " + path}) {
+      const Outcome run = shell(tool + arguments);
+      EXPECT_EQ(run.exit_code, 2) << arguments << ": " << run.err;
+      EXPECT_NE(run.err.find(why), std::string::npos) << arguments << ": " << run.err;
+    }
+  }
+}
+
 TEST_F(Inputs, HaveALimit) {
   std::filesystem::resize_file(folder().path() / "scara_s2.csv", std::uintmax_t{3} << 20U);
   const Outcome run = shell(tool + "scara.toml --max-size 2");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -17,6 +18,7 @@ using rivid::test::Process;
 
 constexpr const char* summary_file = "montecarlo_s1_montecarlo/summary.json";
 constexpr const char* runs_file = "montecarlo_s1_montecarlo/runs.csv";
+constexpr const char* inputs_file = "montecarlo_s1_montecarlo/inputs.sha256";
 constexpr const char* report_file = "montecarlo_s1_montecarlo/report.html";
 
 class MonteCarlo : public rivid::test::IdentifyTool {
@@ -98,6 +100,7 @@ TEST_F(MonteCarlo, ADryRunTellsWhatIsThereAndWritesNothing) {
   EXPECT_NE(told.find("runs        5, of which 3 are done\n"), std::string::npos) << told;
   EXPECT_TRUE(
       told.ends_with("would write montecarlo_s1_montecarlo/runs.csv\n"
+                     "would write montecarlo_s1_montecarlo/inputs.sha256\n"
                      "would write montecarlo_s1_montecarlo/summary.json\n"))
       << told;
 }
@@ -147,6 +150,56 @@ TEST_F(MonteCarlo, RefusesToGoOnWithOtherInputs) {
   edit("montecarlo_s1.toml", "position_noise = 2e-5", "position_noise = 3e-5");
   expect_refused({"holds runs of other input files", "--restart"});
   (void)summary_of({"--runs", "2", "--restart"});
+}
+
+TEST_F(MonteCarlo, RefusesRunsThatDoNotSayWhatTheyAreMadeFrom) {
+  (void)summary_of({"--runs", "2"});
+  std::filesystem::remove(folder().path() / inputs_file);
+  expect_refused({"has runs.csv without the inputs.sha256", "--restart"});
+  (void)summary_of({"--runs", "2", "--restart"});
+  // Not even --restart writes over a file of others.
+  folder().write(inputs_file, "0123  mine.csv\n");
+  expect_refused_by("rivid_montecarlo", command({"--restart"}),
+                    {"inputs.sha256: is not of rivid_montecarlo"});
+  EXPECT_EQ(folder().read(inputs_file), "0123  mine.csv\n");
+}
+
+TEST_F(MonteCarlo, TwoAtATimeDoNotShareAFolder) {
+  Process first(command({"--runs", "1000", "--threads", "1"}), folder().path());
+  while (!std::filesystem::exists(folder().path() / inputs_file)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  expect_refused({"montecarlo_s1_montecarlo: another rivid_montecarlo writes there"});
+  first.send(SIGTERM);
+  EXPECT_EQ(first.wait().exit_code, 143);
+}
+
+TEST_F(MonteCarlo, RowsThatAreRemovedMeanwhileAreWrittenAgain) {
+  const std::string whole = summary_of({"--runs", "40"});
+  const std::string rows = folder().read(runs_file);
+  std::filesystem::remove_all(folder().path() / "montecarlo_s1_montecarlo");
+  Process running(command({"--runs", "40", "--threads", "1"}), folder().path());
+  while (!std::filesystem::exists(folder().path() / inputs_file)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  std::filesystem::remove(folder().path() / runs_file);
+  ASSERT_EQ(running.wait().exit_code, 0);
+  EXPECT_EQ(folder().read(summary_file), whole);
+  EXPECT_EQ(std::ranges::count(folder().read(runs_file), '\n'), std::ranges::count(rows, '\n'));
+}
+
+TEST_F(MonteCarlo, SparesItsInputs) {
+  const std::string urdf = folder().read("scara.urdf");
+  std::filesystem::create_directory(folder().path() / "montecarlo_s1_montecarlo");
+  std::filesystem::create_symlink("../scara.urdf", folder().path() / inputs_file);
+  expect_refused({"inputs.sha256: is an input of this run (scara.urdf)"});
+  std::filesystem::remove_all(folder().path() / "montecarlo_s1_montecarlo");
+  (void)summary_of({"--runs", "2"});
+  expect_refused_by(
+      "rivid_montecarlo",
+      {RIVID_MONTECARLO, "merge", "montecarlo_s1.toml", "montecarlo_s1_montecarlo", "--runs", "2"},
+      {"runs.csv: is an input of this run"});
+  EXPECT_EQ(folder().read("scara.urdf"), urdf);
 }
 
 TEST_F(MonteCarlo, RefusesFaultsOfTheFile) {

@@ -58,6 +58,17 @@ TEST_F(Online, TakesColumnsFromTheExperimentFileAndTheFolderOfAResult) {
   EXPECT_EQ(folder().read("out/online.csv"), folder().read("plain/online.csv"));
 }
 
+TEST_F(Online, SparesItsExperimentFile) {
+  const std::string experiment = folder().read("scara.toml");
+  folder().write("scara.csv", experiment);
+  std::filesystem::create_directory(folder().path() / "out");
+  std::filesystem::create_symlink("../scara.csv", folder().path() / "out/online.csv");
+  expect_refused_online(
+      {"scara_validation.csv", "--result", "scara_result", "--experiment", "scara.csv", "--output", "out"},
+      {"out/online.csv: is an input of this run (scara.csv)"});
+  EXPECT_EQ(folder().read("scara.csv"), experiment);
+}
+
 TEST_F(Online, RefusesWhatItCanNotReplay) {
   expect_refused_online({"scara_validation.csv"}, {"--result is required"});
   expect_refused_online({"scara_validation.csv", "--result", "none.json"}, {"none.json"});

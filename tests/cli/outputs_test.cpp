@@ -159,7 +159,8 @@ TEST_F(Outputs, AreOldOrNewWhenASignalEndsTheProgram) {
   using Clock = std::chrono::steady_clock;
   ASSERT_EQ(identify({"scara.toml"}).exit_code, 0);
   const std::string old = folder().read("scara_result/result.json");
-  std::vector<std::string> command = rivid::test::identify_command({"scara.toml", "--output", "new", "--log"});
+  std::vector<std::string> command =
+      rivid::test::identify_command({"scara.toml", "--output", "new", "--log"});
   command.insert(command.end(), 200, "scara_s2.csv");
   const auto begin = Clock::now();
   ASSERT_EQ(outcome_of(command, folder().path()).exit_code, 0);

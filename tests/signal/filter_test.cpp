@@ -62,7 +62,11 @@ TEST(Butterworth, SaysWhatIsWrongWithItsArguments) {
   EXPECT_EQ(test::complaint_of([] { return butterworth(4, 0.001, 1000.0); }),
             "butterworth: cutoff_hz is 0.001 Hz, must be at least 1e-5 f_m = 0.01 Hz; decimate first");
   EXPECT_EQ(test::complaint_of([] { return butterworth(0, 20.0, 200.0); }),
-            "butterworth: order is 0, must be at least 1");
+            "butterworth: order is 0, must lie between 1 and 100");
+  EXPECT_EQ(test::complaint_of([] { return butterworth(4, 99.999999, 200.0); }),
+            "butterworth: cutoff_hz is 99.999999 Hz, must be at most f_m / 2 - 1e-5 f_m = 99.998 Hz; without "
+            "a filter "
+            "nothing is lost either");
   EXPECT_EQ(test::complaint_of([] { return butterworth(4, 20.0, 0.0); }),
             "butterworth: f_m is 0 Hz, must be positive and finite");
   EXPECT_EQ(test::complaint_of([] { return butterworth(4, 20.0, std::numeric_limits<double>::infinity()); }),
@@ -92,7 +96,7 @@ TEST(Chebyshev1, SaysWhatIsWrongWithItsArguments) {
   EXPECT_EQ(test::complaint_of([] { return chebyshev1(8, 0.05, 150.0, 200.0); }),
             "chebyshev1: cutoff_hz is 150 Hz, must lie between 0 and f_m / 2 = 100 Hz");
   EXPECT_EQ(test::complaint_of([] { return chebyshev1(-1, 0.05, 20.0, 200.0); }),
-            "chebyshev1: order is -1, must be at least 1");
+            "chebyshev1: order is -1, must lie between 1 and 100");
 }
 
 TEST(Gain, OfNoSectionIsOne) { EXPECT_EQ(gain(Filter{}, 12.0, 200.0), 1.0); }

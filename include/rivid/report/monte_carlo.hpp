@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rivid/experiment/monte_carlo.hpp"
@@ -24,19 +27,20 @@ namespace rivid {
 
 /// Rows of the runs that a folder holds whole, by the runs' numbers; none where there is no such folder. Nothing is written.
 ///
-/// @throws InputError  where it holds runs of other input files or of another version
+/// @throws InputError  where it holds runs of other input files or of another version, or does not say of which
 [[nodiscard]] std::map<int, std::vector<MonteCarloRow>> held_runs(const std::filesystem::path& folder,
                                                                   const MonteCarlo& plan);
 
 /// A folder with the rows of all runs that were ever made of a plan, runs.csv, and what they were made from,
-/// inputs.sha256: work that was stopped goes on from there.
+/// inputs.sha256: work that was stopped goes on from there. No two can have a folder at the same time.
 class MonteCarloFile {
  public:
   /// Opens or makes the folder. Of a run that was cut short nothing is kept.
   ///
   /// @param restart  forget what is in the folder
   /// @param first    number of the first run that is wanted; the others follow it
-  /// @throws InputError  where it holds runs of other input files or of another version, or can not be used
+  /// @throws InputError  where it holds runs of other input files or of another version, or of unknown ones, another study is
+  ///                     at work in it, or it can not be used
   MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart, int first = 0);
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
@@ -53,11 +57,17 @@ class MonteCarloFile {
   [[nodiscard]] std::vector<MonteCarloRow> rows() const;
 
  private:
+  void write_all();
+
+  std::shared_ptr<const int> lock_;
   std::filesystem::path path_;
+  std::string header_;
+  std::string made_from_;
   int first_;
   int end_;
   std::map<int, std::vector<MonteCarloRow>> rows_;
   std::ofstream out_;
+  std::pair<std::uintmax_t, std::uintmax_t> identity_;  // of the file that out_ writes to
 };
 
 /// The runs of several folders, of one plan, in one: what MonteCarloFile would hold had it made them all.

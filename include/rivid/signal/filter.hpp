@@ -38,7 +38,7 @@ struct Filter {
 /// Butterworth low-pass: |H|² = 1 / (1 + (tan(π f / f_m) / tan(π f_c / f_m))^(2 order)), by the bilinear
 /// transform with prewarping, so that |H(f_c)|² = 1/2 exactly. |H(0)| is 1 for the coefficients as rounded.
 ///
-/// @param order      number of poles, 1 or more, odd ones included
+/// @param order      number of poles, 1 to 100, odd ones included
 /// @param cutoff_hz  f_c, from 1e-5 f_m to below f_m / 2 [Hz]
 /// @param f_m        measuring rate [Hz]
 /// @throws InputError  where an argument lies outside
@@ -47,9 +47,9 @@ struct Filter {
 /// Chebyshev low-pass of the first kind: ripples between 0 and −ripple_db up to the cut-off, where |H| is
 /// −ripple_db for the last time. With an even order |H(0)| is −ripple_db too, with an odd one 1.
 ///
-/// @param order      number of poles, 1 or more
+/// @param order      number of poles, 1 to 100
 /// @param ripple_db  positive [dB]
-/// @param cutoff_hz  from 1e-5 f_m to below f_m / 2 [Hz]
+/// @param cutoff_hz  from 1e-5 f_m to f_m / 2 - 1e-5 f_m [Hz]
 /// @param f_m        measuring rate [Hz]
 /// @throws InputError  where an argument lies outside
 [[nodiscard]] Filter chebyshev1(int order, double ripple_db, double cutoff_hz, double f_m);

@@ -46,8 +46,9 @@ Effect effect(const Log& log, Index joint, double cutoff_hz, int order, Index n_
   if (cutoff_hz > 0.0) {
     const Filter filter = butterworth(order, cutoff_hz, log.f_m);
     filtered = zero_phase(q, filter);
-    border += std::min(settling_samples(filter), q.rows() / 4);
-    impulse = Matrix::Zero(impulse.rows() + 2 * (border + settling_samples(filter)), 1);
+    const Index settling = std::min(settling_samples(filter), q.rows() / 4);
+    border += settling;
+    impulse = Matrix::Zero(impulse.rows() + 2 * (border + settling), 1);
     impulse(impulse.rows() / 2, 0) = 1.0;
     impulse = zero_phase(impulse, filter);
   } else {
