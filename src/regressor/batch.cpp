@@ -35,6 +35,24 @@ std::string_view name(Simd simd) {
 
 bool supported(Simd simd) { return detail::available(simd); }
 
+void detail::require_finite(std::string_view who, const Motion& motion) {
+  for (const auto& [name, x] :
+       {std::pair("q", &motion.q), std::pair("qd", &motion.qd), std::pair("qdd", &motion.qdd)}) {
+    if (x->allFinite()) {
+      continue;
+    }
+    for (Index j = 0; j < x->cols(); ++j) {
+      for (Index k = 0; k < x->rows(); ++k) {
+        if (!std::isfinite((*x)(k, j))) {
+          throw InputError(std::string(who) + ": " + name + " of joint " + std::to_string(j + 1) +
+                           " at sample " + std::to_string(k) + " is " + number((*x)(k, j)) +
+                           ", must be finite");
+        }
+      }
+    }
+  }
+}
+
 Simd detail::resolved(Simd simd) { return simd == Simd::best ? fastest<Simd>() : simd; }
 
 std::optional<std::string> BatchOptions::complaint() const {
@@ -237,12 +255,8 @@ Matrix Observation::dense() const {
 
 Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
                         const BatchOptions& options) {
-  for (const StandardParameter& p : base.columns()) {
-    if (p.joint < 0 || p.joint >= robot.size()) {
-      throw InputError("observation: base has " + p.name() + " of joint " + std::to_string(p.joint + 1) +
-                       ", robot \"" + robot.name + "\" has " + std::to_string(robot.size()) +
-                       " joints; give base_parameters() of this robot");
-    }
+  if (const auto fault = base.complaint(robot)) {
+    throw InputError("observation: " + *fault);
   }
   const RegressorBatch batch(robot, base.columns(), options);
   batch.require("observation", motion, 0, motion.samples());
@@ -291,6 +305,7 @@ namespace {
 Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard, const Motion& motion) {
   // The observation matrix of all standard parameters is that of a base without regrouping.
   BaseParameters all;
+  all.standard.assign(standard.begin(), standard.end());
   for (const StandardParameter& p : standard) {
     all.parameters.push_back({p, p.name(), p.name(), ""});
   }
@@ -326,9 +341,13 @@ BaseParameters base_parameters(const Robot& robot, const Motion& motion, double 
     throw InputError("base_parameters: q, qd and qdd of the motion must have one column for each of the " +
                      std::to_string(robot.size()) + " joints and the same number of rows, at least one");
   }
+  detail::require_finite("base_parameters", motion);
   // A small coefficient is noise here.
-  BaseParameters base = detail::base_of(robot, triangle(robot, robot.standard_parameters(), motion),
-                                        tolerance, detail::SmallCoefficients::dropped);
+  const Matrix R = triangle(robot, robot.standard_parameters(), motion);
+  if (!R.allFinite()) {
+    throw InputError("base_parameters: q, qd or qdd of the motion is so large that the torques overflow");
+  }
+  BaseParameters base = detail::base_of(robot, R, tolerance, detail::SmallCoefficients::dropped);
   if (base.size() == 0) {
     throw InputError("base_parameters: the motion of robot \"" + robot.name +
                      "\" shows no parameter in its torques; no joint moves and none is loaded");

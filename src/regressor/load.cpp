@@ -45,6 +45,10 @@ LoadColumns::LoadColumns(std::string_view who, const Robot& robot, const BasePar
                      " values; it must have the " + std::to_string(base.size()) +
                      " parameters that the load is computed with, see at_load()");
   }
+  if (base.load.width && base.load.width->size() != robot.size()) {
+    throw InputError(std::string(who) + ": base.load.width has " + std::to_string(base.load.width->size()) +
+                     " values, must have one for each of the " + std::to_string(robot.size()) + " joints");
+  }
   joints_.resize(batch.joints());
   for (std::size_t j = 0; j < batch.joints(); ++j) {
     JointLoad& joint = joints_[j];

@@ -464,6 +464,8 @@ Identification identify(const Robot& robot, const Log& log, const Estimation& es
 
 /// Cross-validation: the torques of a log that took no part in the fit, against the identified model on it, by the
 /// same signal chain.
+///
+/// @throws InputError where rows() throws it, the result has not one value for each base parameter, or threads is not positive
 [[nodiscard]] Validation validate(const Robot& robot, const Identification& identification, const Log& log,
                                   int threads = 1);
 

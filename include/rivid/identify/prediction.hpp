@@ -63,7 +63,7 @@ struct Prediction {
 /// window leave, at the rate of the log. W is never held, so memory is that of the series.
 ///
 /// @return  not a number in all predictions where chi is not a number
-/// @throws InputError where rows() throws it
+/// @throws InputError where rows() throws it, or the result has not one value for each base parameter
 [[nodiscard]] Prediction predict(const Robot& robot, const Identification& identification, const Log& log);
 
 /// A set of parameters that a result has.

@@ -48,6 +48,9 @@ struct BaseParameters {
 
   [[nodiscard]] Index size() const { return static_cast<Index>(parameters.size()); }
 
+  /// What shows that they are those of another robot, or of other friction laws.
+  [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
+
   /// smallest_kept / largest_dropped, the latter taken as one rounding error at least.
   [[nodiscard]] double rank_gap() const;
 

@@ -332,6 +332,21 @@ RIVID_INLINE std::optional<std::string> BaseParameters::doubt() const {
   return out + "; between the two should lie a factor of 100 at least";
 }
 
+RIVID_INLINE std::optional<std::string> BaseParameters::complaint(const Robot& robot) const {
+  const auto same = [](const StandardParameter& a, const StandardParameter& b) {
+    return a.kind == b.kind && a.joint == b.joint;
+  };
+  const auto leads_none = [&](const BaseParameter& p) {
+    return std::ranges::none_of(standard, [&](const StandardParameter& s) { return same(s, p.leading); });
+  };
+  if (!std::ranges::equal(standard, robot.standard_parameters(), same) ||
+      std::ranges::any_of(parameters, leads_none)) {
+    return "the base parameters are those of another robot than \"" + robot.name +
+           "\", or of other friction laws; take base_parameters(robot)";
+  }
+  return std::nullopt;
+}
+
 RIVID_INLINE std::optional<std::string> BaseParametersOptions::complaint() const {
   if (samples < 20) {
     return "samples is " + std::to_string(samples) + ", must be at least 20";

@@ -60,8 +60,8 @@ struct BatchKernel;
 class RegressorBatch {
  public:
   /// @param parameters  columns of the regressor wanted, (b), each at most once; BaseParameters::columns() for W
-  /// @throws InputError where a parameter occurs twice, an option can not be used or the machine has not the
-  ///                    instruction set asked for
+  /// @throws InputError where a parameter occurs twice or is none of this robot, an option can not be used or the
+  ///                    machine has not the instruction set asked for
   RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
                  const BatchOptions& options = {});
 
@@ -105,6 +105,9 @@ namespace detail {
 
 // The set that `best` stands for on this machine.
 [[nodiscard]] Simd resolved(Simd simd);
+
+// throws InputError in the name of `who` where a value of the motion is not finite
+void require_finite(std::string_view who, const Motion& motion);
 
 struct AlignedDelete {
   void operator()(double* p) const;
@@ -174,8 +177,8 @@ struct Observation {
 /// It holds all of W at once; RegressorBatch gives it block by block.
 ///
 /// @param motion  (n_m × n)
-/// @throws InputError where the motion has another number of joints than the robot, or sizes that differ, or an
-///                    option can not be used
+/// @throws InputError where the base parameters are those of another robot; where the motion has another number of joints
+///                    than the robot, or sizes that differ; where an option can not be used
 [[nodiscard]] Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
                                       const BatchOptions& options = {});
 

@@ -17,7 +17,7 @@ namespace rivid {
 /// parameters BaseParameters::load, so that the torque is linear in the others as long as these stand still.
 class LoadColumns {
  public:
-  /// @throws InputError  in the name of `who`, where a joint has such a column and base.load.chi is not (b)
+  /// @throws InputError  in the name of `who`, where a joint has such a column and base.load.chi is not (b), or its width not (n)
   LoadColumns(std::string_view who, const Robot& robot, const BaseParameters& base,
               const RegressorBatch& batch);
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -97,7 +98,7 @@ class RegressorColumns {
   };
 
   /// @param parameters  columns in the order of the regressor wanted, (b), each at most once
-  /// @throws InputError where a parameter occurs twice
+  /// @throws InputError where a parameter occurs twice, or is none of this robot
   RegressorColumns(const Robot& robot, std::span<const StandardParameter> parameters);
 
   [[nodiscard]] Index size() const { return size_; }
@@ -231,6 +232,25 @@ inline LinkPlan link_plan(const Chain& chain, std::size_t j, unsigned mask) {
   return out;
 }
 
+inline void require_parameters(const Robot& robot, std::span<const StandardParameter> parameters) {
+  if (robot.chain.links.size() != robot.joints.size()) {
+    throw InputError("RegressorColumns: robot \"" + robot.name + "\" has " +
+                     std::to_string(robot.chain.links.size()) + " links, must have one for each of its " +
+                     std::to_string(robot.joints.size()) + " joints");
+  }
+  for (const StandardParameter& p : parameters) {
+    if (static_cast<std::size_t>(p.kind) >= kind_rows.size()) {
+      throw InputError("RegressorColumns: kind of a parameter is " +
+                       std::to_string(static_cast<int>(p.kind)) + ", must be a ParameterKind");
+    }
+    if (p.joint < 0 || p.joint >= robot.size()) {
+      throw InputError("RegressorColumns: joint of a parameter " + std::string(symbol(p.kind)) + " is " +
+                       std::to_string(p.joint) + ", must be one of the " + std::to_string(robot.size()) +
+                       " joints of robot \"" + robot.name + "\", counted from 0");
+    }
+  }
+}
+
 }  // namespace detail
 
 RIVID_INLINE void RegressorColumns::add_coupled(const Robot& robot, const Coupling& coupling,
@@ -252,6 +272,7 @@ RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
       motors_(robot.joints.size()),
       columns_(robot.joints.size()) {
   const std::size_t n = columns_.size();
+  detail::require_parameters(robot, parameters);
   // Place of column k of frame j in the row of joint i ≤ j, −1 where it is not wanted.
   std::array<Index, inertial_count> none{};
   none.fill(-1);

@@ -8,6 +8,7 @@
 #include "identify/infer/factored_blocks.hpp"
 #include "identify/infer/gain_slopes.hpp"
 #include "identify/infer/noise_bias.hpp"
+#include "identify/infer/parameter_set.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/solve/inference.hpp"
@@ -298,11 +299,7 @@ Identification detail::identified(const EstimationProblem& problem) {
 }
 
 Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
-  if (identification.chi.size() == 0 || identification.chi.size() != identification.base.size()) {
-    throw InputError("validate: the identification has " + std::to_string(identification.chi.size()) +
-                     " values for " + std::to_string(identification.base.size()) +
-                     " base parameters; give what identify() returned");
-  }
+  detail::expect_values("validate", identification);
   const SignalOptions& signal = identification.estimation.signal;
   const auto rows = [&](const BaseParameters& base) { return factors(robot, base, log, signal, threads); };
   const RowFactors data = rows(identification.base);

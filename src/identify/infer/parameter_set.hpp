@@ -14,6 +14,9 @@ namespace rivid::detail {
 void expect_identified(std::string_view who, std::string_view status, std::span<const std::string> reasons,
                        const IdentifiedModelOptions& options);
 
+/// @throws InputError  where a set of parameters has not one value for each base parameter
+void expect_values(std::string_view who, const Identification& result);
+
 /// The set that the options ask for.
 ///
 /// @throws InputError  where that is the physically consistent one and there is none

@@ -181,7 +181,26 @@ detail::JointSinks<PredictionSink> predictions(detail::RowSource& source, const 
 
 }  // namespace
 
+void detail::expect_values(std::string_view who, const Identification& result) {
+  const Index b = result.base.size();
+  const auto refuse = [&](std::string_view what, Index values) {
+    throw InputError(std::string(who) + ": the identification has " + std::to_string(values) + " values " +
+                     std::string(what) + "for " + std::to_string(b) +
+                     " base parameters; give what identify() returned");
+  };
+  if (result.chi.size() == 0 || result.chi.size() != b) {
+    refuse("", result.chi.size());
+  }
+  if (result.physical && result.physical->parameters.chi.size() != b) {
+    refuse("of physical parameters ", result.physical->parameters.chi.size());
+  }
+  if (result.essential && result.essential->parameters.chi.size() != b) {
+    refuse("of essential parameters ", result.essential->parameters.chi.size());
+  }
+}
+
 Prediction predict(const Robot& robot, const Identification& identification, const Log& log) {
+  detail::expect_values("predict", identification);
   const SignalOptions& fitted = identification.estimation.signal;
   SignalOptions plain = fitted;
   plain.decimation.clear();
@@ -241,12 +260,8 @@ DynamicModel identified_model(const Robot& robot, const Identification& result,
   if (detail::chosen_set(who, result.physical.has_value(), options) == ParameterSet::estimate) {
     return {robot, result.base, result.chi};
   }
-  const auto same = [](const StandardParameter& a, const StandardParameter& b) {
-    return a.kind == b.kind && a.joint == b.joint;
-  };
-  if (!std::ranges::equal(result.base.standard, robot.standard_parameters(), same)) {
-    throw InputError("identified_model: the result is that of another robot than \"" + robot.name +
-                     "\", or of other friction laws");
+  if (const auto fault = result.base.complaint(robot)) {
+    throw InputError("identified_model: " + *fault);
   }
   return {robot, result.physical->parameters.chi_st};
 }

@@ -47,6 +47,14 @@ void require_decimation(int n_d, Index samples, const Log& log) {
   }
 }
 
+// throws InputError where they are not of this robot
+std::vector<StandardParameter> own_columns(const Robot& robot, const BaseParameters& base) {
+  if (const auto fault = base.complaint(robot)) {
+    throw InputError("rows: " + *fault);
+  }
+  return base.columns();
+}
+
 // Keeps the rows of a series that are listed, ascending.
 void keep(const RowsRoom& room, Index columns, const std::vector<Index>& rows) {
   for (Index c = 0; c < columns; ++c) {
@@ -157,7 +165,7 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
     : log_(log),
       options_(options),
       team_(team),
-      batch_(robot, base.columns()),
+      batch_(robot, own_columns(robot, base)),
       load_("rows", robot, base, batch_) {
   if (const auto complaint = options.complaint(robot.size())) {
     throw InputError("rows: " + *complaint);
