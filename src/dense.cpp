@@ -27,6 +27,26 @@ SymmetricEigen symmetric_eigen(const Matrix& A) {
   return {.values = found.eigenvalues(), .vectors = found.eigenvectors()};
 }
 
+bool is_positive_semidefinite(const Matrix& A) {
+  if (A.rows() != A.cols() || !A.allFinite()) {
+    return false;
+  }
+  constexpr double rounding = 1e-9;
+  const Vector root = A.diagonal().cwiseMax(0.0).cwiseSqrt();
+  Matrix correlation = A;
+  for (Index i = 0; i < A.rows(); ++i) {
+    for (Index j = 0; j < A.cols(); ++j) {
+      const double most = root[i] * root[j];
+      if (A(i, i) < 0.0 || std::abs(A(i, j)) > (1.0 + rounding) * most ||
+          std::abs(A(i, j) - A(j, i)) > rounding * most) {
+        return false;
+      }
+      correlation(i, j) = most > 0.0 ? A(i, j) / most : 0.0;
+    }
+  }
+  return A.size() == 0 || symmetric_eigenvalues(correlation).minCoeff() >= -rounding;
+}
+
 Vector symmetric_eigenvalues(const Matrix& A) {
   return Eigen::SelfAdjointEigenSolver<Matrix>(A, Eigen::EigenvaluesOnly).eigenvalues();
 }

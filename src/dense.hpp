@@ -26,6 +26,9 @@ struct SymmetricEigen {
 [[nodiscard]] SymmetricEigen symmetric_eigen(const Matrix& A);
 [[nodiscard]] Vector symmetric_eigenvalues(const Matrix& A);
 
+/// Whether A can be a covariance or an information: square, finite, symmetric, without a negative eigenvalue, but for rounding.
+[[nodiscard]] bool is_positive_semidefinite(const Matrix& A);
+
 /// A⁻¹ and A⁻¹ B by partial pivoting.
 [[nodiscard]] Matrix inverse(const Matrix& A);
 [[nodiscard]] Matrix solve(const Matrix& A, const Matrix& B);

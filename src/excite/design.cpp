@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 
+#include "dense.hpp"
 #include "excite/mma.hpp"
 #include "excite/task.hpp"
 #include "rivid/error.hpp"
@@ -393,6 +394,10 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
   }
   if (noise.sigma.size() != 0 && (noise.sigma.size() != n || !(noise.sigma.array() > 0.0).all())) {
     return "noise must have one positive number for each of the " + counted(n, "joint");
+  }
+  if (known.size() != 0 && !detail::is_positive_semidefinite(known)) {
+    return "known is (" + std::to_string(known.rows()) + " × " + std::to_string(known.cols()) +
+           "), must be finite, symmetric and positive semidefinite";
   }
   if (start.size() != 0 && start.size() != n) {
     return "start has " + counted(start.size(), "entry") + ", must have one for each of the " +

@@ -213,20 +213,27 @@ Task task_of(std::string_view who, const Robot& robot, const ExcitationOptions& 
 }  // namespace detail
 
 Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const ExcitationOptions& options) {
-  if (!(f_m > 0.0)) {
+  if (!(f_m > 0.0) || !std::isfinite(f_m)) {
     throw InputError("forecast: the rate of the motion is " + number(f_m) + " Hz, must be positive");
+  }
+  if (motion.samples() < 1) {
+    throw InputError("forecast: the motion has no sample, must have at least one");
   }
   Forecast out;
   out.f_m = f_m;
   out.duration = static_cast<double>(motion.samples() - 1) / f_m;
   const detail::Task task = detail::task_of("forecast", robot, options, f_m, out.findings);
   RegressorBatch(robot, task.base.columns()).require("forecast", motion, 0, motion.samples());
+  detail::require_finite("forecast", motion);
   detail::SampledRegressor regressor(robot, task.base);
   out.information = task.known;
   const Vector weights = task.weights / f_m;
   regressor.pieces(motion, [&](Index, std::span<const Matrix> W) {
     detail::add_information(regressor, W, weights, out.information);
   });
+  if (!out.information.allFinite()) {
+    throw InputError("forecast: q, qd or qdd of the motion is so large that the information overflows");
+  }
   const detail::Spread spread = detail::spread(out.information);
   out.log_det = spread.log_det;
   out.condition = spread.condition;

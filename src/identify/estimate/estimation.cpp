@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "dense.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
 
@@ -106,10 +107,10 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
     return fault;
   }
   if (gain_covariance.size() > 0 &&
-      (gain_covariance.rows() != robot.size() || gain_covariance.cols() != robot.size() ||
-       !gain_covariance.allFinite())) {
+      (gain_covariance.rows() != robot.size() || !detail::is_positive_semidefinite(gain_covariance))) {
     return "gain_covariance is " + std::to_string(gain_covariance.rows()) + " × " +
-           std::to_string(gain_covariance.cols()) + ", must be n × n and finite for the " +
+           std::to_string(gain_covariance.cols()) +
+           ", must be n × n, finite, symmetric and positive semidefinite for the " +
            counted(robot.size(), "joint");
   }
   if (auto fault = physical ? physical->complaint(robot) : std::nullopt) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "dense.hpp"
 #include "identify/payload/gains.hpp"
 #include "identify/payload/payload_model.hpp"
 #include "identify/payload/payload_values.hpp"
@@ -182,11 +183,13 @@ std::optional<std::string> IdentifiedArm::complaint() const {
            " columns, not " + std::to_string(gain_slopes.rows()) + " and " +
            std::to_string(gain_slopes.cols());
   }
-  if (gain_covariance.size() > 0 && (gain_covariance.rows() != n || gain_covariance.cols() != n)) {
-    return "gain_covariance must have " + std::to_string(n) + " rows and columns, not " +
-           std::to_string(gain_covariance.rows()) + " and " + std::to_string(gain_covariance.cols());
+  if (gain_covariance.size() > 0 &&
+      (gain_covariance.rows() != n || !detail::is_positive_semidefinite(gain_covariance))) {
+    return "gain_covariance is " + std::to_string(gain_covariance.rows()) + " × " +
+           std::to_string(gain_covariance.cols()) +
+           ", must be n × n, finite, symmetric and positive semidefinite for the " + counted(n, "joint");
   }
-  if (!chi.allFinite() || !C_chi.allFinite() || !gain_slopes.allFinite() || !gain_covariance.allFinite() ||
+  if (!chi.allFinite() || !C_chi.allFinite() || !gain_slopes.allFinite() ||
       !(C_chi.diagonal().minCoeff() > 0.0)) {
     return "the arm is not determined: its parameters must be finite, their variances finite and positive";
   }
