@@ -77,6 +77,7 @@ struct Comparison {
 /// @param series   d_t of each log, in the order of time
 /// @param blocks   at most
 /// @return  ratio, p and t without the correction for several pairs; `better` is left open
+/// @throws InputError  where a difference is not finite, or blocks is less than 6
 [[nodiscard]] PairedTest paired_test(std::span<const Vector> series, int blocks);
 
 /// A parameter of two results of one robot.

@@ -140,6 +140,11 @@ void expect_comparable(std::span<const ComparedModel> models) {
     if (!std::ranges::equal(first, joints, {}, &Joint::name, &Joint::name)) {
       throw InputError("compare: " + model.name + " has other joints than " + models.front().name);
     }
+    const auto size = std::ssize(model.robot.standard_parameters());
+    if (model.chi_st.size() != size || !model.chi_st.allFinite()) {
+      throw InputError("compare: " + model.name + " has " + counted(model.chi_st.size(), "value") +
+                       ", must have one, finite, for each of " + counted(size, "standard parameter"));
+    }
   }
 }
 
@@ -160,10 +165,16 @@ std::optional<std::string> ComparisonOptions::complaint() const {
   if (!(level > 0.0 && level < 1.0)) {
     return "level is " + number(level) + ", must be between 0 and 1";
   }
+  if (threads < 1) {
+    return "threads is " + std::to_string(threads) + ", must be at least 1";
+  }
   return std::nullopt;
 }
 
 PairedTest paired_test(std::span<const Vector> series, int blocks) {
+  if (const auto complaint = ComparisonOptions{.blocks = blocks}.complaint()) {
+    throw InputError("paired_test: " + *complaint);
+  }
   PairedTest out;
   Index samples = 0;
   std::vector<Matrix> centred;
@@ -171,6 +182,12 @@ PairedTest paired_test(std::span<const Vector> series, int blocks) {
   for (const Vector& each : series) {
     samples += each.size();
     mean += each.sum();
+  }
+  if (!std::isfinite(mean)) {
+    throw InputError("paired_test: a difference is not finite, or so large that their sum overflows");
+  }
+  if (samples == 0) {
+    return out;
   }
   mean /= static_cast<double>(samples);
   for (const Vector& each : series) {
