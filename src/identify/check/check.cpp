@@ -8,6 +8,7 @@
 #include "identify/check/torque_probe.hpp"
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/infer.hpp"
+#include "identify/infer/parameter_set.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
@@ -80,6 +81,26 @@ void check_duplicates(std::span<const Log> logs, std::span<const Log> validation
 }
 
 namespace {
+
+// throws InputError where a log can not be used or does not fit the robot
+void require_logs(std::string_view who, const Robot& robot, std::span<const Log> logs,
+                  std::span<const Log> validation) {
+  if (logs.empty()) {
+    throw InputError(std::string(who) + ": no log is given");
+  }
+  for (const std::span<const Log> some : {logs, validation}) {
+    for (const Log& log : some) {
+      if (const auto complaint = log.complaint()) {
+        throw InputError(std::string(who) + ": " + *complaint);
+      }
+      require_joints("position", log.q, robot, log);
+      if (log.tau.size() == 0 && log.v_tau.size() == 0) {
+        throw InputError(std::string(who) + ": " + log.source +
+                         ": neither torque nor control signal; name the columns of one of them");
+      }
+    }
+  }
+}
 
 // Reference columns matter where the simulated loop follows them.
 bool follows_reference(const Identification& result) {
@@ -189,18 +210,18 @@ void add_forecast(const Identification& quick, bool instrumental, Findings& out)
 
 void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
              Identification& result) {
-  if (logs.empty()) {
-    throw InputError("examine: no log is given");
+  if (const auto complaint = robot.complaint()) {
+    throw InputError("examine: " + *complaint);
   }
   if (static_cast<Index>(result.fit.joints.size()) != robot.size()) {
     throw InputError("examine: the result is of " + counted(std::ssize(result.fit.joints), "joint") +
                      ", robot \"" + robot.name + "\" has " + std::to_string(robot.size()));
   }
-  for (const std::span<const Log> some : {logs, validation}) {
-    for (const Log& log : some) {
-      detail::require_joints("position", log.q, robot, log);
-    }
+  if (const auto complaint = result.base.complaint(robot)) {
+    throw InputError("examine: " + *complaint);
   }
+  detail::expect_values("examine", result);
+  detail::require_logs("examine", robot, logs, validation);
   detail::Findings found;
   for (const Finding& own : result.warnings) {
     found.add(own.code, own.subject, own.text);
@@ -233,9 +254,6 @@ void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log>
 
 std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, std::span<const Log> validation,
                            const CheckOptions& asked) {
-  if (logs.empty()) {
-    throw InputError("check: no log is given");
-  }
   // Findings about signals and sizes do not need another friction law.
   const Robot robot = without_load(its_robot);
   if (const auto complaint = robot.complaint()) {
@@ -244,11 +262,12 @@ std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, st
   if (const auto complaint = asked.signal.complaint(robot.size())) {
     throw InputError("check: " + *complaint);
   }
+  if (asked.threads < 1) {
+    throw InputError("check: threads is " + std::to_string(asked.threads) + ", must be at least 1");
+  }
+  detail::require_logs("check", robot, logs, validation);
   detail::Findings out;
   for (const Log& log : logs) {
-    if (const auto complaint = log.complaint()) {
-      throw InputError("check: " + *complaint);
-    }
     for (const std::string& note : log.notes) {
       out.add("log_note", log.source, note);
     }
