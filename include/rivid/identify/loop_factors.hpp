@@ -82,7 +82,7 @@ using LoopAsk = std::function<LoopFactors(const LoopRequest&)>;
 /// from factors.
 ///
 /// @param factors  of the same logs and signal options
-/// @throws InputError  for what needs single rows: prefilter, robust and essential parameters, transient, DIDIM, output error,
+/// @throws InputError  where `ask` is empty; for what needs single rows: prefilter, robust and essential parameters, transient, DIDIM, output error,
 ///                     CovarianceKind::hac
 [[nodiscard]] Identification identify(const Robot& robot, const LogFactors& factors,
                                       const Estimation& estimation, const LoopAsk& ask);

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "dense.hpp"
+#include "identify/estimate/fitting_factors.hpp"
+#include "identify/rows/factors.hpp"
 #include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/signal/filter.hpp"
@@ -254,12 +256,47 @@ Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
   return out;
 }
 
+namespace {
+
+// What a pass over logs that are elsewhere comes to.
+//
+// throws InputError where that is not of this problem
+LoopFactors answer(const EstimationProblem& problem, const LoopRequest& request) {
+  LoopFactors out = (*problem.ask)(request);
+  const Index n = problem.joints();
+  const LoopSums& sums = out.sums;
+  const auto answered = [&] {
+    switch (request.pass) {
+      case LoopPass::speeds:
+        return out.mean_speeds.size() == n && out.mean_squares.size() == n;
+      case LoopPass::inertias:
+        return out.J.size() == n;
+      case LoopPass::rows:
+        break;
+    }
+    return !out.groups.empty() && out.simulated_signs == request.simulated_signs &&
+           out.used.empty() != request.simulated_signs &&
+           std::ranges::all_of(
+               std::array{sums.off_measured.rows(), sums.measured.rows(), sums.off_reference.rows(),
+                          sums.reference.rows(), sums.tracking.rows(), sums.missed.rows(),
+                          sums.control.rows(), sums.moving.rows()},
+               [n](Index rows) { return rows == n; });
+  };
+  if (out.logs < 1 || !fit(out, columns_of(problem.data.groups)) || (out.failure.empty() && !answered())) {
+    throw InputError("identify: what is returned by ask is not what the pass over robot \"" +
+                     problem.robot.name + "\" was to come to, see loop_factors()");
+  }
+  return out;
+}
+
+}  // namespace
+
 ClosedLoops::ClosedLoops(const EstimationProblem& problem)
     : problem_(problem),
       mean_speed_(Vector::Zero(problem.joints())),
       mean_square_(Vector::Zero(problem.joints())) {
   if (problem.ask != nullptr) {
-    const LoopFactors speeds = (*problem.ask)({});
+    const LoopFactors speeds = answer(problem, {});
     mean_speed_ = speeds.mean_speeds / static_cast<double>(speeds.logs);
     mean_square_ = speeds.mean_squares / static_cast<double>(speeds.logs);
   }
@@ -366,18 +403,18 @@ SimulatedLoops ClosedLoops::asked(const Vector& chi, std::span<const IvIteration
   try {
     out.chi_st = braking(chi);
     out.model = std::make_unique<DynamicModel>(problem_.robot, out.chi_st);
-    const LoopFactors inertias = (*problem_.ask)({.pass = LoopPass::inertias, .chi_st = out.chi_st});
+    const LoopFactors inertias = answer(problem_, {.pass = LoopPass::inertias, .chi_st = out.chi_st});
     if (take_failure(inertias)) {
       return out;
     }
     out.J = inertias.J;
     out.laws.push_back(problem_.iv().control({problem_.robot, *out.model, out.J}));
     out.found =
-        std::make_shared<const LoopFactors>((*problem_.ask)({.pass = LoopPass::rows,
-                                                             .chi_st = out.chi_st,
-                                                             .J = out.J,
-                                                             .simulated_signs = simulated_signs,
-                                                             .steps_before = most_steps_of(earlier)}));
+        std::make_shared<const LoopFactors>(answer(problem_, {.pass = LoopPass::rows,
+                                                              .chi_st = out.chi_st,
+                                                              .J = out.J,
+                                                              .simulated_signs = simulated_signs,
+                                                              .steps_before = most_steps_of(earlier)}));
     out.effort = out.found->effort;
     take_failure(*out.found);
   } catch (const NumericsError& error) {
@@ -387,7 +424,8 @@ SimulatedLoops ClosedLoops::asked(const Vector& chi, std::span<const IvIteration
 }
 
 LoopFactors ClosedLoops::asked_again(const SimulatedLoops& loops, bool simulated_signs) const {
-  return (*problem_.ask)(
+  return answer(
+      problem_,
       {.pass = LoopPass::rows, .chi_st = loops.chi_st, .J = loops.J, .simulated_signs = simulated_signs});
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "identify/estimate/fitting_factors.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
@@ -101,11 +102,14 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, const LogFactors& i
     throw InputError(who(*this) + ": the factors are of " + counted(std::ssize(data.groups), "joint") +
                      ", robot \"" + robot.name + "\" has " + std::to_string(robot.size()));
   }
-  for (const RowGroup& group : data.groups) {
-    if (!group.columns.empty() && group.columns.back() >= base.size()) {
-      throw InputError(who(*this) + ": the factors are of more base parameters than robot \"" + robot.name +
-                       "\" has");
-    }
+  const RegressorBatch batch(robot, base.columns());
+  std::vector<std::vector<Index>> columns;
+  for (std::size_t j = 0; j < batch.joints(); ++j) {
+    columns.push_back(batch.of_joint(j));
+  }
+  if (!fit(*factors, columns)) {
+    throw InputError(who(*this) + ": the factors are not those of robot \"" + robot.name +
+                     "\" and its friction laws");
   }
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "identify/choose/row_choice.hpp"
+#include "identify/estimate/fitting_factors.hpp"
 #include "identify/infer/infer.hpp"
 #include "identify/merge/unknown_to_factors.hpp"
 #include "identify/rows/factors.hpp"
@@ -122,14 +123,9 @@ LogFactors log_factors(const Robot& robot, const Log& log, const SignalOptions& 
 }
 
 void merge(LogFactors& into, const LogFactors& other) {
-  const auto columns = [](const LogFactors& factors) {
-    std::vector<std::vector<Index>> out;
-    for (const RowGroup& group : factors.rows.groups) {
-      out.push_back(group.columns);
-    }
-    return out;
-  };
-  if (columns(into) != columns(other) || into.rows.undecimated.size() != other.rows.undecimated.size()) {
+  const std::vector<std::vector<Index>> columns = detail::columns_of(into.rows.groups);
+  if (!detail::fit(into, columns) || !detail::fit(other, columns) ||
+      into.rows.undecimated.size() != other.rows.undecimated.size()) {
     throw InputError("merge: the factors are of different robots or options");
   }
   detail::add_factors(into.rows, other.rows);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "identify/estimate/fitting_factors.hpp"
 #include "identify/estimate/instruments.hpp"
 #include "identify/infer/infer.hpp"
 #include "identify/merge/unknown_to_factors.hpp"
@@ -145,11 +146,18 @@ LoopFactors loop_factors(const Robot& robot, const Log& log, const Estimation& e
 }
 
 void merge(LoopFactors& into, const LoopFactors& other) {
+  if (other.logs == 0) {
+    return;
+  }
+  if (into.logs == 0) {
+    into = other;
+    return;
+  }
+  const bool failed = !into.failure.empty() || !other.failure.empty();
+  expect_same_request(failed || into.groups.empty() == other.groups.empty());
   if (!into.groups.empty() && !other.groups.empty()) {
-    const auto same = [](const InstrumentalGroup& a, const InstrumentalGroup& b) {
-      return a.columns == b.columns;
-    };
-    expect_same_request(std::ranges::equal(into.groups, other.groups, same) &&
+    const std::vector<std::vector<Index>> columns = detail::columns_of(into.groups);
+    expect_same_request(detail::fit(into, columns) && detail::fit(other, columns) &&
                         into.simulated_signs == other.simulated_signs &&
                         into.used.size() == other.used.size());
   }
@@ -177,6 +185,9 @@ void merge(LoopFactors& into, const LoopFactors& other) {
 
 Identification identify(const Robot& robot, const LogFactors& factors, const Estimation& estimation,
                         const LoopAsk& ask) {
+  if (!ask) {
+    throw InputError("identify: ask is empty, must carry out a pass over the logs");
+  }
   if (const auto fault = unknown_to_loops(robot, estimation)) {
     throw InputError("identify: " + *fault);
   }

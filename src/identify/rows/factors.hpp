@@ -39,6 +39,29 @@ static_assert(RowSource::most_wanted == StreamingQr::most_rows);
 // Adds the factors of other logs.
 void add_factors(RowFactors& into, RowFactors part);
 
+// Whether factors are of joints with these columns.
+//
+// carried  columns beside so many of a joint's own
+template <typename Group, typename Carried>
+[[nodiscard]] bool are_of(const std::vector<Group>& groups, std::span<const std::vector<Index>> columns,
+                          const Carried& carried) {
+  return std::ranges::equal(groups, columns, [&](const Group& group, const std::vector<Index>& own) {
+    return group.columns == own && group.qr.columns() == std::ssize(own) &&
+           group.qr.carried() == carried(std::ssize(own));
+  });
+}
+
+// The columns that the factors of each joint touch.
+template <typename Group>
+[[nodiscard]] std::vector<std::vector<Index>> columns_of(const std::vector<Group>& groups) {
+  std::vector<std::vector<Index>> out;
+  out.reserve(groups.size());
+  for (const Group& group : groups) {
+    out.push_back(group.columns);
+  }
+  return out;
+}
+
 // Adds the rows of other groups of the same columns; takes these where there are none yet.
 template <typename Group>
 void merge_groups(std::vector<Group>& into, std::vector<Group> groups) {
