@@ -89,9 +89,9 @@ struct EssentialParameters {
 /// @param root     square root of its information for independent errors, (b × b) with full rank:
 ///                 R / σ of least squares, R_VW / σ of instrumental variables, where the loss is that of the equations
 ///                 projected onto the instruments
-/// @param freedom  rows without parameters
+/// @param freedom  rows without parameters, positive
 /// @param q        motions that M(q) is looked at along, each (n_m × n) [rad | m]
-/// @throws InputError  the options' complaint(); where sizes differ
+/// @throws InputError  the options' complaint(); where sizes differ, values are not finite or freedom is not positive
 [[nodiscard]] EssentialParameters essential(const Robot& robot, const BaseParameters& base,
                                             const Eigen::Ref<const Vector>& chi,
                                             const Eigen::Ref<const Matrix>& C_chi,

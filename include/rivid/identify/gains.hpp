@@ -116,6 +116,8 @@ GainReport identify_gains(const Robot& robot, std::span<const Log> without, std:
                           const Estimation& estimation, const GainOptions& options = {});
 
 /// The robot with the gains that were estimated: Joint::drive_gain. Estimation::gain_covariance should be GainReport::C then.
+///
+/// @throws InputError  where there is not one gain for each joint
 [[nodiscard]] Robot with_gains(Robot robot, const GainReport& gains);
 
 }  // namespace rivid

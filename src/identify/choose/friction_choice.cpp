@@ -230,7 +230,20 @@ bool clearly_below(const Vector& b, const Vector& a) {
 
 }  // namespace
 
+namespace {
+
+void require_joint(std::string_view who, const Robot& robot, const FrictionChoice& choice) {
+  if (choice.joint < 0 || choice.joint >= robot.size()) {
+    throw InputError(std::string(who) + ": joint is " + std::to_string(choice.joint) +
+                     ", must be one of the " + std::to_string(robot.size()) + " joints of robot \"" +
+                     robot.name + "\", counted from 0");
+  }
+}
+
+}  // namespace
+
 std::string FrictionChoice::text(const Robot& robot) const {
+  require_joint("FrictionChoice::text", robot, *this);
   std::string symbols;
   for (const ParameterKind kind : parameters(law)) {
     symbols.append(symbols.empty() ? "" : " ").append(symbol(kind));
@@ -315,6 +328,7 @@ std::vector<FrictionChoice> choose_friction(const Robot& robot, std::span<const 
 
 Robot with_friction(Robot robot, std::span<const FrictionChoice> choices) {
   for (const FrictionChoice& choice : choices) {
+    require_joint("with_friction", robot, choice);
     robot.joints[static_cast<std::size_t>(choice.joint)].friction = choice.law;
   }
   return robot;

@@ -177,6 +177,22 @@ EssentialParameters essential(const Robot& robot, const BaseParameters& base,
     throw InputError("essential: " + *fault);
   }
   require_sizes(base, chi, C_chi, root);
+  if (const auto fault = base.complaint(robot)) {
+    throw InputError("essential: " + *fault);
+  }
+  if (!chi.allFinite() || !C_chi.allFinite() || !root.allFinite()) {
+    throw InputError("essential: chi, C_chi and root must be finite");
+  }
+  if (!std::isfinite(freedom) || freedom <= 0.0) {
+    throw InputError("essential: freedom is " + number(freedom) + ", must be positive");
+  }
+  for (const Matrix& motion : q) {
+    if (motion.cols() != robot.size() || !motion.allFinite()) {
+      throw InputError("essential: q is " + std::to_string(motion.rows()) + " × " +
+                       std::to_string(motion.cols()) + ", must be finite with a column for each of the " +
+                       counted(robot.size(), "joint"));
+    }
+  }
   EssentialParameters out;
   const Vector full = chi;
   const Matrix information_root = root;
@@ -196,7 +212,7 @@ void detail::add_essential(const EstimationProblem& problem, const Estimate& est
   if (!options) {
     return;
   }
-  if (!out.C_chi.allFinite()) {
+  if (!out.C_chi.allFinite() || estimate.freedom() <= 0.0) {
     out.notes.push_back("essential parameters were not looked for: the data do not determine all parameters");
     return;
   }

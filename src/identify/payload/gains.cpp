@@ -222,6 +222,10 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
 }
 
 Robot with_gains(Robot robot, const GainReport& gains) {
+  if (gains.joints.size() != robot.joints.size()) {
+    throw InputError("with_gains: there are " + std::to_string(gains.joints.size()) +
+                     " gains, must be one for each of the " + counted(robot.size(), "joint"));
+  }
   for (std::size_t j = 0; j < gains.joints.size(); ++j) {
     const GainEstimate& gain = gains.joints[j];
     if (gain.identifiable) {
