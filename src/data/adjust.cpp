@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "log_columns.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -34,6 +36,7 @@ Log shift_torque(const Log& log, double lag) {
   if (log.tau.size() == 0 && log.v_tau.size() == 0) {
     throw InputError("shift_torque: " + log.source + " has neither torques nor control signals");
   }
+  detail::require_even("shift_torque", log);
   if (!std::isfinite(lag) || std::abs(lag) >= static_cast<double>(log.samples() - 1)) {
     throw InputError("shift_torque: lag is " + number(lag) + " samples, but " + log.source + " has only " +
                      std::to_string(log.samples()));
@@ -96,6 +99,7 @@ TorqueTable read_torque_table(const std::filesystem::path& path, const TableOpti
 
 Log subtract_torque(Log log, Index joint, const TorqueTable& table, Outside outside) {
   require_torques("subtract_torque", log);
+  detail::require_even("subtract_torque", log);
   if (const auto fault = table.complaint()) {
     throw InputError("subtract_torque: " + *fault);
   }
@@ -134,6 +138,11 @@ Log with_reference(Log log, const Log& reference, double delay_s, Outside outsid
   if (reference.q_r.cols() != log.joints()) {
     throw InputError("with_reference: " + reference.source + " has " + std::to_string(reference.q_r.cols()) +
                      " joints, " + log.source + " has " + std::to_string(log.joints()));
+  }
+  for (const Log* const each : {&std::as_const(log), &reference}) {
+    if (!each->t.allFinite()) {
+      throw InputError("with_reference: " + each->source + ": t must be finite");
+    }
   }
   const double first = reference.t[0];
   const double last = reference.t[reference.t.size() - 1];

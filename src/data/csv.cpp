@@ -411,6 +411,7 @@ Log detail::log_of(const Table& table, const LogOptions& options) {
 }
 
 std::string to_csv(const Log& log) {
+  detail::require_even("to_csv", log);
   std::string out = "t";
   for (const Quantity& quantity : quantities) {
     for (Index j = 0; j < (log.*quantity.member).cols(); ++j) {

@@ -74,6 +74,17 @@ std::optional<std::string> shape_complaint(const Log& log) {
   return std::nullopt;
 }
 
+void require_even(std::string_view who, const Log& log) {
+  for (const LogColumns& part : log_columns) {
+    const Matrix& values = log.*part.member;
+    if (values.size() > 0 && values.rows() != log.samples()) {
+      throw InputError(std::string(who) + ": " + log.source + ": " + std::string(part.symbol) + " has " +
+                       counted(values.rows(), "row") + ", must have one for each of the " +
+                       counted(log.samples(), "sample"));
+    }
+  }
+}
+
 }  // namespace detail
 
 std::optional<std::string> Log::complaint() const {
@@ -104,7 +115,8 @@ std::string Log::place(Index row) const {
 }
 
 Log excerpt(const Log& log, Index first, Index count) {
-  if (first < 0 || count < 0 || first + count > log.samples()) {
+  detail::require_even("excerpt", log);
+  if (first < 0 || count < 0 || count > log.samples() - first) {
     throw InputError("excerpt: " + log.source + " has " + std::to_string(log.samples()) + " samples; " +
                      std::to_string(count) + " from index " + std::to_string(first) + " can not be taken");
   }

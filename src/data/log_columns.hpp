@@ -39,6 +39,9 @@ inline constexpr std::array<LogColumns, 6> log_columns = {{{&Log::q, "q", true},
 /// positions.
 [[nodiscard]] std::optional<std::string> shape_complaint(const Log& log);
 
+/// @throws InputError  in the name of `who`, where a matrix of the log has not one row for each sample
+void require_even(std::string_view who, const Log& log);
+
 /// The log in a table that a program holds: as read_csv() makes it of a file.
 ///
 /// @throws InputError  as read_csv() does

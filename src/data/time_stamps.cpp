@@ -22,10 +22,17 @@ constexpr double aliasing_ratio = 0.75;
 // Nobody gains by more samples than that many for each recorded one.
 constexpr double highest_ratio = 100.0;
 
-void check_max_gap(const char* who, double max_gap) {
+// Rows that are missing are counted in integers.
+constexpr double largest_gap = 1e9;
+
+std::optional<std::string> gap_complaint(double max_gap) {
   if (!(max_gap >= 2.0)) {
-    throw InputError(std::string(who) + ": max_gap is " + number(max_gap) + " periods, must be at least 2");
+    return "max_gap is " + number(max_gap) + " periods, must be at least 2";
   }
+  if (max_gap > largest_gap) {
+    return "max_gap is " + number(max_gap) + " periods, must be at most " + number(largest_gap);
+  }
+  return std::nullopt;
 }
 
 double median(std::vector<double> values) {
@@ -232,7 +239,9 @@ std::string TimeReport::summary() const {
 }
 
 TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
-  check_max_gap("inspect_time", max_gap);
+  if (const auto fault = gap_complaint(max_gap)) {
+    throw InputError("inspect_time: " + *fault);
+  }
   for (Index i = 0; i < t.size(); ++i) {
     if (!std::isfinite(t[i])) {
       throw InputError("inspect_time: t is " + number(t[i]) + " at row " + std::to_string(i + 1) +
@@ -306,8 +315,8 @@ std::optional<std::string> ResampleOptions::complaint() const {
   if (rate_hz && (!std::isfinite(*rate_hz) || *rate_hz <= 0.0)) {
     return "rate_hz is " + number(*rate_hz) + " Hz, must be positive";
   }
-  if (!(max_gap >= 2.0)) {
-    return "max_gap is " + number(max_gap) + " periods, must be at least 2";
+  if (auto fault = gap_complaint(max_gap)) {
+    return fault;
   }
   if (min_samples < 2) {
     return "min_samples is " + std::to_string(min_samples) + ", must be at least 2";

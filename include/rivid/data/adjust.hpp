@@ -76,7 +76,8 @@ inline constexpr std::array names_of<Outside> = std::to_array<std::string_view>(
 /// is computed at t_k and held until t_{k+1} acts half a sample later than its row says, lag = −0.5.
 ///
 /// @param lag  [samples]
-/// @throws InputError  where the log has neither torques nor control signals, or not more than |lag| samples
+/// @throws InputError  where the log has neither torques nor control signals, not more than |lag| samples, or columns of other
+///                     lengths
 [[nodiscard]] Log shift_torque(const Log& log, double lag);
 
 /// A torque known as a table over one joint's position: a counterbalance, a spring.
@@ -110,7 +111,7 @@ struct TorqueTable {
 ///
 /// @param reference  with q_r; its own time stamps need not be uniform, but must increase
 /// @param delay_s    by how much the log is behind the reference [s]
-/// @throws InputError  where the joints differ; where a sample lies outside of the reference's time and
+/// @throws InputError  where the joints differ, or an instant is not finite; where a sample lies outside of the reference's time and
 ///                     `outside` refuses, with the span; held, the reference stands still
 [[nodiscard]] Log with_reference(Log log, const Log& reference, double delay_s = 0.0,
                                  Outside outside = Outside::refuse);

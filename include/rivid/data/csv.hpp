@@ -97,6 +97,8 @@ struct LogOptions {
 
 /// A log as text that read_csv() reads without options: default names, SI units, one column each for what is not
 /// empty. Numbers are the shortest ones that read back bit by bit.
+///
+/// @throws InputError  where columns have other lengths
 [[nodiscard]] std::string to_csv(const Log& log);
 
 }  // namespace rivid

@@ -42,7 +42,7 @@ struct Log {
 
 /// The rows first … first + count − 1 of a log.
 ///
-/// @throws InputError  where the log has no such rows
+/// @throws InputError  where the log has no such rows, or columns of other lengths
 [[nodiscard]] Log excerpt(const Log& log, Index first, Index count);
 
 /// Factor from a unit to SI: x [unit] · unit_scale(unit) is x in rad, m, s, N·m, N, V, A, rad/s or m/s.

@@ -55,8 +55,8 @@ inline constexpr double default_max_gap = 10.0;
 /// Finds what is irregular in time stamps.
 ///
 /// @param t        instants, (n_m) [s]
-/// @param max_gap  longest gap that counts as missing rows, in periods, ≥ 2
-/// @throws InputError  where t holds a value that is not finite, or max_gap is below 2
+/// @param max_gap  longest gap that counts as missing rows, in periods, from 2 to 1e9
+/// @throws InputError  where t holds a value that is not finite, or max_gap is out of range
 [[nodiscard]] TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap = default_max_gap);
 
 /// What to do with irregular time stamps.
