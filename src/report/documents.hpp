@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,10 @@
 #include "rivid/model/robot.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/simulate/closed_loop.hpp"
+
+namespace rivid {
+struct OnlineReplay;
+}
 
 // The documents of rivid, and what they are made of.
 namespace rivid::detail {
@@ -51,6 +56,13 @@ using Settings = std::vector<std::pair<std::string, std::string>>;
                                                                    std::span<const MonteCarloRow> rows);
 
 // Whether there is anything to draw beside what was measured.
+/// @throws InputError  in the name of `who`, where robot, result and predictions do not belong together
+void require_fitting(std::string_view who, const Robot& robot, const Identification& result,
+                     std::span<const Prediction> predictions);
+
+/// @throws InputError  in the name of `who`, where series of the replay have other sizes than its instants and joints ask for
+void require_fitting(std::string_view who, const OnlineReplay& replay);
+
 [[nodiscard]] inline bool predicted(const Identification& result) { return result.chi.allFinite(); }
 
 }  // namespace rivid::detail

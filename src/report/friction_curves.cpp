@@ -97,6 +97,7 @@ FrictionCurve friction_curve(const Robot& robot, const Identification& result, s
 
 std::vector<FrictionCurve> friction_curves(const Robot& robot, const Identification& result,
                                            std::span<const Prediction> logs) {
+  detail::require_fitting("friction_curves", robot, result, logs);
   const detail::Evidence evidence{robot, result, logs};
   std::vector<FrictionCurve> out;
   for (std::size_t j = 0; j < evidence.joints() && detail::predicted(result); ++j) {

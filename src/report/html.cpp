@@ -271,6 +271,7 @@ std::string html_of(const Document& document) {
 
 std::string html_report(const Robot& robot, const Identification& result,
                         std::span<const Prediction> predictions, const Provenance& provenance) {
+  detail::require_fitting("html_report", robot, result, predictions);
   return detail::html_of(detail::document_of(robot, result, predictions, provenance));
 }
 

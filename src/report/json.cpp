@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "experiment/json_fields.hpp"
+#include "report/documents.hpp"
 #include "rivid/input.hpp"
 #include "rivid/report/comparison.hpp"
 #include "rivid/report/excitation.hpp"
@@ -292,6 +293,7 @@ std::string run_id(const Provenance& provenance) {
 }
 
 std::string to_json(const Robot& robot, const Identification& result, const Provenance& provenance) {
+  detail::require_fitting("to_json", robot, result, {});
   Json options = Json::object();
   add(options, settings(result.estimation));
   Json out = {{"format", 1},

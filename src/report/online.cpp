@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/documents.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/text.hpp"
@@ -124,7 +125,24 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
   return out;
 }
 
+void detail::require_fitting(std::string_view who, const OnlineReplay& replay) {
+  const Index records = replay.t.size();
+  const Index n = std::ssize(replay.joints);
+  const auto require = [&](const char* name, const auto& x, Index columns) {
+    if (x.rows() != records || x.cols() != columns) {
+      throw InputError(std::string(who) + ": " + name + " of the replay is " + std::to_string(x.rows()) +
+                       " × " + std::to_string(x.cols()) + ", must be " + std::to_string(records) + " × " +
+                       std::to_string(columns));
+    }
+  };
+  require("payload", replay.payload, 6);
+  require("suspicion", replay.suspicion, 1);
+  require("torque_error", replay.torque_error, n);
+  require("external", replay.external, n);
+}
+
 std::string to_csv(const OnlineReplay& replay) {
+  detail::require_fitting("to_csv", replay);
   std::string out = "t,mass,mass_half_width,com_x,com_y,com_z,com_half_width,suspicion";
   for (std::size_t j = 1; j <= replay.joints.size(); ++j) {
     out += ",friction_error" + std::to_string(j);

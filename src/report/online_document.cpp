@@ -1,6 +1,8 @@
 #include <algorithm>
 
 #include "report/document.hpp"
+#include "report/documents.hpp"
+#include "rivid/error.hpp"
 #include "rivid/identify/payload.hpp"
 #include "rivid/report/online.hpp"
 #include "rivid/text.hpp"
@@ -136,6 +138,7 @@ Document replay_document(const OnlineReplay& replay) {
 }  // namespace detail
 
 std::string in_words(const OnlineReplay& replay, std::size_t screen) {
+  detail::require_fitting("in_words", replay);
   std::string out = detail::text_of(detail::replay_document(replay), screen);
   for (const std::string& line : detail::controller_lines(replay.last)) {
     out += line + '\n';
@@ -143,6 +146,12 @@ std::string in_words(const OnlineReplay& replay, std::size_t screen) {
   return out;
 }
 
-std::string to_html(const OnlineReplay& replay) { return detail::html_of(detail::replay_document(replay)); }
+std::string to_html(const OnlineReplay& replay) {
+  detail::require_fitting("to_html", replay);
+  if (replay.t.size() == 0) {
+    throw InputError("to_html: the replay has no record");
+  }
+  return detail::html_of(detail::replay_document(replay));
+}
 
 }  // namespace rivid

@@ -7,6 +7,7 @@
 
 #include "dense.hpp"
 #include "report/numpy_archive.hpp"
+#include "rivid/error.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/identify/robust.hpp"
 #include "rivid/text.hpp"
@@ -61,6 +62,22 @@ void copy_rows(const Rows& from, const Log& log, const Observation* instruments,
 }  // namespace
 
 RowTable row_table(const Robot& robot, const Identification& result, std::span<const Log> logs) {
+  if (logs.empty()) {
+    throw InputError("row_table: no log is given");
+  }
+  if (result.chi.size() != result.base.size()) {
+    throw InputError("row_table: the result has " + counted(result.chi.size(), "value") + " for " +
+                     counted(result.base.size(), "base parameter") + "; give what identify() returned");
+  }
+  if (result.robust && std::ssize(result.robust->joints) != robot.size()) {
+    throw InputError("row_table: the robust estimate is of " +
+                     counted(std::ssize(result.robust->joints), "joint") + ", robot \"" + robot.name +
+                     "\" has " + std::to_string(robot.size()));
+  }
+  if (!result.weights.empty() && std::ssize(result.weights) != robot.size()) {
+    throw InputError("row_table: the result has " + counted(std::ssize(result.weights), "weight") +
+                     ", must have one for each of the " + counted(robot.size(), "joint"));
+  }
   RowTable out;
   for (const BaseParameter& parameter : result.base.parameters) {
     out.parameters.push_back(parameter.name);

@@ -29,6 +29,7 @@ struct FrictionCurve {
 /// The friction curves of all joints whose law has a parameter, up to 1.05 times the largest velocity of the rows.
 ///
 /// @param logs  predictions() of a result; those of a validation take no part
+/// @throws InputError  where robot, result and predictions are of different joints or parameters
 [[nodiscard]] std::vector<FrictionCurve> friction_curves(const Robot& robot, const Identification& result,
                                                          std::span<const Prediction> logs);
 

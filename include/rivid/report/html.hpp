@@ -17,6 +17,7 @@ namespace rivid {
 /// third … is kept, and the page says so.
 ///
 /// @param predictions  of predict(), for each log that is to be shown; those of the identification first
+/// @throws InputError  where robot, result and predictions are of different joints or parameters
 [[nodiscard]] std::string html_report(const Robot& robot, const Identification& result,
                                       std::span<const Prediction> predictions, const Provenance& provenance);
 

@@ -37,6 +37,8 @@ struct Provenance {
 
 /// A result as JSON, the content of result.json; docs/result.md describes its members. Numbers are written so that
 /// they read back bit by bit; what is not a number or infinite becomes null.
+///
+/// @throws InputError where the result has other joints than the robot
 [[nodiscard]] std::string to_json(const Robot& robot, const Identification& result,
                                   const Provenance& provenance);
 

@@ -35,7 +35,7 @@ struct RowTable {
 /// held in memory.
 ///
 /// @param logs  of the identification
-/// @throws InputError  where rows() throws it
+/// @throws InputError  where rows() throws it, there is no log, or the result is of other sizes
 [[nodiscard]] RowTable row_table(const Robot& robot, const Identification& result, std::span<const Log> logs);
 
 /// All members as arrays of a NumPy archive, `numpy.load("rows.npz")`: members of one array a name, uncompressed.
