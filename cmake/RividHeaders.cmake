@@ -19,6 +19,7 @@ set(rivid_header_names
     online/model
     online/momentum
     online/payload_estimator
+    online/plausible
     online/prior
     online/recursive_identifier
     online/row_noise

@@ -32,6 +32,13 @@ template <Named Enum>
   return names_of<Enum>[static_cast<std::size_t>(value)];
 }
 
+/// Whether it is one of the values that have a name, and no number that was cast to the enum.
+template <Named Enum>
+[[nodiscard]] constexpr bool is_value(Enum value) {
+  const auto index = static_cast<std::ptrdiff_t>(value);
+  return index >= 0 && index < std::ssize(names_of<Enum>);
+}
+
 /// The value of a name, nothing where there is none.
 template <Named Enum>
 [[nodiscard]] constexpr std::optional<Enum> named(std::string_view name) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
@@ -40,14 +41,19 @@ void bound_positions(const Robot& robot, const MotionLimits& limits, MotionBound
   out.upper = given_or(limits.upper, of_joints(robot, &Joint::upper));
   for (Index j = 0; j < robot.size(); ++j) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-    if (!std::isfinite(out.lower[j]) || !std::isfinite(out.upper[j])) {
+    const bool from_below = std::isfinite(out.lower[j]);
+    const bool from_above = std::isfinite(out.upper[j]);
+    if (!from_below || !from_above) {
       if (joint.type == JointType::prismatic) {
         continue;
       }
-      out.lower[j] = -std::numbers::pi;
-      out.upper[j] = std::numbers::pi;
-      out.findings.push_back(
-          Finding{"limit_assumed", joint.name, "has no position limits; the motion is kept within −π and π"});
+      out.lower[j] = from_below ? out.lower[j] : -std::numbers::pi;
+      out.upper[j] = from_above ? out.upper[j] : std::numbers::pi;
+      out.findings.push_back(Finding{"limit_assumed", joint.name,
+                                     from_below ? "has no upper position limit; the motion is kept below π"
+                                     : from_above
+                                         ? "has no lower position limit; the motion is kept above −π"
+                                         : "has no position limits; the motion is kept within −π and π"});
     }
     if (!(out.lower[j] < out.upper[j])) {
       refuse(joint,
@@ -105,6 +111,17 @@ std::optional<std::string> MotionLimits::complaint(Index n) const {
     if (list->size() != 0 && list->size() != n) {
       return std::string(key) + " has " + counted(list->size(), "entry") +
              ", must have one for each of the " + counted(n, "joint");
+    }
+  }
+  // Infinite is no limit, on its own side.
+  for (const auto& [key, list, nowhere] :
+       {std::tuple{"lower", &lower, no_limit}, std::tuple{"upper", &upper, -no_limit}}) {
+    for (Index j = 0; j < list->size(); ++j) {
+      const double value = (*list)[j];
+      if (std::isnan(value) || value == nowhere) {
+        return std::string(key) + " of joint " + std::to_string(j + 1) + " is " + number(value) +
+               ", must be a number, or " + number(-nowhere) + " where there is no limit";
+      }
     }
   }
   return range_fault(*this);

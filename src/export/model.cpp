@@ -187,6 +187,14 @@ void write_files(ModelFormat format, ExportTask& task, const std::string& xml, c
   }
 }
 
+std::filesystem::path main_file(ModelFormat format, const std::filesystem::path& urdf,
+                                const std::filesystem::path& asked) {
+  if (!asked.empty()) {
+    return asked;
+  }
+  return urdf.parent_path() / (urdf.stem().string() + "_identified" + std::string(usual_ending(format)));
+}
+
 }  // namespace
 
 std::string_view usual_ending(ModelFormat format) { return endings[static_cast<std::size_t>(format)]; }
@@ -214,8 +222,12 @@ ExportedModel exported_model(ModelFormat format, const std::filesystem::path& ur
     return out;
   }
   const detail::ModelTree tree = detail::model_tree(rewritten.text, urdf.string(), robot);
-  ExportTask task{
-      .robot = robot, .values = values, .tree = tree, .urdf = urdf, .file = options.file, .heading = {}};
+  ExportTask task{.robot = robot,
+                  .values = values,
+                  .tree = tree,
+                  .urdf = urdf,
+                  .file = main_file(format, urdf, options.file),
+                  .heading = {}};
   tell_program(format, task, out);
   if (format != ModelFormat::mjcf && format != ModelFormat::sdf) {
     tell_moved_meshes(task, out);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <deque>
 #include <memory>
 #include <utility>
@@ -19,12 +20,28 @@ namespace {
 void check_sizes(const Robot& robot, const DynamicModel& model, const Reference& reference,
                  const SimulationOptions& options) {
   const Index n = robot.size();
-  if (const auto fault = options.complaint(n)) {
-    throw InputError("simulate: " + *fault);
-  }
   if (model.size() != n || reference.joints() != n) {
     throw InputError("simulate: the robot has " + counted(n, "joint") + ", its model " +
                      std::to_string(model.size()) + ", the reference " + std::to_string(reference.joints()));
+  }
+  const double duration = reference.duration();
+  if (!std::isfinite(reference.begin()) || !std::isfinite(duration) || duration < 0.0) {
+    throw InputError("simulate: the reference begins at " + number(reference.begin()) + " s and lasts " +
+                     number(duration) + " s; both must be finite, and the second not negative");
+  }
+  if (const auto fault = options.complaint(n, duration)) {
+    throw InputError("simulate: " + *fault);
+  }
+  Vector q_r(n);
+  Vector qd_r(n);
+  Vector qdd_r(n);
+  reference.at(reference.begin(), q_r, qd_r, qdd_r);
+  for (Index j = 0; j < n; ++j) {
+    if (!std::isfinite(q_r[j]) || !std::isfinite(qd_r[j])) {
+      throw InputError("simulate: the reference of joint \"" +
+                       robot.joints[static_cast<std::size_t>(j)].name + "\" begins at " + number(q_r[j]) +
+                       " with the velocity " + number(qd_r[j]) + ", must be finite");
+    }
   }
 }
 
@@ -61,7 +78,7 @@ Simulation simulate(const Robot& robot, const BaseParameters& base, const Eigen:
                     const Control& control, const Eigen::Ref<const Vector>& J, const Reference& reference,
                     const SimulationOptions& options) {
   const DynamicModel model(robot, base, chi);
-  const std::unique_ptr<ControlLaw> law = control({robot, model, J});
+  const std::unique_ptr<ControlLaw> law = detail::law_of(control, {robot, model, J});
   return simulate(robot, model, *law, reference, options);
 }
 

@@ -52,6 +52,8 @@ class LoopOde {
   // Control signals and torques of the last rate(), (n).
   [[nodiscard]] const Vector& v_tau() const { return v_tau_; }
   [[nodiscard]] const Vector& tau() const { return tau_; }
+  // Reference of the last rate() of a continuous law, (n).
+  [[nodiscard]] const Vector& q_r() const { return q_r_; }
 
   [[nodiscard]] const StickSlip& stick_slip() const { return stick_slip_; }
   [[nodiscard]] const Dynamics<double>& dynamics() const { return dynamics_; }
@@ -113,6 +115,8 @@ class SampledController {
 
   // Positions as measured at the last tick.
   [[nodiscard]] const Vector& q_measured() const { return q_; }
+  // Reference of the last tick.
+  [[nodiscard]] const Vector& q_r() const { return q_r_; }
 
  private:
   const ControlLaw& law_;

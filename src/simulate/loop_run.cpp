@@ -378,7 +378,25 @@ void LoopRun::end_early(Outcome outcome, const std::string& why) {
   over_ = true;
 }
 
+bool LoopRun::end_at_no_number() {
+  for (Index j = 0; j < n_; ++j) {
+    const double q_r = sampled_ ? controller_.q_r()[j] : ode_.q_r()[j];
+    const double v_tau = ode_.v_tau()[j];
+    if (!std::isfinite(q_r) || !std::isfinite(v_tau)) {
+      const bool asked = !std::isfinite(q_r);
+      end_early(Outcome::diverged, std::string("the ") + (asked ? "reference" : "control signal") +
+                                       " of joint \"" + robot_.joints[static_cast<std::size_t>(j)].name +
+                                       "\" is " + number(asked ? q_r : v_tau) + ", must be finite");
+      return true;
+    }
+  }
+  return false;
+}
+
 void LoopRun::end_indefinite() {
+  if (end_at_no_number()) {
+    return;
+  }
   const Dynamics<double>& dynamics = ode_.dynamics();
   const Index joint = dynamics.failed_joint();
   Matrix M(n_, n_);
@@ -397,6 +415,9 @@ void LoopRun::end_indefinite() {
 }
 
 void LoopRun::end_diverged() {
+  if (end_at_no_number()) {
+    return;
+  }
   Index joint = 0;
   y_.segment(n_, n_).cwiseAbs().maxCoeff<Eigen::PropagateNaN>(&joint);
   end_early(Outcome::diverged, "joint \"" + robot_.joints[static_cast<std::size_t>(joint)].name +

@@ -63,6 +63,8 @@ class LoopRun {
 
   void end_early(Outcome outcome, const std::string& why);
   void end_indefinite();
+  // Whether it ends since the reference or the control signal is no number, which shows in M and in the velocities only later.
+  [[nodiscard]] bool end_at_no_number();
   void end_diverged();
   void finish();
   void add_reference();

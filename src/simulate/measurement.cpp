@@ -1,6 +1,7 @@
 #include "rivid/simulate/measurement.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
@@ -87,6 +88,9 @@ Index finite_rows(const Log& log) {
 }  // namespace
 
 double normal_quantile(double p) {
+  if (!(p > 0.0 && p < 1.0)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
   const double q = p - 0.5;
   if (std::abs(q) <= 0.425) {
     constexpr std::array a = {3.3871328727963666080e0,  1.3314166789178437745e+2, 1.9715909503065514427e+3,
@@ -198,6 +202,10 @@ SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& nois
   const bool sampled = sampling.period > 0.0;
   const double period = sampled ? sampling.period : 1.0 / options.f_m;
   const auto drawn = [&](Purpose purpose, const Vector& sigma) {
+    if (options.samples < 1) {
+      throw InputError("with_noise: samples is " + std::to_string(options.samples) +
+                       ", must be that of the motion which noise is drawn for");
+    }
     const double periods = std::ceil(static_cast<double>(options.samples) / (options.f_m * period)) + 1.0;
     if (!(periods <= most_periods)) {
       throw InputError("with_noise: the motion has " + number(periods) + " control periods of " +
@@ -231,6 +239,14 @@ SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& nois
 }
 
 Log measured_log(const Simulation& simulation, const SimulationOptions& options, const NoiseOptions& noise) {
+  const Index n = simulation.motion.q.cols();
+  if (const auto fault = noise.complaint(n)) {
+    throw InputError("measured_log: " + *fault);
+  }
+  if (const Index quanta = options.sampling.quantum.size(); quanta != 0 && quanta != n) {
+    throw InputError("measured_log: sampling.quantum has " + counted(quanta, "value") +
+                     ", must have one for each of " + counted(n, "joint"));
+  }
   Log out;
   out.t = simulation.t;
   out.f_m = options.f_m;

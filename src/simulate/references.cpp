@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -16,10 +17,17 @@ namespace {
 
 // Where in its motion a reference is, and whether it rests before or after it.
 struct ReferenceTime {
-  double t = 0.0;  // [s], between begin and end
+  double t = 0.0;  // [s], between begin and end; NaN where that is asked for
   bool rests = false;
 
-  ReferenceTime(const Reference& reference, double asked) {
+  // At which instant it is asked for, and the vectors that are filled.
+  ReferenceTime(const Reference& reference, double asked, std::initializer_list<Index> sizes) {
+    for (const Index size : sizes) {
+      if (size != reference.joints()) {
+        throw InputError("Reference::at: a vector has " + counted(size, "value") + ", must have " +
+                         std::to_string(reference.joints()) + ", one a joint");
+      }
+    }
     // An instant that rounding put beyond an end, the sum of many periods say, still belongs to the motion.
     constexpr double rounding = 1e-9;
     const double begin = reference.begin();
@@ -29,6 +37,13 @@ struct ReferenceTime {
     rests = asked < begin - slack || asked > end + slack;
   }
 };
+
+// Of the instant NaN, which lies between no samples.
+void no_number(Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r, Eigen::Ref<Vector> qdd_r) {
+  for (Eigen::Ref<Vector>* const x : {&q_r, &qd_r, &qdd_r}) {
+    x->setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+}
 
 using Samples = Eigen::Ref<const Matrix>;
 
@@ -216,6 +231,9 @@ std::optional<std::string> FourierSeries::complaint() const {
   if (!(duration >= 0.0) || !std::isfinite(duration)) {
     return "duration is " + number(duration) + " s, must be positive and finite, or 0 for one period";
   }
+  if (!std::isfinite(2.0 * std::numbers::pi / omega_f)) {
+    return "omega_f is " + number(omega_f) + " rad/s, its period is not finite";
+  }
   return std::nullopt;
 }
 
@@ -233,7 +251,7 @@ FourierReference::FourierReference(FourierSeries series) : series_(std::move(ser
 
 void FourierReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
                           Eigen::Ref<Vector> qdd_r) const {
-  const ReferenceTime time(*this, t);
+  const ReferenceTime time(*this, t, {q_r.size(), qd_r.size(), qdd_r.size()});
   q_r = series_.q0;
   qd_r.setZero();
   qdd_r.setZero();
@@ -264,7 +282,10 @@ LoggedReference::LoggedReference(const Eigen::Ref<const Vector>& t, const Eigen:
 
 void LoggedReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
                          Eigen::Ref<Vector> qdd_r) const {
-  const ReferenceTime time(*this, t);
+  const ReferenceTime time(*this, t, {q_r.size(), qd_r.size(), qdd_r.size()});
+  if (std::isnan(time.t)) {
+    return no_number(q_r, qd_r, qdd_r);
+  }
   spline_.at(time.t, q_r, qd_r, qdd_r);
   if (time.rests) {
     qd_r.setZero();
@@ -277,7 +298,10 @@ LinearReference::LinearReference(const Eigen::Ref<const Vector>& t, const Eigen:
 
 void LinearReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
                          Eigen::Ref<Vector> qdd_r) const {
-  const ReferenceTime time(*this, t);
+  const ReferenceTime time(*this, t, {q_r.size(), qd_r.size(), qdd_r.size()});
+  if (std::isnan(time.t)) {
+    return no_number(q_r, qd_r, qdd_r);
+  }
   const Index i = detail::interval(t_, time.t);
   const double h = t_[i + 1] - t_[i];
   const double part = (time.t - t_[i]) / h;
@@ -370,7 +394,7 @@ PointToPointReference::PointToPointReference(const PointToPoint& moves)
 
 void PointToPointReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
                                Eigen::Ref<Vector> qdd_r) const {
-  const ReferenceTime time(*this, t);
+  const ReferenceTime time(*this, t, {q_r.size(), qd_r.size(), qdd_r.size()});
   // The last move that has begun: of several at one instant, the others have nowhere to go.
   const auto after = std::upper_bound(moves_.begin(), moves_.end(), time.t,
                                       [](double instant, const Move& move) { return instant < move.start; });

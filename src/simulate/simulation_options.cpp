@@ -43,6 +43,10 @@ std::optional<std::string> outside(std::string_view what, double value, bool goo
   return std::string(what) + " is " + number(value) + ", must be " + std::string(required);
 }
 
+// More are a mistake of units, and would not fit into the memory.
+constexpr double most_samples = 1e8;
+constexpr int most_delay = 1'000'000;
+
 bool positive(double value) { return std::isfinite(value) && value > 0; }
 bool not_negative(double value) { return std::isfinite(value) && value >= 0; }
 
@@ -54,7 +58,8 @@ std::optional<std::string> Sampling::complaint(Index n) const {
   if (auto fault = outside("sampling.period", period, not_negative(period), "0 or positive [s]")) {
     return fault;
   }
-  if (auto fault = outside("sampling.delay", delay, delay >= 0, "0 or more periods")) {
+  if (auto fault = outside("sampling.delay", delay, delay >= 0 && delay <= most_delay,
+                           "between 0 and 1000000 periods")) {
     return fault;
   }
   for (const double weight : velocity_filter) {
@@ -82,7 +87,7 @@ std::optional<std::string> Sampling::complaint(Index n) const {
   return not_finite("sampling.position_noise", position_noise, n);
 }
 
-std::optional<std::string> SimulationOptions::complaint(Index n) const {
+std::optional<std::string> SimulationOptions::complaint(Index n, double duration) const {
   for (const auto& fault :
        {outside("f_m", f_m, positive(f_m), "positive [Hz]"),
         outside("samples", static_cast<double>(samples), samples >= 0, "0 or more"),
@@ -102,12 +107,19 @@ std::optional<std::string> SimulationOptions::complaint(Index n) const {
   if ((q_0.size() > 0 && !q_0.allFinite()) || (qd_0.size() > 0 && !qd_0.allFinite())) {
     return "q_0 and qd_0 must be finite";
   }
+  if (!is_value(integrator) || !is_value(friction)) {
+    return "integrator or friction is none of the values of its enum";
+  }
   // Each tick costs a call of the law; more of them are a mistake of units.
   constexpr double most_ticks = 5e6;
-  const double duration = samples > 0 ? static_cast<double>(samples - 1) / f_m : 0.0;
-  if (sampling.period > 0.0 && duration / sampling.period > most_ticks) {
-    return "sampling.period is " + number(sampling.period) + " s, " + number(duration / sampling.period, 3) +
-           " ticks of the controller in " + number(duration, 4) + " s; at most " + number(most_ticks) +
+  const double length = samples > 0 ? static_cast<double>(samples - 1) / f_m : duration;
+  if (length * f_m > most_samples) {
+    return "the motion has " + number(length * f_m, 3) + " samples, " + number(length, 4) +
+           " s at f_m = " + number(f_m) + " Hz; at most " + number(most_samples) + " are simulated";
+  }
+  if (sampling.period > 0.0 && length / sampling.period > most_ticks) {
+    return "sampling.period is " + number(sampling.period) + " s, " + number(length / sampling.period, 3) +
+           " ticks of the controller in " + number(length, 4) + " s; at most " + number(most_ticks) +
            " are simulated: lower the rate of the control [Hz] or shorten the motion";
   }
   if (friction == DryFrictionScheme::held && integrator != Integrator::rk4) {

@@ -9,6 +9,10 @@ namespace rivid {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+// Differences of ln Γ have no digits beyond.
+constexpr double most_freedom = 1e12;
+bool usable(double freedom) { return freedom > 0.0 && freedom <= most_freedom; }
 // Stands for a zero in a continued fraction, after Lentz.
 constexpr double tiny = 1e-300;
 constexpr int most_terms = 10'000;
@@ -31,10 +35,10 @@ double continued_fraction(double b_0, const Terms& term) {
     c = c == 0.0 ? tiny : c;
     f *= c * d;
     if (std::abs(c * d - 1.0) < epsilon) {
-      break;
+      return f;
     }
   }
-  return f;
+  return none;
 }
 
 // ln Γ(a) for a > 0. std::lgamma() writes the sign to a variable that all threads share.
@@ -53,7 +57,7 @@ double upper_gamma(double a, double x) {
       term *= x / (a + k);
       sum += term;
     }
-    return 1.0 - front * sum;
+    return term > epsilon * sum ? none : 1.0 - front * sum;
   }
   return front /
          continued_fraction(x + 1.0 - a, [&](int k) { return Term{-k * (k - a), x + 1.0 - a + 2.0 * k}; });
@@ -81,10 +85,16 @@ double incomplete_beta(double a, double b, double x) {
 }  // namespace
 
 double chi_square_tail(double x, double freedom) {
+  if (std::isnan(x) || !usable(freedom)) {
+    return none;
+  }
   return x > 0.0 ? upper_gamma(0.5 * freedom, 0.5 * x) : 1.0;
 }
 
 double f_tail(double x, double freedom_1, double freedom_2) {
+  if (std::isnan(x) || !usable(freedom_1) || !usable(freedom_2)) {
+    return none;
+  }
   return x > 0.0 ? incomplete_beta(0.5 * freedom_2, 0.5 * freedom_1, freedom_2 / (freedom_2 + freedom_1 * x))
                  : 1.0;
 }
@@ -96,6 +106,9 @@ constexpr double normal_quantile_975 = 1.959963984540054;
 }  // namespace
 
 double student_quantile_975(double freedom) {
+  if (!(freedom >= 1.0)) {
+    return none;
+  }
   // Exact for one and two degrees of freedom; above, the expansion of Fisher and Cornish in 1/freedom
   // (Abramowitz and Stegun 26.7.5), whose error is 0.12 % at 3 degrees of freedom and 1e-5 at 8.
   if (freedom < 1.5) {

@@ -5,10 +5,13 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "dense.hpp"
+#include "rivid/error.hpp"
 #include "rivid/solve/instrumental.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -207,7 +210,43 @@ Vector column_norms(std::span<const RowGroup> groups) {
 
 }  // namespace
 
+namespace {
+
+// Whether the columns of groups are those of their factors, among so many, and there is a weight for each.
+template <typename Group>
+void require_groups(const char* who, std::span<const Group> groups, Index columns, std::size_t weights) {
+  if (weights < groups.size()) {
+    throw InputError(std::string(who) + ": weights has " + counted(static_cast<Index>(weights), "value") +
+                     ", must have one for each of " + counted(std::ssize(groups), "group"));
+  }
+  for (const Group& group : groups) {
+    if (std::ssize(group.columns) != group.qr.columns()) {
+      throw InputError(std::string(who) + ": a group names " + counted(std::ssize(group.columns), "column") +
+                       ", its factor has " + std::to_string(group.qr.columns()));
+    }
+    for (const Index c : group.columns) {
+      if (c < 0 || c >= columns) {
+        throw InputError(std::string(who) + ": a group has column " + std::to_string(c) +
+                         ", must be one of 0 to " + std::to_string(columns - 1));
+      }
+    }
+  }
+}
+
+// The same, for a solution.
+template <typename Group>
+void require_system(const char* who, std::span<const Group> groups, Index columns, std::size_t weights) {
+  if (groups.empty() || columns < 1) {
+    throw InputError(std::string(who) + ": there are " + counted(std::ssize(groups), "group") + " and " +
+                     counted(columns, "column") + ", must be one of each at least");
+  }
+  require_groups(who, groups, columns, weights);
+}
+
+}  // namespace
+
 StreamingQr combined(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
+  require_groups("combined", groups, columns, weights.size());
   StreamingQr out(columns);
   Matrix rows;
   for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -224,6 +263,7 @@ StreamingQr combined(std::span<const RowGroup> groups, Index columns, std::span<
 }
 
 LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std::span<const double> weights) {
+  require_system("least_squares", groups, columns, weights.size());
   const StreamingQr all = combined(groups, columns, weights);
   LeastSquares out;
   out.R = all.R();
@@ -298,6 +338,7 @@ void pool_poor(std::span<const RowGroup> groups, const std::vector<double>& free
 }  // namespace
 
 std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
+  require_groups("group_sigmas", groups, std::numeric_limits<Index>::max(), groups.size());
   const Vector norms = column_norms(groups);
   std::vector<double> out;
   std::vector<double> freedoms;
@@ -340,6 +381,7 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
 
 Residual residual(std::span<const RowGroup> groups, const Eigen::Ref<const Vector>& chi,
                   std::span<const double> weights) {
+  require_groups("residual", groups, chi.size(), weights.size());
   Residual out;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const RowGroup& group = groups[g];
@@ -354,6 +396,14 @@ Residual residual(std::span<const RowGroup> groups, const Eigen::Ref<const Vecto
 
 InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> groups, Index columns,
                                              std::span<const double> weights) {
+  require_system("instrumental_variables", groups, columns, weights.size());
+  for (const InstrumentalGroup& group : groups) {
+    if (group.qr.carried() != group.qr.columns() + 1) {
+      throw InputError("instrumental_variables: a factor of " + counted(group.qr.columns(), "column") +
+                       " carries " + std::to_string(group.qr.carried()) +
+                       ", must carry those of W and Y: " + std::to_string(group.qr.columns() + 1));
+    }
+  }
   // Below its triangle V is zero, so what W and Y have there takes no part in Vᵀ W and Vᵀ Y.
   StreamingQr all(columns, columns + 1);
   Matrix V;

@@ -24,8 +24,10 @@ void require_equal_columns(std::span<const Matrix> series, const char* who) {
 // The weights are those of overlapping sums: with b_t = s_t + … + s_{t+L}, zeros beyond the ends, S = Σ_t b_t b_tᵀ / (L + 1).
 Matrix long_run_covariance(std::span<const Matrix> series, Index lag) {
   require_equal_columns(series, "long_run_covariance");
-  if (lag < 0) {
-    throw InputError("long_run_covariance: lag is " + std::to_string(lag) + ", must be at least 0");
+  constexpr Index most_lag = 100'000'000;
+  if (lag < 0 || lag > most_lag) {
+    throw InputError("long_run_covariance: lag is " + std::to_string(lag) + ", must be at least 0" +
+                     (lag > most_lag ? " and at most " + std::to_string(most_lag) : ""));
   }
   const Index columns = series.empty() ? 0 : series.front().cols();
   Matrix out = Matrix::Zero(columns, columns);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "rivid/error.hpp"
+
 namespace rivid {
 
 namespace {
@@ -33,6 +35,9 @@ double RobustLoss::slope(double u) const {
 }
 
 double robust_scale(std::span<double> rho) {
+  if (rho.empty()) {
+    throw InputError("robust_scale: rho has no values, must have at least one");
+  }
   const auto smaller = [](double a, double b) { return std::abs(a) < std::abs(b); };
   const auto middle = rho.begin() + static_cast<std::ptrdiff_t>(rho.size() / 2);
   std::nth_element(rho.begin(), middle, rho.end(), smaller);

@@ -72,9 +72,9 @@ StreamingQr::StreamingQr(const StreamingQr& other)
     : columns_(other.columns_), carried_(other.carried_), rows_(other.rows_), state_(other.copied()) {}
 
 StreamingQr::StreamingQr(StreamingQr&& other) noexcept
-    : columns_(other.columns_),
-      carried_(other.carried_),
-      rows_(other.rows_),
+    : columns_(std::exchange(other.columns_, 0)),
+      carried_(std::exchange(other.carried_, 0)),
+      rows_(std::exchange(other.rows_, 0)),
       state_(std::move(other.state_)) {}
 
 StreamingQr& StreamingQr::operator=(const StreamingQr& other) {
@@ -85,10 +85,12 @@ StreamingQr& StreamingQr::operator=(const StreamingQr& other) {
 }
 
 StreamingQr& StreamingQr::operator=(StreamingQr&& other) noexcept {
-  columns_ = other.columns_;
-  carried_ = other.carried_;
-  rows_ = other.rows_;
-  state_ = std::move(other.state_);
+  if (this != &other) {
+    columns_ = std::exchange(other.columns_, 0);
+    carried_ = std::exchange(other.carried_, 0);
+    rows_ = std::exchange(other.rows_, 0);
+    state_ = std::move(other.state_);
+  }
   return *this;
 }
 
@@ -98,6 +100,9 @@ StreamingQr::State StreamingQr::copied() const {
 }
 
 const StreamingQr::State& StreamingQr::settled() const {
+  if (carried_ == 0) {
+    throw InputError("StreamingQr: its rows have been moved to another one; assign a new one to it");
+  }
   const std::scoped_lock lock(mutex_);
   eliminate();
   state_.waiting.reset();
@@ -238,11 +243,20 @@ double StreamingQr::y_norm() const {
   return std::hypot(qt_carried().col(carried_ - 1).norm(), unreachable_norm());
 }
 
+void StreamingQr::require_parameters(const char* who, Index count) const {
+  if (count != columns_) {
+    throw InputError("StreamingQr::" + std::string(who) + ": chi has " + counted(count, "value") +
+                     ", must have " + std::to_string(columns_) + ", one a column");
+  }
+}
+
 double StreamingQr::residual_norm(const Eigen::Ref<const Vector>& chi) const {
+  require_parameters("residual_norm", chi.size());
   return std::hypot((qty() - R().triangularView<Eigen::Upper>() * chi).norm(), unreachable_norm());
 }
 
 double StreamingQr::residual_sum(const Eigen::Ref<const Vector>& chi) const {
+  require_parameters("residual_sum", chi.size());
   return y_sum() - column_sums().dot(chi);
 }
 

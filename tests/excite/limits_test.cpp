@@ -51,10 +51,25 @@ TEST(MotionBounds, KeepAJointWithoutLimitsWithinOneTurn) {
   Robot robot = arm();
   robot.joints[2].lower = -std::numeric_limits<double>::infinity();
   const MotionBounds bounds = motion_bounds(robot, {.position_share = 1.0});
-  EXPECT_NEAR(bounds.upper[2], std::numbers::pi, 1e-15);
+  EXPECT_NEAR(bounds.lower[2], -std::numbers::pi, 1e-15);
+  EXPECT_NEAR(bounds.upper[2], robot.joints[2].upper, 1e-15);
   ASSERT_EQ(bounds.findings.size(), 1U);
   EXPECT_EQ(bounds.findings.front().code, "limit_assumed");
   EXPECT_EQ(bounds.findings.front().subject, "joint_3");
+}
+
+TEST(MotionBounds, KeepTheOneSideThatIsGiven) {
+  Robot robot = arm();
+  for (Joint& joint : robot.joints) {
+    joint.lower = -std::numeric_limits<double>::infinity();
+    joint.upper = std::numeric_limits<double>::infinity();
+  }
+  const MotionBounds bounds =
+      motion_bounds(robot, {.lower = Vector::Constant(6, -0.2), .position_share = 1.0});
+  EXPECT_NEAR(bounds.lower[0], -0.2, 1e-15);
+  EXPECT_NEAR(bounds.upper[0], std::numbers::pi, 1e-15);
+  EXPECT_EQ(in_words(bounds.findings.front()),
+            "note [limit_assumed] joint_1: has no upper position limit; the motion is kept below π");
 }
 
 TEST(MotionBounds, NameWhatIsMissing) {
@@ -104,6 +119,10 @@ TEST(MotionBounds, RefuseWhatLeavesNoRoom) {
       "in [excitation.limits] or the robot");
   EXPECT_EQ(message(arm(), {.velocity = Vector::Constant(2, 1.0)}),
             "motion_bounds: velocity has 2 entries, must have one for each of the 6 joints");
+  EXPECT_EQ(message(arm(), {.lower = Vector::Constant(6, std::numeric_limits<double>::quiet_NaN())}),
+            "motion_bounds: lower of joint 1 is nan, must be a number, or -inf where there is no limit");
+  EXPECT_EQ(message(arm(), {.upper = Vector::Constant(6, -std::numeric_limits<double>::infinity())}),
+            "motion_bounds: upper of joint 1 is -inf, must be a number, or inf where there is no limit");
   EXPECT_EQ(message(arm(), {.torque_share = 1.5}),
             "motion_bounds: torque_share is 1.5, must lie between 0.01 and 1");
 }

@@ -236,5 +236,16 @@ TEST(ExportedModel, RefusesANegativeRotorInertia) {
   EXPECT_TRUE(geared.exported(ModelFormat::mjcf).files.empty());
 }
 
+TEST(ExportedModel, HasANameBesideTheUrdfWhereNoneIsGiven) {
+  const GearedRobot geared;
+  const auto first = [&](ModelFormat format) {
+    return exported_model(format, geared.urdf, geared.robot, geared.chi_st, {}).files.at(0).path;
+  };
+  const std::filesystem::path folder = geared.urdf.parent_path();
+  EXPECT_EQ(first(ModelFormat::urdf), folder / "robot_identified.urdf");
+  EXPECT_EQ(first(ModelFormat::mjcf), folder / "robot_identified.xml");
+  EXPECT_EQ(first(ModelFormat::pinocchio), folder / "robot_identified_pinocchio.urdf");
+}
+
 }  // namespace
 }  // namespace rivid

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "support/chain_dynamics.hpp"
 #include "support/complaint.hpp"
+#include "support/robots.hpp"
 
 namespace rivid {
 namespace {
@@ -62,6 +64,26 @@ TEST(RobotFromMdh, RefusesAnEmptyTableAndWhatIsNotFinite) {
   EXPECT_EQ(refusal({}), "robot_from(MDH): the robot has no moving joint");
   EXPECT_EQ(refusal({{.a = std::numeric_limits<double>::infinity(), .name = "waist"}}),
             "robot_from(MDH): joint \"waist\": its frame is not finite");
+}
+
+TEST(Robot, RefusesFramesAxesAndValuesThatAreNone) {
+  struct Case {
+    void (*spoil)(Robot&);
+    const char* words;
+  };
+  for (const auto& [spoil, words] :
+       {Case{[](Robot& r) { r.chain.links[1].R *= 2.0; }, "R of its frame must be a rotation"},
+        Case{[](Robot& r) { r.chain.links[1].R(2, 2) = -1.0; }, "R of its frame must be a rotation"},
+        Case{[](Robot& r) { r.chain.links[1].axes = {0, 7, 2}; }, "axes of its link are 0, 7, 2"},
+        Case{[](Robot& r) { r.chain.links[1].signs = {1, 0, 1}; }, "signs of its link are 1, 0, 1"},
+        Case{[](Robot& r) { r.joints[1].friction = static_cast<Friction>(99); }, "none of Friction"},
+        Case{[](Robot& r) { r.joints[1].max_effort = NAN; }, "is nan; infinity is no limit"}}) {
+    Robot robot = test::scara();
+    EXPECT_EQ(robot.complaint(), std::nullopt);
+    spoil(robot);
+    EXPECT_TRUE(test::says(robot.complaint().value_or(""), "joint \"joint_2\": "));
+    EXPECT_TRUE(test::says(robot.complaint().value_or(""), words));
+  }
 }
 
 }  // namespace

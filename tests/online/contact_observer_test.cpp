@@ -288,6 +288,9 @@ TEST(ContactObserver, SaysWhatIsWrong) {
             "ContactObserver: bandwidth is 30 rad/s, must lie below f_m = 10 Hz");
   EXPECT_EQ(complaint({.smoothing_speed = Vector::Zero(3)}),
             "ContactObserver: smoothing_speed must have 3 positive values, one a joint");
+  const ContactObserver<double> observer(s.model);
+  EXPECT_TRUE(std::isnan(observer.threshold(9)) && std::isnan(observer.level(-1)));
+  EXPECT_FALSE(observer.learned(9));
 }
 
 }  // namespace

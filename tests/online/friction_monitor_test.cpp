@@ -189,6 +189,21 @@ TEST(FrictionMonitor, SaysWhatIsWrong) {
   const OnlineModel smooth = test::known_model(scene.robot, scene.robot.chi_st(), 0.2);
   EXPECT_EQ(test::complaint_of([&] { FrictionMonitor<double>(smooth, {}); }),
             "FrictionMonitor: the model has no friction");
+  OnlineModel short_of = scene_of(1).model;
+  short_of.chi.conservativeResize(3);
+  EXPECT_TRUE(test::says(test::complaint_of([&] { FrictionMonitor<double>(short_of, {}); }),
+                         "chi and C_chi must have"));
+}
+
+TEST(FrictionMonitor, HasNoNumberOfWhatIsNone) {
+  const Scene scene = scene_of(1);
+  const FrictionMonitor<double> monitor(scene.model, options_of());
+  const Index count = std::ssize(monitor.coefficients());
+  for (const Index i : {Index{-1}, count}) {
+    EXPECT_TRUE(std::isnan(monitor.value(i)) && std::isnan(monitor.sigma(i)) && std::isnan(monitor.drift(i)));
+  }
+  EXPECT_TRUE(std::isnan(monitor.torque_error(joints)));
+  EXPECT_FALSE(monitor.identify_anew(-1));
 }
 
 }  // namespace

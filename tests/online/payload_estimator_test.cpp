@@ -308,6 +308,38 @@ TEST(PayloadEstimator, SaysWhatIsWrong) {
   options.R *= 2.0;
   EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(scene.model, options); }),
             "PayloadEstimator: R is no rotation, or p is not finite");
+  options = options_of();
+  options.R(2, 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(scene.model, options); }),
+            "PayloadEstimator: R is no rotation, or p is not finite");
+  options.R = Eigen::Vector3d(1.0, 1.0, -1.0).asDiagonal();  // a reflection
+  EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(scene.model, options); }),
+            "PayloadEstimator: R is no rotation, or p is not finite");
+  options = options_of();
+  options.length_scale = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(scene.model, options); }),
+            "PayloadEstimator: length_scale is infinite, must be finite");
+  options = options_of();
+  options.rows.stride = Index{1} << 50;
+  EXPECT_TRUE(test::says(test::complaint_of([&] { PayloadEstimator<double>(scene.model, options); }),
+                         "must not be negative and at most 1000000"));
+  OnlineModel foreign = scene.model;
+  foreign.base.parameters.back().leading.joint = 77;
+  EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(foreign, options_of()); }),
+            "PayloadEstimator: the base parameters are not those of the robot; take base_parameters(robot)");
+}
+
+TEST(PayloadEstimator, TakesAnAbsurdTickForNone) {
+  const Scene scene = six_joints(1);
+  PayloadEstimator<double> estimator(scene.model, options_of());
+  const Motion motion = test::Wandering(6, 5).at(test::ticks(3.0, f_m));
+  for (Index k = 0; k < motion.samples(); ++k) {
+    const double factor = k == 500 ? 1e160 : 1.0;
+    estimator.update(factor * motion.q.row(k).transpose(), Vector::Zero(6));
+  }
+  EXPECT_TRUE(std::isfinite(estimator.payload().mass));
+  EXPECT_TRUE(std::isfinite(estimator.payload().mass_sigma));
+  EXPECT_TRUE(std::isnan(estimator.row_sigma(6)));
 }
 
 }  // namespace

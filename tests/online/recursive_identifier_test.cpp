@@ -238,8 +238,27 @@ TEST(RecursiveIdentifier, NeverAllocatesAndComesBackBitByBit) {
     twin.update(q.col(k), tau.col(k));
   }
   EXPECT_EQ((identifier.chi() - twin.chi()).cwiseAbs().maxCoeff(), 0.0);
+  for (const std::size_t at :
+       {std::size_t{0}, std::size_t{8}, std::size_t{16}, state.size() / 2, state.size() - 1}) {
+    std::vector<std::byte> damaged = state;
+    damaged[at] ^= std::byte{0x10};
+    EXPECT_FALSE(restore_state(twin, damaged)) << "byte " << at;
+  }
+  EXPECT_FALSE(restore_state(twin, std::vector<std::byte>(state.size(), std::byte{0x7f})));
+  EXPECT_EQ((identifier.chi() - twin.chi()).cwiseAbs().maxCoeff(), 0.0);
   state.pop_back();
   EXPECT_FALSE(restore_state(twin, state));
+}
+
+TEST(RecursiveIdentifier, LeavesOutRowsThatDoNotFit) {
+  const Case of = wandering(5, 0.5);
+  RecursiveIdentifier<double> identifier(of.model, plain(Vector::Constant(4, 0.02)));
+  const std::vector<double> w(identifier.columns().of_joint(0).size() + 1, 1.0);
+  identifier.add_row(9, w, 1.0, 1.0);
+  identifier.add_row(0, w, 1.0, 1.0);
+  identifier.finish();
+  EXPECT_EQ(identifier.rows(), 0);
+  EXPECT_TRUE(std::isnan(identifier.sigma(99)) && std::isnan(identifier.consistency(4)));
 }
 
 TEST(RecursiveIdentifier, PassesOverTicksThatAreNone) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <climits>
 #include <cmath>
 #include <numbers>
 
@@ -379,12 +380,81 @@ TEST(ClosedLoop, RefusesOptionsThatCanNotBeUsed) {
   EXPECT_EQ(message([](auto& o) { o.disturbance = Matrix::Constant(5, 2, INFINITY); }),
             "simulate: disturbance(0, 0) is inf, must be finite");
   EXPECT_EQ(message([](auto& o) { o.sampling.delay = -1; }),
-            "simulate: sampling.delay is -1, must be 0 or more periods");
+            "simulate: sampling.delay is -1, must be between 0 and 1000000 periods");
   EXPECT_EQ(
       message([](auto& o) { o.sampling.quantum = Eigen::Vector2d(1e-3, 1e-3); }),
       "simulate: sampling.quantum needs a sampling.period: a continuous law sees the true motion at once");
   EXPECT_EQ(message([](auto& o) { o.integrator = Integrator::rk4; }),
             "simulate: integrator rk4 knows no events; friction must be smooth or held");
+  EXPECT_EQ(message([](auto& o) { o.integrator = static_cast<Integrator>(9); }),
+            "simulate: integrator or friction is none of the values of its enum");
+  EXPECT_EQ(message([](auto& o) { o.sampling = {.period = 1e-3, .delay = INT_MAX}; }),
+            "simulate: sampling.delay is 2.14748365e+09, must be between 0 and 1000000 periods");
+  EXPECT_TRUE(rivid::test::says(message([](auto& o) { o.samples = Index{1} << 40; }),
+                                "at most 100000000 are simulated"));
+  // With all of the reference, too.
+  EXPECT_TRUE(rivid::test::says(message([](auto& o) { o = {.sampling = {.period = 1e-300}}; }),
+                                "ticks of the controller in"));
+}
+
+// A reference that lasts so long, and is no number from some instant on.
+class Odd final : public rivid::Reference {
+ public:
+  Odd(double duration, double until) : duration_(duration), until_(until) {}
+  [[nodiscard]] Index joints() const override { return 2; }
+  [[nodiscard]] double duration() const override { return duration_; }
+  void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
+          Eigen::Ref<Vector> qdd_r) const override {
+    q_r.setConstant(t < until_ ? 0.0 : NAN);
+    qd_r.setZero();
+    qdd_r.setZero();
+  }
+
+ private:
+  double duration_;
+  double until_;
+};
+
+TEST(ClosedLoop, RefusesAReferenceThatIsNone) {
+  const Scara scara;
+  const auto message = [&](double duration, double until) {
+    return rivid::test::complaint_of([&] {
+      return simulate(scara.robot, scara.base, scara.truth, scara.control, scara.J, Odd(duration, until));
+    });
+  };
+  for (const double duration : {NAN, -1.0, HUGE_VAL}) {
+    EXPECT_TRUE(
+        rivid::test::says(message(duration, 1.0), "both must be finite, and the second not negative"));
+  }
+  EXPECT_EQ(message(1.0, 0.0),
+            "simulate: the reference of joint \"joint_1\" begins at nan with the velocity 0, must be finite");
+}
+
+TEST(ClosedLoop, NamesTheReferenceOrTheSignalThatIsNoNumber) {
+  const Scara scara;
+  const rivid::DynamicModel model(scara.robot, scara.base, scara.truth);
+  const Open law([](double t) { return t < 0.05 ? 0.0 : NAN; });
+  for (const double period : {0.0, 0.01}) {
+    const SimulationOptions options{.f_m = 100.0, .sampling = {.period = period}};
+    const Simulation by_law = simulate(scara.robot, model, law, rest(2, 1.0), options);
+    EXPECT_EQ(by_law.outcome, Outcome::diverged);
+    EXPECT_TRUE(rivid::test::says(by_law.reason, "the control signal of joint \"joint_1\" is nan"));
+    const Simulation by_reference =
+        simulate(scara.robot, scara.base, scara.truth, scara.control, scara.J, Odd(1.0, 0.05), options);
+    EXPECT_EQ(by_reference.outcome, Outcome::diverged);
+    EXPECT_TRUE(rivid::test::says(by_reference.reason, "the reference of joint \"joint_1\" is nan"));
+  }
+}
+
+TEST(ClosedLoop, RefusesAControlWithoutALaw) {
+  const Scara scara;
+  const auto message = [&](const rivid::Control& control) {
+    return rivid::test::complaint_of(
+        [&] { return simulate(scara.robot, scara.base, scara.truth, control, scara.J, rest(2, 1.0)); });
+  };
+  EXPECT_EQ(message({}), "control is empty, must make a ControlLaw");
+  EXPECT_EQ(message([](const rivid::Plant&) { return nullptr; }),
+            "control returns no law, must make a ControlLaw");
 }
 
 }  // namespace

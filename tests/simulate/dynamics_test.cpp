@@ -12,9 +12,11 @@
 #include "rivid/error.hpp"
 #include "rivid/model/kdl.hpp"
 #include "rivid/model/mdh.hpp"
+#include "rivid/online/contact_observer.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/dynamics_batch.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/allocations.hpp"
 #include "support/chain_dynamics.hpp"
 #include "support/complaint.hpp"
@@ -589,6 +591,47 @@ TEST(Dynamics, SaysWhichSizeIsWrong) {
               return batch.accelerations(Matrix::Zero(4, 2), Matrix::Zero(3, 2), Matrix::Zero(4, 2), qdd);
             }),
             "DynamicsBatch::accelerations: qd is (3 x 2), must be (4 x 2)");
+}
+
+TEST(ModelData, OfWhichNoDynamicsCanBeMadeIsRefusedByAllOfThem) {
+  struct Case {
+    void (*spoil)(ModelData&);
+    const char* words;
+  };
+  for (const auto& [spoil, words] :
+       {Case{[](ModelData& m) { m.chain.links.clear(); }, "ModelData: chain has no moving joint"},
+        Case{[](ModelData& m) { m.names.clear(); },
+             "ModelData: names has 0 entries, must have 2, one a joint"},
+        Case{[](ModelData& m) { m.inertials.pop_back(); },
+             "ModelData: inertials has 1 entry, must have 2, one a joint"},
+        Case{[](ModelData& m) { m.offset = Vector::Zero(1); },
+             "ModelData: offset has 1 entry, must have 2, one a joint"},
+        Case{[](ModelData& m) { m.rotor = Matrix::Zero(1, 1); },
+             "ModelData: rotor is (1 x 1), must be (2 x 2)"},
+        Case{[](ModelData& m) { m.viscous = Matrix::Zero(2, 3); },
+             "ModelData: viscous is (2 x 3), must be (2 x 2)"},
+        Case{[](ModelData& m) { m.offset[1] = NAN; }, "ModelData: rotor, viscous and offset must be finite"},
+        Case{[](ModelData& m) { m.dry_friction[0].direction.resize(1); },
+             "ModelData: dry_friction of \"joint_1\": direction has 1 value and torque 2, must have 2, one a "
+             "joint"},
+        Case{[](ModelData& m) { m.dry_friction[0].direction.setZero(); },
+             "ModelData: dry_friction of \"joint_1\": direction and torque must be finite, and direction not "
+             "zero"},
+        Case{[](ModelData& m) { m.dry_friction[0].load = 1.0; },
+             "ModelData: dry_friction of \"joint_1\": load is 1, must be at least 0 and below 1"}}) {
+    Robot robot = test::scara();
+    robot.joints[0].Fc = 1.0;
+    robot.inertials.assign(2, inertial_from_com(1.0, {0.1, 0.0, 0.0}, Eigen::Matrix3d::Identity()));
+    ModelData model = DynamicModel(robot, robot.chi_st());
+    EXPECT_EQ(model.complaint(), std::nullopt);
+    spoil(model);
+    EXPECT_EQ(test::complaint_of([&] { return Dynamics<double>(model); }), words);
+    EXPECT_EQ(test::complaint_of([&] { return DynamicsBatch(model).joints(); }), words);
+    EXPECT_EQ(
+        test::complaint_of([&] { return InverseDynamics(model, {.smoothing_speed = Vector::Ones(2)}); }),
+        words);
+    EXPECT_EQ(test::complaint_of([&] { return ContactObserver<double>(model).size(); }), words);
+  }
 }
 
 }  // namespace

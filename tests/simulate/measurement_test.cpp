@@ -112,5 +112,23 @@ TEST_F(Measurement, LeavesOutRowsThatAreNotFinite) {
   EXPECT_EQ(log.q.rows(), 70);
 }
 
+TEST_F(Measurement, RefusesNoiseOfOtherJoints) {
+  const Simulation simulation = run({});
+  const auto message = [&](const NoiseOptions& noise) {
+    return test::complaint_of([&] { return measured_log(simulation, options_, noise); });
+  };
+  EXPECT_EQ(message({.position = Vector::Ones(3), .feedback = false}),
+            "measured_log: position_noise has 3 entries, must have one for each of 1 joint");
+  EXPECT_EQ(message({.torque = Vector::Ones(2)}),
+            "measured_log: torque_noise has 2 entries, must have one for each of 1 joint");
+  EXPECT_TRUE(test::says(message({.torque = Vector{{NAN}}}), "torque_noise of joint 1 is nan"));
+  options_.sampling.quantum = Vector::Ones(2);
+  EXPECT_EQ(message({}), "measured_log: sampling.quantum has 2 values, must have one for each of 1 joint");
+  options_.sampling.quantum = {};
+  options_.samples = -5;
+  EXPECT_EQ(refusal({.disturbance = sd}),
+            "with_noise: samples is -5, must be that of the motion which noise is drawn for");
+}
+
 }  // namespace
 }  // namespace rivid

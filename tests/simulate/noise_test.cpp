@@ -30,6 +30,9 @@ TEST(NormalQuantile, IsThatOfSciPy) {
     EXPECT_NEAR(normal_quantile(p), x, 4e-15 * std::abs(x)) << p;
   }
   EXPECT_EQ(normal_quantile(0.5), 0.0);
+  for (const double p : {0.0, 1.0, -0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_TRUE(std::isnan(normal_quantile(p))) << p;
+  }
 }
 
 TEST(CounterNoise, GivesTheseBitsOnEveryPlatform) {

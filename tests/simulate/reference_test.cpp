@@ -238,6 +238,13 @@ TEST(FourierReference, RefusesWhatIsNoSeries) {
   EXPECT_TRUE(says(complaint([](FourierSeries& s) { s.duration = -1.0; }), "duration is -1 s"));
 }
 
+TEST(FourierReference, RefusesAPeriodThatIsNotFinite) {
+  EXPECT_EQ(complaint_of([] {
+              return FourierReference({.omega_f = 5e-324, .A = Matrix::Ones(1, 1), .B = Matrix::Ones(1, 1)});
+            }),
+            "FourierReference: omega_f is 4.94065646e-324 rad/s, its period is not finite");
+}
+
 TEST(PointToPointReference, MeetsItsPointsAtRest) {
   for (const PointToPoint& moves : {quintic_moves(), limited_moves()}) {
     const PointToPointReference reference(moves);
@@ -387,6 +394,29 @@ TEST(PointToPointReference, RefusesWhatIsNoSequenceOfMoves) {
                      m.durations[0] = 0.0;
                    }),
                    "the duration of move 1 is 0 s, must be positive"));
+}
+
+TEST(References, HaveNoNumberAtNoInstantAndRefuseOtherSizes) {
+  const Vector t = Vector::LinSpaced(5, 0.0, 1.0);
+  const Matrix q = test::random_matrix(5, 2, 3);
+  const LoggedReference logged(t, q);
+  const LinearReference linear(t, q);
+  const FourierReference fourier({.omega_f = 1.0, .A = Matrix::Ones(2, 3), .B = Matrix::Ones(2, 3)});
+  const PointToPointReference moves({.via = q, .durations = Vector::Ones(1)});
+  for (const Reference* const reference : std::initializer_list<const Reference*>{&logged, &linear}) {
+    const Instant none = at(*reference, NAN);
+    EXPECT_TRUE(none.q.array().isNaN().all() && none.qd.array().isNaN().all());
+  }
+  for (const Reference* const reference :
+       std::initializer_list<const Reference*>{&logged, &linear, &fourier, &moves}) {
+    Vector two(2);
+    Vector three(3);
+    EXPECT_EQ(complaint_of([&] {
+                reference->at(0.5, two, three, two);
+                return 0;
+              }),
+              "Reference::at: a vector has 3 values, must have 2, one a joint");
+  }
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 #include <math.h>  // signgam, which <cmath> need not declare
 
+#include <cmath>
+#include <limits>
+
 #include "rivid/solve/inference.hpp"
 #include "solve/statistics_oracle.hpp"
 
@@ -39,6 +42,21 @@ TEST(Distributions, LeaveAloneWhatAllThreadsShare) {
 TEST(Distributions, NothingLiesBelowZero) {
   EXPECT_EQ(chi_square_tail(0.0, 3.0), 1.0);
   EXPECT_EQ(f_tail(-1.0, 3.0, 4.0), 1.0);
+}
+
+TEST(Distributions, HaveNoNumberOutsideOfTheirDomain) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  for (const double freedom : {0.0, -1.0, nan, inf, 1e18}) {
+    EXPECT_TRUE(std::isnan(chi_square_tail(1.0, freedom))) << freedom;
+    EXPECT_TRUE(std::isnan(f_tail(1.0, freedom, 3.0))) << freedom;
+    EXPECT_TRUE(std::isnan(f_tail(1.0, 3.0, freedom))) << freedom;
+  }
+  EXPECT_TRUE(std::isnan(f_tail(1.0, 1e18, 1e18)));
+  EXPECT_TRUE(std::isnan(chi_square_tail(nan, 3.0)));
+  EXPECT_TRUE(std::isnan(f_tail(nan, 3.0, 4.0)));
+  EXPECT_TRUE(std::isnan(student_quantile_975(0.0)));
+  EXPECT_TRUE(std::isnan(student_quantile_975(nan)));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "rivid/solve/least_squares.hpp"
+#include "support/complaint.hpp"
 #include "support/random_matrix.hpp"
 
 namespace {
@@ -106,6 +107,16 @@ TEST(InstrumentalVariables, NameWhatTheInstrumentsDoNotMove) {
   ASSERT_EQ(found.undetermined.size(), 1U);
   EXPECT_EQ(found.undetermined[0], std::vector<Index>{3});
   EXPECT_TRUE(found.chi.hasNaN());
+}
+
+TEST(InstrumentalVariables, RefuseFactorsWithoutWAndY) {
+  const Case of(1);
+  std::vector<InstrumentalGroup> groups = of.groups();
+  groups[1].qr = StreamingQr(3);
+  EXPECT_EQ(rivid::test::complaint_of([&] { return instrumental_variables(groups, 4, of.weights); }),
+            "instrumental_variables: a factor of 3 columns carries 1, must carry those of W and Y: 4");
+  EXPECT_EQ(rivid::test::complaint_of([&] { return instrumental_variables(of.groups(), 0, of.weights); }),
+            "instrumental_variables: there are 2 groups and 0 columns, must be one of each at least");
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 #include <random>
 
 #include "rivid/solve/inference.hpp"
+#include "rivid/solve/robust_loss.hpp"
+#include "support/complaint.hpp"
 #include "support/random_matrix.hpp"
 
 namespace rivid {
@@ -175,6 +177,29 @@ TEST(StudentQuantile, IsThatOfTheTables) {
   EXPECT_NEAR(student_quantile_975(10), 2.228139, 1e-5);
   EXPECT_NEAR(student_quantile_975(100), 1.983972, 1e-6);
   EXPECT_NEAR(student_quantile_975(1e9), 1.959964, 1e-6);
+}
+
+TEST(LeastSquares, RefusesGroupsThatDoNotFit) {
+  const TwoGroups two;
+  const std::vector<double> one = {1.0};
+  const std::vector<double> both = {1.0, 1.0};
+  EXPECT_EQ(test::complaint_of([&] { return least_squares(two.groups(), 5, one); }),
+            "least_squares: weights has 1 value, must have one for each of 2 groups");
+  EXPECT_EQ(test::complaint_of([&] { return combined(two.groups(), 4, both); }),
+            "combined: a group has column 4, must be one of 0 to 3");
+  EXPECT_EQ(test::complaint_of([&] { return residual(two.groups(), Vector::Zero(4), both); }),
+            "residual: a group has column 4, must be one of 0 to 3");
+  EXPECT_EQ(test::complaint_of([&] { return least_squares({}, 5, both); }),
+            "least_squares: there are 0 groups and 5 columns, must be one of each at least");
+  std::vector<RowGroup> odd = two.groups();
+  odd[1].columns.pop_back();
+  EXPECT_EQ(test::complaint_of([&] { return group_sigmas(odd); }),
+            "group_sigmas: a group names 2 columns, its factor has 3");
+}
+
+TEST(RobustScale, RefusesNoErrors) {
+  EXPECT_EQ(test::complaint_of([] { return robust_scale({}); }),
+            "robust_scale: rho has no values, must have at least one");
 }
 
 }  // namespace

@@ -270,6 +270,21 @@ TEST(StreamingQr, RefusesRowsOfAnotherWidth) {
             "rows as W");
 }
 
+TEST(StreamingQr, RefusesParametersOfAnotherSizeAndToBeReadWhenItHasMoved) {
+  StreamingQr qr(3);
+  qr.add(Matrix::Identity(3, 3), Vector::Ones(3));
+  EXPECT_EQ(test::complaint_of([&] { return qr.residual_norm(Vector::Zero(300)); }),
+            "StreamingQr::residual_norm: chi has 300 values, must have 3, one a column");
+  EXPECT_EQ(test::complaint_of([&] { return qr.residual_sum(Vector::Zero(1)); }),
+            "StreamingQr::residual_sum: chi has 1 value, must have 3, one a column");
+  const StreamingQr other(std::move(qr));
+  EXPECT_EQ(other.rows(), 3);
+  EXPECT_EQ(test::complaint_of([&] { return qr.R(); }),
+            "StreamingQr: its rows have been moved to another one; assign a new one to it");
+  qr = StreamingQr(2);
+  EXPECT_EQ(qr.R().cols(), 2);
+}
+
 TEST(StreamingQr, TakesRowsThatWereWrittenInPlace) {
   const Matrix WY = test::random_matrix(1500, 9, 20);
   StreamingQr added(8);

@@ -76,8 +76,8 @@ struct MotionBounds {
   std::vector<Finding> findings;  ///< what was taken for granted
 };
 
-/// Limits of a robot's motion from its description and what is said besides. A revolute joint without position limits is
-/// kept within ±π. Without a-priori inertial parameters torques can not be predicted, and have no limit.
+/// Limits of a robot's motion from its description and what is said besides. A revolute joint without a position limit
+/// is kept above −π or below π. Without a-priori inertial parameters torques can not be predicted, and have no limit.
 ///
 /// @throws InputError  where the limits can not be used, or leave no room; the message names the joint
 [[nodiscard]] MotionBounds motion_bounds(const Robot& robot, const MotionLimits& limits);

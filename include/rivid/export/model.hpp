@@ -27,7 +27,7 @@ inline constexpr std::array names_of<ModelFormat> =
 struct ModelExportOptions {
   bool force = false;  ///< export physically inconsistent links, too
   /// The main file, whose name the others are called after; mesh files are named relative to its folder. Nothing is
-  /// written.
+  /// written. Empty: beside the URDF, with its name, "_identified" and usual_ending().
   std::filesystem::path file = {};
   std::string origin = {};  ///< one line that says where the numbers come from, for the comment on top
 };

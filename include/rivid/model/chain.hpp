@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "rivid/model/parameters.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -42,6 +46,25 @@ struct InertialColumn {
 /// Orientation of frame j in the user's link frame, a signed permutation: v_link = link_axes(link) v_j.
 [[nodiscard]] Eigen::Matrix3d link_axes(const Chain::Link& link);
 
+namespace detail {
+
+// Whether RᵀR is the identity and R no reflection; what is written with few digits is still a rotation.
+[[nodiscard]] inline bool is_rotation(const Eigen::Matrix3d& R) {
+  constexpr double rounding = 1e-6;
+  for (Index i = 0; i < 3; ++i) {
+    for (Index k = 0; k <= i; ++k) {
+      if (!(std::abs(R.col(i).dot(R.col(k)) - (i == k ? 1.0 : 0.0)) <= rounding)) {  // a NaN, too
+        return false;
+      }
+    }
+  }
+  return R.col(0).dot(Eigen::Vector3d(R(1, 1) * R(2, 2) - R(2, 1) * R(1, 2),
+                                      R(2, 1) * R(0, 2) - R(0, 1) * R(2, 2),
+                                      R(0, 1) * R(1, 2) - R(1, 1) * R(0, 2))) > 0.0;
+}
+
+}  // namespace detail
+
 #ifdef RIVID_DEFINITIONS
 
 namespace detail {
@@ -53,6 +76,48 @@ inline constexpr std::array<std::array<int, 2>, 6> tensor_entry = {
 inline int tensor_index(int row, int column) {
   const std::array<int, 2> wanted = {std::min(row, column), std::max(row, column)};
   return static_cast<int>(std::find(tensor_entry.begin(), tensor_entry.end(), wanted) - tensor_entry.begin());
+}
+
+// No robot comes near; the squares of what lies far beyond overflow.
+inline constexpr double largest_length = 1e6;
+inline constexpr double largest_gravity = 1e6;
+inline std::optional<std::string> gravity_complaint(const Eigen::Vector3d& gravity) {
+  if (!gravity.allFinite()) {
+    return "gravity must be finite";
+  }
+  if (gravity.cwiseAbs().maxCoeff() > largest_gravity) {
+    return "gravity is " + number(gravity.cwiseAbs().maxCoeff()) + " m/s², must be at most " +
+           number(largest_gravity);
+  }
+  return std::nullopt;
+}
+
+inline std::optional<std::string> frame_complaint(const Chain::Link& link) {
+  if (link.type != JointType::revolute && link.type != JointType::prismatic) {
+    return "its type is none of JointType";
+  }
+  if (!link.R.allFinite() || !link.p.allFinite()) {
+    return "its frame is not finite";
+  }
+  if (!is_rotation(link.R)) {
+    return "R of its frame must be a rotation: columns of length 1, at right angles, right-handed";
+  }
+  if (link.p.cwiseAbs().maxCoeff() > largest_length) {
+    return "its frame lies " + number(link.p.cwiseAbs().maxCoeff()) +
+           " m from the one before, must be at most " + number(largest_length) + " m";
+  }
+  std::array<int, 3> sorted = link.axes;
+  std::ranges::sort(sorted);
+  const auto listed = [](const std::array<int, 3>& values) {
+    return std::to_string(values[0]) + ", " + std::to_string(values[1]) + ", " + std::to_string(values[2]);
+  };
+  if (sorted != std::array{0, 1, 2}) {
+    return "axes of its link are " + listed(link.axes) + ", must be 0, 1, 2 in some order";
+  }
+  if (!std::ranges::all_of(link.signs, [](int sign) { return sign == 1 || sign == -1; })) {
+    return "signs of its link are " + listed(link.signs) + ", must be 1 or -1 each";
+  }
+  return std::nullopt;
 }
 
 }  // namespace detail

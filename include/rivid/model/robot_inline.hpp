@@ -42,10 +42,6 @@ inline std::vector<CoupledEntry::Term> terms(const auto& weights) {
   return out;
 }
 
-// No robot comes near; the squares of what lies far beyond overflow.
-inline constexpr double largest_length = 1e6;
-inline constexpr double largest_gravity = 1e6;
-
 inline double a_priori(const Robot& robot, const StandardParameter& parameter) {
   const auto j = static_cast<std::size_t>(parameter.joint);
   const Joint& joint = robot.joints[j];
@@ -134,6 +130,9 @@ inline std::optional<std::string> layout_complaint(const Robot& robot, const Cou
       return "the ratio of " + quoted(joint) + " is " + number(coupling.ratios[k]) +
              ", must be finite and not zero";
     }
+  }
+  if (!is_value(coupling.inertia) || !is_value(coupling.coulomb) || !is_value(coupling.terms)) {
+    return "inertia, coulomb or terms is none of the values of its enum";
   }
   if (!std::isfinite(coupling.Iam) || !std::isfinite(coupling.Fvm) || !std::isfinite(coupling.Fcm)) {
     return "Iam, Fvm and Fcm must be finite";
@@ -383,12 +382,8 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
            std::to_string(joints.size()) + " joints and " + std::to_string(inertials.size()) +
            " inertials are given";
   }
-  if (!chain.gravity.allFinite()) {
-    return "gravity must be finite";
-  }
-  if (chain.gravity.cwiseAbs().maxCoeff() > detail::largest_gravity) {
-    return "gravity is " + number(chain.gravity.cwiseAbs().maxCoeff()) + " m/s², must be at most " +
-           number(detail::largest_gravity);
+  if (auto fault = detail::gravity_complaint(chain.gravity)) {
+    return fault;
   }
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const Joint& joint = joints[j];
@@ -400,12 +395,15 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
     if (joint.type != chain.links[j].type) {
       return who + "its type differs from that of the chain";
     }
-    if (!chain.links[j].R.allFinite() || !chain.links[j].p.allFinite()) {
-      return who + "its frame is not finite";
+    if (const auto fault = detail::frame_complaint(chain.links[j])) {
+      return who + *fault;
     }
-    if (chain.links[j].p.cwiseAbs().maxCoeff() > detail::largest_length) {
-      return who + "its frame lies " + number(chain.links[j].p.cwiseAbs().maxCoeff()) +
-             " m from the one before, must be at most " + number(detail::largest_length) + " m";
+    if (!is_value(joint.friction)) {
+      return who + "its friction is none of Friction";
+    }
+    if (std::isnan(joint.lower) || std::isnan(joint.upper) || std::isnan(joint.max_velocity) ||
+        std::isnan(joint.max_effort)) {
+      return who + "lower, upper, max_velocity or max_effort is nan; infinity is no limit";
     }
     if (!std::isfinite(joint.sign_speed) || joint.sign_speed < 0.0) {
       return who + "sign_speed is " + number(joint.sign_speed) + ", must be finite and not negative";

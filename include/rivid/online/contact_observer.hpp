@@ -11,6 +11,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/online/momentum.hpp"
+#include "rivid/online/plausible.hpp"
 #include "rivid/online/saved_state.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "rivid/text.hpp"
@@ -109,12 +110,13 @@ class ContactObserver {
     learn     ///< nothing touches the robot: thresholds follow the residual
   };
 
-  /// @throws InputError  where options can not be used
+  /// @throws InputError  the model's complaint(); where options can not be used
   explicit ContactObserver(const ModelData& model, const ContactObserverOptions& options = {});
 
   [[nodiscard]] Index size() const noexcept { return momentum_.size(); }
 
-  /// Takes a tick. A tick with a number that is not finite starts the observer anew.
+  /// Takes a tick. A tick of a wrong size, or with a number that is not finite or beyond 1e6 rad or m, 1e9 rad/s or m/s, 1e9 N·m or N,
+  /// starts the observer anew.
   ///
   /// @param q    positions, (n) [rad | m]
   /// @param qd   velocities, (n) [rad/s | m/s]
@@ -126,13 +128,16 @@ class ContactObserver {
   [[nodiscard]] const Result& residual() const noexcept { return residual_; }
   /// r without its mean in the present class of motion, over the threshold: a contact where above 1 in magnitude, (n).
   [[nodiscard]] const Result& relative() const noexcept { return relative_; }
-  /// Present threshold of joint j [N·m | N]; infinite before anything was learned.
+  /// Present threshold of joint j [N·m | N]; infinite before anything was learned. Of a joint that is none, this and level() are no
+  /// number, and it has learned nothing.
   [[nodiscard]] Scalar threshold(Index j) const noexcept;
   /// Standard deviations that the threshold of joint j lies above the mean.
-  [[nodiscard]] Scalar level(Index j) const noexcept { return static_cast<Scalar>(levels_[j]); }
+  [[nodiscard]] Scalar level(Index j) const noexcept {
+    return j >= 0 && j < size() ? static_cast<Scalar>(levels_[j]) : std::numeric_limits<Scalar>::quiet_NaN();
+  }
 
   /// Whether joint j has a threshold; it sees no contact before.
-  [[nodiscard]] bool learned(Index j) const noexcept { return std::isfinite(levels_[j]); }
+  [[nodiscard]] bool learned(Index j) const noexcept { return std::isfinite(level(j)); }
   /// Whether all joints have.
   [[nodiscard]] bool learned() const noexcept { return levels_.allFinite(); }
 
@@ -181,6 +186,9 @@ class ContactObserver {
   }
 
  private:
+  // Squares of what lies far beyond would overflow.
+  static constexpr double largest_position = 1e6;
+  static constexpr double largest = 1e9;
   // Classes of a joint's motion: at rest, and by direction after a reversal and by half octaves of speed.
   static constexpr int half_octaves = 20;
   static constexpr int class_count = 1 + 2 * (1 + half_octaves);
@@ -310,8 +318,8 @@ template <typename Scalar>
 bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Values& tau,
                                      Mode mode) noexcept {
   const Index n = size();
-  if (q.size() != n || qd.size() != n || tau.size() != n || !q.allFinite() || !qd.allFinite() ||
-      !tau.allFinite()) {
+  if (q.size() != n || qd.size() != n || tau.size() != n || !detail::plausible(q, largest_position) ||
+      !detail::plausible(qd, largest) || !detail::plausible(tau, largest)) {
     reset();
     link_ = -1;
     return false;
@@ -429,7 +437,8 @@ void ContactObserver<Scalar>::follow_class(Index j) noexcept {
 
 template <typename Scalar>
 Scalar ContactObserver<Scalar>::threshold(Index j) const noexcept {
-  return static_cast<Scalar>(levels_[j]) * deviation_[j];
+  return j >= 0 && j < size() ? static_cast<Scalar>(levels_[j]) * deviation_[j]
+                              : std::numeric_limits<Scalar>::quiet_NaN();
 }
 
 template <typename Scalar>

@@ -92,12 +92,15 @@ class FrictionMonitor {
     rows_.set_body(body_, columns_.body);
   }
 
-  /// Coefficient i now, with θ = 0 [SI, joint side].
-  [[nodiscard]] Scalar value(Index i) const noexcept { return values_[i]; }
-  [[nodiscard]] Scalar sigma(Index i) const noexcept { return sigmas_[i]; }
+  /// Coefficient i now, with θ = 0 [SI, joint side]. Of a coefficient or joint that is none, these members give no number.
+  [[nodiscard]] Scalar value(Index i) const noexcept { return entry(values_, i); }
+  [[nodiscard]] Scalar sigma(Index i) const noexcept { return entry(sigmas_, i); }
   /// Distance from the identified value in standard deviations of both.
   [[nodiscard]] Scalar drift(Index i) const noexcept {
     using std::sqrt;
+    if (i < 0 || i >= count()) {
+      return std::numeric_limits<Scalar>::quiet_NaN();
+    }
     const Coefficient& c = coefficients_[static_cast<std::size_t>(i)];
     const auto before = static_cast<Scalar>(c.identified_sigma);
     return (values_[i] - static_cast<Scalar>(c.identified)) / sqrt(sigmas_[i] * sigmas_[i] + before * before);
@@ -106,7 +109,7 @@ class FrictionMonitor {
   [[nodiscard]] Scalar torque_error(Index j) const noexcept;
   /// Whether the torque error of joint j exceeds its limit: identify anew, or take the values from here.
   [[nodiscard]] bool identify_anew(Index j) const noexcept {
-    return torque_error(j) > static_cast<Scalar>(limit_[j]);
+    return j >= 0 && j < joints() && torque_error(j) > static_cast<Scalar>(limit_[j]);
   }
 
   /// All base parameters, (b) [SI, joint side], by back substitution: inertial ones as what is known beforehand and all rows say.
@@ -156,6 +159,9 @@ class FrictionMonitor {
                                                                 const FrictionMonitorOptions& options);
   void find_places();
   void make_prior(const OnlineModel& model);
+  [[nodiscard]] Scalar entry(const Eigen::VectorX<Scalar>& of, Index i) const noexcept {
+    return i >= 0 && i < of.size() ? of[i] : std::numeric_limits<Scalar>::quiet_NaN();
+  }
   [[nodiscard]] Index count() const noexcept { return static_cast<Index>(coefficients_.size()); }
   void add(const Row& row, const Values& theta) noexcept;
   [[nodiscard]] auto taking() noexcept {
@@ -213,12 +219,12 @@ auto FrictionMonitor<Scalar>::coefficients_of(const OnlineModel& model, const Fr
 
 template <typename Scalar>
 FrictionMonitor<Scalar>::FrictionMonitor(const OnlineModel& model, const FrictionMonitorOptions& options)
-    : columns_(model.robot, model.base),
+    : columns_(detail::usable("FrictionMonitor", model, options).robot, model.base),
       b_(model.base.size()),
       coefficients_(coefficients_of(model, options)),
       slopes_(std::ranges::count_if(coefficients_, [](const Coefficient& c) { return c.slope; })),
-      rows_(model, columns_.all.columns(), detail::row_options("FrictionMonitor", model, options),
-            b_ + slopes_, options.forgetting, 1),
+      rows_(model, columns_.all.columns(), detail::row_options(model, options), b_ + slopes_,
+            options.forgetting, 1),
       own_(model.robot.joints.size()),
       noise_(model.sigma_rho, rows_.seconds()),
       limit_(options.limit.size() > 0 ? options.limit : model.sigma_rho),
@@ -380,6 +386,9 @@ void FrictionMonitor<Scalar>::solve_a_row() noexcept {
 template <typename Scalar>
 Scalar FrictionMonitor<Scalar>::torque_error(Index j) const noexcept {
   using std::sqrt;
+  if (j < 0 || j >= joints()) {
+    return std::numeric_limits<Scalar>::quiet_NaN();
+  }
   const Own& own = own_[static_cast<std::size_t>(j)];
   const std::size_t size = own.coefficients.size();
   double sum = 0.0;

@@ -56,17 +56,17 @@ struct PayloadEstimatorOptions {
         return std::string(name) + " is " + number(value) + ", must be positive";
       }
     }
-    if (!(gain_sigma >= 0.0) || !(friction_change >= 0.0)) {
-      return "gain_sigma is " + number(gain_sigma) + " and friction_change " + number(friction_change) +
-             ", must not be negative";
-    }
-    double off = 0.0;
-    for (Index i = 0; i < 3; ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        off = std::max(off, std::abs(R.col(i).dot(R.col(k)) - (i == k ? 1.0 : 0.0)));
+    for (const auto& [name, value] : {Named{"mass_scale", mass_scale}, Named{"length_scale", length_scale},
+                                      Named{"largest_change", largest_change}}) {
+      if (std::isinf(value)) {
+        return std::string(name) + " is infinite, must be finite";
       }
     }
-    if (!(off < 1e-6) || !p.allFinite()) {
+    if (!(gain_sigma >= 0.0) || !(friction_change >= 0.0) || std::isinf(gain_sigma + friction_change)) {
+      return "gain_sigma is " + number(gain_sigma) + " and friction_change " + number(friction_change) +
+             ", must be finite and not negative";
+    }
+    if (!detail::is_rotation(R) || !p.allFinite()) {
       return "R is no rotation, or p is not finite";
     }
     return rows.complaint(joints);
@@ -156,9 +156,10 @@ class PayloadEstimator {
   [[nodiscard]] const Change& change() const noexcept { return change_; }
   /// The payload's parameters as columns of the last link have them, XX … M [frame of the link].
   [[nodiscard]] const Eigen::Matrix<Scalar, inertial_count, 1>& inertial() const noexcept { return lambda_; }
-  /// Deviation that rows of joint j count with, alike as they are [N·m | N].
+  /// Deviation that rows of joint j count with, alike as they are [N·m | N]; of a joint that is none no number.
   [[nodiscard]] Scalar row_sigma(Index j) const noexcept {
-    return static_cast<Scalar>(noise_.sigma(static_cast<std::size_t>(j)));
+    return j >= 0 && j < joints() ? static_cast<Scalar>(noise_.sigma(static_cast<std::size_t>(j)))
+                                  : std::numeric_limits<Scalar>::quiet_NaN();
   }
   /// The test of a change over its threshold; above 1 there is one.
   [[nodiscard]] Scalar suspicion() const noexcept { return static_cast<Scalar>(load_change_.suspicion()); }
@@ -266,10 +267,10 @@ class PayloadEstimator {
 template <typename Scalar>
 PayloadEstimator<Scalar>::PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options)
     : options_(options),
-      columns_(model.robot, model.base),
+      columns_(detail::usable("PayloadEstimator", model, options).robot, model.base),
       b_(model.base.size()),
-      rows_(model, columns_.all.columns(), detail::row_options("PayloadEstimator", model, options),
-            inertial_count + b_, options.forgetting, 1, inertial_count),
+      rows_(model, columns_.all.columns(), detail::row_options(model, options), inertial_count + b_,
+            options.forgetting, 1, inertial_count),
       prior_(inertial_count + b_, 1),
       noise_(model.sigma_rho, rows_.seconds()),
       load_change_({.per_second = 1.0 / rows_.seconds(),

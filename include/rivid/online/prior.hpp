@@ -88,16 +88,21 @@ void add_prior(InformationTriangle<Scalar>& to, const Matrix& C, const Vector& c
   }
 }
 
-// Options of the rows, with the model's thresholds where they have none.
+// The model, once it is known that an estimator can be made of it: before anything reads it.
 template <typename Options>
-[[nodiscard]] RowStreamOptions row_options(const char* who, const OnlineModel& model,
-                                           const Options& options) {
+[[nodiscard]] const OnlineModel& usable(const char* who, const OnlineModel& model, const Options& options) {
   if (const auto fault = model.complaint()) {
     throw InputError(std::string(who) + ": " + *fault);
   }
   if (const auto fault = options.complaint(model.robot.size())) {
     throw InputError(std::string(who) + ": " + *fault);
   }
+  return model;
+}
+
+// Options of the rows, with the model's thresholds where they have none.
+template <typename Options>
+[[nodiscard]] RowStreamOptions row_options(const OnlineModel& model, const Options& options) {
   const RowStreamOptions& rows = options.rows;
   return {.f_m = rows.f_m,
           .stride = rows.stride,

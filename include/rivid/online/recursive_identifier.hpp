@@ -60,7 +60,8 @@ class RecursiveIdentifier {
   /// @param tau  torques, joint side, (n) [N·m | N]
   void update(const Values& q, const Values& tau) noexcept;
 
-  /// Takes a row of joint j as it is: w χ = y with the deviation sigma [N·m | N].
+  /// Takes a row of joint j as it is: w χ = y with the deviation sigma [N·m | N]. A joint that is none, or a row of another size, is
+  /// left out.
   ///
   /// @param w  in the order of columns().of_joint(j)
   void add_row(std::size_t j, std::span<const Scalar> w, const Scalar& y, const Scalar& sigma) noexcept;
@@ -75,10 +76,10 @@ class RecursiveIdentifier {
   }
 
   /// Standard deviation of parameter i by the information of the triangle, for errors of rows that are independent and as
-  /// large as sigma_rho says; not a number where it is not determined. consistency() shows whether they are.
+  /// large as sigma_rho says; not a number where it is not determined or there is none. consistency() shows whether they are.
   [[nodiscard]] Scalar sigma(Index i) noexcept {
     using std::sqrt;
-    if (!rows_.triangle().solve(chi_.data())) {
+    if (i < 0 || i >= size() || !rows_.triangle().solve(chi_.data())) {
       return Scalar(std::numeric_limits<double>::quiet_NaN());
     }
     rows_.triangle().inverse_row(i, scratch_.data());
@@ -87,6 +88,9 @@ class RecursiveIdentifier {
 
   /// Mean square of the prediction errors of joint j over their variance, with forgetting (or over all rows): 1 where the rows are as the model says.
   [[nodiscard]] Scalar consistency(Index j) const noexcept {
+    if (j < 0 || j >= joints()) {
+      return Scalar(std::numeric_limits<double>::quiet_NaN());
+    }
     const Sums& sums = sums_[static_cast<std::size_t>(j)];
     return static_cast<Scalar>(sums.weight > 0.0 ? sums.squares / sums.weight : 1.0);
   }
@@ -151,8 +155,8 @@ class RecursiveIdentifier {
 template <typename Scalar>
 RecursiveIdentifier<Scalar>::RecursiveIdentifier(const OnlineModel& model,
                                                  const RecursiveIdentifierOptions& options)
-    : rows_(model, model.base.columns(), detail::row_options("RecursiveIdentifier", model, options),
-            model.base.size(), options.forgetting),
+    : rows_(detail::usable("RecursiveIdentifier", model, options), model.base.columns(),
+            detail::row_options(model, options), model.base.size(), options.forgetting),
       sigma_rho_(model.sigma_rho),
       chi_(Eigen::VectorX<Scalar>::Zero(model.base.size())),
       scratch_(Eigen::VectorX<Scalar>::Zero(rows_.triangle().room_of_row())),
@@ -177,6 +181,9 @@ void RecursiveIdentifier<Scalar>::update(const Values& q, const Values& tau) noe
 template <typename Scalar>
 void RecursiveIdentifier<Scalar>::add_row(std::size_t j, std::span<const Scalar> w, const Scalar& y,
                                           const Scalar& sigma) noexcept {
+  if (j >= columns().joints() || w.size() != columns().of_joint(j).size()) {
+    return;
+  }
   Scalar* const row = rows_.room(taking());
   const std::vector<Index>& own = columns().of_joint(j);
   for (std::size_t c = 0; c < own.size(); ++c) {

@@ -13,6 +13,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/robot.hpp"
+#include "rivid/online/plausible.hpp"
 #include "rivid/regressor/regressor.hpp"
 #include "rivid/text.hpp"
 
@@ -32,12 +33,16 @@ struct RowStreamOptions {
   Index velocity_span = 0;
 
   [[nodiscard]] std::optional<std::string> complaint(Index joints) const {
-    if (!std::isfinite(f_m) || f_m <= 0.0) {
-      return "f_m is " + number(f_m) + " Hz, must be positive";
+    constexpr double largest_f_m = 1e7;
+    constexpr Index longest = 1'000'000;  // all ticks of a window are kept
+    if (!std::isfinite(f_m) || f_m <= 0.0 || f_m > largest_f_m) {
+      return "f_m is " + number(f_m) + " Hz, must be positive" +
+             (f_m > largest_f_m ? " and at most " + number(largest_f_m) : "");
     }
-    if (stride < 0 || velocity_span < 0) {
+    if (stride < 0 || velocity_span < 0 || stride > longest || velocity_span > longest) {
       return "stride is " + std::to_string(stride) + " and velocity_span " + std::to_string(velocity_span) +
-             " ticks, must not be negative";
+             " ticks, must not be negative" +
+             (stride > longest || velocity_span > longest ? " and at most " + std::to_string(longest) : "");
     }
     if (velocity_threshold.size() != joints && velocity_threshold.size() != 0) {
       return "velocity_threshold has " + counted(velocity_threshold.size(), "value") + ", must have " +
@@ -112,7 +117,7 @@ class RowStream {
   [[nodiscard]] Index stride() const noexcept { return stride_; }
   [[nodiscard]] const RegressorColumns& columns() const noexcept { return columns_; }
 
-  /// Takes a tick. What is not finite is no tick: all windows begin anew.
+  /// Takes a tick. What is not finite, or beyond 1e6 rad or m, or 1e9 N·m or N, is no tick: all windows begin anew.
   ///
   /// @param q    positions, (n) [rad | m]
   /// @param tau  torques, joint side, (n) [N·m | N]
@@ -157,6 +162,9 @@ class RowStream {
   }
 
  private:
+  // Squares of what lies far beyond would overflow in the estimate, which could not forget them.
+  static constexpr double largest_position = 1e6;
+  static constexpr double largest_torque = 1e9;
   // Two central differences in a row reach over two samples to each side.
   static constexpr Index reach = 2;
 
@@ -177,6 +185,12 @@ class RowStream {
     Direction direction;
   };
 
+  [[nodiscard]] static const RowStreamOptions& usable_options(const RowStreamOptions& options, Index n) {
+    if (const auto fault = options.complaint(n)) {
+      throw InputError("RowStream: " + *fault);
+    }
+    return options;
+  }
   [[nodiscard]] static Vector thresholds_of(const RowStreamOptions& options, Index n) {
     return options.velocity_threshold.size() == 0 ? Vector::Zero(n) : options.velocity_threshold;
   }
@@ -222,7 +236,7 @@ class RowStream {
 template <typename Scalar>
 RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParameter> columns,
                              const RowStreamOptions& options)
-    : options_(options),
+    : options_(usable_options(options, robot.size())),
       n_(robot.size()),
       stride_(options.ticks_of_stride()),
       span_(options.ticks_of_span()),
@@ -230,9 +244,6 @@ RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParamet
       columns_(robot, columns),
       workspace_(columns_),
       thresholds_(thresholds_of(options, robot.size())) {
-  if (const auto fault = options.complaint(n_)) {
-    throw InputError("RowStream: " + *fault);
-  }
   for (const Coupling& coupling : robot.couplings) {
     if (coupling.coulomb == Coupling::Coulomb::sum) {
       const Vector row = coupling.row(n_);
@@ -270,7 +281,7 @@ bool RowStream<Scalar>::update(const Values& q, const Values& tau) noexcept {
   if (q.size() != n_ || tau.size() != n_) {
     return false;
   }
-  if (!q.allFinite() || !tau.allFinite()) {
+  if (!detail::plausible(q, largest_position) || !detail::plausible(tau, largest_torque)) {
     reset();
     return false;
   }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <span>
 #include <type_traits>
@@ -17,9 +19,37 @@ class StateSize {
   void operator()(const Value* /*values*/, std::size_t count) noexcept {
     static_assert(std::is_trivially_copyable_v<Value>);
     bytes += count * sizeof(Value);
+    layout = hashed(hashed(layout, sizeof(Value)), count);
   }
+  // FNV-1a, a word at a time.
+  [[nodiscard]] static constexpr std::uint64_t hashed(std::uint64_t hash, std::uint64_t word) noexcept {
+    hash = (hash ^ word) * 0x100000001b3U;
+    return hash ^ (hash >> 32U);
+  }
+  static constexpr std::uint64_t first_hash = 0xcbf29ce484222325U;
+
   std::size_t bytes = 0;
+  std::uint64_t layout = first_hash;  // sizes of the arrays
 };
+
+// What stands before the bytes of a state.
+struct StateHeader {
+  static constexpr std::uint64_t rivids = 0x3154415453564952U;  // "RIVSTAT1"
+
+  std::uint64_t magic = rivids;
+  std::uint64_t layout = 0;
+  std::uint64_t checksum = 0;
+};
+
+[[nodiscard]] inline std::uint64_t checksum_of(const std::byte* bytes, std::size_t count) noexcept {
+  std::uint64_t hash = StateSize::first_hash;
+  for (std::size_t at = 0; at < count; at += sizeof(std::uint64_t)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes + at, std::min(sizeof word, count - at));
+    hash = StateSize::hashed(hash, word);
+  }
+  return hash;
+}
 
 class StateWriter {
  public:
@@ -55,7 +85,7 @@ template <typename Estimator>
   detail::StateSize size;
   // Visitors take pointers to what they may change; this one changes nothing.
   const_cast<Estimator&>(estimator).visit_state(size);
-  return size.bytes;
+  return sizeof(detail::StateHeader) + size.bytes;
 }
 
 /// Writes the state of an estimator. No allocation: the memory is the caller's.
@@ -64,11 +94,17 @@ template <typename Estimator>
 /// @return    whether it fits; else nothing is written
 template <typename Estimator>
 [[nodiscard]] bool save_state(const Estimator& estimator, std::span<std::byte> to) noexcept {
-  if (to.size() < state_size(estimator)) {
+  detail::StateSize size;
+  const_cast<Estimator&>(estimator).visit_state(size);
+  detail::StateHeader header{.layout = size.layout};
+  if (to.size() < sizeof header + size.bytes) {
     return false;
   }
-  detail::StateWriter writer(to.data());
+  std::byte* const content = to.data() + sizeof header;
+  detail::StateWriter writer(content);
   const_cast<Estimator&>(estimator).visit_state(writer);
+  header.checksum = detail::checksum_of(content, size.bytes);
+  std::memcpy(to.data(), &header, sizeof header);
   return true;
 }
 
@@ -76,13 +112,22 @@ template <typename Estimator>
 /// machine. What comes after is the same, bit by bit.
 ///
 /// @param from  exactly state_size(estimator) bytes
-/// @return      whether the size is right; else nothing has changed
+/// @return      whether they are such a state, by size, layout and checksum; else nothing has changed
 template <typename Estimator>
 [[nodiscard]] bool restore_state(Estimator& estimator, std::span<const std::byte> from) noexcept {
-  if (from.size() != state_size(estimator)) {
+  detail::StateSize size;
+  estimator.visit_state(size);
+  detail::StateHeader header;
+  if (from.size() != sizeof header + size.bytes) {
     return false;
   }
-  detail::StateReader reader(from.data());
+  const std::byte* const content = from.data() + sizeof header;
+  std::memcpy(&header, from.data(), sizeof header);
+  if (header.magic != detail::StateHeader::rivids || header.layout != size.layout ||
+      header.checksum != detail::checksum_of(content, size.bytes)) {
+    return false;
+  }
+  detail::StateReader reader(content);
   estimator.visit_state(reader);
   return true;
 }

@@ -152,15 +152,16 @@ struct SimulationOptions {
   /// Called with the fraction of the samples that is done, once in some hundred steps; may be empty.
   std::function<void(double)> progress = {};
 
-  /// @param n  joints
-  [[nodiscard]] std::optional<std::string> complaint(Index n) const;
+  /// @param n         joints
+  /// @param duration  of the reference, for a whole one (samples = 0) [s]
+  [[nodiscard]] std::optional<std::string> complaint(Index n, double duration = 0.0) const;
 };
 
 /// How a simulation ended.
 enum class Outcome {
   completed,
   not_positive_definite,  ///< M(q) lost definiteness: these parameters are no robot there
-  diverged,               ///< the loop is unstable
+  diverged,               ///< the loop is unstable, or its law or its reference is no number
   too_slow,               ///< a budget was used up
   integrator_failed       ///< the tolerances could not be met
 };
@@ -215,7 +216,7 @@ struct [[nodiscard]] Simulation {
 /// @param law        control law with its gains
 /// @param reference  what the law follows
 /// @return           the motion; where it could not be carried through, up to there, with the reason in `outcome`
-/// @throws InputError  where the sizes or an option can not be used
+/// @throws InputError  where the sizes, an option, or the reference's beginning or duration can not be used
 Simulation simulate(const Robot& robot, const DynamicModel& model, const ControlLaw& law,
                     const Reference& reference, const SimulationOptions& options = {});
 
@@ -224,6 +225,7 @@ Simulation simulate(const Robot& robot, const DynamicModel& model, const Control
 /// @param chi      (b)
 /// @param control  kind of law
 /// @param J        design inertias that the gains are matched to, see design_inertia(), (n)
+/// @throws InputError  as above; where the control is empty or makes no law
 Simulation simulate(const Robot& robot, const BaseParameters& base, const Eigen::Ref<const Vector>& chi,
                     const Control& control, const Eigen::Ref<const Vector>& J, const Reference& reference,
                     const SimulationOptions& options = {});

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/error.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 
 namespace rivid {
@@ -79,5 +80,21 @@ struct Plant {
 ///
 /// @throws InputError  from the call, where gains and robot do not fit together
 using Control = std::function<std::unique_ptr<ControlLaw>(const Plant&)>;
+
+namespace detail {
+
+/// The law that a control makes for a plant.
+///
+/// @throws InputError  where the control is empty or makes none
+[[nodiscard]] inline std::unique_ptr<ControlLaw> law_of(const Control& control, const Plant& plant) {
+  std::unique_ptr<ControlLaw> law = control ? control(plant) : nullptr;
+  if (!law) {
+    throw InputError(std::string("control ") + (control ? "returns no law" : "is empty") +
+                     ", must make a ControlLaw");
+  }
+  return law;
+}
+
+}  // namespace detail
 
 }  // namespace rivid

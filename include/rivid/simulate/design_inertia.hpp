@@ -286,8 +286,10 @@ RIVID_INLINE Vector design_inertia(const DynamicModel& model, const Eigen::Ref<c
 }
 
 RIVID_INLINE std::optional<std::string> InertiaSearch::complaint() const {
-  if (samples < 1) {
-    return "samples is " + std::to_string(samples) + ", must be at least 1";
+  constexpr Index most_samples = 10'000'000;
+  if (samples < 1 || samples > most_samples) {
+    return "samples is " + std::to_string(samples) + ", must be between 1 and " +
+           std::to_string(most_samples);
   }
   if (starts < 1 || starts > samples) {
     return "starts is " + std::to_string(starts) +

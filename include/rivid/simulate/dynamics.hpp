@@ -2,15 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <iterator>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "rivid/error.hpp"
 #include "rivid/model/chain.hpp"
 #include "rivid/regressor/regressor.hpp"
 #include "rivid/simulate/dynamics_kernel.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid {
 
@@ -108,12 +114,16 @@ struct ModelData {
       {};  ///< friction that is not in proportion to the velocities, if any
 
   [[nodiscard]] Index size() const { return chain.joints(); }
+
+  /// The first fault found, in words that name the member; nothing if dynamics can be made of it.
+  [[nodiscard]] std::optional<std::string> complaint() const;
 };
 
 namespace detail {
 
 // What the kernels read of a model.
 struct DynamicsTables {
+  /// @throws InputError  the model's complaint()
   explicit DynamicsTables(const ModelData& model);
 
   std::vector<DynamicsLink> links;
@@ -139,6 +149,7 @@ struct DynamicsTables {
 template <typename Scalar>
 class Dynamics {
  public:
+  /// @throws InputError  the model's complaint()
   explicit Dynamics(const ModelData& model);
 
   [[nodiscard]] Index size() const { return static_cast<Index>(n_); }
@@ -271,7 +282,37 @@ inline DynamicsBodies turned_about_z(const ModelData& model) {
   return out;
 }
 
+inline std::optional<std::string> element_complaint(const DryFriction& element, Index n) {
+  if (element.direction.size() != n || element.torque.size() != n) {
+    return "direction has " + counted(element.direction.size(), "value") + " and torque " +
+           std::to_string(element.torque.size()) + ", must have " + std::to_string(n) + ", one a joint";
+  }
+  if (!element.direction.allFinite() || !element.torque.allFinite() || element.direction.isZero(0.0)) {
+    return "direction and torque must be finite, and direction not zero";
+  }
+  for (const DryFriction::Term& term : element.terms) {
+    if (static_cast<std::size_t>(term.basis) >= basis_rows.size() || !std::isfinite(term.plus) ||
+        !std::isfinite(term.minus)) {
+      return "the basis of each term must be one of Basis, and its coefficients finite";
+    }
+  }
+  if (!std::isfinite(element.Fc_plus) || !std::isfinite(element.Fc_minus)) {
+    return "Fc_plus is " + number(element.Fc_plus) + " and Fc_minus " + number(element.Fc_minus) +
+           ", must be finite";
+  }
+  if (!(element.sign_speed >= 0.0) || std::isinf(element.sign_speed)) {
+    return "sign_speed is " + number(element.sign_speed) + ", must be finite and not negative";
+  }
+  if (!(element.load >= 0.0 && element.load < 1.0)) {
+    return "load is " + number(element.load) + ", must be at least 0 and below 1";
+  }
+  return std::nullopt;
+}
+
 RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
+  if (const auto fault = model.complaint()) {
+    throw InputError("ModelData: " + *fault);
+  }
   auto [chain, inertials] = turned_about_z(model);
   const std::size_t n = chain.links.size();
   links.resize(n);
@@ -304,6 +345,49 @@ RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
 }
 
 }  // namespace detail
+
+RIVID_INLINE std::optional<std::string> ModelData::complaint() const {
+  const Index n = size();
+  if (n == 0) {
+    return "chain has no moving joint";
+  }
+  for (const auto& [name, count] : std::to_array<std::pair<const char*, Index>>(
+           {{"names", std::ssize(names)}, {"inertials", std::ssize(inertials)}, {"offset", offset.size()}})) {
+    if (count != n) {
+      return std::string(name) + " has " + counted(count, "entry") + ", must have " + std::to_string(n) +
+             ", one a joint";
+    }
+  }
+  for (const auto& [name, matrix] :
+       std::to_array<std::pair<const char*, const Matrix*>>({{"rotor", &rotor}, {"viscous", &viscous}})) {
+    if (matrix->rows() != n || matrix->cols() != n) {
+      const std::string size = std::to_string(n);
+      return std::string(name) + " is (" + std::to_string(matrix->rows()) + " x " +
+             std::to_string(matrix->cols()) + "), must be (" + size + " x " + size + ")";
+    }
+  }
+  if (auto fault = detail::gravity_complaint(chain.gravity)) {
+    return fault;
+  }
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const std::string who = "joint \"" + names[j] + "\": ";
+    if (const auto fault = detail::frame_complaint(chain.links[j])) {
+      return who + *fault;
+    }
+    if (!inertials[j].allFinite()) {
+      return who + "its inertial parameters must be finite";
+    }
+  }
+  if (!rotor.allFinite() || !viscous.allFinite() || !offset.allFinite()) {
+    return "rotor, viscous and offset must be finite";
+  }
+  for (const DryFriction& element : dry_friction) {
+    if (const auto fault = detail::element_complaint(element, n)) {
+      return "dry_friction of \"" + element.name + "\": " + *fault;
+    }
+  }
+  return std::nullopt;
+}
 
 #endif
 

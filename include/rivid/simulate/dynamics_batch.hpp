@@ -24,7 +24,7 @@ struct IndefiniteMass {
 /// It has scratch: each thread needs one of its own. The model need not outlive the constructor.
 class DynamicsBatch {
  public:
-  /// @throws InputError  where the machine has not the instruction set asked for
+  /// @throws InputError  the model's complaint(); where the machine has not the instruction set asked for
   explicit DynamicsBatch(const ModelData& model, Simd simd = Simd::best);
 
   [[nodiscard]] Index joints() const { return one_.size(); }

@@ -44,7 +44,7 @@ class BasicInverseDynamics {
   /// The numbers are copied. Those of an identification or its result.json are identified_model() and
   /// read_identified_model(), which refuse what a controller should not have.
   ///
-  /// @throws InputError  where an option can not be used
+  /// @throws InputError  the model's complaint(); where an option can not be used
   explicit BasicInverseDynamics(const ModelData& model, const InverseDynamicsOptions& options = {});
 
   [[nodiscard]] Index size() const noexcept { return static_cast<Index>(turns_.size()); }
@@ -123,8 +123,8 @@ class BasicInverseDynamics {
   [[nodiscard]] bool fits(Result& tau, Sizes... sizes) const noexcept;
 
   ModelData model_;
-  Vector smoothing_;  // of each element of dry friction; empty: none
-  detail::DynamicsTables tables_;
+  detail::DynamicsTables tables_;              // checks the model, before what follows reads it
+  Vector smoothing_;                           // of each element of dry friction; empty: none
   Dynamics<Scalar> dynamics_;                  // for M
   std::vector<Wrench> wrenches_;               // of the links
   std::vector<detail::CosSin<Scalar>> turns_;  // of the joints
@@ -168,8 +168,8 @@ template <typename Scalar>
 BasicInverseDynamics<Scalar>::BasicInverseDynamics(const ModelData& model,
                                                    const InverseDynamicsOptions& options)
     : model_(model),
-      smoothing_(detail::smoothing_of(model, options.smoothing_speed)),
       tables_(model),
+      smoothing_(detail::smoothing_of(model, options.smoothing_speed)),
       dynamics_(model),
       wrenches_(static_cast<std::size_t>(model.size())),
       turns_(static_cast<std::size_t>(model.size())),

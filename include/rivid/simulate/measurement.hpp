@@ -46,6 +46,7 @@ class CounterNoise {
 /// Quantile of the standard normal distribution by algorithm AS 241, accurate to some 1e-16 of its value.
 ///
 /// @param p  in (0, 1)
+/// @return   not a number outside of it
 [[nodiscard]] double normal_quantile(double p);
 
 /// Random errors of a simulated experiment: white, Gaussian, by CounterNoise.
@@ -103,6 +104,7 @@ struct NoiseOptions {
 ///
 /// @param options  those of the simulation before with_noise()
 /// @param noise    errors of the record: torque noise, and position noise where it is not fed back
+/// @throws InputError  the noise's complaint(); where the quantum is not that of the joints
 [[nodiscard]] Log measured_log(const Simulation& simulation, const SimulationOptions& options,
                                const NoiseOptions& noise);
 

@@ -23,8 +23,8 @@ class Reference {
   /// Length of the motion from t = begin() [s].
   [[nodiscard]] virtual double duration() const = 0;
 
-  /// Reference at one instant, (n) each; before the beginning and after the end it rests where it began or ended.
-  /// No allocation.
+  /// Reference at one instant, (n) each; before the beginning and after the end it rests where it began or ended. Of those
+  /// in this header the instant NaN has no number, and vectors of another size are an InputError. No allocation.
   virtual void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
                   Eigen::Ref<Vector> qdd_r) const = 0;
 };

@@ -36,6 +36,8 @@ struct InstrumentalVariables {
 /// @param groups   at least one
 /// @param columns  b
 /// @param weights  (number of groups), each positive
+/// @throws InputError  where a group's columns are not those of its factor or among the b, a weight is missing,
+///                     or a factor does not carry W and Y
 [[nodiscard]] InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> groups,
                                                            Index columns, std::span<const double> weights);
 

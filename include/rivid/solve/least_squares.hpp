@@ -36,6 +36,7 @@ struct LeastSquares {
 ///
 /// @param columns  b
 /// @param weights  (number of groups), each positive
+/// @throws InputError  where a group's columns are not those of its factor or among the b, or a weight is missing
 [[nodiscard]] StreamingQr combined(std::span<const RowGroup> groups, Index columns,
                                    std::span<const double> weights);
 
@@ -45,6 +46,7 @@ struct LeastSquares {
 /// @param groups   at least one
 /// @param columns  b
 /// @param weights  (number of groups), each positive
+/// @throws InputError  where a group's columns are not those of its factor or among the b, or a weight is missing
 [[nodiscard]] LeastSquares least_squares(std::span<const RowGroup> groups, Index columns,
                                          std::span<const double> weights);
 
@@ -52,15 +54,23 @@ struct LeastSquares {
 /// rank of the group's own columns counts for the degrees of freedom. Never zero: rows that fit to rounding get the
 /// rounding error of Y, and a group without rows gets 1. A group with
 /// fewer than twelve degrees of freedom nearly fits itself: it is pooled with the relative error of the others.
+///
+/// @throws InputError  where a group's columns are not those of its factor
 [[nodiscard]] std::vector<double> group_sigmas(std::span<const RowGroup> groups);
 
-/// Norm and sum of the weighted residual over all groups.
+/// Norm and sum of a weighted residual.
 struct Residual {
   double norm = 0.0;
   double sum = 0.0;
   double y_norm = 0.0;
   Index rows = 0;
 };
+
+/// Norm and sum of the weighted residual over all groups.
+///
+/// @param chi      (b)
+/// @param weights  (number of groups), each positive
+/// @throws InputError  where a group's columns are not those of its factor or among the b, or a weight is missing
 [[nodiscard]] Residual residual(std::span<const RowGroup> groups, const Eigen::Ref<const Vector>& chi,
                                 std::span<const double> weights);
 

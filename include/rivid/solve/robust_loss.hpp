@@ -37,6 +37,7 @@ struct RobustLoss {
 ///   s = median |ρ| / 0.6745
 ///
 /// @param rho  errors around zero, which come back in another order; at least one
+/// @throws InputError  where there is none
 [[nodiscard]] double robust_scale(std::span<double> rho);
 
 }  // namespace rivid

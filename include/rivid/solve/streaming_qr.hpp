@@ -29,7 +29,7 @@ struct StreamingQrFile;
 ///
 /// Rows are gathered and eliminated 512 at a time, so how they are split into blocks changes nothing, bit for bit;
 /// a reader finds all rows eliminated. While rows wait they take 4 kB a column; reading gives that memory back.
-/// Reading from several threads at once is safe.
+/// Reading from several threads at once is safe. One whose rows were moved to another throws InputError where it is read.
 class StreamingQr {
  public:
   /// Largest magnitude that is accepted, so that squares and their sums stay finite. At the other end, what is left
@@ -102,6 +102,8 @@ class StreamingQr {
   [[nodiscard]] double y_norm() const;                                                    ///< ‖Y‖
 
   /// ‖Y − W chi‖, without another look at the rows.
+  ///
+  /// @throws InputError  where chi has another size than (columns); of residual_sum(), too
   [[nodiscard]] double residual_norm(const Eigen::Ref<const Vector>& chi) const;
   /// 1ᵀ (Y − W chi): the sum of the residual.
   [[nodiscard]] double residual_sum(const Eigen::Ref<const Vector>& chi) const;
@@ -125,6 +127,7 @@ class StreamingQr {
   [[nodiscard]] State copied() const;
   void eliminate() const;
   void provide();
+  void require_parameters(const char* who, Index count) const;
   void refuse(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y) const;
 
   Index columns_;
