@@ -1,7 +1,8 @@
 /* The estimators of rivid/online as C functions, for controllers that are not in C++. The library defines them: link rivid.
  *
  * Units are SI on the joint side. Functions that are called each tick neither allocate nor lock; an object belongs to one
- * thread at a time. */
+ * thread at a time. Handles and pointers must not be NULL, but where that is said and for delete, and arrays have one entry a joint:
+ * neither is checked. */
 #ifndef RIVID_ONLINE_H
 #define RIVID_ONLINE_H
 

@@ -422,7 +422,7 @@ TEST(ClosedLoop, RefusesAReferenceThatIsNone) {
       return simulate(scara.robot, scara.base, scara.truth, scara.control, scara.J, Odd(duration, until));
     });
   };
-  for (const double duration : {NAN, -1.0, HUGE_VAL}) {
+  for (const double duration : {double{NAN}, -1.0, HUGE_VAL}) {
     EXPECT_TRUE(
         rivid::test::says(message(duration, 1.0), "both must be finite, and the second not negative"));
   }

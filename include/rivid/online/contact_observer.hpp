@@ -437,8 +437,10 @@ void ContactObserver<Scalar>::follow_class(Index j) noexcept {
 
 template <typename Scalar>
 Scalar ContactObserver<Scalar>::threshold(Index j) const noexcept {
-  return j >= 0 && j < size() ? static_cast<Scalar>(levels_[j]) * deviation_[j]
-                              : std::numeric_limits<Scalar>::quiet_NaN();
+  if (j < 0 || j >= size()) {
+    return std::numeric_limits<Scalar>::quiet_NaN();
+  }
+  return static_cast<Scalar>(levels_[j]) * deviation_[j];
 }
 
 template <typename Scalar>

@@ -141,7 +141,7 @@ struct DynamicsTables {
 ///
 ///   M(q) q̈ + N(q, q̇) = τ − friction.
 ///
-/// Scratch is made once; no member allocates afterwards. A thread has one of its own; the model is only read, and need
+/// Members check neither sizes nor indices: wrong ones are undefined behaviour. Scratch is made once; no member allocates afterwards. A thread has one of its own; the model is only read, and need
 /// not outlive the constructor.
 ///
 /// @tparam Scalar  double, float, Pack (as many samples at once as it has lanes), or any number type with + − × /,

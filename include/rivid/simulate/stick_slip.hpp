@@ -28,6 +28,8 @@ enum class FrictionMode : signed char { slip_minus = -1, stick = 0, slip_plus = 
 /// Friction that follows the load, DryFriction::load, is part of λ_e and of its limits here, where the torque f_j on its
 /// joint says how large it is: slipping forwards, f_j − λ_e is what remains of f_j − Fc − Fl |f_j − λ_e|; it breaks away where the λ_e that
 /// holds exceeds Fc + Fl |f_j − λ_e|.
+///
+/// Members check neither sizes nor indices of elements: wrong ones are undefined behaviour.
 class StickSlip {
  public:
   explicit StickSlip(const DynamicModel& model);
