@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rivid._rivid import InputError, version
+from rivid._rivid import InputError, version, write_file
 from rivid.formats import contents, is_text, read, text
 from rivid.formats.columns import complete, with_seconds
 
@@ -28,7 +28,7 @@ def _numeric(table: dict[str, Any]) -> tuple[list[str], Any]:
 
 
 def convert(source: Path, target: Path) -> list[str]:
-    """Writes a log as CSV; returns what was done."""
+    """Writes a log as CSV; returns what was done. Raises InputError where ``target`` is the log, or is there and no CSV."""
     table = text.parsed(source) if is_text(source) else read(source)
     if is_text(source) and not text.has_more_than_numbers(table):
         raise InputError(f"{source}: is text, or of a format that is not known; the tools read CSV files as they are")
@@ -42,9 +42,8 @@ def convert(source: Path, target: Path) -> list[str]:
     if not len(values):
         raise InputError(f"{source}: no row has a value in each of the columns {', '.join(names)}")
     quoted = ['"' + name.replace('"', '""') + '"' if "," in name else name for name in names]
-    with target.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(",".join(quoted) + "\n")
-        file.writelines(",".join(map(repr, row)) + "\n" for row in values.tolist())
+    rows = (",".join(map(repr, row)) for row in values.tolist())
+    write_file(target, "\n".join([",".join(quoted), *rows, ""]), ".csv", [source])
     return [*notes, f"{len(values)} rows of {', '.join(names)}"]
 
 

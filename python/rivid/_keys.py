@@ -51,6 +51,13 @@ class Method(Options):
         return out
 
 
+def text_of(method: Method, who: str) -> str:
+    """The sections of a method as TOML."""
+    if not isinstance(method, Method):
+        raise TypeError(f"{who}: the method is {method!r}, must be one such as rivid.Wls()")
+    return "\n".join(f"{name} = {toml(keys)}" for name, keys in method.sections().items())
+
+
 class Control(Options):
     """A control law."""
 

@@ -203,6 +203,9 @@ class _FitOfFactors(Fit):
         self._paths = paths
         self.__dict__["_inputs"] = inputs
 
+    def _files(self) -> list[Path]:
+        return super()._files() + self._paths
+
     def _training(self) -> list[Log]:
         if self._logs is None:
             self._logs = read_logs(self._paths, self.robot)

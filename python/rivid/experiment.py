@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rivid import _rivid
 from rivid._keys import Control, Motion, settings_of, toml
-from rivid.log import Log
+from rivid.log import Log, files_of
 from rivid.robot import Robot
 
 if TYPE_CHECKING:
@@ -48,11 +48,15 @@ class Experiment:
 
     def logs(self, *, progress: Progress | None = None) -> list[Log]:
         """The logs of [log]."""
-        return [Log._of(log) for log in self._experiment.logs(False, progress)]
+        return [Log._of(log, self._inputs()) for log in self._experiment.logs(False, progress)]
 
     def validation(self, *, progress: Progress | None = None) -> list[Log]:
         """The logs of [validation]."""
-        return [Log._of(log) for log in self._experiment.logs(True, progress)]
+        return [Log._of(log, self._inputs()) for log in self._experiment.logs(True, progress)]
+
+    def _inputs(self) -> list[Path]:
+        """All files that it reads, itself first."""
+        return self._experiment.inputs(self._simulation)
 
     def __repr__(self) -> str:
         return f"<Experiment {str(self.path)!r}>"
@@ -65,19 +69,23 @@ def draft(
     *,
     tip: str = "",
 ) -> list[str]:
-    """Writes an experiment file to begin with, as ``rivid_identify init`` does; returns what is doubtful or missing."""
-    files = [logs] if isinstance(logs, (str, PathLike)) else list(logs)
-    text, _, doubts = _rivid.draft(Path(path), Path(robot), tip, [Path(file) for file in files])
-    _rivid.write_file(Path(path), text)
+    """Writes an experiment file to begin with, as ``rivid_identify init`` does; returns what is doubtful or missing.
+
+    A TOML file of that name is replaced. Raises InputError where ``path`` is the robot, a log, or another file that is no TOML.
+    """
+    files = [Path(file) for file in ([logs] if isinstance(logs, (str, PathLike)) else logs)]
+    text, _, doubts = _rivid.draft(Path(path), Path(robot), tip, files)
+    _rivid.write_file(Path(path), text, ".toml", [Path(robot), *files])
     return doubts
 
 
 class Simulation:
     """A simulated experiment: the motion, and the log that a recorder would have kept."""
 
-    def __init__(self, robot: Robot, record: _rivid.SimulationRecord) -> None:
+    def __init__(self, robot: Robot, record: _rivid.SimulationRecord, inputs: Iterable[Path] = ()) -> None:
         self.robot = robot
         self._record = record
+        self._inputs = list(inputs)
 
     @property
     def outcome(self) -> str:
@@ -92,7 +100,7 @@ class Simulation:
     @cached_property
     def log(self) -> Log:
         """The recorded log, with its noise."""
-        return Log._of(self._record.log)
+        return Log._of(self._record.log, self._inputs)
 
     @property
     def t(self) -> Floats:
@@ -159,12 +167,13 @@ def simulate(
     if isinstance(robot, Experiment):
         if control is not None or reference is not None or keys:
             raise TypeError("simulate: an experiment says control, reference and simulation itself")
-        return Simulation(robot.robot, robot._experiment.simulate(progress))
+        return Simulation(robot.robot, robot._experiment.simulate(progress), robot._inputs())
     if control is None or reference is None:
         raise TypeError("simulate: control and reference are required beside the robot")
     sections = {"control": control.section(), "reference": reference.section(), "simulation": keys}
     text = "\n".join(f"{name} = {toml(value)}" for name, value in sections.items())
-    return Simulation(robot, _rivid.simulate(robot._robot, text, progress))
+    read = [Path(file) for file in (reference.keys.get("file"), keys.get("parameters")) if isinstance(file, (str, PathLike))]
+    return Simulation(robot, _rivid.simulate(robot._robot, text, progress), files_of(robot) + read)
 
 
 class Excitation:

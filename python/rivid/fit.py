@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from rivid import _rivid
-from rivid._keys import Method, toml
+from rivid._keys import Method, text_of
 from rivid._options import Auto
 from rivid.experiment import Experiment
 from rivid.findings import Finding, findings_of
-from rivid.log import Log, read_logs
+from rivid.log import Log, files_of, read_logs
 from rivid.robot import DynamicModel, Robot
 from rivid.table import Table
 
@@ -53,10 +53,10 @@ def identify(
         return _of_experiment(robot if isinstance(robot, Experiment) else Experiment(robot), threads, progress)
     if log is None:
         raise TypeError("identify: a log is required beside the robot")
-    method = method or Auto()
+    method = Auto() if method is None else method
+    sections = text_of(method, "identify")
     logs = read_logs(log, robot, progress=progress)
     others = [] if validation is None else read_logs(validation, robot, progress=progress)
-    sections = "\n".join(f"{name} = {toml(keys)}" for name, keys in method.sections().items())
     found, chosen = _rivid.identify(
         robot._robot,
         [log._log for log in logs],
@@ -66,7 +66,7 @@ def identify(
         threads,
         progress,
     )
-    return Fit(Robot._of(chosen) if chosen else robot, found, logs, others)
+    return Fit(Robot._of(chosen, robot._files) if chosen else robot, found, logs, others)
 
 
 def _of_experiment(experiment: Experiment, threads: int, progress: Progress | None) -> Fit:
@@ -83,8 +83,7 @@ def check(
     threads: int = 1,
 ) -> list[Finding]:
     """What would make an identification from these logs fail or mislead, the gravest first."""
-    method = method or Auto()
-    sections = "\n".join(f"{name} = {toml(keys)}" for name, keys in method.sections().items())
+    sections = text_of(Auto() if method is None else method, "check")
     logs = [log._log for log in read_logs(log, robot)]
     others = [log._log for log in read_logs(validation, robot)]
     return findings_of(_rivid.check(robot._robot, logs, others, sections, threads))
@@ -300,11 +299,14 @@ class Fit:
         return DynamicModel(self._found.model(self.robot._robot, parameters or "", force))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Writes result.json."""
-        _rivid.write_file(Path(path), self._json())
+        """Writes result.json. Raises InputError where ``path`` is a file that the fit was made from, or is there and no JSON."""
+        _rivid.write_file(Path(path), self._json(), ".json", self._files())
 
     def to_html(self, path: str | PathLike[str] | None = None) -> str:
-        """The report as one page: written to ``path`` where there is one, and returned."""
+        """The report as one page: written to ``path`` where there is one, and returned.
+
+        Raises InputError where ``path`` is a file that the fit was made from, or is there and no HTML.
+        """
         if self._experiment is not None:
             page = self._experiment._experiment.html(self._found, self._experiment._settings)
         else:
@@ -314,8 +316,13 @@ class Fit:
                 shown[-1].validation = True
             page = self._found.html(self.robot._robot, shown, self._inputs)
         if path is not None:
-            _rivid.write_file(Path(path), page)
+            _rivid.write_file(Path(path), page, ".html", self._files())
         return page
+
+    def _files(self) -> list[Path]:
+        """Files that the fit was made from."""
+        own = [] if self._experiment is None else self._experiment._inputs()
+        return own + files_of(self.robot, *(self._logs or ()), *self._others)
 
     def _training(self) -> list[Log]:
         if self._logs is None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rivid import _rivid
+from rivid._arrays import floats
 from rivid._keys import toml_keys
 from rivid.findings import Finding, findings_of
 from rivid.formats.columns import alias, complete, flattened, with_seconds
@@ -33,6 +34,7 @@ class Log:
     """
 
     _log: _rivid.Log
+    _files: tuple[str | PathLike[str], ...]  # that it was read from
 
     def __init__(
         self,
@@ -49,28 +51,35 @@ class Log:
         names: list[str] = []
         series: list[Floats] = []
         rate = None
-        if np.ndim(t) == 0:
-            rate = float(t)  # type: ignore[arg-type]
+        stamps = floats("Log: t", t)
+        if stamps.ndim == 0:
+            rate = float(stamps)
         else:
             names.append("t")
-            series.append(_columns("t", t))
-        given = {"q": q, "qd": qd, "tau": tau, "v": v_tau, "qref": q_r, "qdref": qd_r}
-        for prefix, values in given.items():
+            series.append(_columns("t", stamps))
+            if series[0].shape[1] != 1:
+                raise _rivid.InputError(f"Log: t has {series[0].shape[1]} columns, must have one")
+        given = {"q": ("q", q), "qd": ("qd", qd), "tau": ("tau", tau), "v": ("v_tau", v_tau)}
+        for prefix, (name, values) in {**given, "qref": ("q_r", q_r), "qdref": ("qd_r", qd_r)}.items():
             if values is not None:
-                columns = _columns(prefix, values)
+                columns = _columns(name, values)
                 names += [f"{prefix}{j + 1}" for j in range(columns.shape[1])]
                 series.append(columns)
         rows = {len(columns) for columns in series}
         if len(rows) > 1:
             raise _rivid.InputError(f"{source}: the series have {', '.join(map(str, sorted(rows)))} rows, must have as many each")
+        if rows == {0}:
+            raise _rivid.InputError(f"{source}: the series have no rows, must have at least 2")
         values = np.empty((rows.pop(), len(names)), order="F")  # as the library has it
         np.concatenate(series, axis=1, out=values)
         self._log = _rivid.Log(source, names, values, rate)
+        self._files = ()
 
     @classmethod
-    def _of(cls, log: _rivid.Log) -> Log:
+    def _of(cls, log: _rivid.Log, files: Iterable[str | PathLike[str]] = ()) -> Log:
         out = cls.__new__(cls)
         out._log = log
+        out._files = tuple(files)
         return out
 
     @property
@@ -130,7 +139,7 @@ class Log:
 
     def shifted(self, lag: float) -> Log:
         """The log with torques and control signals ``lag`` samples earlier; −0.5 for a signal that is held to the next sample."""
-        return Log._of(_rivid.shift_torque(self._log, lag))
+        return Log._of(_rivid.shift_torque(self._log, lag), self._files)
 
     def digest(self) -> str:
         """SHA-256 of the numbers, by which a result names its input."""
@@ -143,8 +152,11 @@ class Log:
         return digest.hexdigest()
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Writes the log so that the command line tools read it without further options."""
-        _rivid.write_file(Path(path), self._log.to_csv())
+        """Writes the log so that the command line tools read it without further options.
+
+        Raises InputError where that would replace a file that the log was read from, or one that is no CSV.
+        """
+        _rivid.write_file(Path(path), self._log.to_csv(), ".csv", files_of(self))
 
     def __len__(self) -> int:
         return self._log.samples
@@ -153,7 +165,7 @@ class Log:
         return f"<Log {self.source!r}: {len(self)} samples of {self._log.joints} joints at {self.rate_hz:g} Hz>"
 
     def __reduce__(self) -> Any:
-        return Log._of, (self._log,)
+        return Log._of, (self._log, self._files)
 
 
 def read_logs(
@@ -202,7 +214,8 @@ def read_logs(
     values, notes = _complete(name, chosen, wanted, values)
     text = toml_keys({**chosen, "files": [name]})
     logs = _rivid.logs_of(robot._robot, text, name, wanted, values)
-    return [_noted(log, notes + doubts) for log in logs]
+    files = [source] if isinstance(source, (str, PathLike)) else []
+    return [_noted(log, notes + doubts, files) for log in logs]
 
 
 def _of_text(
@@ -210,7 +223,7 @@ def _of_text(
 ) -> list[Log]:
     chosen, doubts = _chosen(_rivid.column_names(Path(source)), robot, keys)
     text = toml_keys({**chosen, "files": [str(source)]})
-    return [_noted(log, doubts) for log in _rivid.read_logs(robot._robot, text, str(source), progress)]
+    return [_noted(log, doubts, [source]) for log in _rivid.read_logs(robot._robot, text, str(source), progress)]
 
 
 def read_log(source: LogSource, robot: Robot, *, progress: Progress | None = None, **keys: Unpack[LogKeys]) -> Log:
@@ -221,21 +234,26 @@ def read_log(source: LogSource, robot: Robot, *, progress: Progress | None = Non
     return logs[0]
 
 
+def files_of(*read: Log | Robot) -> list[Path]:
+    """The files that logs and robots were read from, which nothing is written over."""
+    return [Path(file) for one in read for file in one._files]
+
+
 def _columns(name: str, values: ArrayLike) -> Floats:
-    array = np.asarray(values, dtype=float)
+    array = floats(f"Log: {name}", values)
     if array.ndim not in (1, 2):
         raise _rivid.InputError(f"Log: {name} has {array.ndim} dimensions, must have one row a sample and one column a joint")
-    return array.reshape(len(array), -1)
+    return array[:, np.newaxis] if array.ndim == 1 else array
 
 
 def _recorded(values: Floats) -> Floats | None:
     return values if values.size else None
 
 
-def _noted(log: _rivid.Log, notes: list[str]) -> Log:
+def _noted(log: _rivid.Log, notes: list[str], files: list[str | PathLike[str]]) -> Log:
     for note in notes:
         log.note(note)
-    return Log._of(log)
+    return Log._of(log, files)
 
 
 def _table(source: Any) -> Mapping[str, Any]:

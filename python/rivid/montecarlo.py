@@ -71,10 +71,13 @@ class MonteCarloResults:
         return {trial["label"]: Table(trial["parameters"]) for trial in self.document["trials"]}
 
     def to_html(self, path: str | PathLike[str] | None = None) -> str:
-        """The report as one page: written to ``path`` where there is one, and returned."""
+        """The report as one page: written to ``path`` where there is one, and returned.
+
+        Raises InputError where ``path`` is a file of the study, or is there and no HTML.
+        """
         page = self.study._study.html(self.rows)
         if path is not None:
-            _rivid.write_file(Path(path), page)
+            _rivid.write_file(Path(path), page, ".html", self.study._study.inputs)
         return page
 
     def __str__(self) -> str:

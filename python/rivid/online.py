@@ -1,7 +1,8 @@
 """Estimators for the control loop: payload, contact, friction, and all parameters; see docs/online.md.
 
 Each takes a tick at a time, with positions ``q``, velocities ``qd`` and torques ``tau`` of the joints, and its constructor does all that takes
-long. An object belongs to one thread.
+long. An object belongs to one thread. ``update`` raises InputError for a wrong size; a tick that is not finite is a gap, after which
+filters begin anew.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rivid import _rivid
+from rivid._arrays import each, floats, shaped
 from rivid._rivid import OnlinePayload
 from rivid.robot import DynamicModel, Robot
 
@@ -38,8 +40,13 @@ class OnlineModel:
         self, robot: Robot, chi: ArrayLike, covariance: ArrayLike, sigma_rho: ArrayLike, velocity_threshold: ArrayLike
     ) -> None:
         n = len(robot)
+        values = floats("OnlineModel: chi", chi, 1)
         self._online = _rivid.OnlineModel(
-            robot._robot, _floats(chi), _floats(covariance), _each(sigma_rho, n), _each(velocity_threshold, n)
+            robot._robot,
+            values,
+            shaped("OnlineModel: covariance", covariance, (len(values), len(values))),
+            each("OnlineModel: sigma_rho", sigma_rho, n),
+            each("OnlineModel: velocity_threshold", velocity_threshold, n),
         )
 
     @classmethod
@@ -84,12 +91,14 @@ class PayloadEstimator:
         p: ArrayLike = (0.0, 0.0, 0.0),
         gain_sigma: float = 0.0,
     ) -> None:
-        axes = np.eye(3) if R is None else _floats(R)
-        self._estimator = _rivid.PayloadEstimator(model._online, rate_hz, torque_held, axes, _floats(p), gain_sigma)
+        axes = np.eye(3) if R is None else shaped("PayloadEstimator: R", R, (3, 3))
+        origin = shaped("PayloadEstimator: p", p, (3,))
+        self._shape = (len(model),)
+        self._estimator = _rivid.PayloadEstimator(model._online, rate_hz, torque_held, axes, origin, gain_sigma)
 
     def update(self, q: ArrayLike, tau: ArrayLike) -> bool:
         """Takes a tick; whether a change of the payload was found."""
-        return self._estimator.update(_floats(q), _floats(tau))
+        return self._estimator.update(shaped("PayloadEstimator.update: q", q, self._shape), shaped("PayloadEstimator.update: tau", tau, self._shape))
 
     def pause(self) -> None:
         """Instead of ``update``, for a tick that says nothing of the payload: while something touches the robot."""
@@ -137,13 +146,16 @@ class ContactObserver:
         smoothing_speed: ArrayLike | None = None,
     ) -> None:
         dynamics = model.model if isinstance(model, OnlineModel) else model
-        speeds = np.zeros(0) if smoothing_speed is None else _each(smoothing_speed, len(dynamics.joints))
+        n = dynamics._model.size
+        speeds = np.zeros(0) if smoothing_speed is None else each("ContactObserver: smoothing_speed", smoothing_speed, n)
+        self._shape = (n,)
         self._observer = _rivid.ContactObserver(dynamics._model, rate_hz, bandwidth, alarms_per_hour, speeds)
 
     def update(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, *, learn: bool = False) -> bool:
         """Takes a tick; whether there is a contact. ``tau`` acted from the last tick to this one. ``learn`` where nothing touches the robot:
         thresholds follow the residual."""
-        return self._observer.update(_floats(q), _floats(qd), _floats(tau), learn)
+        series = (shaped(f"ContactObserver.update: {name}", x, self._shape) for name, x in (("q", q), ("qd", qd), ("tau", tau)))
+        return self._observer.update(*series, learn)
 
     @property
     def residual(self) -> Floats:
@@ -167,11 +179,11 @@ class ContactObserver:
 
     def force(self, link: int, point: ArrayLike) -> Floats:
         """The smallest force on a point of a link, in its frame, that explains the residual, in the axes of the base [N]."""
-        return self._observer.force(link, _floats(point))
+        return self._observer.force(link, shaped("ContactObserver.force: point", point, (3,)))
 
     def set_payload(self, body: ArrayLike) -> None:
         """A body on the last link that the model does not have: ``PayloadEstimator.inertial``."""
-        self._observer.set_payload(_floats(body))
+        self._observer.set_payload(shaped("ContactObserver.set_payload: body", body, (10,)))
 
     def reset(self) -> None:
         """Begins anew; thresholds stay."""
@@ -189,15 +201,16 @@ class FrictionMonitor:
     """
 
     def __init__(self, model: OnlineModel, *, rate_hz: float, torque_held: bool = True, forgetting: float = 30.0) -> None:
+        self._shape = (len(model),)
         self._monitor = _rivid.FrictionMonitor(model._online, rate_hz, torque_held, forgetting)
 
     def update(self, q: ArrayLike, tau: ArrayLike) -> None:
         """Takes a tick."""
-        self._monitor.update(_floats(q), _floats(tau))
+        self._monitor.update(shaped("FrictionMonitor.update: q", q, self._shape), shaped("FrictionMonitor.update: tau", tau, self._shape))
 
     def set_payload(self, body: ArrayLike) -> None:
         """A body on the last link that the model does not have: ``PayloadEstimator.inertial``."""
-        self._monitor.set_payload(_floats(body))
+        self._monitor.set_payload(shaped("FrictionMonitor.set_payload: body", body, (10,)))
 
     def finish(self) -> None:
         """Does all work that waits for the next ticks."""
@@ -244,11 +257,12 @@ class RecursiveIdentifier:
         forgetting: float = math.inf,
         prior: bool = True,
     ) -> None:
+        self._shape = (len(model),)
         self._identifier = _rivid.RecursiveIdentifier(model._online, rate_hz, torque_held, forgetting, prior)
 
     def update(self, q: ArrayLike, tau: ArrayLike) -> None:
         """Takes a tick."""
-        self._identifier.update(_floats(q), _floats(tau))
+        self._identifier.update(shaped("RecursiveIdentifier.update: q", q, self._shape), shaped("RecursiveIdentifier.update: tau", tau, self._shape))
 
     def finish(self) -> None:
         """Does all work that waits for the next ticks."""
@@ -268,11 +282,3 @@ class RecursiveIdentifier:
     def rows(self) -> int:
         """Rows so far."""
         return self._identifier.rows
-
-
-def _floats(x: ArrayLike) -> Floats:
-    return np.asarray(x, dtype=float)
-
-
-def _each(x: ArrayLike, count: int) -> Floats:
-    return np.broadcast_to(_floats(x), (count,)).copy()

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from rivid import _rivid
-from rivid._keys import toml
+from rivid._arrays import each, shaped
+from rivid._keys import text_of
 from rivid._options import Wls
 from rivid.log import read_logs
 from rivid.robot import Robot
@@ -122,9 +123,10 @@ def identify_payloads(
     if unknown := set(masses) - set(named):
         raise KeyError(f"identify_payloads: no logs are those of {sorted(unknown)}")
     loads = [(name, [log._log for log in read_logs(logs, robot)], masses.get(name)) for name, logs in named.items()]
-    R, p = (np.eye(3), np.zeros(3)) if flange is None else (np.asarray(part, dtype=float) for part in flange)
+    axes, origin = (np.eye(3), np.zeros(3)) if flange is None else flange
+    R, p = shaped("identify_payloads: flange axes", axes, (3, 3)), shaped("identify_payloads: flange origin", origin, (3,))
     options = _rivid.PayloadOptions(model, R, p, _gain_sigma(gains, len(robot)), load_friction)
-    sections = "\n".join(f"{name} = {toml(keys)}" for name, keys in (method or Wls()).sections().items())
+    sections = text_of(Wls() if method is None else method, "identify_payloads")
     alone = [] if without is None else [log._log for log in read_logs(without, robot)]
     return Payloads(*_rivid.identify_payloads(robot._robot, loads, alone, known, sections, options, threads))
 
@@ -137,5 +139,5 @@ def _is_table(loaded: Mapping[str, Any]) -> bool:
 def _gain_sigma(gains: ArrayLike | str | None, joints: int) -> Floats:
     if gains is None:
         return np.empty(0)
-    percent = np.asarray(math.inf if isinstance(gains, str) and gains == "estimate" else gains, dtype=float)
-    return 0.01 * np.broadcast_to(percent, joints)
+    percent = math.inf if isinstance(gains, str) and gains == "estimate" else gains
+    return 0.01 * each("identify_payloads: gains", percent, joints)

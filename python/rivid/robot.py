@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from rivid import _rivid
+from rivid._arrays import each, floats, shaped
 from rivid._keys import toml_keys
 from rivid.findings import Finding, findings_of
 from rivid.table import Table
@@ -34,6 +35,7 @@ class Robot:
 
     _robot: _rivid.Robot
     _description: tuple[Any, ...] | None
+    _files: tuple[str, ...]  # that were read
 
     @classmethod
     def from_urdf(cls, path: str | PathLike[str], **keys: Unpack[RobotKeys]) -> Robot:
@@ -58,20 +60,23 @@ class Robot:
         writer.writerow(_MDH_COLUMNS)
         for number, row in enumerate(table, start=1):
             values = {"joint": number, "theta": 0.0, **row}
+            if missing := [column for column in _MDH_COLUMNS if column not in values]:
+                raise _rivid.InputError(f"Robot.from_mdh: row {number} has no {missing[0]!r}, must have type, alpha, a and d")
             writer.writerow([values[column] for column in _MDH_COLUMNS])
         return cls._made(text.getvalue(), "Robot.from_mdh", "robot", True, toml_keys(keys))
 
     @classmethod
     def _made(cls, *description: Any) -> Robot:
-        out = cls._of(_rivid.Robot.of_description(*description))
+        out = cls._of(_rivid.Robot.of_description(*description), description[1:2])
         out._description = description
         return out
 
     @classmethod
-    def _of(cls, robot: _rivid.Robot) -> Robot:
+    def _of(cls, robot: _rivid.Robot, files: tuple[str, ...] = ()) -> Robot:
         out = cls.__new__(cls)
         out._robot = robot
         out._description = None
+        out._files = files
         return out
 
     def __reduce__(self) -> Any:
@@ -115,7 +120,7 @@ class Robot:
 
         ``regressor(q, qd, qdd) @ chi`` are the torques, (samples, joints). The motion has one row a sample.
         """
-        q, qd, qdd = (np.asarray(x, dtype=float) for x in (q, qd, qdd))
+        q, qd, qdd = (floats(f"Robot.regressor: {name}", x, 2) for name, x in (("q", q), ("qd", qd), ("qdd", qdd)))
         base = self.base_parameters()
         W = _rivid.observation(self._robot, base._base, q, qd, qdd, threads)
         return W.T.reshape(len(base), self._robot.size, len(q)).transpose(2, 1, 0)
@@ -137,7 +142,7 @@ class Robot:
             if set(parameters) != set(names):
                 raise _rivid.InputError("Robot.model: the names are neither those of all base nor of all standard parameters")
             parameters = [parameters[name] for name in names]
-        values = np.asarray(parameters, dtype=float)
+        values = floats("Robot.model: parameters", parameters, 1)
         if len(values) == len(base):
             return DynamicModel(_rivid.DynamicModel.of_base(self._robot, base._base, values))
         return DynamicModel(_rivid.DynamicModel(self._robot, values))
@@ -186,11 +191,11 @@ class BaseParameters(Sequence[str]):
 
     def from_standard(self, chi_st: ArrayLike) -> Floats:
         """Base parameters of standard ones (6)."""
-        return self._base.from_standard(np.asarray(chi_st, dtype=float))
+        return self._base.from_standard(floats("BaseParameters.from_standard: chi_st", chi_st, 1))
 
     def to_standard(self, chi: ArrayLike) -> Floats:
         """Some standard parameters with these base parameters; they need not be physically consistent."""
-        return self._base.to_standard(np.asarray(chi, dtype=float))
+        return self._base.to_standard(floats("BaseParameters.to_standard: chi", chi, 1))
 
     def null_space(self) -> Floats:
         """Directions of the standard parameters that the torques can not show, one column each."""
@@ -244,18 +249,18 @@ class DynamicModel:
 
     def mass_matrix(self, q: ArrayLike) -> Floats:
         """M(q), rotors included, (n, n)."""
-        return self._model.mass_matrix(np.asarray(q, dtype=float))
+        return self._model.mass_matrix(floats("DynamicModel.mass_matrix: q", q, 1))
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Floats:
         """Torques of a motion, in its shape [N·m | N]."""
-        return _rows(self._model.inverse_dynamics, q, qd, qdd)
+        return _rows(self._model.inverse_dynamics, q=q, qd=qd, qdd=qdd)
 
     def direct_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Floats:
         """Accelerations that torques give, in their shape [rad/s² | m/s²].
 
         Raises NumericsError where the mass matrix is not positive definite.
         """
-        return _rows(self._model.direct_dynamics, q, qd, tau)
+        return _rows(self._model.direct_dynamics, q=q, qd=qd, tau=tau)
 
     def __repr__(self) -> str:
         return f"<DynamicModel: {', '.join(self.joints)}>"
@@ -266,36 +271,42 @@ class InverseDynamics:
 
     ``smoothing_speed`` [rad/s | m/s], one or one a joint, smooths the sign of the velocity; without it friction flickers about
     rest with the noise of the encoder. A thread has one of its own.
+
+    All raise InputError for a wrong size; numbers that are not finite give such torques.
     """
 
     def __init__(self, model: DynamicModel, smoothing_speed: ArrayLike | None = None) -> None:
         n = model._model.size
-        speeds = np.zeros(0) if smoothing_speed is None else np.broadcast_to(np.asarray(smoothing_speed, float), (n,))
+        speeds = np.zeros(0) if smoothing_speed is None else each("InverseDynamics: smoothing_speed", smoothing_speed, n)
+        self._shape = (n,)
         self._dynamics = _rivid.InverseDynamics(model._model, speeds)
 
     def torque(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Floats:
-        """τ = M(q) q̈ + N(q, q̇) + friction; not a number where a size is wrong."""
-        return self._dynamics.torque(np.asarray(q, dtype=float), np.asarray(qd, dtype=float), np.asarray(qdd, dtype=float))
+        """τ = M(q) q̈ + N(q, q̇) + friction."""
+        return self._dynamics.torque(self._of_joints("q", q), self._of_joints("qd", qd), self._of_joints("qdd", qdd))
 
     def gravity(self, q: ArrayLike) -> Floats:
         """Torques against gravity, without friction."""
-        return self._dynamics.gravity(np.asarray(q, dtype=float))
+        return self._dynamics.gravity(self._of_joints("q", q))
 
     def bias(self, q: ArrayLike, qd: ArrayLike) -> Floats:
         """Coriolis, centrifugal and gravity torques, without friction."""
-        return self._dynamics.bias(np.asarray(q, dtype=float), np.asarray(qd, dtype=float))
+        return self._dynamics.bias(self._of_joints("q", q), self._of_joints("qd", qd))
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Floats:
         """Coriolis and centrifugal torques."""
-        return self._dynamics.coriolis(np.asarray(q, dtype=float), np.asarray(qd, dtype=float))
+        return self._dynamics.coriolis(self._of_joints("q", q), self._of_joints("qd", qd))
 
     def friction(self, qd: ArrayLike) -> Floats:
         """Friction torques."""
-        return self._dynamics.friction(np.asarray(qd, dtype=float))
+        return self._dynamics.friction(self._of_joints("qd", qd))
 
     def mass_matrix(self, q: ArrayLike) -> Floats:
         """M(q), rotors included."""
-        return self._dynamics.mass_matrix(np.asarray(q, dtype=float))
+        return self._dynamics.mass_matrix(self._of_joints("q", q))
+
+    def _of_joints(self, name: str, x: ArrayLike) -> Floats:
+        return shaped(f"InverseDynamics: {name}", x, self._shape)
 
 
 def _text(path: str | PathLike[str]) -> str:
@@ -305,8 +316,8 @@ def _text(path: str | PathLike[str]) -> str:
         raise _rivid.InputError(f"{path}: the file can not be read: {error.strerror}") from None
 
 
-def _rows(function: Any, *series: ArrayLike) -> Floats:
-    arrays = [np.asarray(x, dtype=float) for x in series]
-    if arrays[0].ndim == 1:
-        return function(*(x[np.newaxis] for x in arrays))[0]
-    return function(*arrays)
+def _rows(function: Any, **series: ArrayLike) -> Floats:
+    what = f"DynamicModel.{function.__name__}"
+    ndim = 1 if floats(f"{what}: q", series["q"]).ndim == 1 else 2
+    arrays = [floats(f"{what}: {name}", x, ndim) for name, x in series.items()]
+    return function(*(x[np.newaxis] for x in arrays))[0] if ndim == 1 else function(*arrays)

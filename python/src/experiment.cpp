@@ -97,6 +97,7 @@ void bind_monte_carlo(nb::module_& m) {
       .def_rw("runs", &MonteCarlo::runs)
       .def_ro("seed", &MonteCarlo::seed)
       .def_prop_ro("robot", [](const MonteCarlo& self) { return self.experiment.robot; })
+      .def_prop_ro("inputs", [](const MonteCarlo& self) { return self.experiment.inputs(Use::simulation); })
       .def(
           "run",
           [](const MonteCarlo& self, const std::vector<int>& runs, int threads, const nb::object& progress) {
@@ -164,6 +165,12 @@ void bind_experiment(nb::module_& m) {
           },
           "path"_a, "settings"_a, "simulation"_a, Unlocked())
       .def_prop_ro("robot", [](const Experiment& self) { return self.robot; })
+      .def(
+          "inputs",
+          [](const Experiment& self, bool simulation) {
+            return self.inputs(simulation ? Use::simulation : Use::identification);
+          },
+          "simulation"_a, "All files that it reads, itself first.")
       .def(
           "logs",
           [](const Experiment& self, bool validation, const nb::object& progress) {

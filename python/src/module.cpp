@@ -1,3 +1,8 @@
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
 #include "binding.hpp"
 #include "report/page_tables.hpp"
 #include "rivid/error.hpp"
@@ -22,6 +27,20 @@ std::map<std::string, std::vector<OptionRow>> option_tables() {
     }
   }
   return out;
+}
+
+// As the tools write their outputs. What says that a file is of another kind knows no --force here.
+void write_output(const std::filesystem::path& path, std::string_view content, const std::string& extension,
+                  const std::vector<std::filesystem::path>& inputs) {
+  Outputs outputs(inputs, true);
+  outputs.plan(path, extension);
+  std::error_code error;
+  if (const auto there = std::filesystem::canonical(path, error); !error && there.extension() != extension) {
+    throw InputError(path.string() + ": is there already and is no " + extension +
+                     " file; name another file, or remove this one");
+  }
+  outputs.put(path, content);
+  outputs.commit();
 }
 
 void bind_errors(nb::module_& m) {
@@ -52,8 +71,8 @@ NB_MODULE(_rivid, m) {
         return known ? std::optional(rivid::explained(*known)) : std::nullopt;
       },
       "code"_a, "Cause and cure of a code of a finding; None for an unknown one.");
-  m.def("write_file", &rivid::write_file, "path"_a, "content"_a, Unlocked(),
-        "Writes a file as a whole or not at all.");
+  m.def("write_file", &write_output, "path"_a, "content"_a, "extension"_a, "inputs"_a, Unlocked(),
+        "Writes a file as a whole or not at all, over none of the inputs and no file of another extension.");
   bind_data(m);
   bind_dynamics(m);
   bind_identify(m);

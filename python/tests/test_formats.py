@@ -435,6 +435,13 @@ def test_convert_refuses_what_it_can_not_read(program, scara, tmp_path):
     assert "is text" in refused.stderr
     assert program("convert", tmp_path / "missing.mcap", tmp_path / "out.csv").returncode == 2
     assert not (tmp_path / "out.csv").exists()
+    merged = tmp_path / "merged.csv"
+    merged.write_text("t,q1\n0,1\n1,\n2,3\n")
+    for target, words in ((merged, "is an input of this run"), (scara / "scara.toml", "is no .csv file")):
+        refused = program("convert", merged, target)
+        assert refused.returncode == 2
+        assert words in refused.stderr
+    assert merged.read_text() == "t,q1\n0,1\n1,\n2,3\n"
 
 
 def test_the_tools_name_the_command(series, tool, scara, tmp_path):

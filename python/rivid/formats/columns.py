@@ -23,7 +23,9 @@ def flattened(variables: Mapping[str, Any], source: str) -> dict[str, Any]:
             for key, item in value.items():
                 add(f"{name}.{key}" if name else str(key), item)
         elif not isinstance(value, str):
-            array = np.asarray(value)
+            # Masked samples are empty cells.
+            masked = np.ma.is_masked(value) and value.dtype.kind in "fiub"
+            array = value.astype(float).filled(np.nan) if masked else np.asarray(value)
             array = array.squeeze() if array.ndim > 1 else array
             if array.ndim in (1, 2) and array.size > 1 and (array.ndim == 1 or array.dtype.kind in "fiub"):
                 series[name] = array
