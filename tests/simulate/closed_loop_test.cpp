@@ -405,7 +405,7 @@ class Odd final : public rivid::Reference {
   [[nodiscard]] double duration() const override { return duration_; }
   void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
           Eigen::Ref<Vector> qdd_r) const override {
-    q_r.setConstant(t < until_ ? 0.0 : NAN);
+    q_r.setConstant(t < until_ ? 0.0 : double{NAN});
     qd_r.setZero();
     qdd_r.setZero();
   }
@@ -433,7 +433,7 @@ TEST(ClosedLoop, RefusesAReferenceThatIsNone) {
 TEST(ClosedLoop, NamesTheReferenceOrTheSignalThatIsNoNumber) {
   const Scara scara;
   const rivid::DynamicModel model(scara.robot, scara.base, scara.truth);
-  const Open law([](double t) { return t < 0.05 ? 0.0 : NAN; });
+  const Open law([](double t) { return t < 0.05 ? 0.0 : double{NAN}; });
   for (const double period : {0.0, 0.01}) {
     const SimulationOptions options{.f_m = 100.0, .sampling = {.period = period}};
     const Simulation by_law = simulate(scara.robot, model, law, rest(2, 1.0), options);
