@@ -131,6 +131,9 @@ void LoopRun::begin_period() {
                                 : static_cast<double>(samples_ - 1) / options_.f_m);
   if (sampled_) {
     ode_.hold_control(controller_.tick(t_, y_.head(n_), y_.segment(n_, n_)));
+    if (end_at_no_number()) {
+      return;
+    }
   }
   hold(options_.added_control, [&] { ode_.hold_added(row_); });
   hold(options_.disturbance, [&] { ode_.hold_disturbance(row_); });
@@ -155,6 +158,9 @@ void LoopRun::begin_motion() {
 
 // What is left of the period.
 void LoopRun::finish_period() {
+  if (over()) {
+    return;
+  }
   if (in_pack_) {
     ode_.return_to(y_.data());
   }
@@ -325,6 +331,10 @@ bool LoopRun::record(double t, const Vector& y) {
     end_indefinite();
     return false;
   }
+  // Where all joints stick it would show nowhere else.
+  if (end_at_no_number()) {
+    return false;
+  }
   recording_ += ode_.evaluations() - before;
   out_.motion.qdd.row(next_) = yd_.segment(n_, n_);
   note(t, y);
@@ -335,6 +345,9 @@ bool LoopRun::record(double t, const Vector& y) {
 // The same where nothing sticks: in place of the acceleration it leaves the torques until there are several samples.
 bool LoopRun::record_sliding(double t, const Vector& y) {
   ode_.driving_torques(t, y.data(), yd_.data());
+  if (end_at_no_number()) {
+    return false;
+  }
   out_.motion.qdd.row(next_) = yd_.head(n_);
   note(t, y);
   return next_ - waiting_ < samples_together || accelerate_waiting();
