@@ -413,8 +413,8 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
   }
   const double intervals = duration * rate_hz;
   if (!(intervals <= most_samples)) {
-    return "duration is " + number(duration) + " s, must be at most " + number(most_samples) + " samples of " +
-           number(rate_hz) + " Hz";
+    return "duration is " + number(duration) + " s, must be at most " + number(most_samples) +
+           " samples of " + number(rate_hz) + " Hz";
   }
   if (curve == CurveKind::spline && std::abs(intervals - std::round(intervals)) > 1e-6 * intervals) {
     return "duration is " + number(duration) + " s, must be a whole number of samples of " + number(rate_hz) +

@@ -341,6 +341,7 @@ TEST(HtmlReport, DescribesTheRobotAndTheSettings) {
   coupling.ratios = {-0.75};
   study.robot.couplings = {coupling};
   study.result = identify(study.robot, study.log, {.method = Ols{}, .signal = {.decimation = {10}}});
+  study.predictions = {predict(study.robot, study.result, study.log)};
   study.result.estimation.signal.trim = {{30, 40}};
   study.result.estimation.signal.window = {{1.5, 9.25}};
   study.result.estimation.signal.velocity_threshold = {0.1, 0.25};

@@ -145,7 +145,7 @@ TEST(DesignInertia, RefusesPositionsThatDoNotFit) {
       "q must be finite"));
   EXPECT_TRUE(
       says(complaint_of([&] { static_cast<void>(design_inertia(model, InertiaSearch{.samples = 0})); }),
-           "samples is 0, must be at least 1"));
+           "samples is 0, must be between 1 and 10000000"));
   EXPECT_TRUE(
       says(complaint_of([&] { static_cast<void>(design_inertia(model, InertiaSearch{.starts = 0})); }),
            "starts is 0"));
