@@ -139,6 +139,8 @@ TEST_F(IvOfTheScara, RefusesWhatItCanNotUse) {
   Estimation method = iv();
   std::get<Iv>(method.method).control = {};
   EXPECT_NE(refusal(method, log).find("control is not set"), std::string::npos);
+  std::get<Iv>(method.method).control = [](const rivid::Plant&) { return nullptr; };
+  EXPECT_NE(refusal(method, log).find("control returns no law"), std::string::npos);
   method = iv();
   std::get<Iv>(method.method).tolerance = 0.0;
   EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): tolerance is 0, must be positive");

@@ -384,7 +384,7 @@ SimulatedLoops ClosedLoops::simulated(const LoopRequest& request) const {
   try {
     out.model = std::make_unique<DynamicModel>(problem_.robot, request.chi_st);
     out.J = request.J;
-    out.laws.push_back(problem_.iv().control({problem_.robot, *out.model, out.J}));
+    out.laws.push_back(law_of(problem_.iv().control, {problem_.robot, *out.model, out.J}));
     simulate(std::span(&out, 1), request.steps_before);
   } catch (const NumericsError& error) {
     out.failure = error.what();
@@ -408,7 +408,7 @@ SimulatedLoops ClosedLoops::asked(const Vector& chi, std::span<const IvIteration
       return out;
     }
     out.J = inertias.J;
-    out.laws.push_back(problem_.iv().control({problem_.robot, *out.model, out.J}));
+    out.laws.push_back(law_of(problem_.iv().control, {problem_.robot, *out.model, out.J}));
     out.found =
         std::make_shared<const LoopFactors>(answer(problem_, {.pass = LoopPass::rows,
                                                               .chi_st = out.chi_st,
@@ -451,8 +451,9 @@ SimulatedLoops ClosedLoops::prepared(const Vector& chi, const SimulatedLoops* ga
       }
     }
     for (std::size_t k = 0; k < loops_.size(); ++k) {
-      out.laws.push_back(problem_.iv().control(
-          {problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J}));
+      out.laws.push_back(
+          law_of(problem_.iv().control,
+                 {problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J}));
     }
   } catch (const NumericsError& error) {
     out.failure = error.what();
