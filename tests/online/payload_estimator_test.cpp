@@ -326,7 +326,8 @@ TEST(PayloadEstimator, SaysWhatIsWrong) {
   OnlineModel foreign = scene.model;
   foreign.base.parameters.back().leading.joint = 77;
   EXPECT_EQ(test::complaint_of([&] { PayloadEstimator<double>(foreign, options_of()); }),
-            "PayloadEstimator: the base parameters are not those of the robot; take base_parameters(robot)");
+            "PayloadEstimator: the base parameters are those of another robot than \"" + foreign.robot.name +
+                "\", or of other friction laws; take base_parameters(robot)");
 }
 
 TEST(PayloadEstimator, TakesAnAbsurdTickForNone) {

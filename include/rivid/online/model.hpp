@@ -1,9 +1,6 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <iterator>
 #include <optional>
 #include <string>
 
@@ -33,22 +30,8 @@ inline std::optional<std::string> OnlineModel::complaint() const {
   }
   const Index b = base.size();
   const Index n = robot.size();
-  const auto same = [](const StandardParameter& p, const StandardParameter& q) {
-    return p.kind == q.kind && p.joint == q.joint;
-  };
-  const auto leads = [&](Index i) {
-    const auto at = static_cast<std::size_t>(i);
-    const Index standard = base.leading[at];
-    return standard >= 0 && standard < std::ssize(base.standard) &&
-           same(base.standard[static_cast<std::size_t>(standard)], base.parameters[at].leading);
-  };
-  bool fits =
-      std::ranges::equal(base.standard, robot.standard_parameters(), same) && std::ssize(base.leading) == b;
-  for (Index i = 0; fits && i < b; ++i) {
-    fits = leads(i);
-  }
-  if (!fits) {
-    return "the base parameters are not those of the robot; take base_parameters(robot)";
+  if (auto fault = base.complaint(robot)) {
+    return fault;
   }
   if (chi.size() != b || C_chi.rows() != b || C_chi.cols() != b) {
     return "chi and C_chi must have " + std::to_string(b) + " values and as many rows and columns, not " +

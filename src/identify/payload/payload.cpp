@@ -1,6 +1,5 @@
 #include "rivid/identify/payload.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -154,7 +153,7 @@ std::optional<std::string> LoadedLogs::complaint() const {
 }
 
 std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
-  if (!R.isUnitary(1e-6) || R.col(0).cross(R.col(1)).dot(R.col(2)) < 0.0) {
+  if (!detail::is_rotation(R)) {
     return "R is no rotation";
   }
   if (!p.allFinite()) {
