@@ -210,17 +210,15 @@ InputText read_input(const std::filesystem::path& path, bool pipe) {
   if (store.scopes == 0) {
     return out;
   }
-  const bool keep = !regular || path == standard_input || store.kept + size <= most_kept;
-  if (keep) {
-    store.kept += regular ? size : 0;
-    store.entries.insert_or_assign(key, InputStore::Entry{out, {}});
-    return out;
-  }
-  const std::string digest = out.sha256();
+  const std::string digest = known == store.entries.end() ? std::string() : out.sha256();
   if (known != store.entries.end() && known->second.sha256 != digest) {
     refuse_input(path, "changed since this program read it; nothing is made of two versions of a file");
   }
-  store.entries.insert_or_assign(key, InputStore::Entry{std::nullopt, digest});
+  const bool keep = !regular || path == standard_input || store.kept + size <= most_kept;
+  store.kept += keep && regular ? size : 0;
+  store.entries.insert_or_assign(
+      key, keep ? InputStore::Entry{out, {}}
+                : InputStore::Entry{std::nullopt, digest.empty() ? out.sha256() : digest});
   return out;
 }
 

@@ -94,6 +94,16 @@ TEST_F(Input, BeyondWhatIsKeptMayNotChange) {
   EXPECT_TRUE(says(complaint(large), "changed since this program read it"));
 }
 
+TEST_F(Input, BeyondWhatIsKeptMayNotShrinkToWhatCouldBeKept) {
+  const Path large = in_folder("large");
+  folder.write("large", "");
+  std::filesystem::resize_file(large, std::uintmax_t{65} << 20U);
+  const rivid::InputScope scope;
+  EXPECT_EQ(read_input(large).bytes().size(), std::size_t{65} << 20U);
+  std::filesystem::resize_file(large, std::uintmax_t{1} << 20U);
+  EXPECT_TRUE(says(complaint(large), "changed since this program read it"));
+}
+
 TEST_F(Input, ThatIsNoFileIsRefusedAtOnce) {
   ASSERT_EQ(::mkfifo(in_folder("pipe").c_str(), 0600), 0);
   EXPECT_TRUE(says(complaint(in_folder("pipe")), "pipe: is a pipe, a file is required"));
