@@ -140,8 +140,9 @@ struct Destination {
   [[nodiscard]] std::filesystem::path summary() const { return folder / "summary.json"; }
   [[nodiscard]] std::filesystem::path page() const { return folder / "report.html"; }
   [[nodiscard]] std::vector<PlannedFile> files() const {
-    std::vector<PlannedFile> out = {
-        {folder / "runs.csv", ".csv"}, {folder / "inputs.sha256", ".sha256"}, {summary(), ".json"}};
+    std::vector<PlannedFile> out = {{folder / "runs.csv", ".csv", true},
+                                    {folder / "inputs.sha256", ".sha256", true},
+                                    {summary(), ".json"}};
     if (report) {
       out.push_back({page(), ".html"});
     }

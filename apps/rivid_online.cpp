@@ -8,6 +8,7 @@
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/online_file.hpp"
 #include "rivid/experiment/result_file.hpp"
+#include "rivid/input.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/online.hpp"
 #include "rivid/text.hpp"
@@ -55,8 +56,9 @@ int run(const Arguments& arguments) {
   Outputs outputs = planned(inputs, files);
   const std::vector<Log> logs = read_logs(source, model.robot);
   const OnlineReplay found = replay(model, dynamics, logs.front(), options);
-  outputs.put(files[0].path, to_csv(found));
-  outputs.put(files[1].path, to_html(found));
+  const std::string table = to_csv(found);
+  outputs.put(files[0].path, table);
+  outputs.put(files[1].path, to_html(found) + "<!-- SHA-256 of online.csv: " + sha256(table) + " -->\n");
   outputs.commit();
   if (!arguments.quiet) {
     print(in_words(found, screen_width()));

@@ -38,6 +38,7 @@ void tell(const std::vector<Finding>& findings);
 struct PlannedFile {
   std::filesystem::path path;
   std::string extension;
+  bool continued = false;  ///< what is there is read and carried on by the run
 };
 
 /// "wrote FILE" on standard error, one line each.

@@ -43,6 +43,21 @@ std::string with_short_name(const std::string& name) {
   return at == short_names.end() ? name : std::string(at->second) + "," + name;
 }
 
+// Whether --force was given: what stands at the place of an output is replaced, whoever wrote it.
+bool& replaces_foreign_files() {
+  static bool force = false;
+  return force;
+}
+
+// Of a command that writes files.
+constexpr std::string_view force_option = "--force";
+
+bool has(const Command& command, std::string_view name) {
+  return std::ranges::find(command.arguments, name, &Argument::name) != command.arguments.end();
+}
+
+bool takes_force(const Command& command) { return has(command, force_option) || has(command, "--output"); }
+
 // Options that rivid_identify had before rivid_identify export.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> moved = {
     {{"--write-urdf", "urdf"}, {"--sidecar", "mjcf|drake|pinocchio"}, {"--write-header", "header"}}};
@@ -58,6 +73,9 @@ std::string unknown_argument(const Command& command, const std::string& argument
     return name + " is now rivid_identify export RESULT --to " + std::string(at->second);
   }
   std::vector<std::string> names = {"--help", "--max-size", "--color"};
+  if (takes_force(command)) {
+    names.emplace_back(force_option);
+  }
   for (const Argument& known : command.arguments) {
     names.push_back(known.name);
   }
@@ -170,6 +188,10 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
   app.add_option("--color", when_coloured(), "Colours: on a terminal without NO_COLOR, or always, or never")
       ->type_name("auto|always|never")
       ->check(one_of("auto|always|never"));
+  if (takes_force(command) && !has(command, force_option)) {
+    app.add_flag(std::string(force_option), replaces_foreign_files(),
+                 "Replace files that rivid did not write, or that were edited since, too");
+  }
   const bool subcommand = command.name.find(' ') != std::string::npos;
   if (!subcommand) {
     app.set_version_flag("--version", command.name + " " + version);
@@ -242,11 +264,56 @@ void expect_experiment(const std::filesystem::path& file) {
   }
 }
 
+namespace {
+
+// Tables and texts that people edit. They bear no mark: the document of the run that wrote them has their SHA-256.
+bool is_table(const PlannedFile& file) {
+  constexpr std::array<std::string_view, 5> tables = {".csv", ".npz", ".toml", ".yaml", ".script"};
+  return std::ranges::find(tables, file.extension) != tables.end();
+}
+
+void expect_own(const std::vector<PlannedFile>& files) {
+  std::vector<InputText> marked;
+  std::error_code error;
+  const auto is_there = [&](const PlannedFile& f) {
+    return std::filesystem::is_regular_file(f.path, error) && std::filesystem::file_size(f.path, error) > 0;
+  };
+  const auto refuse = [](const PlannedFile& f, const std::string& why) {
+    throw InputError(f.path.string() + ": is there already and " + why +
+                     "; name another file, or --force replaces it");
+  };
+  for (const PlannedFile& file : files) {
+    if (is_there(file) && !is_table(file)) {
+      marked.push_back(read_input(file.path));
+      if (marked.back().bytes().find("rivid") == std::string_view::npos) {
+        refuse(file, "was not written by rivid");
+      }
+    }
+  }
+  for (const PlannedFile& file : files) {
+    if (is_there(file) && is_table(file) && !file.continued) {
+      const std::string digest = input_sha256(file.path);
+      const auto names_it = [&](const InputText& text) {
+        return text.bytes().find(digest) != std::string_view::npos;
+      };
+      if (std::ranges::none_of(marked, names_it)) {
+        refuse(file, "was not written by the last run that wrote here, or was edited since");
+      }
+    }
+  }
+}
+
+}  // namespace
+
 Outputs planned(const std::vector<std::filesystem::path>& inputs, const std::vector<PlannedFile>& files,
                 bool force) {
+  force = force || replaces_foreign_files();
   Outputs out(inputs, force);
   for (const PlannedFile& file : files) {
     out.plan(file.path, file.extension);
+  }
+  if (!force) {
+    expect_own(files);
   }
   return out;
 }
@@ -266,7 +333,24 @@ std::filesystem::path result_file(const std::filesystem::path& given) {
 
 std::filesystem::path output_folder(const std::filesystem::path& flag,
                                     const std::filesystem::path& experiment, std::string_view suffix) {
-  return flag.empty() ? std::filesystem::path(experiment.stem().string() + std::string(suffix)) : flag;
+  if (!flag.empty()) {
+    return flag;
+  }
+  const std::filesystem::path out = experiment.stem().string() + std::string(suffix);
+  std::error_code error;
+  const auto canonical = [&](const std::filesystem::path& file) {
+    return std::filesystem::weakly_canonical(file, error);
+  };
+  for (const auto& entry : std::filesystem::directory_iterator(out, error)) {
+    const bool document = entry.path().extension() == ".json" && entry.is_regular_file(error);
+    const std::filesystem::path other =
+        document ? recorded_experiment(entry.path()) : std::filesystem::path();
+    if (!other.empty() && !replaces_foreign_files() && canonical(other) != canonical(experiment)) {
+      throw InputError(out.string() + ": holds what was made from " + other.string() + ", not from " +
+                       experiment.string() + "; --output names another folder, --force replaces it");
+    }
+  }
+  return out;
 }
 
 Argument set_argument(std::vector<std::string>& to) {

@@ -79,7 +79,8 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 /// All settings, one line each: key, value with its unit, and whether that is the default or where else it comes from.
 [[nodiscard]] std::string in_lines(const std::vector<Setting>& settings);
 
-/// The outputs of a run, planned: see Outputs.
+/// The outputs of a run, planned: see Outputs. Without --force only files that rivid wrote are replaced: documents and models, which name it, and
+/// tables whose SHA-256 such a document among `files` has.
 ///
 /// @throws InputError  where writing one of them would destroy something
 [[nodiscard]] Outputs planned(const std::vector<std::filesystem::path>& inputs,
@@ -89,6 +90,8 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 [[nodiscard]] std::string would_write(const std::vector<PlannedFile>& files);
 
 /// Files for a result: the folder of the flag, or one beside the user that is called after the experiment.
+///
+/// @throws InputError  where that is one of another experiment of the same name, without --force
 [[nodiscard]] std::filesystem::path output_folder(const std::filesystem::path& flag,
                                                   const std::filesystem::path& experiment,
                                                   std::string_view suffix);

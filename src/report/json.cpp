@@ -277,6 +277,14 @@ Json forecast_members(const ExcitationPlan& plan, const Forecast& forecast) {
 
 InputFile input_file(const std::filesystem::path& path) { return {path.string(), input_sha256(path)}; }
 
+std::filesystem::path recorded_experiment(const std::filesystem::path& document) {
+  const auto content = nlohmann::json::parse(read_input(document).bytes(), nullptr, false);
+  const nlohmann::json::json_pointer experiment("/provenance/inputs/0/path");
+  const bool says = content.is_structured() && content.contains(experiment);
+  return says && content.at(experiment).is_string() ? content.at(experiment).get<std::string>()
+                                                    : std::string();
+}
+
 std::string run_id(const Provenance& provenance) {
   std::string text = provenance.program + '\n' + version + '\n';
   for (const InputFile& input : provenance.inputs) {

@@ -116,7 +116,8 @@ std::string to_json(const PayloadReport& found, const PayloadOptions& options) {
     member["identifiable"] = g.identifiable;
     gains.push_back(std::move(member));
   }
-  const Json out = {{"status", found.identified ? "identified" : "not_identified"},
+  const Json out = {{"program", "rivid_identify payload"},
+                    {"status", found.identified ? "identified" : "not_identified"},
                     {"reason", found.reason},
                     {"rows", found.rows},
                     {"relative_error", found.relative_error},

@@ -20,6 +20,9 @@ struct InputFile {
 /// @throws InputError where the file can not be read
 [[nodiscard]] InputFile input_file(const std::filesystem::path& path);
 
+/// The first input of the run that wrote a JSON document, its experiment file, as the user named it. Empty where the document does not say.
+[[nodiscard]] std::filesystem::path recorded_experiment(const std::filesystem::path& document);
+
 /// Where a result comes from: enough to make it again.
 struct Provenance {
   std::string program;            ///< "rivid_identify"
