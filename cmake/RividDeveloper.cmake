@@ -4,7 +4,7 @@ option(RIVID_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(RIVID_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
 option(RIVID_SANITIZE_THREADS "Build with ThreadSanitizer" OFF)
 option(RIVID_FUZZ "Build the harnesses of tests/fuzz with libFuzzer, which clang has" OFF)
-option(RIVID_HARDEN "Build the tools and the shared library with stack protector, FORTIFY and BIND_NOW" ON)
+option(RIVID_HARDEN "Build library, tools and Python extension with stack protector, FORTIFY and BIND_NOW" ON)
 option(RIVID_TIDY "Run clang-tidy on the library and the apps" OFF)
 
 function(rivid_developer_flags target)
@@ -39,7 +39,7 @@ function(rivid_developer_flags target)
   endif()
 endfunction()
 
-# For what is run or loaded as a file: the tools and the shared library. A sanitizer has checks of its own.
+# The library, which has the parsers, and what is linked with it. A sanitizer has checks of its own.
 function(rivid_hardened target)
   if(RIVID_HARDEN AND NOT RIVID_SANITIZE AND NOT RIVID_SANITIZE_THREADS)
     target_compile_options(${target} PRIVATE -fstack-protector-strong

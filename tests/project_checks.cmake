@@ -76,7 +76,7 @@ endif()
 if(RIVID_BUILD_APPS AND RIVID_HARDEN AND NOT RIVID_SANITIZE AND CMAKE_READELF)
   foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_simulate)
     rivid_script_test(hardening_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
-                      -DREADELF=${CMAKE_READELF} -DPROGRAM=$<TARGET_FILE:${tool}>)
+                      -DREADELF=${CMAKE_READELF} -DOBJDUMP=${CMAKE_OBJDUMP} -DPROGRAM=$<TARGET_FILE:${tool}>)
   endforeach()
 endif()
 
