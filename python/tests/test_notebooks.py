@@ -15,7 +15,7 @@ def test_notebook(notebook, monkeypatch, tmp_path):
     monkeypatch.setenv("MPLBACKEND", "agg")
     content = nbformat.read(notebook, as_version=4)
     assert all(not cell.get("outputs") for cell in content.cells), "outputs are no part of the repository"
-    nbclient.NotebookClient(content, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    nbclient.NotebookClient(content, timeout=1400, resources={"metadata": {"path": str(tmp_path)}}).execute()
 
 
 def test_all_notebooks_are_found():

@@ -15,12 +15,12 @@ using rivid::test::outcome_of;
 
 class Budgets : public rivid::test::IdentifyTool {
  protected:
-  // Through a shell, ended after thirty seconds: a hang is exit code 124.
+  // Through a shell, ended after minutes: a hang is exit code 124.
   [[nodiscard]] Outcome shell(const std::string& script) const {
     return outcome_of({"/bin/sh", "-c", script}, folder().path());
   }
-  std::string identifier = "timeout 30 '" + std::string(RIVID_IDENTIFY) + "' ";
-  std::string montecarlo = "timeout 30 '" + std::string(RIVID_MONTECARLO) + "' ";
+  std::string identifier = "timeout 300 '" + std::string(RIVID_IDENTIFY) + "' ";
+  std::string montecarlo = "timeout 300 '" + std::string(RIVID_MONTECARLO) + "' ";
 };
 
 TEST_F(Budgets, OfThreadsAreThoseOfTheMachine) {

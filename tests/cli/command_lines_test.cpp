@@ -107,8 +107,8 @@ class CommandLines : public rivid::test::IdentifyTool {
   }
 
   void expect_ends_well(const Command& command) const {
-    // Ten seconds of work, and a minute by the clock for one that waits, on a machine that others use too.
-    Command timed = {"/bin/sh", "-c", "ulimit -t 10; exec timeout -s KILL 60 \"$@\"", "sh"};
+    // What hangs is ended, after minutes: the machine may be slow, or others may use it too.
+    Command timed = {"/bin/sh", "-c", "ulimit -t 120; exec timeout -s KILL 600 \"$@\"", "sh"};
     timed.insert(timed.end(), command.begin(), command.end());
     const Outcome run = outcome_of(timed, folder().path());
     const std::string what = joined(command) + "\n" + run.err;

@@ -106,10 +106,10 @@ TEST_F(MonteCarlo, ADryRunTellsWhatIsThereAndWritesNothing) {
 }
 
 TEST_F(MonteCarlo, GoesOnAfterAStopAndEndsWithTheSameBits) {
-  const std::string whole = summary_of({"--runs", "12", "--report"});
+  const std::string whole = summary_of({"--runs", "30", "--report"});
   const std::string page = folder().read(report_file);
   std::filesystem::remove_all(folder().path() / "montecarlo_s1_montecarlo");
-  Process stopped(command({"--runs", "12", "--threads", "1"}), folder().path());
+  Process stopped(command({"--runs", "30", "--threads", "1"}), folder().path());
   // Killed as soon as some runs are there.
   for (int look = 0; look < 1000; ++look) {
     std::error_code none;
@@ -124,9 +124,9 @@ TEST_F(MonteCarlo, GoesOnAfterAStopAndEndsWithTheSameBits) {
   // In the middle of a line, as a kill may leave it.
   const std::string rows = folder().read(runs_file);
   folder().write(runs_file, rows.substr(0, rows.size() - 30));
-  EXPECT_EQ(summary_of({"--runs", "12"}), whole);
+  EXPECT_EQ(summary_of({"--runs", "30"}), whole);
   EXPECT_FALSE(std::filesystem::exists(folder().path() / report_file)) << "nobody asked for it";
-  EXPECT_EQ(summary_of({"--runs", "12", "--report"}), whole);
+  EXPECT_EQ(summary_of({"--runs", "30", "--report"}), whole);
   EXPECT_EQ(folder().read(report_file), page);
 }
 
