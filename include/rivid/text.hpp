@@ -24,6 +24,14 @@ namespace rivid {
 /// A number with so many decimals.
 [[nodiscard]] std::string fixed(double value, int decimals);
 
+/// Percent or standard deviations beyond which a figure says nothing but that what it is measured by is next to nothing.
+inline constexpr double most_said = 1e6;
+
+/// number(), or "more than a million" beyond that.
+[[nodiscard]] inline std::string number_that_says(double value, int digits) {
+  return value > most_said ? "more than a million" : number(value, digits);
+}
+
 /// `content` with control characters, line ends among them, as '?'.
 [[nodiscard]] std::string on_one_line(std::string_view content);
 

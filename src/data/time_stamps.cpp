@@ -154,7 +154,7 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
                      " s; such a log can not be resampled: repair or cut it, or state the rate");
   }
   if (report.period <= 0.0) {
-    throw InputError(log.source + ": the time stamps do not go forward; state the rate");
+    throw InputError(log.source + ": the time stamps do not go forward, or not by seconds; state the rate");
   }
   const double rate_hz = options.rate_hz.value_or(1.0 / report.period);
   if (rate_hz * report.period > highest_ratio) {
@@ -216,7 +216,8 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
 }  // namespace
 
 std::string TimeReport::summary() const {
-  std::string out = std::to_string(samples) + " samples at " + number(rate_hz) + " Hz";
+  const bool timed = period > 0.0;
+  std::string out = std::to_string(samples) + " samples" + (timed ? " at " + number(rate_hz) + " Hz" : "");
   const auto add = [&](const TimeFault& fault, const std::string& what) {
     if (fault.count > 0) {
       out += "; " + what + " (first at row " + std::to_string(fault.row + 1) + ", t = " + number(fault.time) +
@@ -231,6 +232,11 @@ std::string TimeReport::summary() const {
     const double value = 100.0 * fraction;
     return number(value < 0.01 ? 0.0 : std::round(value * 100.0) / 100.0);
   };
+  if (!timed) {
+    return out + (longest_step > 0.0
+                      ? "; steps of " + number(shortest_step) + " to " + number(longest_step) + " s"
+                      : "");
+  }
   out += "; jitter " + percent(jitter_rms) + " % rms, " + percent(jitter_max) + " % at most";
   if (jitter_rms >= regular_rms || jitter_max >= regular_max) {
     out += ", steps of " + number(1e3 * shortest_step) + " to " + number(1e3 * longest_step) + " ms";
@@ -268,6 +274,13 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
   report.period = median(std::move(forward));
   const double span = t[t.size() - 1] - t[0];
   report.rate_hz = span > 0.0 ? static_cast<double>(t.size() - 1) / span : 0.0;
+  // Of other steps neither rate nor jitter is a number.
+  constexpr double shortest = 1e-12;
+  constexpr double longest = 1e12;
+  if (report.period > 0.0 && (report.period < shortest || report.longest_step > longest)) {
+    report.period = report.rate_hz = 0.0;
+    return report;
+  }
 
   GridFit fit;
   std::vector<double> grid = {0.0};

@@ -58,8 +58,10 @@ ForecastParameter forecast_of(const BaseParameter& parameter, double value, doub
   using enum ForecastParameter::Prospect;
   ForecastParameter out{.name = parameter.name, .unit = parameter.unit, .value = value, .sigma = sigma};
   out.relative_sigma_percent = value == 0.0 ? infinity : 100.0 * sigma / std::abs(value);
-  if (!std::isfinite(sigma)) {
+  // A deviation of ten thousand times the value is what rounding leaves of a motion that does not show it.
+  if (!std::isfinite(sigma) || (value != 0.0 && out.relative_sigma_percent > most_said)) {
     out.prospect = unseen;
+    out.relative_sigma_percent = infinity;
   } else if (out.relative_sigma_percent > weak_percent) {
     out.prospect = weak;
   }

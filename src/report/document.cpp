@@ -47,6 +47,9 @@ std::string in_format(const Format& format, double value, double sigma) {
     case Format::Kind::fixed:
       return without_minus_zero(fixed(value, format.digits));
     case Format::Kind::percent:
+      if (std::abs(100.0 * value) > most_said) {
+        return value > 0.0 ? "> 10⁶ %" : "< −10⁶ %";
+      }
       return without_minus_zero(fixed(100.0 * value, format.digits)) + " %";
     case Format::Kind::deviation:
       return with_decimals_of(value, sigma);

@@ -113,9 +113,11 @@ bool keeps_limits(const Forecast& forecast) {
 KeyFigures motion_figures(const ForecastMotion& of) {
   const Forecast& forecast = of.forecast;
   KeyFigures out{
-      {{number(of.forecast.duration, 4) + " s", "of motion at " + number(of.forecast.f_m, 6) + " Hz"},
-       {number(forecast.log_det, 5), "log det of the information"},
-       {number(forecast.condition, 3), "condition of the weighted observation matrix"}}};
+      {{number(of.forecast.duration, 4) + " s", "of motion at " + number(of.forecast.f_m, 6) + " Hz"}}};
+  if (std::isfinite(forecast.log_det)) {
+    out.figures.emplace_back(number(forecast.log_det, 5), "log det of the information");
+    out.figures.emplace_back(number(forecast.condition, 3), "condition of the weighted observation matrix");
+  }
   const auto used = std::ranges::max_element(forecast.limits, {}, &LimitUse::share);
   if (used != forecast.limits.end()) {
     out.figures.emplace_back(fixed(100.0 * used->share, 1) + " %",
@@ -161,8 +163,10 @@ Document motion_document(const Forecast& forecast) {
   Document out;
   out.line = forecast_verdict(forecast);
   out.opening.push_back(
-      {Sentence{"log det of the information " + number(forecast.log_det, 6) +
-                ", condition of the weighted observation matrix " + number(forecast.condition, 4)},
+      {Sentence{std::isfinite(forecast.log_det)
+                    ? "log det of the information " + number(forecast.log_det, 6) +
+                          ", condition of the weighted observation matrix " + number(forecast.condition, 4)
+                    : "the motion does not determine all parameters: its information has no log det"},
        Shown::screen});
   out.opening.push_back({FindingList{forecast.findings}});
   Section parameters{.id = "parameters", .title = "Parameters", .heading = "Forecast standard deviations"};

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "report/document.hpp"
 #include "report/documents.hpp"
@@ -16,7 +17,9 @@ namespace {
 using PayloadNow = OnlinePayload<double>;
 
 std::string payload_words(const PayloadNow& p) {
-  std::string out = "mass " + number(p.mass, 4) + " ± " + number(p.mass_half_width(), 2) + " kg";
+  std::string out = std::isfinite(p.mass) && std::isfinite(p.mass_half_width())
+                        ? "mass " + number(p.mass, 4) + " ± " + number(p.mass_half_width(), 2) + " kg"
+                        : "mass not known";
   if (p.held) {
     const Eigen::Vector3d mm = 1e3 * p.com;
     out += ", centre of mass [" + number(mm[0], 4) + ", " + number(mm[1], 4) + ", " + number(mm[2], 4) +

@@ -147,6 +147,19 @@ TEST(InspectTime, SurvivesDegenerateInput) {
                    "max_gap is 1 periods, must be at least 2"));
 }
 
+TEST(InspectTime, TellsNoJitterOfStampsThatAreNoSeconds) {
+  for (const double step : {1e300, 5e-324, 1e-310, 1e13}) {
+    const TimeReport report = inspect_time(Vector::LinSpaced(100, 0.0, 99.0 * step));
+    EXPECT_FALSE(report.regular) << step;
+    EXPECT_EQ(report.rate_hz, 0.0) << step;
+    const std::string said = report.summary();
+    EXPECT_TRUE(said.starts_with("100 samples; steps of ") && said.ends_with(" s")) << said;
+    for (const char* const none : {"nan", "inf", "jitter"}) {
+      EXPECT_FALSE(says(said, none)) << said;
+    }
+  }
+}
+
 TEST(Regularised, LeavesARegularLogAlone) {
   const Log log = log_at(vector(uniform(50)));
   for (const Irregular irregular : {Irregular::refuse, Irregular::resample, Irregular::ignore}) {

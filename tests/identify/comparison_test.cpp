@@ -227,6 +227,23 @@ TEST(Comparison, RefusesModelsOfOtherRobots) {
   EXPECT_TRUE(test::says(complaint(models, {.blocks = 2}), "blocks is 2, must be at least 6"));
 }
 
+TEST(Comparison, RefusesLogsThatNoErrorIsRelativeTo) {
+  std::mt19937_64 random(5);
+  const Bench bench;
+  const std::vector<ComparedModel> models = {bench.model("A", Vector::Zero(8)),
+                                             bench.model("B", bench.error(random, 3.0))};
+  const auto complaint = [&](const Log& log) {
+    return test::complaint_of(
+        [&] { static_cast<void>(compare(models, std::span(&log, 1), Bench::options())); });
+  };
+  Log still = bench.log(random);
+  still.q.setZero();
+  EXPECT_TRUE(test::says(complaint(still), "there is no row to judge a model by")) << complaint(still);
+  Log dead = bench.log(random);
+  dead.tau.setZero();
+  EXPECT_TRUE(test::says(complaint(dead), "the torques are zero in every row")) << complaint(dead);
+}
+
 TEST(PairedTest, IsStudentsTestOfBlockSums) {
   // Twelve blocks of 100 entries, whose sums are 1 … 12; what goes up and down in pairs has no correlation from one to the next.
   Vector series(1200);

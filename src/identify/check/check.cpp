@@ -199,8 +199,11 @@ void add_forecast(const Identification& quick, bool instrumental, Findings& out)
       std::ranges::count(quick.parameters, Verdict::identified, &ParameterEstimate::verdict);
   out.add("forecast", all,
           std::to_string(identified) + " of " + counted(quick.base.size(), "base parameter") +
-              " well, from " + counted(quick.fit.rows, "row") + ", condition " + number(quick.condition, 3) +
-              ", relative error " + number(100.0 * quick.fit.relative_error, 3) + " %" +
+              " well, from " + counted(quick.fit.rows, "row") +
+              (std::isfinite(quick.condition) ? ", condition " + number(quick.condition, 3) : "") +
+              (std::isfinite(quick.fit.relative_error)
+                   ? ", relative error " + number_that_says(100.0 * quick.fit.relative_error, 3) + " %"
+                   : "") +
               (quick.row_choice ? "; " + quick.row_choice->reason : ""));
 }
 

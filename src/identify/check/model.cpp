@@ -118,7 +118,8 @@ void add_finding(const Robot& robot, const Identification& result, const Alterna
   std::string text =
       words.what + ": " + number(std::round(100.0 * test.held_out), 3) +
       " % of the squared residual goes with it, on blocks of time that took no part; it moves " +
-      harm.parameter + " by " + number(harm.sigmas, 2) + " σ" + (words.cure.empty() ? "" : "; " + words.cure);
+      harm.parameter + " by " + number_that_says(harm.sigmas, 2) + " σ" +
+      (words.cure.empty() ? "" : "; " + words.cure);
   std::vector<std::string> rivals;
   for (const ModelTest& other : believed) {
     if (&other != &believed.front() && other.explained > rival_part * test.held_out) {

@@ -244,9 +244,19 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
       out.rows += static_cast<Index>(of_log.front()[j].size());
     }
   }
+  if (out.rows == 0) {
+    throw InputError(
+        "compare: " + listed(out.logs) +
+        ": no joint moves for long enough in one direction: there is no row to judge a model by");
+  }
   for (std::size_t m = 0; m < models.size(); ++m) {
     out.models.push_back(summed_up(errors, m, joints));
     out.models.back().name = models[m].name;
+    if (!std::isfinite(out.models.back().relative_error)) {
+      throw InputError(
+          "compare: " + listed(out.logs) +
+          ": the torques are zero in every row: no error is relative to them; check the columns");
+    }
   }
   const double pairs = 0.5 * static_cast<double>(models.size() * (models.size() - 1));
   for (std::size_t a = 0; a < models.size(); ++a) {

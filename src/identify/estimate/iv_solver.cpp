@@ -119,8 +119,8 @@ bool IvSolver::iterate(Vector chi) {
     if (k == method_.max_iterations) {
       out_.status = Status::not_converged;
       out_.reasons.push_back("not converged after " + counted(method_.max_iterations, "iteration") +
-                             ": parameters still move by " + number(history_.back().largest_step, 3) +
-                             " standard deviations");
+                             ": parameters still move by " +
+                             number_that_says(history_.back().largest_step, 3) + " standard deviations");
       return false;
     }
     Vector next = compares_ == Iv::Compares::torques ? newton_step(chi) : solution_.chi;
@@ -131,7 +131,7 @@ bool IvSolver::iterate(Vector chi) {
       if (++dampings > most_dampings) {
         out_.status = Status::cycling;
         out_.reasons.push_back("the iteration goes back and forth between two estimates, " +
-                               number(history_.back().largest_step, 3) +
+                               number_that_says(history_.back().largest_step, 3) +
                                " standard deviations apart, and damping does not help");
         return false;
       }

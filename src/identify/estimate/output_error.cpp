@@ -86,7 +86,8 @@ class OutputError {
       if (report.steps == method_.max_iterations) {
         out_.status = Status::not_converged;
         out_.reasons.push_back("not converged after " + counted(report.steps, "step") +
-                               ": parameters still move by " + number(step, 3) + " standard deviations");
+                               ": parameters still move by " + number_that_says(step, 3) +
+                               " standard deviations");
         return false;
       }
       const double before = cost(errors_);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "dense.hpp"
 #include "rivid/signal/decimate.hpp"
@@ -53,9 +54,9 @@ Vector jackknife_variance(std::span<const BlockSums> blocks, const Matrix& bread
 }  // namespace
 
 Index lag_of(std::span<const Matrix> series, double interval, const CovarianceOptions& options) {
-  return options.lag > 0.0
-             ? std::min(static_cast<Index>(std::ceil(options.lag / interval)), intervals(series))
-             : bartlett_lag(series);
+  return options.lag > 0.0 ? static_cast<Index>(std::min(std::ceil(options.lag / interval),
+                                                         static_cast<double>(intervals(series))))
+                           : bartlett_lag(series);
 }
 
 double decimation_factor(const SignalOptions& signal) {
@@ -153,6 +154,9 @@ std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scor
     test.joint = robot.joints[j].name;
     const auto rows = static_cast<double>(sums.rows);
     if (sums.rows < 2 || !(sums.powers[1] > 0.0)) {
+      constexpr double none = std::numeric_limits<double>::quiet_NaN();
+      test.whiteness = test.normality = {.statistic = none, .freedom = none, .p = none};
+      test.autocorrelation = test.skewness = test.excess_kurtosis = none;
       continue;
     }
     const double mean = sums.powers[0] / rows;

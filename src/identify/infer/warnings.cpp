@@ -80,7 +80,9 @@ void judge_noise(Identification& out) {
   constexpr std::size_t most_named = 5;
   std::string text;
   for (std::size_t k = 0; k < std::min(biased.size(), most_named); ++k) {
-    text += (k == 0 ? "" : ", ") + biased[k]->name + " by " + number(biased[k]->noise_bias, 2) + " σ";
+    const double bias = biased[k]->noise_bias;
+    text += (k == 0 ? "" : ", ") + biased[k]->name + " by " + (bias < 0.0 ? "-" : "") +
+            number_that_says(std::abs(bias), 2) + " σ";
   }
   out.warnings.push_back(
       Finding{"noise_bias",
@@ -113,7 +115,7 @@ void judge_torque_lag(Identification& out) {
       {},
       "torques look " + fixed(std::abs(lag.samples), 2) + " ± " + fixed(lag.sigma, 2) + " samples " +
           (lag.samples > 0.0 ? "late" : "early") + " beside the motion, which moves " + lag.parameter +
-          " by " + number(lag.largest_shift, 2) + " of its standard deviations; " + cure});
+          " by " + number_that_says(lag.largest_shift, 2) + " of its standard deviations; " + cure});
 }
 
 void judge_instruments(Identification& out) {
@@ -178,7 +180,7 @@ void judge_loop(double with_V, Identification& out) {
             Finding{"loop_mismatch",
                     {},
                     "joint \"" + out.fit.joints[static_cast<std::size_t>(j)].name +
-                        "\": " + std::string(what) + " by " + number(100.0 * error[j], 3) +
+                        "\": " + std::string(what) + " by " + number_that_says(100.0 * error[j], 3) +
                         " %; the assumed controller may not be the actual one, which makes the instruments "
                         "weaker"});
       }
@@ -192,8 +194,8 @@ void judge_loop(double with_V, Identification& out) {
     out.warnings.push_back(
         Finding{"loop_bandwidth",
                 {},
-                "the simulated motion misses " + number(100.0 * with_V, 3) +
-                    " % of the torques, the measured one " + number(100.0 * with_W, 3) +
+                "the simulated motion misses " + number_that_says(100.0 * with_V, 3) +
+                    " % of the torques, the measured one " + number_that_says(100.0 * with_W, 3) +
                     " %: the bandwidth of the assumed controller may be far from the actual one"});
   }
 }

@@ -30,7 +30,9 @@ Section conditioning_section(const Identification& result) {
   pivots.fold = {"Pivots of all parameters, on a logarithmic scale", result.parameters.size() <= few};
   Section out{"conditioning", "Conditioning", "Conditioning", {}, Shown::page};
   out.blocks = {
-      {Sentence{"The condition number of the problem is " + number(result.condition, 4) +
+      {Sentence{(std::isfinite(result.condition)
+                     ? "The condition number of the problem is " + number(result.condition, 4)
+                     : "The data do not determine all parameters: there is no condition number") +
                 ". A parameter is hard to distinguish from the others where its pivot |R_ii| of the "
                 "factored observation matrix is small" +
                 (result.iv ? ", or where the simulated motion, F below 10, hardly shows it" : "")}},

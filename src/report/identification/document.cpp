@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "report/documents.hpp"
@@ -78,7 +79,8 @@ Document verdict_of(const Identification& result) {
                      : "Not identified: " + std::string(why_not(result.status));
   out.line = result.title + ": " + std::string(name(result.status)) + ", " + std::to_string(result.columns) +
              " base parameters from " + std::to_string(result.fit.rows) + " rows, relative error " +
-             percent(result.fit.relative_error) + ", condition " + number(result.condition, 4);
+             percent(result.fit.relative_error) +
+             (std::isfinite(result.condition) ? ", condition " + number(result.condition, 4) : "");
   // The reasons of a doubtful result are findings, which say what to do as well.
   const bool told_below = result.status == Status::doubtful;
   out.opening = {{list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},

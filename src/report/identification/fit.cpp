@@ -12,9 +12,9 @@ std::string in_words(const RobustReport& robust) {
   std::string out = robust.options.kind == RobustKind::huber ? "Huber's loss" : "Bisquare loss";
   out += ", tuning " + number(robust.options.loss().tuning, 4) + ", in " + counted(robust.rounds, "round") +
          "; against the estimate without it ";
-  return robust.parameter.empty()
-             ? out + "nothing moves"
-             : out + robust.parameter + " moves the most, by " + number(robust.largest_shift, 2) + " sigma";
+  return robust.parameter.empty() ? out + "nothing moves"
+                                  : out + robust.parameter + " moves the most, by " +
+                                        number_that_says(robust.largest_shift, 2) + " sigma";
 }
 
 // What another model costs in fit.

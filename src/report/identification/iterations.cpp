@@ -21,7 +21,11 @@ Table iteration_table(const std::vector<IvIteration>& all) {
        // The residual of Y against the simulated regressor shows whether the assumed loop is the actual one.
        {{"|Y - V chi| / |Y|", format::percent}, [&](std::size_t k) { return all[k].relative_error; }},
        {{"largest step", format::significant(3), "sigma"},
-        [&](std::size_t k) { return k == 0 ? Cell("") : Cell(all[k].largest_step); }},
+        [&](std::size_t k) {
+          return k == 0                            ? Cell("")
+                 : all[k].largest_step > most_said ? Cell("> 10⁶ sigma")
+                                                   : Cell(all[k].largest_step);
+        }},
        {{"sim. to measured q", format::percent},
         [&](std::size_t k) {
           const Vector& q = all[k].to_measured.q;

@@ -17,7 +17,8 @@ std::string in_words(const HausmanTest& hausman) {
   constexpr double significant = 0.05;
   constexpr double small_shift = 1.0;
   const std::string figures = " (Durbin-Wu-Hausman: p = " + number(hausman.test.p, 2) + ", largest shift " +
-                              number(hausman.largest_shift, 2) + " sigma, of " + hausman.parameter + ")";
+                              number_that_says(hausman.largest_shift, 2) + " sigma, of " + hausman.parameter +
+                              ")";
   if (!(hausman.test.p < significant)) {
     return "Least squares on these rows gives the same" + figures;
   }
@@ -29,7 +30,8 @@ std::string in_words(const HausmanTest& hausman) {
 
 std::string in_words(const TorqueLag& lag) {
   return "Torques lag the motion by " + fixed(lag.samples, 2) + " ± " + fixed(lag.sigma, 2) +
-         " samples, which moves " + lag.parameter + " by " + number(lag.largest_shift, 2) + " sigma";
+         " samples, which moves " + lag.parameter + " by " + number_that_says(lag.largest_shift, 2) +
+         " sigma";
 }
 
 std::string joint_remark(const ResidualShape& shape) {
