@@ -180,7 +180,7 @@ std::vector<Argument> with_common(std::vector<Argument> own, CompareArguments& t
       set_argument(to.set),
       {"--output", "DIR", "Write comparison.json into this folder", &to.output},
       {"--report", "", "Write comparison.html beside it", &to.report},
-      {"--threads", "N", "Threads that share the work", &to.threads, thread_range},
+      {"--threads", "N", "Threads that share the work", &to.threads},
       {"--json", "", "Print the comparison as JSON", &to.json},
       {"--quiet", "", "Print nothing but errors", &to.quiet}};
   own.insert(own.end(), common.begin(), common.end());

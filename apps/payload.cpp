@@ -18,6 +18,7 @@
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/output.hpp"
+#include "rivid/report/limits.hpp"
 #include "rivid/text.hpp"
 #include "subcommands.hpp"
 #include "tool.hpp"
@@ -53,6 +54,10 @@ std::vector<double> numbers_of(const std::string& text, const char* flag, std::s
       const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), value);
       if (fault != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
         throw InputError(std::string(flag) + ": " + in_quotes(word) + " is no number");
+      }
+      const CommandLineNumber& allowed = command_line_number(flag);
+      if (!allowed.range.holds(value)) {
+        throw InputError(out_of_range(flag, value, allowed.unit, allowed.range));
       }
     }
     out.push_back(value);
@@ -240,7 +245,7 @@ int payload_command(int argc, char** argv) {
             {"--load-friction", "", "Dry friction of each joint grows with its load", &to.load_friction},
             set_argument(to.set),
             {"--output", "DIR", "Folder for payload.json; default: EXPERIMENT_result", &to.output},
-            {"--threads", "N", "Threads that share the work", &to.threads, thread_range},
+            {"--threads", "N", "Threads that share the work", &to.threads},
             {"--json", "", "Print the result as JSON instead of the table", &to.json},
             {"--quiet", "", "Print nothing but errors", &to.quiet}},
        .footer = "Exit codes: 0 identified; 1 not identified; 2 bad input or usage; 3 numerical failure."},

@@ -74,7 +74,7 @@ Command command_of(Arguments& to) {
             "result.json",
             &to.plan},
            {"--threads", "N", "Threads that share the work; 0: one a processor; no result depends on them",
-            &to.threads, thread_range},
+            &to.threads},
            {"--json", "", "Print the result as JSON instead of the table", &to.json},
            {"--quiet", "", "Print nothing but errors", &to.quiet},
            {"--verbose", "", "Print the plan of --dry-run before the work", &to.verbose},

@@ -16,8 +16,6 @@ using namespace rivid;
 using namespace rivid::apps;
 using Clock = std::chrono::steady_clock;
 
-constexpr int most_runs = 1'000'000'000;
-
 struct Arguments {
   std::filesystem::path experiment;
   std::optional<int> runs;
@@ -43,14 +41,12 @@ Command command_of(Arguments& to) {
                      .text = "Experiment file (TOML): robot, control, reference, simulation, montecarlo",
                      .target = &to.experiment,
                      .required = true},
-                    {"--runs", "NUMBER", "Runs instead of the experiment file's", &to.runs,
-                     IntegerRange{1, most_runs}},
+                    {"--runs", "NUMBER", "Runs instead of the experiment file's", &to.runs},
                     {"--first-run", "NUMBER",
                      "Number of the first run; default: 0. With --runs the part of a study that one machine "
                      "makes",
-                     &to.first_run, IntegerRange{0, most_runs}, false, "--runs"},
-                    {"--threads", "NUMBER", "Threads at work; default: one for each processor", &to.threads,
-                     thread_range},
+                     &to.first_run, false, "--runs"},
+                    {"--threads", "NUMBER", "Threads at work; default: one for each processor", &to.threads},
                     set_argument(to.set),
                     {"--output", "DIR",
                      "Folder for runs.csv, inputs.sha256 and summary.json; default: EXPERIMENT_montecarlo",
@@ -272,8 +268,7 @@ int merge_command(int argc, char** argv) {
              .target = &to.parts,
              .required = true},
             {"--runs", "NUMBER",
-             "Runs of the study; default: the experiment file's, or more where there are more", &to.runs,
-             IntegerRange{1, most_runs}},
+             "Runs of the study; default: the experiment file's, or more where there are more", &to.runs},
             set_argument(to.set),
             {"--output", "DIR",
              "Folder for the same files of the whole, no part itself; default: EXPERIMENT_montecarlo",

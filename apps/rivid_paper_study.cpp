@@ -41,8 +41,8 @@ int tool(int argc, char** argv) {
       {.name = "rivid_paper_study",
        .description = "The case study of the paper, its tables and figures on a simulated SCARA",
        .arguments = {{"folder", "DIR", "Folder for the tables and figures; default: paper_study", &folder},
-                     {"--seeds", "NUMBER", "Number of logs, which differ in their noise; default: 20", &seeds,
-                      IntegerRange{1, 1000}}},
+                     {"--seeds", "NUMBER", "Number of logs, which differ in their noise; default: 20",
+                      &seeds}},
        .footer = "Exit codes: 0 all that it claims holds, 1 a claim does not, 2 bad input or usage."},
       argc, argv, [&] { return study_in(folder, seeds); });
 }

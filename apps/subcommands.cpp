@@ -137,7 +137,7 @@ int check_command(int argc, char** argv) {
                       .target = &to.experiment,
                       .required = true},
                      set_argument(to.set),
-                     {"--threads", "N", "Threads that share the work", &to.threads, thread_range},
+                     {"--threads", "N", "Threads that share the work", &to.threads},
                      {"--json", "", "Print the findings as JSON", &to.json},
                      {"--quiet", "", "Print nothing but errors; the exit code is the answer", &to.quiet}},
        .footer =

@@ -15,6 +15,7 @@
 
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
+#include "rivid/report/limits.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 
@@ -106,14 +107,26 @@ CLI::Validator one_of(const std::string& choices) {
           ""};
 }
 
-CLI::Validator not_negative() {
-  return {[](const std::string& word) {
-            double value = -1.0;
-            return CLI::detail::lexical_cast(word, value) && std::isfinite(value) && value >= 0.0
-                       ? std::string()
-                       : in_quotes(word) + " must be a number that is not negative";
+CLI::Validator within(const CommandLineNumber& number) {
+  return {[&number](const std::string& word) {
+            double value = 0.0;
+            return !CLI::detail::lexical_cast(word, value) || !std::isfinite(value)
+                       ? in_quotes(word) + " must be a number"
+                   : number.range.holds(value) ? std::string()
+                                               : out_of_range("it", value, number.unit, number.range);
           },
           ""};
+}
+
+bool is_number(const Argument::Target& target) {
+  return std::visit(
+      [](const auto* to) {
+        using Value = std::decay_t<decltype(*to)>;
+        return !std::is_same_v<Value, bool> &&
+               (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::optional<int>> ||
+                std::is_same_v<Value, std::optional<std::int64_t>>);
+      },
+      target);
 }
 
 void declare(CLI::App& app, const Argument& argument) {
@@ -121,11 +134,8 @@ void declare(CLI::App& app, const Argument& argument) {
   if (argument.value.find('|') != std::string::npos) {
     option->check(one_of(argument.value));
   }
-  if (std::holds_alternative<double*>(argument.target)) {
-    option->check(not_negative());
-  }
-  if (argument.range) {
-    option->check(CLI::Range(argument.range->lowest, argument.range->highest));
+  if (is_number(argument.target)) {
+    option->check(within(command_line_number(argument.name)));
   }
   if (!argument.needs.empty()) {
     option->needs(argument.needs);
@@ -184,7 +194,7 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
   std::int64_t most_megabytes = default_input_limit >> megabyte_bits;
   app.add_option("--max-size", most_megabytes, "Largest file that is read [MiB]; default: 16384")
       ->type_name("NUMBER")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << (62 - megabyte_bits)));
+      ->check(within(command_line_number("--max-size")));
   app.add_option("--color", when_coloured(), "Colours: on a terminal without NO_COLOR, or always, or never")
       ->type_name("auto|always|never")
       ->check(one_of("auto|always|never"));

@@ -25,16 +25,8 @@ enum ExitCode {
   numerics = 3
 };
 
-/// Integers that an argument may be.
-struct IntegerRange {
-  std::int64_t lowest = 0;
-  std::int64_t highest = 0;
-};
-/// Of --threads, where 0 is one for each processor.
-inline constexpr IntegerRange thread_range{0, 1024};
-
-/// One positional or option of a command line, and the variable that it sets. A vector takes several values; a double is finite and not
-/// negative.
+/// One positional or option of a command line, and the variable that it sets. A vector takes several values; what a number may be
+/// stands in command_line_numbers().
 struct Argument {
   using Target = std::variant<bool*, int*, double*, std::uint64_t*, std::optional<int>*,
                               std::optional<std::int64_t>*, std::string*, std::filesystem::path*,
@@ -43,7 +35,6 @@ struct Argument {
   std::string value;  ///< what stands for it in --help: "FILE", or its words: "ols|wls|iv"; empty: a flag
   std::string text = {};
   Target target = {};
-  std::optional<IntegerRange> range = std::nullopt;
   bool required = false;
   std::string needs = {};     ///< option without which this one is refused
   std::string excludes = {};  ///< option with which this one is refused

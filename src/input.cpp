@@ -247,6 +247,15 @@ std::string input_sha256(const std::filesystem::path& path) {
 
 std::string sha256(std::string_view text) { return detail::sha256_digits(text); }
 
+void refuse_larger(const std::filesystem::path& path, std::uintmax_t most_bytes) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error && size > most_bytes) {
+    refuse_input(path, "has " + std::to_string(size / megabyte) + " MiB, must have at most " +
+                           std::to_string(most_bytes / megabyte) + ": it is no file of this kind");
+  }
+}
+
 void limit_inputs(std::uintmax_t most_bytes) { input_limit = most_bytes; }
 
 InputScope::InputScope() {

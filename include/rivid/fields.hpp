@@ -50,16 +50,24 @@ template <Named Enum>
   return std::nullopt;
 }
 
-/// Numbers that an option may be.
+/// Numbers that an option may be. A count, size, tolerance or time has both ends, see docs/reliability.md: one that is far
+/// beyond what anybody means costs hours or the memory of the machine.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
-  bool open = false;  ///< whether the ends themselves are excluded
+  bool open = false;    ///< whether the ends themselves are excluded
+  bool budget = false;  ///< whether `most` is one: allowed itself, and told only where it is exceeded
 
-  /// x > least.
-  [[nodiscard]] static constexpr Range above(double least) { return {.least = least, .open = true}; }
-  /// x ≥ least.
-  [[nodiscard]] static constexpr Range from(double least) { return {.least = least}; }
+  /// least < x ≤ most.
+  [[nodiscard]] static constexpr Range above(double least,
+                                             double most = std::numeric_limits<double>::infinity()) {
+    return {.least = least, .most = most, .open = true, .budget = true};
+  }
+  /// least ≤ x ≤ most.
+  [[nodiscard]] static constexpr Range from(double least,
+                                            double most = std::numeric_limits<double>::infinity()) {
+    return {.least = least, .most = most, .budget = true};
+  }
   /// least ≤ x ≤ most.
   [[nodiscard]] static constexpr Range within(double least, double most) {
     return {.least = least, .most = most};
@@ -74,14 +82,26 @@ struct Range {
     if (std::isinf(least) && std::isinf(most)) {
       return true;
     }
-    return std::isfinite(x) && (open ? least < x && x < most : least <= x && x <= most);
+    return std::isfinite(x) && (open ? least < x : least <= x) && (open && !budget ? x < most : x <= most);
   }
 };
 
+/// Magnitude that no other number of an experiment file may exceed: squares and products of such numbers are finite.
+inline constexpr double largest_number = 1e15;
+/// Relative standard deviations of drive gains: beyond 1 a gain is not known at all.
+inline constexpr Range gain_sigma_range = Range::from(0.0, 1.0);
+/// Seeds are whole numbers of 63 bits.
+inline constexpr Range seed_range = Range::from(0.0, 9223372036854775807.0);
+/// Rates and cut-off frequencies [Hz].
+inline constexpr Range rate_range = Range::above(0.0, 1e9);
+
 namespace detail {
 
-[[nodiscard]] inline std::string required(const Range& range) {
-  if (std::isfinite(range.least) && std::isfinite(range.most)) {
+[[nodiscard]] inline std::string required(const Range& range, double value) {
+  if (range.budget && value > range.most) {
+    return "be at most " + rivid::number(range.most);
+  }
+  if (!range.budget && std::isfinite(range.least) && std::isfinite(range.most)) {
     return std::string(range.open ? "be" : "lie") + " between " + rivid::number(range.least) + " and " +
            rivid::number(range.most);
   }
@@ -105,7 +125,7 @@ namespace detail {
 [[nodiscard]] inline std::string out_of_range(std::string_view key, double value, std::string_view unit,
                                               const Range& range) {
   return std::string(key) + " is " + detail::in_digits(value) + (unit.empty() ? "" : " ") +
-         std::string(unit) + ", must " + detail::required(range);
+         std::string(unit) + ", must " + detail::required(range, value);
 }
 
 /// What a field has beside its name, place and meaning.

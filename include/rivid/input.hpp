@@ -17,6 +17,16 @@ void provide_input(const std::filesystem::path& path, std::string_view content);
 /// Largest input that is read where limit_inputs() says nothing else [bytes]: 16 GiB.
 inline constexpr std::uintmax_t default_input_limit = std::uintmax_t{16} << 30U;
 
+/// Largest URDF, and largest experiment or parameter file in TOML [bytes]; what they become takes a hundred times as much memory.
+inline constexpr std::uintmax_t robot_limit = std::uintmax_t{16} << 20U;
+/// Largest result, plan or parameter file in JSON, and largest table of parameters [bytes].
+inline constexpr std::uintmax_t result_limit = std::uintmax_t{64} << 20U;
+
+/// Refuses a file that is larger, before it is read.
+///
+/// @throws InputError  where it is
+void refuse_larger(const std::filesystem::path& path, std::uintmax_t most_bytes);
+
 /// Sets the largest input that is read from now on [bytes], by all threads.
 void limit_inputs(std::uintmax_t most_bytes);
 

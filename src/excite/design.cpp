@@ -183,7 +183,7 @@ void Designer::tell(std::string_view stage, double objective) {
   if (!options_.progress) {
     return;
   }
-  const int total = (options_.starts + 1) * options_.evaluations;
+  const double total = (options_.starts + 1.0) * options_.evaluations;
   const std::scoped_lock lock(telling_);
   best_ = std::min(best_, objective);
   options_.progress(std::string(stage) + ", " + number(-best_, 5),
@@ -334,7 +334,8 @@ Excitation Designer::designed() {
   std::vector<std::exception_ptr> faults(starts);
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
-    for (std::size_t k = next++; k < starts; k = next++) {
+    // The first start is made in any case: there is a motion then.
+    for (std::size_t k = next++; k < starts && (k == 0 || !is_stopped()); k = next++) {
       try {
         found[k] = search(options_.seed + k);
       } catch (...) {
@@ -353,7 +354,7 @@ Excitation Designer::designed() {
   Excitation out;
   const Found* best = nullptr;
   for (std::size_t k = 0; k < starts; ++k) {
-    if (faults[k]) {
+    if (faults[k] || found[k].rest.size() == 0) {  // the latter: not begun before the search was stopped
       continue;
     }
     out.starts.push_back(found[k].report);

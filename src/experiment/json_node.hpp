@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <filesystem>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <ranges>
@@ -9,11 +10,34 @@
 #include <type_traits>
 #include <vector>
 
+#include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
 #include "rivid/fields.hpp"
+#include "rivid/input.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
+
+/// A JSON file.
+///
+/// @param what  the file as messages name it: "the result"
+/// @param else_ what it is not, where it is no JSON: "is no result.json of rivid_identify: "
+/// @throws InputError  where it can not be read, is larger than result_limit, no JSON or more than deepest_nesting lists within each other
+[[nodiscard]] inline nlohmann::json parsed_json(const std::filesystem::path& path, std::string_view what,
+                                                const std::string& else_) {
+  try {
+    return nlohmann::json::parse(
+        description_text(path, what, result_limit), [&](int depth, auto /*event*/, const auto& /*parsed*/) {
+          if (depth > deepest_nesting) {
+            throw InputError(path.string() + ": lists and objects within each other go deeper than " +
+                             std::to_string(deepest_nesting));
+          }
+          return true;
+        });
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(path.string() + ": " + else_ + e.what());
+  }
+}
 
 /// A member of a JSON file that knows where it stands: messages are "file: robot.joints[2].friction …".
 class JsonNode {

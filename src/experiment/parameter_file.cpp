@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "experiment/json_node.hpp"
 #include "experiment/text_file.hpp"
 #include "experiment/toml_reader.hpp"
 #include "rivid/error.hpp"
@@ -109,12 +110,7 @@ using detail::NamedValues;
 constexpr std::string_view what = "the parameter file";
 
 void read_json(NamedValues& out, const Path& path) {
-  nlohmann::json file;
-  try {
-    file = nlohmann::json::parse(detail::file_text(path, what));
-  } catch (const nlohmann::json::exception& e) {
-    throw InputError(path.string() + ": " + e.what());
-  }
+  nlohmann::json file = detail::parsed_json(path, what, {});
   const nlohmann::json& list = file.is_object() && file.contains("parameters") ? file["parameters"] : file;
   if (list.is_object()) {
     for (const auto& [name, node] : list.items()) {

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "experiment/json_node.hpp"
-#include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -17,14 +16,6 @@ namespace {
 using detail::JsonNode;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-
-nlohmann::json plan_content(const std::filesystem::path& path) {
-  try {
-    return nlohmann::json::parse(detail::file_text(path, "the plan"));
-  } catch (const nlohmann::json::exception& e) {
-    throw InputError(path.string() + ": is no plan.json of rivid_excite: " + e.what());
-  }
-}
 
 // Infinite numbers are null in JSON.
 double number_or(const JsonNode& node, double otherwise) {
@@ -69,7 +60,8 @@ PlanFile read_plan(const std::filesystem::path& path) {
   PlanFile out;
   std::error_code error;
   out.path = std::filesystem::is_directory(path, error) ? path / "plan.json" : path;
-  const nlohmann::json content = plan_content(out.path);
+  const nlohmann::json content =
+      detail::parsed_json(out.path, "the plan", "is no plan.json of rivid_excite: ");
   const JsonNode file(content, out.path.string());
   if (!file.has("log_det") || !file.has("parameters") || !file.has("duration")) {
     file.fail("is no plan.json of rivid_excite: it has no log_det, parameters and duration");

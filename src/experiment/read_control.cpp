@@ -68,7 +68,7 @@ std::vector<double> read_velocity_filter(TomlReader& keys, std::vector<double> o
 
 Sampling read_sampling(TomlReader& keys, Index n) {
   Sampling out;
-  const auto rate_hz = keys.get<double>("rate_hz", Range::above(0.0), "Hz");
+  const auto rate_hz = keys.get<double>("rate_hz", rate_range, "Hz");
   if (rate_hz) {
     out.period = 1.0 / *rate_hz;
   }

@@ -226,7 +226,7 @@ LogOptions read_reference_columns(TomlReader& keys, LogOptions columns, Index n,
     columns.time = read_column(keys, *time, "time", units("time"));
   }
   units.finish(keys);
-  columns.rate_hz = keys.get<double>("rate_hz");
+  columns.rate_hz = keys.get<double>("rate_hz", rate_range, "Hz");
   return columns;
 }
 

@@ -73,7 +73,8 @@ std::optional<GainOptions> read_gains(TomlReader& keys, const std::filesystem::p
   options.read(gains);
   if (auto known = options.section("known")) {
     for (const auto& [joint, sigma] : known->table()) {
-      gains.known[std::string(joint.str())] = known->as<double>(sigma, joint.str());
+      gains.known[std::string(joint.str())] =
+          known->as<double>(sigma, Wanted{.key = joint.str(), .range = gain_sigma_range});
     }
   }
   if (const toml::node* const files = options.find("loaded")) {

@@ -74,7 +74,8 @@ PointToPoint read_point_to_point(TomlReader& keys, Index n) {
   out.via = *via;
   keys.read(out, n);
   const auto numbers = [&](std::string_view key) {
-    const auto values = keys.get<std::vector<double>>(key).value_or(std::vector<double>());
+    const auto values =
+        keys.get<std::vector<double>>(key, PointToPoint::times, "s").value_or(std::vector<double>());
     return Vector(Eigen::Map<const Vector>(values.data(), std::ssize(values)));
   };
   out.durations = numbers("durations");

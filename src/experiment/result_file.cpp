@@ -8,7 +8,6 @@
 
 #include "experiment/json_node.hpp"
 #include "experiment/parameter_file.hpp"
-#include "experiment/text_file.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/online_file.hpp"
@@ -169,13 +168,7 @@ void expect_same_geometry(const JsonNode& node, const Robot& result, const Robot
   }
 }
 
-nlohmann::json parsed(const std::filesystem::path& path) {
-  try {
-    return nlohmann::json::parse(detail::file_text(path, "the result"));
-  } catch (const nlohmann::json::exception& e) {
-    throw InputError(path.string() + ": is no result.json of rivid_identify: " + e.what());
-  }
-}
+constexpr const char* not_a_result = "is no result.json of rivid_identify: ";
 
 void expect_result(const JsonNode& file, const IdentifiedModelOptions& options) {
   if (!file.has("format") || !file.has("method") || !file.has("status")) {
@@ -238,7 +231,7 @@ void take_provenance(const JsonNode& file, IdentifiedRobot& to) {
 
 IdentifiedRobot identified(const std::filesystem::path& path, const Robot* expected,
                            const IdentifiedModelOptions& options) {
-  const nlohmann::json content = parsed(path);
+  const nlohmann::json content = detail::parsed_json(path, "the result", not_a_result);
   const JsonNode file(content, path.string());
   expect_result(file, options);
   IdentifiedRobot out;
@@ -308,7 +301,7 @@ OnlineModel online_model(const Robot& robot, const Identification& result) {
 }
 
 OnlineModel read_online_model(const std::filesystem::path& path, const IdentifiedModelOptions& options) {
-  const nlohmann::json content = parsed(path);
+  const nlohmann::json content = detail::parsed_json(path, "the result", not_a_result);
   const JsonNode file(content, path.string());
   expect_result(file, options);
   OnlineModel out;
@@ -324,7 +317,7 @@ OnlineModel read_online_model(const std::filesystem::path& path, const Identifie
 }
 
 IdentifiedArm read_identified_arm(const std::filesystem::path& path, const Robot& robot) {
-  const nlohmann::json content = parsed(path);
+  const nlohmann::json content = detail::parsed_json(path, "the result", not_a_result);
   const JsonNode file(content, path.string());
   const IdentifiedModelOptions estimate{.parameters = ParameterSet::estimate};
   expect_result(file, estimate);

@@ -36,9 +36,11 @@ inline constexpr auto robot_keys = std::tuple(
           [](const Robot& robot) -> const Eigen::Vector3d& { return robot.chain.gravity; },
           "acceleration of free fall in the frame of the base: it points down",
           {.type = "three numbers", .otherwise = "`[0, 0, -9.80665]`", .unit = "m/s²"}},
-    Field{"base_tolerance", &Robot::base_tolerance,
+    Field{"base_tolerance",
+          &Robot::base_tolerance,
           "parameters count as one where their columns of the regressor differ by less than this fraction of "
-          "the largest column of the same unit, see [rounded angles](#rounded-angles)"},
+          "the largest column of the same unit, see [rounded angles](#rounded-angles)",
+          {.range = Range::between(0.0, 1.0)}},
     Field{"gear_matrix",
           [](const Robot& robot) -> const Matrix& { return robot.gear_matrix; },
           "R of q_motor = R q and τ = Rᵀ τ_motor where gears mix the joints, one list a motor; without "

@@ -36,6 +36,11 @@ std::string file_text(const std::filesystem::path& path, std::string_view what) 
   return std::string(read_input(path).bytes());
 }
 
+std::string description_text(const std::filesystem::path& path, std::string_view what, std::uintmax_t most) {
+  refuse_larger(path, most);
+  return file_text(path, what);
+}
+
 std::string from_folder(const std::filesystem::path& path, const std::filesystem::path& folder) {
   std::error_code error;
   const std::string relative =
@@ -46,7 +51,7 @@ std::string from_folder(const std::filesystem::path& path, const std::filesystem
 }
 
 TextTable read_text_table(const std::filesystem::path& path, std::string_view what) {
-  return parsed_text_table(file_text(path, what), path.string());
+  return parsed_text_table(description_text(path, what, result_limit), path.string());
 }
 
 TextTable parsed_text_table(const std::string& text, const std::string& source) {

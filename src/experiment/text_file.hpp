@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -8,9 +9,16 @@
 // Small text files, read as a whole.
 namespace rivid::detail {
 
+/// Lists and tables within each other, and parts of a key, that a file may have: they are destroyed and copied on the stack.
+inline constexpr int deepest_nesting = 64;
+
 /// @param what  the file as messages name it: "the experiment file"
 /// @throws InputError  where it can not be read
 [[nodiscard]] std::string file_text(const std::filesystem::path& path, std::string_view what);
+
+/// The same of a file of at most so many bytes.
+[[nodiscard]] std::string description_text(const std::filesystem::path& path, std::string_view what,
+                                           std::uintmax_t most);
 
 /// A path as it is written in a file of that folder: relative where both may move together.
 [[nodiscard]] std::string from_folder(const std::filesystem::path& path, const std::filesystem::path& folder);

@@ -27,6 +27,7 @@ namespace rivid::detail {
 
 #include "experiment/text_file.hpp"
 #include "experiment/toml_reader.hpp"
+#include "rivid/input.hpp"
 
 namespace rivid::detail {
 
@@ -36,8 +37,72 @@ constexpr std::string_view flag = "--set ";
 
 struct ViolatedAssertion {};
 
+// Tables within tables are destroyed on the stack, each in the one around it: a key of 300,000 parts overflows it. Strings and
+// comments are passed over as toml++ does; text that it can not read ends there.
+class Nesting {
+ public:
+  explicit Nesting(std::string_view text) : text_(text) {}
+
+  // Line of the first key with too many parts, or of the first bracket within too many others.
+  [[nodiscard]] std::optional<std::size_t> too_deep() {
+    int open = 0;
+    int parts = 0;
+    for (; at_ < text_.size(); ++at_) {
+      const char c = text_[at_];
+      if (c == '"' || c == '\'') {
+        pass_string(c);
+      } else if (c == '#') {
+        at_ = std::min(text_.find('\n', at_), text_.size()) - 1;
+      } else if (c == '.') {
+        ++parts;
+      } else if (c == '[' || c == '{') {
+        ++open;
+        parts = 0;
+      } else if (c == ']' || c == '}') {
+        open = std::max(open - 1, 0);
+      } else if (c == '\n' || c == '=' || c == ',') {
+        parts = 0;
+      }
+      if (open > deepest_nesting || parts >= deepest_nesting) {
+        return 1 + static_cast<std::size_t>(std::ranges::count(text_.substr(0, at_), '\n'));
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // To its last quote, or before the end of the line of one that does not end.
+  void pass_string(char quote) {
+    const std::string three(3, quote);
+    const bool lines = text_.substr(at_).starts_with(three);
+    for (at_ += lines ? 3 : 1; at_ < text_.size(); ++at_) {
+      if (text_[at_] == '\\' && quote == '"') {
+        ++at_;
+      } else if (lines ? text_.substr(at_).starts_with(three) : text_[at_] == quote) {
+        at_ += lines ? 2 : 0;
+        // Up to two quotes before the last three belong to the string.
+        for (int more = 0; lines && more < 2 && text_.substr(at_ + 1).starts_with(quote); ++more) {
+          ++at_;
+        }
+        return;
+      } else if (!lines && text_[at_] == '\n') {
+        --at_;
+        return;
+      }
+    }
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
 // toml::parse() of a text; of one that a program holds, whose lines nobody sees, without its places.
 toml::table parse(std::string_view text, const std::string& source, bool with_places = true) {
+  if (const auto line = Nesting(text).too_deep()) {
+    throw InputError(source + (with_places ? ":" + std::to_string(*line) : "") + ": a key has more than " +
+                     std::to_string(deepest_nesting) +
+                     " parts, or as many lists and tables stand within each other");
+  }
   try {
     return with_places ? toml::parse(text, source) : toml::parse(text);
   } catch (const ViolatedAssertion&) {
@@ -125,7 +190,7 @@ void violate_toml_assertion() { throw ViolatedAssertion(); }
 
 toml::table parsed_toml(const std::filesystem::path& path, std::string_view what,
                         std::span<const std::string> settings) {
-  const std::string text = file_text(path, what);
+  const std::string text = description_text(path, what, robot_limit);
   const auto parsed = [&] {
     try {
       return parse(text, path.string());
@@ -301,13 +366,18 @@ void TomlReader::take(const toml::node& node, const Wanted& wanted, Vector& out)
 }
 
 void TomlReader::require_within(const toml::node& node, const Wanted& wanted, double value) const {
-  if (wanted.range.holds(value)) {
+  const Range none;
+  Range range = wanted.range;
+  if (range.least == none.least && range.most == none.most) {
+    range = Range::within(-largest_number, largest_number);
+  }
+  if (range.holds(value)) {
     return;
   }
-  if (!wanted.must_be.empty()) {
+  if (!wanted.must_be.empty() && !(value > range.most)) {
     fail(node, wanted.key, "must be " + std::string(wanted.must_be));
   }
-  const std::string fault = out_of_range(wanted.key, value, wanted.unit, wanted.range);
+  const std::string fault = out_of_range(wanted.key, value, wanted.unit, range);
   fail(node, wanted.key, fault.substr(wanted.key.size() + 1));
 }
 

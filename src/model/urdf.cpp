@@ -142,6 +142,7 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
 }
 
 Robot read_urdf(const std::filesystem::path& path, const UrdfOptions& options) {
+  refuse_larger(path, robot_limit);
   return parse_urdf(read_input(path).bytes(), path.string(), options);
 }
 

@@ -1,5 +1,6 @@
 #include "report/page_tables.hpp"
 
+#include <cmath>
 #include <set>
 #include <sstream>
 
@@ -9,6 +10,8 @@
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 #include "rivid/experiment/plan_file.hpp"
+#include "rivid/input.hpp"
+#include "rivid/report/limits.hpp"
 #include "rivid/simulate/control_laws.hpp"
 
 namespace rivid::detail {
@@ -98,12 +101,51 @@ class KeyTable {
                      .otherwise = std::move(fallback),
                      .unit = std::string(d.unit),
                      .meaning = std::string(field.meaning),
-                     .words = std::move(words)});
+                     .words = std::move(words),
+                     .range = d.range});
   }
 
   std::vector<KeyRow> rows_;
   std::set<std::string> words_;
 };
+
+std::string in_digits_or_power(double value) {
+  const bool short_enough = std::abs(value) < 1e6;
+  return short_enough ? number(value, 6) : number(value, 3);
+}
+
+// Least and most of what is counted or measured in seconds, and of all other numbers that a user can set.
+std::string limits_table() {
+  std::string out = "| where | number | least | most | unit |\n|---|---|---|---|---|\n";
+  const auto add = [&](const std::string& where, std::string_view name, const Range& range,
+                       std::string_view unit) {
+    const std::string excluded = range.open ? "above " : "";
+    out += "| " + where + " | `" + std::string(name) + "` | " + excluded + in_digits_or_power(range.least) +
+           " | " + (range.open && !range.budget ? "below " : "") + in_digits_or_power(range.most) +
+           (unit.empty() ? " | |\n" : " | " + std::string(unit) + " |\n");
+  };
+  for (const CommandLineNumber& number : command_line_numbers()) {
+    add(std::string(number.tools), number.option, number.range, number.unit);
+  }
+  for (const auto& [name, rows] : key_rows()) {
+    for (const KeyRow& row : rows) {
+      if (std::isfinite(row.range.most)) {
+        add("`[" + name + "]`", row.key, row.range, row.unit);
+      }
+    }
+  }
+  out += "| experiment files | any other number | " + number(-largest_number) + " | " +
+         number(largest_number) + " | |\n";
+  const auto size = [&](const std::string& what, std::uintmax_t bytes) {
+    out += "| " + what + " | size of the file | | " + std::to_string(bytes >> 20U) + " | MiB |\n";
+  };
+  size("URDF; TOML of experiments and parameters", robot_limit);
+  size("JSON and tables of results, plans and parameters", result_limit);
+  out += "| TOML | parts of a key; lists and tables within each other | | " +
+         std::to_string(deepest_nesting) + " | |\n";
+  out += "| JSON | lists and objects within each other | | " + std::to_string(deepest_nesting) + " | |\n";
+  return out;
+}
 
 template <Described Record>
 std::string member_table() {
@@ -186,6 +228,7 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.physical", member_table<PhysicalParameters>()},
                                             {"result.iterations", member_table<IvIteration>()},
                                             {"result.loop", member_table<LoopDiagnosis>()},
+                                            {"limits", limits_table()},
                                             {"plan.parameters", member_table<ForecastParameter>()},
                                             {"plan.limits", member_table<LimitUse>()},
                                             {"plan.clearances", member_table<ClearanceUse>()},

@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
-// The tables of keys in docs/experiment.md and of members in docs/result.md, made from the fields.
+#include "rivid/fields.hpp"
+
+// The tables of keys in docs/experiment.md, of members in docs/result.md and of limits in docs/reliability.md, made from the fields.
 namespace rivid::detail {
 
 /// One key of an experiment file, in the words of the page.
@@ -15,6 +17,7 @@ struct KeyRow {
   std::string unit;
   std::string meaning;
   std::vector<std::string> words;  ///< that it may be, where it is a word
+  Range range = {};                ///< of a number
 };
 
 /// Rows of the tables of keys by the names of the tables: "signal", "method.iv".

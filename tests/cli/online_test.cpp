@@ -74,7 +74,11 @@ TEST_F(Online, RefusesWhatItCanNotReplay) {
   expect_refused_online({"scara_validation.csv", "--result", "none.json"}, {"none.json"});
   expect_refused_online({"none.csv", "--result", "scara_result"}, {"none.csv"});
   expect_refused_online({"scara_validation.csv", "--result", "scara_result", "--learn", "soon"},
-                        {"--learn: \"soon\" must be a number that is not negative"});
+                        {"--learn: \"soon\" must be a number"});
+  expect_refused_online({"scara_validation.csv", "--result", "scara_result", "--gains", "1e300"},
+                        {"--gains: it is 1e+300 %, must be at most 100"});
+  expect_refused_online({"scara_validation.csv", "--result", "scara_result", "--learn", "1e300"},
+                        {"--learn: it is 1e+300 s, must be at most 1000000"});
   expect_refused_online({"scara_validation.csv", "--result", "scara_result", "--gain", "1"},
                         {"\"--gain\" is no option of rivid_online; did you mean \"--gains\"?"});
   expect_refused_online({"a.csv", "b.csv", "--result", "scara_result"}, {"is one argument too many"});

@@ -258,6 +258,16 @@ TEST(Design, StopsWhenItIsTold) {
   EXPECT_LE(std::ranges::max(found.forecast.limits, {}, &LimitUse::share).share, 1.0);
 }
 
+TEST(Design, BeginsNoStartOnceItIsStopped) {
+  ExcitationOptions options = quick();
+  options.starts = 1000;
+  int asked = 0;
+  options.stopped = [&] { return ++asked > 10; };
+  const Excitation found = design(arm(), options);
+  EXPECT_TRUE(found.stopped);
+  EXPECT_EQ(found.starts.size(), 1U);
+}
+
 TEST(Design, RefusesAJointThatGravityPins) {
   ExcitationOptions options = quick();
   options.limits.torque = Vector::Constant(6, 100.0);

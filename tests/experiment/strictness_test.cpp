@@ -37,6 +37,60 @@ TEST(ReadExperiment, TakesTheSmoothingOfSignsForAllJointsOrForOne) {
       std::string::npos);
 }
 
+TEST(ReadExperiment, RefusesWhatNestsDeeperThanTheStack) {
+  const auto times = [](int count, const std::string& what) {
+    std::string out;
+    for (int k = 0; k < count; ++k) {
+      out += what;
+    }
+    return out;
+  };
+  const std::string said =
+      ":3: a key has more than 64 parts, or as many lists and tables stand within each other";
+  const int many = 300'000;
+  const std::string key = "a" + times(many, ".a");
+  const std::string quoted = "\"a\"" + times(many, ".'a'");
+  for (const std::string& line :
+       {key + " = 1", "[" + key + "]", "[[" + key + "]]", quoted + " = 1", "b = { " + key + " = 1 }",
+        "b = [" + times(3, "\"") + "x" + times(5, "\"") + ", { " + key + " = 1 }]",
+        "b = [" + times(3, "'") + "y" + times(5, "'") + ", { " + key + " = 1 }]",
+        "b = " + times(many, "[") + times(many, "]"), "b = " + times(many, "{a=") + "1" + times(many, "}")}) {
+    EXPECT_NE(refusal("[signal]\n" + line + "\n").find(said), std::string::npos)
+        << line.substr(0, 30) << ": " << refusal("[signal]\n" + line + "\n").substr(0, 200);
+  }
+  // Dots and brackets of strings and comments are none.
+  const std::string dots = times(1000, ".[{");
+  for (const std::string& text :
+       {"# " + dots + "\n[log]\nfiles = \"a.csv\"\n", "[log]\nfiles = \"" + dots + "\"\n",
+        "[log]\nfiles = '" + dots + "'\n", "[log]\nfiles = \"\\\"" + dots + "\"\n",
+        "[log]\nfiles = " + times(4, "\"") + dots + "\n" + dots + times(3, "\"") + "\n"}) {
+    EXPECT_EQ(refusal(text), "") << text.substr(0, 60);
+  }
+}
+
+TEST(ReadExperiment, RefusesNumbersThatNobodyMeans) {
+  const std::string rest = "[log]\nfiles = \"a.csv\"\n[method]\n";
+  for (const auto& [keys, words] :
+       {std::pair("robust = \"huber\"\nrobust_tolerance = 1e-300\n",
+                  "robust_tolerance is 1e-300, must be at least 1e-09"),
+        std::pair("max_iterations = 2147483647\n", "max_iterations is 2147483647, must be at most 1000"),
+        std::pair("covariance_lag = 1e300\n", "covariance_lag is 1e+300 s, must be at most 1000000"),
+        std::pair("robust = \"huber\"\nrobust_tuning = 1e300\n",
+                  "robust_tuning is 1e+300, must be at most 1000000"),
+        std::pair("[robot.joints.joint_1]\nFv = 1e300\n",
+                  "Fv is 1e+300 N·m·s/rad or N·s/m, must lie between -1e+15 and 1e+15")}) {
+    const std::string text = rest + keys;
+    EXPECT_NE(refusal(text).find(words), std::string::npos) << refusal(text);
+  }
+}
+
+TEST(ReadExperiment, RefusesAFileThatIsNoExperimentBySize) {
+  const std::string said = refusal("# " + std::string(17U << 20U, 'x'));
+  EXPECT_NE(said.find("experiment.toml: has 17 MiB, must have at most 16: it is no file of this kind"),
+            std::string::npos)
+      << said.substr(0, 200);
+}
+
 TEST(ReadExperiment, TellsAMistypedSectionWithTheOneThatIsMeant) {
   EXPECT_NE(refusal("[log]\nfiles = \"a.csv\"\n[singal]\ncutoff_hz = 20\n")
                 .find(R"(:4:2: unknown key "singal"; did you mean "signal"?)"),

@@ -1,4 +1,4 @@
-// The tables of docs/experiment.md, docs/result.md and docs/excite.md are those of the fields, and the reader knows their keys.
+// The tables of docs/experiment.md, docs/result.md, docs/excite.md and docs/reliability.md are those of the fields, and the reader knows their keys.
 //
 // After a change of a field: RIVID_WRITE_PAGES=1 build/test/tests/report_page_tables_test
 
@@ -6,9 +6,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+
+#include "rivid/experiment/excitation.hpp"
+#include "rivid/experiment/experiment.hpp"
+#include "rivid/experiment/monte_carlo.hpp"
+#include "support/complaint.hpp"
 
 namespace rivid::detail {
 namespace {
@@ -43,9 +51,92 @@ TEST(PageTables, OfTheResultAreThoseOfItsFields) { expect_tables("result.md"); }
 
 TEST(PageTables, OfThePlanAreThoseOfItsFields) { expect_tables("excite.md"); }
 
+TEST(PageTables, OfLimitsAreThoseOfTheFieldsAndCommandLines) { expect_tables("reliability.md"); }
+
+// What is a count, a size, a tolerance or a time by its type, unit or name.
+bool wants_limits(const KeyRow& row) {
+  constexpr auto units = std::to_array<std::string_view>({"s", "Hz", "periods", "samples"});
+  const bool column = row.type.find("column") != std::string::npos || row.type.starts_with("string");
+  return !column &&
+         (row.type.find("integer") != std::string::npos ||
+          std::ranges::find(units, row.unit) != units.end() || row.key.find("tol") != std::string::npos ||
+          std::isfinite(row.range.least) || std::isfinite(row.range.most));
+}
+
+TEST(PageTables, HaveALeastAndAMostOfEachCountSizeToleranceAndTime) {
+  int limited = 0;
+  for (const auto& [name, rows] : key_rows()) {
+    for (const KeyRow& row : rows) {
+      if (wants_limits(row)) {
+        ++limited;
+        EXPECT_TRUE(std::isfinite(row.range.least) && std::isfinite(row.range.most))
+            << name << "." << row.key;
+      }
+    }
+  }
+  EXPECT_GT(limited, 50);
+}
+
+// What an experiment that has the table says of a setting.
+std::string refusal(const std::string& table, const std::string& setting) {
+  const std::string data = RIVID_DATA;
+  const std::vector<std::string> settings = {setting};
+  return test::complaint_of([&] {
+    if (table.starts_with("excitation")) {
+      (void)read_excitation(data + "/six_axis/excite.toml", settings);
+    } else if (table.starts_with("montecarlo")) {
+      (void)read_monte_carlo(data + "/scara/montecarlo_s1.toml", settings);
+    } else if (table.starts_with("simulation") || table.starts_with("reference")) {
+      (void)read_experiment(data + "/scara/simulate_s1.toml", settings, Use::simulation);
+    } else {
+      (void)read_experiment(data + "/scara/scara_iv.toml", settings);
+    }
+  });
+}
+
+// 1e300, or as much as an integer may be, is too much for each key of the files that the repository has.
+TEST(PageTables, HoldLimitsThatTheReaderKeeps) {
+  const std::map<std::string, std::string> sections = {{"excitation", "excitation"},
+                                                       {"excitation.limits", "excitation.limits"},
+                                                       {"excitation.space", "excitation.space"},
+                                                       {"montecarlo", "montecarlo"},
+                                                       {"simulation", "simulation"},
+                                                       {"reference.point_to_point", "reference"},
+                                                       {"control", "control"},
+                                                       {"log", "log"},
+                                                       {"log.reference_file", "log.reference_file"},
+                                                       {"signal", "signal"},
+                                                       {"method", "method"},
+                                                       {"method.iv", "method"},
+                                                       {"method.physical", "method.physical"},
+                                                       {"method.essential", "method.essential"},
+                                                       {"robot", "robot"}};
+  int kept = 0;
+  for (const auto& [table, rows] : key_rows()) {
+    const auto section = sections.find(table);
+    for (const KeyRow& row : rows) {
+      if (section == sections.end() || !(row.range.most <= largest_number)) {
+        continue;
+      }
+      const std::string key = section->second + "." + row.key;
+      const std::string most =
+          row.type.find("integer") != std::string::npos ? "9000000000000000000" : "1e300";
+      std::string setting = key + "=" + (row.type.starts_with("`[") ? "[0, " + most + "]" : most);
+      if (table == "log.reference_file") {
+        setting = section->second + "={ file = \"a.csv\", " + row.key + " = " + most + " }";
+      }
+      const std::string said = refusal(table, setting);
+      EXPECT_NE(said.find(row.key + " "), std::string::npos) << setting << ": " << said;
+      EXPECT_NE(said.find("must "), std::string::npos) << setting << ": " << said;
+      ++kept;
+    }
+  }
+  EXPECT_GT(kept, 50);
+}
+
 TEST(PageTables, AreAllOnAPage) {
   const std::string pages = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/result.md") +
-                            text_of(RIVID_DOCS "/excite.md");
+                            text_of(RIVID_DOCS "/excite.md") + text_of(RIVID_DOCS "/reliability.md");
   for (const auto& [name, table] : page_tables()) {
     EXPECT_NE(pages.find("<!-- table: " + name + " -->"), std::string::npos) << name;
   }

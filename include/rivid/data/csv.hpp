@@ -78,7 +78,7 @@ struct LogOptions {
               &L::rate_hz,
               "measuring rate. Where it is stated the time stamps are inspected, told in the notes, and not "
               "used. Required without a time column.",
-              {.otherwise = "from the stamps", .unit = "Hz"}});
+              {.otherwise = "from the stamps", .unit = "Hz", .range = rate_range}});
   }
 };
 

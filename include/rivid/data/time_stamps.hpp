@@ -81,11 +81,11 @@ struct ResampleOptions {
         Field{"resample_hz",
               &R::rate_hz,
               "rate of the new clock; implies `irregular = \"resample\"` and resamples regular logs too",
-              {.otherwise = "one over the median period", .unit = "Hz", .range = Range::above(0.0)}},
+              {.otherwise = "one over the median period", .unit = "Hz", .range = rate_range}},
         Field{"max_gap",
               &R::max_gap,
               "a longer gap splits a log that is resampled",
-              {.type = "number ≥ 2", .unit = "periods"}});
+              {.type = "number ≥ 2", .unit = "periods", .range = Range::from(2.0, 1e9)}});
   }
 
   /// The first fault found, nothing if the options can be used.

@@ -57,7 +57,7 @@ struct TorqueNoise {
         Field{"noise_rate_hz",
               &N::rate_hz,
               "rate at which errors of that size are independent of each other",
-              {.otherwise = "`rate_hz`", .unit = "Hz", .range = Range::above(0.0)}});
+              {.otherwise = "`rate_hz`", .unit = "Hz", .range = rate_range}});
   }
 };
 
@@ -93,7 +93,7 @@ struct ExcitationOptions {
         Field{"duration",
               &E::duration,
               "of the motion, one period of its Fourier series",
-              {.unit = "s", .range = Range::above(0.0)}},
+              {.unit = "s", .range = Range::above(0.0, 1e6)}},
         Field{"curve", &E::curve,
               "`\"fourier\"`: Fourier series, or `\"spline\"`: splines of fifth degree, which know more for "
               "each "
@@ -110,7 +110,7 @@ struct ExcitationOptions {
         Field{"rate_hz",
               &E::rate_hz,
               "rate of the controller that plays the motion, and of the log",
-              {.unit = "Hz", .range = Range::above(0.0)}},
+              {.unit = "Hz", .range = rate_range}},
         Field{
             "criterion", &E::criterion,
             "what is made small: `\"information\"`: the geometric mean of all standard deviations; "
@@ -120,17 +120,23 @@ struct ExcitationOptions {
               &E::parameters,
               "names of base parameters, for `criterion = \"parameters\"`",
               {.type = "list of strings", .otherwise = "–"}},
-        Field{"starts", &E::starts, "random motions that the search begins with", {.range = Range::from(1)}},
-        Field{"seed", &E::seed, "of the random motions: the same seed gives the same motion"},
+        Field{"starts",
+              &E::starts,
+              "random motions that the search begins with",
+              {.range = Range::from(1, 1e5)}},
+        Field{"seed",
+              &E::seed,
+              "of the random motions: the same seed gives the same motion",
+              {.range = seed_range}},
         Field{"evaluations",
               &E::evaluations,
               "of each start, at most; the best start gets as many again",
-              {.range = Range::from(1)}},
+              {.range = Range::from(1, 1e6)}},
         Field{"samples",
               &E::samples,
               "instants at which limits are kept while searching; the result is checked at every sample of "
               "`rate_hz`, and at forty times as many instants as these",
-              {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0)}});
+              {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0, 1e4)}});
   }
 };
 

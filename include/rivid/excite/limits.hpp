@@ -29,10 +29,17 @@ struct MotionLimits {
 
   template <typename L = MotionLimits>
   static constexpr auto fields() {
-    constexpr Range positive = Range::above(0.0);
+    constexpr Range positions = Range::within(-1e6, 1e6);
+    constexpr Range positive = Range::above(0.0, 1e12);
     return std::tuple(
-        Field{"lower", &L::lower, "lowest positions", {.otherwise = "the robot's", .unit = "rad, m"}},
-        Field{"upper", &L::upper, "highest positions", {.otherwise = "the robot's", .unit = "rad, m"}},
+        Field{"lower",
+              &L::lower,
+              "lowest positions",
+              {.otherwise = "the robot's", .unit = "rad, m", .range = positions}},
+        Field{"upper",
+              &L::upper,
+              "highest positions",
+              {.otherwise = "the robot's", .unit = "rad, m", .range = positions}},
         Field{"velocity",
               &L::velocity,
               "largest velocities",

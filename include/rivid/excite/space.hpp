@@ -55,11 +55,11 @@ struct Space {
                             "of the capsules of links that none are given for: from the origin of the link's "
                             "joint to that of "
                             "the next",
-                            {.unit = "m", .range = Range::above(0.0)}},
+                            {.unit = "m", .range = Range::above(0.0, 1e3)}},
                       Field{"clearance",
                             &S::clearance,
                             "distance to keep from everything",
-                            {.unit = "m", .range = Range::from(0.0)}},
+                            {.unit = "m", .range = Range::from(0.0, 1e3)}},
                       Field{"self_collision", &S::self_collision,
                             "whether links that are no neighbours keep it from each other"});
   }

@@ -32,9 +32,8 @@ struct MonteCarlo {
   template <typename M = MonteCarlo>
   static constexpr auto fields() {
     return std::tuple(
-        Field{"runs", &M::runs, "how often the experiment is simulated", {.range = Range::from(1)}},
-        Field{
-            "seed", &M::seed, "run k, counted from 0, is simulated with seed + k", {.range = Range::from(0)}},
+        Field{"runs", &M::runs, "how often the experiment is simulated", {.range = Range::from(1, 1e6)}},
+        Field{"seed", &M::seed, "run k, counted from 0, is simulated with seed + k", {.range = seed_range}},
         Field{"trial",
               nullptr,
               "ways to identify, one `[[montecarlo.trial]]` each",

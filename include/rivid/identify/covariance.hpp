@@ -42,7 +42,7 @@ struct CovarianceOptions {
         Field{"covariance_lag",
               &C::lag,
               "time over which `\"hac\"` and `\"blocks\"` count residuals as correlated",
-              {.otherwise = "by a rule", .unit = "s", .range = Range::above(0.0)}});
+              {.otherwise = "by a rule", .unit = "s", .range = Range::above(0.0, 1e6)}});
   }
 };
 

@@ -112,7 +112,7 @@ struct Iv {
         Field{"reference_cutoff_hz",
               &R::reference_cutoff_hz,
               "zero-phase low-pass of `follows = \"measured\"`",
-              {.otherwise = "that of `[signal]`", .unit = "Hz", .range = Range::above(0.0)}},
+              {.otherwise = "that of `[signal]`", .unit = "Hz", .range = rate_range}},
         Field{"signs", &R::signs,
               "velocity whose sign the Coulomb columns of W have: `\"measured\"`, `\"simulated\"`, or "
               "`\"automatic\"`: simulated with the paper's rows and without `cutoff_hz`, measured otherwise"},
@@ -127,19 +127,19 @@ struct Iv {
               &R::transient,
               "beginning of each log that takes no part, for what the simulation remembers of its start; "
               "[RIV] takes 5/min ω_n with `initial_state = \"reference\"`",
-              {.unit = "s", .range = Range::from(0.0)}},
+              {.unit = "s", .range = Range::from(0.0, 1e6)}},
         Field{"tolerance",
               &R::tolerance,
               "relative change of ‖Y − V χ‖ below which the iteration may stop",
-              {.range = Range::above(0.0)}},
+              {.range = Range::from(1e-12, 1e3)}},
         Field{"parameter_tolerance",
               &R::parameter_tolerance,
               "largest step of a parameter, in its standard deviations, with which it may stop",
-              {.range = Range::above(0.0)}},
+              {.range = Range::from(1e-9, 1e6)}},
         Field{"max_iterations",
               &R::max_iterations,
               "after so many the result is `not_converged`",
-              {.range = Range::from(1)}},
+              {.range = Range::from(1, 1e3)}},
         Field{"prefilter",
               [](const Iv& iv) -> std::variant<bool, int> {
                 if (iv.prefilter_order > 0) {
@@ -151,7 +151,7 @@ struct Iv {
               "joint, whitens the rows, see [statistics](statistics.md#prefiltered-instrumental-variables). "
               "An integer is the order of the models, 1 to 30; `true` leaves it to BIC. Exact rows only; "
               "`decimation` counts for the estimate that it begins with.",
-              {.type = "boolean, or integer"}});
+              {.type = "boolean, or integer", .range = Range::within(1, most_prefilter_order)}});
   }
 };
 

@@ -70,7 +70,7 @@ struct Physical {
               &P::weight,
               "of the prior, against half the squared deviations of the fit. 1 decides what the data leave "
               "open; 10 to 1000 hold weakly exciting data to the description.",
-              {.range = Range::above(0.0)}},
+              {.range = Range::above(0.0, 1e12)}},
         Field{"weight_may_fall",
               &P::weight_may_fall,
               "whether the weight is lowered by tens where the description is so far from the data that it "
@@ -87,8 +87,8 @@ struct Physical {
         Field{"tolerance",
               &P::tolerance,
               "of the cost, relative to one and itself",
-              {.range = Range::above(0.0)}},
-        Field{"max_steps", &P::max_steps, "of Newton's method", {.range = Range::from(1)}});
+              {.range = Range::from(1e-15, 1.0)}},
+        Field{"max_steps", &P::max_steps, "of Newton's method", {.range = Range::from(1, 1e5)}});
   }
 };
 

@@ -47,16 +47,16 @@ struct Robust {
               &R::tuning,
               "where that loss leaves least squares, in robust standard deviations of a joint's residual",
               {.otherwise = "1.345 (Huber), 4.685 (bisquare)",
-               .range = Range::above(0.0),
+               .range = Range::above(0.0, 1e6),
                .must_be = "positive"}},
         Field{"robust_max_rounds",
               &R::max_rounds,
               "budget of weights and parameters in turn, for each loss",
-              {.range = Range::from(1)}},
+              {.range = Range::from(1, 1e4)}},
         Field{"robust_tolerance",
               &R::tolerance,
               "largest step of a parameter, in its standard deviations, with which the rounds end",
-              {.range = Range::above(0.0)}});
+              {.range = Range::from(1e-9, 1e3)}});
   }
 };
 

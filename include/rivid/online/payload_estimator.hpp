@@ -62,9 +62,10 @@ struct PayloadEstimatorOptions {
         return std::string(name) + " is infinite, must be finite";
       }
     }
-    if (!(gain_sigma >= 0.0) || !(friction_change >= 0.0) || std::isinf(gain_sigma + friction_change)) {
+    if (!(gain_sigma >= 0.0 && gain_sigma <= 1.0) || !(friction_change >= 0.0) ||
+        std::isinf(friction_change)) {
       return "gain_sigma is " + number(gain_sigma) + " and friction_change " + number(friction_change) +
-             ", must be finite and not negative";
+             ", must be finite and not negative, the former at most 1";
     }
     if (!detail::is_rotation(R) || !p.allFinite()) {
       return "R is no rotation, or p is not finite";

@@ -40,7 +40,7 @@ constexpr auto tracking_time_field() {
   return Field{"tracking_time",
                &Law::tracking_time,
                "anti-windup",
-               {.otherwise = "see [control](control.md)", .unit = "s"}};
+               {.otherwise = "see [control](control.md)", .unit = "s", .range = Range::from(0.0, 1e9)}};
 }
 
 }  // namespace detail
@@ -177,7 +177,10 @@ struct CascadeControl {
               &Law::k_v,
               "known gain of the velocity loop; v is the unit of the control signal",
               {.otherwise = "–", .unit = "v s/rad"}},
-        Field{"T_i", &Law::T_i, "known integral time", {.otherwise = "none", .unit = "s"}},
+        Field{"T_i",
+              &Law::T_i,
+              "known integral time",
+              {.otherwise = "none", .unit = "s", .range = Range::from(0.0, 1e9)}},
         detail::tuned_for_field<Law>(), Field{"feed_forward", &Law::feed_forward, "k_f", {.otherwise = "1"}},
         detail::tracking_time_field<Law>());
   }

@@ -84,7 +84,7 @@ struct NoiseOptions {
               &N::disturbance,
               "standard deviation of torques beside the drives, held for a period, not recorded",
               {.otherwise = "0", .unit = "N·m, N"}},
-        Field{"seed", &N::seed, "of all noise", {.range = Range::from(0)}});
+        Field{"seed", &N::seed, "of all noise", {.range = seed_range}});
   }
 };
 

@@ -61,7 +61,10 @@ struct FourierSeries {
               "instead of A and B: a CSV file with columns `A1` … `An`, `B1` … `Bn`, one row a harmonic",
               {.type = "string", .otherwise = "–"}},
         Field{"q0", &S::q0, "middle of the motion", {.otherwise = "0", .unit = "rad, m"}},
-        Field{"duration", &S::duration, "of the motion", {.otherwise = "one period", .unit = "s"}});
+        Field{"duration",
+              &S::duration,
+              "of the motion",
+              {.otherwise = "one period", .unit = "s", .range = Range::from(0.0, 1e9)}});
   }
 };
 
@@ -151,33 +154,35 @@ struct PointToPoint {
   [[nodiscard]] std::optional<std::string> complaint() const;
 
   static constexpr std::string_view word = "point_to_point";  ///< that files name it by
+  static constexpr Range times = Range::from(0.0, 1e9);       ///< of moves and rests
   template <typename P = PointToPoint>
   static constexpr auto fields() {
-    return std::tuple(Field{"via",
-                            [](const P& p) -> const Matrix& { return p.via; },
-                            "points, one list each",
-                            {.type = "lists of n numbers", .otherwise = "required", .unit = "rad, m"}},
-                      Field{"profile", &P::profile, "`\"quintic\"`, or `\"trapezoidal_acceleration\"`"},
-                      Field{"durations",
-                            [](const P& p) -> const Vector& { return p.durations; },
-                            "of the moves",
-                            {.type = "number, or one a move", .otherwise = "–", .unit = "s"}},
-                      Field{"max_velocity",
-                            &P::max_velocity,
-                            "limits, instead of durations",
-                            {.otherwise = "none", .unit = "rad/s, m/s"}},
-                      Field{"max_acceleration",
-                            &P::max_acceleration,
-                            "the same of the acceleration",
-                            {.otherwise = "none", .unit = "rad/s², m/s²"}},
-                      Field{"max_jerk",
-                            &P::max_jerk,
-                            "required with a trapezoidal acceleration by limits",
-                            {.otherwise = "none", .unit = "rad/s³, m/s³"}},
-                      Field{"dwell",
-                            [](const P& p) -> const Vector& { return p.dwell; },
-                            "rest at each point",
-                            {.type = "number, or one a point", .otherwise = "0", .unit = "s"}});
+    return std::tuple(
+        Field{"via",
+              [](const P& p) -> const Matrix& { return p.via; },
+              "points, one list each",
+              {.type = "lists of n numbers", .otherwise = "required", .unit = "rad, m"}},
+        Field{"profile", &P::profile, "`\"quintic\"`, or `\"trapezoidal_acceleration\"`"},
+        Field{"durations",
+              [](const P& p) -> const Vector& { return p.durations; },
+              "of the moves",
+              {.type = "number, or one a move", .otherwise = "–", .unit = "s", .range = times}},
+        Field{"max_velocity",
+              &P::max_velocity,
+              "limits, instead of durations",
+              {.otherwise = "none", .unit = "rad/s, m/s"}},
+        Field{"max_acceleration",
+              &P::max_acceleration,
+              "the same of the acceleration",
+              {.otherwise = "none", .unit = "rad/s², m/s²"}},
+        Field{"max_jerk",
+              &P::max_jerk,
+              "required with a trapezoidal acceleration by limits",
+              {.otherwise = "none", .unit = "rad/s³, m/s³"}},
+        Field{"dwell",
+              [](const P& p) -> const Vector& { return p.dwell; },
+              "rest at each point",
+              {.type = "number, or one a point", .otherwise = "0", .unit = "s", .range = times}});
   }
 };
 
