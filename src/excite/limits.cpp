@@ -41,10 +41,13 @@ void bound_positions(const Robot& robot, const MotionLimits& limits, MotionBound
   out.upper = given_or(limits.upper, of_joints(robot, &Joint::upper));
   for (Index j = 0; j < robot.size(); ++j) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-    const bool from_below = std::isfinite(out.lower[j]);
-    const bool from_above = std::isfinite(out.upper[j]);
+    // What a description has in place of no limit is as none.
+    const bool from_below = MotionLimits::positions.holds(out.lower[j]);
+    const bool from_above = MotionLimits::positions.holds(out.upper[j]);
     if (!from_below || !from_above) {
       if (joint.type == JointType::prismatic) {
+        out.lower[j] = from_below ? out.lower[j] : -no_limit;
+        out.upper[j] = from_above ? out.upper[j] : no_limit;
         continue;
       }
       out.lower[j] = from_below ? out.lower[j] : -std::numbers::pi;

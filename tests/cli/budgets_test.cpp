@@ -2,13 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <regex>
+#include <sstream>
 
 #include "support/identify_tool.hpp"
 
 namespace {
 
+using rivid::test::content_of;
 using rivid::test::Json;
 using rivid::test::Outcome;
 using rivid::test::outcome_of;
@@ -30,6 +33,99 @@ TEST_F(Budgets, OfThreadsAreThoseOfTheMachine) {
     const Outcome run = shell("ulimit -v 300000; " + tool + " --threads 1024");
     EXPECT_EQ(run.exit_code, 0) << tool << ": " << run.err;
   }
+}
+
+TEST_F(Budgets, OfRunsStartsAndSecondsAreTold) {
+  provide("montecarlo_s1.toml");
+  const std::string excite = "timeout 30 '" + std::string(RIVID_EXCITE) + "' ";
+  for (const auto& [command, words] :
+       {std::pair(montecarlo + "montecarlo_s1.toml --runs 1000000000",
+                  "--runs: it is 1000000000, must be at most 1000000"),
+        std::pair(montecarlo + "montecarlo_s1.toml --set montecarlo.runs=1000000000",
+                  "runs is 1000000000, must be at most 1000000"),
+        std::pair(excite + "'" RIVID_DATA "/six_axis/excite.toml' --seconds 0",
+                  "--seconds: it is 0 s, must lie between 1 and 1000000"),
+        std::pair(excite + "'" RIVID_DATA "/six_axis/excite.toml' --set excitation.samples=100000",
+                  "samples is 100000, must be at most 10000"),
+        std::pair(excite + "'" RIVID_DATA "/six_axis/excite.toml' --set excitation.limits.lower=-1e300",
+                  "lower is -1e+300 rad, m, must lie between -10000 and 10000")}) {
+    const Outcome run = shell("ulimit -v 2000000; " + command);
+    EXPECT_EQ(run.exit_code, 2) << command << run.err;
+    EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
+  }
+}
+
+TEST_F(Budgets, FilesThatNestDeeperThanTheStackAreRefused) {
+  std::string key = "a";
+  for (int k = 0; k < 300'000; ++k) {
+    key += ".a";
+  }
+  folder().write("deep.toml", key + " = 1\n");
+  for (const char* const program : {RIVID_IDENTIFY, RIVID_SIMULATE, RIVID_MONTECARLO, RIVID_EXCITE}) {
+    const Outcome run = shell("timeout 30 '" + std::string(program) + "' deep.toml");
+    EXPECT_EQ(run.exit_code, 2) << program << run.err;
+    EXPECT_NE(run.err.find("deep.toml:1: a key has more than 64 parts"), std::string::npos) << run.err;
+  }
+  folder().write("deep.json", std::string(100'000, '[') + std::string(100'000, ']'));
+  const Outcome run = shell(identifier + "validate deep.json scara_s2.csv");
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_NE(run.err.find("deep.json: lists and objects within each other go deeper than 64"),
+            std::string::npos)
+      << run.err;
+}
+
+TEST_F(Budgets, NumbersThatSayNothingAreNotPrinted) {
+  const auto with_columns = [&](const std::string& name, const auto& change) {
+    folder().write(name, content_of(std::filesystem::path(RIVID_DATA) / "scara" / "scara_s2.csv"));
+    rewrite_rows(name, [&](const std::string& line) {
+      std::vector<std::string> cells;
+      std::istringstream in(line);
+      for (std::string cell; std::getline(in, cell, ',');) {
+        cells.push_back(cell);
+      }
+      change(cells);  // t, q1, q2, v1, v2, qref1, qref2
+      std::string out;
+      for (const std::string& cell : cells) {
+        out += (out.empty() ? "" : ",") + cell;
+      }
+      return out;
+    });
+  };
+  using Cells = std::vector<std::string>;
+  with_columns("held.csv", [](Cells& c) { c[1] = c[5] = "0.3"; });
+  with_columns("tiny.csv", [](Cells& c) {
+    for (const std::size_t i : {3U, 4U}) {
+      c[i] = std::to_string(std::stod(c[i])) + "e-15";
+    }
+  });
+  with_columns("zero.csv", [](Cells& c) { std::fill(c.begin() + 1, c.end(), "0"); });
+  with_columns("hours.csv", [](Cells& c) { c[0] = std::to_string(std::stod(c[0])) + "e300"; });
+  ASSERT_EQ(shell(identifier + "scara.toml --quiet").exit_code, 0);
+  folder().write("forecast.toml", "robot.urdf = \"scara.urdf\"\n[excitation]\nduration = 5\nrate_hz = 200\n");
+  const std::string forecast = "timeout 30 '" + std::string(RIVID_EXCITE) + "' forecast forecast.toml ";
+  const std::string online = "timeout 30 '" + std::string(RIVID_ONLINE) + "' --result scara_result ";
+  const std::regex nonsense("\\bnan\\b|\\binf\\b|e\\+1[0-9]|e\\+[2-9][0-9]|[0-9]{16}");
+  for (const std::string& command :
+       {forecast + "held.csv", forecast + "zero.csv",
+        identifier + "compare scara_result scara.urdf --log zero.csv",
+        identifier + "compare scara_result scara.urdf --log held.csv",
+        identifier + "validate scara_result tiny.csv",
+        identifier + "scara.toml --validate tiny.csv --output v",
+        identifier + "scara.toml --log held.csv --output h",
+        identifier + "check scara.toml --set log.files=held.csv",
+        identifier + "scara.toml --log hours.csv --set log.rate_hz=200 --output t", online + "held.csv",
+        online + "zero.csv --gains 100"}) {
+    const Outcome run = shell(command);
+    EXPECT_LE(run.exit_code, 2) << command << run.err;
+    std::smatch found;
+    const std::string said = run.out + run.err;
+    EXPECT_FALSE(std::regex_search(said, found, nonsense)) << command << "\n"
+                                                           << found.str() << " in\n"
+                                                           << said;
+  }
+  const Json held = Json::parse(folder().read("h/result.json"));
+  const Json& tests = held["tests"]["residuals"][0];
+  EXPECT_TRUE(tests["autocorrelation"].is_null() && tests["whiteness"]["p"].is_null()) << tests;
 }
 
 TEST_F(Budgets, OfTicksAreTold) {

@@ -261,7 +261,7 @@ TEST_F(Simulate, RefusesGainsOfZero) {
 
 TEST_F(Simulate, RefusesAToleranceOfZero) {
   set_line("rtol =", "rtol = 0");
-  expect_refused({"[simulation] rtol is 0, must be between 0 and 1"});
+  expect_refused({"[simulation] rtol is 0, must be between 1e-15 and 1"});
 }
 
 TEST_F(Simulate, RefusesFilesAndColumnsThatAreNotThere) {

@@ -72,6 +72,20 @@ TEST(MotionBounds, KeepTheOneSideThatIsGiven) {
             "note [limit_assumed] joint_1: has no upper position limit; the motion is kept below π");
 }
 
+TEST(MotionBounds, TakeWhatNoRobotReachesForNoLimit) {
+  Robot robot = arm();
+  robot.joints[2].lower = -1e16;
+  const MotionBounds bounds = motion_bounds(robot, {.position_share = 1.0});
+  EXPECT_NEAR(bounds.lower[2], -std::numbers::pi, 1e-15);
+  ASSERT_FALSE(bounds.findings.empty());
+  EXPECT_EQ(bounds.findings.front().subject, "joint_3");
+  robot = test::slider();
+  robot.joints[0].lower = -1e16;
+  robot.joints[0].upper = 1e16;
+  EXPECT_EQ(*missing_limit(robot, motion_bounds(robot, {})),
+            "joint_1: has no position limits; give lower and upper in [excitation.limits]");
+}
+
 TEST(MotionBounds, NameWhatIsMissing) {
   Robot robot = arm();
   robot.joints[1].max_velocity = std::numeric_limits<double>::infinity();

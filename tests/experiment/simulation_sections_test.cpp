@@ -99,7 +99,7 @@ TEST_F(SimulationSections, TellWhichKeyOfTheControlIsWrong) {
   refused("law = \"pd\"\nomega_n = 1\ndelay = 1\n", {":5:9: [control] delay goes with rate_hz"});
   refused("law = \"pd\"\nomega_n = 1\nrate_hz = 0\n", {"[control] rate_hz is 0 Hz, must be positive"});
   refused("law = \"pd\"\nomega_n = 1\nrate_hz = 100\ndelay = -1\n",
-          {":6:9: [control] delay is -1, must be between 0 and 1000000 periods"});
+          {":6:9: [control] delay is -1 periods, must lie between 0 and 1000000"});
   refused("law = \"pd\"\nomega_n = 1\nrate_hz = 100\nvelocity_filter = \"center\"\n",
           {"velocity_filter is \"center\", must be one of \"backward\"", "\"central\" and \"none\""});
 }
@@ -156,7 +156,7 @@ TEST_F(SimulationSections, TellWhichKeyOfTheSimulationIsWrong) {
   const auto refused = [&](const std::string& section, const std::vector<std::string_view>& words) {
     expect_refused(control + reference + "[simulation]\n" + section, words);
   };
-  refused("rtol = 0\n", {":11:8: [simulation] rtol is 0, must be between 0 and 1"});
+  refused("rtol = 0\n", {":11:8: [simulation] rtol is 0, must be between 1e-15 and 1"});
   refused("rate_hz = -1\n", {"[simulation] rate_hz is -1 Hz, must be positive"});
   refused("duration = 0\n", {"[simulation] duration is 0 s, must be positive"});
   refused("position_noise = -1\n", {":11:18: [simulation] position_noise of joint 1 is -1"});

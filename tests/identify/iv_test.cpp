@@ -143,7 +143,7 @@ TEST_F(IvOfTheScara, RefusesWhatItCanNotUse) {
   EXPECT_NE(refusal(method, log).find("control returns no law"), std::string::npos);
   method = iv();
   std::get<Iv>(method.method).tolerance = 0.0;
-  EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): tolerance is 0, must be positive");
+  EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): tolerance is 0, must be at least 1e-12");
   method = iv();
   std::get<Iv>(method.method).max_iterations = 0;
   EXPECT_EQ(refusal(method, log), "identify(IDIM-IV): max_iterations is 0, must be at least 1");

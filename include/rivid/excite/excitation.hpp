@@ -53,7 +53,7 @@ struct TorqueNoise {
         Field{"noise",
               &N::sigma,
               "standard deviation of each joint's torque errors, which decides how much each joint moves",
-              {.otherwise = "1 % of the torque limit", .unit = "N·m, N", .range = Range::above(0.0)}},
+              {.otherwise = "1 % of the torque limit", .unit = "N·m, N", .range = Range::above(0.0, 1e12)}},
         Field{"noise_rate_hz",
               &N::rate_hz,
               "rate at which errors of that size are independent of each other",

@@ -27,9 +27,11 @@ struct MotionLimits {
   /// @param n  joints of the robot
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
 
+  /// Of joints, in a search that has to find its way between them.
+  static constexpr Range positions = Range::within(-1e4, 1e4);
+
   template <typename L = MotionLimits>
   static constexpr auto fields() {
-    constexpr Range positions = Range::within(-1e6, 1e6);
     constexpr Range positive = Range::above(0.0, 1e12);
     return std::tuple(
         Field{"lower",
