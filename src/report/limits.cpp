@@ -15,25 +15,25 @@ namespace {
 
 // That of the key of an experiment file which an option stands for.
 template <Described Record>
-constexpr Range range_of(std::string_view key) {
+constexpr Range key_range(std::string_view key) {
   Range out;
   for_each_field<Record>([&](const auto& field) { out = field.key == key ? field.details.range : out; });
   return out;
 }
 
-constexpr Range percents = Range::from(0.0, 100.0 * gain_sigma_range.most);
+constexpr Range gain_percents = Range::from(0.0, 100.0 * gain_sigma_range.most);
 
-constexpr auto numbers = std::to_array<CommandLineNumber>({
+constexpr auto command_numbers = std::to_array<CommandLineNumber>({
     {"--threads", "all", Range::within(0, 1024)},
     {"--max-size", "all", Range::within(1, 1 << 30), "MiB"},
     {"--seconds", "`rivid_excite`", Range::within(1, 1e6), "s"},
-    {"--starts", "`rivid_excite`", range_of<ExcitationOptions>("starts")},
+    {"--starts", "`rivid_excite`", key_range<ExcitationOptions>("starts")},
     {"--seed", "`rivid_excite`, `rivid_simulate`", seed_range},
-    {"--runs", "`rivid_montecarlo`", range_of<MonteCarlo>("runs")},
-    {"--first-run", "`rivid_montecarlo`", Range::from(0, range_of<MonteCarlo>("runs").most)},
+    {"--runs", "`rivid_montecarlo`", key_range<MonteCarlo>("runs")},
+    {"--first-run", "`rivid_montecarlo`", Range::from(0, key_range<MonteCarlo>("runs").most)},
     {"--seeds", "`rivid_paper_study`", Range::within(1, 1000)},
     {"--blocks", "`rivid_identify factors`", Range::within(1, LogFactors::most_blocks)},
-    {"--gains", "`rivid_identify payload`, `rivid_online`", percents, "%"},
+    {"--gains", "`rivid_identify payload`, `rivid_online`", gain_percents, "%"},
     {"--flange", "`rivid_identify payload`", Range::within(-1e3, 1e3), "m, rad"},
     {"--mass", "`rivid_identify payload`", Range::above(0.0, 1e6), "kg"},
     {"--stride", "`rivid_online`", Range::within(1, 1e6), "samples"},
@@ -42,11 +42,11 @@ constexpr auto numbers = std::to_array<CommandLineNumber>({
 
 }  // namespace
 
-std::span<const CommandLineNumber> command_line_numbers() { return numbers; }
+std::span<const CommandLineNumber> command_line_numbers() { return command_numbers; }
 
 const CommandLineNumber& command_line_number(std::string_view option) {
-  const auto* const at = std::ranges::find(numbers, option, &CommandLineNumber::option);
-  if (at == numbers.end()) {
+  const auto* const at = std::ranges::find(command_numbers, option, &CommandLineNumber::option);
+  if (at == command_numbers.end()) {
     throw std::logic_error("command_line_number: nothing is said of " + std::string(option));
   }
   return *at;
