@@ -31,6 +31,7 @@ from rivid._rivid import version as __version__
 from rivid.experiment import Excitation, Experiment, Simulation, draft, excite, simulate
 from rivid.findings import Finding
 from rivid.fit import Fit, Prediction, check, identify
+from rivid.formats import limit_inputs
 from rivid.log import Log, read_log, read_logs
 from rivid.montecarlo import MonteCarloResults, Study, montecarlo
 from rivid.payload import Payload, Payloads, identify_payloads
@@ -81,6 +82,7 @@ __all__ = [
     "excite",
     "identify",
     "identify_payloads",
+    "limit_inputs",
     "montecarlo",
     "online",
     "read_log",

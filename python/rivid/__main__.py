@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rivid._rivid import InputError, version, write_file
-from rivid.formats import contents, is_text, read, text
+from rivid.formats import beyond_numbers, contents, is_text, limit_inputs, read
 from rivid.formats.columns import complete, with_seconds
 
 
@@ -29,8 +30,8 @@ def _numeric(table: dict[str, Any]) -> tuple[list[str], Any]:
 
 def convert(source: Path, target: Path) -> list[str]:
     """Writes a log as CSV; returns what was done. Raises InputError where ``target`` is the log, or is there and no CSV."""
-    table = text.parsed(source) if is_text(source) else read(source)
-    if is_text(source) and not text.has_more_than_numbers(table):
+    table = beyond_numbers(source) if is_text(source) else read(source)
+    if not table:
         raise InputError(f"{source}: is text, or of a format that is not known; the tools read CSV files as they are")
     names, values = _numeric(with_seconds(table))
     notes: list[str] = []
@@ -41,7 +42,7 @@ def convert(source: Path, target: Path) -> list[str]:
         raise InputError(f"{source}: there are empty cells, and no time column to interpolate over")
     if not len(values):
         raise InputError(f"{source}: no row has a value in each of the columns {', '.join(names)}")
-    quoted = ['"' + name.replace('"', '""') + '"' if "," in name else name for name in names]
+    quoted = ['"' + name.replace('"', '""') + '"' if re.search("[,;\t\"#%]", name) else name for name in names]
     rows = (",".join(map(repr, row)) for row in values.tolist())
     write_file(target, "\n".join([",".join(quoted), *rows, ""]), ".csv", [source])
     return [*notes, f"{len(values)} rows of {', '.join(names)}"]
@@ -58,6 +59,7 @@ def _arguments() -> argparse.ArgumentParser:
     )
     command.add_argument("source", type=Path, metavar="LOG")
     command.add_argument("target", type=Path, metavar="LOG.csv", nargs="?")
+    command.add_argument("--max-size", type=int, metavar="MIB", help="most memory that LOG takes while it is read [MiB]; default: 2048")
     command.add_argument("--list", action="store_true", help="print what the file holds, write nothing")
     return parser
 
@@ -69,6 +71,8 @@ def main() -> int:
     if not arguments.list and arguments.target is None:
         parser.error("the CSV file to write is required, or --list")
     try:
+        if arguments.max_size is not None:
+            limit_inputs(arguments.max_size)
         if arguments.list:
             if is_text(arguments.source):
                 raise InputError(f"{arguments.source}: is text, or of a format that is not known")

@@ -1,7 +1,10 @@
-"""Arrays of real numbers from what callers give. Messages name it by ``what``: the function and its argument."""
+"""Arrays of real numbers, paths and objects from what callers give. Messages name it by ``what``: the function and its argument."""
 
 from __future__ import annotations
 
+import re
+from os import PathLike, fspath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +44,22 @@ def each(what: str, x: ArrayLike, joints: int) -> Floats:
     if array.shape not in ((), (joints,)):
         raise _rivid.InputError(f"{what} has shape {array.shape}, must be one number or {joints}, one a joint")
     return np.broadcast_to(array, (joints,)).copy()
+
+
+def path_of(what: str, x: str | PathLike[str]) -> Path:
+    """A path. Raises TypeError for what is none, and InputError for one that messages and documents can not show."""
+    if not isinstance(x, (str, PathLike)) or not isinstance(text := fspath(x), str):
+        raise TypeError(f"{what} is {type(x).__name__}, must be a path: str or pathlib.Path")
+    if re.search("[\0\ud800-\udfff]", text):
+        raise _rivid.InputError(f"{what} is {text!r}, must be UTF-8 without null characters")
+    return Path(text)
+
+
+def instance_of(what: str, x: Any, kind: type) -> Any:
+    """An object of a class. Raises TypeError for another."""
+    if not isinstance(x, kind):
+        raise TypeError(f"{what} is {type(x).__name__}, must be {kind.__name__}")
+    return x
 
 
 def _converted(what: str, x: Any) -> Floats:

@@ -17,6 +17,7 @@ from distributed import Client, Future, as_completed
 
 from rivid import _rivid
 from rivid import identify as identify_here
+from rivid._arrays import path_of
 from rivid._keys import Method, toml
 from rivid._options import Auto
 from rivid.experiment import Experiment
@@ -43,7 +44,7 @@ def montecarlo(
     study = Study(path, settings)
     count = study.runs if runs is None else runs
     pieces = [list(range(first, min(first + runs_a_task, count))) for first in range(0, count, runs_a_task)]
-    futures = client.map(_run, pieces, path=Path(path), settings=settings, pure=False)
+    futures = client.map(_run, pieces, path=path_of("montecarlo: path", path), settings=settings, pure=False)
     rows: list[_rivid.MonteCarloRow] = []
     for done, (_, found) in enumerate(as_completed(futures, with_results=True), start=1):
         rows += found
@@ -73,7 +74,7 @@ def identify(
     Raises InputError for a log that can not be used, and for what needs all samples: ``Didim``, ``OutputError``, and the options
     ``prefilter``, ``robust`` and ``essential``.
     """
-    paths = [Path(log) for log in logs]
+    paths = [path_of("identify: logs", log) for log in logs]
     if not paths:
         raise _rivid.InputError("identify: no log is given")
     prepare = client.submit(_Plan.made, robot, method or Auto(), paths[0], len(paths), pure=False)
@@ -105,7 +106,7 @@ def identify_fleet(
     progress: Progress | None = None,
 ) -> Fleet:
     """Identifies one robot for each experiment file. An experiment that can not be read or used is part of the answer."""
-    paths = [Path(path) for path in experiments]
+    paths = [path_of("identify_fleet: experiments", path) for path in experiments]
     if len(set(paths)) < len(paths):
         raise _rivid.InputError("identify_fleet: an experiment is named twice")
     futures = {client.submit(_identified, path, settings, pure=False): path for path in paths}

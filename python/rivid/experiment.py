@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rivid import _rivid
+from rivid._arrays import instance_of, path_of
 from rivid._keys import Control, Motion, settings_of, toml
 from rivid.log import Log, files_of
 from rivid.robot import Robot
@@ -31,7 +32,7 @@ class Experiment:
 
         Raises InputError with line and column for what can not be used.
         """
-        self.path = Path(path)
+        self.path = path_of("Experiment: path", path)
         self._settings = settings_of(settings)
         self._experiment = _rivid.Experiment(self.path, self._settings, simulation)
         self._simulation = simulation
@@ -73,9 +74,11 @@ def draft(
 
     A TOML file of that name is replaced. Raises InputError where ``path`` is the robot, a log, or another file that is no TOML.
     """
-    files = [Path(file) for file in ([logs] if isinstance(logs, (str, PathLike)) else logs)]
-    text, _, doubts = _rivid.draft(Path(path), Path(robot), tip, files)
-    _rivid.write_file(Path(path), text, ".toml", [Path(robot), *files])
+    listed = logs if isinstance(logs, Iterable) and not isinstance(logs, (str, bytes)) else [logs]
+    files = [path_of("draft: logs", file) for file in listed]
+    description, target = path_of("draft: robot", robot), path_of("draft: path", path)
+    text, _, doubts = _rivid.draft(target, description, tip, files)
+    _rivid.write_file(target, text, ".toml", [description, *files])
     return doubts
 
 
@@ -170,6 +173,8 @@ def simulate(
         return Simulation(robot.robot, robot._experiment.simulate(progress), robot._inputs())
     if control is None or reference is None:
         raise TypeError("simulate: control and reference are required beside the robot")
+    for name, x, kind in (("robot", robot, Robot), ("control", control, Control), ("reference", reference, Motion)):
+        instance_of(f"simulate: {name}", x, kind)
     sections = {"control": control.section(), "reference": reference.section(), "simulation": keys}
     text = "\n".join(f"{name} = {toml(value)}" for name, value in sections.items())
     read = [Path(file) for file in (reference.keys.get("file"), keys.get("parameters")) if isinstance(file, (str, PathLike))]
@@ -198,4 +203,4 @@ def excite(
     progress: Progress | None = None,
 ) -> Excitation:
     """Designs the motion that [excitation] of an experiment file asks for."""
-    return Excitation(_rivid.design(Path(path), settings_of(settings), threads, progress))
+    return Excitation(_rivid.design(path_of("excite: path", path), settings_of(settings), threads, progress))

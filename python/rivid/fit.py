@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from rivid import _rivid
+from rivid._arrays import instance_of, path_of
 from rivid._keys import Method, text_of
 from rivid._options import Auto
 from rivid.experiment import Experiment
@@ -51,6 +52,7 @@ def identify(
         if log is not None or method is not None:
             raise TypeError("identify: an experiment says log and method itself; see Experiment.logs and Robot.from_urdf")
         return _of_experiment(robot if isinstance(robot, Experiment) else Experiment(robot), threads, progress)
+    instance_of("identify: robot", robot, Robot)
     if log is None:
         raise TypeError("identify: a log is required beside the robot")
     method = Auto() if method is None else method
@@ -84,6 +86,7 @@ def check(
 ) -> list[Finding]:
     """What would make an identification from these logs fail or mislead, the gravest first."""
     sections = text_of(Auto() if method is None else method, "check")
+    instance_of("check: robot", robot, Robot)
     logs = [log._log for log in read_logs(log, robot)]
     others = [log._log for log in read_logs(validation, robot)]
     return findings_of(_rivid.check(robot._robot, logs, others, sections, threads))
@@ -300,7 +303,7 @@ class Fit:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes result.json. Raises InputError where ``path`` is a file that the fit was made from, or is there and no JSON."""
-        _rivid.write_file(Path(path), self._json(), ".json", self._files())
+        _rivid.write_file(path_of("Fit.save: path", path), self._json(), ".json", self._files())
 
     def to_html(self, path: str | PathLike[str] | None = None) -> str:
         """The report as one page: written to ``path`` where there is one, and returned.
@@ -316,7 +319,7 @@ class Fit:
                 shown[-1].validation = True
             page = self._found.html(self.robot._robot, shown, self._inputs)
         if path is not None:
-            _rivid.write_file(Path(path), page, ".html", self._files())
+            _rivid.write_file(path_of("Fit.to_html: path", path), page, ".html", self._files())
         return page
 
     def _files(self) -> list[Path]:

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rivid import _rivid
-from rivid._arrays import floats
+from rivid import _rivid, formats
+from rivid._arrays import floats, instance_of, path_of
 from rivid._keys import toml_keys
 from rivid.findings import Finding, findings_of
 from rivid.formats.columns import alias, complete, flattened, with_seconds
+from rivid.robot import Robot
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from rivid._options import LogKeys
-    from rivid.robot import Robot
     from rivid.types import ArrayLike, Floats, LogSource, Progress
 
 
@@ -156,7 +156,7 @@ class Log:
 
         Raises InputError where that would replace a file that the log was read from, or one that is no CSV.
         """
-        _rivid.write_file(Path(path), self._log.to_csv(), ".csv", files_of(self))
+        _rivid.write_file(path_of("Log.to_csv: path", path), self._log.to_csv(), ".csv", files_of(self))
 
     def __len__(self) -> int:
         return self._log.samples
@@ -184,6 +184,7 @@ def read_logs(
 
     A log with long gaps becomes several. Raises InputError for what can not be read or used.
     """
+    instance_of("read_logs: robot", robot, Robot)
     if isinstance(source, (list, tuple)):
         return [log for item in source for log in read_logs(item, robot, progress=progress, **keys)]
     if isinstance(source, Log):
@@ -193,18 +194,17 @@ def read_logs(
             )
         return [source]
     if isinstance(source, (str, PathLike)):
-        from rivid import formats
-
+        source = path_of("read_logs: source", source)
+        name = str(source)
         if formats.is_text(source):
             try:
                 return _of_text(source, robot, keys, progress)
             except _rivid.InputError:
                 # What has empty cells is completed below; what is wrong otherwise has been said best.
-                if not formats.text.has_more_than_numbers(table := formats.text.parsed(Path(source))):
+                if not (table := formats.beyond_numbers(source)):
                     raise
-            name = str(source)
         else:
-            name, table = str(source), formats.read(source)
+            table = formats.read(source)
     else:
         name, table = "table", _table(source)
     table = with_seconds(table)
@@ -214,14 +214,14 @@ def read_logs(
     values, notes = _complete(name, chosen, wanted, values)
     text = toml_keys({**chosen, "files": [name]})
     logs = _rivid.logs_of(robot._robot, text, name, wanted, values)
-    files = [source] if isinstance(source, (str, PathLike)) else []
+    files = [source] if isinstance(source, Path) else []
     return [_noted(log, notes + doubts, files) for log in logs]
 
 
 def _of_text(
-    source: str | PathLike[str], robot: Robot, keys: Mapping[str, Any], progress: Progress | None
+    source: Path, robot: Robot, keys: Mapping[str, Any], progress: Progress | None
 ) -> list[Log]:
-    chosen, doubts = _chosen(_rivid.column_names(Path(source)), robot, keys)
+    chosen, doubts = _chosen(_rivid.column_names(source), robot, keys)
     text = toml_keys({**chosen, "files": [str(source)]})
     return [_noted(log, doubts, [source]) for log in _rivid.read_logs(robot._robot, text, str(source), progress)]
 

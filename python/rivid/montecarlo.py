@@ -6,10 +6,10 @@ import json
 from collections.abc import Iterable
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rivid import _rivid
+from rivid._arrays import path_of
 from rivid._keys import settings_of
 from rivid.robot import Robot
 from rivid.table import Table
@@ -26,8 +26,8 @@ class Study:
     """
 
     def __init__(self, path: str | PathLike[str], settings: Settings | None = None) -> None:
-        self._arguments = (Path(path), settings)
-        self._study = _rivid.MonteCarlo(Path(path), settings_of(settings))
+        self._arguments = (path_of("Study: path", path), settings)
+        self._study = _rivid.MonteCarlo(self._arguments[0], settings_of(settings))
 
     def __reduce__(self) -> Any:
         return Study, self._arguments
@@ -77,7 +77,7 @@ class MonteCarloResults:
         """
         page = self.study._study.html(self.rows)
         if path is not None:
-            _rivid.write_file(Path(path), page, ".html", self.study._study.inputs)
+            _rivid.write_file(path_of("MonteCarloResults.to_html: path", path), page, ".html", self.study._study.inputs)
         return page
 
     def __str__(self) -> str:

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rivid import _rivid
-from rivid._arrays import each, floats, shaped
+from rivid._arrays import each, floats, path_of, shaped
 from rivid._rivid import OnlinePayload
 from rivid.robot import DynamicModel, Robot
 
@@ -52,7 +51,7 @@ class OnlineModel:
     @classmethod
     def from_result(cls, path: str | PathLike[str], *, force: bool = False) -> OnlineModel:
         """From a result.json; ``force`` takes one that is not identified."""
-        return cls._of(_rivid.OnlineModel.of_result(Path(path), force))
+        return cls._of(_rivid.OnlineModel.of_result(path_of("OnlineModel.from_result: path", path), force))
 
     @classmethod
     def from_fit(cls, fit: Fit) -> OnlineModel:

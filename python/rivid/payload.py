@@ -6,13 +6,12 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from rivid import _rivid
-from rivid._arrays import each, shaped
+from rivid._arrays import each, instance_of, path_of, shaped
 from rivid._keys import text_of
 from rivid._options import Wls
 from rivid.log import read_logs
@@ -112,11 +111,12 @@ def identify_payloads(
     """
     if (without is None) == (arm is None):
         raise TypeError("identify_payloads: the arm is known from logs `without` payload or as `arm`: give one of them")
+    instance_of("identify_payloads: robot", robot, Robot)
     known = None
     if arm is not None:
         by_path = isinstance(arm, (str, PathLike))
         of = _rivid.IdentifiedArm
-        known = of.of_result(Path(arm), robot._robot) if by_path else of.of_fit(arm.robot._robot, arm._found)
+        known = of.of_result(path_of("identify_payloads: arm", arm), robot._robot) if by_path else of.of_fit(arm.robot._robot, arm._found)
         robot = Robot._of(known.robot)
     named = loaded if isinstance(loaded, Mapping) and not _is_table(loaded) else {"payload": loaded}
     masses = mass if isinstance(mass, Mapping) else {} if mass is None else {next(iter(named)): mass}

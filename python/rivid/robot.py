@@ -6,13 +6,12 @@ import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from rivid import _rivid
-from rivid._arrays import each, floats, shaped
+from rivid._arrays import each, floats, instance_of, path_of, shaped
 from rivid._keys import toml_keys
 from rivid.findings import Finding, findings_of
 from rivid.table import Table
@@ -44,7 +43,8 @@ class Robot:
         ``keys`` are those of [robot] in an experiment file: ``friction="symmetric"``, ``rotor_inertia=False``,
         ``joints={"elbow": {"gear_ratio": 101}}``, … Raises InputError for what can not be used, with the line of the file.
         """
-        return cls._made(_text(path), str(path), "", False, toml_keys(keys))
+        path = path_of("Robot.from_urdf: path", path)
+        return cls._made(_rivid.read_input(path), str(path), "", False, toml_keys(keys))
 
     @classmethod
     def from_mdh(cls, table: str | PathLike[str] | Iterable[Mapping[str, Any]], **keys: Unpack[RobotKeys]) -> Robot:
@@ -54,16 +54,19 @@ class Robot:
         ``joint``, its name, in rad and m. ``keys`` are those of [robot].
         """
         if isinstance(table, (str, PathLike)):
-            return cls._made(_text(table), str(table), Path(table).stem, True, toml_keys(keys))
+            path = path_of("Robot.from_mdh: table", table)
+            return cls._made(_rivid.read_input(path), str(path), path.stem, True, toml_keys(keys))
+        if isinstance(table, bytes) or not isinstance(table, Iterable):
+            raise TypeError(f"Robot.from_mdh: table is {type(table).__name__}, must be a path or a list of rows")
         text = io.StringIO()
         writer = csv.writer(text)
         writer.writerow(_MDH_COLUMNS)
         for number, row in enumerate(table, start=1):
-            values = {"joint": number, "theta": 0.0, **row}
+            values = {"joint": number, "theta": 0.0, **instance_of(f"Robot.from_mdh: row {number}", row, Mapping)}
             if missing := [column for column in _MDH_COLUMNS if column not in values]:
                 raise _rivid.InputError(f"Robot.from_mdh: row {number} has no {missing[0]!r}, must have type, alpha, a and d")
             writer.writerow([values[column] for column in _MDH_COLUMNS])
-        return cls._made(text.getvalue(), "Robot.from_mdh", "robot", True, toml_keys(keys))
+        return cls._made(text.getvalue().encode(), "Robot.from_mdh", "robot", True, toml_keys(keys))
 
     @classmethod
     def _made(cls, *description: Any) -> Robot:
@@ -135,7 +138,7 @@ class Robot:
         if parameters is None:
             return DynamicModel(_rivid.DynamicModel(self._robot, self._robot.chi_st()))
         if isinstance(parameters, (str, PathLike)):
-            chi_st = _rivid.read_parameters(Path(parameters), base._base)
+            chi_st = _rivid.read_parameters(path_of("Robot.model: parameters", parameters), base._base)
             return DynamicModel(_rivid.DynamicModel(self._robot, chi_st))
         if isinstance(parameters, Mapping):
             names = base.names if set(parameters) == set(base.names) else self._robot.parameter_names
@@ -235,7 +238,7 @@ class DynamicModel:
 
         ``force`` takes a result that is not identified.
         """
-        return cls(_rivid.DynamicModel.of_result(Path(path), parameters or "", force))
+        return cls(_rivid.DynamicModel.of_result(path_of("DynamicModel.from_result: path", path), parameters or "", force))
 
     @property
     def joints(self) -> list[str]:
@@ -307,13 +310,6 @@ class InverseDynamics:
 
     def _of_joints(self, name: str, x: ArrayLike) -> Floats:
         return shaped(f"InverseDynamics: {name}", x, self._shape)
-
-
-def _text(path: str | PathLike[str]) -> str:
-    try:
-        return Path(path).read_text(encoding="utf-8", errors="surrogateescape")
-    except OSError as error:
-        raise _rivid.InputError(f"{path}: the file can not be read: {error.strerror}") from None
 
 
 def _rows(function: Any, **series: ArrayLike) -> Floats:

@@ -7,8 +7,10 @@
 #include "report/page_tables.hpp"
 #include "rivid/error.hpp"
 #include "rivid/finding.hpp"
+#include "rivid/input.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/text.hpp"
+#include "rivid/text.hpp"
 #include "rivid/version.hpp"
 
 namespace rivid::python {
@@ -43,12 +45,29 @@ void write_output(const std::filesystem::path& path, std::string_view content, c
   outputs.commit();
 }
 
+// In place of nanobind's own, which takes messages for UTF-8: they show names from files, as the tools do.
+template <typename E>
+void translate(const nb::exception<E>& type) {
+  nb::register_exception_translator(
+      [](const std::exception_ptr& error, void* type) {
+        try {
+          std::rethrow_exception(error);
+        } catch (const E& e) {
+          PyErr_SetString(static_cast<PyObject*>(type), on_one_line(e.what()).c_str());
+        }
+      },
+      type.ptr());
+}
+
 void bind_errors(nb::module_& m) {
   const nb::exception<Error> error(m, "Error");
   // What cannot be used is a ValueError too, what gave up an ArithmeticError.
   const auto also = [&](PyObject* other) { return nb::make_tuple(error, nb::borrow(other)); };
   const nb::exception<InputError> input(m, "InputError", also(PyExc_ValueError));
   const nb::exception<NumericsError> numerics(m, "NumericsError", also(PyExc_ArithmeticError));
+  translate(error);  // the newest is asked first
+  translate(input);
+  translate(numerics);
 }
 
 }  // namespace
@@ -73,6 +92,14 @@ NB_MODULE(_rivid, m) {
       "code"_a, "Cause and cure of a code of a finding; None for an unknown one.");
   m.def("write_file", &write_output, "path"_a, "content"_a, "extension"_a, "inputs"_a, Unlocked(),
         "Writes a file as a whole or not at all, over none of the inputs and no file of another extension.");
+  m.def("limit_inputs", &rivid::limit_inputs, "most_bytes"_a, "Sets the largest text file that is read.");
+  m.def(
+      "read_input",
+      [](const std::filesystem::path& path) {
+        const rivid::InputText text = rivid::read_input(path);
+        return nanobind::bytes(text.bytes().data(), text.bytes().size());
+      },
+      "path"_a, "The bytes of a file, as the library reads it.");
   bind_data(m);
   bind_dynamics(m);
   bind_identify(m);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +12,11 @@ from rivid.formats.columns import flattened
 
 
 def _arrays(path: Path) -> dict[str, Any]:
-    try:
-        loaded = np.load(path, allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            return _named(path, loaded)
-        with loaded:
-            return {name: loaded[name] for name in loaded.files}
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: can not be read by NumPy: {error}") from None
+    loaded = np.load(path, allow_pickle=False)
+    if isinstance(loaded, np.ndarray):
+        return _named(path, loaded)
+    with loaded:
+        return {name: loaded[name] for name in loaded.files}
 
 
 def _named(path: Path, array: Any) -> dict[str, Any]:

@@ -10,17 +10,13 @@ import pyarrow
 import pyarrow.feather
 import pyarrow.parquet
 
-from rivid._rivid import InputError
 from rivid.formats.columns import flattened
 
 
 def _table(path: Path) -> pyarrow.Table:
     with path.open("rb") as file:
         parquet = file.read(4) == b"PAR1"
-    try:
-        return pyarrow.parquet.read_table(path) if parquet else pyarrow.feather.read_table(path)
-    except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(f"{path}: can not be read by pyarrow: {error}") from None
+    return pyarrow.parquet.read_table(path) if parquet else pyarrow.feather.read_table(path)
 
 
 def _column(column: pyarrow.ChunkedArray) -> Any:

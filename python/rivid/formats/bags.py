@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from array import array
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from rivid._rivid import InputError
@@ -24,7 +23,7 @@ class _Series:
     def __init__(self) -> None:
         self.stamps: list[int] = []
         self.columns: dict[str, int] = {}
-        self.rows: list[tuple[tuple[int, ...], list[float]]] = []
+        self.rows: list[tuple[tuple[int, ...], array[float]]] = []
         self._places: dict[tuple[Any, ...], tuple[int, ...]] = {}
 
     def add(self, stamp: int, names: tuple[str, ...], fields: list[tuple[str, Any]]) -> None:
@@ -33,7 +32,7 @@ class _Series:
             wanted = [f"{name}/{field}" for field, _ in fields for name in names]
             self._places[key] = tuple(self.columns.setdefault(name, len(self.columns)) for name in wanted)
         self.stamps.append(stamp)
-        self.rows.append((self._places[key], [x for _, values in fields for x in values]))
+        self.rows.append((self._places[key], array("d", [x for _, values in fields for x in values])))
 
     def matrix(self) -> Any:
         out = np.full((len(self.rows), len(self.columns)), np.nan)
@@ -42,15 +41,8 @@ class _Series:
         return out
 
 
-@contextmanager
-def _opened(path: Path) -> Iterator[AnyReader]:
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            yield reader
-    except InputError:
-        raise
-    except Exception as error:  # rosbags raises whatever a damaged file leads to
-        raise InputError(f"{path}: can not be read as a bag: {type(error).__name__}: {error}") from None
+def _opened(path: Path) -> AnyReader:
+    return AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
 
 
 def _stamp(message: Any, recorded: int) -> int:
@@ -134,5 +126,3 @@ def contents(path: Path) -> list[str]:
             lines.append(f"{c.topic}  {c.msgtype}, {c.msgcount} messages{joints}")
         return lines
 
-
-__all__ = ["AnyReaderError", "contents", "read"]

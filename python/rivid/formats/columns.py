@@ -10,6 +10,13 @@ import numpy as np
 
 from rivid._rivid import InputError
 
+_UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """A text of a file with control characters, and bytes that are no UTF-8, as '?'."""
+    return _UNPRINTABLE.sub("?", text)
+
 
 def flattened(variables: Mapping[str, Any], source: str) -> dict[str, Any]:
     """Columns of variables that are vectors, matrices with one row or one column a sample, or such in structs.
@@ -116,7 +123,8 @@ def with_seconds(table: Mapping[str, Any]) -> dict[str, Any]:
     if "t" in out and np.asarray(out["t"]).dtype.kind == "f":
         return out
     for name in table:
-        if nanoseconds := nanoseconds_of(name, table):
+        nanoseconds = nanoseconds_of(name, table)
+        if nanoseconds and all(np.asarray(table[one]).dtype.kind in "fiub" for one in (name, nanoseconds)):
             whole = np.asarray(table[name], dtype=float)  # exact up to 2^53
             known = whole[np.isfinite(whole)]
             out["t"] = (whole - (known[0] if known.size else 0.0)) + np.asarray(table[nanoseconds], dtype=float) * 1e-9
@@ -129,6 +137,14 @@ def with_seconds(table: Mapping[str, Any]) -> dict[str, Any]:
                 out["t"] = stamps
                 return out
     return out
+
+
+def has_more_than_numbers(table: Mapping[str, Any]) -> bool:
+    """Whether there are dates, seconds with nanoseconds, or columns of numbers some of whose cells are empty."""
+    with_time = with_seconds(table)
+    return ("t" in with_time and "t" not in table) or any(
+        column.dtype.kind == "f" and 0 < np.count_nonzero(np.isnan(column)) < len(column) for column in table.values()
+    )
 
 
 _MOST_PERIODS = 10.0

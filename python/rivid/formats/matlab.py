@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ import scipy.io
 from rivid._rivid import InputError
 from rivid.formats.columns import flattened
 
+_MOST_VARIABLES = 100_000
+
 
 def _of_v5(value: Any) -> Any:
     """Structs as dictionaries."""
@@ -20,9 +23,17 @@ def _of_v5(value: Any) -> Any:
     return value
 
 
-def _of_hdf5(node: Any, matlab: bool) -> Any:
+def _of_hdf5(node: Any, matlab: bool, left: Iterator[int]) -> Any:
+    """What lies in the file itself: links to other files are not followed, nor soft ones, whose path may lead over such."""
+    if next(left, None) is None:
+        raise InputError(f"{node.file.filename}: has more than {_MOST_VARIABLES} variables and groups, links to the same ones counted again")
     if isinstance(node, h5py.Group):
-        return {name: _of_hdf5(child, matlab) for name, child in node.items() if not name.startswith("#")}
+        own = [name for name in node if not name.startswith("#") and isinstance(node.get(name, getlink=True), h5py.HardLink)]
+        return {name: _of_hdf5(node[name], matlab, left) for name in own}
+    if not isinstance(node, h5py.Dataset):
+        return {}
+    if node.external or node.is_virtual:
+        raise InputError(f"{node.file.filename}: the numbers of {node.name} are in other files, which are not opened")
     array = node[()]
     if matlab and np.ndim(array) == 2:  # MATLAB stores by columns, HDF5 by rows
         array = array.T
@@ -32,16 +43,13 @@ def _of_hdf5(node: Any, matlab: bool) -> Any:
 
 
 def _variables(path: Path) -> dict[str, Any]:
-    try:
-        if h5py.is_hdf5(path):
-            with path.open("rb") as file:
-                matlab = file.read(6) == b"MATLAB"
-            with h5py.File(path, "r") as file:
-                return _of_hdf5(file, matlab)
-        loaded = scipy.io.loadmat(path, struct_as_record=False, squeeze_me=True)
-        return {name: _of_v5(value) for name, value in loaded.items() if not name.startswith("__")}
-    except Exception as error:  # the libraries raise whatever a damaged file leads to
-        raise InputError(f"{path}: can not be read as MATLAB or HDF5: {error}") from None
+    if h5py.is_hdf5(path):
+        with path.open("rb") as file:
+            matlab = file.read(6) == b"MATLAB"
+        with h5py.File(path, "r") as file:
+            return _of_hdf5(file, matlab, iter(range(_MOST_VARIABLES)))
+    loaded = scipy.io.loadmat(path, struct_as_record=False, squeeze_me=True)
+    return {name: _of_v5(value) for name, value in loaded.items() if not name.startswith("__")}
 
 
 def read(path: Path) -> dict[str, Any]:
