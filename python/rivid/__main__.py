@@ -12,7 +12,7 @@ import numpy as np
 
 from rivid._rivid import InputError, version, write_file
 from rivid.formats import beyond_numbers, contents, is_text, limit_inputs, read
-from rivid.formats.columns import complete, with_seconds
+from rivid.formats.columns import complete, printable, with_seconds
 
 
 def _is_position(name: str) -> bool:
@@ -79,9 +79,9 @@ def main() -> int:
             print("\n".join(contents(arguments.source)))
         else:
             for note in convert(arguments.source, arguments.target):
-                print(f"note: {note}", file=sys.stderr)
+                print(f"note: {printable(note)}", file=sys.stderr)
     except (InputError, OSError) as error:
-        print(f"rivid: error: {error}", file=sys.stderr)
+        print(f"rivid: error: {printable(str(error))}", file=sys.stderr)
         return 2
     return 0
 

@@ -171,10 +171,11 @@ def simulate(
         if control is not None or reference is not None or keys:
             raise TypeError("simulate: an experiment says control, reference and simulation itself")
         return Simulation(robot.robot, robot._experiment.simulate(progress), robot._inputs())
+    instance_of("simulate: robot", robot, Robot)
     if control is None or reference is None:
         raise TypeError("simulate: control and reference are required beside the robot")
-    for name, x, kind in (("robot", robot, Robot), ("control", control, Control), ("reference", reference, Motion)):
-        instance_of(f"simulate: {name}", x, kind)
+    instance_of("simulate: control", control, Control)
+    instance_of("simulate: reference", reference, Motion)
     sections = {"control": control.section(), "reference": reference.section(), "simulation": keys}
     text = "\n".join(f"{name} = {toml(value)}" for name, value in sections.items())
     read = [Path(file) for file in (reference.keys.get("file"), keys.get("parameters")) if isinstance(file, (str, PathLike))]

@@ -14,7 +14,7 @@ from rivid import _rivid, formats
 from rivid._arrays import floats, instance_of, path_of
 from rivid._keys import toml_keys
 from rivid.findings import Finding, findings_of
-from rivid.formats.columns import alias, complete, flattened, with_seconds
+from rivid.formats.columns import alias, complete, flattened, printable, with_seconds
 from rivid.robot import Robot
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def read_logs(
         return [source]
     if isinstance(source, (str, PathLike)):
         source = path_of("read_logs: source", source)
-        name = str(source)
+        name = printable(str(source))
         if formats.is_text(source):
             try:
                 return _of_text(source, robot, keys, progress)
@@ -209,7 +209,7 @@ def read_logs(
         name, table = "table", _table(source)
     table = with_seconds(table)
     chosen, doubts = _chosen(list(table), robot, keys)
-    wanted = _wanted(chosen, table)
+    wanted = _wanted(name, chosen, table)
     values = np.column_stack([np.asarray(table[column], dtype=float) for column in wanted])
     values, notes = _complete(name, chosen, wanted, values)
     text = toml_keys({**chosen, "files": [name]})
@@ -265,7 +265,7 @@ def _table(source: Any) -> Mapping[str, Any]:
         return flattened(source, "the mapping")
     if hasattr(source, "columns") and hasattr(source, "__getitem__"):  # pandas, polars
         return {str(name): np.asarray(source[name]) for name in source.columns}
-    raise TypeError(f"a log, a file, a DataFrame or a mapping of columns is required, not {type(source).__name__}")
+    raise TypeError(f"read_logs: source is {type(source).__name__}, must be a log, a file, a DataFrame or a mapping of columns")
 
 
 _DEFAULT_NAME = re.compile(r"t|time|(q|qd|tau|v|qref|qdref)[1-9]\d*")
@@ -295,7 +295,7 @@ def _chosen(names: list[str], robot: Robot, keys: Mapping[str, Any]) -> tuple[di
     return out, notes + doubts
 
 
-def _wanted(keys: Mapping[str, Any], table: Mapping[str, Any]) -> list[str]:
+def _wanted(source: str, keys: Mapping[str, Any], table: Mapping[str, Any]) -> list[str]:
     """Columns that are numbers; of those that were named all, so that a message can say what is wrong with them."""
     def is_number(name: str) -> bool:
         return np.asarray(table[name]).dtype.kind in "fiub"
@@ -310,10 +310,10 @@ def _wanted(keys: Mapping[str, Any], table: Mapping[str, Any]) -> list[str]:
         return [name for name in table if is_number(name)]
     missing = [name for name in named if name not in table]
     if missing:
-        raise _rivid.InputError(f"there is no column {missing[0]!r}; the columns are {', '.join(map(repr, table))}")
+        raise _rivid.InputError(f"{source}: there is no column {missing[0]!r}; the columns are {', '.join(map(repr, table))}")
     words = [name for name in named if not is_number(name)]
     if words:
-        raise _rivid.InputError(f"column {words[0]!r} holds {np.asarray(table[words[0]]).dtype}, must hold numbers")
+        raise _rivid.InputError(f"{source}: column {words[0]!r} holds {np.asarray(table[words[0]]).dtype}, must hold numbers")
     return list(dict.fromkeys([*named, *(name for name in table if _DEFAULT_NAME.fullmatch(name) and is_number(name))]))
 
 

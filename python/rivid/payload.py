@@ -14,12 +14,12 @@ from rivid import _rivid
 from rivid._arrays import each, instance_of, path_of, shaped
 from rivid._keys import text_of
 from rivid._options import Wls
+from rivid.fit import Fit
 from rivid.log import read_logs
 from rivid.robot import Robot
 from rivid.table import Table
 
 if TYPE_CHECKING:
-    from rivid.fit import Fit
     from rivid.types import ArrayLike, Floats, LogSource
 
 _INERTIA = (("Ixx", "Ixy", "Ixz"), ("Ixy", "Iyy", "Iyz"), ("Ixz", "Iyz", "Izz"))
@@ -114,9 +114,8 @@ def identify_payloads(
     instance_of("identify_payloads: robot", robot, Robot)
     known = None
     if arm is not None:
-        by_path = isinstance(arm, (str, PathLike))
         of = _rivid.IdentifiedArm
-        known = of.of_result(path_of("identify_payloads: arm", arm), robot._robot) if by_path else of.of_fit(arm.robot._robot, arm._found)
+        known = of.of_fit(arm.robot._robot, arm._found) if isinstance(arm, Fit) else of.of_result(path_of("identify_payloads: arm", arm), robot._robot)
         robot = Robot._of(known.robot)
     named = loaded if isinstance(loaded, Mapping) and not _is_table(loaded) else {"payload": loaded}
     masses = mass if isinstance(mass, Mapping) else {} if mass is None else {next(iter(named)): mass}

@@ -13,7 +13,7 @@ import scipy.io
 from rivid._rivid import InputError
 from rivid.formats.columns import flattened
 
-_MOST_VARIABLES = 100_000
+_MOST_VARIABLES = 10_000
 
 
 def _of_v5(value: Any) -> Any:
