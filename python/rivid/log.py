@@ -252,7 +252,7 @@ def _recorded(values: Floats) -> Floats | None:
 
 def _noted(log: _rivid.Log, notes: list[str], files: list[str | PathLike[str]]) -> Log:
     for note in notes:
-        log.note(note)
+        log.note(printable(note))
     return Log._of(log, files)
 
 

@@ -66,7 +66,7 @@ class Robot:
             if missing := [column for column in _MDH_COLUMNS if column not in values]:
                 raise _rivid.InputError(f"Robot.from_mdh: row {number} has no {missing[0]!r}, must have type, alpha, a and d")
             writer.writerow([values[column] for column in _MDH_COLUMNS])
-        return cls._made(text.getvalue().encode(), "Robot.from_mdh", "robot", True, toml_keys(keys))
+        return cls._made(text.getvalue(), "Robot.from_mdh", "robot", True, toml_keys(keys))
 
     @classmethod
     def _made(cls, *description: Any) -> Robot:

@@ -7,14 +7,45 @@
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "rivid/identify/estimation.hpp"
+
+/// In place of nanobind/stl/string.h, which raises UnicodeDecodeError: names from files, and pages that show them, may be no UTF-8. Such bytes
+/// are '?', as the tools show them.
+template <>
+struct nanobind::detail::type_caster<std::string> {
+  NB_TYPE_CASTER(std::string, const_name("str"))
+
+  bool from_python(handle src, std::uint8_t /*flags*/, cleanup_list* /*cleanup*/) noexcept {
+    Py_ssize_t size = 0;
+    const char* const text = PyUnicode_AsUTF8AndSize(src.ptr(), &size);
+    if (text == nullptr) {
+      PyErr_Clear();
+      return false;
+    }
+    value = std::string(text, static_cast<std::size_t>(size));
+    return true;
+  }
+
+  static handle from_cpp(const std::string& text, rv_policy /*policy*/, cleanup_list* /*cleanup*/) noexcept {
+    const auto size = static_cast<Py_ssize_t>(text.size());
+    if (PyObject* const whole = PyUnicode_FromStringAndSize(text.data(), size); whole != nullptr) {
+      return whole;
+    }
+    PyErr_Clear();
+    const object damaged = steal(PyUnicode_DecodeUTF8(text.data(), size, "replace"));
+    const object unknown = steal(PyUnicode_FromString("\xEF\xBF\xBD"));
+    const object shown = steal(PyUnicode_FromString("?"));
+    return PyUnicode_Replace(damaged.ptr(), unknown.ptr(), shown.ptr(), -1);
+  }
+};
 
 // What the files of the extension share. Options come as TOML text in the words of experiment files and results go as the JSON
 // documents that the tools write: neither is described here again.

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "binding.hpp"
 #include "data/log_columns.hpp"
 #include "experiment/from_program.hpp"
@@ -11,7 +9,6 @@
 #include "rivid/report/text.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/filter.hpp"
-#include "rivid/text.hpp"
 
 namespace rivid::python {
 
@@ -120,13 +117,8 @@ void bind_log(nb::module_& m) {
       "robot"_a, "keys"_a, "source"_a, "names"_a, "values"_a, Unlocked(),
       "The logs in a table, as [log] says.");
   m.def(
-      "column_names",
-      [](const std::filesystem::path& path) {
-        std::vector<std::string> names = column_names(path);
-        std::ranges::transform(names, names.begin(), &on_one_line);  // Python takes UTF-8 alone
-        return names;
-      },
-      "path"_a, Unlocked());
+      "column_names", [](const std::filesystem::path& path) { return column_names(path); }, "path"_a,
+      Unlocked());
   m.def("recognised", &recognised, "names"_a, "robot"_a,
         "Keys of [log] by the names of columns, and what was doubtful.");
   m.def(
@@ -175,14 +167,11 @@ void bind_data(nb::module_& m) {
   robot
       .def_static(
           "of_description",
-          [](const nb::bytes& text, const std::string& source, const std::string& name, bool mdh,
+          [](const std::string& text, const std::string& source, const std::string& name, bool mdh,
              const std::string& keys) {
-            const detail::RobotDescription description{
-                .text = {text.c_str(), text.size()}, .source = source, .name = name, .mdh = mdh};
-            const nb::gil_scoped_release unlocked;
-            return detail::robot_of(description, keys);
+            return detail::robot_of({.text = text, .source = source, .name = name, .mdh = mdh}, keys);
           },
-          "text"_a, "source"_a, "name"_a, "mdh"_a, "keys"_a,
+          "text"_a, "source"_a, "name"_a, "mdh"_a, "keys"_a, Unlocked(),
           "The robot of a URDF or of a modified Denavit-Hartenberg table, with the keys of [robot].")
       .def_ro("name", &Robot::name)
       .def_ro("base", &Robot::base)

@@ -95,11 +95,8 @@ NB_MODULE(_rivid, m) {
   m.def("limit_inputs", &rivid::limit_inputs, "most_bytes"_a, "Sets the largest text file that is read.");
   m.def(
       "read_input",
-      [](const std::filesystem::path& path) {
-        const rivid::InputText text = rivid::read_input(path);
-        return nanobind::bytes(text.bytes().data(), text.bytes().size());
-      },
-      "path"_a, "The bytes of a file, as the library reads it.");
+      [](const std::filesystem::path& path) { return std::string(rivid::read_input(path).bytes()); },
+      "path"_a, "The text of a file, as the library reads it.");
   bind_data(m);
   bind_dynamics(m);
   bind_identify(m);

@@ -540,3 +540,16 @@ def test_mutated_files_are_logs_or_input_errors(robot, tmp_path, monkeypatch):
     print(counts)
     assert not wrong
     assert counts["log"] > 0 and counts["InputError"] > FILES // 4
+
+
+# Names that are no UTF-8 --------------------------------------------------------------------------------------------
+
+
+def test_a_description_in_latin_1_is_a_robot_all_the_same(scara, tmp_path):
+    text = (scara / "scara.urdf").read_bytes().replace(b'name="scara"', 'name="scärä"'.encode("latin-1"))
+    (tmp_path / "scara.urdf").write_bytes(text)
+    rivid.draft(tmp_path / "scara.urdf", scara / "scara_s2.csv", tmp_path / "new.toml")
+    of_file = rivid.Experiment(tmp_path / "new.toml", {"signal.decimation": 20})
+    for robot in (rivid.Robot.from_urdf(tmp_path / "scara.urdf"), of_file.robot):
+        assert robot.name == "sc?r?"
+    assert "sc?r?" in rivid.identify(of_file).to_html()
