@@ -55,6 +55,9 @@ std::optional<std::string> Space::complaint(const Robot& robot) const {
 
 namespace detail {
 
+// Nearer than this a line touches, and farther it has moved [m].
+constexpr double touching = 1e-6;
+
 Clearances::Clearances(const Robot& robot, const Space& space, const Vector& lower, const Vector& upper,
                        std::vector<Finding>& findings)
     : robot_(robot), half_spaces_(space.half_spaces), boxes_(space.boxes), frames_(robot.joints.size()) {
@@ -66,7 +69,7 @@ Clearances::Clearances(const Robot& robot, const Space& space, const Vector& low
   add_bodies(space);
   placed_.resize(bodies_.size());
   add_pairs(space);
-  drop_near_pairs(lower, upper, space.clearance, findings);
+  leave_out_pairs(lower, upper, space.clearance, findings);
 }
 
 void Clearances::add_bodies(const Space& space) {
@@ -112,31 +115,70 @@ void Clearances::add_pairs(const Space& space) {
   }
 }
 
-void Clearances::drop_near_pairs(const Vector& lower, const Vector& upper, double clearance,
+// Where the ends of a body's line are; along the normal of a half-space, whatever else they do.
+std::array<Eigen::Vector3d, 2> Clearances::ends_beside(const Pair& pair) const {
+  const Segment& line = placed_[pair.body];
+  if (pair.box >= 0) {
+    return {line.from, line.to};
+  }
+  const Eigen::Vector3d& normal = half_spaces_[static_cast<std::size_t>(pair.half_space)].normal;
+  return {normal.dot(line.from) * normal, normal.dot(line.to) * normal};
+}
+
+// Whether the line of a body, without its radius, is in an obstacle.
+bool Clearances::is_inside(const Pair& pair, double distance) const {
+  if (pair.box >= 0) {
+    const Box& box = boxes_[static_cast<std::size_t>(pair.box)];
+    const Box smaller{.name = {}, .min = box.min.array() + touching, .max = box.max.array() - touching};
+    return nearest(placed_[pair.body], smaller).distance() == 0.0;
+  }
+  return distance < -bodies_[pair.body].radius - touching;
+}
+
+void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, double clearance,
                                  std::vector<Finding>& findings) {
   constexpr int poses = 200;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> part(0.0, 1.0);
-  Vector near = Vector::Zero(size());
+  kept_.assign(pairs_.size(), false);
   Vector distances(size());
-  for (int k = 0; k < poses; ++k) {
+  std::vector<std::array<Eigen::Vector3d, 2>> first_ends(pairs_.size());
+  for (int pose = 0; pose < poses; ++pose) {
     Vector q(robot_.size());
     for (Index j = 0; j < q.size(); ++j) {
       const bool bounded = std::isfinite(lower[j]) && std::isfinite(upper[j]);
       q[j] = bounded ? lower[j] + part(random) * (upper[j] - lower[j]) : part(random);
     }
     at(q, distances, nullptr);
-    near.array() += (distances.array() < clearance).cast<double>();
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const Pair& pair = pairs_[k];
+      const double distance = distances[static_cast<Index>(k)];
+      bool kept = distance >= clearance;
+      if (pair.other < 0) {
+        const std::array<Eigen::Vector3d, 2> ends = ends_beside(pair);
+        first_ends[k] = pose == 0 ? ends : first_ends[k];
+        const bool moves =
+            (ends[0] - first_ends[k][0]).norm() > touching || (ends[1] - first_ends[k][1]).norm() > touching;
+        // What the first link stands on it stands on in every pose. Inside of it, the obstacle is not where it was meant to be.
+        kept = kept || moves || bodies_[pair.body].joint > 0 || is_inside(pair, distance);
+      }
+      kept_[k] = kept_[k] || kept;
+    }
   }
   std::vector<Pair> kept;
   for (Index k = 0; k < size(); ++k) {
-    if (2.0 * near[k] > poses) {
+    const Pair& pair = pairs_[static_cast<std::size_t>(k)];
+    if (kept_[static_cast<std::size_t>(k)]) {
+      kept.push_back(pair);
+    } else if (pair.other >= 0) {
       findings.push_back(Finding{"clearance_left_out", first(k),
-                                 "is nearer to " + second(k) + " than the clearance in " +
-                                     number(100.0 * near[k] / poses, 3) +
-                                     " % of random poses; the pair is left out"});
+                                 "is nearer to " + second(k) + " than the clearance in each of " +
+                                     std::to_string(poses) + " random poses; the pair is left out"});
     } else {
-      kept.push_back(pairs_[static_cast<std::size_t>(k)]);
+      findings.push_back(Finding{"clearance_fixed", first(k),
+                                 "is " + number(distances[k], 3) + " m from " + second(k) +
+                                     " in every pose, where " + number(clearance, 3) +
+                                     " m is asked: it stands there, and no motion changes that"});
     }
   }
   pairs_ = std::move(kept);

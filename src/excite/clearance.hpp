@@ -1,6 +1,6 @@
 #pragma once
 
-#include <span>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -15,14 +15,17 @@ namespace rivid::detail {
 /// exact derivatives by the joint positions.
 class Clearances {
  public:
-  /// Pairs of neighbours, and those that are nearer than the clearance in most random poses, are left out.
+  /// Pairs of neighbours are left out, and pairs of links that are nearer than the clearance in each of many random poses. A
+  /// pair with an obstacle is not, unless the first link stands there: its distance is the same in every pose.
   ///
-  /// @param bounds    positions of the random poses
-  /// @param findings  pairs that are left out are told here
+  /// @param lower, upper  positions of the random poses, (n)
+  /// @param findings      pairs that are left out are told here
   Clearances(const Robot& robot, const Space& space, const Vector& lower, const Vector& upper,
              std::vector<Finding>& findings);
 
   [[nodiscard]] Index size() const { return std::ssize(pairs_); }
+  /// Of all pairs, body by body with half-spaces, boxes and bodies, those that are not left out.
+  [[nodiscard]] const std::vector<bool>& kept() const { return kept_; }
   [[nodiscard]] std::string first(Index pair) const;
   [[nodiscard]] std::string second(Index pair) const;
 
@@ -53,7 +56,9 @@ class Clearances {
 
   void add_bodies(const Space& space);
   void add_pairs(const Space& space);
-  void drop_near_pairs(const Vector& lower, const Vector& upper, double clearance,
+  [[nodiscard]] std::array<Eigen::Vector3d, 2> ends_beside(const Pair& pair) const;
+  [[nodiscard]] bool is_inside(const Pair& pair, double distance) const;
+  void leave_out_pairs(const Vector& lower, const Vector& upper, double clearance,
                        std::vector<Finding>& findings);
   void place(const Eigen::Ref<const Vector>& q);
   [[nodiscard]] Nearest nearest_of(const Pair& pair) const;
@@ -65,6 +70,7 @@ class Clearances {
   std::vector<Box> boxes_;
   std::vector<Body> bodies_;
   std::vector<Pair> pairs_;
+  std::vector<bool> kept_;
   std::vector<Frame> frames_;    // of the joints at the pose
   std::vector<Segment> placed_;  // lines of the bodies at the pose
 };

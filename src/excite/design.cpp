@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "dense.hpp"
+#include "excite/checked_clearances.hpp"
 #include "excite/mma.hpp"
 #include "excite/task.hpp"
 #include "rivid/error.hpp"
@@ -56,9 +57,11 @@ std::string limit_in_words(const Task& task, Index limit) {
 std::string excess_in_words(const Task& task, Index limit, double value) {
   const std::vector<detail::SideLimit> sides = detail::side_limits(task.bounds);
   if (limit >= std::ssize(sides)) {
-    const double distance = task.space.clearance - value * detail::clearance_scale;
+    const double distance =
+        task.space.clearance + detail::clearance_reserve - value * detail::clearance_scale;
     return limit_in_words(task, limit) + " is " + number(distance, 3) + " m where it must be at least " +
-           number(task.space.clearance, 3) + " m";
+           number(task.space.clearance, 3) +
+           " m; see to [excitation.space]: metres in the base frame, clearance, capsules of the links";
   }
   const detail::SideLimit& side = sides[static_cast<std::size_t>(limit)];
   return limit_in_words(task, limit) + " is " + number(side.side * (side.edge + value * side.scale), 4) +
@@ -135,6 +138,7 @@ class Designer {
   detail::MmaResult improved(Problem& problem, const Vector& z, int evaluations, std::string_view stage);
   Vector polished(const Found& best);
   Vector shrunk(DenseCheck& check, const Vector& rest, const Vector& z) const;
+  void check(Excitation& found) const;
   void tell(std::string_view stage, double objective);
   [[nodiscard]] bool is_stopped();
   [[nodiscard]] Index samples() const {
@@ -195,14 +199,17 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
   const MotionBounds& bounds = task_.bounds;
   double least = std::numeric_limits<double>::infinity();
   Index limit = 0;
+  Vector least_of_each;
   for (int k = 0; k < (curve_->starts_fixed() ? 1 : poses); ++k) {
     Vector pose(curve_->joints());
     for (Index j = 0; j < pose.size(); ++j) {
       pose[j] = bounds.lower[j] + within(random) * (bounds.upper[j] - bounds.lower[j]);
     }
     const Vector z = curve_->at_rest(pose);
+    const Vector values = check(z);
+    least_of_each = k == 0 ? values : Vector(least_of_each.cwiseMin(values));
     Index at = 0;
-    const double worst = check(z).maxCoeff(&at);
+    const double worst = values.maxCoeff(&at);
     if (worst < -reserve) {
       return z;
     }
@@ -210,6 +217,12 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
       least = worst;
       limit = at;
     }
+  }
+  // A limit that none of the poses keeps says more than the best pose.
+  Index never = 0;
+  if (least_of_each.maxCoeff(&never) >= -reserve) {
+    limit = never;
+    least = least_of_each[never];
   }
   throw InputError(std::string("design: ") +
                    (curve_->starts_fixed()
@@ -328,6 +341,35 @@ Vector Designer::polished(const Found& best) {
   return kept;
 }
 
+// The finished motion, as it is played, by code that shares nothing with the search, on instants twice as dense.
+void Designer::check(Excitation& found) const {
+  constexpr double tolerance = 1e-3;  // m
+  const std::vector<bool> kept = detail::clearances_of(task_).kept();
+  if (kept.empty()) {
+    return;
+  }
+  const std::unique_ptr<const Reference> reference = found.reference();
+  const Index intervals = 2 * dense();
+  const double rate = static_cast<double>(intervals) / reference->duration();
+  Matrix q(intervals + 1, curve_->joints());
+  Vector at(q.cols());
+  Vector qd(q.cols());
+  Vector qdd(q.cols());
+  for (Index k = 0; k <= intervals; ++k) {
+    reference->at(static_cast<double>(k) / rate, at, qd, qdd);
+    q.row(k) = at;
+  }
+  found.forecast.clearances = detail::checked_clearances(task_.robot, task_.space, kept, q, rate);
+  for (const ClearanceUse& use : found.forecast.clearances) {
+    if (use.distance < use.wanted - tolerance) {
+      throw InputError("design: the motion that was found brings " + use.first + " to " +
+                       number(use.distance, 4) + " m from " + use.second + " at " + number(use.time, 4) +
+                       " s, where it must be at least " + number(use.wanted, 4) +
+                       " m; a larger number of samples keeps it");
+    }
+  }
+}
+
 Excitation Designer::designed() {
   const auto starts = static_cast<std::size_t>(options_.starts);
   std::vector<Found> found(starts);
@@ -372,10 +414,18 @@ Excitation Designer::designed() {
   out.t = Vector::LinSpaced(played(), 0.0, static_cast<double>(played() - 1) / options_.rate_hz);
   out.motion = curve_->motion(curve_->tables(out.t), curve_->coefficients(z));
   out.forecast = forecast(task_.robot, out.motion, options_.rate_hz, options_);
+  check(out);
   return out;
 }
 
 }  // namespace
+
+std::unique_ptr<const Reference> Excitation::reference() const {
+  if (series) {
+    return std::make_unique<FourierReference>(*series);
+  }
+  return std::make_unique<LoggedReference>(t, motion.q);
+}
 
 std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) const {
   if (has_load(robot)) {

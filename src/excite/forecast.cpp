@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "excite/checked_clearances.hpp"
 #include "excite/task.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
@@ -254,16 +255,8 @@ Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const Ex
   if (task.chi.size() > 0) {
     out.tau = detail::predicted_torques(regressor, motion, task.chi);
   }
-  detail::Clearances clearances = detail::clearances_of(task);
-  const detail::Approach nearest = detail::approach(clearances, motion.q);
-  for (Index p = 0; p < clearances.size(); ++p) {
-    out.clearances.push_back(
-        {.first = clearances.first(p),
-         .second = clearances.second(p),
-         .distance = nearest.distance[p],
-         .wanted = options.space.clearance,
-         .time = static_cast<double>(nearest.sample[static_cast<std::size_t>(p)]) / f_m});
-  }
+  out.clearances =
+      detail::checked_clearances(robot, task.space, detail::clearances_of(task).kept(), motion.q, f_m);
   const Matrix jerk = derivative(motion.qdd, f_m);
   out.limits = uses(robot, task.bounds, {motion, jerk, out.tau}, f_m);
   return out;

@@ -36,22 +36,6 @@ Clearances clearances_of(const Task& task) {
   return {task.robot, task.space, task.bounds.lower, task.bounds.upper, told};
 }
 
-Approach approach(Clearances& clearances, const Matrix& q) {
-  Approach out{Vector::Constant(clearances.size(), std::numeric_limits<double>::infinity()),
-               std::vector<Index>(static_cast<std::size_t>(clearances.size()))};
-  Vector distances(clearances.size());
-  for (Index k = 0; clearances.size() > 0 && k < q.rows(); ++k) {
-    clearances.at(q.row(k).transpose(), distances, nullptr);
-    for (Index p = 0; p < distances.size(); ++p) {
-      if (distances[p] < out.distance[p]) {
-        out.distance[p] = distances[p];
-        out.sample[static_cast<std::size_t>(p)] = k;
-      }
-    }
-  }
-  return out;
-}
-
 Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi) {
   Matrix out(motion.samples(), motion.joints());
   regressor.pieces(motion, [&](Index first, std::span<const Matrix> W) {
@@ -291,8 +275,13 @@ Vector DenseCheck::operator()(const Vector& z) {
   for (std::size_t l = 0; l < limits_.size(); ++l) {
     out[static_cast<Index>(l)] = peak(limits_[l], limited).value;
   }
-  out.tail(clearances_.size()) =
-      (task_.space.clearance - approach(clearances_, motion.q).distance.array()) / clearance_scale;
+  Vector distances(clearances_.size());
+  Vector nearest = Vector::Constant(distances.size(), std::numeric_limits<double>::infinity());
+  for (Index k = 0; distances.size() > 0 && k < motion.samples(); ++k) {
+    clearances_.at(motion.q.row(k).transpose(), distances, nullptr);
+    nearest = nearest.cwiseMin(distances);
+  }
+  out.tail(nearest.size()) = (task_.space.clearance + clearance_reserve - nearest.array()) / clearance_scale;
   return out;
 }
 

@@ -30,15 +30,10 @@ struct Task {
 /// Distances that the task keeps.
 [[nodiscard]] Clearances clearances_of(const Task& task);
 
-/// Smallest distance of each pair along a motion, and at which sample.
-struct Approach {
-  Vector distance;
-  std::vector<Index> sample;
-};
-[[nodiscard]] Approach approach(Clearances& clearances, const Matrix& q);
-
 /// Distances count as limits: (clearance − distance) / clearance_scale ≤ 0.
 inline constexpr double clearance_scale = 0.1;  // [m]
+/// Part of a distance that is kept free for what is nearer between the instants of the dense check.
+inline constexpr double clearance_reserve = 1e-4;  // [m]
 
 /// Torques of a motion by the a-priori model, (samples × n).
 [[nodiscard]] Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi);

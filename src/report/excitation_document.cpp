@@ -123,10 +123,10 @@ KeyFigures motion_figures(const ForecastMotion& of) {
     out.figures.emplace_back(fixed(100.0 * used->share, 1) + " %",
                              "used of the nearest limit: " + used->joint + ", " + used->quantity);
   }
-  const auto nearest = std::ranges::min_element(forecast.clearances, {}, &ClearanceUse::distance);
-  if (nearest != forecast.clearances.end()) {
-    out.figures.emplace_back(number(1000.0 * nearest->distance, 3) + " mm",
-                             "smallest distance: " + nearest->first + " from " + nearest->second);
+  if (!forecast.clearances.empty() && !std::isnan(forecast.clearances.front().wanted)) {
+    const ClearanceUse& nearest = forecast.clearances.front();
+    out.figures.emplace_back(number(1000.0 * nearest.distance, 3) + " mm",
+                             "smallest distance: " + nearest.first + " from " + nearest.second);
   }
   return out;
 }

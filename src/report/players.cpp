@@ -34,14 +34,6 @@ struct PlayedState {
   Vector qdd;
 };
 
-// The motion between its samples, too.
-std::unique_ptr<const Reference> reference_of(const Excitation& excitation) {
-  if (excitation.series) {
-    return std::make_unique<FourierReference>(*excitation.series);
-  }
-  return std::make_unique<LoggedReference>(excitation.t, excitation.motion.q);
-}
-
 PlayedState played_at(const Reference& reference, double t) {
   const Index n = reference.joints();
   PlayedState out{Vector(n), Vector(n), Vector(n)};
@@ -52,7 +44,7 @@ PlayedState played_at(const Reference& reference, double t) {
 // What a person must know before pressing play, as comments.
 std::string opening_comment(const Robot& robot, const Excitation& excitation) {
   std::string out = "# Written by rivid_excite for " + on_one_line(robot.name) + ": " +
-                    number(reference_of(excitation)->duration(), 6) +
+                    number(excitation.reference()->duration(), 6) +
                     " s from rest to rest.\n# Rest pose at both ends:";
   for (const double q : excitation.motion.q.row(0)) {
     out += " " + number(q, 6);
@@ -69,11 +61,19 @@ std::string opening_comment(const Robot& robot, const Excitation& excitation) {
       separator = ", ";
     }
   }
-  const auto nearest = std::ranges::min_element(excitation.forecast.clearances, {}, &ClearanceUse::distance);
-  out += nearest == excitation.forecast.clearances.end()
-             ? "\n# Collisions were not checked.\n"
-             : "\n# Smallest distance: " + number(nearest->distance, 4) + " m, " +
-                   on_one_line(nearest->first) + " from " + on_one_line(nearest->second) + ".\n";
+  const std::vector<ClearanceUse>& pairs = excitation.forecast.clearances;
+  const auto left_out =
+      std::ranges::find_if(pairs, [](const ClearanceUse& use) { return std::isnan(use.wanted); });
+  const auto in_words = [](const ClearanceUse& use) {
+    return number(use.distance, 4) + " m, " + on_one_line(use.first) + " from " + on_one_line(use.second);
+  };
+  out += pairs.begin() == left_out ? "\n# Collisions were not checked.\n"
+                                   : "\n# Smallest distance: " + in_words(pairs.front()) + ".\n";
+  separator = "# Not kept apart, since near in every pose: ";
+  for (auto use = left_out; use != pairs.end(); ++use, separator = "; ") {
+    out += separator + in_words(*use);
+  }
+  out += left_out == pairs.end() ? "" : ".\n";
   return out;
 }
 
@@ -82,7 +82,7 @@ std::string opening_comment(const Robot& robot, const Excitation& excitation) {
 std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
   constexpr double points_a_second = 50.0;
   constexpr double points_a_period = 20.0;
-  const std::unique_ptr<const Reference> reference = reference_of(excitation);
+  const std::unique_ptr<const Reference> reference = excitation.reference();
   const double duration = reference->duration();
   const double harmonics = excitation.series ? static_cast<double>(excitation.series->A.cols()) : 0.0;
   const auto intervals = static_cast<std::int64_t>(
@@ -171,7 +171,7 @@ std::string libfranka_rows(const Excitation& excitation) {
     }
   }
   out += '\n';
-  const std::unique_ptr<const Reference> reference = reference_of(excitation);
+  const std::unique_ptr<const Reference> reference = excitation.reference();
   const auto samples = std::llround(reference->duration() * libfranka_hz);
   for (std::int64_t k = 0; k <= samples; ++k) {
     const double t = static_cast<double>(k) / libfranka_hz;

@@ -9,6 +9,7 @@
 
 #include <random>
 
+#include "excite/checked_clearances.hpp"
 #include "rivid/model/urdf.hpp"
 #include "support/robots.hpp"
 
@@ -161,17 +162,115 @@ TEST(Clearances, AreThoseOfAPlanarArm) {
   }
 }
 
-TEST(Clearances, LeaveOutPairsThatAreAlwaysNear) {
+std::vector<std::string> seconds(const detail::Clearances& clearances, const std::string& first) {
+  std::vector<std::string> out;
+  for (Index p = 0; p < clearances.size(); ++p) {
+    if (clearances.first(p) == first) {
+      out.push_back(clearances.second(p));
+    }
+  }
+  return out;
+}
+
+TEST(Clearances, NeverLeaveOutAnObstacleThatALinkMovesBeside) {
   const Robot robot = read_urdf(RIVID_DATA "/six_axis/six_axis.urdf");
   Space space;
   space.half_spaces = {{.name = "ceiling", .normal = {0, 0, -1}, .offset = 5.0}};  // below the arm
+  space.boxes = {{.name = "crate", .min = {-3, -3, -3}, .max = {3, 3, 3}}};        // around it
   std::vector<Finding> findings;
   const detail::Clearances clearances(robot, space, Vector::Constant(6, -2.0), Vector::Constant(6, 2.0),
                                       findings);
-  ASSERT_FALSE(findings.empty());
-  EXPECT_EQ(findings.front().code, "clearance_left_out");
-  for (Index p = 0; p < clearances.size(); ++p) {
-    EXPECT_NE(clearances.second(p), "ceiling");
+  for (const std::string link : {"arm", "elbow"}) {
+    const std::vector<std::string> others = seconds(clearances, link);
+    for (const std::string obstacle : {"ceiling", "crate"}) {
+      EXPECT_NE(std::ranges::find(others, obstacle), others.end()) << link << ", " << obstacle;
+    }
+  }
+  EXPECT_EQ(std::ranges::find(findings, "clearance_fixed", &Finding::code), findings.end());
+}
+
+// The first link of the KUKA and its like begins on the floor: no motion changes that, and none has to.
+TEST(Clearances, TellHowFarTheFirstLinkIsFromWhatItStandsOn) {
+  Robot robot = read_urdf(RIVID_DATA "/six_axis/six_axis.urdf");
+  Space space;
+  space.capsules = {{.link = "shoulder", .from = {0, 0, -0.3}, .to = {0, 0, 0}, .radius = 0.06}};
+  space.self_collision = false;
+  space.half_spaces = {{.name = "floor", .normal = {0, 0, 1}, .offset = 0.0}};
+  space.boxes = {{.name = "plinth", .min = {-0.2, -0.2, -0.5}, .max = {0.2, 0.2, 0.02}}};
+  std::vector<Finding> findings;
+  const Vector bound = Vector::Constant(6, 2.0);
+  const detail::Clearances over(robot, space, -bound, bound, findings);
+  EXPECT_TRUE(seconds(over, "shoulder").empty());
+  const auto told = std::ranges::find(findings, "clearance_fixed", &Finding::code);
+  ASSERT_NE(told, findings.end());
+  EXPECT_EQ(told->subject, "shoulder");
+  EXPECT_EQ(told->text,
+            "is -0.04 m from floor in every pose, where 0.03 m is asked: it stands there, and no motion "
+            "changes that");
+  // A floor above that link, as of a number in millimetres, is not what it stands on.
+  space.half_spaces.front().offset = 300.0;
+  space.boxes.front().max.z() = 0.5;
+  findings.clear();
+  const detail::Clearances under(robot, space, -bound, bound, findings);
+  const std::vector<std::string> others = seconds(under, "shoulder");
+  EXPECT_EQ(std::ranges::count(others, std::string("floor")), 1);
+  EXPECT_EQ(std::ranges::count(others, std::string("plinth")), 1);
+}
+
+// Links 4 and 6 of this arm meet in a wrist; 1 and 3 touch in some poses alone.
+TEST(Clearances, LeaveOutLinksThatAreNearInEveryPoseAlone) {
+  const Robot robot = read_urdf(RIVID_DATA "/six_axis/six_axis.urdf");
+  Space space;
+  space.radius = 0.1;
+  std::vector<Finding> findings;
+  const Vector bound = Vector::Constant(6, 2.0);
+  detail::Clearances clearances(robot, space, -bound, bound, findings);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> within(-2.0, 2.0);
+  const Matrix q = Matrix::NullaryExpr(2000, 6, [&] { return within(random); });
+  Vector d(clearances.size());
+  Vector near = Vector::Zero(d.size());
+  for (Index k = 0; k < q.rows(); ++k) {
+    clearances.at(q.row(k).transpose(), d, nullptr);
+    near.array() += (d.array() < space.clearance).cast<double>();
+  }
+  // Some pair is near in most poses, and kept apart all the same.
+  EXPECT_GT(near.maxCoeff(), 0.5 * static_cast<double>(q.rows()));
+  EXPECT_LT(near.maxCoeff(), static_cast<double>(q.rows()));
+  const std::vector<ClearanceUse> all = detail::checked_clearances(robot, space, clearances.kept(), q, 1.0);
+  EXPECT_EQ(std::ssize(all) - std::ssize(findings), clearances.size());
+}
+
+// Two codes that have nothing in common.
+TEST(CheckedClearances, AreThoseOfTheSearch) {
+  std::mt19937_64 random(12);
+  for (const Robot& robot :
+       {read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"), test::random_robot(6, random)}) {
+    Space space = surroundings();
+    space.capsules = {
+        {.link = robot.joints[4].link, .from = {0.1, 0, 0}, .to = {0, 0.2, -0.1}, .radius = 0.02},
+        {.link = robot.base, .from = {0, 0.1, 0}, .to = {0.3, 0, 0.2}, .radius = 0.03}};
+    std::vector<Finding> findings;
+    const Vector bound = Vector::Constant(6, 2.0);
+    detail::Clearances clearances(robot, space, -bound, bound, findings);
+    std::uniform_real_distribution<double> within(-2.0, 2.0);
+    for (int k = 0; k < 50; ++k) {
+      const Vector q = Vector::NullaryExpr(6, [&] { return within(random); });
+      Vector d(clearances.size());
+      clearances.at(q, d, nullptr);
+      const std::vector<ClearanceUse> found =
+          detail::checked_clearances(robot, space, clearances.kept(), q.transpose(), 1.0);
+      EXPECT_TRUE(
+          std::ranges::is_sorted(found.begin(), found.begin() + d.size(), {}, &ClearanceUse::distance));
+      for (Index p = 0; p < d.size(); ++p) {
+        const auto use = std::ranges::find_if(found, [&](const ClearanceUse& each) {
+          return each.first == clearances.first(p) && each.second == clearances.second(p);
+        });
+        ASSERT_NE(use, found.end());
+        EXPECT_NEAR(use->distance, d[p], 1e-7) << use->first << ", " << use->second;
+        EXPECT_EQ(use->wanted, space.clearance);
+      }
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -229,7 +230,7 @@ struct [[nodiscard]] Forecast {
   double condition = 0.0;                     ///< of the weighted observation matrix
   std::vector<ForecastParameter> parameters;  ///< (b)
   std::vector<LimitUse> limits;               ///< one for each limit of each joint
-  std::vector<ClearanceUse> clearances;       ///< of each pair that is kept apart
+  std::vector<ClearanceUse> clearances;       ///< of each pair, the nearest first, those left out last
   std::vector<JointInformation> joints;       ///< (n)
   Matrix leverage;  ///< w M⁻¹ wᵀ / σ² of each sample's row w of each joint, (n_m × n); empty if M is singular
   Matrix tau;       ///< predicted torques, (n_m × n); empty without a-priori masses
@@ -270,6 +271,9 @@ struct [[nodiscard]] Excitation {
   std::vector<StartReport> starts;
   Index best_start = 0;
   bool stopped = false;  ///< whether the search was ended from outside
+
+  /// The motion between its samples, too.
+  [[nodiscard]] std::unique_ptr<const Reference> reference() const;
 };
 
 /// Designs a motion that determines a robot's base parameters as well as possible, within limits:

@@ -70,14 +70,17 @@ struct ClearanceUse {
   std::string first;      ///< link
   std::string second;     ///< link or obstacle
   double distance = 0.0;  ///< the smallest [m]
-  double wanted = 0.0;    ///< [m]
+  double wanted = 0.0;    ///< not a number for a pair that is left out [m]
   double time = 0.0;      ///< [s]
 
   template <typename R = ClearanceUse>
   static constexpr auto fields() {
     return std::tuple(Field{"first", &R::first, "link"}, Field{"second", &R::second, "link or obstacle"},
                       Field{"distance", &R::distance, "the smallest of the motion", {.unit = "m"}},
-                      Field{"wanted", &R::wanted, "what it must not fall below", {.unit = "m"}},
+                      Field{"wanted",
+                            &R::wanted,
+                            "what it must not fall below; `null` for a pair that is left out",
+                            {.unit = "m"}},
                       Field{"time", &R::time, "when", {.unit = "s"}});
   }
 };
