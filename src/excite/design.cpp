@@ -335,8 +335,13 @@ Vector Designer::polished(const Found& best) {
     constexpr double little = 0.01;
     Index at = 0;
     const double excess = check(best.rest + little * (z - best.rest)).maxCoeff(&at);
-    throw InputError("design: no motion within the limits was found: in a small one " +
-                     excess_in_words(task_, at, excess));
+    if (excess > 0.0) {
+      throw InputError("design: no motion within the limits was found: in a small one " +
+                       excess_in_words(task_, at, excess));
+    }
+    const double whole = check(z).maxCoeff(&at);
+    throw InputError("design: no motion within the limits was found: between the instants of the search " +
+                     excess_in_words(task_, at, whole) + "; try another seed, or more samples");
   }
   return kept;
 }
@@ -394,21 +399,30 @@ Excitation Designer::designed() {
     work();
   }
   Excitation out;
-  const Found* best = nullptr;
+  std::vector<const Found*> order;
   for (std::size_t k = 0; k < starts; ++k) {
-    if (faults[k] || found[k].rest.size() == 0) {  // the latter: not begun before the search was stopped
-      continue;
-    }
-    out.starts.push_back(found[k].report);
-    if (best == nullptr || found[k].result.objective < best->result.objective) {
-      best = &found[k];
-      out.best_start = std::ssize(out.starts) - 1;
+    if (!faults[k] && found[k].rest.size() > 0) {  // the latter: begun before the search was stopped
+      out.starts.push_back(found[k].report);
+      order.push_back(&found[k]);
     }
   }
-  if (best == nullptr) {
+  if (order.empty()) {
     std::rethrow_exception(faults.front());
   }
-  const Vector z = polished(*best);
+  // The best start, and where nothing is left of it within the limits, the next one.
+  std::ranges::stable_sort(order, {}, [](const Found* each) { return each->result.objective; });
+  Vector z;
+  for (std::size_t k = 0; z.size() == 0; ++k) {
+    try {
+      z = polished(*order[k]);
+      out.best_start =
+          std::ranges::find(out.starts, order[k]->report.seed, &StartReport::seed) - out.starts.begin();
+    } catch (const InputError&) {
+      if (k + 1 == order.size()) {
+        throw;
+      }
+    }
+  }
   out.stopped = stopped_;
   out.series = curve_->series(z);
   out.t = Vector::LinSpaced(played(), 0.0, static_cast<double>(played() - 1) / options_.rate_hz);

@@ -10,6 +10,7 @@
 #include "rivid/data/table.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/identify/rows.hpp"
+#include "rivid/text.hpp"
 #include "support/identify_tool.hpp"
 
 namespace {
@@ -328,6 +329,45 @@ TEST_F(Excite, WritesNothingOnADryRun) {
 TEST_F(Excite, EndsInTime) {
   const Json json = plan({"--seconds", "1", "--set", "excitation.evaluations=1000000"});
   EXPECT_EQ(json["stopped"], true);
+}
+
+TEST_F(Excite, RefusesASpaceThatCanNotBeKept) {
+  // 300 mm, typed for metres.
+  expect_refused(
+      {"arm/excite.toml", "--set", "excitation.space.floor=300"},
+      "arm: distance to floor is -300 m where it must be at least 0.03 m; see to [excitation.space]");
+  expect_refused({"arm/excite.toml", "--set",
+                  "excitation.space.boxes=[{name=\"crate\", min=[-3, -3, -3], max=[3, 3, 3]}]"},
+                 "arm: distance to crate is -0.06 m where it must be at least 0.03 m");
+  expect_refused({"arm/excite.toml", "--set",
+                  "excitation.space.half_spaces=[{name=\"left\", normal=[0, 1, "
+                  "0], offset=0.1}]"},
+                 "arm: distance to left is ");
+}
+
+TEST_F(Excite, TellsTheSmallestDistanceOfEachPair) {
+  const Json json = plan({"--set", "excitation.space.floor=0.1", "--player", "ros"});
+  const Json& pairs = json["clearances"];
+  const auto of = [&](const std::string& first, const std::string& second) {
+    return std::ranges::count_if(
+        pairs, [&](const Json& pair) { return pair["first"] == first && pair["second"] == second; });
+  };
+  EXPECT_EQ(of("arm", "floor"), 1);
+  EXPECT_EQ(of("elbow", "floor"), 1);
+  EXPECT_EQ(of("base", "elbow"), 1);
+  EXPECT_EQ(of("base", "arm"), 1);  // which no pose keeps apart
+  for (const Json& pair : pairs) {
+    EXPECT_EQ(pair["wanted"].is_null(), pair["first"] == "base" && pair["second"] == "arm") << pair;
+    EXPECT_TRUE(pair["wanted"].is_null() || pair["distance"] >= pair["wanted"]) << pair;
+  }
+  const Json& nearest = pairs.front();
+  const std::string played = folder_.read("plan/joint_trajectory.yaml");
+  EXPECT_NE(
+      played.find("# Smallest distance: " + rivid::number(nearest["distance"].get<double>(), 4) + " m, " +
+                  nearest["first"].get<std::string>() + " from " + nearest["second"].get<std::string>() +
+                  ".\n# Not kept apart, since near in every pose: -0.12 m, base from arm.\n"),
+      std::string::npos)
+      << played.substr(0, 500);
 }
 
 TEST_F(Excite, RefusesWithTheJointAndTheNumber) {

@@ -127,7 +127,8 @@ struct ExcitationOptions {
               {.range = Range::from(1, 1e5)}},
         Field{"seed",
               &E::seed,
-              "of the random motions: the same seed gives the same motion",
+              "of the random motions: the same seed gives the same motion with the same program on the same "
+              "kind of processor; others round otherwise, and find another motion of like worth",
               {.range = seed_range}},
         Field{"evaluations",
               &E::evaluations,
