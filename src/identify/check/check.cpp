@@ -1,6 +1,5 @@
-#include "rivid/identify/check.hpp"
-
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -11,6 +10,7 @@
 #include "identify/infer/parameter_set.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
+#include "rivid/identify/check.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -211,7 +211,7 @@ void add_forecast(const Identification& quick, bool instrumental, Findings& out)
 
 }  // namespace detail
 
-void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+void examine(const Robot& robot, std::span<const Log> whole_logs, std::span<const Log> whole_validation,
              Identification& result) {
   if (const auto complaint = robot.complaint()) {
     throw InputError("examine: " + *complaint);
@@ -224,7 +224,10 @@ void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log>
     throw InputError("examine: " + *complaint);
   }
   detail::expect_values("examine", result);
-  detail::require_logs("examine", robot, logs, validation);
+  detail::require_logs("examine", robot, whole_logs, whole_validation);
+  std::array<std::vector<Log>, 2> room;
+  const auto logs = detail::within_window(whole_logs, result.estimation.signal, room[0]);
+  const auto validation = detail::within_window(whole_validation, result.estimation.signal, room[1]);
   detail::Findings found;
   for (const Finding& own : result.warnings) {
     found.add(own.code, own.subject, own.text);
@@ -255,8 +258,8 @@ void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log>
   }
 }
 
-std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, std::span<const Log> validation,
-                           const CheckOptions& asked) {
+std::vector<Finding> check(const Robot& its_robot, std::span<const Log> whole_logs,
+                           std::span<const Log> whole_validation, const CheckOptions& asked) {
   // Findings about signals and sizes do not need another friction law.
   const Robot robot = without_load(its_robot);
   if (const auto complaint = robot.complaint()) {
@@ -268,7 +271,10 @@ std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, st
   if (asked.threads < 1) {
     throw InputError("check: threads is " + std::to_string(asked.threads) + ", must be at least 1");
   }
-  detail::require_logs("check", robot, logs, validation);
+  detail::require_logs("check", robot, whole_logs, whole_validation);
+  std::array<std::vector<Log>, 2> room;
+  const auto logs = detail::within_window(whole_logs, asked.signal, room[0]);
+  const auto validation = detail::within_window(whole_validation, asked.signal, room[1]);
   detail::Findings out;
   for (const Log& log : logs) {
     for (const std::string& note : log.notes) {
@@ -280,7 +286,7 @@ std::vector<Finding> check(const Robot& its_robot, std::span<const Log> logs, st
   Identification quick;
   CheckOptions options = asked;
   try {
-    quick = identify(robot, logs, {.method = Wls{}, .signal = asked.signal, .threads = asked.threads});
+    quick = identify(robot, whole_logs, {.method = Wls{}, .signal = asked.signal, .threads = asked.threads});
     options.signal = quick.estimation.signal;
   } catch (const InputError& e) {
     out.add("rows_unusable", "signal", e.what());

@@ -124,15 +124,10 @@ Robot TorqueProbe::robot_with(const Eigen::Vector3d& gravity) const {
 void TorqueProbe::add(const Log& log, const SignalOptions& signal) {
   ProbedLog out;
   out.log = &log;
-  const auto inside = [&](Index k) {
-    return !signal.window || (log.t[k] >= (*signal.window)[0] && log.t[k] <= (*signal.window)[1]);
-  };
   const Index count = log.samples() - 2 * half_width_;
   const Index stride = std::max<Index>(1, count / samples_of_log_);
   for (Index k = half_width_; k < half_width_ + count; k += stride) {
-    if (inside(k)) {
-      out.samples.push_back(k);
-    }
+    out.samples.push_back(k);
   }
   const Index n = robot_.size();
   const Index inner = window_.size();

@@ -29,9 +29,10 @@ constexpr double most_disturbance = 0.5;
 constexpr double kept_motion = 0.9;
 // Rows slower than this part of a joint's rms velocity are left out.
 constexpr double slow_part = 0.05;
-// Rows for each parameter that a window leaves at least; and rows for each column of the joint that has the fewest, below which
-// residuals say too little about the errors to be worth less noise.
-constexpr double fewest_rows = 4.0;
+// Rows for each parameter that a window leaves at least, if any does: below, the estimate errs more than noise of the positions would
+// make it. And rows for each column of the joint that has the fewest, below which residuals say too little about the errors to be
+// worth less noise.
+constexpr double fewest_rows = 10.0;
 constexpr double enough_rows = 10.0;
 // Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
@@ -107,10 +108,10 @@ std::optional<Log> part_of(const Log& log, Index count) {
 }
 
 // What stands for long logs, or nothing where they are taken whole.
-std::vector<Log> parts_of(std::span<const Log> logs, const SignalOptions& signal) {
+std::vector<Log> parts_of(std::span<const Log> logs) {
   const Index samples = samples_of(logs);
   std::vector<Log> out;
-  if (samples <= most_samples || signal.window) {
+  if (samples <= most_samples) {
     return out;
   }
   for (const Log& log : logs) {
@@ -140,8 +141,9 @@ class Chooser {
  public:
   Chooser(const Robot& robot, std::span<const Log> logs, const Estimation& asked)
       : robot_(robot),
-        parts_(parts_of(logs, asked.signal)),
+        parts_(parts_of(logs)),
         logs_(parts_.empty() ? logs : std::span<const Log>(parts_)),
+        part_of_samples_(static_cast<double>(samples_of(logs_)) / static_cast<double>(samples_of(logs))),
         noise_(position_noise(logs_)),
         windows_(windows(longest_window(logs_))) {
     options_ = {.method = Wls{},
@@ -263,25 +265,37 @@ class Chooser {
   std::optional<Identification> identified_with(int n_d) {
     pilot_ = options_;
     pilot_.signal = with(n_d);
-    too_few_rows_ = false;
+    rows_a_parameter_ = 0.0;
     try {
       problem_ = std::make_unique<EstimationProblem>(robot_, logs_, pilot_);
       Identification out = identified(*problem_);
+      rows_a_parameter_ = rows_a_parameter(out);
       return out.status == Status::identified ? std::optional(std::move(out)) : std::nullopt;
     } catch (const InputError&) {
-      too_few_rows_ = true;
       return std::nullopt;
     }
   }
 
-  // The first window of these that leaves enough rows: shorter and shorter ones.
+  // The longest window, from the one `at` on, that leaves enough rows and determines all parameters; nothing where none does, and the
+  // longest one that leaves enough rows.
   std::optional<Identification> tried(std::size_t& at) {
-    std::optional<Identification> fit = identified_with(windows_[at]);
-    while (!fit && too_few_rows_ && at > 0) {
-      at -= std::min<std::size_t>(at, 3);
-      fit = identified_with(windows_[at]);
+    std::optional<std::size_t> longest;
+    for (std::size_t w = at;;) {
+      std::optional<Identification> fit = identified_with(windows_[w]);
+      if (rows_a_parameter_ >= fewest_rows || w == 0) {
+        longest = longest.value_or(w);
+        at = fit ? w : *longest;
+        if (fit || w == 0) {
+          return fit;
+        }
+      }
+      w -= std::min<std::size_t>(w, longest ? 3 : 1);
     }
-    return fit;
+  }
+
+  // Of all logs, also where a part stands for them.
+  [[nodiscard]] double rows_a_parameter(const Identification& fit) const {
+    return static_cast<double>(fit.fit.rows) / part_of_samples_ / static_cast<double>(fit.base.size());
   }
 
   // The window that the fit at another one asks for.
@@ -291,8 +305,7 @@ class Chooser {
     const Vector sigma = fit.C_chi.diagonal().cwiseSqrt();
     const auto here = sensitivity.effect(noise_with(windows_[at]), fit.chi, fit.weights);
     // Of a window of one sample, as far as stretches of motion do not end within.
-    const double rows_a_parameter =
-        static_cast<double>(fit.fit.rows) * windows_[at] / static_cast<double>(fit.base.size());
+    const double of_samples = rows_a_parameter(fit) * windows_[at];
     double rows_a_column = std::numeric_limits<double>::infinity();
     for (const RowGroup& joint : problem_->data.groups) {
       rows_a_column = std::min(rows_a_column, static_cast<double>(joint.qr.rows()) * windows_[at] /
@@ -300,7 +313,7 @@ class Chooser {
     }
     std::size_t best = 0;
     for (std::size_t w = 0; w < windows_.size(); ++w) {
-      if (w > at && rows_a_parameter < fewest_rows * windows_[w]) {
+      if (w > 0 && of_samples < fewest_rows * windows_[w]) {
         break;
       }
       best = w;
@@ -377,12 +390,13 @@ class Chooser {
   const Robot& robot_;
   std::vector<Log> parts_;  // empty where the logs are taken whole
   std::span<const Log> logs_;
+  double part_of_samples_;  // that these have of all
   std::vector<std::vector<PositionNoise>> noise_;
   std::vector<int> windows_;
   Estimation options_;                          // of all fits, but for the window
   Estimation pilot_;                            // of the last one
   std::unique_ptr<EstimationProblem> problem_;  // of the last one
-  bool too_few_rows_ = false;                   // for the last one
+  double rows_a_parameter_ = 0.0;               // of the last one, 0 where its rows were refused
 };
 
 std::string reason(const RowChoice& choice) {
@@ -419,9 +433,14 @@ void report_noise(const Identification& result, RowChoice& choice) {
 }
 
 RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
-  Chooser chooser(robot, logs, estimation);
+  std::vector<Log> room;
+  Estimation of_stretch = estimation;
+  of_stretch.signal.window.reset();
+  Chooser chooser(robot, within_window(logs, estimation.signal, room), of_stretch);
   RowChoice out = chooser.chosen();
+  const auto window = estimation.signal.window;
   estimation.signal = chooser.signal();
+  estimation.signal.window = window;
   return out;
 }
 

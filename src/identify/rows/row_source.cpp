@@ -55,6 +55,14 @@ std::vector<StandardParameter> own_columns(const Robot& robot, const BaseParamet
   return base.columns();
 }
 
+// First sample within the window, and the one after the last.
+std::array<Index, 2> samples_within(const Vector& t, const std::array<double, 2>& window) {
+  const double* const begin = t.data();
+  const double* const end = begin + t.size();
+  return {static_cast<Index>(std::lower_bound(begin, end, window[0]) - begin),
+          static_cast<Index>(std::upper_bound(begin, end, window[1]) - begin)};
+}
+
 // Keeps the rows of a series that are listed, ascending.
 void keep(const RowsRoom& room, Index columns, const std::vector<Index>& rows) {
   for (Index c = 0; c < columns; ++c) {
@@ -69,6 +77,18 @@ void keep(const RowsRoom& room, Index columns, const std::vector<Index>& rows) {
 
 Index stride_of(const SignalOptions& signal) {
   return std::accumulate(signal.decimation.begin(), signal.decimation.end(), Index{1}, std::multiplies<>());
+}
+
+std::span<const Log> within_window(std::span<const Log> logs, const SignalOptions& signal,
+                                   std::vector<Log>& room) {
+  if (!signal.window) {
+    return logs;
+  }
+  for (const Log& log : logs) {
+    const auto [begin, end] = samples_within(log.t, *signal.window);
+    room.push_back(end > begin ? excerpt(log, begin, end - begin) : log);
+  }
+  return room;
 }
 
 void require_joints(const char* what, const Matrix& x, const Robot& robot, const Log& log) {
@@ -141,10 +161,9 @@ RowSource::Range RowSource::kept_range(const Log& log, const SignalOptions& opti
   Index first = trim[0];
   Index last = log.q.rows() - trim[1];
   if (options.window) {
-    const double* begin = log.t.data();
-    const double* end = begin + log.t.size();
-    first = std::max(first, static_cast<Index>(std::lower_bound(begin, end, (*options.window)[0]) - begin));
-    last = std::min(last, static_cast<Index>(std::upper_bound(begin, end, (*options.window)[1]) - begin));
+    const auto [begin, end] = samples_within(log.t, *options.window);
+    first = std::max(first, begin);
+    last = std::min(last, end);
   }
   if (last <= first) {
     std::string message = log.source + ": no row is left of " + std::to_string(log.q.rows()) +
