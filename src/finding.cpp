@@ -37,6 +37,11 @@ constexpr std::array codes = {
                    "They leave the limits of the joint or turn too often, as degrees read as radians or "
                    "millimetres as metres do, or the reverse.",
                    "State the unit in [log] units: position = \"deg\" or \"mm\"."},
+    DiagnosticCode{"position_scale", error, "The position of a joint has another scale.",
+                   "A factor on its position, velocity and acceleration explains the torques better: a gear "
+                   "ratio or encoder "
+                   "resolution that is wrong, turns of a motor.",
+                   "Give its column in [log] position the scale that the text names."},
     DiagnosticCode{"small_motion", warning, "No joint turns by more than a small angle.",
                    "The motion is tiny, or positions in radians are read as degrees.",
                    "Check the unit in [log] units: position."},
@@ -218,13 +223,25 @@ constexpr std::array codes = {
                    "It is below zero by more than three standard deviations: a joint torque sensor behind "
                    "the gear, or late torques.",
                    "Set rotor_inertia = false for that joint where torques are measured at the joint."},
+    DiagnosticCode{"not_physical", error, "A parameter or the mass matrix has a value that no robot has.",
+                   "A mass, an inertia about an axis, a rotor inertia or a friction coefficient is negative "
+                   "by more than "
+                   "three standard deviations, or the mass matrix is not positive definite, and more of the "
+                   "torques depends on that than the model leaves unexplained: the reference logged as "
+                   "position, rows in reverse order, a wrong sign or scale.",
+                   "Check columns, signs, units and the order of the rows in [log]."},
     DiagnosticCode{"few_rows", error, "There are hardly more rows than parameters.",
                    "A short log, a narrow [signal] window, or a large decimation: the residual of so few "
                    "rows says nothing about the errors.",
                    "Record a longer motion, or lower [signal] decimation."},
-    DiagnosticCode{"poor_fit", error, "The model does not explain most of the torques.",
-                   "Columns of another log, wrong geometry, or a delay that changes.",
-                   "Plot torques beside the motion; run rivid_identify check."},
+    DiagnosticCode{"poor_fit", error, "The model does not explain the torques.",
+                   "It leaves 30 % of a joint's torque, of a log of the fit or of the validation (10 % where "
+                   "that torque is "
+                   "clipped), or errs by more than all torques together: a scale, columns of another log, "
+                   "sums of joints, wrong "
+                   "geometry, or too short a motion. Joints with less than a hundredth of the largest torque "
+                   "do not count.",
+                   "Plot torques beside the motion; run rivid_identify check; record a longer motion."},
     DiagnosticCode{"validation_worse", warning,
                    "The validation error is much larger than the error of the fit.",
                    "The residual of a joint is more than twice that of the fit: another load, another "

@@ -75,6 +75,18 @@ constexpr std::array alternative_kinds = {
             },
     },
     AlternativeKind{
+        .code = "position_scale",
+        .fault = true,
+        .large = 0.3,
+        .words =
+            [](const Robot&, const Alternative&, const AlternativeTest& test) {
+              const double factor = 1.0 + test.estimate[0];
+              return AlternativeWords{"positions look too small or too large: they should be " +
+                                          plus_minus(factor, test.sigma[0], 3) + " times as large",
+                                      "give their columns in [log] position scale = " + number(factor, 3)};
+            },
+    },
+    AlternativeKind{
         .code = "torque_delay",
         .fault = true,
         .words =

@@ -322,6 +322,20 @@ void add_elasticity(const Robot& robot, const BaseParameters& base, const Probed
   }
 }
 
+// Positions of another scale, of each joint and of all.
+void add_scales(const Robot& robot, const Effects& effects, std::vector<Alternative>& out) {
+  for (Index j = 0; robot.size() > 1 && j <= robot.size(); ++j) {
+    const bool all = j == robot.size();
+    std::vector<Motion> motions = effects.motions();
+    for (Motion& motion : motions) {
+      for (Matrix* const x : {&motion.q, &motion.qd, &motion.qdd}) {
+        x->middleCols(all ? 0 : j, all ? j : 1) *= 1.0 + small_step;
+      }
+    }
+    out.push_back({"position_scale", all ? "all joints" : joint_of(robot, j), effects.of(motions)});
+  }
+}
+
 std::vector<Motion> faster(std::vector<Motion> motions) {
   for (Motion& motion : motions) {
     motion.qd *= 1.0 + small_step;
@@ -370,6 +384,7 @@ std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& 
   add_gains(robot, rows, effects, out);
   add_gravity(robot, effects, out);
   out.push_back({"clock_rate", "all joints", effects.of(faster(effects.motions()))});
+  add_scales(robot, effects, out);
   add_delay(robot, base, rows, out);
   add_geometry(robot, effects, out);
   add_load_changes(robot, base, rows, out);

@@ -1,3 +1,5 @@
+#include "rivid/identify/check.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -10,7 +12,6 @@
 #include "identify/infer/parameter_set.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
-#include "rivid/identify/check.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -135,9 +136,12 @@ Alternatives examine_logs(const Robot& robot, std::span<const Log> logs, std::sp
   if (!tells) {
     return {};
   }
-  return has_load(robot)
-             ? check_model(TorqueProbe(robot, result.base, logs, options.signal), robot, result, out)
-             : check_model(probe, robot, result, out);
+  const auto by = [&](const TorqueProbe& own) {
+    Alternatives believed = check_model(own, robot, result, out);
+    check_physics(own, robot, logs, result, out);
+    return believed;
+  };
+  return has_load(robot) ? by(TorqueProbe(robot, result.base, logs, options.signal)) : by(probe);
 }
 
 // Whether deviations are to know the errors of the model; those of published digits are not.

@@ -62,6 +62,17 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
 // Friction that drives and inertias that are negative, beyond doubt.
 void check_signs(const Robot& robot, const Identification& result, Findings& out);
 
+// Values that physics forbids, beyond doubt; and where nothing else is wrong, torques that the result does not explain.
+//
+// logs  of the probe
+void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const Log> logs,
+                   const Identification& result, Findings& out);
+
+// The same of the torques of a validation log. Worth a probe where the fit to it looks poor.
+void check_poor_validation(const TorqueProbe& probe, const Robot& robot, const Validation& found,
+                           const Identification& result, Findings& out);
+[[nodiscard]] bool looks_poor(const Fit& fit);
+
 // Rows enough to tell deviations from.
 void check_rows(const Identification& result, Findings& out);
 

@@ -30,7 +30,8 @@ void check_signs(const Robot& robot, const Identification& result, Findings& out
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
     const ParameterEstimate& p = result.parameters[i];
     const StandardParameter& leading = result.base.parameters[i].leading;
-    if (about(leading.kind).coupled || !(p.value < -beyond_doubt * p.sigma)) {
+    if (about(leading.kind).coupled || !(p.value < -beyond_doubt * p.sigma) ||
+        out.has("not_physical", p.name)) {
       continue;
     }
     const std::string& joint = robot.joints[static_cast<std::size_t>(leading.joint)].name;
@@ -64,11 +65,15 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
     for (std::size_t j = 0; j < found.fit.joints.size(); ++j) {
       any = any || suspicious(j);
     }
-    if (!any) {
+    const bool poor = looks_poor(found.fit);
+    if (!any && !poor) {
       continue;
     }
     const TorqueProbe probe(robot, result.base, validation.subspan(l, 1), result.estimation.signal);
-    const std::optional<ProbedRows> rows = ProbedRows::of(probe, robot, result);
+    if (poor) {
+      check_poor_validation(probe, robot, found, result, out);
+    }
+    const std::optional<ProbedRows> rows = any ? ProbedRows::of(probe, robot, result) : std::nullopt;
     if (!rows) {
       continue;
     }

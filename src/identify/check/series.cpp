@@ -28,6 +28,8 @@ constexpr double slow = 0.01;
 constexpr double notable_standstill = 0.3;
 // Positions may leave the limits of the URDF by this part of their span.
 constexpr double beyond_limits = 0.1;
+// No other zero or robot takes positions so many times as far as the limits.
+constexpr double far_beyond_limits = 10.0;
 // Without limits: a joint that turns more often than this is in degrees, and a slide is not longer than that.
 constexpr double most_turns = 8.0 * 2.0 * std::numbers::pi;
 constexpr double longest_slide = 20.0;  // [m]
@@ -95,9 +97,15 @@ void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log,
   };
   const std::string limits =
       extent + ", limits of the joint are " + number(joint.lower, 3) + " and " + number(joint.upper, 3);
+  // In half spans from the middle.
+  const double reach =
+      std::max(highest - 0.5 * (joint.lower + joint.upper), 0.5 * (joint.lower + joint.upper) - lowest) /
+      (0.5 * span);
   if (outside(1.0) > 1.0 && outside(unit) <= beyond_limits) {
     out.add("position_unit", subject,
             limits + (turns ? ", as degrees would be" : ", as millimetres would be"));
+  } else if (reach > far_beyond_limits) {
+    out.add("position_unit", subject, limits + ": more than ten times as far");
   } else if (outside(1.0) > beyond_limits) {
     out.add("position_limits", subject, limits + cures_of_limits(joint, lowest, highest));
   }
@@ -115,6 +123,12 @@ void check_columns(const Robot& robot, std::span<const Log> logs, const Log& log
     }
   };
   duplicates(log.q, "position");
+  for (Index j = 0; log.q_r.cols() == log.q.cols() && j < log.q.cols(); ++j) {
+    if (range(log.q.col(j)) > 0.0 && log.q.col(j) == log.q_r.col(j)) {
+      out.add("duplicate_column", place(robot, logs, log, j),
+              "position equals its reference to the last digit");
+    }
+  }
   duplicates(log.tau, "torque");
   duplicates(log.v_tau, "control signal");
 }

@@ -20,8 +20,6 @@ namespace {
 // reported even where nothing is found.
 constexpr double suspicious = 0.003;
 constexpr double hopeless = 0.5;
-// Mean over the joints from which on a model is none.
-constexpr double poor = 0.25;
 // A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
 constexpr double convincing = 0.5;
 constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
@@ -135,6 +133,17 @@ void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Ch
     out.push_back({"position_unit", "all joints",
                    degrees ? "positions are in degrees" : "positions were turned from degrees twice",
                    std::move(every)});
+  }
+  for (const double scale : {0.5, 2.0, 1e-3, 1e3}) {
+    const std::string times = number(1.0 / scale) + " times what it should be";
+    Reading every = reading;
+    every.position_scale *= scale;
+    for (Index j = 0; robot.size() > 1 && j < robot.size(); ++j) {
+      Reading r = reading;
+      r.position_scale[j] *= scale;
+      out.push_back({"position_scale", joint_name(robot, j), "its position is " + times, std::move(r)});
+    }
+    out.push_back({"position_scale", "all joints", "each position is " + times, std::move(every)});
   }
   for (Index j = 0; robot.size() > 1 && j < robot.size(); ++j) {
     for (const double scale : {1e-3, 1e3}) {
@@ -362,13 +371,6 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
 }
 
 void check_unexplained(const Robot& robot, const ProbeScore& score, Findings& out) {
-  if (score.total > poor && !out.any(Severity::error)) {
-    out.add("poor_fit", "all joints",
-            "the model leaves " + number(100.0 * std::sqrt(score.total), 2) +
-                " % of the torques (means taken off), of windows that "
-                "average noise away; should be below " +
-                number(100.0 * std::sqrt(poor), 2) + " %");
-  }
   for (Index j = 0; j < robot.size(); ++j) {
     if (score.left[j] > hopeless) {
       out.add("unexplained_torque", joint_name(robot, j),
