@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dense.hpp"
+#include "gram.hpp"
 #include "rivid/error.hpp"
 #include "rivid/solve/instrumental.hpp"
 #include "rivid/text.hpp"
@@ -282,7 +283,7 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
   if (out.rank == columns) {
     out.chi = out.R.triangularView<Eigen::Upper>().solve(qty);
     out.unit_covariance = Matrix::Zero(columns, columns);
-    out.unit_covariance.selfadjointView<Eigen::Lower>().rankUpdate(inverse);
+    detail::add_gram(out.unit_covariance, inverse.transpose());
     out.unit_covariance.triangularView<Eigen::StrictlyUpper>() = out.unit_covariance.transpose();
     // Both extremes as largest values, which keep their digits when squared.
     out.condition = std::sqrt(largest_eigenvalue(out.R) * largest_eigenvalue(inverse));

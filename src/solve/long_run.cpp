@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "gram.hpp"
 #include "rivid/error.hpp"
 #include "rivid/solve/inference.hpp"
 
@@ -44,7 +45,7 @@ Matrix long_run_covariance(std::span<const Matrix> series, Index lag) {
       }
       sums.row(t) = sum;
     }
-    out.selfadjointView<Eigen::Lower>().rankUpdate(sums.transpose(), 1.0 / static_cast<double>(lag + 1));
+    detail::add_gram(out, sums, 1.0 / static_cast<double>(lag + 1));
   }
   return out.selfadjointView<Eigen::Lower>();
 }

@@ -76,6 +76,27 @@ TEST(Gains, FollowFromAKnownMass) {
                currents.truth);
 }
 
+TEST(Gains, FollowWhereAJointStands) {
+  const Robot robot = PayloadBench(six_axis()).robot;
+  const auto log = [&](const Inertial& load, std::uint64_t seed, const std::vector<Index>& at_rest) {
+    Log out = test::log_with_joints_at_rest(robot, load, seed, at_rest, 10.0);
+    out.v_tau.swap(out.tau);
+    out.v_tau *= 0.8;
+    return out;
+  };
+  const Box box;
+  const Log with = log(box.inertial(), 2, {4});
+  for (const std::vector<Index>& at_rest : {std::vector<Index>{}, {4}}) {
+    const Log without = log(Inertial::Zero(), 1, at_rest);
+    const GainReport found =
+        identify_gains(robot, std::span(&without, 1), std::span(&with, 1),
+                       {.signal = {.torque_held = false, .decimation = {10}}}, {.mass = box.mass});
+    ASSERT_TRUE(found.identified) << found.scale;
+    EXPECT_NEAR(found.joints[1].value, 1.25, 0.01);
+    EXPECT_EQ(found.joints[4].identifiable, at_rest.empty());
+  }
+}
+
 TEST(Gains, FollowFromOneThatIsKnown) {
   const Currents currents(2500, six(1.1, 1.0, 1.05, 0.8, 1.25, 0.5));
   const std::string known = currents.bench.robot.joints[1].name;

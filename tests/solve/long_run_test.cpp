@@ -70,6 +70,12 @@ TEST(LongRun, FindsTheVarianceOfASumWithTheLagOfTheRule) {
   }
 }
 
+// Eigen's product of many columns of no rows divides by zero.
+TEST(LongRun, OfNoInstantsIsZero) {
+  const Matrix none(0, 60);
+  EXPECT_EQ(long_run_covariance(std::span(&none, 1), 0), Matrix::Zero(60, 60));
+}
+
 TEST(LongRun, TheRuleWantsLongerLagsForLongerCorrelation) {
   Index last = -1;
   for (const double rho : {0.0, 0.3, 0.6, 0.9}) {

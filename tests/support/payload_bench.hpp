@@ -11,6 +11,7 @@
 #include "rivid/identify/rows.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/regressor/base.hpp"
+#include "support/online.hpp"
 
 namespace rivid::test {
 
@@ -122,5 +123,24 @@ class PayloadBench {
 };
 
 inline Robot six_axis() { return read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"); }
+
+/// A log with exact torques, in which some joints stand.
+inline Log log_with_joints_at_rest(const Robot& robot, const Inertial& load, std::uint64_t seed,
+                                   const std::vector<Index>& at_rest, double seconds) {
+  constexpr double f_m = 500.0;
+  Motion motion = Wandering(robot.size(), seed, 0.8, 1.2).at(ticks(seconds, f_m));
+  for (const Index j : at_rest) {
+    motion.q.col(j).setConstant(0.3);
+    motion.qd.col(j).setZero();
+    motion.qdd.col(j).setZero();
+  }
+  Log out;
+  out.source = "rest_" + std::to_string(seed) + ".csv";
+  out.f_m = f_m;
+  out.t = ticks(seconds, f_m);
+  out.q = motion.q;
+  out.tau = torques(DynamicModel(robot, loaded(robot, robot.chi_st(), load)), motion);
+  return out;
+}
 
 }  // namespace rivid::test

@@ -132,7 +132,9 @@ std::vector<GainEstimate> detail::gain_estimates(const Robot& robot, const Paylo
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
     const Index at = fit.gains_at() + j;
     const double value = joint.g_tau() / fit.theta()[at];
-    const double sigma = std::sqrt(uncertainty.C(at, at)) * std::abs(value / fit.theta()[at]);
+    const double sigma = fit.determined(at, 1)
+                             ? std::sqrt(uncertainty.C(at, at)) * std::abs(value / fit.theta()[at])
+                             : infinity;
     const double half = uncertainty.report.quantile_975 * sigma;
     out.push_back({.joint = joint.name,
                    .nominal = joint.g_tau(),

@@ -59,9 +59,14 @@ PayloadReport fitted(const PayloadProblem& problem, const PayloadOptions& option
     }
   }
   out.gains = detail::gain_estimates(problem.robot, fit, uncertainty);
-  out.identified = fit.full_rank();
+  out.identified = true;
+  for (std::size_t k = 0; k < with.size(); ++k) {
+    out.identified = out.identified && fit.determined(fit.payload_at(k), fit.payload_size(k));
+  }
   if (!out.identified) {
     out.reason = "the motion does not determine all parameters of arm and payload";
+  } else if (!fit.full_rank()) {
+    out.reason = "the motion does not determine all parameters of the arm, but those of the payload";
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dense.hpp"
+#include "gram.hpp"
 #include "rivid/model/kinds.hpp"
 
 namespace rivid::detail {
@@ -246,9 +247,10 @@ PayloadFit::Inverse PayloadFit::inverse_information(const Matrix& A) {
   const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * A * scale.asDiagonal());
   const double least = singular * eigen.values[eigen.values.size() - 1];
   const Vector inverse = eigen.values.unaryExpr([&](double x) { return x > least ? 1.0 / x : 0.0; });
+  const Vector dark = (inverse.array() == 0.0).cast<double>();
   return {scale.asDiagonal() * (eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose()) *
               scale.asDiagonal(),
-          (eigen.values.array() > least).count()};
+          eigen.vectors.cwiseAbs2() * dark};
 }
 
 PayloadFit::Normal PayloadFit::normal() const {
@@ -260,7 +262,7 @@ PayloadFit::Normal PayloadFit::normal() const {
       const Tangent t = tangent(log, rows);
       const auto j = static_cast<Index>(rows.joint);
       const double weight = weights_[j] * weights_[j];
-      out.A.selfadjointView<Eigen::Lower>().rankUpdate(t.J.transpose(), weight);
+      add_gram(out.A, t.J, weight);
       out.a += weight * (t.J.transpose() * t.rho);
       out.squares[j] += t.rho.squaredNorm();
       out.counts[j] += static_cast<double>(t.rho.size());
@@ -285,11 +287,11 @@ bool PayloadFit::solve() {
   bool settled = false;
   for (iterations_ = 1; iterations_ <= most_iterations && !settled; ++iterations_) {
     const Normal at = normal();
-    relative_error_ = std::sqrt(at.squares.sum() / at.y_squares.sum());
+    relative_error_ = at.y_squares.sum() > 0.0 ? std::sqrt(at.squares.sum() / at.y_squares.sum()) : 0.0;
     rows_ = static_cast<Index>(at.counts.sum());
     const Inverse inverse = inverse_information(at.A);
     bread_ = inverse.matrix;
-    rank_ = inverse.rank;
+    hidden_ = inverse.hidden;
     Vector step = bread_ * at.a;
     if (gains_at_ >= 0) {
       // What is linear follows the gains, whose steps are short: both at once would overshoot where the rows say little of a gain.

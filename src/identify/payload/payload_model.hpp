@@ -59,8 +59,12 @@ class PayloadFit {
   }
   // Where r begins; −1 where gains are exact.
   [[nodiscard]] Index gains_at() const { return gains_at_; }
-  // Whether the data determine all unknowns.
-  [[nodiscard]] bool full_rank() const { return rank_ == theta_.size(); }
+  // Whether the data determine all unknowns, and so many of them from one on.
+  [[nodiscard]] bool full_rank() const { return determined(0, theta_.size()); }
+  [[nodiscard]] bool determined(Index first, Index count) const {
+    constexpr double rounding = 1e-8;
+    return hidden_.segment(first, count).maxCoeff() < rounding;
+  }
   // Measurements beyond the unknowns, the arm's parameters among them where they are known.
   [[nodiscard]] Index freedom() const {
     return rows_ + (arm_ ? arm_->size() : 0) - static_cast<Index>(theta_.size());
@@ -104,7 +108,7 @@ class PayloadFit {
   [[nodiscard]] Known known() const;
   struct Inverse {
     Matrix matrix;  // zero along what A does not show
-    Index rank = 0;
+    Vector hidden;  // the part of each unknown's direction that A does not show, squared
   };
   [[nodiscard]] static Inverse inverse_information(const Matrix& A);
 
@@ -120,7 +124,7 @@ class PayloadFit {
   Vector theta_;
   Vector weights_;
   Matrix bread_;
-  Index rank_ = 0;
+  Vector hidden_;
   double relative_error_ = 0.0;
   Index rows_ = 0;
   int iterations_ = 0;
