@@ -169,7 +169,7 @@ Spectrum amplitude_spectrum(const Vector& x, const Vector& values, double most, 
 }
 
 std::vector<Index> every_few(Index rows, Index most) {
-  const Index step = std::max<Index>((rows + most - 1) / most, 1);
+  const Index step = rows > most ? (rows + most - 1) / most : 1;
   std::vector<Index> out;
   for (Index k = 0; k < rows; k += step) {
     out.push_back(k);
