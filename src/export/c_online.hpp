@@ -131,6 +131,17 @@ static inline double @_low_pass(double r, double keep, double before, double now
   return keep * r + (1.0 - keep) * ((now - before) * f_m - driven);
 }
 
+/* Whether a tick is one: finite, and at most 1e6 rad or m, 1e9 rad/s or m/s, 1e9 N m or N. */
+static inline int @_is_tick(const double* q, const double* qd, const double* tau) {
+  int j;
+  for (j = 0; j < @_JOINTS; ++j) {
+    if (!(fabs(q[j]) <= 1e6 && fabs(qd[j]) <= 1e9 && fabs(tau[j]) <= 1e9)) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
 /* A tick of the observer at a motion. tau: from the last tick to this one; smoothing_speed as in friction(); bandwidth [rad/s]. */
 static inline void @_observe_at(@_observer* o, const @_motion* at, const double* qd, const double* tau,
                                 const double* smoothing_speed, double bandwidth, double f_m) {
@@ -157,11 +168,17 @@ static inline void @_observe_at(@_observer* o, const @_motion* at, const double*
   o->running = 1;
 }
 
-static inline void @_observe(@_observer* o, const double q[@_JOINTS], const double qd[@_JOINTS],
-                             const double tau[@_JOINTS], const double* smoothing_speed, double bandwidth, double f_m) {
+/* Returns 1; 0 for a tick that is none, with a NaN, say: the torque stays as it was, and the next tick is the first one. */
+static inline int @_observe(@_observer* o, const double q[@_JOINTS], const double qd[@_JOINTS],
+                            const double tau[@_JOINTS], const double* smoothing_speed, double bandwidth, double f_m) {
   @_motion at;
+  if (!@_is_tick(q, qd, tau)) {
+    o->running = 0;
+    return 0;
+  }
   @_set_motion(q, qd, &at);
   @_observe_at(o, &at, qd, tau, smoothing_speed, bandwidth, f_m);
+  return 1;
 }
 
 /* A body on the last link by recursive least squares; all zeros at the begin, and again when the payload has changed. */
@@ -259,15 +276,20 @@ static inline void @_solve_payload(@_payload* o) {
 }
 
 /* A tick. Joints slower than 3 smoothing_speed, or so shortly before, do not count: their friction is not known.
-   sigma: standard deviation of each joint's observed torque without a payload [N m | N]; forgetting: time constant [s], 0: none. */
-static inline void @_estimate_payload(@_payload* o, const double q[@_JOINTS], const double qd[@_JOINTS],
-                                      const double tau[@_JOINTS], const double smoothing_speed[@_JOINTS],
-                                      const double sigma[@_JOINTS], double forgetting, double bandwidth, double f_m) {
+   sigma: standard deviation of each joint's observed torque without a payload [N m | N]; forgetting: time constant [s], 0: none.
+   Returns 1; 0 for a tick that is none: what is known of the payload stays, and the observer's next tick is the first one. */
+static inline int @_estimate_payload(@_payload* o, const double q[@_JOINTS], const double qd[@_JOINTS],
+                                     const double tau[@_JOINTS], const double smoothing_speed[@_JOINTS],
+                                     const double sigma[@_JOINTS], double forgetting, double bandwidth, double f_m) {
   const double keep = exp(-bandwidth / f_m);
   const double fade = forgetting > 0.0 ? exp(-1.0 / (forgetting * f_m)) : 1.0;
   const int running = o->arm.running;
   @_motion at;
   int i, j, k;
+  if (!@_is_tick(q, qd, tau)) {
+    o->arm.running = 0;
+    return 0;
+  }
   @_set_motion(q, qd, &at);
   @_observe_at(&o->arm, &at, qd, tau, smoothing_speed, bandwidth, f_m);
   for (k = 0; k < 10; ++k) {
@@ -300,6 +322,7 @@ static inline void @_estimate_payload(@_payload* o, const double q[@_JOINTS], co
     }
   }
   @_solve_payload(o);
+  return 1;
 }
 )";
 
