@@ -174,16 +174,14 @@ class ContactObserver {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    for (Result* const x : {&residual_, &relative_, &p_, &rate_, &friction_, &q_, &mean_, &deviation_}) {
-      visit(x->data(), static_cast<std::size_t>(x->size()));
-    }
-    visit(levels_.data(), static_cast<std::size_t>(levels_.size()));
-    visit(classes_.data(), classes_.size());
-    visit(tails_.data(), tails_.size());
-    visit(motions_.data(), motions_.size());
-    visit(&link_, 1);
-    visit(&running_, 1);
+    // All members in their order.
+    auto& [model, options, momentum, dynamics, smoothing_speed, load, load_speed, axes, keep, residual,
+           relative, p, rate, friction, q, next_p, next_rate, next_friction, mean, deviation, levels, classes,
+           tails, motions, link, running, owner] = *this;
+    detail::visit_parts(visit, momentum, residual, relative, p, rate, friction, q, mean, deviation, levels,
+                        classes, tails, motions, link, running);
   }
+  [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
  private:
   // Squares of what lies far beyond would overflow.
@@ -227,6 +225,8 @@ class ContactObserver {
 
   [[nodiscard]] static InverseDynamicsOptions smoothing(const ModelData& model,
                                                         const ContactObserverOptions& options);
+  [[nodiscard]] static detail::StateOwner owner_of(const ModelData& model,
+                                                   const ContactObserverOptions& options);
   [[nodiscard]] Scalar transmitted(Index j, const Scalar& torque, const Scalar& speed) const noexcept;
   void classify(Index j, const Scalar& speed) noexcept;
   void learn(Index j) noexcept;
@@ -260,6 +260,7 @@ class ContactObserver {
   std::vector<Motion1> motions_;
   Index link_ = -1;
   bool running_ = false;
+  detail::StateOwner owner_;
 };
 
 template <typename Scalar>
@@ -288,7 +289,8 @@ ContactObserver<Scalar>::ContactObserver(const ModelData& model, const ContactOb
       levels_(Vector::Constant(model.size(), std::numeric_limits<double>::infinity())),
       classes_(static_cast<std::size_t>(model.size()) * (class_count + 1)),
       tails_(static_cast<std::size_t>(model.size())),
-      motions_(static_cast<std::size_t>(model.size())) {
+      motions_(static_cast<std::size_t>(model.size())),
+      owner_(owner_of(model, options)) {
   for (Result* const x : {&residual_, &relative_, &p_, &rate_, &friction_, &q_, &next_p_, &next_rate_,
                           &next_friction_, &mean_}) {
     *x = Result::Zero(model.size());
@@ -301,6 +303,25 @@ ContactObserver<Scalar>::ContactObserver(const ModelData& model, const ContactOb
           element.sign_speed > 0.0 ? element.sign_speed : smoothing_speed_[element.joint()];
     }
   }
+}
+
+template <typename Scalar>
+detail::StateOwner ContactObserver<Scalar>::owner_of(const ModelData& model,
+                                                     const ContactObserverOptions& options) {
+  using detail::Fingerprint;
+  const auto& [chain, names, inertials, rotor, viscous, offset, dry_friction] = model;
+  std::uint64_t dry = 0;
+  for (const DryFriction& element : dry_friction) {
+    dry = Fingerprint::of(dry, element.direction, element.torque, element.sign_speed, element.load);
+    for (const auto& [basis, plus, minus] : element.terms) {
+      dry = Fingerprint::of(dry, basis, plus, minus);
+    }
+  }
+  const auto& [f_m, bandwidth, alarms_per_hour, smoothing_speed, settling] = options;
+  return {.kind = detail::kind_of<Scalar>("ContactObserver"),
+          .arm = Fingerprint::of(chain, inertials, rotor, viscous, offset, dry),
+          .rate = Fingerprint::of(f_m),
+          .options = Fingerprint::of(bandwidth, alarms_per_hour, smoothing_speed, settling)};
 }
 
 // The torque that gear j passes on of what other friction leaves.

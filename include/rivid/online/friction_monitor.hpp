@@ -125,14 +125,12 @@ class FrictionMonitor {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    rows_.visit_state(visit);
-    visit(noise_.states().data(), noise_.states().size());
-    visit(squares_.data(), squares_.size());
-    visit(values_.data(), static_cast<std::size_t>(values_.size()));
-    visit(sigmas_.data(), static_cast<std::size_t>(sigmas_.size()));
-    visit(body_.data(), inertial_count);
-    visit(&counters_, 1);
+    // All members in their order.
+    auto& [columns, b, coefficients, slopes, rows, place_of_chi, places, own, noise, limit, weak, squares,
+           scratch, phi, values, sigmas, chi, solution, none, body, counters, owner] = *this;
+    detail::visit_parts(visit, rows, noise, squares, values, sigmas, body, counters);
   }
+  [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
  private:
   using Row = typename RowStream<Scalar>::Row;
@@ -193,6 +191,7 @@ class FrictionMonitor {
   Eigen::VectorX<Scalar> values_, sigmas_, chi_, solution_, none_;
   Eigen::Matrix<Scalar, inertial_count, 1> body_ = Eigen::Matrix<Scalar, inertial_count, 1>::Zero();
   Counters counters_;
+  detail::StateOwner owner_;
 };
 
 template <typename Scalar>
@@ -234,7 +233,9 @@ FrictionMonitor<Scalar>::FrictionMonitor(const OnlineModel& model, const Frictio
       sigmas_(values_),
       chi_(Eigen::VectorX<Scalar>::Zero(b_)),
       solution_(Eigen::VectorX<Scalar>::Zero(b_ + slopes_)),
-      none_(Eigen::VectorX<Scalar>::Zero(model.robot.size())) {
+      none_(Eigen::VectorX<Scalar>::Zero(model.robot.size())),
+      owner_(detail::owner_of<Scalar>("FrictionMonitor", model, options.rows, options.forgetting,
+                                      options.regressor, options.regressor_scale, options.limit)) {
   std::size_t products = 0;
   for (Index i = 0; i < count(); ++i) {
     own_[static_cast<std::size_t>(coefficients_[static_cast<std::size_t>(i)].joint)].coefficients.push_back(

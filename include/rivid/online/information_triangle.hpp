@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "rivid/online/saved_state.hpp"
 #include "rivid/regressor/pack.hpp"
 #include "rivid/types.hpp"
 
@@ -169,11 +170,8 @@ class InformationTriangle {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    visit(R_.data(), R_.size());
-    visit(rows_.data(), rows_.size());
-    visit(kept_values_.data(), kept_values_.size());
-    visit(tags_.data(), tags_.size());
-    visit(&at_, 1);
+    auto& [n, ld, waiting, kept, R, rows, kept_values, tags, at] = *this;
+    visit_parts(visit, R, rows, kept_values, tags, at);
   }
 
  private:

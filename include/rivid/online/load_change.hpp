@@ -95,7 +95,8 @@ class LoadChange {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    visit(&state_, 1);
+    auto& [threshold, mean_share, fade, known, state] = *this;
+    visit_parts(visit, state);
   }
 
  private:

@@ -89,7 +89,8 @@ class LoadTangent {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    visit(point_.data(), point_.size());
+    auto& [joints, known, point, scratch] = *this;
+    visit_parts(visit, point);
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "rivid/model/parameters.hpp"
+#include "rivid/online/saved_state.hpp"
 #include "rivid/simulate/dynamics.hpp"
 
 namespace rivid::detail {
@@ -24,6 +25,12 @@ class Momentum {
 
   // A body on the last link beside its own, XX … M in the last frame j.
   void set_payload(const Inertial& body) noexcept { payload_ = body; }
+
+  template <typename Visit>
+  void visit_state(Visit& visit) noexcept {
+    auto& [tables, rotor, payload, turns, links] = *this;
+    visit_parts(visit, payload);
+  }
 
   // p and ∂T/∂q − g, (n) each.
   void operator()(const Scalar* q, const Scalar* qd, Scalar* p, Scalar* rate) noexcept {

@@ -170,30 +170,16 @@ class PayloadEstimator {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    rows_.visit_state(visit);
-    for (Snapshot& snapshot : snapshots_) {
-      visit(snapshot.R.data(), snapshot.R.size());
-      visit(snapshot.noise.data(), snapshot.noise.size());
-    }
-    visit(noise_.states().data(), noise_.states().size());
-    load_change_.visit_state(visit);
-    visit(inverse_.data(), inverse_.size());
-    visit(C_lambda_.data(), static_cast<std::size_t>(C_lambda_.size()));
-    visit(lambda_.data(), inertial_count);
-    visit(next_lambda_.data(), inertial_count);
-    for (Scalar* const x : {&payload_.mass, &payload_.mass_sigma}) {
-      visit(x, 1);
-    }
-    for (Eigen::Vector3<Scalar>* const x : {&payload_.com, &payload_.com_sigma, &payload_.inertia_sigma}) {
-      visit(x->data(), 3);
-    }
-    visit(payload_.inertia.data(), 9);
-    for (bool* const x : {&payload_.held, &payload_.body, &payload_.good}) {
-      visit(x, 1);
-    }
-    visit(&change_, 1);
-    visit(&counters_, 1);
+    // All members in their order.
+    auto& [options, columns, b, rows, prior, noise, load_change, snapshots, inverse, C_lambda, to_flange,
+           lambda, next_lambda, payload, change, counters, between_snapshots, half_second, owner] = *this;
+    auto& [first, second] = snapshots;
+    auto& [mass, mass_sigma, com, com_sigma, inertia, inertia_sigma, held, body, good] = payload;
+    detail::visit_parts(visit, rows, noise, load_change, first.R, first.noise, second.R, second.noise,
+                        inverse, C_lambda, lambda, next_lambda, mass, mass_sigma, com, com_sigma, inertia,
+                        inertia_sigma, held, body, good, change, counters);
   }
+  [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
  private:
   using Triangle = detail::InformationTriangle<Scalar>;
@@ -263,6 +249,7 @@ class PayloadEstimator {
   Counters counters_;
   Index steps_between_snapshots_;
   Index steps_of_half_a_second_;
+  detail::StateOwner owner_;
 };
 
 template <typename Scalar>
@@ -281,6 +268,11 @@ PayloadEstimator<Scalar>::PayloadEstimator(const OnlineModel& model, const Paylo
       inverse_(static_cast<std::size_t>(inertial_count * rows_.triangle().room_of_row()), Scalar(0)) {
   steps_of_half_a_second_ = std::max<Index>(std::lround(half_a_second / rows_.seconds()), 1);
   steps_between_snapshots_ = steps_of_half_a_second_;
+  owner_ = detail::owner_of<Scalar>("PayloadEstimator", model, options.rows, options.gain_sigma,
+                                    options.friction_change, options.mass_scale, options.length_scale,
+                                    options.forgetting, options.hours_to_false_alarm, options.largest_change,
+                                    options.good_mass, options.good_com);
+  owner_.flange = detail::Fingerprint::of(options.R, options.p);
   make_flange();
   make_prior(model);
   for (Snapshot& snapshot : snapshots_) {

@@ -7,6 +7,7 @@
 #include "rivid/online/information_triangle.hpp"
 #include "rivid/online/model.hpp"
 #include "rivid/online/row_stream.hpp"
+#include "rivid/online/saved_state.hpp"
 
 // What estimators make of their model when they are constructed.
 namespace rivid::detail {
@@ -110,6 +111,30 @@ template <typename Options>
           .velocity_threshold =
               rows.velocity_threshold.size() == 0 ? model.velocity_threshold : rows.velocity_threshold,
           .velocity_span = rows.velocity_span};
+}
+
+// Whose state an estimator has that is made of a model.
+//
+// others  options beside the rows' and the flange's
+template <typename Scalar, typename... Others>
+[[nodiscard]] StateOwner owner_of(const char* who, const OnlineModel& model, const RowStreamOptions& rows,
+                                  const Others&... others) {
+  const auto& [robot, base, chi, C_chi, sigma_rho, velocity_threshold] = model;
+  std::uint64_t laws = 0;
+  for (const Joint& joint : robot.joints) {
+    laws = Fingerprint::of(laws, joint.sign_speed);
+  }
+  for (const BaseParameter& parameter : base.parameters) {
+    laws = Fingerprint::of(laws, parameter.leading.kind, parameter.leading.joint);
+  }
+  for (const Coupling& coupling : robot.couplings) {
+    laws = Fingerprint::of(laws, coupling.row(robot.size()), coupling.coulomb, coupling.terms);
+  }
+  const auto& [f_m, stride, torque_held, threshold, span] = rows;
+  return {.kind = kind_of<Scalar>(who),
+          .arm = Fingerprint::of(robot.chain, laws, chi, C_chi, sigma_rho, velocity_threshold),
+          .rate = Fingerprint::of(f_m),
+          .options = Fingerprint::of(stride, torque_held, threshold, span, others...)};
 }
 
 }  // namespace rivid::detail

@@ -112,10 +112,11 @@ class RecursiveIdentifier {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    rows_.visit_state(visit);
-    visit(sums_.data(), sums_.size());
-    visit(&taken_, 1);
+    // All members in their order.
+    auto& [rows, sigma_rho, chi, scratch, sums, taken, owner] = *this;
+    detail::visit_parts(visit, rows, sums, taken);
   }
+  [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
  private:
   using Row = typename RowStream<Scalar>::Row;
@@ -150,6 +151,7 @@ class RecursiveIdentifier {
   Eigen::VectorX<Scalar> scratch_;
   std::vector<Sums> sums_;
   Index taken_ = 0;
+  detail::StateOwner owner_;
 };
 
 template <typename Scalar>
@@ -160,7 +162,9 @@ RecursiveIdentifier<Scalar>::RecursiveIdentifier(const OnlineModel& model,
       sigma_rho_(model.sigma_rho),
       chi_(Eigen::VectorX<Scalar>::Zero(model.base.size())),
       scratch_(Eigen::VectorX<Scalar>::Zero(rows_.triangle().room_of_row())),
-      sums_(static_cast<std::size_t>(model.robot.size())) {
+      sums_(static_cast<std::size_t>(model.robot.size())),
+      owner_(detail::owner_of<Scalar>("RecursiveIdentifier", model, options.rows, options.forgetting,
+                                      options.prior)) {
   if (options.prior) {
     detail::add_prior(
         rows_.triangle(), model.C_chi, model.chi, [](Index i) { return i; }, "RecursiveIdentifier");

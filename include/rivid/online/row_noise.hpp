@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "rivid/online/saved_state.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid::detail {
@@ -62,6 +63,12 @@ class RowNoise {
       sum += weight * s.covariance[k];
     }
     return std::clamp(sum / (s.sigma * s.sigma), least, 1.0 / least);
+  }
+
+  template <typename Visit>
+  void visit_state(Visit& visit) noexcept {
+    auto& [joints] = *this;
+    visit_parts(visit, joints);
   }
 
   struct State {

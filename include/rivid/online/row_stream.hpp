@@ -14,6 +14,7 @@
 #include "rivid/error.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/online/plausible.hpp"
+#include "rivid/online/saved_state.hpp"
 #include "rivid/regressor/regressor.hpp"
 #include "rivid/text.hpp"
 
@@ -152,13 +153,10 @@ class RowStream {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    visit(q_.data(), q_.size());
-    visit(tau_.data(), tau_.size());
-    visit(runs_.data(), runs_.size());
-    visit(positions_.data(), positions_.size());
-    visit(sums_.data(), sums_.size());
-    visit(finished_.data(), finished_.size());
-    visit(&ticks_, 1);
+    // All members in their order.
+    auto& [options, n, stride, span, length, motors, signs, columns, workspace, offsets, window, thresholds,
+           q, tau, runs, positions, sums, values, state, finished, ticks] = *this;
+    detail::visit_parts(visit, q, tau, runs, positions, sums, finished, ticks);
   }
 
  private:

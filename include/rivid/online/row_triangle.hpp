@@ -81,10 +81,8 @@ class RowTriangle {
 
   template <typename Visit>
   void visit_state(Visit& visit) noexcept {
-    stream_.visit_state(visit);
-    load_.visit_state(visit);
-    triangle_.visit_state(visit);
-    visit(&until_step_, 1);
+    auto& [stream, load, triangle, seconds, keep, operations, until_step] = *this;
+    visit_parts(visit, stream, load, triangle, until_step);
   }
 
  private:

@@ -1,18 +1,25 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <ranges>
 #include <span>
+#include <string_view>
 #include <type_traits>
+
+#include "rivid/model/chain.hpp"
 
 namespace rivid {
 
 namespace detail {
 
 // Counts, writes or reads the bytes of a state. An estimator names its state in `visit_state(visit)`, which calls
-// visit(pointer, count) for arrays of plain values, always in the same order.
+// visit(pointer, count) for arrays of plain values, always in the same order. It takes itself apart into all its members there: one more
+// does not compile before it is said whether it is state.
 class StateSize {
  public:
   template <typename Value>
@@ -32,11 +39,78 @@ class StateSize {
   std::uint64_t layout = first_hash;  // sizes of the arrays
 };
 
+// The state of one part after the other: of a part with a visit_state() of its own, an array, or a plain value.
+template <typename Visit, typename... Parts>
+void visit_parts(Visit& visit, Parts&... parts) noexcept {
+  const auto each = [&](auto& part) {
+    if constexpr (requires { part.visit_state(visit); }) {
+      part.visit_state(visit);
+    } else if constexpr (requires { part.data(); }) {
+      visit(part.data(), static_cast<std::size_t>(part.size()));
+    } else {
+      visit(&part, 1);
+    }
+  };
+  (each(parts), ...);
+}
+
+// A number that is another one, all but surely, where any of the values is.
+class Fingerprint {
+ public:
+  template <typename... Values>
+  [[nodiscard]] static std::uint64_t of(const Values&... values) noexcept {
+    Fingerprint out;
+    (out.add(values), ...);
+    return out.hash_;
+  }
+
+ private:
+  template <typename Value>
+  void add(const Value& value) noexcept {
+    if constexpr (std::is_floating_point_v<Value>) {
+      add(std::bit_cast<std::uint64_t>(static_cast<double>(value)));
+    } else if constexpr (std::is_integral_v<Value> || std::is_enum_v<Value>) {
+      hash_ = StateSize::hashed(hash_, static_cast<std::uint64_t>(value));
+    } else if constexpr (requires { value.rows(); }) {
+      add(value.rows());
+      for (Index i = 0; i < value.size(); ++i) {
+        add(value(i % value.rows(), i / value.rows()));
+      }
+    } else if constexpr (std::is_same_v<Value, Chain>) {
+      add(value.gravity);
+      for (const auto& [type, R, p, axes, signs] : value.links) {
+        add(of(type, R, p, axes, signs));
+      }
+    } else {
+      for (const auto& each : value) {
+        add(each);
+      }
+    }
+  }
+
+  std::uint64_t hash_ = StateSize::first_hash;
+};
+
+// Whose state it is: fingerprints of what an estimator was made of.
+struct StateOwner {
+  std::uint64_t kind = 0;
+  std::uint64_t arm = 0;
+  std::uint64_t rate = 0;
+  std::uint64_t flange = 0;
+  std::uint64_t options = 0;
+};
+
+template <typename Scalar>
+[[nodiscard]] std::uint64_t kind_of(std::string_view estimator) noexcept {
+  return Fingerprint::of(estimator, sizeof(Scalar));
+}
+
 // What stands before the bytes of a state.
 struct StateHeader {
-  static constexpr std::uint64_t rivids = 0x3154415453564952U;  // "RIVSTAT1"
+  static constexpr std::uint64_t rivids = 0x3254415453564952U;  // "RIVSTAT2"
 
   std::uint64_t magic = rivids;
+  StateOwner owner = {};
   std::uint64_t layout = 0;
   std::uint64_t checksum = 0;
 };
@@ -96,7 +170,7 @@ template <typename Estimator>
 [[nodiscard]] bool save_state(const Estimator& estimator, std::span<std::byte> to) noexcept {
   detail::StateSize size;
   const_cast<Estimator&>(estimator).visit_state(size);
-  detail::StateHeader header{.layout = size.layout};
+  detail::StateHeader header{.owner = estimator.state_owner(), .layout = size.layout};
   if (to.size() < sizeof header + size.bytes) {
     return false;
   }
@@ -108,28 +182,58 @@ template <typename Estimator>
   return true;
 }
 
-/// Puts an estimator, made with the same model and options, back into a state that save_state() wrote on the same kind of
-/// machine. What comes after is the same, bit by bit.
+/// What restore_state() says: true where the estimator has the state, else words.
+struct Restored {
+  const char* refusal = nullptr;  ///< what does not fit; null where nothing does not
+
+  explicit operator bool() const noexcept { return refusal == nullptr; }
+};
+
+/// Puts an estimator, made with the same model and options, back into a state that save_state() wrote with the same build on the same kind
+/// of machine. What comes after is the same, bit by bit.
 ///
 /// @param from  exactly state_size(estimator) bytes
-/// @return      whether they are such a state, by size, layout and checksum; else nothing has changed
+/// @return      whether they are such a state, and what differs where they are not; then nothing has changed
 template <typename Estimator>
-[[nodiscard]] bool restore_state(Estimator& estimator, std::span<const std::byte> from) noexcept {
+[[nodiscard]] Restored restore_state(Estimator& estimator, std::span<const std::byte> from) noexcept {
   detail::StateSize size;
   estimator.visit_state(size);
   detail::StateHeader header;
-  if (from.size() != sizeof header + size.bytes) {
-    return false;
+  if (from.size() < sizeof header) {
+    return {"restore_state: these bytes are no state"};
   }
-  const std::byte* const content = from.data() + sizeof header;
   std::memcpy(&header, from.data(), sizeof header);
-  if (header.magic != detail::StateHeader::rivids || header.layout != size.layout ||
-      header.checksum != detail::checksum_of(content, size.bytes)) {
-    return false;
+  const std::span<const std::byte> content = from.subspan(sizeof header);
+  const detail::StateOwner& its = header.owner;
+  const detail::StateOwner& own = estimator.state_owner();
+  struct Check {
+    bool passed;
+    const char* words;
+  };
+  const std::array checks = {
+      Check{header.magic == detail::StateHeader::rivids,
+            "restore_state: these bytes are no state of this version of rivid"},
+      Check{its.kind == own.kind,
+            "restore_state: the state is that of another class of estimators or another Scalar"},
+      Check{its.arm == own.arm,
+            "restore_state: the state is that of another arm: its model or covariance differs"},
+      Check{its.rate == own.rate, "restore_state: the state is that of another rate: f_m differs"},
+      Check{its.flange == own.flange,
+            "restore_state: the state is that of another flange: its pose R, p differs"},
+      Check{its.options == own.options,
+            "restore_state: the state is that of an estimator with other options"},
+      Check{header.layout == size.layout && content.size() == size.bytes,
+            "restore_state: the state has not the size of this estimator's"},
+      Check{header.checksum == detail::checksum_of(content.data(), content.size()),
+            "restore_state: the state is damaged: its checksum differs"}};
+  for (const Check& check : checks) {
+    if (!check.passed) {
+      return {check.words};
+    }
   }
-  detail::StateReader reader(content);
+  detail::StateReader reader(content.data());
   estimator.visit_state(reader);
-  return true;
+  return {};
 }
 
 }  // namespace rivid
