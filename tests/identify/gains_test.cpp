@@ -79,7 +79,7 @@ TEST(Gains, FollowFromAKnownMass) {
 TEST(Gains, FollowWhereAJointStands) {
   const Robot robot = PayloadBench(six_axis()).robot;
   const auto log = [&](const Inertial& load, std::uint64_t seed, const std::vector<Index>& at_rest) {
-    Log out = test::log_with_joints_at_rest(robot, load, seed, at_rest, 10.0);
+    Log out = test::log_with_joints_at_rest(robot, load, seed, at_rest);
     out.v_tau.swap(out.tau);
     out.v_tau *= 0.8;
     return out;

@@ -302,5 +302,12 @@ TEST(Ellipsoids, AreNotDrawnOfWhatIsNoBody) {
   EXPECT_TRUE(found.ellipsoids.empty());
 }
 
+TEST(Analysis, TakesEveryFewOfAnyNumberOfRows) {
+  EXPECT_EQ(every_few(5, 2), (std::vector<Index>{0, 3}));
+  EXPECT_EQ(every_few(3, 7), (std::vector<Index>{0, 1, 2}));
+  EXPECT_TRUE(every_few(0, 7).empty());
+  EXPECT_TRUE(every_few(0, 0).empty());
+}
+
 }  // namespace
 }  // namespace rivid::detail

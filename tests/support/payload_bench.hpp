@@ -126,8 +126,9 @@ inline Robot six_axis() { return read_urdf(RIVID_DATA "/six_axis/six_axis.urdf")
 
 /// A log with exact torques, in which some joints stand.
 inline Log log_with_joints_at_rest(const Robot& robot, const Inertial& load, std::uint64_t seed,
-                                   const std::vector<Index>& at_rest, double seconds) {
+                                   const std::vector<Index>& at_rest) {
   constexpr double f_m = 500.0;
+  constexpr double seconds = 10.0;
   Motion motion = Wandering(robot.size(), seed, 0.8, 1.2).at(ticks(seconds, f_m));
   for (const Index j : at_rest) {
     motion.q.col(j).setConstant(0.3);

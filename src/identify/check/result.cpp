@@ -80,7 +80,7 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
     const Vector residual = rows->Y - rows->W * result.chi;
     for (const ProbedRows::Piece& piece : rows->pieces) {
       const auto j = static_cast<std::size_t>(piece.joint);
-      if (!suspicious(j)) {
+      if (piece.size() == 0 || !suspicious(j)) {
         continue;
       }
       // What errors of the parameters make of this motion.

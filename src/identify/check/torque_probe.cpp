@@ -388,7 +388,8 @@ bool TorqueProbe::dissipates(const Vector& chi, Index joint, const Reading& read
   for (const ProbedLog& log : probed_) {
     const auto v = log.motion.qd.col(reading.position[static_cast<std::size_t>(joint)]);
     for (const BasisRow& row : basis_rows) {
-      if (row.role == Role::viscous || row.role == Role::dry) {
+      // Of no instants Eigen's mean() reads what is not there.
+      if (v.size() > 0 && (row.role == Role::viscous || row.role == Role::dry)) {
         power_of[static_cast<std::size_t>(row.basis)] +=
             v.unaryExpr([&](double x) { return x * friction_function(row.basis, x, sign(x)); }).mean();
       }
