@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/result_file.hpp"
+#include "rivid/identify/check.hpp"
 #include "rivid/identify/comparison.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/report/comparison.hpp"
@@ -118,6 +120,20 @@ std::vector<ResultChanges> changes_of(const std::vector<JudgedModel>& models,
   return out;
 }
 
+// What keeps the figures from being a judgement: errors of the logs by themselves, and models that are worse than none.
+std::vector<Finding> doubts_of(const Robot& robot, std::span<const Log> logs, const Comparison& comparison) {
+  std::vector<Finding> out = examined(robot, logs, {.signal = comparison.signal}).warnings;
+  std::erase_if(out, [](const Finding& f) { return severity(f) != Severity::error; });
+  for (const Comparison::Error& model : comparison.models) {
+    if (!(model.relative_error <= 1.0)) {
+      out.push_back({"poor_fit", model.name,
+                     "its error is " + number(100.0 * model.relative_error, 3) +
+                         " % of the torques: no torque at all would be nearer"});
+    }
+  }
+  return out;
+}
+
 int compare_models(const CompareArguments& arguments, const std::string& program) {
   std::vector<JudgedModel> models;
   models.reserve(arguments.models.size());
@@ -152,6 +168,7 @@ int compare_models(const CompareArguments& arguments, const std::string& program
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
   const Comparison comparison = compare(named, logs, options);
   const std::vector<ResultChanges> changes = changes_of(models, named);
+  const std::vector<Finding> doubts = doubts_of(named.front().robot, logs, comparison);
 
   Provenance provenance = provenance_of(program, experiment, Use::identification, {}, arguments.set);
   for (const JudgedModel& model : models) {
@@ -167,9 +184,10 @@ int compare_models(const CompareArguments& arguments, const std::string& program
   }
   if (!arguments.quiet) {
     print(arguments.json ? json : in_words(comparison, changes, options.level, screen_width()));
+    tell(doubts);
     tell_written(files);
   }
-  return success;
+  return doubts.empty() ? success : no_success;
 }
 
 // What both commands take beside models and logs.
@@ -188,7 +206,8 @@ std::vector<Argument> with_common(std::vector<Argument> own, CompareArguments& t
 }
 
 constexpr const char* compare_exit_codes =
-    "Exit codes: 0 compared; 2 bad input or usage; 3 numerical failure.";
+    "Exit codes: 0 compared; 1 compared, but the logs have errors or a model's error is above 100 %; 2 bad "
+    "input or usage; 3 numerical failure.";
 
 }  // namespace
 

@@ -155,8 +155,11 @@ PayloadReport found_on(const Robot& robot, const Experiment& experiment,
   }
   Estimation estimation = experiment.estimation;
   estimation.method = Wls{};
-  return arm ? identify_payloads(*arm, with, estimation, options)
-             : identify_payloads(robot, read_logs(experiment.log, robot), with, estimation, options);
+  const std::vector<Log> without = arm ? std::vector<Log>() : read_logs(experiment.log, robot);
+  PayloadReport out = arm ? identify_payloads(*arm, with, estimation, options)
+                          : identify_payloads(robot, without, with, estimation, options);
+  examine(robot, without, with, estimation, out);
+  return out;
 }
 
 int payload(const PayloadArguments& arguments) {
@@ -248,7 +251,9 @@ int payload_command(int argc, char** argv) {
             {"--threads", "N", "Threads that share the work", &to.threads},
             {"--json", "", "Print the result as JSON instead of the table", &to.json},
             {"--quiet", "", "Print nothing but errors", &to.quiet}},
-       .footer = "Exit codes: 0 identified; 1 not identified; 2 bad input or usage; 3 numerical failure."},
+       .footer =
+           "Exit codes: 0 identified, or no payload; 1 doubtful or not identified; 2 bad input or usage; 3 "
+           "numerical failure."},
       argc, argv, [&] { return payload(to); });
 }
 

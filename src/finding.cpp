@@ -242,6 +242,18 @@ constexpr std::array codes = {
                    "geometry, or too short a motion. Joints with less than a hundredth of the largest torque "
                    "do not count.",
                    "Plot torques beside the motion; run rivid_identify check; record a longer motion."},
+    DiagnosticCode{
+        "payload_misfit", error, "Logs with a payload do not fit the arm without it.",
+        "Arm and payload leave more than twice what an identification from these logs alone "
+        "leaves of a joint's torque, or more than 30 % of it: another scale, sign or clock than in "
+        "the logs without payload, a load elsewhere than on the last link, a friction that has "
+        "changed.",
+        "Record both kinds of logs alike, one after the other; compare their columns and units. "
+        "Where friction grows with the load: --load-friction."},
+    DiagnosticCode{"negative_mass", error, "The mass of a payload is negative.",
+                   "It is negative by more than four standard deviations: logs with and without payload are "
+                   "exchanged, or differ in a sign or scale.",
+                   "Check which logs have the payload, and the signs and units of their columns."},
     DiagnosticCode{"validation_worse", warning,
                    "The validation error is much larger than the error of the fit.",
                    "The residual of a joint is more than twice that of the fit: another load, another "

@@ -33,9 +33,11 @@ std::pair<std::string, std::string> payloads(const Robot& robot, const std::vect
     kept.emplace_back(logs);
     with.push_back({.name = name, .logs = kept.back().all(), .mass = mass});
   }
-  const PayloadReport found =
-      arm != nullptr ? identify_payloads(*arm, with, experiment.estimation, options)
-                     : identify_payloads(robot, Logs(without).all(), with, experiment.estimation, options);
+  const Logs alone(without);
+  PayloadReport found = arm != nullptr
+                            ? identify_payloads(*arm, with, experiment.estimation, options)
+                            : identify_payloads(robot, alone.all(), with, experiment.estimation, options);
+  examine(robot, alone.all(), with, experiment.estimation, found);
   return {to_json(found, options), in_words(found)};
 }
 

@@ -188,6 +188,9 @@ Identification detail::judged(const Experiment& experiment, std::span<const Log>
     out.notes.push_back(choice.text(experiment.robot));
   }
   out.gains = experiment.gain_report;
+  if (out.gains) {
+    out.warnings.insert(out.warnings.end(), out.gains->warnings.begin(), out.gains->warnings.end());
+  }
   take_notes(logs, out);
   for (const Log& log : validation) {
     out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));

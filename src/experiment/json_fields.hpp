@@ -5,8 +5,10 @@
 #include <string>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "rivid/fields.hpp"
+#include "rivid/finding.hpp"
 
 // Records as JSON by their fields; what is not a number or infinite becomes null when it is written.
 namespace rivid::detail {
@@ -16,6 +18,17 @@ using Json = nlohmann::ordered_json;
 /// The text of a file. A path may hold any bytes; JSON is UTF-8.
 [[nodiscard]] inline std::string json_text(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+[[nodiscard]] inline Json warnings_of(const std::vector<Finding>& warnings) {
+  Json out = Json::array();
+  for (const Finding& warning : warnings) {
+    out.push_back({{"code", warning.code},
+                   {"text", warning.text},
+                   {"severity", name(severity(warning))},
+                   {"subject", warning.subject}});
+  }
+  return out;
 }
 
 template <typename Value>

@@ -23,17 +23,7 @@ namespace {
 using detail::Json;
 using detail::json_of;
 using detail::json_text;
-
-Json warnings_of(const std::vector<Finding>& warnings) {
-  Json out = Json::array();
-  for (const Finding& warning : warnings) {
-    out.push_back({{"code", warning.code},
-                   {"text", warning.text},
-                   {"severity", name(severity(warning))},
-                   {"subject", warning.subject}});
-  }
-  return out;
-}
+using detail::warnings_of;
 
 Json parameters(const Identification& result) {
   Json out = json_of(result.parameters);

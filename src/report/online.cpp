@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "report/documents.hpp"
 #include "rivid/error.hpp"
+#include "rivid/identify/payload.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/text.hpp"
 
@@ -47,6 +49,29 @@ std::string without_threshold(const ContactObserver<double>& contact,
     }
   }
   return out.empty() ? "" : "too little motion to learn thresholds of contacts: " + listed(out);
+}
+
+// What speaks against the log from some row on as that of the arm with a payload; nothing where so little is moved that it can not be told.
+std::vector<Finding> faults_from(const OnlineModel& model, const Log& log, Index row,
+                                 const PayloadEstimatorOptions& options) {
+  const Log since = excerpt(log, row, log.samples() - row);
+  const LoadedLogs loaded{.name = log.source, .logs = std::span(&since, 1)};
+  const IdentifiedArm arm{.robot = model.robot,
+                          .chi = model.chi,
+                          .C_chi = model.C_chi,
+                          .gain_slopes = Matrix::Zero(model.chi.size(), model.robot.size()),
+                          .gain_covariance = {}};
+  Estimation estimation{.method = Wls{}};
+  estimation.signal.torque_held = options.rows.torque_held;
+  std::vector<Finding> out;
+  try {
+    PayloadReport found = identify_payloads(arm, std::span(&loaded, 1), estimation);
+    examine(arm.robot, {}, std::span(&loaded, 1), estimation, found);
+    std::ranges::copy_if(found.warnings, std::back_inserter(out),
+                         [](const Finding& f) { return severity(f) == Severity::error; });
+  } catch (const InputError&) {
+  }
+  return out;
 }
 
 }  // namespace
@@ -100,6 +125,7 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
     if (payload.update(q.col(k), tau.col(k))) {
       out.events.push_back({t, "the payload changes"});
       payload_named = false;
+      out.since = t;
     }
     if (!payload_named && payload.payload().good) {
       contact.set_payload(payload.inertial());
@@ -122,6 +148,8 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
   }
   payload.finish();
   out.last = payload.payload();
+  out.warnings = faults_from(model, log, std::lround(out.since * log.f_m), options.payload);
+  out.last.good = out.last.good && out.warnings.empty();
   return out;
 }
 

@@ -17,9 +17,10 @@ namespace {
 using PayloadNow = OnlinePayload<double>;
 
 std::string payload_words(const PayloadNow& p) {
-  std::string out = std::isfinite(p.mass) && std::isfinite(p.mass_half_width())
-                        ? "mass " + number(p.mass, 4) + " ± " + number(p.mass_half_width(), 2) + " kg"
-                        : "mass not known";
+  const bool known = std::isfinite(p.mass) && std::isfinite(p.mass_half_width());
+  std::string out = !known   ? "mass not known"
+                    : p.held ? "mass " + number(p.mass, 4) + " ± " + number(p.mass_half_width(), 2) + " kg"
+                             : "no payload (less than " + number(p.mass + p.mass_half_width(), 2) + " kg)";
   if (p.held) {
     const Eigen::Vector3d mm = 1e3 * p.com;
     out += ", centre of mass [" + number(mm[0], 4) + ", " + number(mm[1], 4) + ", " + number(mm[2], 4) +
@@ -111,6 +112,7 @@ Document replay_document(const OnlineReplay& replay) {
   out.opening = {{table_of(replay.events, {{{"", format::significant(5), "s"},
                                             [](const OnlineReplay::Event& e) { return e.t; }},
                                            {{""}, [](const OnlineReplay::Event& e) { return e.text; }}})},
+                 {FindingList{replay.warnings}},
                  {Sentence{"at the end: " + now}, Shown::screen}};
   if (const auto lines = controller_lines(replay.last); !lines.empty()) {
     out.opening.push_back(

@@ -1,5 +1,6 @@
 #include "rivid/report/payload.hpp"
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <type_traits>
@@ -46,15 +47,23 @@ detail::Section payload_section(const Payload& payload, const std::string& headi
 
 detail::Document payload_document(const PayloadReport& found) {
   detail::Document out;
-  out.line = std::string(found.identified ? "identified: " : "NOT IDENTIFIED: ") +
-             counted(std::ssize(found.payloads), "payload") + ", " + counted(found.rows, "row") +
-             ", relative error " + number(100.0 * found.relative_error, 3) + " %";
-  if (!found.reason.empty()) {
+  const auto present = std::ranges::count(found.payloads, false, &Payload::none);
+  out.line =
+      std::string(found.identified ? "identified: "
+                  : found.doubtful ? "DOUBTFUL: "
+                                   : "NOT IDENTIFIED: ") +
+      (present > 0 || found.payloads.empty() ? counted(present, "payload") : found.payloads.front().reason) +
+      ", " + counted(found.rows, "row") + ", relative error " + number(100.0 * found.relative_error, 3) +
+      " %";
+  // The reasons of a doubtful result are findings, which say what to do as well.
+  if (!found.doubtful && !found.reason.empty()) {
     out.opening.push_back({detail::Sentence{found.reason}});
   }
+  out.opening.push_back({detail::FindingList{found.warnings}});
   for (const Payload& payload : found.payloads) {
-    const char* shape =
-        payload.model == PayloadModel::body ? ": ten parameters" : ": mass and centre of mass";
+    const char* shape = payload.none()                        ? ": mass"
+                        : payload.model == PayloadModel::body ? ": ten parameters"
+                                                              : ": mass and centre of mass";
     out.sections.push_back(payload_section(payload, payload.name + shape));
   }
   for (const Payload& difference : found.differences) {
@@ -93,7 +102,11 @@ std::string in_words(const PayloadReport& found, std::size_t screen) {
   std::string out = detail::text_of(payload_document(found), screen);
   for (const Payload& payload : found.payloads) {
     const std::string who = found.payloads.size() > 1 ? payload.name + ":\n" : "";
-    out += '\n' + who + urscript_line(payload) + '\n' + libfranka_line(payload) + '\n';
+    const std::string untold = untold_reason(found, payload);
+    out += '\n' + who +
+           (untold.empty() ? urscript_line(payload) + '\n' + libfranka_line(payload)
+                           : "no line for a controller: " + untold) +
+           '\n';
   }
   return out;
 }
@@ -102,8 +115,11 @@ std::string to_json(const PayloadReport& found, const PayloadOptions& options) {
   Json payloads = Json::array();
   for (const Payload& payload : found.payloads) {
     Json& member = payloads.emplace_back(json_of_body(payload));
-    member["urscript"] = urscript_line(payload);
-    member["libfranka"] = libfranka_line(payload);
+    const std::string untold = untold_reason(found, payload);
+    member["least_mass"] = payload.least_mass;
+    member["urscript"] = untold.empty() ? Json(urscript_line(payload)) : Json();
+    member["libfranka"] = untold.empty() ? Json(libfranka_line(payload)) : Json();
+    member["untold"] = untold;
   }
   Json differences = Json::array();
   for (const Payload& difference : found.differences) {
@@ -117,8 +133,11 @@ std::string to_json(const PayloadReport& found, const PayloadOptions& options) {
     gains.push_back(std::move(member));
   }
   const Json out = {{"program", "rivid_identify payload"},
-                    {"status", found.identified ? "identified" : "not_identified"},
+                    {"status", found.identified ? "identified"
+                               : found.doubtful ? "doubtful"
+                                                : "not_identified"},
                     {"reason", found.reason},
+                    {"warnings", detail::warnings_of(found.warnings)},
                     {"rows", found.rows},
                     {"relative_error", found.relative_error},
                     {"iterations", found.iterations},

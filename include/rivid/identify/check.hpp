@@ -32,6 +32,15 @@ struct CheckOptions {
 void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
              Identification& result);
 
+/// What some logs are worth by themselves: identify() from them alone by weighted least squares, and examine(). Where that determines no
+/// arm, for a joint stands still or too little is moved, there are no warnings: another fit of the same logs may know the rest from
+/// elsewhere.
+///
+/// @param estimation  whose signal, covariance and threads are taken
+/// @throws InputError  as identify() does
+[[nodiscard]] Identification examined(const Robot& robot, std::span<const Log> logs,
+                                      const Estimation& estimation);
+
 /// Looks for what would make an identification from these logs fail or mislead, before there is any: doubts about robot
 /// and logs, units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,
 /// standstill, cut-off frequencies, and parameters that the motion does not show.

@@ -9,6 +9,7 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/fields.hpp"
+#include "rivid/finding.hpp"
 #include "rivid/identify/estimation.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
@@ -85,6 +86,7 @@ struct [[nodiscard]] GainReport {
   double relative_error = 0.0;  ///< ‖Y − Ŷ‖ / ‖Y‖ over all rows
   Index rows = 0;
   CovarianceReport covariance;
+  std::vector<Finding> warnings;  ///< against the logs with the payload, which become those of the result
 
   template <typename R = GainReport>
   static constexpr auto fields() {

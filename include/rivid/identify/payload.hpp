@@ -72,12 +72,21 @@ struct Payload {
   Eigen::Matrix3d inertia =
       Eigen::Matrix3d::Zero();  ///< about the centre of mass, axes of the flange [kg·m²]; zero of a point
   std::vector<PayloadValue> values;  ///< mass, com_x, com_y, com_z, and of a body Ixx Iyy Izz Ixy Ixz Iyz
+  /// What of its logs is not explained by arm and payload, by joint, (n) [N·m | N].
+  Vector sigma_rho;
+  /// Masses below it can not be told from none [kg]: four deviations, or what a tenth of that rest weighs on the last link.
+  double least_mass = 0.0;
+
+  /// Whether there is none that the logs show: its mass is below `least_mass`, then only that is reported.
+  [[nodiscard]] bool none() const;
 };
 
 /// Payloads from one fit, the answer of identify_payloads().
 struct [[nodiscard]] PayloadReport {
-  bool identified = false;
-  std::string reason;                ///< why it is not
+  bool identified = false;  ///< whether the logs determine all of it, and examine() found nothing against it
+  bool doubtful = false;    ///< whether examine() found reasons not to trust it
+  std::string reason;       ///< why it is not identified
+  std::vector<Finding> warnings;     ///< of examine(): what may make it wrong, the gravest first
   std::vector<Payload> payloads;     ///< one a LoadedLogs; empty where the fit did not settle
   std::vector<Payload> differences;  ///< of each payload from each before it: what was added to that one
   std::vector<GainEstimate> gains;   ///< where the gains are not exact
@@ -87,6 +96,7 @@ struct [[nodiscard]] PayloadReport {
   Index rows = 0;
   int iterations = 0;
   CovarianceReport covariance;
+  SignalOptions signal;  ///< that made the rows
 };
 
 /// Identifies payloads from logs of the arm without and with them: one fit of all rows, with common parameters of the arm
@@ -127,6 +137,19 @@ struct IdentifiedArm {
 /// what gains that are not exact do to them is in the fit.
 PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const LoadedLogs> with,
                                 const Estimation& estimation, const PayloadOptions& options = {});
+
+/// Judges payloads, as examine() judges a result: the logs without payload and those with each of them are identified and examined by
+/// themselves, an arm with a payload being another arm; and what arm and payload together leave of the torques of a joint is compared
+/// with what that leaves. A finding of severity error, and a negative mass, make the report `doubtful`.
+///
+/// @param without     logs of the arm alone; none on an arm that was identified before
+/// @param estimation  as identify_payloads() had it
+/// @throws InputError  where logs can not be identified from
+void examine(const Robot& robot, std::span<const Log> without, std::span<const LoadedLogs> with,
+             const Estimation& estimation, PayloadReport& found);
+
+/// Why no controller should be told a payload: the report is not identified, the mass is negative or none; empty: it may be told.
+[[nodiscard]] std::string untold_reason(const PayloadReport& found, const Payload& payload);
 
 /// URScript: set_target_payload(m, [com], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]).
 [[nodiscard]] std::string urscript_line(const Payload& payload);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "rivid/data/log.hpp"
+#include "rivid/finding.hpp"
 #include "rivid/online/contact_observer.hpp"
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/model.hpp"
@@ -38,6 +39,9 @@ struct OnlineReplay {
   };
   std::vector<Event> events;
   OnlinePayload<double> last;  ///< payload at the end
+  double since = 0.0;          ///< when its last change was found [s]
+  /// Errors of the log since then, as identify_payloads() and examine() find them: no number of `last` is good with one.
+  std::vector<Finding> warnings;
 };
 
 /// Replays a log as a control loop would have seen it.

@@ -262,6 +262,28 @@ void examine(const Robot& robot, std::span<const Log> whole_logs, std::span<cons
   }
 }
 
+Identification examined(const Robot& its_robot, std::span<const Log> logs, const Estimation& estimation) {
+  Robot robot = its_robot;
+  for (Joint& joint : robot.joints) {
+    // Where the law is left open the first one counts, as in all columns.
+    joint.friction = joint.friction == Friction::automatic ? Friction::symmetric : joint.friction;
+  }
+  Identification out = identify(robot, logs,
+                                {.method = Wls{},
+                                 .signal = estimation.signal,
+                                 .covariance = estimation.covariance,
+                                 .threads = estimation.threads});
+  examine(robot, logs, {}, out);
+  const auto is_few = [](const Finding& f) { return f.code == "few_rows"; };
+  const auto is_still = [](const Finding& f) { return f.code == "joint_still"; };
+  std::erase_if(out.warnings, is_few);
+  if ((out.status != Status::identified && out.status != Status::doubtful) ||
+      std::ranges::any_of(out.warnings, is_still)) {
+    out.warnings.clear();
+  }
+  return out;
+}
+
 std::vector<Finding> check(const Robot& its_robot, std::span<const Log> whole_logs,
                            std::span<const Log> whole_validation, const CheckOptions& asked) {
   // Findings about signals and sizes do not need another friction law.

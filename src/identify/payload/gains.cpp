@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "identify/payload/judged_load.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -169,7 +170,8 @@ std::optional<std::string> GainOptions::complaint(const Robot& robot) const {
 }
 
 GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, std::span<const Log> with,
-                          const Estimation& estimation, const GainOptions& options) {
+                          const Estimation& asked, const GainOptions& options) {
+  Estimation estimation = asked;
   const Robot robot = without_load(its_robot);
   require_for_gains(!without.empty(), "no log without payload is given");
   for (const auto& fault : {robot.complaint(), options.complaint(robot)}) {
@@ -213,7 +215,12 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
                  .C = relative_covariance(fit, uncertainty.C, robot.size()),
                  .relative_error = fit.relative_error(),
                  .rows = fit.rows(),
-                 .covariance = uncertainty.report};
+                 .covariance = uncertainty.report,
+                 .warnings = {}};
+  if (!with.empty()) {
+    out.warnings =
+        detail::judged_load(robot, "loaded", with, estimation, out.joints, fit.rest_with(0).sigma_rho);
+  }
   for (std::size_t j = 0; j < out.joints.size(); ++j) {
     if (!out.joints[j].identifiable) {
       out.C.row(static_cast<Index>(j)).setZero();

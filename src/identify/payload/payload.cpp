@@ -82,7 +82,7 @@ PayloadReport fitted_by_what_is_seen(PayloadProblem& problem, const PayloadOptio
   for (std::size_t k = 0; k < with.size(); ++k) {
     if (!out.identified) {
       why[k] = "the inertia is not determined: " + out.reason;
-    } else if (!detail::has_no_mass(out.payloads[k])) {
+    } else if (!out.payloads[k].none()) {
       why[k] = detail::hidden_inertia(out.payloads[k]);
     }
     problem.loads[k].shape = why[k].empty() ? PayloadModel::body : PayloadModel::point;
@@ -93,10 +93,19 @@ PayloadReport fitted_by_what_is_seen(PayloadProblem& problem, const PayloadOptio
   }
   for (std::size_t k = 0; k < out.payloads.size(); ++k) {
     out.payloads[k].reason = std::move(why[k]);
-    if (detail::has_no_mass(out.payloads[k])) {
+    if (out.payloads[k].none()) {
       detail::tell_mass_alone(out.payloads[k]);
     }
   }
+  return out;
+}
+
+PayloadReport fitted_on(PayloadProblem& problem, std::span<const Log> without,
+                        std::span<const LoadedLogs> with, Estimation estimation,
+                        const PayloadOptions& options) {
+  problem.logs = detail::stacked_rows(problem.robot, problem.columns, without, with, estimation);
+  PayloadReport out = fitted_by_what_is_seen(problem, options, with);
+  out.signal = estimation.signal;
   return out;
 }
 
@@ -217,8 +226,7 @@ PayloadReport identify_payloads(const Robot& robot, std::span<const Log> without
   require(!without.empty(), "no log without the payload is given");
   require_usable(robot, with, asked, options);
   PayloadProblem problem = problem_of(robot, with, asked, options);
-  problem.logs = detail::stacked_rows(problem.robot, problem.columns, without, with, asked);
-  return fitted_by_what_is_seen(problem, options, with);
+  return fitted_on(problem, without, with, asked, options);
 }
 
 PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const LoadedLogs> with,
@@ -231,8 +239,7 @@ PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const Loaded
     problem.gain_information = detail::gain_information_of(arm.gain_covariance);
   }
   problem.arm = &arm;
-  problem.logs = detail::stacked_rows(problem.robot, problem.columns, {}, with, asked);
-  return fitted_by_what_is_seen(problem, options, with);
+  return fitted_on(problem, {}, with, asked, options);
 }
 
 std::string urscript_line(const Payload& payload) {

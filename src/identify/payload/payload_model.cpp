@@ -276,6 +276,25 @@ PayloadFit::Normal PayloadFit::normal() const {
   return out;
 }
 
+PayloadFit::Rest PayloadFit::rest_with(std::size_t k) const {
+  Vector squares = Vector::Zero(weights_.size());
+  Vector counts = squares;
+  Vector of_mass = squares;  // squared torques of a kilogram
+  for (const PayloadLog& log : logs_) {
+    for (const PayloadRows& rows : log.joints) {
+      if (log.load == static_cast<Index>(k)) {
+        const auto j = static_cast<Index>(rows.joint);
+        squares[j] += tangent(log, rows).rho.squaredNorm();
+        counts[j] += static_cast<double>(rows.y.size());
+        const double r = gains_at_ >= 0 ? theta_[gains_at_ + j] : 1.0;
+        of_mass[j] += r * r * columns_of(log, rows).of_body.col(inertial_count - 1).squaredNorm();
+      }
+    }
+  }
+  const Vector by = weights_.cwiseAbs2();
+  return {(squares.array() / counts.array()).sqrt(), std::sqrt(by.dot(squares) / by.dot(of_mass))};
+}
+
 void PayloadFit::follow_gains() {
   const Normal others = normal();
   theta_.head(gains_at_) +=

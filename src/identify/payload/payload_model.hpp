@@ -70,6 +70,13 @@ class PayloadFit {
     return rows_ + (arm_ ? arm_->size() : 0) - static_cast<Index>(theta_.size());
   }
   [[nodiscard]] double relative_error() const { return relative_error_; }
+  // What is left of the logs with a payload.
+  struct Rest {
+    Vector sigma_rho;  // of each joint, (n)
+    double mass =
+        0.0;  // that weighs as much at the origin of the last link, in the weights of the joints [kg]
+  };
+  [[nodiscard]] Rest rest_with(std::size_t k) const;
   [[nodiscard]] Index rows() const { return rows_; }
   [[nodiscard]] int iterations() const { return iterations_; }
 

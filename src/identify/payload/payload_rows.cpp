@@ -25,7 +25,7 @@ PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const
 
 std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
                                      std::span<const Log> without, std::span<const LoadedLogs> with,
-                                     Estimation estimation) {
+                                     Estimation& estimation) {
   estimation.method = Wls{};
   if (estimation.signal.automatic()) {
     static_cast<void>(choose_rows(robot, without.empty() ? with.front().logs : without, estimation));

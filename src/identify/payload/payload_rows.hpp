@@ -48,9 +48,9 @@ struct PayloadLog {
                                       const SignalOptions& signal, Index load, ThreadTeam& team);
 
 // The rows of logs without and with payloads. Where the signal leaves them open they are chosen by the noise of those without, if there
-// are any, else of the first with one.
+// are any, else of the first with one; `estimation` has them then.
 [[nodiscard]] std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
                                                    std::span<const Log> without,
-                                                   std::span<const LoadedLogs> with, Estimation estimation);
+                                                   std::span<const LoadedLogs> with, Estimation& estimation);
 
 }  // namespace rivid::detail

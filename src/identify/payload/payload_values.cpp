@@ -13,8 +13,10 @@ namespace {
 
 // An inertia is reported where no principal moment's deviation exceeds this part of the largest moment.
 constexpr double visible_inertia = 0.5;
-// A centre of mass is a moment over a mass, which must be this many of its deviations.
+// A centre of mass is a moment over a mass, which must be this many of its deviations; nor is a mass seen that weighs less than this part
+// of what the model leaves of the torques, whose errors are not those of chance alone.
 constexpr double visible_mass = 4.0;
+constexpr double visible_part_of_rest = 0.1;
 
 // Mass, centre of mass and inertia about it, Ixx Iyy Izz Ixy Ixz Iyz, of a body.
 Vector told(const Inertial& body) {
@@ -77,6 +79,7 @@ Payload with_intervals(const BodyOfUnknowns& of, const PayloadFit& fit, const Un
   if (shape == PayloadModel::body) {
     out.inertia << value[4], value[7], value[8], value[7], value[5], value[9], value[8], value[9], value[6];
   }
+  out.least_mass = visible_mass * out.values.front().sigma;
   return out;
 }
 
@@ -84,8 +87,12 @@ Payload with_intervals(const BodyOfUnknowns& of, const PayloadFit& fit, const Un
 
 Payload payload_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k, PayloadModel shape,
                    const PayloadOptions& options) {
-  return with_intervals({unknowns_of(fit, k), [&](const Vector& pi) { return fit.body(k, pi); }}, fit,
-                        uncertainty, shape, options);
+  Payload out = with_intervals({unknowns_of(fit, k), [&](const Vector& pi) { return fit.body(k, pi); }}, fit,
+                               uncertainty, shape, options);
+  const PayloadFit::Rest rest = fit.rest_with(k);
+  out.sigma_rho = rest.sigma_rho;
+  out.least_mass = std::max(out.least_mass, visible_part_of_rest * rest.mass);
+  return out;
 }
 
 Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k, std::size_t from,
@@ -97,7 +104,7 @@ Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std
     return fit.body(k, pi.head(own)) - fit.body(from, pi.tail(pi.size() - own));
   };
   Payload out = with_intervals(of, fit, uncertainty, shape, options);
-  if (has_no_mass(out)) {
+  if (out.none()) {
     tell_mass_alone(out);
   } else if (out.model == PayloadModel::body && !hidden_inertia(out).empty()) {
     out.model = PayloadModel::point;
@@ -108,14 +115,13 @@ Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std
   return out;
 }
 
-bool has_no_mass(const Payload& payload) {
-  const PayloadValue& mass = payload.values.front();
-  return std::abs(mass.value) < visible_mass * mass.sigma;
-}
-
 void tell_mass_alone(Payload& payload) {
-  payload.reason = "the mass differs from zero by less than " + number(visible_mass, 2) +
-                   " standard deviations: centre of mass and inertia are not determined";
+  const PayloadValue& mass = payload.values.front();
+  payload.reason =
+      payload.sigma_rho.size() > 0
+          ? "no payload (less than " + number(std::max(mass.interval_95[1], payload.least_mass), 2) + " kg)"
+          : "the mass differs from zero by less than " + number(visible_mass, 2) +
+                " standard deviations: centre of mass and inertia are not determined";
   payload.values.resize(1);
   payload.com.setZero();
   payload.inertia.setZero();
@@ -141,3 +147,9 @@ std::string hidden_inertia(const Payload& body) {
 }
 
 }  // namespace rivid::detail
+
+namespace rivid {
+
+bool Payload::none() const { return std::abs(mass) < least_mass; }
+
+}  // namespace rivid

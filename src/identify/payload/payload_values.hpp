@@ -14,8 +14,7 @@ namespace rivid::detail {
 [[nodiscard]] Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k,
                                     std::size_t from, PayloadModel shape, const PayloadOptions& options);
 
-// Whether the mass may be zero: there is no centre of mass then, and tell_mass_alone() leaves the mass.
-[[nodiscard]] bool has_no_mass(const Payload& payload);
+// Where there is none: there is no centre of mass then.
 void tell_mass_alone(Payload& payload);
 
 // Why a body is none, or its inertia is not identifiable; empty where it is reported.
