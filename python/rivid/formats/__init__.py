@@ -121,6 +121,7 @@ def beyond_numbers(path: Path) -> Table:
 _PROGRAM = "import sys; sys.path[:] = sys.argv.pop(1).split('\\n'); from rivid.formats.reader import main; main()"
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "1", "ARROW_DEFAULT_MEMORY_POOL": "system"}
 _SECONDS = (60, 10)  # of a processor: for a file, and more for each MiB of it
+_PATIENCE = 20  # times as long on the clock, for what waits and does not work
 
 
 def _answer(function: str, path: Path) -> tuple[Any, memoryview]:
@@ -131,14 +132,12 @@ def _answer(function: str, path: Path) -> tuple[Any, memoryview]:
     found = format_of(path)
     seconds = _SECONDS[0] + _SECONDS[1] * (path.stat().st_size >> 20)
     with tempfile.TemporaryDirectory(prefix="rivid_") as scratch:
-        done = subprocess.run(
-            [sys.executable, "-I", "-B", "-c", _PROGRAM, "\n".join(map(str, sys.path)), function, *found, str(path), str(_most_mebibytes), str(seconds)],
-            env=os.environ | _ONE_THREAD | {"TMPDIR": scratch},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            check=False,
-        )
+        command = [sys.executable, "-I", "-B", "-c", _PROGRAM, "\n".join(map(str, sys.path)), function, *found, str(path), str(_most_mebibytes), str(seconds)]
+        quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        try:
+            done = subprocess.run(command, env=os.environ | _ONE_THREAD | {"TMPDIR": scratch}, timeout=_PATIENCE * seconds, check=False, **quiet)
+        except subprocess.TimeoutExpired:
+            done = subprocess.CompletedProcess(command, -signal.SIGXCPU, b"")
     end = done.stdout.find(b"\n") + 1
     if done.returncode == 0 and end:
         head = json.loads(done.stdout[:end])
@@ -147,7 +146,7 @@ def _answer(function: str, path: Path) -> tuple[Any, memoryview]:
         return head, memoryview(done.stdout)[end:]
     why = f"the library that reads {found.name} ended by itself"
     if done.returncode == -signal.SIGXCPU:
-        why = f"it takes more than {seconds} s of a processor"
+        why = f"it takes more than {seconds} s of a processor, or waits for ever"
     elif done.returncode < 0:
         why = f"the library that reads {found.name} crashed ({signal.Signals(-done.returncode).name})"
     raise InputError(printable(f"{path}: can not be read: {why}; the file is damaged, or made to do so"))

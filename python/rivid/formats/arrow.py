@@ -16,7 +16,11 @@ from rivid.formats.columns import flattened
 def _table(path: Path) -> pyarrow.Table:
     with path.open("rb") as file:
         parquet = file.read(4) == b"PAR1"
-    return pyarrow.parquet.read_table(path) if parquet else pyarrow.feather.read_table(path)
+    # Without threads, which wait for each other for ever where one finds no memory.
+    if parquet:
+        with pyarrow.parquet.ParquetFile(path, pre_buffer=False) as opened:
+            return opened.read(use_threads=False)
+    return pyarrow.feather.read_table(path, use_threads=False, memory_map=False)
 
 
 def _column(column: pyarrow.ChunkedArray) -> Any:
