@@ -12,7 +12,6 @@ import signal
 import stat
 import sys
 from collections.abc import Mapping
-from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -132,7 +131,8 @@ def _answer(function: str, path: Path) -> tuple[Any, memoryview]:
     found = format_of(path)
     seconds = _SECONDS[0] + _SECONDS[1] * (path.stat().st_size >> 20)
     with tempfile.TemporaryDirectory(prefix="rivid_") as scratch:
-        command = [sys.executable, "-I", "-B", "-c", _PROGRAM, "\n".join(map(str, sys.path)), function, *found, str(path), str(_most_mebibytes), str(seconds)]
+        program = [sys.executable, "-I", "-B", "-c", _PROGRAM, "\n".join(map(str, sys.path))]
+        command = [*program, function, *found, str(path), str(_most_mebibytes), str(seconds)]
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
         try:
             done = subprocess.run(command, env=os.environ | _ONE_THREAD | {"TMPDIR": scratch}, timeout=_PATIENCE * seconds, check=False, **quiet)

@@ -1,6 +1,7 @@
 """The process that reads one file, for rivid.formats: function, format, path and limits are its arguments, standard output is the answer.
 
-That is a line of JSON, then the bytes of the columns: their names, types and numbers of rows, the lines of a list of contents, or what stands against it.
+That is a line of JSON, then the bytes of the columns. The line holds their names, types and numbers of rows, the lines of a list of contents, or
+what stands against it.
 """
 
 from __future__ import annotations
