@@ -127,7 +127,9 @@ std::optional<std::string> MotionLimits::complaint(Index n) const {
       }
     }
   }
-  return range_fault(*this);
+  MotionLimits rest = *this;
+  rest.lower = rest.upper = {};
+  return range_fault(rest);
 }
 
 MotionBounds motion_bounds(const Robot& robot, const MotionLimits& limits) {

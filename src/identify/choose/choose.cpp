@@ -65,10 +65,11 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   Identification out = std::holds_alternative<Auto>(asked.method)
                            ? by_suitable_method(robot, logs, estimation)
                            : identified(robot, logs, estimation);
-  // Uncertain by more than a row it says nothing; the rows were chosen with what little it does.
+  // Uncertain by more than a row, or ten samples, it says nothing; the rows were chosen with what little it does.
+  constexpr Index few = 10;
+  const Index known = std::max(few, detail::stride_of(out.estimation.signal));
   if (out.diagnostics && out.diagnostics->torque_lag &&
-      !(out.diagnostics->torque_lag->sigma <=
-        static_cast<double>(detail::stride_of(out.estimation.signal)))) {
+      !(out.diagnostics->torque_lag->sigma <= static_cast<double>(known))) {
     out.diagnostics->torque_lag.reset();
   }
   if (rows) {
