@@ -87,9 +87,9 @@ std::string refusal(const std::string& table, const std::string& setting) {
     } else if (table.starts_with("montecarlo")) {
       (void)read_monte_carlo(data + "/scara/montecarlo_s1.toml", settings);
     } else if (table.starts_with("simulation") || table.starts_with("reference")) {
-      (void)read_experiment(data + "/scara/simulate_s1.toml", settings, Use::simulation);
+      (void)read_experiment(data + "/scara/simulate_s1.toml", Use::simulation, settings);
     } else {
-      (void)read_experiment(data + "/scara/scara_iv.toml", settings);
+      (void)read_experiment(data + "/scara/scara_iv.toml", Use::identification, settings);
     }
   });
 }
