@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "report/documents.hpp"
 #include "rivid/error.hpp"
@@ -51,9 +50,9 @@ std::string without_threshold(const ContactObserver<double>& contact,
   return out.empty() ? "" : "too little motion to learn thresholds of contacts: " + listed(out);
 }
 
-// What speaks against the log from some row on as that of the arm with a payload; nothing where so little is moved that it can not be told.
-std::vector<Finding> faults_from(const OnlineModel& model, const Log& log, Index row,
-                                 const PayloadEstimatorOptions& options) {
+// The payload of a log from some row on by identify_payloads(), judged; nothing where so little is moved that there is none.
+PayloadReport judged_from(const OnlineModel& model, const Log& log, Index row,
+                          const PayloadEstimatorOptions& options) {
   const Log since = excerpt(log, row, log.samples() - row);
   const LoadedLogs loaded{.name = log.source, .logs = std::span(&since, 1)};
   const IdentifiedArm arm{.robot = model.robot,
@@ -63,14 +62,13 @@ std::vector<Finding> faults_from(const OnlineModel& model, const Log& log, Index
                           .gain_covariance = {}};
   Estimation estimation{.method = Wls{}};
   estimation.signal.torque_held = options.rows.torque_held;
-  std::vector<Finding> out;
+  PayloadReport out;
   try {
-    PayloadReport found = identify_payloads(arm, std::span(&loaded, 1), estimation);
-    examine(arm.robot, {}, std::span(&loaded, 1), estimation, found);
-    std::ranges::copy_if(found.warnings, std::back_inserter(out),
-                         [](const Finding& f) { return severity(f) == Severity::error; });
+    out = identify_payloads(arm, std::span(&loaded, 1), estimation);
+    examine(arm.robot, {}, std::span(&loaded, 1), estimation, out);
   } catch (const InputError&) {
   }
+  std::erase_if(out.warnings, [](const Finding& f) { return severity(f) != Severity::error; });
   return out;
 }
 
@@ -148,8 +146,10 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
   }
   payload.finish();
   out.last = payload.payload();
-  out.warnings = faults_from(model, log, std::lround(out.since * log.f_m), options.payload);
+  const PayloadReport judged = judged_from(model, log, std::lround(out.since * log.f_m), options.payload);
+  out.warnings = judged.warnings;
   out.last.good = out.last.good && out.warnings.empty();
+  out.last.held = out.last.held && std::ranges::none_of(judged.payloads, &Payload::none);
   return out;
 }
 

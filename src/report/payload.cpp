@@ -59,7 +59,10 @@ detail::Document payload_document(const PayloadReport& found) {
   if (!found.doubtful && !found.reason.empty()) {
     out.opening.push_back({detail::Sentence{found.reason}});
   }
-  out.opening.push_back({detail::FindingList{found.warnings}});
+  // Warnings are those of the arm, which its identification tells.
+  detail::FindingList errors{found.warnings};
+  std::erase_if(errors.findings, [](const Finding& f) { return severity(f) != Severity::error; });
+  out.opening.push_back({std::move(errors)});
   for (const Payload& payload : found.payloads) {
     const char* shape = payload.none()                        ? ": mass"
                         : payload.model == PayloadModel::body ? ": ten parameters"

@@ -205,8 +205,18 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
     problem.gain_information = detail::gain_information(sigma);
   }
   PayloadFit fit(problem);
+  const auto judged = [&](const std::vector<GainEstimate>& gains, const Vector& sigma_rho) {
+    std::vector<Finding> errors;
+    if (!with.empty()) {
+      errors = detail::judged_load(robot, "loaded", with, estimation, gains, sigma_rho);
+      std::erase_if(errors, [](const Finding& f) { return severity(f) != Severity::error; });
+    }
+    return errors;
+  };
   if (std::string why = why_no_gains(fit); !why.empty()) {
-    return nominal_gains(robot, std::move(why));
+    GainReport out = nominal_gains(robot, std::move(why));
+    out.warnings = judged(out.joints, Vector::Zero(robot.size()));
+    return out;
   }
   const Uncertainty uncertainty = fit.uncertainty();
   GainReport out{.identified = true,
@@ -217,10 +227,7 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
                  .rows = fit.rows(),
                  .covariance = uncertainty.report,
                  .warnings = {}};
-  if (!with.empty()) {
-    out.warnings =
-        detail::judged_load(robot, "loaded", with, estimation, out.joints, fit.rest_with(0).sigma_rho);
-  }
+  out.warnings = judged(out.joints, with.empty() ? Vector() : fit.rest_with(0).sigma_rho);
   for (std::size_t j = 0; j < out.joints.size(); ++j) {
     if (!out.joints[j].identifiable) {
       out.C.row(static_cast<Index>(j)).setZero();

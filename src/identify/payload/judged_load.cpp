@@ -48,18 +48,28 @@ std::vector<Finding> detail::judged_load(const Robot& robot, const std::string& 
                                          const std::vector<GainEstimate>& gains, const Vector& sigma_rho) {
   const Identification alone = examined(robot, with_gains(logs, gains), estimation);
   std::vector<Finding> out = alone.warnings;
+  std::vector<std::string> joints;
+  double most = 0.0;
+  std::string text;  // of the worst joint
   for (std::size_t j = 0; j < alone.fit.joints.size(); ++j) {
     const JointFit& joint = alone.fit.joints[j];
     const double scale = gains.empty() ? 1.0 : std::abs(gains[j].value / gains[j].nominal);
     const double left = scale * sigma_rho[static_cast<Index>(j)];
     const double times = left / joint.sigma_rho;
     const double part = times * joint.centred_relative_error;
-    if (times > much_more || part > most_left) {
-      out.push_back({"payload_misfit", joint.name,
-                     "arm and payload leave " + number(left, 3) + " " + joint.unit + " of its torque, " +
-                         number(100.0 * part, 2) + " % (mean taken off); an identification from these logs " +
-                         "alone " + number(joint.sigma_rho, 3) + " " + joint.unit});
+    if (!(times > much_more || part > most_left)) {
+      continue;
     }
+    joints.push_back(joint.name);
+    if (times > most) {
+      most = times;
+      text = "arm and payload leave " + number(left, 3) + " " + joint.unit + " of the torque of " +
+             joint.name + ", " + number(100.0 * part, 2) + " % (mean taken off); an identification from " +
+             "these logs alone " + number(joint.sigma_rho, 3) + " " + joint.unit;
+    }
+  }
+  if (!joints.empty()) {
+    out.push_back({"payload_misfit", listed(joints), std::move(text)});
   }
   return about(name, std::move(out));
 }
