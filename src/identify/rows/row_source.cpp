@@ -162,8 +162,10 @@ RowSource::Range RowSource::kept_range(const Log& log, const SignalOptions& opti
   Index last = log.q.rows() - trim[1];
   if (options.window) {
     const auto [begin, end] = samples_within(log.t, *options.window);
-    first = std::max(first, begin);
-    last = std::min(last, end);
+    // As of a log that ends there, so that both have the same rows; filters have settled before a window.
+    const Index border = options.cutoff_hz > 0.0 ? 0 : difference_border;
+    first = std::max(first, begin + border);
+    last = std::min(last, end - border);
   }
   if (last <= first) {
     std::string message = log.source + ": no row is left of " + std::to_string(log.q.rows()) +
