@@ -22,9 +22,9 @@ struct CheckOptions {
 ///
 /// What is looked for: units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,
 /// reference and motion that do not belong together; alternatives to robot and log that explain the torques better, by score tests
-/// whose covariance comes from blocks of time (gains and zeros of joints, direction of gravity, rate of the clock, geometry, a load
-/// that changes, friction laws, elastic and coupled joints); friction that drives; validation that is much worse than the
-/// fit. docs/diagnostics.md says how.
+/// whose covariance comes from blocks of time (gains, scales and zeros of joints, direction of gravity, rate of the clock, geometry, a
+/// load that changes, friction laws, elastic and coupled joints); values that physics forbids; torques that are left unexplained;
+/// validation that is much worse than the fit. SignalOptions::window cuts the logs before. docs/diagnostics.md says how.
 ///
 /// @param logs        that the result is of
 /// @param validation  logs that `result.validation` is of, and that are compared with the others
