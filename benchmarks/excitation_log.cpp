@@ -90,16 +90,13 @@ class Study {
  private:
   void row(const char* what, const Forecast& found, double seconds) const {
     const double gain = found.log_det - first_.log_det;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const ClearanceUse& use : found.clearances) {
-      nearest = std::min(nearest, use.distance);
-    }
     std::cout << std::setw(32) << what << "  log det " << found.log_det << " (" << std::showpos << gain
               << std::noshowpos << ")  mean sigma " << std::setprecision(2)
               << std::exp(-gain / 2.0 / static_cast<double>(found.chi.size())) << std::setprecision(1)
               << "  condition " << found.condition << "  " << seconds << " s";
-    if (std::isfinite(nearest)) {
-      std::cout << "  nearest " << std::setprecision(4) << nearest << std::setprecision(1) << " m";
+    if (!found.clearances.empty()) {
+      std::cout << "  nearest " << std::setprecision(4) << found.clearances.front().distance
+                << std::setprecision(1) << " m";
     }
     std::cout << std::endl;
   }
