@@ -232,16 +232,17 @@ TEST(Comparison, RefusesLogsThatNoErrorIsRelativeTo) {
   const Bench bench;
   const std::vector<ComparedModel> models = {bench.model("A", Vector::Zero(8)),
                                              bench.model("B", bench.error(random, 3.0))};
+  ComparisonOptions options = Bench::options();
+  options.signal = {.rows = RowScheme::exact, .decimation = {10}};
   const auto complaint = [&](const Log& log) {
-    return test::complaint_of(
-        [&] { static_cast<void>(compare(models, std::span(&log, 1), Bench::options())); });
+    return test::complaint_of([&] { static_cast<void>(compare(models, std::span(&log, 1), options)); });
   };
   Log still = bench.log(random);
   still.q.setZero();
-  EXPECT_TRUE(test::says(complaint(still), "there is no row to judge a model by")) << complaint(still);
+  EXPECT_TRUE(test::says(complaint(still), "there is no row to judge a model by"));
   Log dead = bench.log(random);
   dead.tau.setZero();
-  EXPECT_TRUE(test::says(complaint(dead), "the torques are zero in every row")) << complaint(dead);
+  EXPECT_TRUE(test::says(complaint(dead), "the torques are zero in every row"));
 }
 
 TEST(PairedTest, IsStudentsTestOfBlockSums) {
