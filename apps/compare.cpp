@@ -174,17 +174,19 @@ int compare_models(const CompareArguments& arguments, const std::string& program
   for (const JudgedModel& model : models) {
     provenance.inputs.push_back(input_file(model.file));
   }
-  const std::string json = to_json(comparison, changes, provenance);
+  const std::string json = to_json(comparison, changes, doubts, provenance);
   if (!arguments.output.empty()) {
     outputs.put(files.front().path, json);
     if (arguments.report) {
-      outputs.put(files.back().path, html_report(comparison, changes, options.level, provenance));
+      outputs.put(files.back().path, html_report(comparison, changes, doubts, options.level, provenance));
     }
     outputs.commit();
   }
   if (!arguments.quiet) {
-    print(arguments.json ? json : in_words(comparison, changes, options.level, screen_width()));
-    tell(doubts);
+    print(arguments.json ? json : in_words(comparison, changes, doubts, options.level, screen_width()));
+    if (arguments.json) {
+      tell(doubts);
+    }
     tell_written(files);
   }
   return doubts.empty() ? success : no_success;

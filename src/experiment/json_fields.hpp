@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <variant>
@@ -20,7 +21,7 @@ using Json = nlohmann::ordered_json;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-[[nodiscard]] inline Json warnings_of(const std::vector<Finding>& warnings) {
+[[nodiscard]] inline Json warnings_of(std::span<const Finding> warnings) {
   Json out = Json::array();
   for (const Finding& warning : warnings) {
     out.push_back({{"code", warning.code},

@@ -76,7 +76,7 @@ Section changes_section(const ResultChanges& pair, double level) {
 }
 
 Document comparison_document(const Comparison& comparison, std::span<const ResultChanges> changes,
-                             double level) {
+                             std::span<const Finding> warnings, double level) {
   Document out;
   const std::string logs = quoted_list(comparison.logs);
   out.title = "Comparison of models";
@@ -84,6 +84,7 @@ Document comparison_document(const Comparison& comparison, std::span<const Resul
   out.subtitle = "on " + logs + ", " + counted(comparison.rows, "row");
   out.line = "Relative error ‖Y − Wχ‖ / ‖Y‖ " + out.subtitle;
   out.headline = "Relative error ‖Y − Wχ‖ / ‖Y‖";
+  out.opening.push_back({FindingList{{warnings.begin(), warnings.end()}}});
   out.opening.push_back({error_table(comparison)});
   if (!comparison.tests.empty()) {
     Section tests{.id = "tests", .title = "Tests", .heading = "Which model predicts better"};
@@ -104,14 +105,14 @@ Document comparison_document(const Comparison& comparison, std::span<const Resul
 
 namespace rivid {
 
-std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes, double level,
-                     std::size_t screen) {
-  return detail::text_of(detail::comparison_document(comparison, changes, level), screen);
+std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes,
+                     std::span<const Finding> warnings, double level, std::size_t screen) {
+  return detail::text_of(detail::comparison_document(comparison, changes, warnings, level), screen);
 }
 
-std::string html_report(const Comparison& comparison, std::span<const ResultChanges> changes, double level,
-                        const Provenance& provenance) {
-  detail::Document document = detail::comparison_document(comparison, changes, level);
+std::string html_report(const Comparison& comparison, std::span<const ResultChanges> changes,
+                        std::span<const Finding> warnings, double level, const Provenance& provenance) {
+  detail::Document document = detail::comparison_document(comparison, changes, warnings, level);
   document.sections.push_back({.id = "origin",
                                .title = "Origin",
                                .heading = "Files",

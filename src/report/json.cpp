@@ -384,7 +384,7 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
 }
 
 std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,
-                    const Provenance& provenance) {
+                    std::span<const Finding> warnings, const Provenance& provenance) {
   const auto model = [&](std::size_t i) { return Json(comparison.models[i].name); };
   Json models = Json::array();
   for (const Comparison::Error& error : comparison.models) {
@@ -422,6 +422,7 @@ std::string to_json(const Comparison& comparison, std::span<const ResultChanges>
                     {"rows", comparison.rows},
                     {"models", std::move(models)},
                     {"tests", std::move(tests)},
+                    {"warnings", warnings_of(warnings)},
                     {"changes", std::move(all_changes)},
                     {"provenance", members(provenance, Json::object())}});
 }

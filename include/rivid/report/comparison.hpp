@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rivid/finding.hpp"
 #include "rivid/identify/comparison.hpp"
 #include "rivid/report/json.hpp"
 
@@ -18,17 +19,19 @@ struct ResultChanges {
 
 /// A comparison for the screen: errors by model and joint, which model predicts better with p, what changed between results.
 ///
+/// @param warnings  why the figures may be no judgement: errors of the logs, models that are worse than none
 /// @param level   as ComparisonOptions::level; changes with p below it are shown
 /// @param screen  columns of the terminal, see in_words() of an identification
 [[nodiscard]] std::string in_words(const Comparison& comparison, std::span<const ResultChanges> changes,
-                                   double level, std::size_t screen = 0);
+                                   std::span<const Finding> warnings, double level, std::size_t screen = 0);
 
 /// The same as JSON: docs/compare.md lists the members.
 [[nodiscard]] std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,
-                                  const Provenance& provenance);
+                                  std::span<const Finding> warnings, const Provenance& provenance);
 
 /// The same as one HTML page.
 [[nodiscard]] std::string html_report(const Comparison& comparison, std::span<const ResultChanges> changes,
-                                      double level, const Provenance& provenance);
+                                      std::span<const Finding> warnings, double level,
+                                      const Provenance& provenance);
 
 }  // namespace rivid
