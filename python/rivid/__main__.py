@@ -28,8 +28,11 @@ def _numeric(table: dict[str, Any]) -> tuple[list[str], Any]:
     return names, np.column_stack([columns[name].astype(float) for name in names])
 
 
-def convert(source: Path, target: Path) -> list[str]:
-    """Writes a log as CSV; returns what was done. Raises InputError where ``target`` is the log, or is there and no CSV."""
+def convert(source: Path, target: Path, *, force: bool = True) -> list[str]:
+    """Writes a log as CSV; returns what was done.
+
+    Raises InputError where ``target`` is the log, or is there and no CSV; unless ``force``, also where it is a CSV of another content.
+    """
     table = beyond_numbers(source) if is_text(source) else read(source)
     if not table:
         raise InputError(f"{source}: is text, or of a format that is not known; the tools read CSV files as they are")
@@ -44,7 +47,11 @@ def convert(source: Path, target: Path) -> list[str]:
         raise InputError(f"{source}: no row has a value in each of the columns {', '.join(names)}")
     quoted = ['"' + name.replace('"', '""') + '"' if re.search("[,;\t\"#%]", name) else name for name in names]
     rows = (",".join(map(repr, row)) for row in values.tolist())
-    write_file(target, "\n".join([",".join(quoted), *rows, ""]), ".csv", [source])
+    text = "\n".join([",".join(quoted), *rows, ""])
+    own = force or not target.is_file() or target.samefile(source) or target.suffix != ".csv"
+    if not own and target.read_bytes() != text.encode():
+        raise InputError(f"{target}: is there already, with another content; name another file, or --force replaces it")
+    write_file(target, text, ".csv", [source])
     return [*notes, f"{len(values)} rows of {', '.join(names)}"]
 
 
@@ -60,6 +67,7 @@ def _arguments() -> argparse.ArgumentParser:
     command.add_argument("source", type=Path, metavar="LOG")
     command.add_argument("target", type=Path, metavar="LOG.csv", nargs="?")
     command.add_argument("--max-size", type=int, metavar="MIB", help="most memory that LOG takes while it is read [MiB]; default: 2048")
+    command.add_argument("--force", action="store_true", help="replace a CSV file of another content")
     command.add_argument("--list", action="store_true", help="print what the file holds, write nothing")
     return parser
 
@@ -78,7 +86,7 @@ def main() -> int:
                 raise InputError(f"{arguments.source}: is text, or of a format that is not known")
             print("\n".join(contents(arguments.source)))
         else:
-            for note in convert(arguments.source, arguments.target):
+            for note in convert(arguments.source, arguments.target, force=arguments.force):
                 print(f"note: {printable(note)}", file=sys.stderr)
     except (InputError, OSError) as error:
         print(f"rivid: error: {printable(str(error))}", file=sys.stderr)

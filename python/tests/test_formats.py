@@ -444,6 +444,21 @@ def test_convert_refuses_what_it_can_not_read(program, scara, tmp_path):
     assert merged.read_text() == "t,q1\n0,1\n1,\n2,3\n"
 
 
+def test_convert_replaces_a_table_of_others_by_force_alone(program, tmp_path):
+    merged, target = tmp_path / "merged.csv", tmp_path / "run.csv"
+    merged.write_text("t,q1\n0,1\n1,\n2,3\n")
+    for _ in range(2):
+        assert program("convert", merged, target).returncode == 0
+    converted = target.read_text()
+    target.write_text("mine")
+    refused = program("convert", merged, target)
+    assert refused.returncode == 2
+    assert "run.csv: is there already, with another content" in refused.stderr
+    assert target.read_text() == "mine"
+    assert program("convert", merged, target, "--force").returncode == 0
+    assert target.read_text() == converted
+
+
 def test_the_tools_name_the_command(series, tool, scara, tmp_path):
     file = write_bag(tmp_path / "bag", series["t"][:20], series["q"][:20], series["tau"][:20], mcap=True)
     said = tool("rivid_identify", "init", scara / "scara.urdf", file, "--output", tmp_path / "new.toml", code=2).stderr
