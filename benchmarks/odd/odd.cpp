@@ -70,7 +70,7 @@ int tool(int argc, char** argv) {
              .needs = "--keep"},
             {"--table", "", "Only prints the table of the records", &to.table_only},
             {"--codes", "", "Prints as well which warnings and findings each kind has", &to.codes},
-            {"--threads", "N", "Experiments at a time", &to.threads, apps::thread_range}},
+            {"--threads", "N", "Experiments at a time", &to.threads}},
        .footer =
            "docs/validation.md says what the columns mean, benchmarks/odd/kinds.cpp what the kinds are."},
       argc, argv, [&] { return run(to); });

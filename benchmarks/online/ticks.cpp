@@ -12,7 +12,6 @@
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "rivid/online/recursive_identifier.hpp"
-#include "rivid/online/saved_state.hpp"
 #include "simulated.hpp"
 #include "studies.hpp"
 
@@ -60,11 +59,10 @@ void tick_study(const std::string& data, int repetitions) {
     for (Index k = 0; k < half; ++k) {
       tick(k);
     }
-    std::vector<std::byte> state(state_size(estimator));
-    static_cast<void>(save_state(estimator, state));
+    const auto usual = estimator;
     std::vector<double> us(static_cast<std::size_t>(q.cols() - half), 1e300);
     for (int i = 0; i < repetitions; ++i) {
-      static_cast<void>(restore_state(estimator, state));
+      estimator = usual;
       for (Index k = half; k < q.cols(); ++k) {
         const double begin = now_us();
         tick(k);
