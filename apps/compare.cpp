@@ -127,7 +127,7 @@ std::vector<Finding> doubts_of(const Robot& robot, std::span<const Log> logs, co
   for (const Comparison::Error& model : comparison.models) {
     if (!(model.relative_error <= 1.0)) {
       out.push_back({"poor_fit", model.name,
-                     "its error is " + number(100.0 * model.relative_error, 3) +
+                     "its error is " + number_that_says(100.0 * model.relative_error, 3) +
                          " % of the torques: no torque at all would be nearer"});
     }
   }

@@ -58,7 +58,7 @@ int run(const Arguments& arguments) {
   const OnlineReplay found = replay(model, dynamics, logs.front(), options);
   const std::string table = to_csv(found);
   outputs.put(files[0].path, table);
-  outputs.put(files[1].path, to_html(found) + "<!-- SHA-256 of online.csv: " + sha256(table) + " -->\n");
+  outputs.put(files[1].path, to_html(found) + "<!-- \"outputs\": online.csv " + sha256(table) + " -->\n");
   outputs.commit();
   if (!arguments.quiet) {
     print(in_words(found, screen_width()));

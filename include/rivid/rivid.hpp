@@ -55,6 +55,7 @@
 #include "rivid/report/friction_curves.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
+#include "rivid/report/limits.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/report/online.hpp"
 #include "rivid/report/payload.hpp"

@@ -428,7 +428,9 @@ std::string to_json(const Comparison& comparison, std::span<const ResultChanges>
 }
 
 std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run) {
-  Json out = {{"format", 1}, {"trials", json_of(std::vector(summaries.begin(), summaries.end()))}};
+  Json out = {{"format", 1},
+              {"program", "rivid_montecarlo"},
+              {"trials", json_of(std::vector(summaries.begin(), summaries.end()))}};
   if (!run.empty()) {
     out["run"] = run;
   }

@@ -488,10 +488,11 @@ TEST_F(Refusal, IsToldWhenQuiet) {
 }
 
 TEST_F(Refusal, LeavesAnEarlierResultAlone) {
-  folder().write("scara_result/result.json", "earlier");
+  ASSERT_EQ(identify({"scara.toml", "--quiet"}).exit_code, 0);
+  const std::string earlier = folder().read("scara_result/result.json");
   set_cell("scara_s2.csv", 1842, 3, "nan");
   expect_refused({"scara_s2.csv:1842:3"});
-  EXPECT_EQ(folder().read("scara_result/result.json"), "earlier");
+  EXPECT_EQ(folder().read("scara_result/result.json"), earlier);
 }
 
 }  // namespace

@@ -138,7 +138,8 @@ TEST_F(KukaKr300, FitsTwoLogsUnweightedAsTheReferenceDoes) {
 }
 
 TEST_F(KukaKr300, OneLogAloneExcitesWeakly) {
-  const Json found = result({"--method", "ols", "--log", "kuka_kr300/kr300_A.csv"});
+  // Doubtful: the other log's torques are predicted poorly.
+  const Json found = result({"--method", "ols", "--log", "kuka_kr300/kr300_A.csv"}, 1);
   expect_percent(found["fit"], 2.5545);
   expect_condition(found, 7915.02);
   EXPECT_GT(found["validation"][1]["relative_error"], 0.1);

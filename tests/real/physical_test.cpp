@@ -96,7 +96,7 @@ bool warns_of_weak_excitation(const Json& result) {
 }
 
 TEST_F(PhysicalKuka, CarriesOneLogOverToAnotherByTheDescriptionAlone) {
-  const Json found = result({"--log", "kuka_kr300/kr300_A.csv", "--physical"});
+  const Json found = result({"--log", "kuka_kr300/kr300_A.csv", "--physical"}, 1);
   ASSERT_EQ(found["validation"].size(), 2U);
   const Json& on_B = found["validation"][1];
   EXPECT_GT(on_B["relative_error"], 0.1);
@@ -105,7 +105,7 @@ TEST_F(PhysicalKuka, CarriesOneLogOverToAnotherByTheDescriptionAlone) {
 }
 
 TEST_F(PhysicalKuka, WarnsOfOneLogWithoutTheDescription) {
-  EXPECT_TRUE(warns_of_weak_excitation(result({"--log", "kuka_kr300/kr300_A.csv"})));
+  EXPECT_TRUE(warns_of_weak_excitation(result({"--log", "kuka_kr300/kr300_A.csv"}, 1)));
 }
 
 }  // namespace

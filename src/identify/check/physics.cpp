@@ -67,21 +67,25 @@ bool always_positive(const BaseParameters& base, Index i) {
 struct Explained {
   Reading told;
   std::vector<JointFactor> factors;
-  Vector residual;  // rms, (n) [N·m | N]
-  Vector torque;    // rms without the mean, (n) [N·m | N]
+  Vector residual;     // rms, (n) [N·m | N]
+  Vector torque;       // rms without the mean, (n) [N·m | N]
+  double error = 0.0;  // ‖Y − Wχ‖ / ‖Y‖ over all joints
 
   Explained(const TorqueProbe& probe, const Vector& chi)
       : told(probe.as_told()), factors(probe.factors(told)) {
     residual = torque = Vector::Zero(static_cast<Index>(factors.size()));
+    Vector with_mean = residual;
     for (std::size_t j = 0; j < factors.size(); ++j) {
       const JointFactor& f = factors[j];
       const auto at = static_cast<Index>(j);
       const Index column = told.torque[j];
       const auto rows = static_cast<double>(std::max<Index>(f.rows, 1));
       torque[at] = std::sqrt(f.centred[column] / rows);
+      with_mean[at] = std::sqrt((f.Z.col(column).squaredNorm() + f.rest[column]) / rows);
       residual[at] =
           std::sqrt(((f.Z.col(column) - f.R * chi(f.columns)).squaredNorm() + f.rest[column]) / rows);
     }
+    error = residual.norm() / with_mean.norm();
   }
 
   // Whether the torque of a joint counts and so large a part of it is left.
@@ -96,23 +100,24 @@ struct Explained {
   }
 };
 
-std::string percent(double part) { return number(100.0 * part, 3) + " %"; }
+std::string in_percent(double part) { return number_that_says(100.0 * part, 3) + " %"; }
 
 void add_poor(const Robot& robot, const Explained& explained, Index j, double part, const std::string& where,
               Findings& out) {
   if (explained.is_poor(robot, j, part)) {
     out.add("poor_fit", robot.joints[static_cast<std::size_t>(j)].name,
-            where + "the model leaves " + percent(explained.residual[j] / explained.torque[j]) +
+            where + "the model leaves " + in_percent(explained.residual[j] / explained.torque[j]) +
                 " of its torque (mean taken off), of windows that average noise away; should be below " +
-                percent(part));
+                in_percent(part));
   }
 }
 
-void add_useless(const Fit& fit, const std::string& where, Findings& out) {
-  if (fit.relative_error > useless) {
+// Not the error of the rows, which has the noise of unfiltered accelerations beside what the model leaves.
+void add_useless(const Explained& explained, const std::string& where, Findings& out) {
+  if (explained.error > useless) {
     out.add("poor_fit", "all joints",
-            where + "the error is " + percent(fit.relative_error) +
-                " of the torques, as large as without a model");
+            where + "the error is " + in_percent(explained.error) +
+                " of the torques, of windows that average noise away: as large as without a model");
   }
 }
 
@@ -211,7 +216,7 @@ void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const
   if (!out.has("not_physical")) {
     check_mass_matrix(probe, robot, result, explained, out);
   }
-  add_useless(result.fit, "", out);
+  add_useless(explained, "", out);
   // What has a name explains a poor fit.
   if (out.any(Severity::error)) {
     return;
@@ -226,8 +231,8 @@ void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const
 void check_poor_validation(const TorqueProbe& probe, const Robot& robot, const Validation& found,
                            const Identification& result, Findings& out) {
   const std::string where = found.file + ": ";
-  add_useless(found.fit, where, out);
   const Explained explained(probe, result.chi);
+  add_useless(explained, where, out);
   for (Index j = 0; j < robot.size(); ++j) {
     add_poor(robot, explained, j, poor, where, out);
   }
