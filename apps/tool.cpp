@@ -293,7 +293,7 @@ void expect_own(const std::vector<PlannedFile>& files) {
                      "; name another file, or --force replaces it");
   };
   for (const PlannedFile& file : files) {
-    if (is_there(file) && !is_table(file)) {
+    if (is_there(file) && !is_table(file) && !file.continued) {
       marked.push_back(read_input(file.path));
       if (marked.back().bytes().find("rivid") == std::string_view::npos) {
         refuse(file, "was not written by rivid");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <regex>
 
 #include "rivid/export/urdf.hpp"
 #include "support/real_data.hpp"
@@ -19,7 +20,7 @@ TEST_F(WrittenRealModels, ReadBackGiveTheSameTorquesAndChangeNoOtherLine) {
   int files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(RIVID_REAL_DATA)) {
     const std::filesystem::path& path = entry.path();
-    if (path.extension() != ".urdf") {
+    if (path.extension() != ".urdf" || path.stem().string().ends_with("_as_published")) {
       continue;
     }
     SCOPED_TRACE(path);
@@ -34,13 +35,16 @@ TEST_F(WrittenRealModels, ReadBackGiveTheSameTorquesAndChangeNoOtherLine) {
       const RewrittenUrdf written = rewritten_urdf(path, robot, chi_st);
       EXPECT_TRUE(written.faults.empty());
       test::expect_same_torques(written.text, robot, chi_st, random);
+      // Of an <inertial> that takes many lines.
+      static const std::regex attribute("^- *(xyz|value|i[xyz][xyz])=\"");
       std::istringstream diff(unified_diff(before, written.text, "a", "b"));
       for (std::string line; std::getline(diff, line);) {
         if (line.starts_with("-") && !line.starts_with("---")) {
           const bool numbers =
               line.find("<origin") != std::string::npos || line.find("<mass") != std::string::npos ||
               line.find("<inertia") != std::string::npos || line.find("<dynamics") != std::string::npos ||
-              line.ends_with("/>");  // a link that gets its first inertial
+              line.ends_with("/>") ||  // a link that gets its first inertial
+              std::regex_search(line, attribute);
           EXPECT_TRUE(numbers) << line;
         }
       }
