@@ -68,7 +68,7 @@ int run(const Arguments& arguments) {
     }
     tell_written(files);
   }
-  return success;
+  return found.warnings.empty() ? success : no_success;
 }
 
 int tool(int argc, char** argv) {
@@ -96,7 +96,8 @@ int tool(int argc, char** argv) {
             {"--force", "", "Take a result that is not identified", &to.force},
             {"--output", "DIR", "Folder for online.csv and online.html; default: LOG_online", &to.output},
             {"--quiet", "", "Print nothing but errors", &to.quiet}},
-       .footer = "Exit codes: 0 replayed; 2 bad input or usage; 3 numerical failure.\n"
+       .footer = "Exit codes: 0 replayed; 1 replayed, but the log has errors; 2 bad input or usage; 3 "
+                 "numerical failure.\n"
                  "docs/online.md describes the estimators."},
       argc, argv, [&] { return run(to); });
 }

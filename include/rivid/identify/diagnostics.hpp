@@ -146,7 +146,9 @@ struct Diagnostics {
         Field{"torque_lag", &R::torque_lag,
               "by how many `samples` the torques are late beside the motion, as `[log] torque_lag` counts "
               "them, with its `sigma`; `largest_shift`, by how many σ that moves a parameter at most, and "
-              "the `parameter`. Null with the paper's rows and with `robust`"});
+              "the `parameter`. Null with the paper's rows, with `robust`, and where it is uncertain by more "
+              "than a row "
+              "and ten samples"});
   }
 };
 
