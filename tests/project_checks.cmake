@@ -78,6 +78,10 @@ if(RIVID_BUILD_APPS AND RIVID_HARDEN AND NOT RIVID_SANITIZE AND CMAKE_READELF)
     rivid_script_test(hardening_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
                       -DREADELF=${CMAKE_READELF} -DOBJDUMP=${CMAKE_OBJDUMP} -DPROGRAM=$<TARGET_FILE:${tool}>)
   endforeach()
+  if(TARGET _rivid)
+    rivid_script_test(hardening_of_the_python_package ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
+                      -DREADELF=${CMAKE_READELF} -DOBJDUMP=${CMAKE_OBJDUMP} -DPROGRAM=$<TARGET_FILE:_rivid>)
+  endif()
 endif()
 
 rivid_script_test(format ${PROJECT_SOURCE_DIR}/cmake/check_format.cmake format -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
