@@ -53,7 +53,7 @@ int run(const Arguments& arguments) {
     std::ranges::copy(experiment.inputs(), std::back_inserter(inputs));
   }
   source.files = {arguments.log};
-  Outputs outputs = planned(inputs, files);
+  Outputs outputs = planned(inputs, files, arguments.force);
   const std::vector<Log> logs = read_logs(source, model.robot);
   const OnlineReplay found = replay(model, dynamics, logs.front(), options);
   const std::string table = to_csv(found);
@@ -93,7 +93,8 @@ int tool(int argc, char** argv) {
              &to.learn},
             {"--measured", "", "Torques are measured at their samples, not held from one to the next",
              &to.measured},
-            {"--force", "", "Take a result that is not identified", &to.force},
+            {"--force", "",
+             "Take a result that is not identified, and replace files that rivid did not write", &to.force},
             {"--output", "DIR", "Folder for online.csv and online.html; default: LOG_online", &to.output},
             {"--quiet", "", "Print nothing but errors", &to.quiet}},
        .footer = "Exit codes: 0 replayed; 1 replayed, but the log has errors; 2 bad input or usage; 3 "

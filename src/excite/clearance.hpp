@@ -19,7 +19,7 @@ class Clearances {
   /// pair with an obstacle is not, unless the first link stands there: its distance is the same in every pose.
   ///
   /// @param lower, upper  positions of the random poses, (n)
-  /// @param findings      pairs that are left out are told here
+  /// @param findings      gets a finding for each pair that is left out
   Clearances(const Robot& robot, const Space& space, const Vector& lower, const Vector& upper,
              std::vector<Finding>& findings);
 

@@ -90,4 +90,20 @@ TEST_F(Online, AResultThatIsNotIdentifiedNeedsForce) {
   EXPECT_EQ(online({"scara_validation.csv", "--result", "scara_result", "--force", "--quiet"}).exit_code, 0);
 }
 
+TEST_F(Online, ReplacesTablesOfOthersByForceAlone) {
+  const std::vector<std::string> command = {
+      "scara_validation.csv", "--result", "scara_result", "--output", "out", "--quiet"};
+  for (int run = 0; run < 2; ++run) {
+    EXPECT_NE(online(command).exit_code, 2);
+  }
+  folder().write("out/online.csv", "mine");
+  const Outcome refused = online(command);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("online.csv: is there already"), std::string::npos) << refused.err;
+  std::vector<std::string> forced = command;
+  forced.emplace_back("--force");
+  EXPECT_NE(online(forced).exit_code, 2);
+  EXPECT_NE(folder().read("out/online.csv"), "mine");
+}
+
 }  // namespace

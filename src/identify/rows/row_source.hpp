@@ -20,8 +20,7 @@ namespace rivid::detail {
 /// Samples from one row to the next, where none is left out.
 [[nodiscard]] Index stride_of(const SignalOptions& signal);
 
-/// The stretches of logs that SignalOptions::window takes, as if nothing else had been recorded; a log of which it leaves no sample
-/// stays whole.
+/// Logs cut to SignalOptions::window, as if nothing else had been recorded. A log without a sample in the window stays whole.
 ///
 /// @param room  holds them where there is a window
 [[nodiscard]] std::span<const Log> within_window(std::span<const Log> logs, const SignalOptions& signal,
