@@ -8,7 +8,6 @@
 #include <iostream>
 
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/identify/check.hpp"
 
 int main(int argc, char** argv) {
   const rivid::Experiment experiment = rivid::read_experiment(argc > 1 ? argv[1] : "");
@@ -16,8 +15,7 @@ int main(int argc, char** argv) {
   for (int runs = argc > 2 ? std::atoi(argv[2]) : 1; runs > 0; --runs) {
     const std::clock_t begin = std::clock();
     const std::vector<rivid::Log> own = logs;
-    rivid::Identification found = rivid::identify_logs(experiment, own);
-    rivid::examine(experiment.robot, own, {}, found);
+    const rivid::Identification found = rivid::identify_logs(experiment, own);
     std::cout << 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC << std::hexfloat;
     for (const double x : found.chi) {
       std::cout << ' ' << x;

@@ -40,7 +40,7 @@ std::pair<Identification, std::optional<Robot>> identified(
   const Logs own(logs);
   detail::take_friction(experiment, own.all(), Listener(progress));
   detail::take_gains(experiment, own.all(), Listener(progress));
-  Identification found = detail::judged(experiment, own.all(), Logs(validation).all(), Listener(progress));
+  Identification found = identify_logs(experiment, own.all(), Logs(validation).all(), Listener(progress));
   const bool as_it_was = experiment.friction.empty() && !experiment.gain_report;
   return {std::move(found), as_it_was ? std::nullopt : std::optional(experiment.robot)};
 }

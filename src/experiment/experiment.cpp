@@ -9,7 +9,6 @@
 #include "experiment/from_program.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/shown_predictions.hpp"
-#include "rivid/identify/check.hpp"
 
 namespace rivid {
 
@@ -88,14 +87,6 @@ void append_pieces(Log log, const LogSource& source, const Robot& robot, std::ve
   }
 }
 
-void take_notes(std::span<const Log> logs, Identification& result) {
-  for (const Log& log : logs) {
-    for (const std::string& note : log.notes) {
-      result.notes.push_back(log.source + ": " + note);
-    }
-  }
-}
-
 }  // namespace
 
 Estimation detail::estimation_of(const Experiment& experiment) {
@@ -114,13 +105,6 @@ Estimation detail::estimation_of(const Experiment& experiment) {
     iv->sampling = experiment.control->sampling;
   }
   return estimation;
-}
-
-Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
-                             const Progress& progress) {
-  Estimation estimation = detail::estimation_of(experiment);
-  estimation.progress = progress;
-  return identify(experiment.robot, logs, estimation);
 }
 
 void Experiment::take_method(std::string_view name) {
@@ -181,22 +165,12 @@ std::vector<Log> detail::logs_of(const Table& table, const LogSource& source, co
   return out;
 }
 
-Identification detail::judged(const Experiment& experiment, std::span<const Log> logs,
-                              std::span<const Log> validation, const Progress& progress) {
-  Identification out = identify_logs(experiment, logs, progress);
-  for (const FrictionChoice& choice : experiment.friction) {
-    out.notes.push_back(choice.text(experiment.robot));
-  }
+Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
+                             std::span<const Log> validation, const Progress& progress) {
+  Estimation estimation = detail::estimation_of(experiment);
+  estimation.progress = progress;
+  Identification out = identify(experiment.robot, logs, estimation, validation);
   out.gains = experiment.gain_report;
-  if (out.gains) {
-    out.warnings.insert(out.warnings.end(), out.gains->warnings.begin(), out.gains->warnings.end());
-  }
-  take_notes(logs, out);
-  for (const Log& log : validation) {
-    out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
-  }
-  take_notes(validation, out);
-  examine(experiment.robot, logs, validation, out);
   return out;
 }
 
@@ -234,7 +208,7 @@ void take_gains(Experiment& experiment, const Progress& progress) {
 Identification run(const Experiment& experiment, const Progress& progress) {
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot, progress);
   const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
-  return detail::judged(experiment, logs, others, progress);
+  return identify_logs(experiment, logs, others, progress);
 }
 
 std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result) {

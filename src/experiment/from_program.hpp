@@ -58,11 +58,4 @@ void take_friction(Experiment& experiment, std::span<const Log> logs, const Prog
 /// @throws InputError  as take_gains() does
 void take_gains(Experiment& experiment, std::span<const Log> logs, const Progress& progress);
 
-/// Identification by the method of an experiment from logs that are there, validated on others and judged by examine(): what run()
-/// does once it has read them.
-///
-/// @throws InputError  as run() does
-[[nodiscard]] Identification judged(const Experiment& experiment, std::span<const Log> logs,
-                                    std::span<const Log> validation, const Progress& progress);
-
 }  // namespace rivid::detail

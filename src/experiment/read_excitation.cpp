@@ -4,6 +4,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/identify/identification.hpp"
+#include "rivid/identify/log_factors.hpp"
 #include "rivid/identify/rows.hpp"
 
 namespace rivid {
@@ -121,7 +122,7 @@ Matrix known_information(const ExcitationPlan& plan) {
   for (const Log& log : read_logs(source, robot)) {
     SignalOptions signal = plan.experiment.estimation.signal;
     if (signal.automatic()) {
-      signal = identify(robot, log, {.method = Wls{}, .signal = signal}).estimation.signal;
+      signal = chosen_signal(robot, std::span(&log, 1), {.method = Wls{}, .signal = signal});
     }
     const Rows rows_of_log = rows(robot, base, log, signal);
     double n_d = 1.0;

@@ -143,19 +143,17 @@ TEST(LoadFriction, HasItsCoefficientsWithinTheirIntervals) {
 }
 
 // Score tests stand on the rows of the estimate's own load.
-TEST(LoadFriction, IsExaminedForOtherFaults) {
+TEST(LoadFriction, IsJudgedForOtherFaults) {
   Study study(3, Friction::load, 41, 3000);
   const Estimation estimation{.method = Wls{}, .signal = Study::signal()};
   const Log good = study.noisy(0.05, 42);
-  Identification found = identify(study.robot, good, estimation);
-  examine(study.robot, std::span(&good, 1), {}, found);
+  const Identification found = identify(study.robot, good, estimation);
   EXPECT_EQ(found.status, Status::identified);
   EXPECT_TRUE(found.alternatives.empty());
 
   Log wrong = good;
   wrong.tau.col(1) *= 1.5;
-  Identification misled = identify(study.robot, wrong, estimation);
-  examine(study.robot, std::span(&wrong, 1), {}, misled);
+  const Identification misled = identify(study.robot, wrong, estimation);
   EXPECT_EQ(misled.status, Status::doubtful);
   ASSERT_FALSE(misled.alternatives.empty());
   EXPECT_EQ(misled.alternatives.front().code, "torque_gain");

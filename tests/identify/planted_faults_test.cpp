@@ -48,12 +48,7 @@ struct Demo {
 
 Identification judged(const Robot& robot, const Log& fit, const std::vector<Log>& validation,
                       const rivid::SignalOptions& signal = {}) {
-  Identification out = identify(robot, fit, {.signal = signal});
-  for (const Log& log : validation) {
-    out.validation.push_back(validate(robot, out, log));
-  }
-  examine(robot, std::span(&fit, 1), validation, out);
-  return out;
+  return identify(robot, std::span(&fit, 1), {.signal = signal}, validation);
 }
 
 // A log with the torques of given parameters along a motion of 200 Hz, and noise.

@@ -367,11 +367,11 @@ void take_friction(Experiment& experiment, const Progress& progress = {});
 /// @throws InputError  where logs or options can not be used
 void take_gains(Experiment& experiment, const Progress& progress = {});
 
-/// Identification from given logs by the method of the experiment.
+/// Identification from given logs by the method of the experiment, validated on others: what run() does once it has read them.
 ///
 /// @throws InputError  where logs or options can not be used
 Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
-                             const Progress& progress = {});
+                             std::span<const Log> validation = {}, const Progress& progress = {});
 
 /// Identification and validation as the experiment file asks for.
 ///

@@ -17,22 +17,7 @@ struct CheckOptions {
   int threads = 1;
 };
 
-/// Judges a result, once: looks at robot, logs, model and result for what makes it wrong, and adds what it finds to the warnings, the
-/// gravest first. A finding of severity error makes an `identified` result `doubtful`, with the finding as its reason.
-///
-/// What is looked for: units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,
-/// reference and motion that do not belong together; alternatives to robot and log that explain the torques better, by score tests
-/// whose covariance comes from blocks of time (gains, scales and zeros of joints, direction of gravity, rate of the clock, geometry, a
-/// load that changes, friction laws, elastic and coupled joints); values that physics forbids; torques that are left unexplained;
-/// validation that is much worse than the fit. SignalOptions::window cuts the logs before. docs/diagnostics.md says how.
-///
-/// @param logs        that the result is of
-/// @param validation  logs that `result.validation` is of, and that are compared with the others
-/// @throws InputError  where logs, robot and result do not fit together
-void examine(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
-             Identification& result);
-
-/// What some logs are worth by themselves: identify() from them alone by weighted least squares, and examine(). Where that determines no
+/// What some logs are worth by themselves: identify() from them alone by weighted least squares. Where that determines no
 /// arm, for a joint stands still or too little is moved, there are no warnings: another fit of the same logs may know the rest from
 /// elsewhere.
 ///

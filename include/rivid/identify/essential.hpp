@@ -47,6 +47,7 @@ struct EliminatedParameter {
 /// The parameters that matter.
 struct EssentialParameters {
   Vector chi;                                   ///< (b); zero where eliminated
+  Matrix from;                                  ///< (b × b): chi = from χ̂, of which chi has its covariance
   Matrix C_chi;                                 ///< (b × b) covariance, zero where eliminated
   std::vector<Index> kept;                      ///< indices of base parameters, ascending
   std::vector<EliminatedParameter> eliminated;  ///< in the order of their removal

@@ -203,6 +203,8 @@ struct Estimation {
   std::optional<Robust> robust = {};  ///< robust against outliers in the torques; not with Iv::prefilter
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
+  /// Whether the answer is judged, see identify(). Without it a wrong sign or column is found by nobody: for inner loops alone.
+  bool judge = true;
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
 };

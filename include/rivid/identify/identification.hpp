@@ -22,7 +22,7 @@ namespace rivid {
 
 enum class Status {
   identified,
-  doubtful,          ///< an estimate that examine() found reasons not to trust
+  doubtful,          ///< an estimate that there are reasons not to trust
   rank_deficient,    ///< the data, or the instruments, do not determine all parameters
   not_converged,     ///< the iteration limit came first
   cycling,           ///< the iteration goes round among a few estimates
@@ -415,7 +415,7 @@ struct [[nodiscard]] Identification {
   Status status = Status::identified;
   std::vector<std::string> reasons;     ///< why the status is not `identified`
   std::vector<Finding> warnings;        ///< what may make the result wrong
-  std::vector<ModelTest> alternatives;  ///< that examine() believes in, the likeliest first
+  std::vector<ModelTest> alternatives;  ///< that are believed, the likeliest first
   std::vector<std::string> notes;       ///< what was done to the data
 
   /// That ran, with what was chosen in place of what was left open, without `progress`; a validation uses its signal.
@@ -457,8 +457,19 @@ struct [[nodiscard]] Identification {
 /// Where the data do not determine all parameters, and where IDIM-IV comes to no end (a loop that can not be simulated,
 /// cycling, instruments that are too weak), that is a status of the result with its reasons.
 ///
+/// The answer is judged, unless Estimation::judge says no: robot, logs, model and result are looked at for what makes it wrong. What is
+/// found are Identification::warnings, the gravest first; one of severity error makes an `identified` result `doubtful`, with the
+/// finding as its reason. What is looked for: units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree,
+/// saturation, reference and motion that do not belong together; alternatives to robot and log that explain the torques better, by
+/// score tests whose covariance comes from blocks of time (gains, scales and zeros of joints, direction of gravity, rate of the clock,
+/// geometry, a load that changes, friction laws, elastic and coupled joints), by which those that are believed widen all deviations;
+/// values that physics forbids; torques that are left unexplained; validation that is much worse than the fit.
+/// SignalOptions::window cuts the logs before. docs/diagnostics.md says how.
+///
+/// @param validation  logs that took no part: Identification::validation is of them, and they are compared with the others
 /// @throws InputError where robot, logs and options do not fit together; the message names the culprit
-Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& estimation);
+Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
+                        std::span<const Log> validation = {});
 /// The same from one log.
 Identification identify(const Robot& robot, const Log& log, const Estimation& estimation);
 

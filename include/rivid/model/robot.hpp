@@ -234,7 +234,8 @@ struct Robot {
   /// column of the same unit, between 0 and 1. Angles that are written with few digits distinguish parameters that the
   /// robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry distinguishes is a few hundredths.
   double base_tolerance = 1e-5;
-  std::vector<Finding> warnings;  ///< what the reader noticed and the user should know
+  std::vector<Finding> warnings;   ///< what the reader noticed and the user should know
+  std::vector<std::string> notes;  ///< what was chosen for it
 
   [[nodiscard]] Index size() const { return chain.joints(); }
 

@@ -9,7 +9,7 @@
 
 #include "identify/check/alternative_kinds.hpp"
 #include "identify/check/alternative_tests.hpp"
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

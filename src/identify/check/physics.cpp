@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "identify/check/torque_probe.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/text.hpp"

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <string>
 
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "identify/rows/exact_rows.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"

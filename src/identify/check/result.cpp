@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "identify/check/alternatives.hpp"
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "identify/rows/exact_rows.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/signal/filter.hpp"

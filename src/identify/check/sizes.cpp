@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "dense.hpp"
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "identify/check/torque_probe.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/solve/streaming_qr.hpp"

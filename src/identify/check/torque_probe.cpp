@@ -7,7 +7,7 @@
 #include <random>
 
 #include "dense.hpp"
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "identify/rows/position_noise.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/identify/rows.hpp"

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "identify/check/findings.hpp"
+#include "identify/check/checks.hpp"
 #include "identify/check/torque_probe.hpp"
 #include "rivid/text.hpp"
 

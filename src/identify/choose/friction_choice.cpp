@@ -330,6 +330,7 @@ Robot with_friction(Robot robot, std::span<const FrictionChoice> choices) {
   for (const FrictionChoice& choice : choices) {
     require_joint("with_friction", robot, choice);
     robot.joints[static_cast<std::size_t>(choice.joint)].friction = choice.law;
+    robot.notes.push_back(choice.text(robot));
   }
   return robot;
 }

@@ -33,9 +33,7 @@ struct Point {
 };
 
 std::optional<Point> estimated_point(const EstimationProblem& problem) {
-  Identification out;
-  out.base = problem.base;
-  const Estimated found = estimated(problem, out);
+  const Estimated found = estimated(problem);
   if (!found.estimate || !found.estimate->chi.allFinite()) {
     return std::nullopt;
   }
@@ -68,21 +66,6 @@ Vector bounded(const BaseParameters& base, Vector chi) {
   return chi;
 }
 
-// Where the simulations of IDIM-IV begin.
-void begin_at(const Vector& chi, Estimation& estimation) {
-  if (auto* const iv = std::get_if<Iv>(&estimation.method)) {
-    iv->chi_0 = chi;
-  }
-}
-
-// What the estimates of the passes do without.
-Estimation quick(const Estimation& asked) {
-  Estimation out = asked;
-  out.physical.reset();
-  out.essential.reset();
-  return out;
-}
-
 // Standard deviation of what an estimate leaves of each joint's rows, (n).
 Vector residuals(const RowFactors& data, const Vector& chi) {
   Vector out(static_cast<Index>(data.groups.size()));
@@ -99,7 +82,7 @@ Vector residuals(const RowFactors& data, const Vector& chi) {
 LoadPoint first_point(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
                       const BaseParameters& base) {
   const Robot plain = without_load(robot);
-  Estimation estimation = quick(asked);
+  Estimation estimation = asked;
   if (auto* const iv = std::get_if<Iv>(&estimation.method); iv != nullptr && iv->chi_0.size() > 0) {
     iv->chi_0 = carried_over(base, iv->chi_0, base_parameters(plain));
   }
@@ -111,45 +94,32 @@ LoadPoint first_point(const Robot& robot, std::span<const Log> logs, const Estim
 
 }  // namespace
 
-Identification identified_under_load(const Robot& robot, std::span<const Log> logs, const Estimation& asked) {
+LoadPasses load_passes(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
   const BaseParameters base = base_parameters(robot);
-  LoadPoint point = first_point(robot, logs, asked, base);
-  Estimation estimation = quick(asked);
-  std::string fault = "the load of the joints and their friction do not settle on each other in " +
-                      std::to_string(most_passes) + " passes";
+  LoadPasses out = {.point = first_point(robot, logs, estimation, base),
+                    .fault = "the load of the joints and their friction do not settle on each other in " +
+                             std::to_string(most_passes) + " passes"};
+  Vector& chi = out.point.chi;
   double part = 1.0;
   double before = std::numeric_limits<double>::infinity();
   Vector unit;  // that steps are measured in
   for (int pass = 0; pass < most_passes; ++pass) {
-    begin_at(point.chi, estimation);
-    const std::optional<Point> next = estimated_point(EstimationProblem(robot, logs, estimation, point));
+    const std::optional<Point> next = estimated_point(EstimationProblem(robot, logs, estimation, out.point));
     if (!next) {
-      fault.clear();  // the last step will say why
+      out.fault.clear();  // the last step will say why
       break;
     }
-    const Vector step = (next->chi - point.chi).cwiseAbs();
+    const Vector step = (next->chi - chi).cwiseAbs();
     unit = pass == 0 ? Vector(next->sigma.cwiseMax(1e-300)) : unit;
     const double size = step.cwiseQuotient(unit).maxCoeff();
     part = size > before ? std::max(0.5 * part, least_part) : std::min(1.2 * part, 1.0);
     before = size;
-    point.chi = bounded(base, point.chi + part * (next->chi - point.chi));
-    const double rounding = rounding_step * point.chi.cwiseAbs().maxCoeff();
+    chi = bounded(base, chi + part * (next->chi - chi));
+    const double rounding = rounding_step * chi.cwiseAbs().maxCoeff();
     if ((step.array() <= (small_step * next->sigma).array().max(rounding)).all()) {
-      fault.clear();
+      out.fault.clear();
       break;
     }
-  }
-  Estimation last = asked;
-  begin_at(point.chi, last);
-  Identification out = identified(EstimationProblem(robot, logs, last, point));
-  out.estimation = asked;
-  out.estimation.progress = {};
-  if (out.chi.allFinite()) {
-    out.base.load.chi = out.chi;
-  }
-  if (!fault.empty() && out.status == Status::identified) {
-    out.status = Status::not_converged;
-    out.reasons.push_back(std::move(fault));
   }
   return out;
 }

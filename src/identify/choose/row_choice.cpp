@@ -137,6 +137,15 @@ Index longest_window(std::span<const Log> logs) {
   return std::min(longest / many_windows, shortest / some_windows);
 }
 
+// A fit to some rows, as far as the choice of others needs it.
+struct Pilot {
+  Estimate estimate;
+  Statistics statistics;
+  Fit fit;
+
+  [[nodiscard]] Vector sigma() const { return statistics.uncertainty.C.diagonal().cwiseSqrt(); }
+};
+
 class Chooser {
  public:
   Chooser(const Robot& robot, std::span<const Log> logs, const Estimation& asked)
@@ -157,13 +166,13 @@ class Chooser {
 
   RowChoice chosen() {
     std::size_t at = first();
-    std::optional<Identification> fit = tried(at);
+    std::optional<Pilot> fit = tried(at);
     for (int round = 0; fit && round < most_rounds; ++round) {
       const std::size_t better = wanted(*fit, at);
       if (better == at) {
         break;
       }
-      std::optional<Identification> next = identified_with(windows_[better]);
+      std::optional<Pilot> next = identified_with(windows_[better]);
       if (!next) {
         break;
       }
@@ -262,15 +271,18 @@ class Chooser {
   }
 
   // Nothing where a window leaves too few rows, or these do not determine all parameters.
-  std::optional<Identification> identified_with(int n_d) {
+  std::optional<Pilot> identified_with(int n_d) {
     pilot_ = options_;
     pilot_.signal = with(n_d);
     rows_a_parameter_ = 0.0;
     try {
       problem_ = std::make_unique<EstimationProblem>(robot_, logs_, pilot_);
-      Identification out = identified(*problem_);
+      Estimated found = estimated(*problem_);
+      Pilot out{.estimate = *std::move(found.estimate), .statistics = {}, .fit = {}};
+      out.statistics = statistics_of(*problem_, out.estimate);
+      out.fit = fit_to(robot_, problem_->data, out.estimate.chi, out.estimate.rank, pilot_.signal.convention);
       rows_a_parameter_ = rows_a_parameter(out);
-      return out.status == Status::identified ? std::optional(std::move(out)) : std::nullopt;
+      return found.status == Status::identified ? std::optional(std::move(out)) : std::nullopt;
     } catch (const InputError&) {
       return std::nullopt;
     }
@@ -278,10 +290,10 @@ class Chooser {
 
   // The longest window, from the one `at` on, that leaves enough rows and determines all parameters; nothing where none does, and the
   // longest one that leaves enough rows.
-  std::optional<Identification> tried(std::size_t& at) {
+  std::optional<Pilot> tried(std::size_t& at) {
     std::optional<std::size_t> longest;
     for (std::size_t w = at;;) {
-      std::optional<Identification> fit = identified_with(windows_[w]);
+      std::optional<Pilot> fit = identified_with(windows_[w]);
       if (rows_a_parameter_ >= fewest_rows || w == 0) {
         longest = longest.value_or(w);
         at = fit ? w : *longest;
@@ -294,16 +306,19 @@ class Chooser {
   }
 
   // Of all logs, also where a part stands for them.
-  [[nodiscard]] double rows_a_parameter(const Identification& fit) const {
-    return static_cast<double>(fit.fit.rows) / part_of_samples_ / static_cast<double>(fit.base.size());
+  [[nodiscard]] double rows_a_parameter(const Pilot& fit) const {
+    return static_cast<double>(fit.estimate.rows) / part_of_samples_ /
+           static_cast<double>(fit.estimate.chi.size());
   }
 
   // The window that the fit at another one asks for.
-  [[nodiscard]] std::size_t wanted(const Identification& fit, std::size_t at) const {
-    const NoiseSensitivity sensitivity(robot_, fit.base, logs_, problem_->signals, problem_->data, fit.chi);
-    const Matrix bread = least_squares(problem_->data.groups, fit.base.size(), fit.weights).unit_covariance;
-    const Vector sigma = fit.C_chi.diagonal().cwiseSqrt();
-    const auto here = sensitivity.effect(noise_with(windows_[at]), fit.chi, fit.weights);
+  [[nodiscard]] std::size_t wanted(const Pilot& fit, std::size_t at) const {
+    const Vector& chi = fit.estimate.chi;
+    const std::vector<double>& weights = fit.estimate.weights;
+    const NoiseSensitivity sensitivity(robot_, problem_->base, logs_, problem_->signals, problem_->data, chi);
+    const Matrix& bread = fit.estimate.unit_covariance;
+    const Vector sigma = fit.sigma();
+    const auto here = sensitivity.effect(noise_with(windows_[at]), chi, weights);
     // Of a window of one sample, as far as stretches of motion do not end within.
     const double of_samples = rows_a_parameter(fit) * windows_[at];
     double rows_a_column = std::numeric_limits<double>::infinity();
@@ -317,7 +332,7 @@ class Chooser {
         break;
       }
       best = w;
-      const auto effect = sensitivity.effect(noise_with(windows_[w]), fit.chi, fit.weights);
+      const auto effect = sensitivity.effect(noise_with(windows_[w]), chi, weights);
       const double bias = (bread * effect.D_chi).cwiseAbs().cwiseQuotient(sigma).maxCoeff();
       double share = 0.0;
       std::vector<double> others;
@@ -332,7 +347,7 @@ class Chooser {
         others.push_back(other);
       }
       const double moved =
-          (bread * sensitivity.disturbance(others, fit.weights)).cwiseAbs().cwiseQuotient(sigma).maxCoeff();
+          (bread * sensitivity.disturbance(others, weights)).cwiseAbs().cwiseQuotient(sigma).maxCoeff();
       const bool rows_left = w + 1 < windows_.size() && rows_a_column >= enough_rows * windows_[w + 1];
       const bool quiet = share <= most_noise || !rows_left;
       const bool still =
@@ -344,11 +359,11 @@ class Chooser {
     return best;
   }
 
-  [[nodiscard]] bool held(const Identification& fit) const {
-    if (!fit.diagnostics || !fit.diagnostics->torque_lag) {
+  [[nodiscard]] bool held(const Pilot& fit) const {
+    if (!fit.statistics.diagnostics || !fit.statistics.diagnostics->torque_lag) {
       return false;
     }
-    const TorqueLag& lag = *fit.diagnostics->torque_lag;
+    const TorqueLag& lag = *fit.statistics.diagnostics->torque_lag;
     const double from_none = lag.samples / lag.sigma;
     const double from_half = (lag.samples + 0.5) / lag.sigma;
     const bool computed = logs_.front().tau.size() == 0;
@@ -357,18 +372,18 @@ class Chooser {
     return std::abs(from_half) < lag_sigmas && (std::abs(from_none) > lag_sigmas || log_odds > 0.0);
   }
 
-  void compare(const Identification& fit, std::size_t at, RowChoice& out) {
-    const Vector sigma = fit.C_chi.diagonal().cwiseSqrt();
+  void compare(const Pilot& fit, std::size_t at, RowChoice& out) {
+    const Vector sigma = fit.sigma();
     const auto shift = [&](const Vector& change) {
       Index worst = 0;
       WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst), .parameter = {}};
       found.largest *= change[worst] < 0.0 ? -1.0 : 1.0;
-      found.parameter = fit.parameters[static_cast<std::size_t>(worst)].name;
+      found.parameter = problem_->base.parameters[static_cast<std::size_t>(worst)].name;
       return found;
     };
     const auto moved_at = [&](int n_d) {
       const auto other = n_d == windows_[at] ? std::nullopt : estimate_with(n_d);
-      return other ? shift(*other - fit.chi) : WindowShift{};
+      return other ? shift(*other - fit.estimate.chi) : WindowShift{};
     };
     out.at_half = moved_at(std::max(windows_[at] / 2, 1));
     out.at_double = moved_at(2 * windows_[at]);
@@ -422,8 +437,8 @@ std::string reason(const RowChoice& choice) {
 
 }  // namespace
 
-void report_noise(const Identification& result, RowChoice& choice) {
-  for (const ParameterEstimate& parameter : result.parameters) {
+void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& choice) {
+  for (const ParameterEstimate& parameter : parameters) {
     if (std::isfinite(parameter.noise_bias) &&
         !(std::abs(parameter.noise_bias) <= std::abs(choice.foretold.largest))) {
       choice.foretold = {.largest = parameter.noise_bias, .parameter = parameter.name};

@@ -1,10 +1,11 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "rivid/identify/identification.hpp"
 
-// Before the three stages rows → estimate → infer: what the caller left open.
+// Before the stages rows → estimate → infer → judge → describe: what the caller left open.
 namespace rivid::detail {
 
 // Chooses window, velocity threshold and, where it is open, whether torques are held, and writes them into the signal of `estimation`.
@@ -13,7 +14,7 @@ namespace rivid::detail {
 // more than a small part of its σ and makes up no more than a small part of any joint's residual.
 [[nodiscard]] RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
 
-// Fills in what the result with these rows says of their noise, and the sentence.
-void report_noise(const Identification& result, RowChoice& choice);
+// Fills in what parameters from these rows say of their noise, and the sentence.
+void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& choice);
 
 }  // namespace rivid::detail

@@ -118,21 +118,27 @@ void EstimationProblem::refuse_few_rows(Index rows) const {
                    " base parameters; more rows than parameters are needed");
 }
 
-Estimated estimated(const EstimationProblem& problem, Identification& out) {
+Estimated estimated(const EstimationProblem& problem) {
+  Estimated out;
   if (std::holds_alternative<Iv>(problem.estimation.method)) {
     if (const Index rows = rows_of(problem.data.groups); rows <= problem.base.size()) {
       problem.refuse_few_rows(rows);
     }
     switch (problem.iv().compares) {
       case Iv::Compares::instruments:
-        return instrumental_estimate(problem, out);
+        instrumental_estimate(problem, out);
+        break;
       case Iv::Compares::torques:
-        return didim_estimate(problem, out);
+        didim_estimate(problem, out);
+        break;
       case Iv::Compares::positions:
-        return output_error_estimate(problem, out);
+        output_error_estimate(problem, out);
+        break;
     }
+  } else {
+    least_squares_estimate(problem, out);
   }
-  return {.estimate = least_squares_estimate(problem, out), .unfiltered = {}};
+  return out;
 }
 
 Matrix finite_part(Matrix covariance) {
@@ -175,8 +181,8 @@ std::optional<double> residual_weight(const RowGroup& group, const Vector& chi) 
   return std::sqrt(static_cast<double>(freedom)) / norm;
 }
 
-void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
-                  Identification& out) {
+void explain_rank(const BaseParameters& base, Index rank, const std::vector<std::vector<Index>>& undetermined,
+                  const std::string& what, Estimated& out) {
   out.status = Status::rank_deficient;
   std::vector<Index> unexcited;
   std::string alike;
@@ -184,13 +190,12 @@ void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermine
     if (set.size() == 1) {
       unexcited.push_back(set.front());
     } else {
-      alike += (alike.empty() ? "" : "; ") + joined(out.base, set);
+      alike += (alike.empty() ? "" : "; ") + joined(base, set);
     }
   }
-  std::string reason = "rank " + std::to_string(rank) + " of " + std::to_string(out.base.size()) + ": ";
+  std::string reason = "rank " + std::to_string(rank) + " of " + std::to_string(base.size()) + ": ";
   if (!unexcited.empty()) {
-    reason +=
-        joined(out.base, unexcited) + (unexcited.size() == 1 ? " is" : " are") + " not excited by " + what;
+    reason += joined(base, unexcited) + (unexcited.size() == 1 ? " is" : " are") + " not excited by " + what;
   }
   if (!alike.empty()) {
     reason += (unexcited.empty() ? "" : "; ") + alike + " can not be distinguished by " + what;
@@ -199,8 +204,8 @@ void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermine
 }
 
 void report_robust(const EstimationProblem& problem, const Robust& options, const Reweighting& reweighting,
-                   const Vector& plain, Identification& out) {
-  out.title += options.kind == RobustKind::huber ? ", Huber" : ", bisquare";
+                   const Vector& plain, Estimated& out) {
+  out.loss = options.kind == RobustKind::huber ? ", Huber" : ", bisquare";
   RobustReport& report = out.robust.emplace();
   report.options = options;
   report.rounds = reweighting.rounds();

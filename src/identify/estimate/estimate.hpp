@@ -104,23 +104,33 @@ struct Estimate {
   [[nodiscard]] double freedom() const { return static_cast<double>(rows - rank); }
 };
 
-// What a method comes to; its way there is told in the result.
+// What a method comes to, and its way there.
 struct Estimated {
+  Status status = Status::identified;
+  std::vector<std::string> reasons;    // why it is not `identified`
+  std::string loss;                    // of robust estimation: ", Huber"
+  std::vector<double> weights;         // 1/σ of each joint's rows, where a method has come to some
   std::optional<Estimate> estimate;    // nothing where there is none
   std::optional<Estimate> unfiltered;  // that of the rows before they were prefiltered
   // Relative error with the simulated motion, before any prefilter; not a number where there is none.
   double error_with_V = std::numeric_limits<double>::quiet_NaN();
+  std::optional<IvHistory> iv;
+  std::optional<PrefilterReport> prefilter;
+  std::optional<OutputErrorReport> output_error;
+  std::optional<RobustReport> robust;
 };
 
-// out: status and reasons, and the reports of robust estimation, prefilter and iteration.
-[[nodiscard]] Estimated estimated(const EstimationProblem& problem, Identification& out);
-[[nodiscard]] Estimate least_squares_estimate(const EstimationProblem& problem, Identification& out);
-[[nodiscard]] Estimated instrumental_estimate(const EstimationProblem& problem, Identification& out);
-// Where the methods begin that compare something else of the simulated loop: chi_0, or the estimate of IDIM-IV with out.iv; nothing
-// where there is none.
-[[nodiscard]] std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Identification& out);
-[[nodiscard]] Estimated didim_estimate(const EstimationProblem& problem, Identification& out);
-[[nodiscard]] Estimated output_error_estimate(const EstimationProblem& problem, Identification& out);
+[[nodiscard]] Estimated estimated(const EstimationProblem& problem);
+
+// Each fills `out`.
+void least_squares_estimate(const EstimationProblem& problem, Estimated& out);
+void instrumental_estimate(const EstimationProblem& problem, Estimated& out);
+void didim_estimate(const EstimationProblem& problem, Estimated& out);
+void output_error_estimate(const EstimationProblem& problem, Estimated& out);
+
+// Where the methods begin that compare something else of the simulated loop: chi_0, or the estimate of IDIM-IV, which `out` tells of;
+// nothing where there is none.
+[[nodiscard]] std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Estimated& out);
 
 // A covariance without the infinite deviations of what is not determined, and these: zero where there are none, (b).
 [[nodiscard]] Matrix finite_part(Matrix covariance);
@@ -138,13 +148,13 @@ struct Estimated {
 [[nodiscard]] std::optional<double> residual_weight(const RowGroup& group, const Vector& chi);
 
 // Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by `what`".
-void explain_rank(Index rank, const std::vector<std::vector<Index>>& undetermined, const std::string& what,
-                  Identification& out);
+void explain_rank(const BaseParameters& base, Index rank, const std::vector<std::vector<Index>>& undetermined,
+                  const std::string& what, Estimated& out);
 
-// What an M-estimate made of the rows: out.robust, the title, and the status where it did not settle.
+// What an M-estimate made of the rows: out.robust, its loss, and the status where it did not settle.
 //
 // plain  estimate of the rows as they are
 void report_robust(const EstimationProblem& problem, const Robust& options, const Reweighting& reweighting,
-                   const Vector& plain, Identification& out);
+                   const Vector& plain, Estimated& out);
 
 }  // namespace rivid::detail

@@ -42,7 +42,7 @@ std::vector<NoiseModel> noise_models(const EstimationProblem& problem, const IvS
 // Noise models and instruments in turn, with out.prefilter.
 //
 // solver  that has settled
-void prefilter(const EstimationProblem& problem, IvSolver& solver, Identification& out) {
+void prefilter(const EstimationProblem& problem, IvSolver& solver, Estimated& out) {
   PrefilterReport& report = out.prefilter.emplace();
   report.chi = solver.history().back().chi;
   solver.instruments().keep_every_row();
@@ -89,7 +89,7 @@ Estimate with_statistics(const EstimationProblem& problem, Estimate estimate, co
 //
 // solver  that has settled at the estimate `plain_chi`
 std::optional<Estimate> robust_estimate(const EstimationProblem& problem, const Robust& options,
-                                        const Vector& plain_chi, IvSolver& solver, Identification& out) {
+                                        const Vector& plain_chi, IvSolver& solver, Estimated& out) {
   const std::size_t plain_iterations = solver.history().size();
   Instruments& instruments = solver.instruments();
   Reweighting reweighting(options, plain_chi, problem.data.groups.size());
@@ -104,13 +104,12 @@ std::optional<Estimate> robust_estimate(const EstimationProblem& problem, const 
   return has_own_rows ? std::optional(with_statistics(problem, *found, reweighting, plain)) : found;
 }
 
-// How the solver came to an estimate, with out.iv.
-void keep_history(const EstimationProblem& problem, IvSolver& solver, const std::optional<Estimate>& estimate,
-                  Identification& out) {
+// How the solver came to out.estimate, with out.iv.
+void keep_history(const EstimationProblem& problem, IvSolver& solver, Estimated& out) {
   out.weights = solver.weights();
   IvHistory& history = out.iv.emplace();
-  if (estimate && estimate->instruments) {
-    history.first_stage_F = estimate->instruments->first_stage_F;
+  if (out.estimate && out.estimate->instruments) {
+    history.first_stage_F = out.estimate->instruments->first_stage_F;
     history.loop = diagnosed_loop(problem, solver.loops().sums_with_control(solver.last_loops()));
   }
   history.iterations = std::move(solver.history());
@@ -118,55 +117,53 @@ void keep_history(const EstimationProblem& problem, IvSolver& solver, const std:
 
 }  // namespace
 
-Estimated instrumental_estimate(const EstimationProblem& problem, Identification& out) {
+void instrumental_estimate(const EstimationProblem& problem, Estimated& out) {
   IvSolver solver(problem, out);
   const bool settled = solver.iterate(solver.start());
-  Estimated found;
   if (!solver.history().empty()) {
-    found.error_with_V = solver.history().back().relative_error;
+    out.error_with_V = solver.history().back().relative_error;
   }
   if (settled && problem.iv().prefilter) {
-    found.unfiltered = solver.estimate();
+    out.unfiltered = solver.estimate();
     prefilter(problem, solver, out);
   }
-  found.estimate = solver.estimate();
-  if (const auto& robust = problem.estimation.robust; settled && robust && found.estimate) {
-    found.estimate = robust_estimate(problem, *robust, found.estimate->chi, solver, out);
+  out.estimate = solver.estimate();
+  if (const auto& robust = problem.estimation.robust; settled && robust && out.estimate) {
+    out.estimate = robust_estimate(problem, *robust, out.estimate->chi, solver, out);
   }
-  keep_history(problem, solver, found.estimate, out);
-  return found;
+  keep_history(problem, solver, out);
 }
 
-std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Identification& out) {
+std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Estimated& out) {
   if (problem.iv().chi_0.size() > 0) {
     out.iv.emplace();
     return problem.iv().chi_0;
   }
-  const Estimated found = instrumental_estimate(problem, out);
-  if (!found.estimate || !out.iv || out.status != Status::identified) {
+  instrumental_estimate(problem, out);
+  const std::optional<Estimate> found = std::exchange(out.estimate, std::nullopt);
+  out.error_with_V = std::numeric_limits<double>::quiet_NaN();
+  if (!found || out.status != Status::identified) {
     out.reasons.push_back(std::string(title(problem.estimation.method)) +
                           " begins with the estimate of IDIM-IV, which there is none of");
     return std::nullopt;
   }
   // Instruments gave the start alone.
   out.iv->first_stage_F.resize(0);
-  return found.estimate->chi;
+  return found->chi;
 }
 
-Estimated didim_estimate(const EstimationProblem& problem, Identification& out) {
-  Estimated found;
+void didim_estimate(const EstimationProblem& problem, Estimated& out) {
   const std::optional<Vector> start = start_of_loop_fit(problem, out);
   if (!start) {
-    return found;
+    return;
   }
   IvSolver solver(problem, out, Iv::Compares::torques);
   solver.iterate(*start);
   if (!solver.history().empty()) {
-    found.error_with_V = solver.history().back().relative_error;
+    out.error_with_V = solver.history().back().relative_error;
   }
-  found.estimate = solver.estimate();
-  keep_history(problem, solver, found.estimate, out);
-  return found;
+  out.estimate = solver.estimate();
+  keep_history(problem, solver, out);
 }
 
 }  // namespace rivid::detail

@@ -53,7 +53,7 @@ class TorqueChangeSink final : public RowSink {
 
 }  // namespace
 
-IvSolver::IvSolver(const EstimationProblem& problem, Identification& out, Iv::Compares compares)
+IvSolver::IvSolver(const EstimationProblem& problem, Estimated& out, Iv::Compares compares)
     : problem_(problem),
       method_(problem.iv()),
       out_(out),
@@ -67,6 +67,9 @@ IvSolver::IvSolver(const EstimationProblem& problem, Identification& out, Iv::Co
 }
 
 Vector IvSolver::start() const {
+  if (base().load.chi.size() > 0) {
+    return base().load.chi;
+  }
   if (method_.chi_0.size() > 0) {
     return method_.chi_0;
   }
@@ -98,7 +101,7 @@ bool IvSolver::iterate(Vector chi) {
     history_.push_back(told(chi, loops, groups));
     history_.back().safeguard = std::move(remark);
     if (!solution_.full_rank()) {
-      explain_rank(solution_.rank, solution_.undetermined,
+      explain_rank(base(), solution_.rank, solution_.undetermined,
                    "the instruments of iteration " + std::to_string(history_.size()), out_);
       std::ranges::move(locked_joints(problem_, loops, loops_.sums(loops)), std::back_inserter(out_.reasons));
       return false;
@@ -147,7 +150,7 @@ bool IvSolver::iterate(Vector chi) {
 bool IvSolver::iterate_again(const std::string& what) {
   solve(last_, &history_.back().chi);
   if (!solution_.full_rank()) {
-    explain_rank(solution_.rank, solution_.undetermined, what, out_);
+    explain_rank(base(), solution_.rank, solution_.undetermined, what, out_);
     return false;
   }
   Vector chi = solution_.chi;

@@ -22,7 +22,7 @@ class IvSolver {
   // compares  instruments or torques
   //
   // throws InputError where loops and logs do not fit together or a joint's torque is zero throughout
-  IvSolver(const EstimationProblem& problem, Identification& out,
+  IvSolver(const EstimationProblem& problem, Estimated& out,
            Iv::Compares compares = Iv::Compares::instruments);
 
   // The parameters that the options begin with.
@@ -83,7 +83,7 @@ class IvSolver {
 
   const EstimationProblem& problem_;
   const Iv& method_;
-  Identification& out_;
+  Estimated& out_;
   Iv::Compares compares_;
   ClosedLoops loops_;
   Instruments instruments_;

@@ -16,9 +16,9 @@ std::vector<double> ones(const EstimationProblem& problem) {
 }
 
 // The estimate whose triangle and covariance these are, its chi and statistics aside.
-Estimate estimate_of(const EstimationProblem& problem, const LeastSquares& solution, Identification& out) {
+Estimate estimate_of(const EstimationProblem& problem, const LeastSquares& solution, Estimated& out) {
   if (!solution.full_rank()) {
-    explain_rank(solution.rank, solution.undetermined, "these data", out);
+    explain_rank(problem.base, solution.rank, solution.undetermined, "these data", out);
   }
   return {.chi = solution.chi,
           .weights = {},
@@ -55,7 +55,7 @@ Matrix sandwich(const LeastSquares& A, const Matrix& root_B) {
 
 // Weights of the rows and parameters in turn, from the estimate `plain` on.
 Estimate robust_estimate(const EstimationProblem& problem, const Robust& options, const Vector& plain,
-                         Identification& out) {
+                         Estimated& out) {
   const Index b = problem.base.size();
   const auto& progress = problem.estimation.progress;
   Reweighting reweighting(options, plain, problem.data.groups.size());
@@ -96,17 +96,18 @@ Estimate robust_estimate(const EstimationProblem& problem, const Robust& options
 
 }  // namespace
 
-Estimate least_squares_estimate(const EstimationProblem& problem, Identification& out) {
+void least_squares_estimate(const EstimationProblem& problem, Estimated& out) {
   std::vector<double> weights = by_joint(problem) ? joint_weights(problem) : ones(problem);
   const LeastSquares solution = plain_solution(problem, weights);
   if (const auto& robust = problem.estimation.robust) {
-    return robust_estimate(problem, *robust, solution.chi, out);
+    out.estimate = robust_estimate(problem, *robust, solution.chi, out);
+    return;
   }
   Estimate estimate = estimate_of(problem, solution, out);
   estimate.sigma = estimate.sigma_rho = deviation(residual(problem.data.groups, estimate.chi, weights),
                                                   estimate.freedom(), problem.estimation.signal.convention);
   estimate.weights = std::move(weights);
-  return estimate;
+  out.estimate = std::move(estimate);
 }
 
 }  // namespace rivid::detail

@@ -36,7 +36,7 @@ using PositionErrors = std::vector<Matrix>;
 
 class OutputError {
  public:
-  OutputError(const EstimationProblem& problem, Identification& out)
+  OutputError(const EstimationProblem& problem, Estimated& out)
       : problem_(problem), method_(problem.iv()), out_(out), loops_(problem) {
     Index samples = 0;
     for (const Log& log : problem.logs) {
@@ -65,7 +65,7 @@ class OutputError {
     }
     const LeastSquares ls = least_squares(problem_.data.groups, base().size(), joint_weights(problem_));
     if (!ls.full_rank()) {
-      explain_rank(ls.rank, ls.undetermined, "these data", out_);
+      explain_rank(base(), ls.rank, ls.undetermined, "these data", out_);
       return false;
     }
     steps_ = difference_step * ls.unit_covariance.diagonal().cwiseSqrt();
@@ -205,7 +205,8 @@ class OutputError {
     const double one = 1.0;
     solution_ = least_squares(std::span(&group, 1), b, std::span(&one, 1));
     if (!solution_.full_rank()) {
-      explain_rank(solution_.rank, solution_.undetermined, "the positions of the simulated loops", out_);
+      explain_rank(base(), solution_.rank, solution_.undetermined, "the positions of the simulated loops",
+                   out_);
     }
     return solution_.full_rank();
   }
@@ -306,7 +307,7 @@ class OutputError {
 
   const EstimationProblem& problem_;
   const Iv& method_;
-  Identification& out_;
+  Estimated& out_;
   ClosedLoops loops_;
   std::vector<std::vector<Index>> instants_;  // that are compared, one list a log
   std::vector<double> every_;                 // time from one to the next [s]
@@ -323,18 +324,15 @@ class OutputError {
 
 }  // namespace
 
-Estimated output_error_estimate(const EstimationProblem& problem, Identification& out) {
-  Estimated found;
+void output_error_estimate(const EstimationProblem& problem, Estimated& out) {
   std::optional<Vector> start = start_of_loop_fit(problem, out);
   if (!start) {
-    return found;
+    return;
   }
   OutputError solver(problem, out);
   if (solver.iterate(std::move(*start))) {
-    found.estimate = solver.estimate();
-    out.weights = found.estimate->weights;
+    out.estimate = solver.estimate();
   }
-  return found;
 }
 
 }  // namespace rivid::detail

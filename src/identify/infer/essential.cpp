@@ -202,17 +202,18 @@ EssentialParameters essential(const Robot& robot, const BaseParameters& base,
   out.kept = elimination.kept();
   const Reduced& fit = elimination.fit();
   out.chi = widened(fit.chi, out.kept, base.size());
-  out.C_chi = Matrix::Zero(base.size(), base.size());
-  out.C_chi(out.kept, out.kept) = fit.from * C_chi * fit.from.transpose();
+  out.from = Matrix::Zero(base.size(), base.size());
+  out.from(out.kept, Eigen::all) = fit.from;
+  out.C_chi = out.from * C_chi * out.from.transpose();
   return out;
 }
 
-void detail::add_essential(const EstimationProblem& problem, const Estimate& estimate, Identification& out) {
+void detail::add_essential(const EstimationProblem& problem, const Estimate& estimate, Inference& out) {
   const std::optional<Essential>& options = problem.estimation.essential;
   if (!options) {
     return;
   }
-  if (!out.C_chi.allFinite() || estimate.freedom() <= 0.0) {
+  if (!out.uncertainty.C.allFinite() || estimate.freedom() <= 0.0) {
     out.notes.push_back("essential parameters were not looked for: the data do not determine all parameters");
     return;
   }
@@ -221,13 +222,12 @@ void detail::add_essential(const EstimationProblem& problem, const Estimate& est
     q.push_back(log.q);
   }
   const Matrix root = decimation_factor(estimate.signals.front()) / estimate.sigma * estimate.root;
-  EssentialModel model;
+  EssentialModel& model = out.essential.emplace();
   model.options = *options;
-  model.parameters =
-      essential(problem.robot, out.base, out.chi, out.C_chi, root, estimate.freedom(), q, *options);
-  model.fit = judged(problem.robot, problem.rows_to_judge(), model.parameters.chi,
-                     static_cast<Index>(model.parameters.kept.size()), out.estimation.signal.convention);
-  out.essential = std::move(model);
+  model.parameters = essential(problem.robot, problem.base, out.chi, out.uncertainty.C, root,
+                               estimate.freedom(), q, *options);
+  model.fit = fit_to(problem.robot, problem.rows_to_judge(), model.parameters.chi,
+                     static_cast<Index>(model.parameters.kept.size()), problem.estimation.signal.convention);
 }
 
 }  // namespace rivid

@@ -23,14 +23,6 @@ double relative(double part, double whole) {
   return whole > 0.0 ? part / whole : std::numeric_limits<double>::quiet_NaN();
 }
 
-// A covariance, and what a second pass over the rows adds to it.
-struct Statistics {
-  Uncertainty uncertainty;
-  std::optional<Diagnostics> diagnostics;
-  std::vector<BlockSums> blocks;
-  Vector least_squares;  // χ̂ of least squares on the rows of an estimate by instruments
-};
-
 Scores scores_of(const EstimationProblem& problem, const Estimate& estimate,
                  const LeastSquares* by_least_squares) {
   const EstimateInstruments* const instruments = estimate.instruments ? &*estimate.instruments : nullptr;
@@ -99,6 +91,8 @@ Statistics statistics_of_scores(const Estimate& estimate, const EstimateScores& 
   return out;
 }
 
+}  // namespace
+
 Statistics statistics_of(const EstimationProblem& problem, const Estimate& estimate) {
   const CovarianceOptions& options = problem.estimation.covariance;
   const SignalOptions& signal = problem.estimation.signal;
@@ -143,31 +137,7 @@ Statistics statistics_of(const EstimationProblem& problem, const Estimate& estim
   return out;
 }
 
-void describe_parameters(const Robot& robot, Identification& out) {
-  const Vector a_priori = out.base.from_standard(robot.chi_st());
-  const double t = out.covariance.quantile_975;
-  for (Index i = 0; i < out.base.size(); ++i) {
-    const BaseParameter& p = out.base.parameters[static_cast<std::size_t>(i)];
-    const double sigma = std::sqrt(out.C_chi(i, i));
-    const double value = std::isfinite(sigma) ? out.chi[i] : std::numeric_limits<double>::quiet_NaN();
-    out.parameters.push_back({.name = p.name,
-                              .unit = p.unit,
-                              .regrouped = p.regrouped,
-                              .value = value,
-                              .sigma = sigma,
-                              .relative_sigma_percent = 100.0 * sigma / std::abs(value),
-                              .plain_sigma = sigma,
-                              .interval_95 = {value - t * sigma, value + t * sigma},
-                              .a_priori = a_priori[i],
-                              .verdict = {},
-                              .advice = {}});
-  }
-}
-
-SquaredVelocities velocities_of(const EstimationProblem& problem) {
-  return problem.factors != nullptr ? problem.factors->velocities
-                                    : squared_velocities(problem.logs, problem.joints());
-}
+namespace {
 
 // Rows without an estimate have no errors.
 void forget_errors(Fit& fit) {
@@ -178,58 +148,54 @@ void forget_errors(Fit& fit) {
   }
 }
 
-void infer_without_estimate(const EstimationProblem& problem, Identification& out) {
+Inference without_estimate(const EstimationProblem& problem) {
   const Index b = problem.base.size();
+  Inference out;
   out.condition = std::numeric_limits<double>::infinity();
   out.chi = Vector::Constant(b, std::numeric_limits<double>::quiet_NaN());
-  out.C_chi = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
+  out.uncertainty.C = Matrix::Constant(b, b, std::numeric_limits<double>::infinity());
   out.gain_slopes = Matrix::Zero(b, problem.joints());
-  out.fit = judged(problem.robot, problem.rows_to_judge(), Vector::Zero(b), b,
+  out.fit = fit_to(problem.robot, problem.rows_to_judge(), Vector::Zero(b), b,
                    problem.estimation.signal.convention);
   forget_errors(out.fit);
-  describe_parameters(problem.robot, out);
-  judge_parameters(problem.robot, velocities_of(problem), out);
-}
-
-void infer(const EstimationProblem& problem, const Estimate& estimate, Identification& out) {
-  out.weights = estimate.weights;
-  out.condition = estimate.condition;
-  out.chi = estimate.chi;
-  Statistics found = statistics_of(problem, estimate);
-  out.C_chi = std::move(found.uncertainty.C);
-  out.gain_slopes = gain_slopes(problem, estimate);
-  if (const Matrix& of_gains = problem.estimation.gain_covariance; of_gains.size() > 0) {
-    out.C_chi += out.gain_slopes * of_gains * out.gain_slopes.transpose();
-  }
-  out.covariance = found.uncertainty.report;
-  out.diagnostics = std::move(found.diagnostics);
-  out.fit = judged(problem.robot, problem.rows_to_judge(), out.chi, estimate.rank,
-                   problem.estimation.signal.convention);
-  out.fit.sigma_rho = estimate.sigma_rho;
-  describe_parameters(problem.robot, out);
-  for (Index i = 0; i < found.uncertainty.plain_sigma.size(); ++i) {
-    out.parameters[static_cast<std::size_t>(i)].plain_sigma = found.uncertainty.plain_sigma[i];
-  }
-  if (out.iv) {
-    out.iv->least_squares = std::move(found.least_squares);
-  } else if (!estimate.loss && problem.factors == nullptr) {
-    const Vector bias = noise_bias(problem, estimate);
-    for (Index i = 0; i < bias.size(); ++i) {
-      ParameterEstimate& parameter = out.parameters[static_cast<std::size_t>(i)];
-      parameter.noise_bias = bias[i] / parameter.sigma;
-    }
-  }
-  judge_noise(out);
-  judge_robust(out);
-  judge_torque_lag(out);
-  add_physical(problem, estimate, found.blocks, out);
-  judge_parameters(problem.robot, velocities_of(problem), out);
-  add_essential(problem, estimate, out);
+  return out;
 }
 
 }  // namespace
 
-Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index estimated,
+Inference inferred(const EstimationProblem& problem, const Estimated& found) {
+  if (!found.estimate) {
+    Inference out = without_estimate(problem);
+    out.weights = found.weights;
+    return out;
+  }
+  const Estimate& estimate = *found.estimate;
+  Statistics statistics = statistics_of(problem, estimate);
+  Inference out{.chi = estimate.chi,
+                .weights = estimate.weights,
+                .condition = estimate.condition,
+                .uncertainty = std::move(statistics.uncertainty),
+                .gain_slopes = gain_slopes(problem, estimate),
+                .diagnostics = std::move(statistics.diagnostics),
+                .least_squares = std::move(statistics.least_squares),
+                .fit = fit_to(problem.robot, problem.rows_to_judge(), estimate.chi, estimate.rank,
+                              problem.estimation.signal.convention)};
+  out.fit.sigma_rho = estimate.sigma_rho;
+  if (const Matrix& of_gains = problem.estimation.gain_covariance; of_gains.size() > 0) {
+    out.uncertainty.C += out.gain_slopes * of_gains * out.gain_slopes.transpose();
+  }
+  if (found.unfiltered) {
+    out.unfiltered = statistics_of(problem, *found.unfiltered).uncertainty;
+  }
+  if (!found.iv && !estimate.loss && problem.factors == nullptr) {
+    out.noise_bias = noise_bias(problem, estimate);
+  }
+  add_physical(problem, found, statistics.blocks, out);
+  add_essential(problem, estimate, out);
+  return out;
+}
+
+Fit fit_to(const Robot& robot, const RowFactors& data, const Vector& chi, Index estimated,
            Convention convention) {
   Fit fit;
   const std::vector<double> ones(data.groups.size(), 1.0);
@@ -263,41 +229,6 @@ Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index 
 
 }  // namespace detail
 
-Identification detail::identified(const EstimationProblem& problem) {
-  const Estimation& estimation = problem.estimation;
-  Identification out;
-  out.method = name(estimation.method);
-  out.title = title(estimation.method);
-  out.estimation = estimation;
-  out.estimation.progress = {};
-  out.base = problem.base;
-  out.base.load.width.reset();
-  out.columns = problem.base.size();
-  if (auto doubt = out.base.doubt()) {
-    out.warnings.push_back(Finding{"base_doubt", {}, std::move(*doubt)});
-  }
-  const RowFactors& data = problem.data;
-  const bool plain = data.undecimated.empty() || std::holds_alternative<Iv>(estimation.method);
-  const std::vector<double> ones(data.groups.size(), 1.0);
-  out.R_diagonal =
-      combined(plain ? data.groups : data.undecimated, out.columns, ones).R().diagonal().cwiseAbs();
-  const detail::Estimated found = detail::estimated(problem, out);
-  if (found.unfiltered && out.prefilter) {
-    const detail::Uncertainty before = detail::statistics_of(problem, *found.unfiltered).uncertainty;
-    out.prefilter->sigma = before.C.diagonal().cwiseSqrt();
-    out.prefilter->covariance = before.report;
-  }
-  if (!found.estimate) {
-    detail::infer_without_estimate(problem, out);
-    return out;
-  }
-  detail::infer(problem, *found.estimate, out);
-  detail::judge_instruments(out);
-  detail::judge_prefilter(out);
-  detail::judge_loop(found.error_with_V, out);
-  return out;
-}
-
 Validation validate(const Robot& robot, const Identification& identification, const Log& log, int threads) {
   detail::expect_values("validate", identification);
   const SignalOptions& signal = identification.estimation.signal;
@@ -306,8 +237,8 @@ Validation validate(const Robot& robot, const Identification& identification, co
   const bool own_load = has_load(robot);
   const auto fit = [&](const Vector& chi) {
     return own_load
-               ? detail::judged(robot, rows(at_load(identification.base, chi)), chi, 0, signal.convention)
-               : detail::judged(robot, data, chi, 0, signal.convention);
+               ? detail::fit_to(robot, rows(at_load(identification.base, chi)), chi, 0, signal.convention)
+               : detail::fit_to(robot, data, chi, 0, signal.convention);
   };
   Validation out{log.source, fit(identification.chi), {}, {}};
   if (identification.physical) {

@@ -1,46 +1,62 @@
 #pragma once
 
-#include "identify/estimate/estimate.hpp"
-#include "identify/infer/scores.hpp"
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
-// The third of three stages: rows → estimate → infer. Once for all methods; each function fills what its name says of the
-// result.
+#include "identify/estimate/estimate.hpp"
+#include "identify/infer/covariance.hpp"
+#include "rivid/identify/identification.hpp"
+
+// The third stage: rows → estimate → infer → judge → describe. Once for all methods.
 namespace rivid::detail {
 
-// All three stages of a problem that leaves nothing open.
-[[nodiscard]] Identification identified(const EstimationProblem& problem);
+// A covariance, and what a second pass over the rows adds to it.
+struct Statistics {
+  Uncertainty uncertainty;
+  std::optional<Diagnostics> diagnostics;
+  std::vector<BlockSums> blocks;
+  Vector least_squares;  // χ̂ of least squares on the rows of an estimate by instruments
+};
+
+[[nodiscard]] Statistics statistics_of(const EstimationProblem& problem, const Estimate& estimate);
+
+// What the rows say of an estimate before it is judged.
+struct Inference {
+  Vector chi;                   // (b); not a number where there is no estimate
+  std::vector<double> weights;  // 1/σ of each joint's rows
+  double condition = 0.0;       // infinite where there is no estimate
+  Uncertainty uncertainty;      // of errors in the rows and of drive gains
+  Matrix gain_slopes = {};      // (b × n)
+  std::optional<Diagnostics> diagnostics = {};
+  std::optional<Uncertainty> unfiltered = {};  // of the estimate before the prefilter
+  Vector least_squares = {};                   // on the rows of an estimate by instruments, (b) or empty
+  Vector noise_bias = {};                      // (b) or empty
+  Fit fit = {};
+  std::optional<PhysicalModel> physical = {};
+  std::optional<EssentialModel> essential = {};  // its covariance left out
+  std::vector<Finding> warnings = {};            // of the physical model, or its absence
+  std::vector<std::string> notes = {};
+};
+
+[[nodiscard]] Inference inferred(const EstimationProblem& problem, const Estimated& found);
 
 // The model against the rows, unweighted. Each joint is charged its share of the `estimated` parameters; a validation
 // charges none.
-[[nodiscard]] Fit judged(const Robot& robot, const RowFactors& data, const Vector& chi, Index estimated,
+[[nodiscard]] Fit fit_to(const Robot& robot, const RowFactors& data, const Vector& chi, Index estimated,
                          Convention convention);
-
-// Verdict and advice of out.parameters, from their deviations, their correlations in out.C_chi, and what the regressor
-// says about the motion that shows them.
-//
-// velocities  of the logs that the estimate is from: joints that hardly move there are named
-void judge_parameters(const Robot& robot, const SquaredVelocities& velocities, Identification& out);
 
 // Of differences over so long a time that the noise of encoders does not count.
 [[nodiscard]] SquaredVelocities squared_velocities(std::span<const Log> logs, Index n);
 
-// out.essential, where it is wanted: the parameters that the estimate can not do without, and their fit.
-void add_essential(const EstimationProblem& problem, const Estimate& estimate, Identification& out);
+// The parameters that the estimate can not do without, and their fit, where they are wanted.
+void add_essential(const EstimationProblem& problem, const Estimate& estimate, Inference& out);
 
-// out.physical of an estimate with all its statistics, where it is asked for; else a warning where the data leave much
-// open that it would settle.
+// The physically consistent model of an estimate, where it is wanted; else a warning where the data leave much open that it would settle.
 //
 // blocks  of time that the weight of the prior is validated on, one by one; none leave it to what the prior costs
-void add_physical(const EstimationProblem& problem, const Estimate& estimate,
-                  std::span<const BlockSums> blocks, Identification& out);
-
-// Warnings, and what reports have to say of out.parameters.
-void judge_noise(Identification& out);
-void judge_robust(Identification& out);
-void judge_torque_lag(Identification& out);
-void judge_instruments(Identification& out);  // a status as well
-void judge_prefilter(Identification& out);
-// with_V  relative error with the simulated motion; that with the measured one is out.fit's
-void judge_loop(double with_V, Identification& out);
+void add_physical(const EstimationProblem& problem, const Estimated& found, std::span<const BlockSums> blocks,
+                  Inference& out);
 
 }  // namespace rivid::detail

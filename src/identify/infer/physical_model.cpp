@@ -22,10 +22,7 @@ constexpr double most_of_the_variance = 0.5;
 // multiplied by it at most.
 constexpr double harmful = 10.0;
 
-void warn_of_weak_excitation(const Matrix& root, Identification& out) {
-  if (out.status == Status::rank_deficient) {
-    return;
-  }
+void warn_of_weak_excitation(const BaseParameters& base, const Matrix& root, Inference& out) {
   const Matrix scaled = root * root.colwise().norm().cwiseInverse().asDiagonal();
   const Svd factors = svd(scaled, Eigen::ComputeThinV);
   const Vector& s = factors.values;
@@ -39,7 +36,7 @@ void warn_of_weak_excitation(const Matrix& root, Identification& out) {
   std::vector<std::string> names;
   for (Index i = 0; i < size; ++i) {
     if (shares.row(i).tail(weak).sum() > most_of_the_variance * shares.row(i).sum()) {
-      names.push_back(out.base.parameters[static_cast<std::size_t>(i)].name);
+      names.push_back(base.parameters[static_cast<std::size_t>(i)].name);
     }
   }
   out.warnings.push_back(
@@ -62,9 +59,10 @@ constexpr std::array<double, 7> tried_weights = {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2
 
 // By what the sum of squares of each block grows when parameters come from the other blocks, with the prior's weight: for each block one
 // entry; none where the others do not determine the parameters.
-std::vector<double> validated(const Robot& robot, const Physical& options, double sigma,
-                              std::span<const BlockSums> blocks, const Identification& result) {
-  const Index b = result.base.size();
+std::vector<double> validated(const EstimationProblem& problem, const Physical& options,
+                              const Estimate& estimate, std::span<const BlockSums> blocks) {
+  const Index b = problem.base.size();
+  const double sigma = estimate.sigma;
   Matrix all = Matrix::Zero(b, b);
   for (const BlockSums& block : blocks) {
     all += 0.5 * (block.ZW + block.ZW.transpose());
@@ -77,8 +75,8 @@ std::vector<double> validated(const Robot& robot, const Physical& options, doubl
       return {};
     }
     const Matrix root = others.values.cwiseSqrt().asDiagonal() * others.vectors.transpose() / sigma;
-    const Vector chi = result.chi - solve(all - own, block.Z_rho);
-    const Vector change = physical(robot, result.base, chi, root, options).chi - result.chi;
+    const Vector chi = estimate.chi - solve(all - own, block.Z_rho);
+    const Vector change = physical(problem.robot, problem.base, chi, root, options).chi - estimate.chi;
     out.push_back((change.dot(own * change) - 2.0 * change.dot(block.Z_rho)) / (sigma * sigma));
   }
   return out;
@@ -86,16 +84,16 @@ std::vector<double> validated(const Robot& robot, const Physical& options, doubl
 
 // The weight with which blocks of time are predicted best by the others; the largest one of those that do hardly worse. Nothing where
 // blocks can not say.
-std::optional<double> weight_by_prediction(const Robot& robot, const Physical& options, double sigma,
-                                           std::span<const BlockSums> blocks, const Identification& result) {
-  if (blocks.size() < 4 || result.status != Status::identified) {
+std::optional<double> weight_by_prediction(const EstimationProblem& problem, const Physical& options,
+                                           const Estimated& found, std::span<const BlockSums> blocks) {
+  if (blocks.size() < 4 || found.status != Status::identified) {
     return std::nullopt;
   }
   std::vector<std::vector<double>> errors;
   for (const double factor : tried_weights) {
     Physical tried = options;
     tried.weight = factor * options.weight;
-    errors.push_back(validated(robot, tried, sigma, blocks, result));
+    errors.push_back(validated(problem, tried, *found.estimate, blocks));
     if (errors.back().empty()) {
       return std::nullopt;
     }
@@ -120,44 +118,48 @@ std::optional<double> weight_by_prediction(const Robot& robot, const Physical& o
 }
 
 // The parameters, and the options with the weight that they were found with.
-PhysicalModel found_model(const Robot& robot, Physical options, const Matrix& root, double sigma,
-                          double freedom, std::span<const BlockSums> blocks, const Identification& result) {
+PhysicalModel found_model(const EstimationProblem& problem, Physical options, const Estimated& found,
+                          std::span<const BlockSums> blocks) {
+  const Matrix root = found.estimate->root / found.estimate->sigma;
+  const auto freedom = static_cast<double>(rows_of(problem.data.groups) - problem.base.size());
+  const auto with = [&](const Physical& some) {
+    return physical(problem.robot, problem.base, found.estimate->chi, root, some);
+  };
   PhysicalModel out;
   if (options.weight_may_fall) {
-    if (const auto weight = weight_by_prediction(robot, options, sigma, blocks, result)) {
+    if (const auto weight = weight_by_prediction(problem, options, found, blocks)) {
       options.weight = *weight;
       options.weight_may_fall = false;
     }
   }
   out.options = options;
-  out.parameters = physical(robot, result.base, result.chi, root, options);
+  out.parameters = with(options);
   while (options.weight_may_fall && out.parameters.distance > 0.5 * tolerable_price * freedom &&
          out.options.weight > least_weight) {
     Physical lower = out.options;
     lower.weight *= 0.1;
-    PhysicalParameters found = physical(robot, result.base, result.chi, root, lower);
-    if (found.distance > worth_it * out.parameters.distance) {
+    PhysicalParameters weaker = with(lower);
+    if (weaker.distance > worth_it * out.parameters.distance) {
       break;
     }
     out.options = lower;
-    out.parameters = std::move(found);
+    out.parameters = std::move(weaker);
   }
   return out;
 }
 
 }  // namespace
 
-void add_physical(const EstimationProblem& problem, const Estimate& estimate,
-                  std::span<const BlockSums> blocks, Identification& out) {
+void add_physical(const EstimationProblem& problem, const Estimated& found, std::span<const BlockSums> blocks,
+                  Inference& out) {
   const std::optional<Physical>& options = problem.estimation.physical;
-  const Matrix root = estimate.root / estimate.sigma;
   if (!options) {
-    warn_of_weak_excitation(root, out);
+    if (found.status != Status::rank_deficient) {
+      warn_of_weak_excitation(problem.base, found.estimate->root / found.estimate->sigma, out);
+    }
     return;
   }
-  PhysicalModel model =
-      found_model(problem.robot, *options, root, estimate.sigma,
-                  static_cast<double>(rows_of(problem.data.groups) - out.base.size()), blocks, out);
+  PhysicalModel model = found_model(problem, *options, found, blocks);
   if (model.options.weight != options->weight && model.options.weight_may_fall) {
     out.notes.push_back(
         "the robot description is far from what the data say: the physically consistent "
@@ -169,8 +171,8 @@ void add_physical(const EstimationProblem& problem, const Estimate& estimate,
                         number(model.options.weight, 3) +
                         ", with which the logs predict their own blocks of time best");
   }
-  model.fit = judged(problem.robot, problem.rows_to_judge(), model.parameters.chi, out.base.size(),
-                     out.estimation.signal.convention);
+  model.fit = fit_to(problem.robot, problem.rows_to_judge(), model.parameters.chi, problem.base.size(),
+                     problem.estimation.signal.convention);
   out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
   if (!model.parameters.reached) {
     out.warnings.push_back(Finding{"physical_unsettled",

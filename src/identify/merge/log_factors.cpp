@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "identify/choose/row_choice.hpp"
+#include "identify/describe/describe.hpp"
 #include "identify/estimate/fitting_factors.hpp"
-#include "identify/infer/infer.hpp"
 #include "identify/merge/unknown_to_factors.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/error.hpp"
@@ -151,10 +151,9 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
   if (const auto fault = detail::unknown_to_factors(robot, estimation)) {
     throw InputError("identify: " + *fault);
   }
-  const detail::EstimationProblem problem(robot, factors, estimation);
-  Identification out = detail::identified(problem);
-  out.method_choice = std::move(choice);
-  return out;
+  detail::Answer answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation));
+  answer.method = std::move(choice);
+  return described(answer);
 }
 
 }  // namespace rivid

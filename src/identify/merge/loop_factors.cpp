@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
+#include "identify/describe/describe.hpp"
 #include "identify/estimate/fitting_factors.hpp"
 #include "identify/estimate/instruments.hpp"
-#include "identify/infer/infer.hpp"
 #include "identify/merge/unknown_to_factors.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/error.hpp"
@@ -191,7 +191,8 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
   if (const auto fault = unknown_to_loops(robot, estimation)) {
     throw InputError("identify: " + *fault);
   }
-  return detail::identified(detail::EstimationProblem(robot, factors, estimation, &ask));
+  return described(
+      detail::Answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation, &ask)));
 }
 
 }  // namespace rivid

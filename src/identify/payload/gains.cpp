@@ -248,6 +248,7 @@ Robot with_gains(Robot robot, const GainReport& gains) {
       robot.joints[j].drive_gain *= gain.value / gain.nominal;
     }
   }
+  robot.warnings.insert(robot.warnings.end(), gains.warnings.begin(), gains.warnings.end());
   return robot;
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "identify/infer/infer.hpp"
+#include "identify/describe/describe.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/text.hpp"
 
@@ -86,14 +86,14 @@ bool holds_zero(const ParameterEstimate& p) { return p.interval_95[0] <= 0.0 && 
 
 // Largest value that is seen, or known a priori, among the parameters of a unit that belong to the same joint. Friction,
 // unlike inertia, does not shrink towards the tip: there all joints count.
-double usual_size(const Identification& out, std::size_t i) {
-  const StandardParameter& own = out.base.parameters[i].leading;
-  double size = std::abs(out.parameters[i].value);
-  for (std::size_t k = 0; k < out.parameters.size(); ++k) {
-    const ParameterEstimate& p = out.parameters[k];
-    const StandardParameter& other = out.base.parameters[k].leading;
+double usual_size(const BaseParameters& base, const std::vector<ParameterEstimate>& all, std::size_t i) {
+  const StandardParameter& own = base.parameters[i].leading;
+  double size = std::abs(all[i].value);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const ParameterEstimate& p = all[k];
+    const StandardParameter& other = base.parameters[k].leading;
     const bool near = other.joint == own.joint || (is_friction(own.kind) && is_friction(other.kind));
-    if (near && p.unit == out.parameters[i].unit) {
+    if (near && p.unit == all[i].unit) {
       const bool seen = std::isfinite(p.sigma) && !holds_zero(p);
       size = std::max({size, seen ? std::abs(p.value) : 0.0, std::abs(p.a_priori)});
     }
@@ -101,31 +101,31 @@ double usual_size(const Identification& out, std::size_t i) {
   return size;
 }
 
-Verdict verdict_of(const Identification& out, std::size_t i) {
-  const ParameterEstimate& p = out.parameters[i];
+Verdict verdict_of(const BaseParameters& base, const std::vector<ParameterEstimate>& all, std::size_t i) {
+  const ParameterEstimate& p = all[i];
   if (!std::isfinite(p.sigma)) {
     return Verdict::not_excited;
   }
-  if (holds_zero(p) && 0.5 * (p.interval_95[1] - p.interval_95[0]) > usual_size(out, i)) {
+  if (holds_zero(p) && 0.5 * (p.interval_95[1] - p.interval_95[0]) > usual_size(base, all, i)) {
     return Verdict::not_excited;
   }
   return holds_zero(p) || p.relative_sigma_percent > weak_percent ? Verdict::weak : Verdict::identified;
 }
 
 // The other parameter whose estimate moves most with this one, or nothing.
-std::string partner(const Identification& out, std::size_t i) {
+std::string partner(const Matrix& C, const std::vector<ParameterEstimate>& all, std::size_t i) {
   double most = confounded;
   std::string text;
   const auto row = static_cast<Index>(i);
-  for (Index k = 0; k < out.C_chi.cols(); ++k) {
-    const double scale = std::sqrt(out.C_chi(row, row) * out.C_chi(k, k));
-    const double correlation = out.C_chi(row, k) / scale;
+  for (Index k = 0; k < C.cols(); ++k) {
+    const double scale = std::sqrt(C(row, row) * C(k, k));
+    const double correlation = C(row, k) / scale;
     // Of variances that are zero but for roundings there is none.
     constexpr double at_most = 1.0 + 1e-6;
     if (k != row && std::abs(correlation) > most && std::abs(correlation) <= at_most) {
       most = std::abs(correlation);
-      text = "; hard to distinguish from " + out.parameters[static_cast<std::size_t>(k)].name +
-             " (correlation " + number(correlation, 2) + ")";
+      text = "; hard to distinguish from " + all[static_cast<std::size_t>(k)].name + " (correlation " +
+             number(correlation, 2) + ")";
     }
   }
   return text;
@@ -182,8 +182,8 @@ std::string helpful_motion(const Robot& robot, const StandardParameter& leading,
   return inertial_motion(robot, ways, i, leading.joint, still);
 }
 
-std::string reason(const Identification& out, std::size_t i) {
-  const ParameterEstimate& p = out.parameters[i];
+std::string reason(const BaseParameters& base, const std::vector<ParameterEstimate>& all, std::size_t i) {
+  const ParameterEstimate& p = all[i];
   if (!std::isfinite(p.sigma)) {
     return "not determined";
   }
@@ -193,7 +193,7 @@ std::string reason(const Identification& out, std::size_t i) {
   if (!holds_zero(p)) {
     return "deviation of " + number(p.relative_sigma_percent, 2) + " %";
   }
-  const double bound = std::max(-p.interval_95[0], p.interval_95[1]) / usual_size(out, i);
+  const double bound = std::max(-p.interval_95[0], p.interval_95[1]) / usual_size(base, all, i);
   return bound < small ? "small rather than unseen: within " + number(100.0 * bound, 1) + " % of its like"
                        : "its interval holds zero";
 }
@@ -214,21 +214,22 @@ SquaredVelocities squared_velocities(std::span<const Log> logs, Index n) {
   return out;
 }
 
-void judge_parameters(const Robot& robot, const SquaredVelocities& velocities, Identification& out) {
-  for (std::size_t i = 0; i < out.parameters.size(); ++i) {
-    out.parameters[i].verdict = verdict_of(out, i);
+void judge_parameters(const Robot& robot, const BaseParameters& base, const Matrix& C,
+                      const SquaredVelocities& velocities, std::vector<ParameterEstimate>& parameters) {
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    parameters[i].verdict = verdict_of(base, parameters, i);
   }
   const auto good = [](const ParameterEstimate& p) { return p.verdict == Verdict::identified; };
-  if (std::ranges::all_of(out.parameters, good)) {
+  if (std::ranges::all_of(parameters, good)) {
     return;
   }
-  const Ways found = ways(robot, out.base);
+  const Ways found = ways(robot, base);
   const std::vector<std::uint8_t> still = hardly_moving(robot, velocities);
-  for (std::size_t i = 0; i < out.parameters.size(); ++i) {
-    ParameterEstimate& p = out.parameters[i];
-    if (!good(p)) {
-      p.advice = reason(out, i) + partner(out, i) + "; needs " +
-                 helpful_motion(robot, out.base.parameters[i].leading, found, static_cast<Index>(i), still);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (!good(parameters[i])) {
+      parameters[i].advice =
+          reason(base, parameters, i) + partner(C, parameters, i) + "; needs " +
+          helpful_motion(robot, base.parameters[i].leading, found, static_cast<Index>(i), still);
     }
   }
 }

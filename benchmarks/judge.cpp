@@ -1,4 +1,4 @@
-// What examine() costs beside identify(): benchmark_examine EXPERIMENT.toml …, processor seconds of one thread, the median of 15 turns.
+// What judging costs beside the estimate: benchmark_judge EXPERIMENT.toml …, processor seconds of one thread, the median of 15 turns.
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/identify/check.hpp"
 
 namespace {
 
@@ -29,22 +28,20 @@ void measure(const char* file) {
   const rivid::Experiment experiment = rivid::read_experiment(file);
   const std::vector<rivid::Log> logs = rivid::read_logs(experiment.log, experiment.robot);
   const std::vector<rivid::Log> validation = rivid::read_logs(experiment.validation, experiment.robot);
-  std::array<double, turns> identify{};
-  std::array<double, turns> examine{};
+  std::array<double, turns> estimated{};
+  std::array<double, turns> judged{};
+  rivid::Estimation estimation = experiment.estimation;
   for (std::size_t turn = 0; turn < turns; ++turn) {
-    const double begin = thread_seconds();
-    rivid::Identification result = rivid::identify(experiment.robot, logs, experiment.estimation);
-    const double identified = thread_seconds();
-    for (const rivid::Log& log : validation) {
-      result.validation.push_back(rivid::validate(experiment.robot, result, log));
+    for (const bool judge : {false, true}) {
+      estimation.judge = judge;
+      const double begin = thread_seconds();
+      const rivid::Identification result = rivid::identify(experiment.robot, logs, estimation, validation);
+      (judge ? judged : estimated)[turn] = thread_seconds() - begin;
     }
-    const double validated = thread_seconds();
-    rivid::examine(experiment.robot, logs, validation, result);
-    identify[turn] = identified - begin;
-    examine[turn] = thread_seconds() - validated;
   }
-  std::printf("%s: identify() %.1f ms, examine() %.1f ms, %.2f of it\n", file, 1e3 * median(identify),
-              1e3 * median(examine), median(examine) / median(identify));
+  const double without = median(estimated);
+  std::printf("%s: identify() %.1f ms, judging %.1f ms of it, %.2f of the rest\n", file,
+              1e3 * median(judged), 1e3 * (median(judged) - without), median(judged) / without - 1.0);
 }
 
 }  // namespace
@@ -55,7 +52,7 @@ int main(int argc, char** argv) {
       measure(argv[k]);
     }
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "benchmark_examine: %s\n", error.what());
+    std::fprintf(stderr, "benchmark_judge: %s\n", error.what());
     return 1;
   }
   return 0;

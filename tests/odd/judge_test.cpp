@@ -1,4 +1,4 @@
-// examine(): faults that are planted in the logs of random arms are named with their size, and nothing is where there is none.
+// identify(): faults that are planted in the logs of random arms are named with their size, and nothing is where there is none.
 
 #include <gtest/gtest.h>
 
@@ -44,12 +44,6 @@ std::vector<Case> cases(const char* kind, std::size_t wanted, Index joints) {
   return out;
 }
 
-Identification examined(const Case& one) {
-  Identification out = identify(one.robot, one.log, {});
-  examine(one.robot, std::span(&one.log, 1), {}, out);
-  return out;
-}
-
 // The alternative of that code and subject, if it is the likeliest or its rival.
 const ModelTest* told(const Identification& result, std::string_view code, std::string_view subject) {
   const auto at = std::ranges::find_if(
@@ -64,7 +58,7 @@ void expect_named(const std::function<void(Case&)>& plant, std::string_view code
   std::size_t named = 0;
   for (Case one : cases("good", tried, 4)) {
     plant(one);
-    const Identification result = examined(one);
+    const Identification result = identify(one.robot, one.log, {});
     const ModelTest* const found = told(result, code, subject(one.robot));
     if (found != nullptr) {
       ++named;
@@ -84,36 +78,37 @@ std::string second(const Robot& robot) { return robot.joints.at(1).name; }
 std::string everywhere(const Robot& /*robot*/) { return "all joints"; }
 std::string base_of_arm(const Robot& robot) { return robot.base; }
 
-TEST(Examine, SaysNothingOfGoodLogs) {
+TEST(Judge, SaysNothingOfGoodLogs) {
   constexpr std::size_t tried = 30;
   std::size_t warned = 0;
   for (const Case& one : cases("good", tried, 2)) {
-    const Identification result = examined(one);
+    const Identification result = identify(one.robot, one.log, {});
     EXPECT_EQ(result.status, Status::identified);
     warned += result.alternatives.empty() ? 0U : 1U;
   }
   EXPECT_LE(warned, 1U);
 }
 
-TEST(Examine, RefusesTheResultOfAnotherRobot) {
+TEST(Judge, RefusesTheLogsOfAnotherRobot) {
   const std::vector<Case> two = {cases("good", 1, 2).front(), cases("good", 1, 7).front()};
   ASSERT_NE(two[0].robot.size(), two[1].robot.size());
-  Identification result = identify(two[0].robot, two[0].log, {});
-  EXPECT_THROW(examine(two[1].robot, std::span(&two[1].log, 1), {}, result), InputError);
-  EXPECT_THROW(examine(two[0].robot, std::span(&two[1].log, 1), {}, result), InputError);
+  const std::span log(&two[0].log, 1);
+  const std::span other(&two[1].log, 1);
+  EXPECT_THROW(static_cast<void>(identify(two[0].robot, other, {})), InputError);
+  EXPECT_THROW(static_cast<void>(identify(two[0].robot, log, {}, other)), InputError);
 }
 
-TEST(Examine, NamesTheGainOfATorque) {
+TEST(Judge, NamesTheGainOfATorque) {
   expect_named([](Case& one) { one.log.tau.col(1) *= 1.1; }, "torque_gain", second, 0.1, 6);
 }
 
 // The last joint of an arm without a priori inertias has no more inertia than those that carry it.
-TEST(Examine, NamesTheUnitOfASingleTorque) {
+TEST(Judge, NamesTheUnitOfASingleTorque) {
   std::size_t named = 0;
   for (Case one : cases("good", 8, 4)) {
     one.log.tau.rightCols(1) *= 1000.0;
     const std::string last = one.robot.joints.back().name;
-    const Identification result = examined(one);
+    const Identification result = identify(one.robot, one.log, {});
     named += std::ranges::any_of(result.warnings, [&](const Finding& f) {
       return f.code == "torque_unit" && (f.subject == last || f.subject == "all joints");
     });
@@ -121,12 +116,12 @@ TEST(Examine, NamesTheUnitOfASingleTorque) {
   EXPECT_GE(named, 6U);
 }
 
-TEST(Examine, NamesTheZeroOfAJoint) {
+TEST(Judge, NamesTheZeroOfAJoint) {
   // Positions are told 0.06 too large: so much has to be taken off.
   expect_named([](Case& one) { one.log.q.col(1).array() += 0.06; }, "zero_offset", second, -0.06, 4);
 }
 
-TEST(Examine, NamesTheTiltOfTheBase) {
+TEST(Judge, NamesTheTiltOfTheBase) {
   constexpr double tilt = 0.06;
   expect_named(
       [](Case& one) {
@@ -135,7 +130,7 @@ TEST(Examine, NamesTheTiltOfTheBase) {
       "gravity_tilt", base_of_arm, tilt, 4);
 }
 
-TEST(Examine, NamesTheRateOfTheClock) {
+TEST(Judge, NamesTheRateOfTheClock) {
   // Time stamps that run by 3 % too fast: velocities are 3 % larger.
   expect_named(
       [](Case& one) {
@@ -146,11 +141,11 @@ TEST(Examine, NamesTheRateOfTheClock) {
 }
 
 // Links swing at 12 to 60 Hz on the springs that are drawn.
-TEST(Examine, TellsTheFrequencyOfElasticJoints) {
+TEST(Judge, TellsTheFrequencyOfElasticJoints) {
   constexpr std::size_t tried = 16;
   std::size_t named = 0;
   for (const Case& one : cases("elastic", tried, 3)) {
-    const Identification result = examined(one);
+    const Identification result = identify(one.robot, one.log, {});
     for (const Finding& finding : result.warnings) {
       const std::string words = "would swing at ";
       const auto at = finding.text.find(words);
@@ -166,14 +161,14 @@ TEST(Examine, TellsTheFrequencyOfElasticJoints) {
 }
 
 // What is wrong but not refused widens the intervals by what it does.
-TEST(Examine, WidensIntervalsByTheShiftOfTheLikeliestAlternative) {
+TEST(Judge, WidensIntervalsByTheShiftOfTheLikeliestAlternative) {
   std::size_t widened = 0;
   for (Case one : cases("good", 6, 4)) {
-    const Identification clean = identify(one.robot, one.log, {});
+    const Estimation unjudged{.judge = false};
+    const Identification clean = identify(one.robot, one.log, unjudged);
     one.log.tau.col(1) *= 1.05;
-    Identification result = identify(one.robot, one.log, {});
-    const Identification before = result;
-    examine(one.robot, std::span(&one.log, 1), {}, result);
+    const Identification before = identify(one.robot, one.log, unjudged);
+    const Identification result = identify(one.robot, one.log, {});
     if (result.alternatives.empty()) {
       continue;
     }

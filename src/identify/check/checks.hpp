@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "identify/infer/findings.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/base.hpp"
@@ -14,21 +15,6 @@ namespace rivid::detail {
 
 class TorqueProbe;
 struct Reading;
-
-// What check() has found so far.
-class Findings {
- public:
-  void add(std::string_view code, std::string subject, std::string text);
-
-  [[nodiscard]] bool has(std::string_view code, std::string_view subject = {}) const;
-  [[nodiscard]] bool any(Severity of) const;
-  void drop(std::string_view code);
-  // Sorted by severity, in the order in which they came.
-  [[nodiscard]] std::vector<Finding> sorted() &&;
-
- private:
-  std::vector<Finding> all_;
-};
 
 // "joint_2" or "scara.csv: joint_2" where there are several logs.
 [[nodiscard]] std::string place(const Robot& robot, std::span<const Log> logs, const Log& log, Index joint);
@@ -48,9 +34,6 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
 
 // The motion of a log against its reference, with the delay between them.
 void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out);
-
-// The same data twice.
-void check_duplicates(std::span<const Log> logs, std::span<const Log> validation, Findings& out);
 
 // Torques against the motion.
 void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, Findings& out);
@@ -91,6 +74,15 @@ struct Alternatives {
 // The model behind a result against its nearest alternatives.
 [[nodiscard]] Alternatives check_model(const TorqueProbe& probe, const Robot& robot,
                                        const Identification& result, Findings& out);
+
+// Robot, logs and model, as far as a result can be wrong by them; the alternatives to the model that are believed.
+[[nodiscard]] Alternatives check_logs(const Robot& robot, std::span<const Log> logs,
+                                      std::span<const Log> validation, const Identification& result,
+                                      const CheckOptions& options, Findings& out);
+
+// What the result says of itself.
+void check_result(const Robot& robot, std::span<const Log> validation, const Identification& result,
+                  Findings& out);
 
 // Figures of single columns of a log.
 

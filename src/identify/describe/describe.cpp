@@ -1,0 +1,183 @@
+#include "identify/describe/describe.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "identify/choose/row_choice.hpp"
+#include "identify/rows/factors.hpp"
+#include "identify/rows/row_source.hpp"
+#include "rivid/regressor/load.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+// A covariance with that of what judging moves the estimate by.
+Matrix covariance_of(const Inference& inference, const Vector& shift) {
+  return shift.size() > 0 ? Matrix(inference.uncertainty.C + shift * shift.transpose())
+                          : inference.uncertainty.C;
+}
+
+std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix& C, const Vector& shift) {
+  const EstimationProblem& problem = *answer.problem;
+  const Inference& inference = answer.inference;
+  const Vector a_priori = problem.base.from_standard(problem.robot.chi_st());
+  const double t = inference.uncertainty.report.quantile_975;
+  const Vector& plain = inference.uncertainty.plain_sigma;
+  std::vector<ParameterEstimate> out;
+  for (Index i = 0; i < problem.base.size(); ++i) {
+    const BaseParameter& p = problem.base.parameters[static_cast<std::size_t>(i)];
+    const double sigma = std::sqrt(C(i, i));
+    const double value = std::isfinite(sigma) ? inference.chi[i] : std::numeric_limits<double>::quiet_NaN();
+    ParameterEstimate& one = out.emplace_back();
+    one.name = p.name;
+    one.unit = p.unit;
+    one.regrouped = p.regrouped;
+    one.value = value;
+    one.sigma = sigma;
+    one.relative_sigma_percent = 100.0 * sigma / std::abs(value);
+    one.plain_sigma = plain.size() > 0 ? plain[i] : std::sqrt(inference.uncertainty.C(i, i));
+    one.interval_95 = {value - t * sigma, value + t * sigma};
+    one.a_priori = a_priori[i];
+    if (inference.noise_bias.size() > 0) {
+      one.noise_bias = inference.noise_bias[i] / sigma;
+    }
+    if (shift.size() > 0) {
+      one.model_shift = shift[i];
+    }
+  }
+  const SquaredVelocities velocities = problem.factors != nullptr
+                                           ? problem.factors->velocities
+                                           : squared_velocities(problem.logs, problem.joints());
+  judge_parameters(problem.robot, problem.base, C, velocities, out);
+  return out;
+}
+
+// By what weights on the rows move the estimate.
+void add_largest_shift(const std::vector<ParameterEstimate>& parameters, RobustReport& report) {
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const ParameterEstimate& p = parameters[i];
+    const double shift = std::abs(p.value - report.chi[static_cast<Index>(i)]) / p.sigma;
+    if (shift > report.largest_shift) {
+      report.largest_shift = shift;
+      report.parameter = p.name;
+    }
+  }
+}
+
+// Uncertain by more than a row, or ten samples, a lag says nothing; the rows were chosen with what little it does.
+bool says_something(const TorqueLag& lag, const SignalOptions& signal) {
+  constexpr Index few = 10;
+  return lag.sigma <= static_cast<double>(std::max(few, stride_of(signal)));
+}
+
+// What the numbers of the result say against it, with what the inference had to say.
+void find_doubts(const Answer& answer, const Identification& result, Findings& out) {
+  if (auto doubt = result.base.doubt()) {
+    out.add("base_doubt", {}, std::move(*doubt));
+  }
+  if (answer.found.estimate) {
+    find_noise(result, out);
+    find_outliers(result, out);
+    find_torque_lag(result, out);
+    out.add(answer.inference.warnings);
+    find_prefilter(result, out);
+    find_loop(answer.found.error_with_V, result, out);
+  }
+}
+
+}  // namespace
+
+Identification described(const Answer& answer, const Judgement& judgement) {
+  const EstimationProblem& problem = *answer.problem;
+  const Estimated& found = answer.found;
+  const Inference& inference = answer.inference;
+  const Vector& shift = judgement.alternatives.shift;
+  Identification out;
+  out.method = name(problem.estimation.method);
+  out.title = std::string(title(problem.estimation.method)) + found.loss;
+  out.status = found.status;
+  out.reasons = found.reasons;
+  out.estimation = problem.estimation;
+  out.estimation.progress = {};
+  out.base = problem.base;
+  out.base.load.width.reset();
+  if (has_load(problem.robot) && inference.chi.allFinite()) {
+    out.base.load.chi = inference.chi;
+  }
+  out.chi = inference.chi;
+  out.C_chi = covariance_of(inference, shift);
+  out.gain_slopes = inference.gain_slopes;
+  out.covariance = inference.uncertainty.report;
+  out.parameters = parameters_of(answer, out.C_chi, shift);
+  out.fit = inference.fit;
+  out.columns = problem.base.size();
+  out.condition = inference.condition;
+  const RowFactors& data = problem.data;
+  const bool plain = data.undecimated.empty() || std::holds_alternative<Iv>(problem.estimation.method);
+  const std::vector<double> ones(data.groups.size(), 1.0);
+  out.R_diagonal =
+      combined(plain ? data.groups : data.undecimated, out.columns, ones).R().diagonal().cwiseAbs();
+  out.weights = inference.weights;
+  out.validation = answer.validation;
+  out.alternatives = judgement.alternatives.believed;
+  out.notes = inference.notes;
+  out.notes.insert(out.notes.end(), answer.notes.begin(), answer.notes.end());
+  out.row_choice = answer.rows;
+  out.method_choice = answer.method;
+  out.iv = found.iv;
+  if (out.iv && found.estimate) {
+    out.iv->least_squares = inference.least_squares;
+  }
+  out.prefilter = found.prefilter;
+  if (out.prefilter && inference.unfiltered) {
+    out.prefilter->sigma = inference.unfiltered->C.diagonal().cwiseSqrt();
+    out.prefilter->covariance = inference.unfiltered->report;
+  }
+  out.output_error = found.output_error;
+  out.robust = found.robust;
+  if (out.robust && found.estimate) {
+    add_largest_shift(out.parameters, *out.robust);
+  }
+  out.diagnostics = inference.diagnostics;
+  out.physical = inference.physical;
+  out.essential = inference.essential;
+  if (out.essential) {
+    EssentialParameters& those = out.essential->parameters;
+    those.C_chi = those.from * out.C_chi * those.from.transpose();
+  }
+  if (out.row_choice) {
+    report_noise(out.parameters, *out.row_choice);
+  }
+  // A later iterate without instruments has reported the reason already.
+  if (out.iv && found.estimate && out.status != Status::rank_deficient) {
+    if (std::string weak = weakness_of_instruments(*out.iv, out.base); !weak.empty()) {
+      out.status = out.status == Status::identified ? Status::weak_instruments : out.status;
+      out.reasons.push_back(std::move(weak));
+    }
+  }
+  Findings findings;
+  find_doubts(answer, out, findings);
+  if (out.diagnostics && out.diagnostics->torque_lag &&
+      !says_something(*out.diagnostics->torque_lag, out.estimation.signal)) {
+    out.diagnostics->torque_lag.reset();
+  }
+  findings.add(judgement.findings);
+  if (findings.has("torque_delay")) {
+    findings.drop("torque_lag");
+  }
+  out.warnings = std::move(findings).sorted();
+  std::erase_if(out.warnings, [](const Finding& f) { return severity(f) == Severity::note; });
+  for (const Finding& finding : out.warnings) {
+    if (severity(finding) == Severity::error &&
+        (out.status == Status::identified || out.status == Status::doubtful)) {
+      out.status = Status::doubtful;
+      out.reasons.push_back(sentence(finding));
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid::detail

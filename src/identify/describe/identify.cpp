@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <utility>
+
+#include "identify/choose/load_passes.hpp"
+#include "identify/choose/row_choice.hpp"
+#include "identify/describe/describe.hpp"
+#include "identify/rows/row_source.hpp"
+#include "rivid/error.hpp"
+#include "rivid/regressor/load.hpp"
+
+namespace rivid {
+
+namespace {
+
+using detail::Answer;
+using detail::EstimationProblem;
+
+Answer answered(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
+  if (!has_load(robot)) {
+    return Answer(std::make_unique<EstimationProblem>(robot, logs, estimation));
+  }
+  detail::LoadPasses passes = detail::load_passes(robot, logs, estimation);
+  auto problem = std::make_unique<EstimationProblem>(robot, logs, estimation, std::move(passes.point));
+  detail::Estimated found = detail::estimated(*problem);
+  if (!passes.fault.empty() && found.status == Status::identified) {
+    found.status = Status::not_converged;
+    found.reasons.push_back(std::move(passes.fault));
+  }
+  return {std::move(problem), std::move(found)};
+}
+
+// Why instruments can not be made; empty where they can.
+std::string obstacle(const Iv& iv, std::span<const Log> logs) {
+  if (!iv.control) {
+    return "no controller is given ([control]), so no instruments can be simulated";
+  }
+  const bool followed = iv.follows == Iv::Follows::measured ||
+                        std::ranges::all_of(logs, [](const Log& log) { return log.q_r.size() > 0; });
+  return followed ? "" : "no reference was logged, so no instruments can be simulated";
+}
+
+// estimation  whose method is Auto, and then the one that ran
+Answer answered_by_suitable_method(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
+  const Iv iv = std::get<Auto>(estimation.method).iv;
+  std::string why = obstacle(iv, logs);
+  if (why.empty()) {
+    estimation.method = iv;
+    Answer out = answered(robot, logs, estimation);
+    const Identification seen = described(out);
+    if (seen.status == Status::identified) {
+      out.method = {.reason = "instrumental variables: controller and reference are known",
+                    .least_squares = seen.iv->least_squares};
+      return out;
+    }
+    why = "instrumental variables gave no answer (" + seen.reasons.front() + ")";
+  }
+  estimation.method = Wls{};
+  Answer out = answered(robot, logs, estimation);
+  out.method = {.reason = "weighted least squares: " + why, .least_squares = {}};
+  return out;
+}
+
+void add_notes(std::span<const Log> logs, std::vector<std::string>& out) {
+  for (const Log& log : logs) {
+    for (const std::string& note : log.notes) {
+      out.push_back(log.source + ": " + note);
+    }
+  }
+}
+
+}  // namespace
+
+Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
+                        std::span<const Log> validation) {
+  Estimation estimation = asked;
+  std::optional<RowChoice> rows;
+  for (const Log& log : logs) {
+    detail::require_joints("position", log.q, robot, log);
+  }
+  if (!logs.empty() && asked.signal.automatic() && !asked.complaint(robot)) {
+    rows = detail::choose_rows(without_load(robot), logs, estimation);
+  }
+  Answer answer = std::holds_alternative<Auto>(asked.method)
+                      ? answered_by_suitable_method(robot, logs, estimation)
+                      : answered(robot, logs, estimation);
+  answer.rows = std::move(rows);
+  answer.notes = robot.notes;
+  add_notes(logs, answer.notes);
+  add_notes(validation, answer.notes);
+  Identification seen = described(answer);
+  for (const Log& log : validation) {
+    answer.validation.push_back(validate(robot, seen, log, asked.threads));
+  }
+  seen.validation = answer.validation;
+  return asked.judge ? described(answer, detail::judged(robot, logs, validation, seen)) : seen;
+}
+
+Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {
+  return identify(robot, std::span<const Log>(&log, 1), estimation);
+}
+
+}  // namespace rivid

@@ -1,0 +1,33 @@
+#include "identify/infer/findings.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <functional>
+#include <utility>
+
+namespace rivid::detail {
+
+void Findings::add(std::string_view code, std::string subject, std::string text) {
+  assert(diagnostic_code(code));
+  all_.push_back(Finding{std::string(code), std::move(subject), std::move(text)});
+}
+
+bool Findings::has(std::string_view code, std::string_view subject) const {
+  return std::ranges::any_of(
+      all_, [&](const Finding& f) { return f.code == code && (subject.empty() || f.subject == subject); });
+}
+
+bool Findings::any(Severity of) const {
+  return std::ranges::any_of(all_, [&](const Finding& f) { return severity(f) == of; });
+}
+
+void Findings::drop(std::string_view code) {
+  std::erase_if(all_, [&](const Finding& f) { return f.code == code; });
+}
+
+std::vector<Finding> Findings::sorted() && {
+  std::ranges::stable_sort(all_, std::ranges::greater(), severity);
+  return std::move(all_);
+}
+
+}  // namespace rivid::detail
