@@ -393,11 +393,6 @@ constexpr std::array codes = {
 
 }  // namespace
 
-std::string_view name(Severity severity) {
-  constexpr std::array<std::string_view, 3> names = {"note", "warning", "error"};
-  return names[static_cast<std::size_t>(severity)];
-}
-
 std::span<const DiagnosticCode> diagnostic_codes() { return codes; }
 
 std::optional<DiagnosticCode> diagnostic_code(std::string_view code) {

@@ -23,8 +23,32 @@ namespace rivid {
 template <typename Enum>
 inline constexpr std::array<std::string_view, 0> names_of = {};
 
+namespace detail {
+
+// Whether an enumeration has a name for a value: how a table knows that it has a row for the last one. Compilers write
+// "value = rivid::Verdict::weak", and "value = (rivid::Verdict)3" where there is none.
+template <auto value>
+consteval bool is_enumerator() {
+  std::string_view shown = __PRETTY_FUNCTION__;
+  shown = shown.substr(0, shown.find_first_of(";]", shown.rfind("value = ")));
+  return shown[shown.find_last_not_of("0123456789")] != ')';
+}
+
 template <typename Enum>
-concept Named = std::is_enum_v<Enum> && (names_of<Enum>.size() > 0);
+consteval bool has_names() {
+  if constexpr (std::is_enum_v<Enum> && names_of<Enum>.size() > 0) {
+    static_assert(!is_enumerator<static_cast<Enum>(names_of<Enum>.size())>(), "each value has a name");
+    static_assert(is_enumerator<static_cast<Enum>(names_of<Enum>.size() - 1)>(), "each name has a value");
+    return true;
+  }
+  return false;
+}
+
+}  // namespace detail
+
+/// An enum with names; one that has a value without a name does not compile.
+template <typename Enum>
+concept Named = detail::has_names<Enum>();
 
 /// The name of a value.
 template <Named Enum>

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include "rivid/fields.hpp"
 
 namespace rivid {
 
@@ -15,7 +18,9 @@ enum class Severity {
 };
 
 /// "note", "warning", "error".
-[[nodiscard]] std::string_view name(Severity severity);
+template <>
+inline constexpr std::array names_of<Severity> =
+    std::to_array<std::string_view>({"note", "warning", "error"});
 
 /// What a Finding or the status of a result can be: docs/diagnostics.md shows the same table.
 struct DiagnosticCode {

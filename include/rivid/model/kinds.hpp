@@ -7,6 +7,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "rivid/fields.hpp"
+
 // All that is known of a parameter kind, of a function of friction and of a friction law, one row each: whoever needs to
 // know something of a kind asks its row. The vector kernels include this file: nothing here may come from Eigen, and what
 // they call must be a template on their Scalar.
@@ -186,14 +188,6 @@ inline constexpr JointUnit root_unit = {"N·m·(s/rad)^½", "N·(s/m)^½"};
 
 constexpr KindRow inertial_row(ParameterKind kind, std::string_view symbol, JointUnit unit) {
   return {kind, symbol, unit, Basis::body, Bound::none, APriori::inertials};
-}
-
-// Whether an enumeration has a name for a value: how a table knows that it has a row for the last one.
-template <auto value>
-constexpr bool is_enumerator() {
-  constexpr std::string_view text = __PRETTY_FUNCTION__;
-  const std::string_view shown = text.substr(text.find("value = ") + 8);
-  return shown.front() != '(' && (shown.front() < '0' || shown.front() > '9');
 }
 
 // Whether rows are in the order of their enumeration, and one is there for each of its names.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "identify/rows/time_blocks.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 
 namespace rivid::detail {
@@ -16,15 +17,11 @@ constexpr Index wanted_blocks = 20;
 constexpr Index most_instants = 400;
 constexpr Index rows_of_a_column = 3;
 
-double duration(const ProbedLog& log) { return static_cast<double>(log.log->samples()) / log.log->f_m; }
-
 }  // namespace
 
 void ProbedRows::pick_instants(const TorqueProbe& probe) {
-  double seconds = 0.0;
   Index instants = 0;
   for (const ProbedLog& log : probe.logs()) {
-    seconds += duration(log);
     instants += log.size();
   }
   const Index every = std::max<Index>(1, instants / most_instants);
@@ -36,9 +33,6 @@ void ProbedRows::pick_instants(const TorqueProbe& probe) {
     }
     picked.motion = {log.motion.q(picked.instants, Eigen::all), log.motion.qd(picked.instants, Eigen::all),
                      log.motion.qdd(picked.instants, Eigen::all)};
-    picked.first_block = blocks;
-    picked.blocks = std::max<Index>(std::lround(wanted_blocks * duration(log) / seconds), 1);
-    blocks += picked.blocks;
     logs.push_back(std::move(picked));
   }
 }
@@ -68,6 +62,12 @@ Index ProbedRows::rows_of(Index joint) const {
 }
 
 void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters) {
+  std::vector<Duration> lasting;
+  for (const PickedLog& log : logs) {
+    lasting.push_back({log.log->log->samples(), log.log->log->f_m});
+  }
+  const TimeBlocks time_blocks(std::move(lasting), wanted_blocks);
+  blocks = time_blocks.count();
   const Index rows = pieces.back().first + pieces.back().size();
   W = Matrix::Zero(rows, parameters);
   Y = Vector(rows);
@@ -83,8 +83,7 @@ void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters
       const Index instant =
           log.instants[static_cast<std::size_t>(piece.instants[static_cast<std::size_t>(i)])];
       Y[piece.first + i] = weight * log.log->tau(instant, piece.joint);
-      block_of.push_back(log.first_block + log.blocks * log.log->samples[static_cast<std::size_t>(instant)] /
-                                               log.log->log->samples());
+      block_of.push_back(time_blocks.of(piece.log, log.log->samples[static_cast<std::size_t>(instant)]));
     }
   }
 }

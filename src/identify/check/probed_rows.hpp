@@ -14,8 +14,6 @@ struct PickedLog {
   const ProbedLog* log = nullptr;
   std::vector<Index> instants;  // places in the probed log
   Motion motion;                // (instants × n)
-  Index first_block = 0;        // of time
-  Index blocks = 0;
 };
 
 // The rows of all joints at some instants of a probe, one joint after the other, weighted as those of a result, and the fit of

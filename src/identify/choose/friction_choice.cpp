@@ -9,6 +9,7 @@
 
 #include "dense.hpp"
 #include "identify/choose/row_choice.hpp"
+#include "identify/rows/time_blocks.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/solve/streaming_qr.hpp"
@@ -20,7 +21,7 @@ namespace {
 
 // From simple to rich; the first is that of comparison.
 constexpr std::array candidates = {Friction::symmetric, Friction::root, Friction::load, Friction::load_root};
-constexpr double wanted_stretches = 8.0;
+constexpr Index wanted_stretches = 8;
 // A richer law has to be better by this part of the error, and by so many standard errors.
 constexpr double least_gain = 0.03;
 constexpr double least_deviations = 2.0;
@@ -167,35 +168,20 @@ std::vector<Stretch> stretches_of(const Robot& robot, const BaseParameters& base
                                   const SignalOptions& signal, const std::vector<std::uint8_t>& open,
                                   std::size_t& folds) {
   const std::vector<StandardParameter> parameters = base.columns();
-  double seconds = 0.0;
-  for (const Log& log : logs) {
-    seconds += static_cast<double>(log.samples()) / log.f_m;
-  }
+  const detail::TimeBlocks blocks(detail::durations(logs), wanted_stretches);
+  folds = static_cast<std::size_t>(blocks.count());
   std::vector<Stretch> out;
-  folds = 0;
-  for (const Log& log : logs) {
-    const Rows made = rows(robot, base, log, signal);
-    const double share = static_cast<double>(log.samples()) / log.f_m / seconds;
-    const auto count = std::max<Index>(std::lround(wanted_stretches * share), 1);
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    const Rows made = rows(robot, base, logs[l], signal);
     for (std::size_t j = 0; j < made.Y.size(); ++j) {
       const JointRows& joint = made.W.joints[j];
-      const std::vector<Index>& samples = made.samples[j];
-      std::size_t first = 0;
-      for (Index s = 0; s < count; ++s) {
-        std::size_t end = first;
-        while (end < samples.size() && samples[end] * count / log.samples() <= s) {
-          ++end;
-        }
-        const auto begin = static_cast<Index>(first);
-        const auto size = static_cast<Index>(end - first);
-        first = end;
-        Stretch piece{j,
-                      folds + static_cast<std::size_t>(s),
-                      joint.columns,
-                      joint.W.middleRows(begin, size),
-                      made.Y[j].segment(begin, size),
-                      {},
-                      {}};
+      blocks.divide(l, made.samples[j], [&](Index fold, Index first, Index count) {
+        Stretch& piece = out.emplace_back();
+        piece.joint = j;
+        piece.fold = static_cast<std::size_t>(fold);
+        piece.columns = joint.columns;
+        piece.W = joint.W.middleRows(first, count);
+        piece.y = made.Y[j].segment(first, count);
         if (open[j] != 0) {
           piece.rigid = piece.W;
           for (std::size_t c = 0; c < joint.columns.size(); ++c) {
@@ -208,10 +194,8 @@ std::vector<Stretch> stretches_of(const Robot& robot, const BaseParameters& base
             }
           }
         }
-        out.push_back(std::move(piece));
-      }
+      });
     }
-    folds += static_cast<std::size_t>(count);
   }
   return out;
 }

@@ -8,6 +8,7 @@
 #include "identify/rows/exact_rows.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
+#include "identify/rows/time_blocks.hpp"
 #include "identify/rows/whitened_rows.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/regressor/load.hpp"
@@ -30,7 +31,7 @@ class InstrumentSink final : public RowSink {
         used_(used),
         blocks_(blocks),
         joint_(joint),
-        samples_of_log_(samples_of_log) {}
+        time_({{samples_of_log, 1.0}}, blocks != nullptr ? std::ssize(*blocks) : 1) {}
 
   RowsRoom room(Index wanted) override { return room_ = qr_.room(wanted); }
   void commit(std::span<const Index> samples) override {
@@ -47,10 +48,10 @@ class InstrumentSink final : public RowSink {
       used_->add(WY.leftCols(m), WY.rightCols(1));
     }
     if (blocks_ != nullptr) {
-      for_each_block(
-          samples, std::ssize(*blocks_), samples_of_log_, [&](std::size_t block, Index first, Index rows) {
-            (*blocks_)[block][joint_].qr.add(V.middleRows(first, rows), WY.middleRows(first, rows));
-          });
+      time_.divide(0, samples, [&](Index block, Index first, Index rows) {
+        (*blocks_)[static_cast<std::size_t>(block)][joint_].qr.add(V.middleRows(first, rows),
+                                                                   WY.middleRows(first, rows));
+      });
     }
     qr_.commit(count);
   }
@@ -61,7 +62,7 @@ class InstrumentSink final : public RowSink {
   StreamingQr* used_;
   std::vector<std::vector<InstrumentalGroup>>* blocks_;
   std::size_t joint_;
-  Index samples_of_log_;
+  TimeBlocks time_;
   RowsRoom room_{};
 };
 

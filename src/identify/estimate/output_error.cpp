@@ -10,6 +10,7 @@
 #include "identify/estimate/closed_loops.hpp"
 #include "identify/estimate/estimate.hpp"
 #include "identify/rows/factors.hpp"
+#include "identify/rows/time_blocks.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -27,10 +28,6 @@ constexpr int most_shorter = 5;
 constexpr double at_rest = 0.2;
 // Part of the sum of squares that a step promises and need not keep: joints that stick and break away make the simulation jump.
 constexpr double promised_in_vain = 0.005;
-// Intervals and blocks of time of the scores, as those of rows.
-constexpr Index most_score_intervals = 2048;
-constexpr Index wanted_score_blocks = 10;
-
 // Measured less simulated positions, one matrix a log, (instants × n).
 using PositionErrors = std::vector<Matrix>;
 
@@ -269,25 +266,20 @@ class OutputError {
   [[nodiscard]] EstimateScores scores() const {
     const Index b = base().size();
     EstimateScores out;
-    double seconds = 0.0;
+    std::vector<Duration> compared;  // as logs of the instants
     for (std::size_t k = 0; k < errors_.size(); ++k) {
-      const double lasts = static_cast<double>(errors_[k].rows()) * every_[k];
-      seconds += lasts;
-      out.interval = std::max({out.interval, every_[k], lasts / static_cast<double>(most_score_intervals)});
+      compared.push_back({errors_[k].rows(), 1.0 / every_[k]});
     }
+    const TimeIntervals intervals(compared, *std::ranges::max_element(every_));
+    const TimeBlocks blocks(compared, blocks_of_time);
+    out.interval = intervals.seconds();
+    out.blocks.assign(static_cast<std::size_t>(blocks.count()), {Matrix::Zero(b, b), Vector::Zero(b)});
     for (std::size_t k = 0; k < errors_.size(); ++k) {
-      const Index rows = errors_[k].rows();
-      const double lasts = static_cast<double>(rows) * every_[k];
-      const Index blocks =
-          std::max<Index>(std::lround(static_cast<double>(wanted_score_blocks) * lasts / seconds), 1);
-      const auto interval_of = [&](Index row) {
-        return static_cast<Index>(static_cast<double>(row) * every_[k] / out.interval);
-      };
-      Matrix series = Matrix::Zero(interval_of(rows) + 1, b);
-      for (Index g = 0; g < blocks; ++g) {
-        const Index first = rows * g / blocks;
-        const Index count = rows * (g + 1) / blocks - first;
-        BlockSums block{Matrix::Zero(b, b), Vector::Zero(b)};
+      std::vector<Index> instants(static_cast<std::size_t>(errors_[k].rows()));
+      std::iota(instants.begin(), instants.end(), Index{0});
+      Matrix& series = out.series.emplace_back(Matrix::Zero(intervals.count(k), b));
+      blocks.divide(k, instants, [&](Index at, Index first, Index count) {
+        BlockSums& block = out.blocks[static_cast<std::size_t>(at)];
         for (Index j = 0; j < problem_.joints(); ++j) {
           const double w = weights_[j] * weights_[j];
           const auto J = derivatives_[k][static_cast<std::size_t>(j)].middleRows(first, count);
@@ -295,12 +287,10 @@ class OutputError {
           block.ZW.noalias() += w * J.transpose() * J;
           block.Z_rho.noalias() += w * J.transpose() * e;
           for (Index i = 0; i < count; ++i) {
-            series.row(interval_of(first + i)) += w * e[i] * J.row(i);
+            series.row(intervals.of(k, first + i)) += w * e[i] * J.row(i);
           }
         }
-        out.blocks.push_back(std::move(block));
-      }
-      out.series.push_back(std::move(series));
+      });
     }
     return out;
   }

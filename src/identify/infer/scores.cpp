@@ -10,14 +10,9 @@ namespace rivid::detail {
 
 namespace {
 
-// Intervals that a log is divided into at most: finer than any correlation from which a covariance could still be estimated,
-// and little memory.
-constexpr double most_intervals = 2048.0;
 // Leverage that is corrected for at most: a row that determines a parameter alone has no residual to speak of.
 constexpr double most_leverage = 0.9;
 
-// Blocks of time that all logs are divided into, by their durations.
-constexpr double wanted_blocks = 10.0;
 // Rows of a joint, in a log, that the products of a block are summed over; of more every second, third … stands for all.
 constexpr Index most_products = 4000;
 
@@ -37,24 +32,27 @@ class ScoreSink final : public RowSink {
   };
 
   // stride    samples from one row to the next where none is left out
+  // log       whose rows come, among those of blocks and intervals
   ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> from_V,
-            double samples_per_interval, Index intervals, Index stride, std::optional<Loss> loss,
-            Index samples, Index blocks)
+            const TimeIntervals& intervals, const TimeBlocks& time_blocks, std::size_t log, Index samples,
+            Index stride, std::optional<Loss> loss)
       : own_(own),
         W_at_(with_V ? own : 0),
         estimators_(std::move(estimators)),
         weight_(weight),
         from_V_(std::move(from_V)),
-        samples_per_interval_(samples_per_interval),
+        samples_per_interval_(intervals.samples(log)),
+        time_blocks_(time_blocks),
+        log_at_(log),
         stride_(stride),
         loss_(loss),
         rows_(Matrix::Zero(LagSums::lead + RowSource::most_wanted, W_at_ + own + 1)),
         rho_(Vector::Zero(LagSums::lead + RowSource::most_wanted)),
-        lag_(own, stride, intervals, samples_per_interval),
-        samples_(samples),
+        lag_(own, stride, intervals.count(log), intervals.samples(log)),
         product_step_(std::max<Index>(samples / stride / most_products, 1)) {
-    blocks_.assign(loss_ ? 0 : static_cast<std::size_t>(blocks), {Matrix::Zero(own, own), Vector::Zero(own)});
-    sums_.assign(estimators_.size(), Matrix::Zero(intervals, own));
+    blocks_.assign(loss_ ? 0 : static_cast<std::size_t>(time_blocks.count(log)),
+                   {Matrix::Zero(own, own), Vector::Zero(own)});
+    sums_.assign(estimators_.size(), Matrix::Zero(intervals.count(log), own));
     curvatures_.assign(loss_ ? estimators_.size() : 0, Matrix::Zero(own, own));
   }
 
@@ -97,7 +95,7 @@ class ScoreSink final : public RowSink {
       }
       for (Index c = 0; c < own_; ++c) {
         for (Index k = 0; k < count; ++k) {
-          sums_[e](interval_of(samples[static_cast<std::size_t>(k)], samples_per_interval_), c) +=
+          sums_[e](TimeIntervals::of(samples[static_cast<std::size_t>(k)], samples_per_interval_), c) +=
               Z(k, c) * rho[k];
         }
       }
@@ -149,26 +147,18 @@ class ScoreSink final : public RowSink {
     if (blocks_.empty()) {
       return;
     }
-    const auto blocks = static_cast<Index>(blocks_.size());
-    const auto count = static_cast<Index>(samples.size());
-    const auto block_of = [&](Index k) {
-      return std::min(samples[static_cast<std::size_t>(k)] * blocks / samples_, blocks - 1);
-    };
-    for (Index begin = 0, end = 0; begin < count; begin = end) {
-      while (end < count && block_of(end) == block_of(begin)) {
-        ++end;
-      }
-      BlockSums& block = blocks_[static_cast<std::size_t>(block_of(begin))];
-      block.Z_rho.noalias() += Z.middleRows(begin, end - begin).transpose() * rho.segment(begin, end - begin);
+    time_blocks_.divide(log_at_, samples, [&](Index at, Index begin, Index rows) {
+      BlockSums& block = blocks_[static_cast<std::size_t>(at - time_blocks_.first(log_at_))];
+      block.Z_rho.noalias() += Z.middleRows(begin, rows).transpose() * rho.segment(begin, rows);
       const Index first = begin + (product_step_ - seen_ % product_step_) % product_step_;
-      seen_ += end - begin;
-      if (first < end) {
-        const auto some = Eigen::seq(first, end - 1, product_step_);
+      seen_ += rows;
+      if (first < begin + rows) {
+        const auto some = Eigen::seq(first, begin + rows - 1, product_step_);
         const Matrix some_Z = Z(some, Eigen::all);
         const Matrix some_W = W(some, Eigen::all);
         block.ZW.noalias() += static_cast<double>(product_step_) * (some_Z.transpose() * some_W);
       }
-    }
+    });
   }
 
   void see(const Vector& rho, std::span<const Index> samples) {
@@ -200,12 +190,13 @@ class ScoreSink final : public RowSink {
   double weight_;
   std::vector<Index> from_V_;
   double samples_per_interval_;
+  const TimeBlocks& time_blocks_;
+  std::size_t log_at_;
   Index stride_;
   std::optional<Loss> loss_;
   Matrix rows_;  // behind those of the call before that LagSums needs
   Vector rho_;   // of the first estimator
   LagSums lag_;
-  Index samples_;       // of the log
   Index product_step_;  // from one row to the next whose products are summed
   Index seen_ = 0;      // rows
   std::vector<BlockSums> blocks_;
@@ -221,27 +212,11 @@ std::optional<ScoreSink::Loss> loss_of(const RowLoss* loss, std::size_t j) {
   return loss == nullptr ? std::nullopt : std::optional(ScoreSink::Loss{loss->loss, loss->scales[j]});
 }
 
-// Blocks of each log.
-std::vector<Index> blocks_of(std::span<const Log> logs) {
-  std::vector<double> seconds;
-  double all = 0.0;
-  for (const Log& log : logs) {
-    all += seconds.emplace_back(static_cast<double>(log.samples()) / log.f_m);
-  }
-  std::vector<Index> out;
-  out.reserve(seconds.size());
-  for (const double one : seconds) {
-    out.push_back(std::max<Index>(std::lround(wanted_blocks * one / all), 1));
-  }
-  return out;
-}
-
-double interval_for(std::span<const Log> logs, std::span<const SignalOptions> signals) {
+// No finer than rows.
+double shortest_interval(std::span<const Log> logs, std::span<const SignalOptions> signals) {
   double out = 0.0;
   for (std::size_t l = 0; l < logs.size(); ++l) {
-    const double f_m = logs[l].f_m;
-    const double duration = static_cast<double>(logs[l].samples()) / f_m;
-    out = std::max({out, static_cast<double>(stride_of(signals[l])) / f_m, duration / most_intervals});
+    out = std::max(out, static_cast<double>(stride_of(signals[l])) / logs[l].f_m);
   }
   return out;
 }
@@ -266,18 +241,17 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
   const std::vector<RowGroup>& joints = problem.data.groups;
   const Index b = problem.base.size();
   Scores out;
-  out.interval = interval_for(logs, signals);
+  const TimeIntervals intervals(durations(logs), shortest_interval(logs, signals));
+  const TimeBlocks blocks(durations(logs), blocks_of_time);
+  out.interval = intervals.seconds();
   out.series.resize(estimators.size());
   out.residuals.resize(joints.size());
   out.rates.WP = out.rates.ZD = Matrix::Zero(b, problem.joints());
   if (loss != nullptr) {
     out.curvature.assign(estimators.size(), Matrix::Zero(b, b));
   }
-  const std::vector<Index> blocks = blocks_of(logs);
   for (std::size_t l = 0; l < logs.size(); ++l) {
     const Log& log = logs[l];
-    const double samples_per_interval = out.interval * log.f_m;
-    const auto intervals = static_cast<Index>(static_cast<double>(log.samples()) / samples_per_interval) + 1;
     JointSinks<ScoreSink> sinks(joints.size());
     std::vector<Index> widths;
     for (std::size_t j = 0; j < joints.size(); ++j) {
@@ -289,14 +263,14 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
                        estimator.bread.size() > 0 ? Matrix(estimator.bread(columns, columns)) : Matrix()});
       }
       sinks.add(static_cast<Index>(columns.size()), !instruments.empty(), std::move(own), weights[j],
-                from_V.empty() ? std::vector<Index>{} : from_V[j], samples_per_interval, intervals,
-                stride_of(signals[l]), loss_of(loss, j), log.samples(), blocks[l]);
+                from_V.empty() ? std::vector<Index>{} : from_V[j], intervals, blocks, l, log.samples(),
+                stride_of(signals[l]), loss_of(loss, j));
     }
     const WhitenedSinks whitened(sinks.sinks(), whitening, widths);
     problem.send_rows(l, signals[l], whitened.sinks(),
                       instruments.empty() ? instruments : instruments.subspan(l, 1));
     for (std::size_t e = 0; e < estimators.size(); ++e) {
-      Matrix all = Matrix::Zero(intervals, b);
+      Matrix all = Matrix::Zero(intervals.count(l), b);
       for (std::size_t j = 0; j < joints.size(); ++j) {
         sinks[j].add_to(all, joints[j].columns, e);
         if (loss != nullptr) {
@@ -305,15 +279,15 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
       }
       out.series[e].push_back(std::move(all));
     }
-    for (std::size_t g = 0; loss == nullptr && g < static_cast<std::size_t>(blocks[l]); ++g) {
+    for (std::size_t g = 0; loss == nullptr && g < static_cast<std::size_t>(blocks.count(l)); ++g) {
       BlockSums& all = out.blocks.emplace_back(Matrix::Zero(b, b), Vector::Zero(b));
       for (std::size_t j = 0; j < joints.size(); ++j) {
         sinks[j].add_block_to(all, joints[j].columns, g);
       }
     }
-    out.rates.P_rho.emplace_back(intervals, problem.joints());
-    out.rates.PD.emplace_back(intervals, problem.joints());
-    out.rates.ZD_by_time.emplace_back(Matrix::Zero(intervals, b));
+    out.rates.P_rho.emplace_back(intervals.count(l), problem.joints());
+    out.rates.PD.emplace_back(intervals.count(l), problem.joints());
+    out.rates.ZD_by_time.emplace_back(Matrix::Zero(intervals.count(l), b));
     for (std::size_t j = 0; j < joints.size(); ++j) {
       out.residuals[j].merge(sinks[j].moments());
       sinks[j].add_rates_to(out.rates, joints[j].columns, static_cast<Index>(j));

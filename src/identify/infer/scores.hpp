@@ -9,6 +9,7 @@
 #include "identify/estimate/robust.hpp"
 #include "identify/rows/row_source.hpp"
 #include "identify/rows/thread_team.hpp"
+#include "identify/rows/time_blocks.hpp"
 
 namespace rivid::detail {
 
@@ -44,12 +45,6 @@ struct ResidualMoments {
 // Whether the torques are as old as the motion. Torques that are d samples late are Y = W χ − d D with their rate D, and
 // what is left of an estimate with the instruments Z is ρ = −d (D − W B Zᵀ D), B = (Zᵀ W)⁻¹. The rate P of Z χ̂, which knows
 // no noise of the torques, picks d out of it: Pᵀ ρ = −d H.
-
-// Interval of time that a sample belongs to.
-[[nodiscard]] inline Index interval_of(Index sample, double samples_per_interval) {
-  constexpr double rounding = 1e-9;
-  return static_cast<Index>(static_cast<double>(sample) / samples_per_interval + rounding);
-}
 
 // Sums over the rows of a joint.
 class LagSums {

@@ -57,7 +57,7 @@ void LagSums::add(const Eigen::Ref<const Matrix>& Z, const Eigen::Ref<const Matr
     P[k] = slope(fitted, i) / static_cast<double>(stride_);
     if (D[k] != 0.0 || P[k] != 0.0) {
       Index& at = interval[static_cast<std::size_t>(k)];
-      at = interval_of(samples_[static_cast<std::size_t>(i)], samples_per_interval_);
+      at = TimeIntervals::of(samples_[static_cast<std::size_t>(i)], samples_per_interval_);
       P_rho[at] += P[k] * rho[i];
       PD[at] += P[k] * D[k];
     }

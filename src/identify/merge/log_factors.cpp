@@ -8,6 +8,7 @@
 #include "identify/estimate/fitting_factors.hpp"
 #include "identify/merge/unknown_to_factors.hpp"
 #include "identify/rows/factors.hpp"
+#include "identify/rows/time_blocks.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -24,24 +25,23 @@ class BlockedRows final : public detail::RowSink {
   BlockedRows(std::vector<std::vector<RowGroup>>& blocks, std::size_t joint, Index samples)
       : blocks_(blocks),
         joint_(joint),
-        samples_(samples),
+        time_({{samples, 1.0}}, std::ssize(blocks)),
         rows_(detail::RowSource::most_wanted, std::ssize(blocks.front()[joint].columns) + 1) {}
 
   RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
 
   void commit(std::span<const Index> samples) override {
-    detail::for_each_block(samples, std::ssize(blocks_), samples_,
-                           [&](std::size_t block, Index first, Index count) {
-                             StreamingQr& qr = blocks_[block][joint_].qr;
-                             qr.add(rows_.middleRows(first, count).leftCols(qr.columns()),
-                                    rows_.middleRows(first, count).rightCols(1));
-                           });
+    time_.divide(0, samples, [&](Index block, Index first, Index count) {
+      StreamingQr& qr = blocks_[static_cast<std::size_t>(block)][joint_].qr;
+      qr.add(rows_.middleRows(first, count).leftCols(qr.columns()),
+             rows_.middleRows(first, count).rightCols(1));
+    });
   }
 
  private:
   std::vector<std::vector<RowGroup>>& blocks_;
   std::size_t joint_;
-  Index samples_;
+  detail::TimeBlocks time_;
   Matrix rows_;
 };
 

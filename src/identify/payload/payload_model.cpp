@@ -24,7 +24,6 @@ constexpr double least_error = 1e-7;
 constexpr double exact_mass = 1e-5;
 constexpr double exact_gain = 1e-5;
 constexpr double most_leverage_of_row = 0.9;
-constexpr double blocks_of_time = 10.0;
 // Part of an inverse gain that it moves by at most in a step.
 constexpr double most_gain_step = 0.5;
 
@@ -342,50 +341,49 @@ bool PayloadFit::solve() {
   return settled;
 }
 
-void PayloadFit::add_scores(const PayloadLog& log, double interval, Matrix& series,
-                            std::span<BlockSums> blocks) const {
-  const auto count = static_cast<Index>(blocks.size());
-  for (const PayloadRows& rows : log.joints) {
+void PayloadFit::add_scores(std::size_t log, const TimeIntervals& intervals, const TimeBlocks& time_blocks,
+                            Matrix& series, std::vector<BlockSums>& blocks) const {
+  for (const PayloadRows& rows : logs_[log].joints) {
     const double w = weights_[static_cast<Index>(rows.joint)];
-    const Tangent t = tangent(log, rows);
+    const Tangent t = tangent(logs_[log], rows);
     const Vector leverage = (w * w * (t.J * bread_).cwiseProduct(t.J).rowwise().sum());
-    for (Index k = 0; k < t.rho.size(); ++k) {
-      const Index sample = rows.samples[static_cast<std::size_t>(k)];
-      // A row draws the estimate towards itself.
-      const double rho = t.rho[k] / (1.0 - std::min(leverage[k], most_leverage_of_row));
-      const Vector score = w * w * rho * t.J.row(k).transpose();
-      series.row(interval_of(sample, interval * log.f_m)) += score.transpose();
-      BlockSums& block = blocks[static_cast<std::size_t>(std::min(sample * count / log.samples, count - 1))];
-      block.Z_rho += score;
-      block.ZW.selfadjointView<Eigen::Lower>().rankUpdate(t.J.row(k).transpose(), w * w);
+    // A row draws the estimate towards itself.
+    const Vector rho = t.rho.array() / (1.0 - leverage.array().min(most_leverage_of_row));
+    for (Index k = 0; k < rho.size(); ++k) {
+      series.row(intervals.of(log, rows.samples[static_cast<std::size_t>(k)])) += w * w * rho[k] * t.J.row(k);
     }
-  }
-  for (BlockSums& block : blocks) {
-    block.ZW.triangularView<Eigen::StrictlyUpper>() = block.ZW.transpose();
+    time_blocks.divide(log, rows.samples, [&](Index at, Index first, Index count) {
+      BlockSums& block = blocks[static_cast<std::size_t>(at)];
+      const auto J = t.J.middleRows(first, count);
+      block.Z_rho += w * w * (J.transpose() * rho.segment(first, count));
+      add_gram(block.ZW, J, w * w);
+    });
   }
 }
 
 Uncertainty PayloadFit::uncertainty() const {
   const CovarianceOptions& options = problem_.covariance;
   const Index p = theta_.size();
-  const auto duration = [](const PayloadLog& log) { return static_cast<double>(log.samples) / log.f_m; };
-  double interval = 0.0;
-  double seconds = 0.0;
+  std::vector<Duration> lasting;
+  double stride = 0.0;
   for (const PayloadLog& log : logs_) {
-    interval = std::max(interval, static_cast<double>(log.stride) / log.f_m);
-    seconds += duration(log);
+    lasting.push_back({log.samples, log.f_m});
+    stride = std::max(stride, static_cast<double>(log.stride) / log.f_m);
   }
+  const TimeIntervals intervals(lasting, stride);
+  const TimeBlocks time_blocks(lasting, blocks_of_time);
   std::vector<Matrix> series;
-  std::vector<BlockSums> blocks;
-  for (const PayloadLog& log : logs_) {
-    const auto intervals = static_cast<Index>(static_cast<double>(log.samples) / (interval * log.f_m)) + 1;
-    const Index count = std::max<Index>(std::lround(blocks_of_time * duration(log) / seconds), 1);
-    const std::size_t first = blocks.size();
-    blocks.resize(first + static_cast<std::size_t>(count), {Matrix::Zero(p, p), Vector::Zero(p)});
-    series.emplace_back(Matrix::Zero(intervals, p));
-    add_scores(log, interval, series.back(), std::span(blocks).subspan(first));
+  std::vector<BlockSums> blocks(static_cast<std::size_t>(time_blocks.count()),
+                                {Matrix::Zero(p, p), Vector::Zero(p)});
+  for (std::size_t l = 0; l < logs_.size(); ++l) {
+    series.emplace_back(Matrix::Zero(intervals.count(l), p));
+    add_scores(l, intervals, time_blocks, series.back(), blocks);
   }
-  Uncertainty out = hac_covariance(series, interval, bread_, options, static_cast<double>(freedom()));
+  for (BlockSums& block : blocks) {
+    block.ZW.triangularView<Eigen::StrictlyUpper>() = block.ZW.transpose();
+  }
+  Uncertainty out =
+      hac_covariance(series, intervals.seconds(), bread_, options, static_cast<double>(freedom()));
   if (resolved(options.kind, Convention::standard) == CovarianceKind::blocks) {
     scale_to_blocks(blocks, bread_, out);
   }

@@ -8,6 +8,7 @@
 #include "identify/infer/covariance.hpp"
 #include "identify/payload/arm_prior.hpp"
 #include "identify/payload/payload_rows.hpp"
+#include "identify/rows/time_blocks.hpp"
 #include "rivid/identify/payload.hpp"
 
 namespace rivid::detail {
@@ -109,8 +110,9 @@ class PayloadFit {
   [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows) const;
   // ∂(XX … M)/∂π_k.
   [[nodiscard]] Matrix slopes_of_body(std::size_t k) const;
-  // Adds the scores of a log's rows to the sums over intervals (s) and over the log's blocks of time.
-  void add_scores(const PayloadLog& log, double interval, Matrix& series, std::span<BlockSums> blocks) const;
+  // Adds the scores of a log's rows to the sums over its intervals and over the blocks of all logs.
+  void add_scores(std::size_t log, const TimeIntervals& intervals, const TimeBlocks& time_blocks,
+                  Matrix& series, std::vector<BlockSums>& blocks) const;
   // What is known beforehand.
   [[nodiscard]] Known known() const;
   struct Inverse {

@@ -97,24 +97,6 @@ template <typename Group>
   return blocks;
 }
 
-// Divides rows by blocks of equal time.
-//
-// samples  that the rows stand for, of a log of so many
-// take     (block, first row, count)
-template <typename Take>
-void for_each_block(std::span<const Index> samples, Index blocks, Index samples_of_log, const Take& take) {
-  const auto block_of = [&](Index k) {
-    return std::min(samples[static_cast<std::size_t>(k)] * blocks / samples_of_log, blocks - 1);
-  };
-  const Index count = std::ssize(samples);
-  for (Index begin = 0, end = 0; begin < count; begin = end) {
-    while (end < count && block_of(end) == block_of(begin)) {
-      ++end;
-    }
-    take(static_cast<std::size_t>(block_of(begin)), begin, end - begin);
-  }
-}
-
 // The factors of the rows of all logs.
 //
 // signals  one a log
