@@ -216,7 +216,6 @@ TEST(Arguments, ModelsToCompareHaveFiniteValues) {
 
 TEST(Arguments, LogsToJudgeAResultByAreUsable) {
   const Swing swing;
-  const Identification found = swing.result();
   const std::vector<std::pair<std::string, Log>> logs = {
       {"swing.csv: the log has 0 samples", changed(Log(), [](Log& log) { log.source = "swing.csv"; })},
       {"swing.csv: v_tau is 1001 × 3, must be 1001 × 2",
@@ -230,16 +229,16 @@ TEST(Arguments, LogsToJudgeAResultByAreUsable) {
          log.q = log.q.leftCols(1).eval();
          log.tau = log.tau.leftCols(1).eval();
        })}};
-  const auto examine_by = [&](const Log& log, const Log& validation) {
-    Identification result = found;
-    examine(swing.robot, std::span(&log, 1), std::span(&validation, 1), result);
+  const auto identify_by = [&](const Log& log, const Log& validation) {
+    static_cast<void>(
+        identify(swing.robot, std::span(&log, 1), {.signal = swing.signal}, std::span(&validation, 1)));
   };
   const auto check_by = [&](const Log& log, const Log& validation) {
     static_cast<void>(check(swing.robot, std::span(&log, 1), std::span(&validation, 1)));
   };
   for (const auto& [words, log] : logs) {
-    expect_refused({{words, [&, &bad = log] { examine_by(bad, swing.log); }},
-                    {words, [&, &bad = log] { examine_by(swing.log, bad); }},
+    expect_refused({{words, [&, &bad = log] { identify_by(bad, swing.log); }},
+                    {words, [&, &bad = log] { identify_by(swing.log, bad); }},
                     {words, [&, &bad = log] { check_by(bad, swing.log); }},
                     {words, [&, &bad = log] { check_by(swing.log, bad); }}});
   }

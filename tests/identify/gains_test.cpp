@@ -314,7 +314,8 @@ TEST(Gains, CarryTheirCommonDeviationToEveryParameter) {
   const Identification found = identify(robot, log,
                                         {.method = Wls{},
                                          .signal = PayloadBench::signal(),
-                                         .gain_covariance = 0.02 * 0.02 * Matrix::Ones(6, 6)});
+                                         .gain_covariance = 0.02 * 0.02 * Matrix::Ones(6, 6),
+                                         .judge = false});
   for (const ParameterEstimate& p : found.parameters) {
     EXPECT_NEAR(p.sigma, 0.02 * std::abs(p.value), 1e-5) << p.name;
   }

@@ -122,7 +122,7 @@ TEST(LoadFriction, HasItsCoefficientsWithinTheirIntervals) {
     const Study study(3, Friction::load, 100 + arm);
     for (std::uint64_t run = 0; run < runs; ++run) {
       const Identification found = identify(study.robot, study.noisy(2.0, 1000 * arm + run),
-                                            {.method = Wls{}, .signal = Study::signal()});
+                                            {.method = Wls{}, .signal = Study::signal(), .judge = false});
       ASSERT_EQ(found.status, Status::identified);
       for (std::size_t i = 0; i < found.parameters.size(); ++i) {
         if (found.base.parameters[i].leading.kind == ParameterKind::Fl) {

@@ -59,7 +59,7 @@ class Birdy : public ::testing::Test {
     }
     Iv iv{.control = control, .sampling = BirdyTx40::loop(0.0, 0).sampling, .signs = Iv::Signs::measured};
     iv.sampling.position_noise.resize(0, 0);
-    return {.method = iv, .signal = signal};
+    return {.method = iv, .signal = signal, .judge = false};
   }
 
   // Nothing known but rotors of 10 kg·m².
@@ -82,9 +82,9 @@ class Birdy : public ::testing::Test {
         EXPECT_EQ(result.status, Status::identified) << result.title << ", seed " << seed;
         to += error(result.chi) / static_cast<double>(seeds);
       };
-      add(found.ols, identify(robot_, log, {.method = Ols{}, .signal = raw()}));
-      add(found.ols_filtered, identify(robot_, log, {.method = Ols{}, .signal = filtered()}));
-      add(found.wls_filtered, identify(robot_, log, {.method = Wls{}, .signal = filtered()}));
+      add(found.ols, identify(robot_, log, {.method = Ols{}, .signal = raw(), .judge = false}));
+      add(found.ols_filtered, identify(robot_, log, {.method = Ols{}, .signal = filtered(), .judge = false}));
+      add(found.wls_filtered, identify(robot_, log, {.method = Wls{}, .signal = filtered(), .judge = false}));
       add(found.iv, identify(robot_, log, iv(log, raw())));
       add(found.iv_filtered, identify(robot_, log, iv(log, filtered())));
     }

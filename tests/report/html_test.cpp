@@ -48,7 +48,8 @@ struct Study {
     const Vector Y = observation(robot, base, differentiate(log.q, log.f_m)).dense() *
                      Vector::LinSpaced(base.size(), 0.5, 2.0);
     log.tau = Y.reshaped(samples, 2) + 0.1 * test::random_matrix(samples, 2, 7);
-    result = identify(robot, log, {.method = Ols{}, .signal = {.cutoff_hz = 20.0, .decimation = {10}}});
+    result = identify(robot, log,
+                      {.method = Ols{}, .signal = {.cutoff_hz = 20.0, .decimation = {10}}, .judge = false});
     predictions.push_back(predict(robot, result, log));
   }
 

@@ -291,6 +291,17 @@ void result_is(const Robot& robot, const Identification& result) {
     numbers.are("/row_choice/at_half/largest", result.row_choice->at_half.largest);
     numbers.are("/row_choice/at_double/largest", result.row_choice->at_double.largest);
   }
+  for (std::size_t k = 0; k < result.alternatives.size(); ++k) {
+    const ModelTest& one = result.alternatives[k];
+    const std::string path = "/alternatives/" + std::to_string(k);
+    numbers.are(path + "/test/statistic", one.test.statistic);
+    numbers.are(path + "/test/freedom", one.test.freedom);
+    numbers.are(path + "/test/p", one.test.p);
+    numbers.are(path + "/estimate", one.estimate);
+    numbers.are(path + "/sigma", one.sigma);
+    numbers.are(path + "/explained", one.explained);
+    numbers.are(path + "/largest_shift", one.largest_shift);
+  }
   if (result.method_choice) {
     numbers.are("/method_choice/least_squares", result.method_choice->least_squares);
   }

@@ -96,7 +96,7 @@ struct TorqueLag {
 };
 
 /// An alternative to the model of robot and log that explains the torques better, by a score test whose covariance comes from
-/// blocks of time, see examine().
+/// blocks of time, see identify().
 struct ModelTest {
   std::string code;            ///< of the finding that it makes
   std::string subject;         ///< joint or joints

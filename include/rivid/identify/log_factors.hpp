@@ -60,7 +60,7 @@ void merge(LogFactors& into, const LogFactors& other);
 ///
 /// Standard deviations: classical (18), or by default those scaled to what the estimate moves by when a block of time is left
 /// out. The autocorrelation of the residuals, which identify() looks at besides, is not known, nor is what tests of the residuals,
-/// examine() and ParameterEstimate::noise_bias need.
+/// judging and ParameterEstimate::noise_bias need.
 ///
 /// @param estimation  its signal options are those of the factors
 /// @throws InputError  for what needs samples: instrumental variables, robust and essential parameters, CovarianceKind::hac

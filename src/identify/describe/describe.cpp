@@ -14,12 +14,6 @@ namespace rivid::detail {
 
 namespace {
 
-// A covariance with that of what judging moves the estimate by.
-Matrix covariance_of(const Inference& inference, const Vector& shift) {
-  return shift.size() > 0 ? Matrix(inference.uncertainty.C + shift * shift.transpose())
-                          : inference.uncertainty.C;
-}
-
 std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix& C, const Vector& shift) {
   const EstimationProblem& problem = *answer.problem;
   const Inference& inference = answer.inference;
@@ -108,10 +102,10 @@ Identification described(const Answer& answer, const Judgement& judgement) {
     out.base.load.chi = inference.chi;
   }
   out.chi = inference.chi;
-  out.C_chi = covariance_of(inference, shift);
+  out.C_chi = inference.uncertainty.C;
   out.gain_slopes = inference.gain_slopes;
   out.covariance = inference.uncertainty.report;
-  out.parameters = parameters_of(answer, out.C_chi, shift);
+  out.parameters = parameters_of(answer, out.C_chi, {});
   out.fit = inference.fit;
   out.columns = problem.base.size();
   out.condition = inference.condition;
@@ -142,6 +136,17 @@ Identification described(const Answer& answer, const Judgement& judgement) {
     add_largest_shift(out.parameters, *out.robust);
   }
   out.diagnostics = inference.diagnostics;
+  // By the deviations that errors in the rows make, which the other model does not widen.
+  Findings findings;
+  find_doubts(answer, out, findings);
+  if (out.diagnostics && out.diagnostics->torque_lag &&
+      !says_something(*out.diagnostics->torque_lag, out.estimation.signal)) {
+    out.diagnostics->torque_lag.reset();
+  }
+  if (shift.size() > 0) {
+    out.C_chi += shift * shift.transpose();
+    out.parameters = parameters_of(answer, out.C_chi, shift);
+  }
   out.physical = inference.physical;
   out.essential = inference.essential;
   if (out.essential) {
@@ -157,12 +162,6 @@ Identification described(const Answer& answer, const Judgement& judgement) {
       out.status = out.status == Status::identified ? Status::weak_instruments : out.status;
       out.reasons.push_back(std::move(weak));
     }
-  }
-  Findings findings;
-  find_doubts(answer, out, findings);
-  if (out.diagnostics && out.diagnostics->torque_lag &&
-      !says_something(*out.diagnostics->torque_lag, out.estimation.signal)) {
-    out.diagnostics->torque_lag.reset();
   }
   findings.add(judgement.findings);
   if (findings.has("torque_delay")) {

@@ -74,8 +74,13 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
                         std::span<const Log> validation) {
   Estimation estimation = asked;
   std::optional<RowChoice> rows;
-  for (const Log& log : logs) {
-    detail::require_joints("position", log.q, robot, log);
+  for (const std::span<const Log> some : {logs, validation}) {
+    for (const Log& log : some) {
+      if (const auto complaint = log.complaint()) {
+        throw InputError(*complaint);
+      }
+      detail::require_joints("position", log.q, robot, log);
+    }
   }
   if (!logs.empty() && asked.signal.automatic() && !asked.complaint(robot)) {
     rows = detail::choose_rows(without_load(robot), logs, estimation);
