@@ -5,7 +5,7 @@
 
 Both get the same robot of seven joints and the same log of N samples at 1 kHz (default 2000: a cold start), in turns.
 Prints medians and ratios of the whole commands and of the most memory that the processes held, and the median of the
-part of the Python program between arrays and parameters. PYTHON needs numpy, scipy and pin.
+part of the Python program between arrays and parameters. Both this program and PYTHON need numpy, scipy and pin.
 """
 
 import argparse
@@ -18,6 +18,7 @@ import tempfile
 import time
 
 import numpy as np
+import pinocchio
 
 # Parent-to-child origins and angles about x of an arm like the Franka Emika Panda.
 JOINTS = [
@@ -44,14 +45,20 @@ def write_robot(file):
     file.write_text("\n".join(lines) + "\n</robot>\n")
 
 
-def write_log(file, samples):
+def write_log(file, robot, samples):
+    """A motion of five sines a joint, with the torques of the robot and noise of 0.1 N·m."""
     rng = np.random.default_rng(7)
     n = len(JOINTS)
     t = np.arange(samples) / 1000.0
     omega = rng.uniform(1.0, 20.0, (5, 1, n))
-    phase = rng.uniform(0.0, 6.0, (5, 1, n))
-    q = np.sum(np.sin(omega * t[None, :, None] + phase), axis=0) * 0.4
-    tau = np.cos(q) + 0.1 * rng.standard_normal(q.shape)
+    angle = omega * t[None, :, None] + rng.uniform(0.0, 6.0, (5, 1, n))
+    q = np.sum(np.sin(angle), axis=0) * 0.4
+    qd = np.sum(omega * np.cos(angle), axis=0) * 0.4
+    qdd = np.sum(-(omega**2) * np.sin(angle), axis=0) * 0.4
+    model = pinocchio.buildModelFromUrdf(str(robot))
+    data = model.createData()
+    tau = np.array([pinocchio.rnea(model, data, *state) for state in zip(q, qd, qdd)])
+    tau += np.sign(qd) + 0.1 * rng.standard_normal(q.shape)
     header = ",".join(["t"] + [f"q{j}" for j in range(1, n + 1)] + [f"tau{j}" for j in range(1, n + 1)])
     np.savetxt(file, np.column_stack([t, q, tau]), delimiter=",", header=header, comments="", fmt="%.9g")
 
@@ -91,7 +98,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         write_robot(folder / "arm.urdf")
-        write_log(folder / "log.csv", arguments.samples)
+        write_log(folder / "log.csv", folder / "arm.urdf", arguments.samples)
         write_experiment(folder / "arm.toml", arguments.decimation)
         ours, theirs = [], []
         for _ in range(arguments.repeat):
