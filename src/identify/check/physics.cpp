@@ -66,13 +66,13 @@ bool always_positive(const BaseParameters& base, Index i) {
 // Torques beside a result.
 struct Explained {
   Reading told;
-  std::vector<JointFactor> factors;
+  const std::vector<JointFactor>& factors;
   Vector residual;     // rms, (n) [N·m | N]
   Vector torque;       // rms without the mean, (n) [N·m | N]
   double error = 0.0;  // ‖Y − Wχ‖ / ‖Y‖ over all joints
 
   Explained(const TorqueProbe& probe, const Vector& chi)
-      : told(probe.as_told()), factors(probe.factors(told)) {
+      : told(probe.as_told()), factors(probe.told_factors()) {
     residual = torque = Vector::Zero(static_cast<Index>(factors.size()));
     Vector with_mean = residual;
     for (std::size_t j = 0; j < factors.size(); ++j) {

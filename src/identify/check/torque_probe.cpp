@@ -98,6 +98,7 @@ TorqueProbe::TorqueProbe(const Robot& robot, const BaseParameters& base, std::sp
   for (const Log& log : logs) {
     add(log, signal);
   }
+  told_factors_ = factors(as_told());
 }
 
 Reading TorqueProbe::as_told() const {

@@ -73,6 +73,8 @@ class TorqueProbe {
   // The logs as the experiment says.
   [[nodiscard]] Reading as_told() const;
   [[nodiscard]] std::vector<JointFactor> factors(const Reading& reading, Part part = Part::all) const;
+  // Those of all instants as the experiment says, which are made once.
+  [[nodiscard]] const std::vector<JointFactor>& told_factors() const { return told_factors_; }
   [[nodiscard]] ProbeScore score(const Reading& reading, const std::vector<JointFactor>& factors) const;
   [[nodiscard]] ProbeScore score(const Reading& reading) const { return score(reading, factors(reading)); }
   // The score by those rows if its total is below `most`. What each joint leaves with parameters of its own bounds it from below, so
@@ -132,6 +134,7 @@ class TorqueProbe {
   Vector torque_kernel_;
   Index samples_of_log_;
   std::vector<ProbedLog> probed_;
+  std::vector<JointFactor> told_factors_;
 };
 
 }  // namespace rivid::detail

@@ -284,7 +284,7 @@ struct Read {
 // believed where all rows, and each half of the logs with the parameters of the other one, say so.
 Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
   Reading reading = probe.as_told();
-  ProbeScore now = probe.score(reading);
+  ProbeScore now = probe.score(reading, probe.told_factors());
   for (Index round = 0; round <= robot.size(); ++round) {
     if (now.left.maxCoeff() < suspicious && now.faults() == 0) {
       break;
