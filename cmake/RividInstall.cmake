@@ -81,11 +81,6 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scara ${PROJECT_SOURCE_DIR}/data/si
         DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid PATTERN made EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR})
-# The library holds what the reports bring along.
-install(
-  FILES ${PROJECT_SOURCE_DIR}/third_party/uplot/LICENSE
-  DESTINATION ${CMAKE_INSTALL_DOCDIR}
-  RENAME LICENSE.uPlot)
 # What is compiled or linked into the library and the tools asks for its licence beside the binaries.
 foreach(part IN ITEMS SUNDIALS toml++ nlohmann-json CLI11)
   install(

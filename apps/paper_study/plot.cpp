@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "paper_study/study.hpp"
-#include "rivid/report/ticks.hpp"
+#include "paper_study/ticks.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::study {

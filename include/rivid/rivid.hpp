@@ -63,7 +63,6 @@
 #include "rivid/report/players.hpp"
 #include "rivid/report/rows.hpp"
 #include "rivid/report/text.hpp"
-#include "rivid/report/ticks.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/simulate/control_laws.hpp"

@@ -214,10 +214,10 @@ struct Rule {
   std::string style;
 };
 
-// Series over two axes. The page has the picture, and the numbers for whoever takes them along.
+// Series over two axes.
 struct Chart {
   enum class Size { panel, wide };
-  std::string id = {};  // for links and names of files
+  std::string id = {};  // of the figure, for links and names of files
   std::string title = {};
   std::string remark = {};
   std::string label = {};  // for a reader who does not see it
@@ -231,15 +231,21 @@ struct Chart {
   Size size = Size::panel;
   double height = 230.0;
   std::optional<std::size_t> log = {};  // over the time of that log, along which the reader can move
+
+  // As style sheets call it; those of all plots.
+  [[nodiscard]] std::string_view style() const { return size == Size::wide ? "chart wide" : "chart panel"; }
 };
 
 // A symmetric matrix of values between −1 and 1, as colours.
 struct HeatMap {
   std::string id;
   std::string title;
+  std::string remark;
   std::string label;
   std::vector<std::string> names;
   Matrix values;
+
+  [[nodiscard]] static std::string_view style() { return "chart heat"; }
 };
 
 // Lines and ellipsoids in space, which the reader can turn.
@@ -258,10 +264,13 @@ struct Skeleton {
   };
   std::string id;
   std::string title;
+  std::string remark;
   std::string label;
   std::vector<Eigen::Vector3d> joints;  // of the line from base to tip [m]
   std::vector<Ellipsoid> ellipsoids = {};
   std::vector<Trace> traces = {};
+
+  [[nodiscard]] static std::string_view style() { return "chart skeleton"; }
 };
 
 // One row a value, with its interval and what it should be.
@@ -274,19 +283,25 @@ struct DotPlot {
   std::string id;
   std::string title;
   std::string remark;
+  std::string label;
   std::string x_label;
   double reference = 0.0;
   std::array<double, 2> wanted = {};
   std::vector<Dot> dots = {};
+
+  [[nodiscard]] static std::string_view style() { return "chart panel"; }
 };
 
 // How a value came to its interval, step by step.
 struct PathPlot {
-  std::string name;
-  std::string value;  // that it came to
+  std::string id;
+  std::string title;
+  std::string remark;  // the value that it came to
   std::string label;
   std::vector<double> steps;
   std::optional<std::array<double, 2>> interval = {};
+
+  [[nodiscard]] static std::string_view style() { return "small"; }
 };
 
 using Plot = std::variant<Chart, HeatMap, Skeleton, DotPlot, PathPlot>;
@@ -341,12 +356,10 @@ struct Document {
 // @param screen  columns of the terminal, in which tables go on below where they are wider; 0: there is none
 [[nodiscard]] std::string text_of(const Document& document, std::size_t screen = 0);
 [[nodiscard]] std::string html_of(const Document& document);
-// A plot as a picture in SVG; report.css says how its classes look.
+// The figure that report.js draws a plot in.
 [[nodiscard]] std::string markup_of(const Plot& plot);
-// The numbers of all plots of a document that have an identifier, by that, as JSON that may stand in a <script>.
+// What all plots of a document show, by their identifiers, as JSON that may stand in a <script>.
 [[nodiscard]] std::string data_of(const Document& document);
-// Whether a document has charts over the time of a log.
-[[nodiscard]] bool has_time(const Document& document);
 // An interval on an axis of its own, as small as a cell of a table.
 [[nodiscard]] std::string markup_of(const Interval& interval);
 

@@ -221,9 +221,7 @@ std::string head(const Document& document) {
          "<meta name=\"color-scheme\" content=\"light dark\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
          "'unsafe-inline'; script-src 'unsafe-inline'\">\n" +
-         element("title", escaped(document.title)) + "\n" +
-         (has_time(document) ? element("style", uplot_css()) + "\n" : "") + element("style", report_css()) +
-         "\n";
+         element("title", escaped(document.title)) + "\n" + element("style", report_css()) + "\n";
 }
 
 std::string verdict(const Document& document) {
@@ -233,12 +231,8 @@ std::string verdict(const Document& document) {
 }
 
 std::string scripts(const Document& document) {
-  std::string out = element("script", data_of(document), "type=\"application/json\" id=\"data\"") + "\n";
-  if (has_time(document)) {
-    out.append("<!-- uPlot:\n").append(uplot_licence()).append("\n-->\n");
-    out += element("script", uplot_js()) + "\n";
-  }
-  return out + element("script", report_js()) + "\n";
+  return element("script", data_of(document), "type=\"application/json\" id=\"data\"") + "\n" +
+         element("script", report_js()) + "\n";
 }
 
 }  // namespace
@@ -260,12 +254,14 @@ std::string html_of(const Document& document) {
   const std::string header =
       element("header", element("h1", escaped(document.heading)) + element("p", escaped(document.subtitle)));
   const std::string nav = element("nav", links, "aria-label=\"Sections\"");
+  const std::string no_script =
+      element("noscript", element("p", "Plots are drawn by a script; tables are complete without it."));
   const std::string first = document.first_look.empty()
                                 ? ""
                                 : element("div", html.of(document.first_look), "class=\"first-look\"") + "\n";
   return "<!DOCTYPE html>\n<html lang=\"en\">\n" + element("head", head(document)) + "\n<body>\n" +
-         element("main", header + nav + verdict(document) + first + content) + "\n" + scripts(document) +
-         "</body>\n</html>\n";
+         element("main", header + nav + no_script + verdict(document) + first + content) + "\n" +
+         scripts(document) + "</body>\n</html>\n";
 }
 
 }  // namespace detail

@@ -7,8 +7,5 @@ namespace rivid::detail {
 // What the HTML report brings along; the build makes these functions from files, see src/CMakeLists.txt.
 [[nodiscard]] std::string_view report_css();
 [[nodiscard]] std::string_view report_js();
-[[nodiscard]] std::string_view uplot_css();
-[[nodiscard]] std::string_view uplot_js();
-[[nodiscard]] std::string_view uplot_licence();
 
 }  // namespace rivid::detail

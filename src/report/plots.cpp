@@ -1,127 +1,190 @@
 #include <algorithm>
-#include <cmath>
+#include <bit>
+#include <cstring>
+#include <nlohmann/json.hpp>
 
-#include "report/charts.hpp"
 #include "report/document.hpp"
 #include "report/markup.hpp"
-#include "report/svg.hpp"
-#include "rivid/report/ticks.hpp"
 #include "rivid/text.hpp"
 
-namespace rivid {
+// A plot is a figure with a caption, and its numbers under the identifier of the figure; report.js draws it.
+namespace rivid::detail {
 
-std::vector<double> round_ticks(double low, double high, double least_step) {
-  const double wanted = (high - low) / 5.0;
-  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
-  const double lead = wanted / decade;
-  const double step = std::max(least_step, decade * (lead < 1.5   ? 1.0
-                                                     : lead < 3.5 ? 2.0
-                                                     : lead < 7.5 ? 5.0
-                                                                  : 10.0));
-  // A multiple that is missed by rounding alone counts as met.
-  constexpr double rounding = 1e-9;
-  const auto first = std::llround(std::floor(low / step + rounding));
-  const auto last = std::llround(std::ceil(high / step - rounding));
-  std::vector<double> out;
-  for (auto i = first; i <= last; ++i) {
-    out.push_back(static_cast<double>(i) * step);
+namespace {
+
+using PlotJson = nlohmann::ordered_json;
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t k = 0; k < bytes.size(); k += 3) {
+    const auto byte = [&](std::size_t i) {
+      return i < bytes.size() ? static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[i])) : 0U;
+    };
+    const std::uint32_t group = (byte(k) << 16U) | (byte(k + 1) << 8U) | byte(k + 2);
+    out += digits[group >> 18U];
+    out += digits[(group >> 12U) & 63U];
+    out += k + 1 < bytes.size() ? digits[(group >> 6U) & 63U] : '=';
+    out += k + 2 < bytes.size() ? digits[group & 63U] : '=';
   }
   return out;
 }
 
-namespace detail {
-
-namespace {
-
-std::string svg_figure(const std::string& name, const std::string& what, const std::string& content) {
-  return element("figure",
-                 element("figcaption", element("b", escaped(name)) + " " + escaped(what)) + content);
+// In base64, in double or in single precision.
+std::string encoded(const Vector& values, bool exact) {
+  static_assert(std::endian::native == std::endian::little, "scripts read the low byte first");
+  const auto bytes = [](const auto& numbers) {
+    std::string out(static_cast<std::size_t>(numbers.size()) * sizeof(numbers[0]), '\0');
+    std::memcpy(out.data(), numbers.data(), out.size());
+    return base64(out);
+  };
+  return exact ? bytes(values) : bytes(Eigen::VectorXf(values.cast<float>()));
 }
 
-// The smallest range that holds all values it is shown, and how it lies along a length.
-class ValueRange {
- public:
-  void show(double value) {
-    if (std::isfinite(value)) {
-      least_ = std::min(least_, value);
-      most_ = std::max(most_, value);
+// Series that share their abscissa have it once: the number of the series that has it stands in its place.
+PlotJson data_of(const Chart& chart, std::size_t index) {
+  constexpr std::array<std::string_view, 4> kinds = {"line", "points", "band", "bars"};
+  const Series& series = chart.series[index];
+  PlotJson out = {{"name", series.name},
+                  {"style", series.style},
+                  {"kind", kinds[static_cast<std::size_t>(series.kind)]},
+                  {"exact", series.exact}};
+  std::size_t same = 0;
+  while (chart.series[same].x.size() != series.x.size() || chart.series[same].x != series.x) {
+    ++same;
+  }
+  // Single precision of a clock that began long ago has no fractions of a second.
+  constexpr double far = 4096.0;
+  const bool fine = series.x.size() > 0 && series.x.cwiseAbs().maxCoeff() > far;
+  out["fine"] = fine;
+  out["x"] = same < index ? PlotJson(same) : PlotJson(encoded(series.x, fine));
+  out["y"] = encoded(series.y, series.exact);
+  if (series.upper.size() > 0) {
+    out["upper"] = encoded(series.upper, series.exact);
+  }
+  if (series.on_demand) {
+    out["on_demand"] = true;
+  }
+  if (!series.in_legend) {
+    out["unnamed"] = true;
+  }
+  return out;
+}
+
+PlotJson data_of(const Chart& chart) {
+  PlotJson series = PlotJson::array();
+  for (std::size_t k = 0; k < chart.series.size(); ++k) {
+    series.push_back(data_of(chart, k));
+  }
+  PlotJson rules = PlotJson::array();
+  for (const Rule& rule : chart.rules) {
+    rules.push_back({{"upright", rule.upright}, {"at", rule.at}, {"style", rule.style}});
+  }
+  return {{"x", chart.x_label},        {"y", chart.y_label},         {"logarithmic", chart.logarithmic},
+          {"x_shown", chart.x_shown},  {"y_shown", chart.y_shown},   {"height", chart.height},
+          {"rules", std::move(rules)}, {"series", std::move(series)}};
+}
+
+PlotJson data_of(const HeatMap& map) {
+  const Matrix rows = map.values.transpose();
+  return {{"names", map.names}, {"values", encoded(rows.reshaped(), false)}};
+}
+
+PlotJson data_of(const Skeleton& skeleton) {
+  const auto list = [](const auto& values) { return std::vector<double>(values.begin(), values.end()); };
+  const auto points = [&](const std::vector<Eigen::Vector3d>& of) {
+    PlotJson out = PlotJson::array();
+    std::ranges::transform(of, std::back_inserter(out), list);
+    return out;
+  };
+  PlotJson bodies = PlotJson::array();
+  for (const Skeleton::Ellipsoid& body : skeleton.ellipsoids) {
+    bodies.push_back({{"name", body.name},
+                      {"style", body.style},
+                      {"mass", body.mass},
+                      {"centre", list(body.centre)},
+                      {"axes", list(body.axes.reshaped())}});
+  }
+  PlotJson traces = PlotJson::array();
+  for (const Skeleton::Trace& trace : skeleton.traces) {
+    traces.push_back({{"name", trace.name}, {"style", trace.style}, {"points", points(trace.points)}});
+  }
+  return {{"joints", points(skeleton.joints)}, {"bodies", std::move(bodies)}, {"traces", std::move(traces)}};
+}
+
+PlotJson data_of(const DotPlot& plot) {
+  PlotJson rows = {{"", plot.x_label, "from", "to"}};
+  PlotJson off = PlotJson::array();
+  for (const auto& [name, interval, mark] : plot.dots) {
+    rows.push_back({name, interval.value, interval.low, interval.high});
+    off.push_back(mark == Mark::bad);
+  }
+  return {{"rows", std::move(rows)},
+          {"off", std::move(off)},
+          {"reference", plot.reference},
+          {"wanted", plot.wanted}};
+}
+
+PlotJson data_of(const PathPlot& plot) {
+  return {{"steps", plot.steps}, {"interval", plot.interval ? PlotJson(*plot.interval) : PlotJson()}};
+}
+
+template <typename Take>
+void for_each_plot(const std::vector<Block>& blocks, const Take& take) {
+  for (const Block& block : blocks) {
+    if (const auto* const plots = std::get_if<Plots>(&block.content)) {
+      for (const Plots::Group& group : plots->groups) {
+        for (const Plot& plot : group.plots) {
+          std::visit(take, plot);
+        }
+      }
     }
   }
-  [[nodiscard]] bool empty() const { return least_ > most_; }
-  // Along a length, with some room at either end.
-  [[nodiscard]] double at(double value, double length) const {
-    constexpr double margin = 6.0;
-    const double span = most_ > least_ ? most_ - least_ : 1.0;
-    return margin + (value - least_) / span * (length - 2.0 * margin);
-  }
-
- private:
-  double least_ = std::numeric_limits<double>::infinity();
-  double most_ = -std::numeric_limits<double>::infinity();
-};
-
-std::string drawn(const PathPlot& plot) {
-  constexpr double wide = 170.0;
-  constexpr double height = 64.0;
-  ValueRange range;
-  for (const double value : plot.steps) {
-    range.show(value);
-  }
-  if (plot.interval) {
-    range.show((*plot.interval)[0]);
-    range.show((*plot.interval)[1]);
-  }
-  if (range.empty()) {
-    return {};
-  }
-  const auto y = [&](double value) { return height - range.at(value, height); };
-  std::string content;
-  if (plot.interval) {
-    const double high = y((*plot.interval)[1]);
-    content += svg_box("band", {0.0, high}, {wide, std::max(y((*plot.interval)[0]), high + 1.0)});
-  }
-  ValueRange steps;
-  steps.show(0.0);
-  steps.show(static_cast<double>(plot.steps.size() - 1));
-  std::vector<Point> points;
-  std::string dots;
-  for (std::size_t k = 0; k < plot.steps.size(); ++k) {
-    if (std::isfinite(plot.steps[k])) {
-      points.push_back({steps.at(static_cast<double>(k), wide), y(plot.steps[k])});
-      dots += svg_dot("value", points.back(), 2.0);
-    }
-  }
-  content += polyline("path", points) + dots;
-  return svg_figure(plot.name, plot.value, svg_picture({wide, height}, plot.label, content));
 }
 
 }  // namespace
 
 std::string markup_of(const Plot& plot) {
-  return std::visit([](const auto& each) { return drawn(each); }, plot);
+  return std::visit(
+      [](const auto& of) {
+        std::string attributes = "class=\"" + std::string(of.style()) + "\" id=\"" + escaped(of.id) + "\"";
+        if constexpr (requires { of.log; }) {
+          attributes += of.log ? " data-log=\"" + std::to_string(*of.log) + "\"" : "";
+        }
+        const std::string caption =
+            element("b", escaped(of.title)) + (of.remark.empty() ? "" : " " + escaped(of.remark));
+        return element("figure", element("figcaption", caption) + element("div", "", "class=\"picture\""),
+                       attributes) +
+               "\n";
+      },
+      plot);
 }
 
 std::string markup_of(const Interval& interval) {
-  constexpr double wide = 140.0;
-  constexpr double height = 18.0;
-  constexpr double middle = 0.5 * height;
-  ValueRange range;
-  for (const double value : {interval.low, interval.high, interval.reference}) {
-    range.show(value);
-  }
-  const auto x = [&](double value) { return range.at(value, wide); };
-  std::string content = svg_line("axis", {0.0, middle}, {wide, middle});
-  if (x(0.0) >= 0.0 && x(0.0) <= wide) {
-    content += svg_line("zero", {x(0.0), 1.0}, {x(0.0), height - 1.0});
-  }
-  if (std::isfinite(interval.reference)) {
-    content += svg_line("apriori", {x(interval.reference), 3.0}, {x(interval.reference), height - 3.0});
-  }
-  content += svg_line("interval", {x(interval.low), middle}, {x(interval.high), middle}) +
-             svg_dot("value", {x(interval.value), middle}, 2.6);
-  return svg_picture({wide, height}, interval.label, content);
+  const std::string values = number(interval.low, 9) + " " + number(interval.high, 9) + " " +
+                             number(interval.value, 9) + " " + number(interval.reference, 9);
+  return element(
+      "span", "",
+      "class=\"interval-bar\" data-values=\"" + values + "\" data-label=\"" + escaped(interval.label) + "\"");
 }
 
-}  // namespace detail
+std::string data_of(const Document& document) {
+  PlotJson out = PlotJson::object();
+  const auto add = [&](const auto& plot) {
+    PlotJson& data = out[plot.id] = data_of(plot);
+    data["label"] = plot.label;
+  };
+  for_each_plot(document.first_look, add);
+  for (const Section& section : document.sections) {
+    for_each_plot(section.blocks, add);
+  }
+  // Nothing in it may end the <script>.
+  std::string text = out.dump(-1, ' ', false, PlotJson::error_handler_t::replace);
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
+    text.replace(at, 1, "\\u003c");
+  }
+  return text;
+}
 
-}  // namespace rivid
+}  // namespace rivid::detail

@@ -19,7 +19,7 @@ std::size_t count(std::string_view text, std::string_view word) {
   return out;
 }
 
-// Opens every fold, in which plots are drawn then.
+// Opens every fold, in which plots become as wide as the page then.
 constexpr const char* unfolded = R"(
   document.querySelectorAll("details").forEach((fold) => (fold.open = true));
   await wait();
@@ -75,14 +75,14 @@ setTimeout(async () => {
     return decoded(run.out.substr(at + key.size(), run.out.find('"', at + key.size()) - at - key.size()));
   }
 
-  // All figures of the page, of which so many are plots over time that a script draws once they are seen.
+  // All figures of the page, of which so many are plots over time.
   void expect_figures(const std::string& file, std::size_t figures, std::size_t over_time) const {
     const Json found = Json::parse(
         answer(file,
                std::string(unfolded) +
                    "const all = [...document.querySelectorAll('figure.chart')];\n"
                    "return [all.length, document.querySelectorAll('figure.chart .picture > svg').length,\n"
-                   "        document.querySelectorAll('canvas').length,\n"
+                   "        all.filter((figure) => figure.dataset.log !== undefined && figure.plot).length,\n"
                    "        document.querySelectorAll('figure.chart .tools').length];",
                {"--window-size=1280,900"}));
     EXPECT_EQ(found, Json({figures, figures, over_time, figures})) << "figures, pictures, plots, tools";
@@ -131,8 +131,8 @@ TEST_F(Page, TheJointsAndTheFirstPlotAreAboveTheFold) {
   const Json found = Json::parse(answer("scara_result/report.html", R"(
   const bottom = (selector) => document.querySelector(selector).getBoundingClientRect().bottom;
   const right = (selector) => document.querySelector(selector).getBoundingClientRect().right;
-  return { plot: bottom("#worst-joint canvas"), table: bottom(".first-look table"), verdict: bottom(".verdict"),
-           fold: innerHeight, right: Math.max(right(".first-look table"), right("#worst-joint canvas")), width: innerWidth };)"));
+  return { plot: bottom("#worst-joint svg"), table: bottom(".first-look table"), verdict: bottom(".verdict"),
+           fold: innerHeight, right: Math.max(right(".first-look table"), right("#worst-joint svg")), width: innerWidth };)"));
   EXPECT_GT(found.at("plot"), 200.0) << found;
   EXPECT_LT(found.at("plot"), found.at("fold")) << found;
   EXPECT_LT(found.at("table"), found.at("fold")) << found;
@@ -145,12 +145,11 @@ TEST_F(Page, TheErrorOfWhatIsPlottedIsThatOfTheTable) {
   constexpr double rounding = 1e-12;
   ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
   const Json found = Json::parse(answer("scara_result/report.html", R"(
-  const { plot } = document.getElementById("worst-joint");
-  const [, measured, predicted] = plot.data;
+  const [measured, predicted] = document.getElementById("worst-joint").plot.series;
   let [error, norm, rows] = [0, 0, 0];
-  measured.forEach((y, k) => {
-    if (y !== null) {
-      error += (y - predicted[k]) ** 2;
+  measured.y.forEach((y, k) => {
+    if (!Number.isNaN(y)) {
+      error += (y - predicted.y[k]) ** 2;
       norm += y * y;
       ++rows;
     }
@@ -171,7 +170,7 @@ TEST_F(Page, IsNoWiderThanAPhone) {
   ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
   const Json found = Json::parse(answer("scara_result/report.html", R"(
   const width = document.documentElement.clientWidth;
-  const wide = [...document.querySelectorAll("main figure, main p, main h2, main li, main canvas")].filter(
+  const wide = [...document.querySelectorAll("main figure, main p, main h2, main li, main .picture > svg")].filter(
       (part) => part.getBoundingClientRect().right > width + 1);
   const bar = document.querySelector("#parameters ~ .scroll svg").getBoundingClientRect();
   return { width, page: document.documentElement.scrollWidth, wide: wide.map((part) => part.outerHTML.slice(0, 80)), bar: bar.right };)",
@@ -210,12 +209,11 @@ TEST_F(Page, ZoomsAllPlotsOfALogAndNoOtherDownToFewRows) {
   }
   await wait();
   const part = (id) => {
-    const { plot } = document.getElementById(id);
-    const { min, max } = plot.scales.x;
-    return plot.data[0].filter((x) => x >= min && x <= max).length;
+    const { series, x } = document.getElementById(id).plot;
+    return series[0].x.filter((t) => t >= x.low && t <= x.high).length;
   };
-  const ranges = new Set([...document.querySelectorAll("figure[data-log='1']")].map(({ plot }) => JSON.stringify(plot.scales.x)));
-  const all = (id) => document.getElementById(id).plot.data[0].length;
+  const ranges = new Set([...document.querySelectorAll("figure[data-log='1']")].map(({ plot }) => plot.x.low + " " + plot.x.high));
+  const all = (id) => document.getElementById(id).plot.series[0].x.length;
   const result = [part("torque-1"), part("torque-2"), part("torque-1-log-2") === all("torque-1-log-2"), part("worst-joint") === all("worst-joint"), ranges.size];
   const place = document.querySelector("#torque-1 .picture");
   place.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
@@ -228,17 +226,100 @@ TEST_F(Page, ZoomsAllPlotsOfALogAndNoOtherDownToFewRows) {
       << "the other log, the first plot, one range for all, all rows by a key";
 }
 
-TEST_F(Page, EachPlotOverTimeHasTwoTicksAndNamesOfTheMapAreInThePicture) {
+TEST_F(Page, EachChartHasRoundTicksAndNamesOfTheMapAreInThePicture) {
   ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
   const Json found = Json::parse(answer("scara_result/report.html", std::string(unfolded) + R"(
   const plots = [...document.querySelectorAll("figure.chart")].filter((figure) => figure.plot);
-  const ticks = plots.map((figure) => figure.plot.axes[1]._splits.length);
+  const axes = plots.flatMap(({ plot }) => [plot.x.ticks, plot.y.ticks]);
+  const ticks = axes.map((axis) => axis.length);
+  const uneven = axes.filter((axis) => {
+    const step = axis[1] - axis[0];
+    return ![1, 2, 5].includes(parseInt(step.toExponential(6))) || axis.some((tick, k) => Math.abs(axis[0] + k * step - tick) > 1e-6 * step);
+  });
   const map = document.querySelector("#correlation-map svg");
   const names = [...map.querySelectorAll("text")].map((name) => name.getBoundingClientRect().top);
-  return { plots: plots.length, fewest: Math.min(...ticks), top: Math.min(...names) - map.getBoundingClientRect().top };)"));
-  EXPECT_EQ(found.at("plots"), 9);
+  return { plots: plots.length, fewest: Math.min(...ticks), most: Math.max(...ticks), uneven, top: Math.min(...names) - map.getBoundingClientRect().top };)"));
+  EXPECT_EQ(found.at("plots"), 9 + 2 * 8);
   EXPECT_GE(found.at("fewest"), 2) << found;
+  EXPECT_LE(found.at("most"), 18) << found;
+  EXPECT_TRUE(found.at("uneven").empty()) << found;
   EXPECT_GE(found.at("top"), 0.0) << found;
+}
+
+// A pen that is set down once a stretch, and once a point of a cloud; squares as strong as their correlation.
+TEST_F(Page, DrawsWhatTheNumbersSay) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", R"(
+  const wrong = [];
+  const seen = { line: 0, points: 0, bars: 0, band: 0, gaps: 0 };
+  for (const figure of document.querySelectorAll("figure.chart")) {
+    for (const s of (figure.plot?.series ?? []).filter((each) => !each.hidden)) {
+      const known = [...s.y].map((y) => !Number.isNaN(y));
+      const stretches = known.filter((now, k) => now && !known[k - 1]).length;
+      const rows = known.filter((now) => now).length;
+      const kind = { line: "path.curve", points: "path.cloud", bars: "rect.bar", band: "path.area" }[s.kind];
+      const drawn = [...figure.querySelectorAll(`${kind}.${s.style}`)];
+      const strokes = s.kind === "bars" ? drawn.length : drawn[0].getAttribute("d").split("M").length - 1;
+      if (strokes !== (s.kind === "line" || s.kind === "band" ? stretches : rows)) {
+        wrong.push([figure.id, s.name, strokes, stretches, rows]);
+      }
+      ++seen[s.kind];
+      seen.gaps += s.kind === "line" ? stretches - 1 : 0;
+    }
+  }
+  const squares = [...document.querySelectorAll("#correlation-map path")].map((each) => [each.className.baseVal, each.getAttribute("opacity")]);
+  return { wrong, seen, squares };)"));
+  EXPECT_TRUE(found.at("wrong").empty()) << found;
+  EXPECT_GT(found.at("seen").at("gaps"), 10) << found;
+  for (const char* const kind : {"line", "points", "bars", "band"}) {
+    EXPECT_GT(found.at("seen").at(kind), 1) << found;
+  }
+  const Json result = Json::parse(folder().read("scara_result/result.json"));
+  const Json& C = result.at("covariance").at("C_chi");
+  std::vector<Json> squares;
+  for (std::size_t i = 0; i < C.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double r = C[i][j].get<double>() / std::sqrt(C[i][i].get<double>() * C[j][j].get<double>());
+      const auto level = std::lround(10.0 * std::abs(r));
+      if (level > 0) {
+        const std::string digits = level == 10 ? "1" : "0." + std::to_string(level);
+        squares.push_back({r < 0.0 ? "against" : "together", digits});
+      }
+    }
+  }
+  EXPECT_EQ(found.at("squares"), Json(squares));
+}
+
+TEST_F(Page, SelectsATimeAndShowsValuesUnderThePointer) {
+  ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
+  const Json found = Json::parse(answer("scara_result/report.html", std::string(unfolded) + R"(
+  const figure = document.getElementById("torque-1");
+  const place = figure.querySelector(".picture");
+  place.scrollIntoView();
+  const { left, top, width, height } = place.getBoundingClientRect();
+  const at = (part) => ({ clientX: left + part * width, clientY: top + 0.4 * height, pointerType: "mouse", buttons: 1, bubbles: true });
+  const before = { ...figure.plot.x };
+  place.dispatchEvent(new PointerEvent("pointermove", { ...at(0.5), buttons: 0 }));
+  const tip = document.querySelector(".tip").textContent;
+  const cursors = [...document.querySelectorAll("figure[data-log='1'] .cursor")].filter((each) => each.getAttribute("x1")).length;
+  place.dispatchEvent(new PointerEvent("pointerdown", at(0.25)));
+  place.dispatchEvent(new PointerEvent("pointermove", at(0.75)));
+  const selected = figure.querySelector(".selection").getAttribute("width") / width;
+  place.dispatchEvent(new PointerEvent("pointerup", at(0.75)));
+  const after = { ...figure.plot.x };
+  place.dispatchEvent(new MouseEvent("dblclick", { bubbles: true }));
+  return { tip, cursors, selected, part: (after.high - after.low) / (before.high - before.low), all: figure.plot.x.high === before.high,
+           legend: figure.querySelectorAll(".legend button").length, curves: figure.querySelectorAll(".curve").length,
+           more: (figure.querySelector(".legend button:last-child").click(), figure.querySelectorAll(".curve").length) };)"));
+  EXPECT_TRUE(found.at("tip").get<std::string>().starts_with("t: ")) << found;
+  EXPECT_NE(found.at("tip").get<std::string>().find(", predicted: "), std::string::npos) << found;
+  EXPECT_EQ(found.at("cursors"), 4) << "torques and residuals of two joints";
+  EXPECT_NEAR(found.at("selected").get<double>(), 0.5, 0.01);
+  EXPECT_NEAR(found.at("part").get<double>(), 0.5, 0.1) << "the plot is a little narrower than its picture";
+  EXPECT_TRUE(found.at("all").get<bool>());
+  EXPECT_EQ(found.at("legend"), 3);
+  EXPECT_EQ(found.at("curves"), 2);
+  EXPECT_EQ(found.at("more"), 3) << "the robot description, once it is asked for";
 }
 
 TEST_F(Page, GivesNumbersAndPicturesOfEachPlot) {
@@ -275,10 +356,10 @@ TEST_F(Page, SortsTablesAndTurnsTheRobot) {
   const up = values();
   button.click();
   const down = values();
-  const arm = document.querySelector("#robot-picture polyline");
-  const before = arm.getAttribute("points");
+  const arm = () => document.querySelector("#robot-picture polyline").getAttribute("points");
+  const before = arm();
   document.querySelector("#robot-picture .picture").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
-  return { up, down, turned: arm.getAttribute("points") !== before };)"));
+  return { up, down, turned: arm() !== before };)"));
   const std::vector<double> up = found.at("up");
   const std::vector<double> down = found.at("down");
   EXPECT_EQ(up.size(), 8U);
@@ -423,7 +504,7 @@ TEST_F(Page, AResultThatIsNotIdentifiedIsShown) {
   });
   ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 1);
   const Json found = Json::parse(answer("scara_result/report.html", R"(
-  return { verdict: document.querySelector(".verdict").className, first: document.querySelector("#worst-joint canvas") !== null,
+  return { verdict: document.querySelector(".verdict").className, first: document.querySelector("#worst-joint .curve") !== null,
            friction: document.getElementById("friction-2") !== null };)"));
   EXPECT_EQ(found.at("verdict"), "verdict bad");
   EXPECT_EQ(found.at("first"), true);

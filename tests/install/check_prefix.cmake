@@ -39,7 +39,7 @@ foreach(tool IN LISTS tools)
 endforeach()
 
 # Licences of what is built in, and the list of parts.
-foreach(name IN ITEMS LICENSE LICENSE.uPlot LICENSE.SUNDIALS LICENSE.toml++ LICENSE.nlohmann-json LICENSE.CLI11 rivid.spdx)
+foreach(name IN ITEMS LICENSE LICENSE.SUNDIALS LICENSE.toml++ LICENSE.nlohmann-json LICENSE.CLI11 rivid.spdx)
   file(GLOB_RECURSE found ${PREFIX}/share/doc/${name})
   if(NOT found)
     message(FATAL_ERROR "${name} was not installed")

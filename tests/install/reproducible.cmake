@@ -5,7 +5,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(objects data/dialect report/json report/svg signal/filter)
+set(objects data/dialect report/json report/markup signal/filter)
 set(ENV{SOURCE_DATE_EPOCH} 1700000000)
 
 function(run folder)

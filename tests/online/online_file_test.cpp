@@ -165,7 +165,7 @@ TEST_F(OnlineFile, AReplayTellsWhatALoopWouldHaveSeen) {
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), found.t.size() + 1);
   EXPECT_EQ(csv.substr(0, 22), "t,mass,mass_half_width");
   const std::string page = to_html(found);
-  EXPECT_TRUE(test::says(page, "<svg"));
+  EXPECT_TRUE(test::says(page, "<figure class=\"chart"));
   EXPECT_TRUE(test::says(page, "the payload changes"));
   EXPECT_TRUE(test::says(in_words(found), "at the end: mass"));
   Log other = log;

@@ -56,23 +56,26 @@ TEST(MonteCarloReport, SaysWhichWaysCanBeTrusted) {
 
 TEST(MonteCarloReport, DrawsFivePlotsForEachWayAndLoadsNothing) {
   const std::string page = Study().page();
-  EXPECT_EQ(count(page, "<svg"), 10U);
-  EXPECT_EQ(count(page, "<svg"), count(page, "</svg>"));
   EXPECT_EQ(count(page, "<figure class=\"chart panel\" id=\"way-"), 10U);
-  EXPECT_EQ(count(page, "<script"), 2U) << "numbers and report.js: nothing is over time";
+  EXPECT_EQ(count(page, "<script"), 2U) << "numbers and report.js";
   // Names the kind of a picture that is taken along.
   EXPECT_EQ(count(page, "\"http://www.w3.org/2000/svg\""), 1U);
   EXPECT_EQ(count(page, "http://") + count(page, "https://"), 1U);
   EXPECT_EQ(count(page, ">nan") + count(page, "\"nan") + count(page, "inf\""), 0U);
   // Bias and coverage of the third parameter; and all errors, since the deviations of 0.01 that are made up here are far
   // above the bound.
-  EXPECT_EQ(count(page, "class=\"dot off\""), 2U + 16U);
+  std::size_t off = 0;
+  for (std::size_t at = page.find("\"off\":["); at != std::string::npos;
+       at = page.find("\"off\":[", at + 1)) {
+    off += count(std::string_view(page).substr(at, page.find(']', at) - at), "true");
+  }
+  EXPECT_EQ(off, 2U + 16U);
 }
 
 TEST(MonteCarloReport, WithoutABoundThereIsNoPrecisionToDraw) {
   Study study;
   test::calm(study.plan);
-  EXPECT_EQ(count(study.page(), "<svg"), 8U);
+  EXPECT_EQ(count(study.page(), "<figure class=\"chart"), 8U);
 }
 
 TEST(MonteCarloReport, TellsWhyRunsWereNotIdentified) {
@@ -86,7 +89,7 @@ TEST(MonteCarloReport, TellsWhyRunsWereNotIdentified) {
   EXPECT_NE(page.find("9 runs cycling: the iteration goes round among a few estimates"), std::string::npos);
   EXPECT_NE(page.find("90 runs refused: the log could not be used"), std::string::npos);
   EXPECT_NE(page.find("too few runs are identified to say anything"), std::string::npos);
-  EXPECT_EQ(count(page, "<svg"), 5U);
+  EXPECT_EQ(count(page, "<figure class=\"chart"), 5U);
 }
 
 TEST(MonteCarloReport, NamesAreText) {

@@ -11,7 +11,7 @@
 namespace rivid {
 
 /// A result as one HTML page to look at, the content of report.html; docs/report.md says what it shows. It holds all
-/// that it needs, loads nothing, and follows the browser's choice of light or dark.
+/// that it needs, loads nothing, and follows the browser's choice of light or dark. Plots are drawn by the page's own script.
 ///
 /// Torques are kept as single precision. Of more than 2 000 000 samples, counted over joints and logs, every second,
 /// third … is kept, and the page says so.

@@ -87,7 +87,7 @@ class MonteCarloFile {
 [[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run = {});
 
 /// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md says what it
-/// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. Plots and tables
+/// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. Tables
 /// are there without scripts too. The same runs give the same page.
 ///
 /// @param rows  in any order

@@ -1,10 +1,14 @@
-// What a reader can do with the page: zoom along time, read values, take numbers and pictures along, turn the robot, sort tables.
-// #data holds the numbers of each figure by its id; without scripts the pictures of the page stand as they are.
+// What the page draws, and what a reader can do with it: zoom along time, read values, take numbers and pictures along, turn the
+// robot, sort tables. #data holds what each figure shows by its id; this is the only program that draws it.
 (() => {
   "use strict";
   const root = document.documentElement;
   const data = JSON.parse(document.getElementById("data").textContent);
-  const figures = [...document.querySelectorAll("figure.chart")].filter((figure) => data[figure.id]);
+  const figures = [...document.querySelectorAll("figure")].filter((figure) => data[figure.id]);
+  const charts = figures.filter((figure) => data[figure.id].series);
+  const over_time = charts.filter((figure) => figure.dataset.log !== undefined);
+  const place_of = (figure) => figure.querySelector(".picture");
+  const is_wide = (figure) => figure.classList.contains("wide");
 
   // ------------------------------------------------------------------ numbers
 
@@ -24,6 +28,7 @@
           x: typeof s.x === "number" ? chart.decoded[s.x].x : decoded(s.x, s.fine),
           y: decoded(s.y, s.exact),
           upper: s.upper ? decoded(s.upper, s.exact) : null,
+          hidden: s.on_demand === true,
         });
       }
     }
@@ -33,6 +38,391 @@
 
   const digits = (value, count) =>
     value === null || value === undefined || !Number.isFinite(value) ? "–" : String(Number(value.toPrecision(count)));
+
+  // ------------------------------------------------------------------ scales
+
+  // About so many round numbers, 1, 2 or 5 times a power of ten apart. The first is `low` or below, the last `high` or above.
+  function round_ticks(low, high, count) {
+    const wanted = (high - low) / count;
+    const decade = 10 ** Math.floor(Math.log10(wanted));
+    const lead = wanted / decade;
+    const step = decade * (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10);
+    const rounding = 1e-9; // a multiple that is missed by rounding alone counts as met
+    const first = Math.floor(low / step + rounding);
+    const last = Math.ceil(high / step - rounding);
+    return Array.from({ length: last - first + 1 }, (_, k) => (first + k) * step);
+  }
+
+  // The least and the largest number of some lists; `positive` are logarithms alone.
+  function range_of(lists, positive = false) {
+    let [low, high] = [Infinity, -Infinity];
+    for (const list of lists) {
+      for (const value of list ?? []) {
+        if (Number.isFinite(value) && !(positive && value <= 0)) {
+          low = Math.min(low, value);
+          high = Math.max(high, value);
+        }
+      }
+    }
+    return low <= high ? [low, high] : positive ? [1, 10] : [0, 1];
+  }
+
+  // Values along the pixels from … to. The ends are those of the range, or the ticks around them where they are `rounded`.
+  function scale_of([low, high], [from, to], { rounded = false, logarithmic = false, count = 5 } = {}) {
+    const most_decades = 8; // more of them hide everything else
+    let ticks;
+    if (logarithmic) {
+      high = Math.ceil(Math.log10(high));
+      low = Math.min(Math.max(Math.floor(Math.log10(low)), high - most_decades), high - 1);
+      ticks = Array.from({ length: high - low + 1 }, (_, k) => 10 ** (low + k));
+    } else {
+      const room = high > low ? 0 : Math.max(0.1 * Math.abs(low), 1e-3);
+      [low, high] = [low - room, high + room];
+      ticks = round_ticks(low, high, count);
+      [low, high] = rounded ? [ticks[0], ticks[ticks.length - 1]] : [low, high];
+      const rounding = 1e-9 * (high - low);
+      ticks = ticks.filter((t) => t >= low - rounding && t <= high + rounding).map((t) => (Math.abs(t) < rounding ? 0 : t));
+    }
+    const measure = (value) => (logarithmic ? Math.log10(Math.max(value, 10 ** low)) : value);
+    return {
+      low,
+      high,
+      ticks,
+      at: (value) => from + ((measure(value) - low) / (high - low)) * (to - from),
+      value: (pixel) => low + ((pixel - from) / (to - from)) * (high - low),
+    };
+  }
+
+  // ------------------------------------------------------------------ pictures
+
+  const page_width = 1120; // of plots in a fold that is closed
+  const panel_width = 360;
+  const under_plot = 38; // ticks and label of the abscissa
+  const digit_width = 6.5;
+
+  const escaped = (text) => String(text).replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
+  const tenths = (value) => value.toFixed(1);
+  const pair = ([x, y]) => tenths(x) + " " + tenths(y);
+  const line = (style, [x1, y1], [x2, y2]) =>
+    `<line class="${style}" x1="${tenths(x1)}" y1="${tenths(y1)}" x2="${tenths(x2)}" y2="${tenths(y2)}"/>`;
+  const dot = (style, [x, y], r) => `<circle class="${style}" cx="${tenths(x)}" cy="${tenths(y)}" r="${r}"/>`;
+  const path = (style, d, more = "") => `<path class="${style}" d="${d}"${more}/>`;
+  const polyline = (style, points) => `<polyline class="${style}" points="${points.map((p) => p.map(tenths).join(",")).join(" ")}"/>`;
+  const words = (anchor, [x, y], text) => `<text text-anchor="${anchor}" x="${tenths(x)}" y="${tenths(y)}">${escaped(text)}</text>`;
+  const turned = (anchor, at, angle, text) =>
+    `<text text-anchor="${anchor}" transform="translate(${pair(at)}) rotate(${angle})">${escaped(text)}</text>`;
+  function box(style, [x1, y1], [x2, y2]) {
+    const [left, top] = [Math.min(x1, x2), Math.min(y1, y2)];
+    return `<rect class="${style}" x="${tenths(left)}" y="${tenths(top)}" width="${tenths(Math.abs(x2 - x1))}" height="${tenths(Math.abs(y2 - y1))}"/>`;
+  }
+  const picture = (width, height, label, content) =>
+    `<svg role="img" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"><title>${escaped(label)}</title>${content}</svg>`;
+
+  // Grid, ticks and label; a tick without room has no number.
+  function abscissa(x, label, frame) {
+    let out = "";
+    let last = -Infinity;
+    for (const tick of x.ticks) {
+      const at = x.at(tick);
+      const text = digits(tick, 6);
+      out += line("grid", [at, frame.top], [at, frame.bottom]);
+      if (at - last >= digit_width * text.length + 6) {
+        out += words("middle", [at, frame.bottom + 15], text);
+        last = at;
+      }
+    }
+    return out + words("middle", [0.5 * (frame.left + frame.right), frame.bottom + 32], label);
+  }
+  function ordinate(y, label, frame) {
+    let out = turned("middle", [11, 0.5 * (frame.top + frame.bottom)], -90, label);
+    for (const tick of y.ticks) {
+      out += line(tick === 0 ? "grid origin" : "grid", [frame.left, y.at(tick)], [frame.right, y.at(tick)]);
+      out += words("end", [frame.left - 5, y.at(tick) + 4], digits(tick, 6));
+    }
+    return out;
+  }
+
+  // ------------------------------------------------------------------ charts
+
+  // Lifts the pen at gaps; of many points in one column of pixels it has the lowest and the highest.
+  function curve(s, x, y) {
+    const column = ([across]) => Math.floor(across / 2);
+    let d = "";
+    let piece = [];
+    const lift = () => {
+      d += piece.length > 0 ? "M" + piece.map(pair).join("L") + (piece.length === 1 ? "h.1" : "") : "";
+      piece = [];
+    };
+    for (const k of s.part) {
+      if (!Number.isFinite(s.y[k])) {
+        lift();
+        continue;
+      }
+      const at = [x.at(s.x[k]), y.at(s.y[k])];
+      const [first, second] = piece.slice(-2);
+      if (second && column(first) === column(at) && column(second) === column(at)) {
+        const heights = [first[1], second[1], at[1]];
+        const ends = [Math.min(...heights), Math.max(...heights)];
+        [first[1], second[1]] = first[1] > second[1] ? ends.reverse() : ends;
+      } else {
+        piece.push(at);
+      }
+    }
+    lift();
+    return path("curve " + s.style, d);
+  }
+  function points(s, x, y) {
+    const shown = s.part.filter((k) => Number.isFinite(s.y[k]));
+    return path("cloud " + s.style, shown.map((k) => "M" + pair([x.at(s.x[k]), y.at(s.y[k])]) + "h0").join(""));
+  }
+  function band(s, x, y) {
+    let d = "";
+    let piece = [];
+    for (const k of [...s.part, -1]) {
+      if (k >= 0 && Number.isFinite(s.y[k])) {
+        piece.push(k);
+      } else if (piece.length > 0) {
+        const side = (values) => piece.map((i) => pair([x.at(s.x[i]), y.at(values[i])]));
+        d += "M" + [...side(s.y), ...side(s.upper).reverse()].join("L") + "Z";
+        piece = [];
+      }
+    }
+    return path("area " + s.style, d);
+  }
+  function bars(s, x, y) {
+    const half = Math.max(0.45 * Math.abs(x.at(s.x[1] ?? s.x[0] + 1) - x.at(s.x[0])), 0.5);
+    const bar = (k) => box("bar " + s.style, [x.at(s.x[k]) - half, y.at(0)], [x.at(s.x[k]) + half, y.at(s.y[k])]);
+    return s.part.filter((k) => Number.isFinite(s.y[k])).map(bar).join("");
+  }
+  const drawn_as = { line: curve, points, band, bars };
+
+  const ranges = {}; // of the time that is shown of each log
+
+  function draw_chart(figure) {
+    const chart = data[figure.id];
+    const { log } = figure.dataset;
+    const all = series_of(figure.id);
+    const width = is_wide(figure) ? place_of(figure).clientWidth || page_width : panel_width;
+    const { min, max } = ranges[log] ?? { min: -Infinity, max: Infinity };
+    for (const s of all) {
+      // One row more to either side, to which the curve goes on.
+      const inside = (k) => s.x[k] >= min && s.x[k] <= max;
+      s.part = [...s.x.keys()].filter((k) => inside(k) || inside(k - 1) || inside(k + 1));
+    }
+    const shown = all.filter((s) => !s.hidden);
+    const heights = shown.flatMap((s) => [s.part.map((k) => s.y[k]), s.upper && s.part.map((k) => s.upper[k])]);
+    const bottom = chart.height - under_plot;
+    const { logarithmic } = chart;
+    const count = Math.min(bottom / 35, 5);
+    const y = scale_of(range_of([...heights, chart.y_shown], logarithmic), [bottom, 6], { rounded: true, logarithmic, count });
+    // Plots over time stand below each other, with their ticks.
+    const longest = Math.max(log === undefined ? 1 : 6, ...y.ticks.map((tick) => digits(tick, 6).length));
+    const frame = { left: 26 + digit_width * longest, top: 6, right: width - 10, bottom };
+    const span = ranges[log] ? [min, max] : range_of([...all.map((s) => s.x), chart.x_shown]);
+    const x = scale_of(span, [frame.left, frame.right], { count: Math.max(width / 110, 5) });
+    let content = shown.map((s) => drawn_as[s.kind](s, x, y)).join("");
+    for (const { upright, at, style } of chart.rules) {
+      content += upright
+        ? line("rule " + style, [x.at(at), frame.top], [x.at(at), frame.bottom])
+        : line("rule " + style, [frame.left, y.at(at)], [frame.right, y.at(at)]);
+    }
+    if (log !== undefined) {
+      const size = [frame.left, frame.top, frame.right - frame.left, frame.bottom - frame.top];
+      const place = `x="${size[0]}" y="${size[1]}" width="${size[2]}" height="${size[3]}"`;
+      content = `<svg ${place} viewBox="${size.join(" ")}">${content}<rect class="selection"/><line class="cursor"/></svg>`;
+    }
+    content = abscissa(x, chart.x, frame) + ordinate(y, chart.y, frame) + content;
+    place_of(figure).innerHTML = picture(width, chart.height, chart.label, content);
+    figure.plot = { x, y, frame, width, series: all };
+  }
+
+  // What each curve is; a click hides it or shows it.
+  function add_legend(figure) {
+    const all = series_of(figure.id);
+    if (all.length < 2) {
+      return;
+    }
+    const legend = document.createElement("p");
+    legend.className = "legend";
+    for (const s of all.filter((each) => !each.unnamed)) {
+      const item = button("", "Show or hide " + s.name, () => {
+        s.hidden = !s.hidden;
+        item.setAttribute("aria-pressed", !s.hidden);
+        draw_chart(figure);
+      });
+      const key = document.createElement("span");
+      key.className = `key ${s.kind === "line" ? "" : s.kind === "points" ? "dot" : "area"} ${s.style}`;
+      item.className = "item";
+      item.setAttribute("aria-pressed", !s.hidden);
+      item.append(key, s.name);
+      legend.append(item);
+    }
+    place_of(figure).before(legend);
+  }
+
+  // ------------------------------------------------------------------ other plots
+
+  function draw_map(figure) {
+    const { names, label } = data[figure.id];
+    const values = values_of(figure.id);
+    const [left, top] = [62, 26];
+    const cell = Math.min(Math.max(620 / names.length, 8), 30);
+    const across = (j) => left + cell * j;
+    const down = (i) => top + cell * i;
+    const levels = 10;
+    let content = "";
+    names.forEach((name, i) => {
+      for (let j = 0; j < i; ++j) {
+        const r = values[i * names.length + j];
+        const level = Math.round(Math.min(Math.abs(r), 1) * levels);
+        if (level > 0) {
+          const square = `M${pair([across(j), down(i)])}h${tenths(cell - 0.6)}v${tenths(cell - 0.6)}h-${tenths(cell - 0.6)}z`;
+          content += path(r < 0 ? "against" : "together", square, ` opacity="${level / levels}"`);
+        }
+      }
+      content += words("end", [left - 4, down(i) + 0.5 * cell + 4], name);
+      content += turned("start", [across(i) + 0.5 * cell + 3, down(i) + cell - 1], -50, name);
+    });
+    const size = cell * names.length;
+    place_of(figure).innerHTML = picture(left + size + 40, top + size + 4, label, content);
+    figure.cell_at = ([x, y]) => [Math.floor((y - top) / cell), Math.floor((x - left) / cell)];
+  }
+
+  function draw_dots(figure) {
+    const { rows, off, reference, wanted, label } = data[figure.id];
+    const [[, x_label], ...dots] = rows;
+    const row = 17;
+    const frame = { left: 58, top: 8, right: panel_width - 12, bottom: 12 + row * dots.length };
+    const ends = dots.flatMap(([, value, low, high]) => (Number.isFinite(value) ? [low, high] : []));
+    const x = scale_of(range_of([ends, [reference]]), [frame.left, frame.right], { rounded: true });
+    const place = (value) => Math.min(Math.max(x.at(value), frame.left), frame.right);
+    let content = abscissa(x, x_label, frame);
+    content += box("band", [place(wanted[0]), frame.top], [place(wanted[1]), frame.bottom]);
+    content += line("reference", [place(reference), frame.top], [place(reference), frame.bottom]);
+    dots.forEach(([name, value, low, high], i) => {
+      const y = frame.top + row * (i + 0.5) + 2;
+      const style = off[i] ? " off" : "";
+      content += words("end", [frame.left - 6, y + 4], name);
+      if (Number.isFinite(value)) {
+        content += line("whisker" + style, [x.at(low), y], [x.at(high), y]) + dot("dot" + style, [x.at(value), y], 3.2);
+      }
+    });
+    place_of(figure).innerHTML = picture(panel_width, frame.bottom + under_plot, label, content);
+  }
+
+  const margin = 6; // of the smallest pictures
+
+  function draw_path(figure) {
+    const { steps, interval, label } = data[figure.id];
+    const [width, height] = [170, 64];
+    const x = scale_of([0, Math.max(steps.length - 1, 1)], [margin, width - margin]);
+    const y = scale_of(range_of([steps, interval]), [height - margin, margin]);
+    let content = "";
+    if (interval) {
+      const top = y.at(interval[1]);
+      content = box("band", [0, top], [width, Math.max(y.at(interval[0]), top + 1)]);
+    }
+    const points = steps.flatMap((value, k) => (Number.isFinite(value) ? [[x.at(k), y.at(value)]] : []));
+    content += polyline("path", points) + points.map((at) => dot("value", at, 2)).join("");
+    place_of(figure).innerHTML = picture(width, height, label, content);
+  }
+
+  // An interval on an axis of its own, with a value in it and one to compare it with, in a cell of a table.
+  for (const cell of document.querySelectorAll(".interval-bar")) {
+    const [low, high, value, reference] = cell.dataset.values.split(" ").map(parseFloat);
+    const [width, height] = [140, 18];
+    const middle = 0.5 * height;
+    const x = scale_of(range_of([[low, high, reference]]), [margin, width - margin]);
+    const upright = (style, at, from) => line(style, [at, from], [at, height - from]);
+    const zero = x.at(0);
+    cell.innerHTML = picture(
+      width,
+      height,
+      cell.dataset.label,
+      line("axis", [0, middle], [width, middle]) +
+        (zero >= 0 && zero <= width ? upright("zero", zero, 1) : "") +
+        (Number.isFinite(reference) ? upright("apriori", x.at(reference), 3) : "") +
+        line("interval", [x.at(low), middle], [x.at(high), middle]) +
+        dot("value", [x.at(value), middle], 2.6),
+    );
+  }
+
+  // ------------------------------------------------------------------ the robot
+
+  function draw_bodies(figure) {
+    const shown = data[figure.id];
+    const { joints, bodies, traces, label } = shown;
+    const [width, height] = [620, 440];
+    const places = [...joints, ...traces.flatMap((t) => t.points)];
+    const middle = [0, 1, 2].map((c) => {
+      const [low, high] = range_of([places.map((p) => p[c])]);
+      return 0.5 * (low + high);
+    });
+    const from_middle = (p) => p.map((value, c) => value - middle[c]);
+    const axes_of = (body) => [0, 3, 6].map((a) => body.axes.slice(a, a + 3));
+    const longest = (body) => Math.max(...axes_of(body).map((axis) => Math.hypot(...axis)));
+    const far = Math.max(
+      ...places.map((p) => Math.hypot(...from_middle(p))),
+      ...bodies.map((b) => Math.hypot(...from_middle(b.centre)) + longest(b)),
+    );
+    const pixels = (0.5 * Math.min(width, height) - 10) / far;
+    shown.yaw ??= -0.9;
+    shown.pitch ??= 0.42;
+    const right = [Math.cos(shown.yaw), Math.sin(shown.yaw), 0];
+    const down = [Math.sin(shown.pitch) * right[1], -Math.sin(shown.pitch) * right[0], -Math.cos(shown.pitch)];
+    const product = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const at = (p) => {
+      const v = from_middle(p);
+      return [0.5 * width + pixels * product(right, v), 0.5 * height + pixels * product(down, v)];
+    };
+    let content = traces.map((t) => polyline("trace " + t.style, t.points.map(at))).join("");
+    for (const body of bodies) {
+      // The outline of the projected ellipsoid: eigenvalues of (P A)(P A)ᵀ.
+      let [xx, xy, yy] = [0, 0, 0];
+      for (const axis of axes_of(body)) {
+        const [x, y] = [product(right, axis), product(down, axis)];
+        xx += x * x;
+        xy += x * y;
+        yy += y * y;
+      }
+      const mean = 0.5 * (xx + yy);
+      const apart = Math.hypot(0.5 * (xx - yy), xy);
+      const angle = (0.5 * Math.atan2(2 * xy, xx - yy) * 180) / Math.PI;
+      const radii = [mean + apart, mean - apart].map((square) => tenths(pixels * Math.sqrt(Math.max(square, 0))));
+      content +=
+        `<ellipse class="${body.style}" rx="${radii[0]}" ry="${radii[1]}" transform="translate(${pair(at(body.centre))}) rotate(${tenths(angle)})">` +
+        `<title>${escaped(body.name)}</title></ellipse>`;
+    }
+    const line_of_joints = joints.map(at);
+    content += polyline("arm", line_of_joints) + line_of_joints.map((p) => dot("joint", p, 3)).join("");
+    place_of(figure).innerHTML = picture(width, height, label, content);
+  }
+
+  function turn_by_hand(figure) {
+    const shown = data[figure.id];
+    function turn(across, up) {
+      shown.yaw += across;
+      shown.pitch = Math.max(-1.55, Math.min(1.55, shown.pitch + up));
+      draw_bodies(figure);
+    }
+    const place = place_of(figure);
+    place.tabIndex = 0;
+    place.setAttribute("role", "group");
+    place.setAttribute("aria-label", "The robot; arrow keys turn it");
+    const steps = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+    place.addEventListener("keydown", (event) => {
+      if (steps[event.key]) {
+        event.preventDefault();
+        turn(...steps[event.key]);
+      }
+    });
+    place.addEventListener("pointerdown", (event) => place.setPointerCapture(event.pointerId));
+    place.addEventListener("pointermove", (event) => {
+      if (event.buttons & 1) {
+        turn(-0.01 * event.movementX, 0.01 * event.movementY);
+      }
+    });
+  }
 
   // ------------------------------------------------------------------ numbers and pictures to take along
 
@@ -70,11 +460,11 @@
 
   // The picture alone, in the colours of paper, with all that the style sheet says of it.
   function svg_of(figure) {
-    const picture = figure.querySelector("svg");
+    const original = figure.querySelector("svg");
     const light = root.classList.contains("paper");
     root.classList.add("paper");
-    const copy = picture.cloneNode(true);
-    const parts = picture.querySelectorAll("*");
+    const copy = original.cloneNode(true);
+    const parts = original.querySelectorAll("*");
     copy.querySelectorAll("*").forEach((part, k) => {
       const style = getComputedStyle(parts[k]);
       for (const name of ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "fill-opacity", "font-size"]) {
@@ -104,7 +494,7 @@
     return out;
   }
 
-  for (const figure of figures) {
+  for (const figure of figures.filter((each) => each.classList.contains("chart"))) {
     const { id } = figure;
     const tools = document.createElement("span");
     tools.className = "tools";
@@ -124,111 +514,12 @@
 
   // ------------------------------------------------------------------ plots over time
 
-  let colours = {};
-  function read_colours() {
-    const style = getComputedStyle(root);
-    for (const name of ["text", "soft", "line", "grid", "measured", "predicted", "residual", "apriori"]) {
-      colours[name] = style.getPropertyValue("--" + name).trim();
-    }
-  }
-
-  const made = new Map(); // figure → plot
-  const ranges = {}; // of the time of each log
-
-  function axis(label, more) {
-    return {
-      label,
-      labelSize: 18,
-      labelFont: "12px system-ui, sans-serif",
-      font: "11px system-ui, sans-serif",
-      stroke: colours.soft,
-      grid: { stroke: colours.grid, width: 1 },
-      ticks: { stroke: colours.line, width: 1, size: 4 },
-      ...more,
-    };
-  }
-
-  // A curve that lifts the pen where rows are left out: uPlot's own draws over a gap and erases that.
-  function stroke_of(u, index, first, last) {
-    const stroke = new Path2D();
-    const [x, y] = [u.data[0], u.data[index]];
-    let down = false;
-    for (let k = first; k <= last; ++k) {
-      if (y[k] === null) {
-        down = false;
-        continue;
-      }
-      const at = [u.valToPos(x[k], "x", true), u.valToPos(y[k], u.series[index].scale, true)];
-      down ? stroke.lineTo(...at) : stroke.moveTo(...at);
-      down = true;
-    }
-    return { stroke, fill: null };
-  }
+  const of_log = (log) => over_time.filter((figure) => figure.dataset.log === log);
 
   // All plots of a log show the same time.
-  function follow(log) {
-    return (u, scale) => {
-      const { min, max } = u.scales.x;
-      const known = ranges[log];
-      if (scale !== "x" || min === null || (known && known.min === min && known.max === max)) {
-        return;
-      }
-      ranges[log] = { min, max };
-      for (const [figure, plot] of made) {
-        if (plot !== u && figure.dataset.log === log) {
-          plot.setScale("x", { min, max });
-        }
-      }
-    };
-  }
-
-  function make(figure) {
-    const { id, dataset } = figure;
-    const { log } = dataset;
-    const chart = data[id];
-    const all = series_of(id);
-    const known = made.get(figure);
-    const shown = known ? known.series.map((s) => s.show) : null;
-    known?.destroy();
-    const place = figure.querySelector(".picture");
-    place.classList.add("live");
-    const span = ranges[log] ?? { min: all[0].x[0], max: all[0].x[all[0].x.length - 1] };
-    const plot = new uPlot(
-      {
-        width: place.clientWidth,
-        height: chart.height,
-        scales: { x: { time: false, ...span } },
-        axes: [
-          axis(chart.x, { size: 28, gap: 3 }),
-          axis(chart.y, { size: 56, gap: 3, space: Math.min(26, chart.height / 10), values: (u, ticks) => ticks.map((v) => (v === null ? "" : digits(v, 6))) }),
-        ],
-        series: [
-          { label: "t", value: (u, v) => digits(v, 7) },
-          ...all.map((s, k) => ({
-            label: s.name,
-            stroke: colours[s.style],
-            width: s.style === "measured" ? 2.2 : 1.2,
-            show: shown ? shown[k + 1] : !s.on_demand,
-            paths: stroke_of,
-            points: { show: false },
-            value: (u, v) => digits(v, 5),
-          })),
-        ],
-        cursor: {
-          drag: { x: true, y: false, dist: 4 },
-          sync: {
-            key: "log " + log,
-            scales: ["x", null],
-            filters: { pub: (type) => type === "mousemove" || type === "mouseleave" },
-          },
-        },
-        hooks: { setScale: [follow(log)] },
-      },
-      [all[0].x, ...all.map((s) => Array.from(s.y, (v) => (Number.isNaN(v) ? null : v)))],
-      place,
-    );
-    made.set(figure, plot);
-    figure.plot = plot; // for whoever looks from the console
+  function show_time(log, range) {
+    ranges[log] = range;
+    of_log(log).forEach(draw);
   }
 
   const moves = {
@@ -238,42 +529,24 @@
     forward: (a, b) => [a + 0.5 * (b - a), b + 0.5 * (b - a)],
     all: () => [-Infinity, Infinity],
   };
-  function move(log, how) {
-    const figure = over_time.find((f) => f.dataset.log === log);
-    const t = series_of(figure.id)[0].x;
-    const first = t[0];
-    const last = t[t.length - 1];
-    const shown = ranges[log] ?? { min: first, max: last };
-    let [min, max] = moves[how](shown.min, shown.max);
+  // Within the log, and not narrower than a few rows.
+  function show_part(log, [from, to]) {
+    const t = series_of(of_log(log)[0].id)[0].x;
+    const [first, last] = [t[0], t[t.length - 1]];
     const least = (4 * (last - first)) / t.length;
-    const span = Math.max(Math.min(max - min, last - first), least);
-    min = Math.max(Math.min(min, last - span), first);
-    ranges[log] = { min, max: Math.min(min + span, last) };
-    for (const [each, plot] of made) {
-      if (each.dataset.log === log) {
-        plot.setScale("x", ranges[log]);
-      }
-    }
+    const span = Math.max(Math.min(to - from, last - first), least);
+    const min = Math.max(Math.min(from, last - span), first);
+    show_time(log, { min, max: Math.min(min + span, last) });
+  }
+  function move(log, how) {
+    const { x } = of_log(log).find((figure) => figure.plot).plot;
+    show_part(log, moves[how](x.low, x.high));
   }
 
-  const over_time = figures.filter((figure) => figure.dataset.log !== undefined);
   for (const toolbar of document.querySelectorAll(".toolbar")) {
     toolbar.addEventListener("click", (event) => {
       if (event.target.dataset.move) {
         move(toolbar.dataset.log, event.target.dataset.move);
-      }
-    });
-  }
-  const keys = { ArrowLeft: "back", ArrowRight: "forward", "+": "in", "-": "out", 0: "all" };
-  for (const figure of over_time) {
-    const place = figure.querySelector(".picture");
-    place.tabIndex = 0;
-    place.setAttribute("role", "group");
-    place.setAttribute("aria-label", figure.querySelector("svg title").textContent + "; arrow keys move, plus and minus zoom, 0 shows all");
-    place.addEventListener("keydown", (event) => {
-      if (keys[event.key] && !event.ctrlKey && !event.metaKey && !event.altKey) {
-        event.preventDefault();
-        move(figure.dataset.log, keys[event.key]);
       }
     });
   }
@@ -292,23 +565,18 @@
     tip.style.top = event.clientY + 14 + scrollY + "px";
   }
 
-  // The point of a picture that is nearest to the pointer.
-  function nearest(figure, at) {
-    const picture = figure.querySelector("svg");
-    const [left, top, right, bottom] = picture.dataset.frame.split(" ").map(Number);
-    const [x0, x1] = picture.dataset.x.split(" ").map(Number);
-    const [y0, y1] = picture.dataset.y.split(" ").map(Number);
-    const { logarithmic } = data[figure.id];
+  // The point of a chart that is nearest to the pointer.
+  function nearest(figure, [left, top]) {
+    const { x, y } = figure.plot;
     const reach = 24;
     let best = { distance: reach * reach, text: "" };
     for (const s of series_of(figure.id)) {
-      if (s.on_demand || s.kind === "band") {
+      if (s.hidden || s.kind === "band") {
         continue;
       }
       for (let k = 0; k < s.x.length; ++k) {
-        const across = left + ((s.x[k] - x0) / (x1 - x0)) * (right - left) - at.x;
-        const height = logarithmic ? Math.log10(s.y[k]) : s.y[k];
-        const up = s.kind === "bars" ? 0 : bottom - ((height - y0) / (y1 - y0)) * (bottom - top) - at.y;
+        const across = x.at(s.x[k]) - left;
+        const up = s.kind === "bars" ? 0 : y.at(s.y[k]) - top;
         const distance = across * across + up * up;
         if (distance < best.distance) {
           best = { distance, text: `${s.name}: ${digits(s.x[k], 5)}, ${digits(s.y[k], 5)}` };
@@ -318,109 +586,85 @@
     return best.text;
   }
   function cell_under(figure, at) {
-    const [left, top, size] = figure.querySelector("svg").dataset.heat.split(" ").map(Number);
     const { names } = data[figure.id];
-    const i = Math.floor((at.y - top) / size);
-    const j = Math.floor((at.x - left) / size);
+    const [i, j] = figure.cell_at(at);
     return i >= 0 && j >= 0 && i < names.length && j < i
       ? `${names[i]} and ${names[j]}: ${digits(values_of(figure.id)[i * names.length + j], 3)}`
       : "";
   }
-  for (const figure of figures) {
-    const picture = figure.querySelector("svg");
-    const reader = picture.dataset.frame ? nearest : picture.dataset.heat ? cell_under : null;
-    if (reader && figure.dataset.log === undefined) {
-      picture.addEventListener("pointermove", (event) => {
-        const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(picture.getScreenCTM().inverse());
-        show_tip(event, reader(figure, at));
-      });
-      picture.addEventListener("pointerleave", () => (tip.hidden = true));
+  // All curves at the time under the pointer, at which a line stands in each plot of the log.
+  function at_time(figure, [left]) {
+    const { x, frame } = figure.plot;
+    const t = x.value(left);
+    const inside = left >= frame.left && left <= frame.right;
+    for (const other of of_log(figure.dataset.log)) {
+      const cursor = other.querySelector(".cursor");
+      const at = inside && other.plot ? tenths(other.plot.x.at(t)) : "";
+      for (const [name, value] of Object.entries({ x1: at, x2: at, y1: 0, y2: at && data[other.id].height })) {
+        cursor?.setAttribute(name, value);
+      }
     }
+    const shown = series_of(figure.id).filter((s) => !s.hidden);
+    if (!inside || shown.length === 0) {
+      return "";
+    }
+    const apart = (k) => Math.abs(shown[0].x[k] - t);
+    const row = shown[0].part.reduce((best, k) => (apart(k) < apart(best) ? k : best));
+    return [`t: ${digits(shown[0].x[row], 7)}`, ...shown.map((s) => `${s.name}: ${digits(s.y[row], 5)}`)].join(", ");
   }
 
-  // ------------------------------------------------------------------ the robot
-
-  function turn_by_hand(figure) {
-    const picture = figure.querySelector("svg");
-    const { joints, bodies, traces } = data[figure.id];
-    const { width, height } = picture.viewBox.baseVal;
-    const ellipses = [...picture.querySelectorAll("ellipse")];
-    const arm = picture.querySelector("polyline.arm");
-    const lines = [...picture.querySelectorAll("polyline.trace")];
-    const dots = [...picture.querySelectorAll("circle")];
-    const places = [...joints, ...traces.flatMap((t) => t.points)];
-    const middle = [0, 1, 2].map((c) => {
-      const values = places.map((p) => p[c]);
-      return 0.5 * (Math.min(...values) + Math.max(...values));
+  const point_of = (figure, event) => {
+    const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(figure.querySelector("svg").getScreenCTM().inverse());
+    return [x, y];
+  };
+  function read_values(figure, reader) {
+    const place = place_of(figure);
+    place.addEventListener("pointermove", (event) => show_tip(event, reader(figure, point_of(figure, event))));
+    place.addEventListener("pointerleave", (event) => {
+      reader(figure, [-1, -1]);
+      show_tip(event, "");
     });
-    const longest = (axes) => Math.max(...[0, 3, 6].map((a) => Math.hypot(...axes.slice(a, a + 3))));
-    const far = Math.max(
-      ...places.map((p) => Math.hypot(...p.map((v, c) => v - middle[c]))),
-      ...bodies.map((b) => Math.hypot(...b.centre.map((v, c) => v - middle[c])) + longest(b.axes)),
-    );
-    const pixels = (0.5 * Math.min(width, height) - 10) / far;
-    let yaw = -0.9;
-    let pitch = 0.42;
-    function draw() {
-      const right = [Math.cos(yaw), Math.sin(yaw), 0];
-      const down = [Math.sin(pitch) * Math.sin(yaw), -Math.sin(pitch) * Math.cos(yaw), -Math.cos(pitch)];
-      const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-      const at = (p) => {
-        const v = p.map((value, c) => value - middle[c]);
-        return [0.5 * width + pixels * dot(right, v), 0.5 * height + pixels * dot(down, v)];
-      };
-      const text = (points) => points.map((p) => p.map((v) => v.toFixed(1)).join(",")).join(" ");
-      const points = joints.map(at);
-      arm.setAttribute("points", text(points));
-      lines.forEach((line, k) => line.setAttribute("points", text(traces[k].points.map(at))));
-      dots.forEach((d, k) => {
-        d.setAttribute("cx", points[k][0].toFixed(1));
-        d.setAttribute("cy", points[k][1].toFixed(1));
-      });
-      ellipses.forEach((ellipse, k) => {
-        // The outline of the projected ellipsoid: eigenvalues of (P A)(P A)ᵀ.
-        let [xx, xy, yy] = [0, 0, 0];
-        for (let a = 0; a < 9; a += 3) {
-          const axis_k = bodies[k].axes.slice(a, a + 3);
-          const [x, y] = [dot(right, axis_k), dot(down, axis_k)];
-          xx += x * x;
-          xy += x * y;
-          yy += y * y;
-        }
-        const mean = 0.5 * (xx + yy);
-        const apart = Math.hypot(0.5 * (xx - yy), xy);
-        const angle = (0.5 * Math.atan2(2 * xy, xx - yy) * 180) / Math.PI;
-        const [x, y] = at(bodies[k].centre);
-        ellipse.setAttribute("rx", (pixels * Math.sqrt(mean + apart)).toFixed(1));
-        ellipse.setAttribute("ry", (pixels * Math.sqrt(Math.max(mean - apart, 0))).toFixed(1));
-        ellipse.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)}) rotate(${angle.toFixed(1)})`);
-      });
-    }
-    function turn(across, up) {
-      yaw += across;
-      pitch = Math.max(-1.55, Math.min(1.55, pitch + up));
-      draw();
-    }
-    const place = figure.querySelector(".picture");
+  }
+
+  const keys = { ArrowLeft: "back", ArrowRight: "forward", "+": "in", "-": "out", 0: "all" };
+  function zoom_by_hand(figure) {
+    const { log } = figure.dataset;
+    const place = place_of(figure);
     place.tabIndex = 0;
     place.setAttribute("role", "group");
-    place.setAttribute("aria-label", "The robot; arrow keys turn it");
-    const steps = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+    place.setAttribute("aria-label", data[figure.id].label + "; arrow keys move, plus and minus zoom, 0 shows all");
     place.addEventListener("keydown", (event) => {
-      if (steps[event.key]) {
+      if (keys[event.key] && !event.ctrlKey && !event.metaKey && !event.altKey) {
         event.preventDefault();
-        turn(...steps[event.key]);
+        move(log, keys[event.key]);
       }
     });
-    place.addEventListener("pointerdown", (event) => place.setPointerCapture(event.pointerId));
+    let from = null;
+    const selected = (event) => [from, point_of(figure, event)[0]].sort((a, b) => a - b);
+    place.addEventListener("pointerdown", (event) => {
+      from = event.pointerType === "mouse" ? point_of(figure, event)[0] : null;
+    });
     place.addEventListener("pointermove", (event) => {
-      if (event.buttons & 1) {
-        turn(-0.01 * event.movementX, 0.01 * event.movementY);
+      if (from !== null && event.buttons & 1) {
+        const [left, right] = selected(event);
+        const part = { x: left, width: right - left, y: 0, height: data[figure.id].height };
+        for (const [name, value] of Object.entries(part)) {
+          figure.querySelector(".selection").setAttribute(name, value);
+        }
       }
     });
-    draw();
+    addEventListener("pointerup", (event) => {
+      if (from !== null) {
+        const [left, right] = selected(event);
+        from = null;
+        const { x } = figure.plot;
+        if (right - left > 4) {
+          show_part(log, [x.value(left), x.value(right)]);
+        }
+      }
+    });
+    place.addEventListener("dblclick", () => move(log, "all"));
   }
-  figures.filter((figure) => data[figure.id].bodies).forEach(turn_by_hand);
 
   // ------------------------------------------------------------------ tables
 
@@ -456,7 +700,7 @@
       );
     });
   }
-  for (const scroller of document.querySelectorAll(".scroll, .wide .picture:not([tabindex])")) {
+  for (const scroller of document.querySelectorAll(".scroll")) {
     if (scroller.scrollWidth <= scroller.clientWidth) {
       continue;
     }
@@ -467,34 +711,27 @@
 
   // ------------------------------------------------------------------ making plots
 
-  // A few at a time, from the top, so that the page can be read meanwhile; those in a fold when it is opened.
-  function make_plots() {
-    const until = performance.now() + 40;
-    const waiting = over_time.filter((figure) => !made.has(figure) && figure.querySelector(".picture").clientWidth > 0);
-    while (waiting.length > 0 && performance.now() < until) {
-      make(waiting.shift());
-    }
-    root.dataset.plots = made.size;
-    if (waiting.length > 0) {
-      setTimeout(make_plots);
-    }
+  function draw(figure) {
+    const { series, names, bodies, rows } = data[figure.id];
+    (series ? draw_chart : names ? draw_map : bodies ? draw_bodies : rows ? draw_dots : draw_path)(figure);
   }
-  document.addEventListener("toggle", make_plots, true);
-  read_colours();
-  make_plots();
-
-  new ResizeObserver(() => {
-    for (const [figure, plot] of made) {
-      const { clientWidth } = figure.querySelector(".picture");
-      if (clientWidth > 0 && clientWidth !== plot.width) {
-        plot.setSize({ width: clientWidth, height: plot.height });
+  charts.forEach(add_legend);
+  figures.forEach(draw);
+  // Those as wide as the page are drawn again where that changes, and once the fold that they are in is opened.
+  const watch = new ResizeObserver((entries) => {
+    for (const { target } of entries) {
+      const figure = target.closest("figure");
+      if (target.clientWidth > 0 && target.clientWidth !== figure.plot.width) {
+        draw(figure);
       }
     }
-  }).observe(document.querySelector("main"));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-    read_colours();
-    [...made.keys()].forEach(make);
   });
+  charts.filter(is_wide).forEach((figure) => watch.observe(place_of(figure)));
+  over_time.forEach(zoom_by_hand);
+  charts.forEach((figure) => read_values(figure, figure.dataset.log === undefined ? nearest : at_time));
+  figures.filter((figure) => data[figure.id].names).forEach((figure) => read_values(figure, cell_under));
+  figures.filter((figure) => data[figure.id].bodies).forEach(turn_by_hand);
+
   // On paper folded tables are open; plots of other logs stay folded.
   const opened = [];
   addEventListener("beforeprint", () => {

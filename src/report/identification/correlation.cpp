@@ -45,11 +45,9 @@ Section correlation_section(const Identification& result) {
   if (result.C_chi.rows() != std::ssize(result.parameters) || result.parameters.size() < 2) {
     return out;
   }
-  HeatMap map{"correlation-map",
-              "Correlation of the estimates",
-              "Correlation matrix of the estimates",
-              {},
-              correlation(result.C_chi)};
+  HeatMap map{
+      "correlation-map",        "Correlation of the estimates", "", "Correlation matrix of the estimates", {},
+      correlation(result.C_chi)};
   for (const ParameterEstimate& parameter : result.parameters) {
     map.names.push_back(parameter.name);
   }

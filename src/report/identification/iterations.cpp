@@ -42,7 +42,8 @@ Plots parameter_paths(const Parameters& parameters, const std::vector<IvIteratio
   Plots::Group& all = out.groups.emplace_back();
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterEstimate& p = parameters[i];
-    PathPlot path{p.name, with_decimals_of(p.value, p.sigma) + " " + p.unit, "", {}};
+    PathPlot path{
+        "path-" + std::to_string(i + 1), p.name, with_decimals_of(p.value, p.sigma) + " " + p.unit, "", {}};
     for (const IvIteration& k : iterations) {
       path.steps.push_back(at(k.chi, i));
     }

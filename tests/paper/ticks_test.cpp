@@ -1,11 +1,11 @@
-#include "rivid/report/ticks.hpp"
+#include "paper_study/ticks.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace rivid {
+namespace rivid::study {
 namespace {
 
 TEST(RoundTicks, AreMultiplesOfOneTwoOrFive) {
@@ -39,4 +39,4 @@ TEST(RoundTicks, CoverAnyRangeWithFourToEleven) {
 }
 
 }  // namespace
-}  // namespace rivid
+}  // namespace rivid::study
