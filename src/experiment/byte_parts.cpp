@@ -4,6 +4,8 @@
 #include <functional>
 #include <utility>
 
+#include "checksum.hpp"
+
 namespace rivid::detail {
 
 namespace {
@@ -17,15 +19,6 @@ void put_number(std::string& out, Number value) {
   }
 }
 
-// FNV-1a, 64 bits.
-std::uint64_t checksum_of(std::string_view content) {
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const char c : content) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  }
-  return hash;
-}
-
 }  // namespace
 
 PartWriter::PartWriter(std::string_view magic, std::uint32_t version, const Json& description) : out_(magic) {
@@ -35,7 +28,7 @@ PartWriter::PartWriter(std::string_view magic, std::uint32_t version, const Json
 }
 
 std::string PartWriter::content() && {
-  put_number(out_, checksum_of(out_));
+  put_number(out_, checksum(out_));
   return std::move(out_);
 }
 
@@ -61,7 +54,7 @@ PartReader::PartReader(std::string_view content, std::string_view magic, std::ui
   }
   const std::string_view rest = content_;
   content_ = content.substr(content.size() - sizeof(std::uint64_t));
-  if (number<std::uint64_t>() != checksum_of(content.substr(0, content.size() - sizeof(std::uint64_t)))) {
+  if (number<std::uint64_t>() != checksum(content.substr(0, content.size() - sizeof(std::uint64_t)))) {
     throw fault("is truncated or damaged: its checksum does not fit its content");
   }
   content_ = rest;

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <utility>
 
+#include "checksum.hpp"
 #include "experiment/text_file.hpp"
 #include "rivid/error.hpp"
 #include "rivid/output.hpp"
@@ -47,14 +48,10 @@ Number parsed(const std::string& cell, const std::string& place) {
   return out;
 }
 
-// FNV-1a of a line, as 16 hexadecimal digits: the last cell of each.
+// That of a line, as 16 hexadecimal digits: the last cell of each.
 std::string line_checksum(std::string_view line) {
-  std::uint64_t sum = 0xCBF29CE484222325U;
-  for (const char c : line) {
-    sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
-  }
   std::ostringstream out;
-  out << std::hex << std::setw(16) << std::setfill('0') << sum;
+  out << std::hex << std::setw(16) << std::setfill('0') << detail::checksum(line);
   return out.str();
 }
 

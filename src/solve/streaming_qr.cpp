@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "checksum.hpp"
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
 #include "rivid/text.hpp"
@@ -300,15 +301,6 @@ class Reader {
   std::size_t at_ = 0;
 };
 
-// FNV-1a, 64 bits.
-std::uint64_t checksum(std::string_view content) {
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const char c : content) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  }
-  return hash;
-}
-
 std::uint64_t content_size(std::uint64_t columns, std::uint64_t carried) {
   const std::uint64_t numbers = columns * (columns + 1) / 2 + columns * carried + carried + columns + carried;
   return header_size + 8 * numbers + 8;
@@ -362,7 +354,7 @@ std::string encoded(const StreamingQr& qr) {
   put(out, carried);
   put(out, static_cast<std::uint64_t>(qr.rows()));
   detail::StreamingQrFile::put_numbers(qr, out);
-  put(out, checksum(out));
+  put(out, detail::checksum(out));
   return out;
 }
 
@@ -400,7 +392,7 @@ StreamingQr decoded_streaming_qr(std::string_view content, std::string_view sour
                 std::to_string(carried) + " columns it must have " + std::to_string(size));
   }
   Reader end(content.substr(content.size() - 8));
-  if (end.next<std::uint64_t>() != checksum(content.substr(0, content.size() - 8))) {
+  if (end.next<std::uint64_t>() != detail::checksum(content.substr(0, content.size() - 8))) {
     throw fault("is damaged: its checksum does not fit its content");
   }
   return detail::StreamingQrFile::with_numbers(static_cast<Index>(columns), static_cast<Index>(carried),
