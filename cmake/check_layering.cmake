@@ -23,7 +23,7 @@ set(export_may_include model regressor data identify simulate online experiment 
 include(${CMAKE_CURRENT_LIST_DIR}/RividHeaders.cmake)
 
 # The rooms of src/identify/: rows → estimate → infer → choose.
-set(rooms rows physical estimate infer choose check compare merge payload)
+set(rooms rows physical estimate infer choose check compare merge payload figures)
 set(rows_may_see "")
 set(physical_may_see "")
 set(estimate_may_see rows)
@@ -33,6 +33,7 @@ set(check_may_see rows infer)
 set(compare_may_see rows infer choose)
 set(merge_may_see rows estimate infer choose)
 set(payload_may_see rows infer choose)
+set(figures_may_see "")
 
 if(NOT IS_DIRECTORY "${SOURCE_DIR}/include/rivid")
   message(FATAL_ERROR "check_layering: SOURCE_DIR is \"${SOURCE_DIR}\", which has no include/rivid")

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "column_reader.hpp"
+#include "csv_columns.hpp"
 #include "data/log_columns.hpp"
 #include "dialect.hpp"
 #include "rivid/data/time_stamps.hpp"
@@ -412,24 +413,12 @@ Log detail::log_of(const Table& table, const LogOptions& options) {
 
 std::string to_csv(const Log& log) {
   detail::require_even("to_csv", log);
-  std::string out = "t";
+  detail::CsvColumns out(log.samples());
+  out.add("t", log.t.data());
   for (const Quantity& quantity : quantities) {
-    for (Index j = 0; j < (log.*quantity.member).cols(); ++j) {
-      out += ',' + std::string(quantity.prefix) + std::to_string(j + 1);
-    }
+    out.add_each(std::string(quantity.prefix), log.*quantity.member);
   }
-  out += '\n';
-  for (Index k = 0; k < log.samples(); ++k) {
-    out += exact(log.t[k]);
-    for (const Quantity& quantity : quantities) {
-      const Matrix& values = log.*quantity.member;
-      for (Index j = 0; j < values.cols(); ++j) {
-        out += ',' + exact(values(k, j));
-      }
-    }
-    out += '\n';
-  }
-  return out;
+  return out.text();
 }
 
 }  // namespace rivid

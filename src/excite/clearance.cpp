@@ -198,26 +198,12 @@ std::string Clearances::second(Index pair) const {
 }
 
 void Clearances::place(const Eigen::Ref<const Vector>& q) {
-  Frame at{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
-  for (std::size_t j = 0; j < frames_.size(); ++j) {
-    const Chain::Link& link = robot_.chain.links[j];
-    const double x = q[static_cast<Index>(j)];
-    const bool turns = link.type == JointType::revolute;
-    at.o += at.R * (turns ? link.p : Eigen::Vector3d(link.p + x * link.R.col(2)));
-    at.R = at.R * link.R;
-    if (turns) {
-      Eigen::Matrix3d turned = at.R;
-      turned.col(0) = std::cos(x) * at.R.col(0) + std::sin(x) * at.R.col(1);
-      turned.col(1) = std::cos(x) * at.R.col(1) - std::sin(x) * at.R.col(0);
-      at.R = turned;
-    }
-    frames_[j] = at;
-  }
+  place_links(robot_.chain, q, frames_);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
     placed_[b] = body.line;
     if (body.joint >= 0) {
-      const Frame& frame = frames_[static_cast<std::size_t>(body.joint)];
+      const LinkPose& frame = frames_[static_cast<std::size_t>(body.joint)];
       placed_[b] = {frame.o + frame.R * body.line.from, frame.o + frame.R * body.line.to};
     }
   }
@@ -235,7 +221,7 @@ Nearest Clearances::nearest_of(const Pair& pair) const {
 void Clearances::add_slope(Index joint, const Eigen::Vector3d& point, const Eigen::Vector3d& direction,
                            Eigen::Ref<Vector> slope) const {
   for (Index k = 0; k <= joint; ++k) {
-    const Frame& frame = frames_[static_cast<std::size_t>(k)];
+    const LinkPose& frame = frames_[static_cast<std::size_t>(k)];
     const Eigen::Vector3d z = frame.R.col(2);
     const bool turns = robot_.chain.links[static_cast<std::size_t>(k)].type == JointType::revolute;
     slope[k] += direction.dot(turns ? Eigen::Vector3d(z.cross(point - frame.o)) : z);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "excite/distance.hpp"
+#include "model/link_poses.hpp"
 #include "rivid/excite/space.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
@@ -49,10 +50,6 @@ class Clearances {
     Index box = -1;
     Index half_space = -1;
   };
-  struct Frame {
-    Eigen::Matrix3d R;
-    Eigen::Vector3d o;
-  };
 
   void add_bodies(const Space& space);
   void add_pairs(const Space& space);
@@ -71,8 +68,8 @@ class Clearances {
   std::vector<Body> bodies_;
   std::vector<Pair> pairs_;
   std::vector<bool> kept_;
-  std::vector<Frame> frames_;    // of the joints at the pose
-  std::vector<Segment> placed_;  // lines of the bodies at the pose
+  std::vector<LinkPose> frames_;  // of the joints at the pose
+  std::vector<Segment> placed_;   // lines of the bodies at the pose
 };
 
 }  // namespace rivid::detail

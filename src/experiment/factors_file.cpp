@@ -16,6 +16,7 @@ namespace rivid {
 namespace {
 
 using detail::Json;
+using detail::json_list;
 using Settings = std::vector<std::pair<std::string, std::string>>;
 
 // The chain's numbers to the last bit: whatever description they come from, and whatever its inertial parameters are.
@@ -80,14 +81,8 @@ constexpr std::uint32_t factors_version = 1;
 
 Json description_of(const FactorsFile& file) {
   const LogFactors& factors = file.factors;
-  Json logs = Json::array();
-  for (const FactoredLog& log : file.logs) {
-    logs.push_back({log.path, log.sha256});
-  }
-  Json columns = Json::array();
-  for (const RowGroup& group : factors.rows.groups) {
-    columns.push_back(group.columns);
-  }
+  const Json logs = json_list(file.logs, [](const FactoredLog& log) { return Json{log.path, log.sha256}; });
+  const Json columns = json_list(factors.rows.groups, [](const RowGroup& group) { return group.columns; });
   Json out = {{"experiment", file.experiment.string()},
               {"settings", file.settings},
               {"made_with", file.made_with},

@@ -21,15 +21,23 @@ using Json = nlohmann::ordered_json;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-[[nodiscard]] inline Json warnings_of(std::span<const Finding> warnings) {
+/// An array of what `of` makes of each of some records.
+template <typename Records, typename Of>
+[[nodiscard]] Json json_list(const Records& records, const Of& of) {
   Json out = Json::array();
-  for (const Finding& warning : warnings) {
-    out.push_back({{"code", warning.code},
-                   {"text", warning.text},
-                   {"severity", name(severity(warning))},
-                   {"subject", warning.subject}});
+  for (const auto& record : records) {
+    out.push_back(of(record));
   }
   return out;
+}
+
+[[nodiscard]] inline Json warnings_of(std::span<const Finding> warnings) {
+  return json_list(warnings, [](const Finding& warning) {
+    return Json{{"code", warning.code},
+                {"text", warning.text},
+                {"severity", name(severity(warning))},
+                {"subject", warning.subject}};
+  });
 }
 
 template <typename Value>
@@ -89,11 +97,7 @@ Json json_of(const Value& value) {
   } else if constexpr (requires { Json(value); }) {
     return value;
   } else {
-    Json out = Json::array();
-    for (const auto& item : value) {
-      out.push_back(json_of(item));
-    }
-    return out;
+    return json_list(value, [](const auto& item) { return json_of(item); });
   }
 }
 

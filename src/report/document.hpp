@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -110,6 +111,7 @@ struct Cell {
   Cell(std::string text) : value(std::move(text)) {}
   Cell(const char* text) : value(std::string(text)) {}
   Cell(double number) : value(number) {}
+  Cell(std::integral auto count) : value(static_cast<double>(count)) {}
   Cell(double number, double deviation) : value(number), sigma(deviation) {}
   Cell(Interval drawn) : value(std::move(drawn)) {}
   Cell(Stack drawn) : value(std::move(drawn)) {}
@@ -322,6 +324,12 @@ struct Block {
   std::variant<Sentence, Heading, Table, List, FindingList, KeyFigures, Legend, Plots> content;
   Shown shown = Shown::everywhere;
 };
+
+// Plots without a heading.
+[[nodiscard]] inline Block plots_block(std::string layout, std::vector<Plot> plots,
+                                       Shown shown = Shown::everywhere) {
+  return {Plots{std::move(layout), {}, {{"", "", std::move(plots)}}}, shown};
+}
 
 struct Section {
   std::string id = {};     // for links

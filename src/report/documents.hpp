@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "identify/figures/joint_rows.hpp"
 #include "report/document.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 #include "rivid/identify/identification.hpp"
@@ -55,14 +56,12 @@ using Settings = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] std::vector<std::vector<double>> standardised_errors(const MonteCarloSummary& summary,
                                                                    std::span<const MonteCarloRow> rows);
 
-// Whether there is anything to draw beside what was measured.
-/// @throws InputError  in the name of `who`, where robot, result and predictions do not belong together
-void require_fitting(std::string_view who, const Robot& robot, const Identification& result,
-                     std::span<const Prediction> predictions);
-
 /// @throws InputError  in the name of `who`, where series of the replay have other sizes than its instants and joints ask for
 void require_fitting(std::string_view who, const OnlineReplay& replay);
 
-[[nodiscard]] inline bool predicted(const Identification& result) { return result.chi.allFinite(); }
+[[nodiscard]] inline std::string position_unit(const Joint& joint) {
+  return joint.type == JointType::revolute ? "rad" : "m";
+}
+[[nodiscard]] inline std::string speed_unit(const Joint& joint) { return position_unit(joint) + "/s"; }
 
 }  // namespace rivid::detail

@@ -5,7 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "report/analysis.hpp"
+#include "identify/figures/joint_rows.hpp"
+#include "report/skeleton.hpp"
 #include "rivid/excite/limits.hpp"
 #include "rivid/text.hpp"
 
@@ -91,27 +92,26 @@ Table joints_at_a_glance(const Forecast& forecast) {
     most = std::isfinite(joint.share) ? std::max(most, joint.share) : most;
   }
   return table_of(forecast.joints,
-                  std::vector<ColumnOf<J>>{
-                      {{"joint", format::name}, [](const J& j) { return j.joint; }},
-                      {{"information", format::percents(1)}, [](const J& j) { return j.share; }},
-                      {{"", format::stack},
-                       [=](const J& j) -> Cell {
-                         return std::isfinite(j.share) && most > 0.0
-                                    ? Cell(bar_of(j.share / most, "information " + percent(j.share)))
-                                    : Cell("");
-                       }},
-                      {{"largest use"},
-                       [&](const J& j) {
-                         const LimitUse* const use = tightest(forecast, j.joint);
-                         return use == nullptr ? std::string("none")
-                                               : use->quantity + " " + fixed(100.0 * use->share, 1) + " %";
-                       }},
-                      {{"", format::stack}, [&](const J& j) -> Cell {
-                         const LimitUse* const use = tightest(forecast, j.joint);
-                         return use == nullptr
-                                    ? Cell("")
-                                    : Cell(bar_of(use->share, use->quantity + " " + percent(use->share)));
-                       }}});
+                  {{{"joint", format::name}, &J::joint},
+                   {{"information", format::percents(1)}, &J::share},
+                   {{"", format::stack},
+                    [=](const J& j) -> Cell {
+                      return std::isfinite(j.share) && most > 0.0
+                                 ? Cell(bar_of(j.share / most, "information " + percent(j.share)))
+                                 : Cell("");
+                    }},
+                   {{"largest use"},
+                    [&](const J& j) {
+                      const LimitUse* const use = tightest(forecast, j.joint);
+                      return use == nullptr ? std::string("none")
+                                            : use->quantity + " " + fixed(100.0 * use->share, 1) + " %";
+                    }},
+                   {{"", format::stack}, [&](const J& j) -> Cell {
+                      const LimitUse* const use = tightest(forecast, j.joint);
+                      return use == nullptr
+                                 ? Cell("")
+                                 : Cell(bar_of(use->share, use->quantity + " " + percent(use->share)));
+                    }}});
 }
 
 // ---------------------------------------------------------------------------------------------- in space
@@ -185,7 +185,7 @@ std::vector<Block> motion_at_a_glance(const ForecastMotion& of) {
     keys.emplace_back("obstacle", "obstacles");
   }
   return {{joints_at_a_glance(of.forecast)},
-          {Plots{"hero", {}, {{"", "", {motion_in_space(of)}}}}},
+          plots_block("hero", {motion_in_space(of)}),
           {Legend{std::move(keys), "Drag, or use the arrow keys, to turn the robot."}}};
 }
 
@@ -237,7 +237,7 @@ Section information_section(const ForecastMotion& of) {
   out.blocks = {
       {Sentence{"The leverage w M⁻¹ wᵀ / σ² of a row says how much the estimate needs it. Over all rows it "
                 "sums up to the number of parameters, less what was known before"}},
-      {Plots{"", {}, {{"", "", {std::move(chart)}}}}}};
+      plots_block("", {std::move(chart)})};
   return out;
 }
 

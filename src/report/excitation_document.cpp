@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "csv_columns.hpp"
 #include "report/documents.hpp"
 #include "report/excitation_charts.hpp"
 #include "rivid/report/excitation.hpp"
@@ -14,15 +14,8 @@ namespace detail {
 namespace {
 
 Mark forecast_mark(const ForecastParameter& parameter) {
-  switch (parameter.prospect) {
-    case ForecastParameter::Prospect::weak:
-      return Mark::weak;
-    case ForecastParameter::Prospect::unseen:
-      return Mark::unseen;
-    case ForecastParameter::Prospect::good:
-      break;
-  }
-  return Mark::none;
+  using enum ForecastParameter::Prospect;
+  return parameter.prospect == weak ? Mark::weak : parameter.prospect == unseen ? Mark::unseen : Mark::none;
 }
 
 // That of a weak parameter, in per cent of its value: see ForecastParameter::Prospect.
@@ -52,43 +45,42 @@ std::string why_weak(const ForecastParameter& p) {
 }
 
 Table forecast_table(const Forecast& forecast) {
-  return table_of<std::vector<ForecastParameter>>(
+  return table_of(
       forecast.parameters,
-      {{{"parameter", format::name}, [](const ForecastParameter& p) { return p.name; }},
+      {{{"parameter", format::name}, &ForecastParameter::name},
        {{"a priori", format::deviation}, [](const ForecastParameter& p) { return Cell(p.value, p.sigma); }},
-       {{"forecast σ", format::significant(2)}, [](const ForecastParameter& p) { return p.sigma; }},
-       {{"%σ", format::fixed(1)}, [](const ForecastParameter& p) { return p.relative_sigma_percent; }},
-       {{"unit"}, [](const ForecastParameter& p) { return p.unit; }},
+       {{"forecast σ", format::significant(2)}, &ForecastParameter::sigma},
+       {{"%σ", format::fixed(1)}, &ForecastParameter::relative_sigma_percent},
+       {{"unit"}, &ForecastParameter::unit},
        {{"why", format::text, "", Shown::page}, why_weak}},
       forecast_mark);
 }
 
 Table limit_table(const Forecast& forecast) {
-  return table_of<std::vector<LimitUse>>(
-      forecast.limits,
-      {{{"joint", format::name}, [](const LimitUse& l) { return l.joint; }},
-       {{"limit"}, [](const LimitUse& l) { return l.quantity; }},
-       {{"used", format::percents(1)}, [](const LimitUse& l) { return l.share; }},
-       {{"", format::stack, "", Shown::page},
-        [](const LimitUse& l) {
-          return Stack{{{"fit", std::clamp(l.share, 0.0, 1.0)}}, l.quantity + " " + percent(l.share)};
-        }},
-       {{"extreme", format::significant(4)}, [](const LimitUse& l) { return l.value; }},
-       {{"allowed", format::significant(4)}, [](const LimitUse& l) { return l.limit; }},
-       {{"unit"}, [](const LimitUse& l) { return l.unit; }},
-       {{"at s", format::fixed(2)}, [](const LimitUse& l) { return l.time; }}},
-      [](const LimitUse& l) { return l.share > 1.0 ? Mark::bad : Mark::none; });
+  return table_of(forecast.limits,
+                  {{{"joint", format::name}, &LimitUse::joint},
+                   {{"limit"}, &LimitUse::quantity},
+                   {{"used", format::percents(1)}, &LimitUse::share},
+                   {{"", format::stack, "", Shown::page},
+                    [](const LimitUse& l) {
+                      return Stack{{{"fit", std::clamp(l.share, 0.0, 1.0)}},
+                                   l.quantity + " " + percent(l.share)};
+                    }},
+                   {{"extreme", format::significant(4)}, &LimitUse::value},
+                   {{"allowed", format::significant(4)}, &LimitUse::limit},
+                   {{"unit"}, &LimitUse::unit},
+                   {{"at s", format::fixed(2)}, &LimitUse::time}},
+                  [](const LimitUse& l) { return l.share > 1.0 ? Mark::bad : Mark::none; });
 }
 
 Table clearance_table(const Forecast& forecast) {
-  return table_of<std::vector<ClearanceUse>>(
-      forecast.clearances,
-      {{{"link", format::name}, [](const ClearanceUse& c) { return c.first; }},
-       {{"from"}, [](const ClearanceUse& c) { return c.second; }},
-       {{"smallest distance m", format::fixed(4)}, [](const ClearanceUse& c) { return c.distance; }},
-       {{"asked", format::fixed(4)}, [](const ClearanceUse& c) { return c.wanted; }},
-       {{"at s", format::fixed(2)}, [](const ClearanceUse& c) { return c.time; }}},
-      [](const ClearanceUse& c) { return c.distance < c.wanted ? Mark::bad : Mark::none; });
+  return table_of(forecast.clearances,
+                  {{{"link", format::name}, &ClearanceUse::first},
+                   {{"from"}, &ClearanceUse::second},
+                   {{"smallest distance m", format::fixed(4)}, &ClearanceUse::distance},
+                   {{"asked", format::fixed(4)}, &ClearanceUse::wanted},
+                   {{"at s", format::fixed(2)}, &ClearanceUse::time}},
+                  [](const ClearanceUse& c) { return c.distance < c.wanted ? Mark::bad : Mark::none; });
 }
 
 std::ptrdiff_t count_of(const Forecast& forecast, ForecastParameter::Prospect prospect) {
@@ -140,13 +132,10 @@ Section search_section(const Excitation& excitation) {
       {{Sentence{
            "Objective of each start, smaller is better; the best one was then brought to the limits on all "
            "samples"}},
-       {table_of(excitation.starts,
-                 std::vector<ColumnOf<S>>{
-                     {{"seed", format::count}, [](const S& s) { return static_cast<double>(s.seed); }},
-                     {{"random motion", format::fixed(2)}, [](const S& s) { return s.objective_begin; }},
-                     {{"found", format::fixed(2)}, [](const S& s) { return s.objective_end; }},
-                     {{"evaluations", format::count},
-                      [](const S& s) { return static_cast<double>(s.evaluations); }}})}},
+       {table_of(excitation.starts, {{{"seed", format::count}, &S::seed},
+                                     {{"random motion", format::fixed(2)}, &S::objective_begin},
+                                     {{"found", format::fixed(2)}, &S::objective_end},
+                                     {{"evaluations", format::count}, &S::evaluations}})}},
       Shown::page};
 }
 
@@ -169,15 +158,10 @@ Document motion_document(const Forecast& forecast) {
                     : "the motion does not determine all parameters: its information has no log det"},
        Shown::screen});
   out.opening.push_back({FindingList{forecast.findings}});
-  Section parameters{.id = "parameters", .title = "Parameters", .heading = "Forecast standard deviations"};
-  parameters.blocks.push_back({forecast_table(forecast)});
-  Section limits{.id = "limits", .title = "Limits", .heading = "Limits"};
-  limits.blocks.push_back({limit_table(forecast)});
-  out.sections = {std::move(parameters), std::move(limits)};
+  out.sections = {{"parameters", "Parameters", "Forecast standard deviations", {{forecast_table(forecast)}}},
+                  {"limits", "Limits", "Limits", {{limit_table(forecast)}}}};
   if (!forecast.clearances.empty()) {
-    Section space{.id = "clearances", .title = "Clearances", .heading = "Clearances"};
-    space.blocks.push_back({clearance_table(forecast)});
-    out.sections.push_back(std::move(space));
+    out.sections.push_back({"clearances", "Clearances", "Clearances", {{clearance_table(forecast)}}});
   }
   return out;
 }
@@ -241,26 +225,13 @@ std::string html_report(const ExcitationPlan& plan, const Motion& motion, const 
 }
 
 std::string motion_csv(const Excitation& excitation) {
-  const Motion& motion = excitation.motion;
-  const std::array<std::pair<const char*, const Matrix*>, 4> columns = {
-      {{"q", &motion.q}, {"qd", &motion.qd}, {"qdd", &motion.qdd}, {"tau", &excitation.forecast.tau}}};
-  std::string out = "t";
-  for (const auto& [name, values] : columns) {
-    for (Index j = 0; j < values->cols(); ++j) {
-      out += "," + std::string(name) + std::to_string(j + 1);
-    }
-  }
-  out += '\n';
-  for (Index k = 0; k < excitation.t.size(); ++k) {
-    out += exact(excitation.t[k]);
-    for (const auto& [name, values] : columns) {
-      for (Index j = 0; j < values->cols(); ++j) {
-        out += "," + exact((*values)(k, j));
-      }
-    }
-    out += '\n';
-  }
-  return out;
+  detail::CsvColumns out(excitation.t.size());
+  out.add("t", excitation.t.data());
+  out.add_each("q", excitation.motion.q);
+  out.add_each("qd", excitation.motion.qd);
+  out.add_each("qdd", excitation.motion.qdd);
+  out.add_each("tau", excitation.forecast.tau);
+  return out.text();
 }
 
 }  // namespace rivid

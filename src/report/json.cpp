@@ -8,6 +8,7 @@
 
 #include "experiment/json_fields.hpp"
 #include "report/documents.hpp"
+#include "report/lists.hpp"
 #include "rivid/input.hpp"
 #include "rivid/report/comparison.hpp"
 #include "rivid/report/excitation.hpp"
@@ -20,10 +21,22 @@ namespace rivid {
 
 namespace {
 
+using detail::at;
 using detail::Json;
+using detail::json_list;
 using detail::json_of;
 using detail::json_text;
+using detail::places;
+using detail::position_unit;
 using detail::warnings_of;
+
+// A member that is there only where it has a value.
+template <typename Value>
+void add(Json& to, const char* name, const std::optional<Value>& value) {
+  if (value) {
+    to[name] = json_of(*value);
+  }
+}
 
 Json parameters(const Identification& result) {
   Json out = json_of(result.parameters);
@@ -39,18 +52,16 @@ Json parameters(const Identification& result) {
 // The standard parameters, link by link.
 Json links(const Robot& robot, const BaseParameters& base, const Vector& chi_st) {
   const Vector a_priori = robot.chi_st();
-  Json out = Json::array();
-  for (const Joint& joint : robot.joints) {
-    out.push_back({{"link", joint.link}, {"joint", joint.name}, {"parameters", Json::array()}});
-  }
+  Json out = json_list(robot.joints, [](const Joint& joint) {
+    return Json{{"link", joint.link}, {"joint", joint.name}, {"parameters", Json::array()}};
+  });
   for (std::size_t i = 0; i < base.standard.size(); ++i) {
     const StandardParameter& p = base.standard[i];
     const auto j = static_cast<std::size_t>(p.joint);
-    const auto at = static_cast<Index>(i);
     out[j]["parameters"].push_back({{"name", p.name()},
-                                    {"value", chi_st[at]},
+                                    {"value", at(chi_st, i)},
                                     {"unit", unit(p.kind, robot.joints[j].type)},
-                                    {"a_priori", a_priori[at]}});
+                                    {"a_priori", at(a_priori, i)}});
   }
   return out;
 }
@@ -65,16 +76,14 @@ Json physical(const Robot& robot, const BaseParameters& base, const PhysicalMode
 
 Json essential(const Identification& result, const EssentialModel& model) {
   const EssentialParameters& found = model.parameters;
-  Json kept = Json::array();
-  for (const Index i : found.kept) {
-    const double sigma = std::sqrt(found.C_chi(i, i));
-    kept.push_back({{"name", result.base.parameters[static_cast<std::size_t>(i)].name},
-                    {"value", found.chi[i]},
-                    {"sigma", sigma},
-                    {"relative_sigma_percent", 100.0 * sigma / std::abs(found.chi[i])}});
-  }
   Json out = json_of(found);
-  out["parameters"] = std::move(kept);
+  out["parameters"] = json_list(found.kept, [&](Index i) {
+    const double sigma = std::sqrt(found.C_chi(i, i));
+    return Json{{"name", result.base.parameters[static_cast<std::size_t>(i)].name},
+                {"value", found.chi[i]},
+                {"sigma", sigma},
+                {"relative_sigma_percent", 100.0 * sigma / std::abs(found.chi[i])}};
+  });
   out["significance"] = model.options.significance;
   out["fit"] = json_of(model.fit);
   return out;
@@ -102,32 +111,24 @@ Json frame(const Chain::Link& link) {
 }
 
 Json joints(const Robot& robot) {
-  Json out = Json::array();
-  for (std::size_t k = 0; k < robot.joints.size(); ++k) {
+  return json_list(places(robot.joints.size()), [&](std::size_t k) {
     const Joint& j = robot.joints[k];
     Json members = {{"name", j.name},
                     {"link", j.link},
                     {"type", j.type == JointType::revolute ? "revolute" : "prismatic"}};
     members.update(json_of(j));
     members["frame"] = frame(robot.chain.links[k]);
-    out.push_back(std::move(members));
-  }
-  return out;
+    return members;
+  });
 }
 
 Json couplings(const Robot& robot) {
   const auto joint_name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
-  Json out = Json::array();
-  for (const Coupling& c : robot.couplings) {
-    Json names = Json::array();
-    for (const int j : c.joints) {
-      names.push_back(joint_name(j));
-    }
-    Json members = {{"motor", joint_name(c.motor)}, {"joints", std::move(names)}};
+  return json_list(robot.couplings, [&](const Coupling& c) {
+    Json members = {{"motor", joint_name(c.motor)}, {"joints", json_list(c.joints, joint_name)}};
     members.update(json_of(c));
-    out.push_back(std::move(members));
-  }
-  return out;
+    return members;
+  });
 }
 
 Json robot_members(const Robot& robot) {
@@ -151,12 +152,8 @@ Json fit_members(const Identification& result) {
 Json validation(const Validation& v) {
   Json out = {{"file", v.file}};
   out.update(json_of(v.fit));
-  if (v.physical) {
-    out["physical"] = json_of(*v.physical);
-  }
-  if (v.essential) {
-    out["essential"] = json_of(*v.essential);
-  }
+  add(out, "physical", v.physical);
+  add(out, "essential", v.essential);
   return out;
 }
 
@@ -184,11 +181,8 @@ void add(Json& options, const std::vector<Setting>& settings) {
 // Program, versions and inputs, then all options.
 Json members(const Provenance& provenance, Json options) {
   const auto files = [](const std::vector<InputFile>& of) {
-    Json out = Json::array();
-    for (const InputFile& file : of) {
-      out.push_back({{"path", file.path}, {"sha256", file.sha256}});
-    }
-    return out;
+    return json_list(
+        of, [](const InputFile& file) { return Json{{"path", file.path}, {"sha256", file.sha256}}; });
   };
   Json overrides = Json::object();
   for (const auto& [flag, value] : provenance.overrides) {
@@ -208,36 +202,24 @@ Json members(const Provenance& provenance, Json options) {
 }
 
 Json simulated_parameters(const SimulationRecord& record) {
-  Json out = Json::array();
-  for (std::size_t i = 0; i < record.base.parameters.size(); ++i) {
+  return json_list(places(record.base.parameters.size()), [&](std::size_t i) {
     const BaseParameter& p = record.base.parameters[i];
-    out.push_back({{"name", p.name},
-                   {"value", record.chi[static_cast<Index>(i)]},
-                   {"unit", p.unit},
-                   {"regrouped", p.regrouped}});
-  }
-  return out;
+    return Json{{"name", p.name}, {"value", at(record.chi, i)}, {"unit", p.unit}, {"regrouped", p.regrouped}};
+  });
 }
 
 Json tracking(const Robot& robot, const SimulationRecord& record) {
-  const Vector& error = record.simulation.max_tracking_error;
-  Json out = Json::array();
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    const auto i = static_cast<Index>(j);
-    const Joint& joint = robot.joints[j];
-    out.push_back({{"name", joint.name},
-                   {"largest_tracking_error", i < error.size() ? Json(error[i]) : Json()},
-                   {"unit", joint.type == JointType::revolute ? "rad" : "m"}});
-  }
-  return out;
+  return json_list(places(robot.joints.size()), [&](std::size_t j) {
+    return Json{{"name", robot.joints[j].name},
+                {"largest_tracking_error", at(record.simulation.max_tracking_error, j)},
+                {"unit", position_unit(robot.joints[j])}};
+  });
 }
 
 Json friction(const Simulation& simulation) {
-  Json out = Json::array();
-  for (std::size_t e = 0; e < simulation.element_names.size(); ++e) {
-    out.push_back({{"name", simulation.element_names[e]}, {"mode_changes", simulation.element_changes[e]}});
-  }
-  return out;
+  return json_list(places(simulation.element_names.size()), [&](std::size_t e) {
+    return Json{{"name", simulation.element_names[e]}, {"mode_changes", simulation.element_changes[e]}};
+  });
 }
 
 Json control(const SimulationRecord& record) {
@@ -304,26 +286,15 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
               {"parameters", parameters(result)},
               {"covariance", covariance(result)},
               {"fit", fit_members(result)},
-              {"validation", Json::array()},
+              {"validation", json_list(result.validation, validation)},
               {"provenance", members(provenance, std::move(options))}};
-  for (const Validation& v : result.validation) {
-    out["validation"].push_back(validation(v));
-  }
-  if (result.diagnostics) {
-    out["tests"] = json_of(*result.diagnostics);
-  }
+  add(out, "tests", result.diagnostics);
   if (!result.alternatives.empty()) {
     out["alternatives"] = json_of(result.alternatives);
   }
-  if (result.row_choice) {
-    out["row_choice"] = json_of(*result.row_choice);
-  }
-  if (result.method_choice) {
-    out["method_choice"] = json_of(*result.method_choice);
-  }
-  if (result.gains) {
-    out["gains"] = json_of(*result.gains);
-  }
+  add(out, "row_choice", result.row_choice);
+  add(out, "method_choice", result.method_choice);
+  add(out, "gains", result.gains);
   if (result.iv) {
     out["iterations"] = json_of(result.iv->iterations);
     out["loop"] = json_of(result.iv->loop);
@@ -332,9 +303,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
   if (result.prefilter) {
     out["prefilter"] = prefilter(*result.prefilter);
   }
-  if (result.output_error) {
-    out["output_error"] = json_of(*result.output_error);
-  }
+  add(out, "output_error", result.output_error);
   if (result.robust) {
     out["robust"] = robust(*result.robust);
   }
@@ -386,36 +355,26 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
 std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,
                     std::span<const Finding> warnings, const Provenance& provenance) {
   const auto model = [&](std::size_t i) { return Json(comparison.models[i].name); };
-  Json models = Json::array();
-  for (const Comparison::Error& error : comparison.models) {
-    models.push_back({{"name", error.name},
-                      {"relative_error", json_of(error.relative_error)},
-                      {"joints", json_of(error.joints)}});
-  }
-  Json tests = Json::array();
-  for (const PairedTest& test : comparison.tests) {
-    tests.push_back({{"a", model(test.a)},
-                     {"b", model(test.b)},
-                     {"ratio", json_of(test.ratio)},
-                     {"t", json_of(test.t)},
-                     {"p", json_of(test.p)},
-                     {"blocks", test.blocks},
-                     {"better", test.better ? model(*test.better) : Json()}});
-  }
-  Json all_changes = Json::array();
-  for (const ResultChanges& pair : changes) {
-    Json parameters = Json::array();
-    for (const ParameterChange& change : pair.parameters) {
-      parameters.push_back({{"name", change.name},
-                            {"unit", change.unit},
-                            {"a", change.a},
-                            {"b", change.b},
-                            {"sigma", change.sigma},
-                            {"z", change.z},
-                            {"p", change.p}});
-    }
-    all_changes.push_back({{"a", pair.a}, {"b", pair.b}, {"parameters", std::move(parameters)}});
-  }
+  Json models = json_list(comparison.models, [](const Comparison::Error& error) {
+    return Json{
+        {"name", error.name}, {"relative_error", error.relative_error}, {"joints", json_of(error.joints)}};
+  });
+  Json tests = json_list(comparison.tests, [&](const PairedTest& test) {
+    return Json{{"a", model(test.a)},
+                {"b", model(test.b)},
+                {"ratio", test.ratio},
+                {"t", test.t},
+                {"p", test.p},
+                {"blocks", test.blocks},
+                {"better", test.better ? model(*test.better) : Json()}};
+  });
+  const auto change = [](const ParameterChange& of) {
+    return Json{{"name", of.name},   {"unit", of.unit}, {"a", of.a}, {"b", of.b},
+                {"sigma", of.sigma}, {"z", of.z},       {"p", of.p}};
+  };
+  Json all_changes = json_list(changes, [&](const ResultChanges& pair) {
+    return Json{{"a", pair.a}, {"b", pair.b}, {"parameters", json_list(pair.parameters, change)}};
+  });
   return json_text({{"format", 1},
                     {"logs", comparison.logs},
                     {"joints", comparison.joints},
@@ -439,14 +398,13 @@ std::string to_json(std::span<const MonteCarloSummary> summaries, const std::str
 
 std::string to_json(std::span<const Finding> findings) {
   const auto count = [&](Severity wanted) { return std::ranges::count(findings, wanted, severity); };
-  Json list = Json::array();
-  for (const Finding& f : findings) {
-    list.push_back({{"severity", name(severity(f))},
-                    {"code", f.code},
-                    {"subject", f.subject},
-                    {"text", f.text},
-                    {"advice", cure(f)}});
-  }
+  Json list = json_list(findings, [](const Finding& f) {
+    return Json{{"severity", name(severity(f))},
+                {"code", f.code},
+                {"subject", f.subject},
+                {"text", f.text},
+                {"advice", cure(f)}};
+  });
   return json_text({{"format", 1},
                     {"usable", count(Severity::error) == 0},
                     {"errors", count(Severity::error)},

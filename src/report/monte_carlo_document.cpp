@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -20,7 +22,8 @@ template <typename Figure>
 const Parameter* worst(const MonteCarloSummary& summary, Figure figure) {
   const Parameter* out = nullptr;
   for (const Parameter& p : summary.parameters) {
-    if (std::isfinite(figure(p)) && (out == nullptr || figure(p) > figure(*out))) {
+    const double value = std::invoke(figure, p);
+    if (std::isfinite(value) && (out == nullptr || value > std::invoke(figure, *out))) {
       out = &p;
     }
   }
@@ -36,7 +39,7 @@ const Parameter* least_covered(const MonteCarloSummary& summary) {
 }
 
 const Parameter* least_precise(const MonteCarloSummary& summary) {
-  return worst(summary, [](const Parameter& p) { return p.rmse_over_bound; });
+  return worst(summary, &Parameter::rmse_over_bound);
 }
 
 double mean_rmse(const MonteCarloSummary& summary) {
@@ -93,23 +96,23 @@ std::string criteria() {
 Section comparison(std::span<const MonteCarloSummary> summaries) {
   using S = MonteCarloSummary;
   const auto if_judged = [](auto figure) {
-    return [=](const S& s) { return judged(s) ? Cell(figure(s)) : Cell("-"); };
+    return [=](const S& s) { return judged(s) ? Cell(std::invoke(figure, s)) : Cell("-"); };
   };
   const auto if_bound = [](auto figure) {
-    return [=](const S& s) { return s.verdict.efficient ? Cell(figure(s)) : Cell("-"); };
+    return [=](const S& s) { return s.verdict.efficient ? Cell(std::invoke(figure, s)) : Cell("-"); };
   };
   Section out{"ways", "Ways to identify", "Ways to identify"};
   out.blocks = {
       {table_of(
           summaries,
-          {{{"", format::name}, [](const S& s) { return s.label; }},
+          {{{"", format::name}, &S::label},
            {{"identified"},
             [](const S& s) { return std::to_string(s.identified) + " of " + std::to_string(s.runs); }},
            {{"iterations", format::fixed(1)},
             [](const S& s) { return s.most_iterations > 0 ? Cell(s.mean_iterations) : Cell(""); }},
            {{"largest bias", format::fixed(2)},
             if_judged([](const S& s) { return std::abs(most_biased(s)->bias_in_spreads); })},
-           {{"mean coverage", format::percents(1)}, if_judged([](const S& s) { return s.mean_coverage; })},
+           {{"mean coverage", format::percents(1)}, if_judged(&S::mean_coverage)},
            {{"least", format::percents(1)}, if_judged([](const S& s) { return least_covered(s)->coverage; })},
            {{"mean RMSE / bound", format::fixed(2)}, if_bound(mean_rmse)},
            {{"largest", format::fixed(2)},
@@ -124,20 +127,19 @@ Section comparison(std::span<const MonteCarloSummary> summaries) {
 
 // One line a column.
 Table all_figures(const MonteCarloSummary& summary) {
-  Table out =
-      table_of(summary.parameters,
-               {{{"parameter", format::name}, [](const Parameter& p) { return p.name; }},
-                {{"truth", format::significant(4)}, [](const Parameter& p) { return p.truth; }},
-                {{"unit"}, [](const Parameter& p) { return p.unit; }},
-                {{"bias", format::significant(4)}, [](const Parameter& p) { return p.bias; }},
-                {{"bias/spread", format::fixed(2)}, [](const Parameter& p) { return p.bias_in_spreads; }},
-                {{"spread", format::significant(4), "", page}, [](const Parameter& p) { return p.spread; }},
-                {{"RMSE/bound", format::fixed(2)}, [](const Parameter& p) { return p.rmse_over_bound; }},
-                {{"sigma/spread", format::fixed(2)}, [](const Parameter& p) { return p.sigma_over_spread; }},
-                {{"coverage", format::percents(1)}, [](const Parameter& p) { return p.coverage; }},
-                {{"its 95 % interval", format::text, "", page}, [](const Parameter& p) {
-                   return "[" + share(p.coverage_95[0]) + ", " + share(p.coverage_95[1]) + "]";
-                 }}});
+  Table out = table_of(summary.parameters,
+                       {{{"parameter", format::name}, &Parameter::name},
+                        {{"truth", format::significant(4)}, &Parameter::truth},
+                        {{"unit"}, &Parameter::unit},
+                        {{"bias", format::significant(4)}, &Parameter::bias},
+                        {{"bias/spread", format::fixed(2)}, &Parameter::bias_in_spreads},
+                        {{"spread", format::significant(4), "", page}, &Parameter::spread},
+                        {{"RMSE/bound", format::fixed(2)}, &Parameter::rmse_over_bound},
+                        {{"sigma/spread", format::fixed(2)}, &Parameter::sigma_over_spread},
+                        {{"coverage", format::percents(1)}, &Parameter::coverage},
+                        {{"its 95 % interval", format::text, "", page}, [](const Parameter& p) {
+                           return "[" + share(p.coverage_95[0]) + ", " + share(p.coverage_95[1]) + "]";
+                         }}});
   out.rows.push_back({{"mean", "", "", "", "", "", "", "", summary.mean_coverage, ""}, Mark::sum});
   out.fold = {"All figures"};
   return out;
@@ -170,59 +172,69 @@ double normal_density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 
 
 double normal_distribution(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
-// Fills in a dot for each parameter, which is bad where all of its interval is beyond what is wanted.
-template <typename Figure>
-DotPlot dot_plot(const MonteCarloSummary& summary, DotPlot plot, const Figure& figure) {
-  for (const Parameter& p : summary.parameters) {
-    const Interval interval = figure(p);
-    const bool off = interval.low > plot.wanted[1] || interval.high < plot.wanted[0];
-    plot.dots.push_back({p.name, interval, off ? Mark::bad : Mark::none});
-  }
-  return plot;
+// A figure of each parameter with its interval, and what it should be.
+struct FigureKind {
+  const char* id;
+  const char* title;
+  const char* remark;
+  const char* x_label;
+  double reference;
+  std::array<double, 2> wanted;
+  double Parameter::* value;
+  std::array<double, 2> Parameter::* interval;
+  double unit = 1.0;
+  bool of_bound = false;  // which there need not be
+};
+
+const std::array<FigureKind, 3>& figure_kinds() {
+  using V = MonteCarloVerdict;
+  static const std::array<FigureKind, 3> out = {
+      {{"-bias",
+        "Bias",
+        "mean error in deviations of the estimate; should be 0",
+        "bias / spread",
+        0.0,
+        {-V::largest_bias, V::largest_bias},
+        &Parameter::bias_in_spreads,
+        &Parameter::bias_in_spreads_95},
+       {"-coverage",
+        "Coverage",
+        "share of 95 % intervals that hold the truth; should be 95 %",
+        "coverage [%]",
+        95.0,
+        {100.0 * V::least_coverage, 100.0},
+        &Parameter::coverage,
+        &Parameter::coverage_95,
+        100.0},
+       {"-precision",
+        "Precision",
+        "root mean square error over the bound that no method can beat by much; should be 1",
+        "RMSE / bound",
+        1.0,
+        {0.0, V::largest_rmse},
+        &Parameter::rmse_over_bound,
+        &Parameter::rmse_over_bound_95,
+        1.0,
+        true}}};
+  return out;
 }
 
 // @param way  begin of the plots' identifiers
-Plots figure_plots(const MonteCarloSummary& summary, const std::string& way) {
-  using V = MonteCarloVerdict;
-  Plots out{"panels"};
-  std::vector<Plot>& plots = out.groups.emplace_back().plots;
-  plots.emplace_back(dot_plot(summary,
-                              {way + "-bias",
-                               "Bias",
-                               "mean error in deviations of the estimate; should be 0",
-                               "Bias",
-                               "bias / spread",
-                               0.0,
-                               {-V::largest_bias, V::largest_bias}},
-                              [](const Parameter& p) {
-                                return Interval{p.bias_in_spreads_95[0], p.bias_in_spreads_95[1],
-                                                p.bias_in_spreads};
-                              }));
-  plots.emplace_back(dot_plot(summary,
-                              {way + "-coverage",
-                               "Coverage",
-                               "share of 95 % intervals that hold the truth; should be 95 %",
-                               "Coverage",
-                               "coverage [%]",
-                               95.0,
-                               {100.0 * V::least_coverage, 100.0}},
-                              [](const Parameter& p) {
-                                return Interval{100.0 * p.coverage_95[0], 100.0 * p.coverage_95[1],
-                                                100.0 * p.coverage};
-                              }));
-  if (summary.verdict.efficient) {
-    plots.emplace_back(
-        dot_plot(summary,
-                 {way + "-precision",
-                  "Precision",
-                  "root mean square error over the bound that no method can beat by much; should be 1",
-                  "Precision",
-                  "RMSE / bound",
-                  1.0,
-                  {0.0, V::largest_rmse}},
-                 [](const Parameter& p) {
-                   return Interval{p.rmse_over_bound_95[0], p.rmse_over_bound_95[1], p.rmse_over_bound};
-                 }));
+std::vector<Plot> figure_plots(const MonteCarloSummary& summary, const std::string& way) {
+  std::vector<Plot> out;
+  for (const FigureKind& kind : figure_kinds()) {
+    if (kind.of_bound && !summary.verdict.efficient) {
+      continue;
+    }
+    DotPlot plot{way + kind.id, kind.title,     kind.remark, kind.title,
+                 kind.x_label,  kind.reference, kind.wanted};
+    for (const Parameter& p : summary.parameters) {
+      const auto& [low, high] = p.*kind.interval;
+      const Interval interval{kind.unit * low, kind.unit * high, kind.unit * p.*kind.value};
+      const bool off = interval.low > plot.wanted[1] || interval.high < plot.wanted[0];
+      plot.dots.push_back({p.name, interval, off ? Mark::bad : Mark::none});
+    }
+    out.emplace_back(std::move(plot));
   }
   return out;
 }
@@ -316,16 +328,14 @@ std::string run_words(const MonteCarloSummary& summary) {
 }
 
 Section trial_section(const MonteCarloSummary& summary, std::span<const MonteCarloRow> rows, std::size_t k) {
-  Section out{"way-" + std::to_string(k + 1), summary.label, summary.label};
+  const std::string way = "way-" + std::to_string(k + 1);
+  Section out{way, summary.label, summary.label};
   out.blocks = {{Sentence{run_words(summary)}}, {other_outcomes(summary)}};
   if (judged(summary)) {
     const auto errors = standardised_errors(summary, rows);
-    const std::string way = "way-" + std::to_string(k + 1);
-    out.blocks.push_back({figure_plots(summary, way)});
+    out.blocks.push_back(plots_block("panels", figure_plots(summary, way)));
     out.blocks.push_back(
-        {Plots{"panels",
-               {},
-               {{"", "", {error_histogram(together(errors), way), quantile_plot(summary, errors, way)}}}}});
+        plots_block("panels", {error_histogram(together(errors), way), quantile_plot(summary, errors, way)}));
     out.blocks.push_back({all_figures(summary)});
   }
   return out;

@@ -78,9 +78,7 @@ std::vector<Series> mass_curves(const OnlineReplay& replay) {
 
 Section charts_section(const std::string& id, const std::string& title, const std::string& how_to_read,
                        std::vector<Plot> plots) {
-  Section out{id, title, title, {{Sentence{how_to_read}}}, Shown::page};
-  out.blocks.push_back({Plots{"", {}, {{"", "", std::move(plots)}}}});
-  return out;
+  return {id, title, title, {{Sentence{how_to_read}}, plots_block("", std::move(plots))}, Shown::page};
 }
 
 // Joints without a threshold have no external torque over it.
@@ -109,9 +107,8 @@ Document replay_document(const OnlineReplay& replay) {
                .line = replay.source + ", " + number(replay.f_m) + " Hz",
                .headline = "At the end: " + now,
                .verdict = replay.last.good ? Mark::good : Mark::mixed};
-  out.opening = {{table_of(replay.events, {{{"", format::significant(5), "s"},
-                                            [](const OnlineReplay::Event& e) { return e.t; }},
-                                           {{""}, [](const OnlineReplay::Event& e) { return e.text; }}})},
+  out.opening = {{table_of(replay.events, {{{"", format::significant(5), "s"}, &OnlineReplay::Event::t},
+                                           {{""}, &OnlineReplay::Event::text}})},
                  {FindingList{replay.warnings}},
                  {Sentence{"at the end: " + now}, Shown::screen}};
   if (const auto lines = controller_lines(replay.last); !lines.empty()) {

@@ -28,8 +28,8 @@ detail::Table interval_table(const std::vector<Value>& values, const std::string
   using V = Value;
   return detail::table_of<std::vector<V>>(
       values, {{{heading}, [=](const V& v) { return v.*name; }},
-               {{"value", detail::format::significant(5)}, [](const V& v) { return v.value; }},
-               {{"sigma", detail::format::significant(3)}, [](const V& v) { return v.sigma; }},
+               {{"value", detail::format::significant(5)}, &V::value},
+               {{"sigma", detail::format::significant(3)}, &V::sigma},
                {{"95 % interval"}, [](const V& v) { return payload_interval(v.interval_95); }},
                {{""}, rest}});
 }
@@ -41,7 +41,7 @@ detail::Section payload_section(const Payload& payload, const std::string& headi
     out.blocks.push_back({detail::Sentence{payload.reason}});
   }
   out.blocks.push_back({interval_table(payload.values, payload.name + ", in the flange frame",
-                                       &PayloadValue::name, [](const PayloadValue& v) { return v.unit; })});
+                                       &PayloadValue::name, &PayloadValue::unit)});
   return out;
 }
 
@@ -83,15 +83,11 @@ detail::Document payload_document(const PayloadReport& found) {
   return out;
 }
 
-Json json_of_value(double value, double sigma, const std::array<double, 2>& interval) {
-  return {{"value", value}, {"sigma", sigma}, {"interval_95", interval}};
-}
-
 Json json_of_body(const Payload& payload) {
   Json values = Json::object();
   for (const PayloadValue& v : payload.values) {
-    Json& member = values[v.name] = json_of_value(v.value, v.sigma, v.interval_95);
-    member["unit"] = v.unit;
+    values[v.name] = {
+        {"value", v.value}, {"sigma", v.sigma}, {"interval_95", v.interval_95}, {"unit", v.unit}};
   }
   return {{"name", payload.name},
           {"reason", payload.reason},
@@ -115,26 +111,15 @@ std::string in_words(const PayloadReport& found, std::size_t screen) {
 }
 
 std::string to_json(const PayloadReport& found, const PayloadOptions& options) {
-  Json payloads = Json::array();
-  for (const Payload& payload : found.payloads) {
-    Json& member = payloads.emplace_back(json_of_body(payload));
+  const auto with_lines = [&](const Payload& payload) {
+    Json out = json_of_body(payload);
     const std::string untold = untold_reason(found, payload);
-    member["least_mass"] = payload.least_mass;
-    member["urscript"] = untold.empty() ? Json(urscript_line(payload)) : Json();
-    member["libfranka"] = untold.empty() ? Json(libfranka_line(payload)) : Json();
-    member["untold"] = untold;
-  }
-  Json differences = Json::array();
-  for (const Payload& difference : found.differences) {
-    differences.push_back(json_of_body(difference));
-  }
-  Json gains = Json::array();
-  for (const GainEstimate& g : found.gains) {
-    Json member = {{"joint", g.joint}, {"nominal", g.nominal}};
-    member.update(json_of_value(g.value, g.sigma, g.interval_95));
-    member["identifiable"] = g.identifiable;
-    gains.push_back(std::move(member));
-  }
+    out["least_mass"] = payload.least_mass;
+    out["urscript"] = untold.empty() ? Json(urscript_line(payload)) : Json();
+    out["libfranka"] = untold.empty() ? Json(libfranka_line(payload)) : Json();
+    out["untold"] = untold;
+    return out;
+  };
   const Json out = {{"program", "rivid_identify payload"},
                     {"status", found.identified ? "identified"
                                : found.doubtful ? "doubtful"
@@ -146,9 +131,9 @@ std::string to_json(const PayloadReport& found, const PayloadOptions& options) {
                     {"iterations", found.iterations},
                     {"covariance", json_of(found.covariance)},
                     {"flange", {{"R", json_of(options.R)}, {"p", json_of(options.p)}}},
-                    {"payloads", std::move(payloads)},
-                    {"differences", std::move(differences)},
-                    {"gains", std::move(gains)},
+                    {"payloads", detail::json_list(found.payloads, with_lines)},
+                    {"differences", detail::json_list(found.differences, json_of_body)},
+                    {"gains", json_of(found.gains)},
                     {"Fl", json_of(found.Fl)},
                     {"chi", json_of(found.chi)}};
   return detail::json_text(out);

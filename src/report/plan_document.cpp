@@ -44,15 +44,13 @@ Document plans_document(const PlanFile& a, const PlanFile& b, const PlanComparis
   }
   out.sections.push_back(
       {.heading = "Forecast standard deviations",
-       .blocks = {{table_of(
-           comparison.parameters,
-           std::vector<ColumnOf<P>>{
-               {{"parameter", format::name}, [](const P& p) { return p.name; }},
-               {{"σ of A", format::significant(3)}, [](const P& p) { return p.sigma_a; }},
-               {{"σ of B", format::significant(3)}, [](const P& p) { return p.sigma_b; }},
-               {{"unit"}, [](const P& p) { return p.unit; }},
-               {{"B / A", format::fixed(3)}, [](const P& p) { return p.ratio; }},
-               {{"time of A for σ of B, s", format::significant(3)}, [](const P& p) { return p.time; }}})}}});
+       .blocks = {{table_of(comparison.parameters,
+                            {{{"parameter", format::name}, &P::name},
+                             {{"σ of A", format::significant(3)}, &P::sigma_a},
+                             {{"σ of B", format::significant(3)}, &P::sigma_b},
+                             {{"unit"}, &P::unit},
+                             {{"B / A", format::fixed(3)}, &P::ratio},
+                             {{"time of A for σ of B, s", format::significant(3)}, &P::time}})}}});
   return out;
 }
 
@@ -65,13 +63,11 @@ Document check_document(const PlanFile& plan, const PlanCheck& check) {
              counted(std::ssize(check.parameters), "parameter") + ")";
   out.sections.push_back(
       {.heading = "Reported over forecast standard deviations",
-       .blocks = {{table_of(
-           check.joints,
-           std::vector<ColumnOf<J>>{
-               {{"joint", format::name}, [](const J& j) { return j.name; }},
-               {{"reported / forecast", format::fixed(2)}, [](const J& j) { return j.ratio; }},
-               {{"parameters", format::count}, [](const J& j) { return static_cast<double>(j.parameters); }}},
-           [](const J& j) { return j.apart ? Mark::apart : Mark::none; })}}});
+       .blocks = {{table_of(check.joints,
+                            {{{"joint", format::name}, &J::name},
+                             {{"reported / forecast", format::fixed(2)}, &J::ratio},
+                             {{"parameters", format::count}, &J::parameters}},
+                            [](const J& j) { return j.apart ? Mark::apart : Mark::none; })}}});
   std::vector<P> apart;
   std::ranges::copy_if(check.parameters, std::back_inserter(apart), &P::apart);
   Section parameters{.heading = "Parameters where plan and robot disagree"};
@@ -79,13 +75,11 @@ Document check_document(const PlanFile& plan, const PlanCheck& check) {
     parameters.blocks.push_back(
         {Sentence{"none: all reported deviations are between 2/3 and 3/2 of the forecast ones"}});
   } else {
-    parameters.blocks.push_back({table_of(
-        apart, std::vector<ColumnOf<P>>{
-                   {{"parameter", format::name}, [](const P& p) { return p.name; }},
-                   {{"forecast σ", format::significant(3)}, [](const P& p) { return p.forecast; }},
-                   {{"reported σ", format::significant(3)}, [](const P& p) { return p.reported; }},
-                   {{"unit"}, [](const P& p) { return p.unit; }},
-                   {{"reported / forecast", format::fixed(2)}, [](const P& p) { return p.ratio; }}})});
+    parameters.blocks.push_back({table_of(apart, {{{"parameter", format::name}, &P::name},
+                                                  {{"forecast σ", format::significant(3)}, &P::forecast},
+                                                  {{"reported σ", format::significant(3)}, &P::reported},
+                                                  {{"unit"}, &P::unit},
+                                                  {{"reported / forecast", format::fixed(2)}, &P::ratio}})});
     parameters.blocks.push_back(
         {Sentence{"Larger: torque errors are larger or slower than planned, or the robot did not follow the "
                   "motion. Smaller: they are smaller"}});

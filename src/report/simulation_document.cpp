@@ -15,8 +15,8 @@ Document document_of(const Robot& robot, const SimulationRecord& record) {
   }
   for (Index j = 0; j < simulation.max_tracking_error.size(); ++j) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-    say(joint.name + ": largest tracking error " + number(simulation.max_tracking_error[j], 4) +
-        (joint.type == JointType::revolute ? " rad" : " m"));
+    say(joint.name + ": largest tracking error " + number(simulation.max_tracking_error[j], 4) + " " +
+        position_unit(joint));
   }
   for (std::size_t e = 0; e < simulation.element_names.size(); ++e) {
     say("friction of " + simulation.element_names[e] + ": " +

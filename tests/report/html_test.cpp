@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "report/analysis.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/regressor/batch.hpp"
@@ -386,47 +385,6 @@ TEST(HtmlReport, OfSixJointsAnd100000SamplesIsSmall) {
   const std::string page = large_page(6, 10'000);
   EXPECT_LT(page.size(), most_bytes) << "one sample in ten";
   EXPECT_NE(page.find("on the 10000 rows of the fit</figcaption>"), std::string::npos);
-}
-
-// Residuals of one joint at these samples, two apart from row to row.
-Prediction residuals(const std::vector<Index>& rows, const Vector& residual) {
-  Prediction log{.f_m = 100.0, .row_stride = 2};
-  log.joints.push_back({.rows = rows, .residual = residual});
-  return log;
-}
-
-TEST(ResidualShape, AutocorrelationKnowsOfGaps) {
-  // + − + − + − + −, the second half 3 rows late: 6 neighbours, 4 pairs over 2 rows, and those over the gap.
-  const Prediction log =
-      residuals({0, 2, 4, 6, 14, 16, 18, 20}, (Vector(8) << 1, -1, 1, -1, 1, -1, 1, -1).finished());
-  const detail::ResidualShape shape = detail::residual_shape(std::span(&log, 1), 0);
-  ASSERT_EQ(shape.autocorrelation.size(), 2U);
-  EXPECT_DOUBLE_EQ(shape.autocorrelation[0], -6.0 / 8.0);
-  EXPECT_DOUBLE_EQ(shape.autocorrelation[1], 4.0 / 8.0);
-}
-
-TEST(ResidualShape, HistogramHasEveryRowAndLeavesValidationsOut) {
-  constexpr Index rows = 1000;
-  std::vector<Index> samples;
-  for (Index k = 0; k < rows; ++k) {
-    samples.push_back(2 * k);
-  }
-  Vector residual = test::random_matrix(rows, 1, 5);
-  residual[3] = 50.0;
-  std::vector<Prediction> logs = {residuals(samples, residual), residuals(samples, residual)};
-  logs[1].validation = true;
-  const detail::ResidualShape shape = detail::residual_shape(logs, 0);
-  EXPECT_EQ(shape.rows, rows);
-  EXPECT_EQ(shape.outside, 1);
-  double counted = 0.0;
-  for (std::size_t k = 0; k < shape.counts.size(); ++k) {
-    const double from = shape.first_edge + static_cast<double>(k) * shape.bin;
-    const auto inside = (residual.array() >= from && residual.array() < from + shape.bin).count();
-    // A value on an edge may round to either side.
-    EXPECT_NEAR(shape.counts[k], static_cast<double>(inside), 1.0);
-    counted += shape.counts[k];
-  }
-  EXPECT_EQ(counted, static_cast<double>(rows - 1));
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ struct Evidence {
   const Identification& result;
   std::span<const Prediction> logs;
 
-  [[nodiscard]] std::span<const Prediction> fitted() const;      // logs of the identification
-  [[nodiscard]] std::span<const Prediction> validation() const;  // the others
+  [[nodiscard]] std::span<const Prediction> fitted() const { return fitted_logs(logs); }
+  [[nodiscard]] std::span<const Prediction> validation() const { return logs.subspan(fitted().size()); }
   [[nodiscard]] std::size_t joints() const { return result.fit.joints.size(); }
   [[nodiscard]] bool empty() const { return logs.empty() || joints() == 0; }
 };
@@ -28,12 +28,15 @@ inline constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 inline constexpr Index most_points = 500;
 
 // Identifier of a plot of a joint, and of a log behind the first.
-[[nodiscard]] std::string chart_id(const std::string& kind, std::size_t joint, std::size_t log = 0);
-[[nodiscard]] std::string speed_unit(const Joint& joint);
-[[nodiscard]] std::string position_unit(const Joint& joint);
+[[nodiscard]] inline std::string chart_id(const std::string& kind, std::size_t joint, std::size_t log = 0) {
+  return kind + "-" + std::to_string(joint + 1) + (log == 0 ? "" : "-log-" + std::to_string(log + 1));
+}
 
 // Some rows over others as points.
-[[nodiscard]] Series cloud(const std::string& name, const std::string& style, const Vector& x,
-                           const Vector& y);
+[[nodiscard]] inline Series cloud(const std::string& name, const std::string& style, const Vector& x,
+                                  const Vector& y) {
+  const std::vector<Index> some = every_few(x.size(), most_points);
+  return {name, style, Series::Kind::points, x(some), y(some)};
+}
 
 }  // namespace rivid::detail

@@ -1,6 +1,5 @@
 #include <filesystem>
 
-#include "report/analysis.hpp"
 #include "report/identification/sections.hpp"
 #include "rivid/text.hpp"
 
@@ -42,14 +41,13 @@ Table price_table(const Fit& plain, const Fit& other, const std::string& title) 
 
 Table fit_table(const Fit& fit) {
   using J = JointFit;
-  Table out = table_of(
-      fit.joints, {{{"joint"}, [](const J& j) { return j.name; }},
-                   {{"rows", format::count}, [](const J& j) { return static_cast<double>(j.rows); }},
-                   {{"left out", format::count}, [](const J& j) { return static_cast<double>(j.left_out); }},
-                   {{"rel. error", format::percent}, [](const J& j) { return j.relative_error; }},
-                   {{"centred", format::percent}, [](const J& j) { return j.centred_relative_error; }},
-                   {{"sigma_rho", format::significant(4)}, [](const J& j) { return j.sigma_rho; }},
-                   {{"unit"}, [](const J& j) { return j.unit; }}});
+  Table out = table_of(fit.joints, {{{"joint"}, &J::name},
+                                    {{"rows", format::count}, &J::rows},
+                                    {{"left out", format::count}, &J::left_out},
+                                    {{"rel. error", format::percent}, &J::relative_error},
+                                    {{"centred", format::percent}, &J::centred_relative_error},
+                                    {{"sigma_rho", format::significant(4)}, &J::sigma_rho},
+                                    {{"unit"}, &J::unit}});
   if (fit.joints.size() > 1) {
     Index left_out = 0;
     for (const JointFit& joint : fit.joints) {
@@ -84,8 +82,8 @@ Section weights_section(const RobustReport& report) {
   Section out{"weights", "Weights", "Weights of the rows"};
   out.blocks = {
       {table_of(report.joints,
-                {{{"joint"}, [](const R& j) { return j.name; }},
-                 {{"scale", format::significant(4)}, [](const R& j) { return j.scale; }},
+                {{{"joint"}, &R::name},
+                 {{"scale", format::significant(4)}, &R::scale},
                  {{rejects ? "no weight" : "weight below 1", format::percent},
                   [=](const R& j) { return share(rejects ? j.rejected : j.below_one, j); }},
                  {{"below 1/2", format::percent}, [=](const R& j) { return share(j.below_half, j); }}})},
@@ -116,11 +114,10 @@ Section description_section(const Evidence& evidence) {
           "Relative torque errors on the rows of each log: what the numbers of the robot description would "
           "have predicted, friction and rotor inertia included where they are given there, beside the "
           "identified model. The plots of torques show both: choose \"robot description\" in their legends"}},
-      {table_of(rows, {{{"log"}, [](const Compared& r) { return r.log; }},
-                       {{"joint", format::name}, [](const Compared& r) { return r.joint; }},
-                       {{"robot description", format::percents(2)},
-                        [](const Compared& r) { return r.description; }},
-                       {{"identified", format::percents(2)}, [](const Compared& r) { return r.identified; }},
+      {table_of(rows, {{{"log"}, &Compared::log},
+                       {{"joint", format::name}, &Compared::joint},
+                       {{"robot description", format::percents(2)}, &Compared::description},
+                       {{"identified", format::percents(2)}, &Compared::identified},
                        {{"better by", format::significant(3), "×"},
                         [](const Compared& r) { return r.description / r.identified; }}})}};
   return out;

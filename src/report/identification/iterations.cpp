@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "report/identification/sections.hpp"
@@ -37,9 +38,8 @@ Table iteration_table(const std::vector<IvIteration>& all) {
 }
 
 // The path of each parameter over the iterations, fig. 10 of [RIV], towards its interval.
-Plots parameter_paths(const Parameters& parameters, const std::vector<IvIteration>& iterations) {
-  Plots out{"paths"};
-  Plots::Group& all = out.groups.emplace_back();
+std::vector<Plot> parameter_paths(const Parameters& parameters, const std::vector<IvIteration>& iterations) {
+  std::vector<Plot> out;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterEstimate& p = parameters[i];
     PathPlot path{
@@ -52,7 +52,7 @@ Plots parameter_paths(const Parameters& parameters, const std::vector<IvIteratio
     }
     path.label = p.name + " from " + number(path.steps.front(), 4) + " to " + number(path.steps.back(), 4) +
                  " " + p.unit;
-    all.plots.emplace_back(std::move(path));
+    out.emplace_back(std::move(path));
   }
   return out;
 }
@@ -89,7 +89,7 @@ template <typename Of>
 Vector over_iterations(const std::vector<IvIteration>& all, const Of& of) {
   Vector out(std::ssize(all));
   for (Index k = 0; k < out.size(); ++k) {
-    const double value = 100.0 * of(all[static_cast<std::size_t>(k)]);
+    const double value = 100.0 * std::invoke(of, all[static_cast<std::size_t>(k)]);
     out[k] = value > 0.0 ? value : no_value;
   }
   return out;
@@ -103,8 +103,8 @@ Chart torque_error_chart(const Identification& result, const std::vector<IvItera
   Chart out = iteration_chart("torque-error", "Torque error", all.size());
   out.size = Chart::Size::wide;
   const Vector k = counting(all.size());
-  out.series.push_back({"all joints", "all", Series::Kind::line, k,
-                        over_iterations(all, [](const IvIteration& i) { return i.relative_error; })});
+  out.series.push_back(
+      {"all joints", "all", Series::Kind::line, k, over_iterations(all, &IvIteration::relative_error)});
   for (std::size_t j = 0; j < result.fit.joints.size(); ++j) {
     out.series.push_back({result.fit.joints[j].name, "series-" + std::to_string(j % 8), Series::Kind::line, k,
                           over_iterations(all, [&](const IvIteration& i) {
@@ -114,15 +114,14 @@ Chart torque_error_chart(const Identification& result, const std::vector<IvItera
   return out;
 }
 
-Plots motion_error_charts(const Identification& result, const std::vector<IvIteration>& all) {
+std::vector<Plot> motion_error_charts(const Identification& result, const std::vector<IvIteration>& all) {
   struct Order {
     const char* name;
     Vector MotionError::* member;
   };
   constexpr std::array<Order, 3> orders = {
       {{"q", &MotionError::q}, {"q̇", &MotionError::qd}, {"q̈", &MotionError::qdd}}};
-  Plots out{"panels"};
-  Plots::Group& group = out.groups.emplace_back();
+  std::vector<Plot> out;
   for (std::size_t j = 0; j < result.fit.joints.size(); ++j) {
     Chart chart = iteration_chart(chart_id("motion-error", j), result.fit.joints[j].name, all.size());
     for (std::size_t o = 0; o < orders.size(); ++o) {
@@ -137,7 +136,7 @@ Plots motion_error_charts(const Identification& result, const std::vector<IvIter
       series(&IvIteration::to_measured, orders[o].name, "");
       series(&IvIteration::to_reference, std::string(orders[o].name) + " to reference", " dashed");
     }
-    group.plots.emplace_back(std::move(chart));
+    out.emplace_back(std::move(chart));
   }
   return out;
 }
@@ -153,15 +152,15 @@ Section iterations_section(const Identification& result, const IvHistory& histor
            "Of the model along the simulated motion, relative to the norm of all torques; the squares of "
            "the joints' shares add up to the square of the whole"},
        page},
-      {Plots{"", {}, {{"", "", {torque_error_chart(result, history.iterations)}}}}, page},
+      plots_block("", {torque_error_chart(result, history.iterations)}, page),
       {Heading{"Parameters over the iterations"}, page},
       {Sentence{"With the 95 % interval of the result as a band"}, page},
-      {parameter_paths(result.parameters, history.iterations), page},
+      plots_block("paths", parameter_paths(result.parameters, history.iterations), page),
       {Heading{"Motion errors"}, page},
       {Sentence{"Distance of the simulated motion from the measured one (solid) and from the reference "
                 "(dashed), relative to the norm of the latter two"},
        page},
-      {motion_error_charts(result, history.iterations), page},
+      plots_block("panels", motion_error_charts(result, history.iterations), page),
       {Heading{"The assumed controller"}, page},
       {Sentence{"Design inertias and gains of the last simulation, SI units. Then how far the control signal "
                 "of the assumed law is from the recorded one, and how far the simulated positions are from "

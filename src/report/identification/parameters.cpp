@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "comma_list.hpp"
 #include "report/identification/sections.hpp"
@@ -56,11 +58,11 @@ std::string group_words(const ParameterEstimate& p) { return p.regrouped == p.na
 Table parameters_table(const Parameters& parameters) {
   using P = ParameterEstimate;
   return table_of(parameters,
-                  {{{"parameter", format::name}, [](const P& p) { return p.name; }},
+                  {{{"parameter", format::name}, &P::name},
                    {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
-                   {{"unit"}, [](const P& p) { return p.unit; }},
+                   {{"unit"}, &P::unit},
                    {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
-                   {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+                   {{"%sigma", format::fixed(3)}, &P::relative_sigma_percent},
                    {{"95 % interval"}, interval_words},
                    {{"grouped from"}, group_words}},
                   mark_of);
@@ -80,15 +82,15 @@ Table page_table(Parameters parameters, Fold fold) {
   const bool plain_differs =
       std::ranges::any_of(parameters, [](const P& p) { return p.plain_sigma != p.sigma; });
   std::vector<ColumnOf<P>> fields = {
-      {{"parameter", format::name}, [](const P& p) { return p.name; }},
+      {{"parameter", format::name}, &P::name},
       {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
       {{"", format::interval}, interval_bar},
-      {{"unit"}, [](const P& p) { return p.unit; }},
-      {{"%sigma", format::fixed(3)}, [](const P& p) { return p.relative_sigma_percent; }},
+      {{"unit"}, &P::unit},
+      {{"%sigma", format::fixed(3)}, &P::relative_sigma_percent},
       {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
       {{"95 % interval"}, interval_words},
-      {{"a priori", format::significant(4)}, [](const P& p) { return p.a_priori; }},
-      {{"bias", format::fixed(2), "σ"}, [](const P& p) { return p.noise_bias; }}};
+      {{"a priori", format::significant(4)}, &P::a_priori},
+      {{"bias", format::fixed(2), "σ"}, &P::noise_bias}};
   if (plain_differs) {
     fields.push_back(
         {{"HAC", format::deviation}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }});
@@ -172,6 +174,52 @@ Section parameters_section(const Identification& result) {
   if (List why = advice(result.parameters); !why.items.empty()) {
     out.blocks.push_back({std::move(why), page});
   }
+  return out;
+}
+
+Section gains_section(const Identification& result) {
+  struct Line {
+    const GainEstimate& gain;
+    std::string unit;
+
+    // A gain that the scale hangs on has a deviation of rounding alone.
+    [[nodiscard]] bool exact() const { return gain.sigma < 1e-4 * std::abs(gain.value); }
+  };
+  using L = Line;
+  const GainReport& gains = *result.gains;
+  Section out{"gains", "Drive gains", "Drive gains"};
+  out.blocks.push_back({Sentence{gains.scale}});
+  if (!gains.identified) {
+    return out;
+  }
+  std::vector<Line> lines;
+  std::string used;
+  for (std::size_t j = 0; j < gains.joints.size(); ++j) {
+    const GainEstimate& gain = gains.joints[j];
+    lines.push_back({gain, result.fit.joints[j].unit + "/A"});
+    used += (used.empty() ? "" : ", ") + number(gain.identifiable ? gain.value : gain.nominal, 5);
+  }
+  out.blocks.push_back({table_of(
+      lines,
+      {{{"joint"}, [](const L& l) { return l.gain.joint; }},
+       {{"nominal", format::significant(5)}, [](const L& l) { return l.gain.nominal; }},
+       {{"estimate", format::deviation},
+        [](const L& l) {
+          return l.exact() ? Cell(number(l.gain.value, 5)) : Cell(l.gain.value, l.gain.sigma);
+        }},
+       {{"unit"}, &L::unit},
+       {{"sigma", format::deviation},
+        [](const L& l) { return l.exact() ? Cell(no_value) : Cell(l.gain.sigma, l.gain.sigma); }},
+       {{"95 % interval"},
+        [](const L& l) {
+          return l.exact() ? "counts as exact"
+                           : number(l.gain.interval_95[0], 5) + " … " + number(l.gain.interval_95[1], 5);
+        }},
+       {{""},
+        [](const L& l) { return l.gain.identifiable ? "" : "not identifiable, the nominal gain is used"; }}},
+      [](const L& l) { return l.gain.identifiable ? Mark::none : Mark::unseen; })});
+  out.blocks.push_back(
+      {Sentence{"Used, on the joint side: " + used + ". The unit holds for control signals in A"}});
   return out;
 }
 

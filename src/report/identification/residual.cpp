@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "report/analysis.hpp"
+#include "identify/figures/residual_shape.hpp"
 #include "report/identification/sections.hpp"
 #include "rivid/text.hpp"
 
@@ -179,11 +179,11 @@ Section residual_section(const Identification& result, const Evidence* evidence)
          page});
     out.blocks.push_back({table_of(
         found->residuals,
-        {{{"joint"}, [](const R& r) { return r.joint; }},
-         {{"autocorrelation", format::fixed(2)}, [](const R& r) { return r.autocorrelation; }},
+        {{{"joint"}, &R::joint},
+         {{"autocorrelation", format::fixed(2)}, &R::autocorrelation},
          {{"p (Ljung-Box)", format::significant(2)}, [](const R& r) { return r.whiteness.p; }},
-         {{"skewness", format::fixed(2)}, [](const R& r) { return r.skewness; }},
-         {{"exc. kurtosis", format::fixed(2)}, [](const R& r) { return r.excess_kurtosis; }},
+         {{"skewness", format::fixed(2)}, &R::skewness},
+         {{"exc. kurtosis", format::fixed(2)}, &R::excess_kurtosis},
          {{"p (Jarque-Bera)", format::significant(2)}, [](const R& r) { return r.normality.p; }}})});
     if (found->hausman) {
       out.blocks.push_back({Sentence{in_words(*found->hausman)}});

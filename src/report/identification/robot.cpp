@@ -1,5 +1,7 @@
-#include "report/analysis.hpp"
+#include "comma_list.hpp"
 #include "report/identification/sections.hpp"
+#include "report/skeleton.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -27,6 +29,27 @@ std::vector<Inertial> inertials_of(const BaseParameters& base, const Vector& chi
   return out;
 }
 
+List coupling_list(const Robot& robot) {
+  const auto joint = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
+  List out{"couplings"};
+  for (const Coupling& coupling : robot.couplings) {
+    std::vector<std::string> turned_by;
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k) {
+      turned_by.push_back(joint(coupling.joints[k]) + " (" + number(coupling.ratios[k], 6) + ")");
+    }
+    out.items.push_back({.text = "The motor of " + joint(coupling.motor) + " is turned by " +
+                                 comma_list(turned_by) + " as well: inertia " +
+                                 std::string(name(coupling.inertia)) + ", Coulomb " +
+                                 std::string(name(coupling.coulomb)) + "."});
+  }
+  return out;
+}
+
+std::string friction_words(const Joint& joint) {
+  return std::string(name(joint.friction)) +
+         (joint.sign_speed > 0.0 ? ", smooth over " + number(joint.sign_speed, 4) : "");
+}
+
 }  // namespace
 
 Section robot_section(const Evidence& evidence) {
@@ -52,7 +75,32 @@ Section robot_section(const Evidence& evidence) {
     return out;
   }
   out.blocks = {{Legend{std::move(keys), remark + " Drag, or use the arrow keys, to turn the robot."}},
-                {Plots{"", {}, {{"", "", {std::move(skeleton)}}}}}};
+                plots_block("", {std::move(skeleton)})};
+  return out;
+}
+
+Section provenance_section(const Robot& robot, const Identification& result, const Provenance& provenance) {
+  using J = Joint;
+  Settings settings = row_settings(result.estimation.signal);
+  settings.insert(settings.begin(), {"Method", result.title});
+  const Eigen::Vector3d& g = robot.chain.gravity;
+  Section out{"provenance", "Provenance", "Provenance", {}, Shown::page};
+  out.blocks = {
+      {run_table(provenance, settings)},
+      {inputs_table(provenance)},
+      {Heading{"Robot"}},
+      {table_of(
+          robot.joints,
+          {{{"joint"}, &J::name},
+           {{"moves"}, &J::link},
+           {{"type"}, [](const J& j) { return j.type == JointType::revolute ? "revolute" : "prismatic"; }},
+           {{"friction"}, friction_words},
+           {{"rotor inertia"}, [](const J& j) { return j.rotor_inertia ? "yes" : "no"; }},
+           {{"drive gain", format::significant(6)}, &J::drive_gain},
+           {{"gear ratio", format::significant(6)}, &J::gear_ratio}})},
+      {coupling_list(robot)},
+      {Sentence{"Gravity in the frame of the base: " + number(g.x(), 6) + ", " + number(g.y(), 6) + ", " +
+                number(g.z(), 6) + " m/s²"}}};
   return out;
 }
 

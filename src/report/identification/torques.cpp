@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 
-#include "report/analysis.hpp"
 #include "report/identification/sections.hpp"
 #include "rivid/text.hpp"
 
@@ -152,11 +151,11 @@ Table glance_table(const Evidence& evidence) {
   };
   using J = JointGlance;
   std::vector<ColumnOf<J>> columns = {
-      {{"joint", format::name}, [](const J& j) { return j.name; }},
-      {{"fit error", format::percents(2)}, [](const J& j) { return j.fit; }},
+      {{"joint", format::name}, &J::name},
+      {{"fit error", format::percents(2)}, &J::fit},
       {{"", format::stack}, [=](const J& j) { return bar(j.fit, "fit", "error of the fit"); }}};
   if (!evidence.validation().empty()) {
-    columns.push_back({{"validation", format::percents(2)}, [](const J& j) { return j.validation; }});
+    columns.push_back({{"validation", format::percents(2)}, &J::validation});
     columns.push_back({{"", format::stack}, [=](const J& j) {
                          return bar(j.validation, "validation", "error of the validation");
                        }});

@@ -1,12 +1,14 @@
-#include "rivid/report/rows.hpp"
+#include "rivid/identify/row_table.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
+#include "csv_columns.hpp"
 #include "dense.hpp"
-#include "report/numpy_archive.hpp"
+#include "identify/figures/numpy_archive.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/identify/robust.hpp"
@@ -146,31 +148,28 @@ std::string to_npz(const RowTable& rows) {
 }
 
 std::string to_csv(const RowTable& rows) {
-  std::string out = "t,log,joint,Y,prediction,residual,weight,robust_weight,leverage";
-  std::vector<std::pair<std::string, const Matrix*>> matrices = {{",W:", &rows.W}};
-  if (rows.V.rows() > 0) {
-    matrices.emplace_back(",V:", &rows.V);
+  detail::CsvColumns out(rows.Y.size());
+  const std::array<std::pair<const char*, const Vector*>, 9> series = {
+      {{"t", &rows.t},
+       {"log", &rows.log},
+       {"joint", &rows.joint},
+       {"Y", &rows.Y},
+       {"prediction", &rows.prediction},
+       {"residual", &rows.residual},
+       {"weight", &rows.weight},
+       {"robust_weight", &rows.robust_weight},
+       {"leverage", &rows.leverage}}};
+  for (const auto& [name, values] : series) {
+    out.add(name, values->data());
   }
-  for (const auto& [prefix, matrix] : matrices) {
-    for (const std::string& name : rows.parameters) {
-      out += prefix + name;
+  const auto add_each = [&](const std::string& prefix, const Matrix& values) {
+    for (Index c = 0; c < values.cols() && values.rows() > 0; ++c) {
+      out.add(prefix + rows.parameters[static_cast<std::size_t>(c)], values.col(c).data());
     }
-  }
-  out += '\n';
-  for (Index i = 0; i < rows.Y.size(); ++i) {
-    out += exact(rows.t[i]) + ',' + exact(rows.log[i]) + ',' + exact(rows.joint[i]);
-    for (const Vector* const each :
-         {&rows.Y, &rows.prediction, &rows.residual, &rows.weight, &rows.robust_weight, &rows.leverage}) {
-      out += ',' + exact((*each)[i]);
-    }
-    for (const auto& [prefix, matrix] : matrices) {
-      for (Index k = 0; k < matrix->cols(); ++k) {
-        out += ',' + exact((*matrix)(i, k));
-      }
-    }
-    out += '\n';
-  }
-  return out;
+  };
+  add_each("W:", rows.W);
+  add_each("V:", rows.V);
+  return out.text();
 }
 
 }  // namespace rivid

@@ -1,8 +1,10 @@
+#include "identify/figures/residual_shape.hpp"
+
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "report/analysis.hpp"
+#include <numbers>
 
 namespace rivid::detail {
 
@@ -94,6 +96,55 @@ ResidualShape residual_shape(std::span<const Prediction> predictions, std::size_
   for (double& product : out.autocorrelation) {
     product /= squares;
   }
+  return out;
+}
+
+Spectrum amplitude_spectrum(const Vector& x, const Vector& values, double most, Index count) {
+  Spectrum out;
+  const Index rows = x.size();
+  if (rows < 8 || count < 1 || !(most > 0.0)) {
+    return out;
+  }
+  const double step = most / static_cast<double>(count);
+  out.frequency = Vector::LinSpaced(count, step, most);
+  // A stretch resolves frequencies that are one over its length apart: stretches as long as the grid is fine.
+  const double length = x.maxCoeff() - x.minCoeff();
+  const auto stretches = std::clamp<Index>(static_cast<Index>(length * step), 1, rows / 8);
+  const Vector centred = values.array() - values.mean();
+  Vector squares = Vector::Zero(count);
+  for (Index s = 0; s < stretches; ++s) {
+    const Index first = rows * s / stretches;
+    const Index size = rows * (s + 1) / stretches - first;
+    const Eigen::ArrayXd angle = 2.0 * std::numbers::pi * step * x.segment(first, size).array();
+    const Eigen::ArrayXd r = centred.segment(first, size).array();
+    // cos and sin of k ω t from those of (k − 1) ω t: no more than one function a row.
+    const Eigen::ArrayXd c1 = angle.cos();
+    const Eigen::ArrayXd s1 = angle.sin();
+    Eigen::ArrayXd c = Eigen::ArrayXd::Ones(size);
+    Eigen::ArrayXd d = Eigen::ArrayXd::Zero(size);
+    for (Index k = 0; k < count; ++k) {
+      const Eigen::ArrayXd next = c * c1 - d * s1;
+      d = c * s1 + d * c1;
+      c = next;
+      // The best a and b of r ≈ a cos + b sin.
+      Eigen::Matrix2d normal;
+      normal << c.square().sum(), (c * d).sum(), (c * d).sum(), d.square().sum();
+      const Eigen::Vector2d right((r * c).sum(), (r * d).sum());
+      const double determinant = normal.determinant();
+      if (determinant > 1e-6 * normal.trace() * normal.trace()) {
+        squares[k] += (normal.inverse() * right).squaredNorm();
+      }
+    }
+  }
+  out.amplitude = (squares / static_cast<double>(stretches)).cwiseSqrt();
+  // Of white noise N (a² + b²) / (2 σ²) is χ² with 2 degrees of freedom a stretch; 2.326 is the 99 % quantile of the normal
+  // distribution in the cube-root approximation of χ² by Wilson and Hilferty.
+  const double freedom = 2.0 * static_cast<double>(stretches);
+  const double cube = 1.0 - 2.0 / (9.0 * freedom) + 2.326 * std::sqrt(2.0 / (9.0 * freedom));
+  const double chi_squared = freedom * cube * cube * cube;
+  const double rows_of_stretch = static_cast<double>(rows) / static_cast<double>(stretches);
+  const double variance = centred.squaredNorm() / static_cast<double>(rows);
+  out.noise = std::sqrt(chi_squared * 2.0 * variance / (rows_of_stretch * static_cast<double>(stretches)));
   return out;
 }
 

@@ -1,10 +1,9 @@
-#include "rivid/report/friction_curves.hpp"
+#include "identify/figures/friction_curves.hpp"
 
 #include <algorithm>
 #include <limits>
 
-#include "report/analysis.hpp"
-#include "report/identification/evidence.hpp"
+#include "csv_columns.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -70,7 +69,7 @@ FrictionCurve friction_law(const Robot& robot, const Identification& result, std
     const Matrix C = result.C_chi(columns, columns);
     out.sigma = (phi * C).cwiseProduct(phi).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
   } else {
-    out.sigma = Vector::Constant(out.velocity.size(), no_value);
+    out.sigma = Vector::Constant(out.velocity.size(), std::numeric_limits<double>::quiet_NaN());
   }
   out.half_width = result.covariance.quantile_975 * out.sigma;
   return out;
@@ -89,7 +88,9 @@ FrictionCurve friction_curve(const Robot& robot, const Identification& result, s
     out.measured[point] += rows.friction[k];
     out.rows[point] += 1.0;
   }
-  out.measured = (out.rows.array() > 0.0).select(out.measured.array() / out.rows.array(), no_value);
+  out.measured =
+      (out.rows.array() > 0.0)
+          .select(out.measured.array() / out.rows.array(), std::numeric_limits<double>::quiet_NaN());
   return out;
 }
 
@@ -98,10 +99,9 @@ FrictionCurve friction_curve(const Robot& robot, const Identification& result, s
 std::vector<FrictionCurve> friction_curves(const Robot& robot, const Identification& result,
                                            std::span<const Prediction> logs) {
   detail::require_fitting("friction_curves", robot, result, logs);
-  const detail::Evidence evidence{robot, result, logs};
   std::vector<FrictionCurve> out;
-  for (std::size_t j = 0; j < evidence.joints() && detail::predicted(result); ++j) {
-    const detail::StackedRows rows = detail::stacked_rows(evidence.fitted(), j);
+  for (std::size_t j = 0; j < result.fit.joints.size() && detail::predicted(result); ++j) {
+    const detail::StackedRows rows = detail::stacked_rows(detail::fitted_logs(logs), j);
     if (!parameters(robot.joints[j].friction).empty() && rows.velocity.size() > 0) {
       out.push_back(detail::friction_curve(robot, result, j, rows));
     }
@@ -112,17 +112,14 @@ std::vector<FrictionCurve> friction_curves(const Robot& robot, const Identificat
 std::string to_csv(std::span<const FrictionCurve> curves) {
   std::string out = "joint,velocity,friction,sigma,low_95,high_95,a_priori,measured,rows\n";
   for (const FrictionCurve& curve : curves) {
-    const std::string joint = detail::quoted_cell(curve.joint);
     const Vector low = curve.torque - curve.half_width;
     const Vector high = curve.torque + curve.half_width;
-    for (Index k = 0; k < curve.velocity.size(); ++k) {
-      out += joint;
-      for (const Vector* const each : {&curve.velocity, &curve.torque, &curve.sigma, &low, &high,
-                                       &curve.a_priori, &curve.measured, &curve.rows}) {
-        out += ',' + exact((*each)[k]);
-      }
-      out += '\n';
+    detail::CsvColumns columns(curve.velocity.size());
+    for (const Vector* const each : {&curve.velocity, &curve.torque, &curve.sigma, &low, &high,
+                                     &curve.a_priori, &curve.measured, &curve.rows}) {
+      columns.add("", each->data());
     }
+    out += columns.lines(detail::quoted_cell(curve.joint) + ',');
   }
   return out;
 }

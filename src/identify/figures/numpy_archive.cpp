@@ -1,4 +1,4 @@
-#include "report/numpy_archive.hpp"
+#include "identify/figures/numpy_archive.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,14 @@
-#include "report/analysis.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "identify/figures/friction_curves.hpp"
+#include "identify/figures/joint_rows.hpp"
+#include "identify/figures/residual_shape.hpp"
+#include "report/skeleton.hpp"
+#include "support/random_matrix.hpp"
 #include "support/robots.hpp"
 
 namespace rivid::detail {
@@ -307,6 +310,47 @@ TEST(Analysis, TakesEveryFewOfAnyNumberOfRows) {
   EXPECT_EQ(every_few(3, 7), (std::vector<Index>{0, 1, 2}));
   EXPECT_TRUE(every_few(0, 7).empty());
   EXPECT_TRUE(every_few(0, 0).empty());
+}
+
+// Residuals of one joint at these samples, two apart from row to row.
+Prediction residuals(const std::vector<Index>& rows, const Vector& residual) {
+  Prediction log{.f_m = 100.0, .row_stride = 2};
+  log.joints.push_back({.rows = rows, .residual = residual});
+  return log;
+}
+
+TEST(ResidualShape, AutocorrelationKnowsOfGaps) {
+  // + − + − + − + −, the second half 3 rows late: 6 neighbours, 4 pairs over 2 rows, and those over the gap.
+  const Prediction log =
+      residuals({0, 2, 4, 6, 14, 16, 18, 20}, (Vector(8) << 1, -1, 1, -1, 1, -1, 1, -1).finished());
+  const ResidualShape shape = residual_shape(std::span(&log, 1), 0);
+  ASSERT_EQ(shape.autocorrelation.size(), 2U);
+  EXPECT_DOUBLE_EQ(shape.autocorrelation[0], -6.0 / 8.0);
+  EXPECT_DOUBLE_EQ(shape.autocorrelation[1], 4.0 / 8.0);
+}
+
+TEST(ResidualShape, HistogramHasEveryRowAndLeavesValidationsOut) {
+  constexpr Index rows = 1000;
+  std::vector<Index> samples;
+  for (Index k = 0; k < rows; ++k) {
+    samples.push_back(2 * k);
+  }
+  Vector residual = test::random_matrix(rows, 1, 5);
+  residual[3] = 50.0;
+  std::vector<Prediction> logs = {residuals(samples, residual), residuals(samples, residual)};
+  logs[1].validation = true;
+  const ResidualShape shape = residual_shape(logs, 0);
+  EXPECT_EQ(shape.rows, rows);
+  EXPECT_EQ(shape.outside, 1);
+  double counted = 0.0;
+  for (std::size_t k = 0; k < shape.counts.size(); ++k) {
+    const double from = shape.first_edge + static_cast<double>(k) * shape.bin;
+    const auto inside = (residual.array() >= from && residual.array() < from + shape.bin).count();
+    // A value on an edge may round to either side.
+    EXPECT_NEAR(shape.counts[k], static_cast<double>(inside), 1.0);
+    counted += shape.counts[k];
+  }
+  EXPECT_EQ(counted, static_cast<double>(rows - 1));
 }
 
 }  // namespace

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "rivid/model/chain.hpp"
+
+namespace rivid::detail {
+
+/// Where frame j is, in the frame of the base.
+struct LinkPose {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d o = Eigen::Vector3d::Zero();
+};
+
+/// The frames of all links at a posture.
+///
+/// @param out  (n)
+inline void place_links(const Chain& chain, const Eigen::Ref<const Vector>& q, std::vector<LinkPose>& out) {
+  LinkPose at;
+  for (std::size_t j = 0; j < chain.links.size(); ++j) {
+    const Chain::Link& link = chain.links[j];
+    const double x = q[static_cast<Index>(j)];
+    const bool turns = link.type == JointType::revolute;
+    at.o += at.R * (turns ? link.p : Eigen::Vector3d(link.p + x * link.R.col(2)));
+    at.R = at.R * link.R;
+    if (turns) {
+      Eigen::Matrix3d turned = at.R;
+      turned.col(0) = std::cos(x) * at.R.col(0) + std::sin(x) * at.R.col(1);
+      turned.col(1) = std::cos(x) * at.R.col(1) - std::sin(x) * at.R.col(0);
+      at.R = turned;
+    }
+    out[j] = at;
+  }
+}
+
+}  // namespace rivid::detail

@@ -1,0 +1,39 @@
+#include "report/skeleton.hpp"
+
+#include "identify/figures/ellipsoid.hpp"
+#include "model/link_poses.hpp"
+
+namespace rivid::detail {
+
+namespace {
+
+std::vector<LinkPose> link_poses(const Chain& chain, const Vector& q) {
+  std::vector<LinkPose> out(chain.links.size());
+  place_links(chain, q, out);
+  return out;
+}
+
+}  // namespace
+
+Skeleton skeleton_of(const Robot& robot, const Vector& q) {
+  Skeleton out;
+  out.joints.emplace_back(Eigen::Vector3d::Zero());
+  for (const LinkPose& pose : link_poses(robot.chain, q)) {
+    out.joints.push_back(pose.o);
+  }
+  return out;
+}
+
+void add_ellipsoids(const Robot& robot, const Vector& q, const std::vector<Inertial>& inertials,
+                    const std::string& style, Skeleton& out) {
+  const std::vector<LinkPose> poses = link_poses(robot.chain, q);
+  for (std::size_t j = 0; j < poses.size() && j < inertials.size(); ++j) {
+    if (const std::optional<SolidEllipsoid> body = solid_ellipsoid(inertials[j])) {
+      const Eigen::Matrix3d to_base = poses[j].R * link_axes(robot.chain.links[j]).transpose();
+      out.ellipsoids.push_back({robot.joints[j].link, style, body->mass, poses[j].o + to_base * body->centre,
+                                to_base * body->axes});
+    }
+  }
+}
+
+}  // namespace rivid::detail
