@@ -314,8 +314,7 @@ struct Plots {
     std::string remark = {};
     std::vector<Plot> plots = {};
   };
-  std::string layout;                   // "hero", "panels", "paths" or one under the other
-  std::optional<std::size_t> log = {};  // whose time the reader can move along
+  std::string layout;  // "hero", "panels", "paths" or one under the other
   std::vector<Group> groups = {};
   Fold fold = {};
 };
@@ -328,7 +327,7 @@ struct Block {
 // Plots without a heading.
 [[nodiscard]] inline Block plots_block(std::string layout, std::vector<Plot> plots,
                                        Shown shown = Shown::everywhere) {
-  return {Plots{std::move(layout), {}, {{"", "", std::move(plots)}}}, shown};
+  return {Plots{std::move(layout), {{"", "", std::move(plots)}}}, shown};
 }
 
 struct Section {

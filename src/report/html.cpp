@@ -1,7 +1,5 @@
 #include "rivid/report/html.hpp"
 
-#include <array>
-
 #include "report/documents.hpp"
 #include "report/html_assets.hpp"
 #include "report/markup.hpp"
@@ -179,7 +177,7 @@ class HtmlRenderer {
       content += plots.layout.empty() ? pictures : element("div", pictures, css_class(plots.layout));
       out += group.heading.empty() ? content : element("div", content, css_class("group"));
     }
-    return in_fold(plots.fold, (plots.log && *plots.log > 0 ? toolbar(*plots.log) : "") + out);
+    return in_fold(plots.fold, out);
   }
 
   [[nodiscard]] std::string of(const std::vector<Block>& blocks) const {
@@ -188,28 +186,6 @@ class HtmlRenderer {
       out += is_on(Shown::page, block.shown) ? std::visit(*this, block.content) : std::string();
     }
     return out;
-  }
-
- private:
-  static std::string toolbar(std::size_t log) {
-    struct Button {
-      const char* move;
-      const char* sign;
-      const char* label;
-    };
-    constexpr std::array<Button, 5> buttons = {{{"in", "+", "Zoom in"},
-                                                {"out", "−", "Zoom out"},
-                                                {"back", "‹", "Earlier"},
-                                                {"forward", "›", "Later"},
-                                                {"all", "all", "The whole log"}}};
-    std::string out;
-    for (const Button& b : buttons) {
-      out += element("button", b.sign,
-                     "type=\"button\" data-move=\"" + std::string(b.move) + "\" aria-label=\"" + b.label +
-                         "\" title=\"" + b.label + "\"");
-    }
-    return element("div", out + element("span", "Drag over a plot to zoom, double-click to see all."),
-                   "class=\"toolbar\" data-log=\"" + std::to_string(log) + "\"");
   }
 };
 

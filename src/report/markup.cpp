@@ -1,29 +1,18 @@
 #include "report/markup.hpp"
 
+#include <algorithm>
+#include <array>
+#include <utility>
+
 namespace rivid::detail {
 
 std::string escaped(std::string_view text) {
+  constexpr std::array<std::pair<char, std::string_view>, 5> entities = {
+      {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}}};
   std::string out;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        out += c;
-    }
+    const auto* const entity = std::ranges::find(entities, c, &std::pair<char, std::string_view>::first);
+    out += entity == entities.end() ? std::string_view(&c, 1) : entity->second;
   }
   return out;
 }

@@ -51,6 +51,17 @@ std::string code(const Json& value) {
   return "`" + text + "`";
 }
 
+// A row of a table in Markdown.
+std::string line_of(std::initializer_list<std::string_view> cells) {
+  std::string out = "|";
+  for (const std::string_view cell : cells) {
+    out.append(cell.empty() ? "" : " ").append(cell).append(" |");
+  }
+  return out + '\n';
+}
+
+std::string in_code(std::string_view text) { return "`" + std::string(text) + "`"; }
+
 // Lines of a table of keys. `otherwise` stands for all defaults, where it is not empty.
 class KeyTable {
  public:
@@ -67,8 +78,7 @@ class KeyTable {
   [[nodiscard]] std::string text() const {
     std::string out = "| key | type | default | unit | meaning |\n|---|---|---|---|---|\n";
     for (const KeyRow& row : rows_) {
-      out += "| `" + row.key + "` | " + row.type + " | " + row.otherwise + " | " + row.unit +
-             (row.unit.empty() ? "| " : " | ") + row.meaning + " |\n";
+      out += line_of({in_code(row.key), row.type, row.otherwise, row.unit, row.meaning});
     }
     return out;
   }
@@ -120,9 +130,8 @@ std::string limits_table() {
   const auto add = [&](const std::string& where, std::string_view name, const Range& range,
                        std::string_view unit) {
     const std::string excluded = range.open ? "above " : "";
-    out += "| " + where + " | `" + std::string(name) + "` | " + excluded + in_digits_or_power(range.least) +
-           " | " + (range.open && !range.budget ? "below " : "") + in_digits_or_power(range.most) +
-           (unit.empty() ? " | |\n" : " | " + std::string(unit) + " |\n");
+    out += line_of({where, in_code(name), excluded + in_digits_or_power(range.least),
+                    (range.open && !range.budget ? "below " : "") + in_digits_or_power(range.most), unit});
   };
   for (const CommandLineNumber& number : command_line_numbers()) {
     add(std::string(number.tools), number.option, number.range, number.unit);
@@ -134,27 +143,24 @@ std::string limits_table() {
       }
     }
   }
-  out += "| experiment files | any other number | " + number(-largest_number) + " | " +
-         number(largest_number) + " | |\n";
+  out +=
+      line_of({"experiment files", "any other number", number(-largest_number), number(largest_number), ""});
   const auto size = [&](const std::string& what, std::uintmax_t bytes) {
-    out += "| " + what + " | size of the file | | " + std::to_string(bytes >> 20U) + " | MiB |\n";
+    out += line_of({what, "size of the file", "", std::to_string(bytes >> 20U), "MiB"});
   };
   size("URDF; TOML of experiments and parameters", robot_limit);
   size("JSON and tables of results, plans and parameters", result_limit);
-  out += "| TOML | parts of a key; lists and tables within each other | | " +
-         std::to_string(deepest_nesting) + " | |\n";
-  out += "| JSON | lists and objects within each other | | " + std::to_string(deepest_nesting) + " | |\n";
+  const std::string nesting = std::to_string(deepest_nesting);
+  out += line_of({"TOML", "parts of a key; lists and tables within each other", "", nesting, ""});
+  out += line_of({"JSON", "lists and objects within each other", "", nesting, ""});
   return out;
 }
 
 template <Described Record>
 std::string member_table() {
   std::string out = "| member | unit | meaning |\n|---|---|---|\n";
-  for_each_field<Record>([&](const auto& field) {
-    const std::string unit(field.details.unit);
-    out += "| `" + std::string(field.key) + "` | " + unit + (unit.empty() ? "| " : " | ") +
-           std::string(field.meaning) + " |\n";
-  });
+  for_each_field<Record>(
+      [&](const auto& field) { out += line_of({in_code(field.key), field.details.unit, field.meaning}); });
   return out;
 }
 

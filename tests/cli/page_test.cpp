@@ -203,6 +203,7 @@ TEST_F(Page, HasNothingThatAxeCallsSerious) {
 TEST_F(Page, ZoomsAllPlotsOfALogAndNoOtherDownToFewRows) {
   ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
   const Json found = Json::parse(answer("scara_result/report.html", std::string(unfolded) + R"(
+  const toolbars = [...document.querySelectorAll(".toolbar")].map((bar) => bar.querySelectorAll("button").length);
   const button = document.querySelector(".toolbar [data-move=in]");
   for (let i = 0; i < 40; ++i) {
     button.click();
@@ -218,12 +219,12 @@ TEST_F(Page, ZoomsAllPlotsOfALogAndNoOtherDownToFewRows) {
   const place = document.querySelector("#torque-1 .picture");
   place.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
   await wait();
-  return [...result, part("torque-1") === all("torque-1")];)"));
+  return [...result, part("torque-1") === all("torque-1"), toolbars];)"));
   EXPECT_GE(found[0], 2) << found;
   EXPECT_LE(found[0], 6) << found;
   EXPECT_LE(found[1], 6) << found;
-  EXPECT_EQ(Json(std::vector<Json>(found.begin() + 2, found.end())), Json({true, true, 1, true}))
-      << "the other log, the first plot, one range for all, all rows by a key";
+  EXPECT_EQ(Json(std::vector<Json>(found.begin() + 2, found.end())), Json({true, true, 1, true, {5, 5}}))
+      << "the other log, the first plot, one range for all, all rows by a key, buttons of two logs";
 }
 
 TEST_F(Page, EachChartHasRoundTicksAndNamesOfTheMapAreInThePicture) {

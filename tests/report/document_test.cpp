@@ -251,12 +251,11 @@ TEST(Document, PlotsStandOnThePageWithTheirMarks) {
        "Plots",
        "Plots",
        {{Legend{{{"dot", "a parameter"}}, "a remark"}},
-        {Plots{"panels", 3, {{"joint_1", "7 rows", {chart, map, dots, path}}}, {"a log", false}}}}}};
+        {Plots{"panels", {{"joint_1", "7 rows", {chart, map, dots, path}}}, {"a log", false}}}}}};
   const std::string page = html_of(document);
   EXPECT_NE(page.find("<details><summary>a log</summary>"), std::string::npos);
   EXPECT_NE(page.find("<figure class=\"chart panel\" id=\"torque-2\" data-log=\"3\">"), std::string::npos);
   EXPECT_NE(page.find("Torque &lt;2&gt;"), std::string::npos);
-  EXPECT_NE(page.find("class=\"toolbar\" data-log=\"3\""), std::string::npos);
   EXPECT_NE(page.find("{\"name\":\"dots\",\"style\":\"dots\",\"kind\":\"points\",\"exact\":false,\"fine\":"
                       "false,\"x\":0,"),
             std::string::npos)

@@ -543,12 +543,27 @@
     show_part(log, moves[how](x.low, x.high));
   }
 
-  for (const toolbar of document.querySelectorAll(".toolbar")) {
-    toolbar.addEventListener("click", (event) => {
-      if (event.target.dataset.move) {
-        move(toolbar.dataset.log, event.target.dataset.move);
-      }
-    });
+  // Above all plots of a log; that of the first screen, 0, stands for itself.
+  function add_toolbar(log) {
+    const buttons = [
+      ["in", "+", "Zoom in"],
+      ["out", "−", "Zoom out"],
+      ["back", "‹", "Earlier"],
+      ["forward", "›", "Later"],
+      ["all", "all", "The whole log"],
+    ];
+    const toolbar = document.createElement("div");
+    toolbar.className = "toolbar";
+    for (const [how, sign, label] of buttons) {
+      const item = button(sign, label, () => move(log, how));
+      item.dataset.move = how;
+      item.setAttribute("aria-label", label);
+      toolbar.append(item);
+    }
+    const words = document.createElement("span");
+    words.textContent = "Drag over a plot to zoom, double-click to see all.";
+    toolbar.append(words);
+    of_log(log)[0].closest(".group").before(toolbar);
   }
 
   // ------------------------------------------------------------------ values under the pointer
@@ -728,6 +743,7 @@
   });
   charts.filter(is_wide).forEach((figure) => watch.observe(place_of(figure)));
   over_time.forEach(zoom_by_hand);
+  new Set(over_time.map((figure) => figure.dataset.log).filter((log) => log !== "0")).forEach(add_toolbar);
   charts.forEach((figure) => read_values(figure, figure.dataset.log === undefined ? nearest : at_time));
   figures.filter((figure) => data[figure.id].names).forEach((figure) => read_values(figure, cell_under));
   figures.filter((figure) => data[figure.id].bodies).forEach(turn_by_hand);

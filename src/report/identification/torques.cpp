@@ -181,7 +181,7 @@ Chart residual_chart(const JointFit& fit, const StackedRows& rows, Index most) {
 // Torque and residual of each joint that has rows in a log.
 Plots torque_plots(const Evidence& evidence, std::size_t log, Index most_rows) {
   const std::size_t zoom = log + 1;  // 0 is that of the first look
-  Plots out{"", zoom};
+  Plots out;
   for (std::size_t j = 0; j < evidence.joints(); ++j) {
     const JointFit& fit = evidence.result.fit.joints[j];
     const StackedRows rows = stacked_rows(evidence.logs.subspan(log, 1), j);
@@ -228,7 +228,7 @@ std::vector<Block> first_look(const Evidence& evidence) {
     keys.insert(keys.begin() + 1, {"validation", "validation"});
   }
   return {
-      {Plots{"hero", 0, {{"", "", {std::move(chart)}}}}, Shown::page},
+      plots_block("hero", {std::move(chart)}, Shown::page),
       {glance_table(evidence), Shown::page},
       {Legend{std::move(keys), "Errors are ‖Y − Wχ‖ / ‖Y‖; causes are shares of the mean absolute torque."},
        Shown::page}};
