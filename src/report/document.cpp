@@ -53,16 +53,9 @@ std::string in_format(const Format& format, double value, double sigma) {
       return without_minus_zero(fixed(100.0 * value, format.digits)) + " %";
     case Format::Kind::deviation:
       return with_decimals_of(value, sigma);
-    case Format::Kind::significant:
-    case Format::Kind::text:
-    case Format::Kind::name:
-    case Format::Kind::code:
-    case Format::Kind::interval:
-    case Format::Kind::share:
-    case Format::Kind::stack:
-      break;
+    default:
+      return number(value, format.digits);
   }
-  return number(value, format.digits);
 }
 
 }  // namespace

@@ -172,69 +172,48 @@ double normal_density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 
 
 double normal_distribution(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
-// A figure of each parameter with its interval, and what it should be.
-struct FigureKind {
-  const char* id;
-  const char* title;
-  const char* remark;
-  const char* x_label;
-  double reference;
-  std::array<double, 2> wanted;
-  double Parameter::* value;
-  std::array<double, 2> Parameter::* interval;
-  double unit = 1.0;
-  bool of_bound = false;  // which there need not be
-};
-
-const std::array<FigureKind, 3>& figure_kinds() {
-  using V = MonteCarloVerdict;
-  static const std::array<FigureKind, 3> out = {
-      {{"-bias",
-        "Bias",
-        "mean error in deviations of the estimate; should be 0",
-        "bias / spread",
-        0.0,
-        {-V::largest_bias, V::largest_bias},
-        &Parameter::bias_in_spreads,
-        &Parameter::bias_in_spreads_95},
-       {"-coverage",
-        "Coverage",
-        "share of 95 % intervals that hold the truth; should be 95 %",
-        "coverage [%]",
-        95.0,
-        {100.0 * V::least_coverage, 100.0},
-        &Parameter::coverage,
-        &Parameter::coverage_95,
-        100.0},
-       {"-precision",
-        "Precision",
-        "root mean square error over the bound that no method can beat by much; should be 1",
-        "RMSE / bound",
-        1.0,
-        {0.0, V::largest_rmse},
-        &Parameter::rmse_over_bound,
-        &Parameter::rmse_over_bound_95,
-        1.0,
-        true}}};
-  return out;
-}
-
 // @param way  begin of the plots' identifiers
 std::vector<Plot> figure_plots(const MonteCarloSummary& summary, const std::string& way) {
-  std::vector<Plot> out;
-  for (const FigureKind& kind : figure_kinds()) {
-    if (kind.of_bound && !summary.verdict.efficient) {
-      continue;
-    }
-    DotPlot plot{way + kind.id, kind.title,     kind.remark, kind.title,
-                 kind.x_label,  kind.reference, kind.wanted};
+  using V = MonteCarloVerdict;
+  // With a dot for each parameter, which is bad where all of its interval is beyond what is wanted.
+  const auto filled = [&](DotPlot plot, double unit, double Parameter::* value,
+                          std::array<double, 2> Parameter::* interval_95) -> Plot {
+    plot.id = way + plot.id;
+    plot.label = plot.title;
     for (const Parameter& p : summary.parameters) {
-      const auto& [low, high] = p.*kind.interval;
-      const Interval interval{kind.unit * low, kind.unit * high, kind.unit * p.*kind.value};
+      const auto& [low, high] = p.*interval_95;
+      const Interval interval{unit * low, unit * high, unit * p.*value};
       const bool off = interval.low > plot.wanted[1] || interval.high < plot.wanted[0];
       plot.dots.push_back({p.name, interval, off ? Mark::bad : Mark::none});
     }
-    out.emplace_back(std::move(plot));
+    return plot;
+  };
+  std::vector<Plot> out = {filled({"-bias",
+                                   "Bias",
+                                   "mean error in deviations of the estimate; should be 0",
+                                   "",
+                                   "bias / spread",
+                                   0.0,
+                                   {-V::largest_bias, V::largest_bias}},
+                                  1.0, &Parameter::bias_in_spreads, &Parameter::bias_in_spreads_95),
+                           filled({"-coverage",
+                                   "Coverage",
+                                   "share of 95 % intervals that hold the truth; should be 95 %",
+                                   "",
+                                   "coverage [%]",
+                                   95.0,
+                                   {100.0 * V::least_coverage, 100.0}},
+                                  100.0, &Parameter::coverage, &Parameter::coverage_95)};
+  if (summary.verdict.efficient) {
+    out.push_back(
+        filled({"-precision",
+                "Precision",
+                "root mean square error over the bound that no method can beat by much; should be 1",
+                "",
+                "RMSE / bound",
+                1.0,
+                {0.0, V::largest_rmse}},
+               1.0, &Parameter::rmse_over_bound, &Parameter::rmse_over_bound_95));
   }
   return out;
 }

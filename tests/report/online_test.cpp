@@ -142,7 +142,7 @@ TEST(OnlineReplay, ItsPageHasPlotsThatLoadNothing) {
         << id;
   }
   EXPECT_NE(page.find("<h1>run &lt;1&gt;.csv</h1>"), std::string::npos);
-  EXPECT_NE(page.find("class=\"rule event\""), std::string::npos);
+  EXPECT_NE(page.find("\"style\":\"event\""), std::string::npos);
   EXPECT_NE(page.find("<code>set_target_payload("), std::string::npos);
   EXPECT_EQ(page.find("nan"), std::string::npos);
   EXPECT_EQ(page.find("https://"), std::string::npos);

@@ -74,14 +74,12 @@ std::span<const Prediction> fitted_logs(std::span<const Prediction> logs) {
 
 TorqueShares torque_shares(std::span<const Prediction> predictions, std::size_t joint) {
   TorqueShares sums;
-  for (const Prediction& log : predictions) {
-    if (!log.validation) {
-      const FittedRows& rows = log.joints[joint].fitted;
-      sums.gravity += rows.gravity.lpNorm<1>();
-      sums.inertia += rows.inertia.lpNorm<1>();
-      sums.coriolis += rows.coriolis.lpNorm<1>();
-      sums.friction += rows.friction.lpNorm<1>();
-    }
+  for (const Prediction& log : fitted_logs(predictions)) {
+    const FittedRows& rows = log.joints[joint].fitted;
+    sums.gravity += rows.gravity.lpNorm<1>();
+    sums.inertia += rows.inertia.lpNorm<1>();
+    sums.coriolis += rows.coriolis.lpNorm<1>();
+    sums.friction += rows.friction.lpNorm<1>();
   }
   const double all = sums.gravity + sums.inertia + sums.coriolis + sums.friction;
   const double share = all > 0.0 ? 1.0 / all : undefined;
@@ -155,12 +153,10 @@ Vector excitation(const Identification& result, std::span<const Prediction> pred
   for (std::size_t j = 0; j < result.fit.joints.size(); ++j) {
     Vector squares = Vector::Zero(out.size());
     Index rows = 0;
-    for (const Prediction& log : predictions) {
-      if (!log.validation) {
-        const auto count = log.joints[j].residual.size();
-        squares += static_cast<double>(count) * log.joints[j].fitted.column_rms.cwiseAbs2();
-        rows += count;
-      }
+    for (const Prediction& log : fitted_logs(predictions)) {
+      const auto count = log.joints[j].residual.size();
+      squares += static_cast<double>(count) * log.joints[j].fitted.column_rms.cwiseAbs2();
+      rows += count;
     }
     const double sigma = result.fit.joints[j].sigma_rho;
     if (rows > 0 && sigma > 0.0) {

@@ -11,11 +11,11 @@
 // The rows of a joint over the logs of an identification, and what they say together.
 namespace rivid::detail {
 
-// Whether there is anything to show beside what was measured.
 /// @throws InputError  in the name of `who`, where robot, result and predictions do not belong together
 void require_fitting(std::string_view who, const Robot& robot, const Identification& result,
                      std::span<const Prediction> predictions);
 
+// Whether there is anything to show beside what was measured.
 [[nodiscard]] inline bool predicted(const Identification& result) { return result.chi.allFinite(); }
 
 // The logs of the identification, which come first.

@@ -6,20 +6,22 @@
 #include <limits>
 #include <numbers>
 
+#include "identify/figures/joint_rows.hpp"
+
 namespace rivid::detail {
 
 namespace {
 
-using Logs = std::vector<const Prediction*>;
+using Logs = std::span<const Prediction>;
 
 // Over five deviations to either side, or as far as the residual goes.
-void fill_histogram(const Logs& logs, std::size_t joint, ResidualShape& out) {
+void fill_histogram(Logs logs, std::size_t joint, ResidualShape& out) {
   constexpr int bins = 40;
   constexpr double reach = 5.0;
   double least = std::numeric_limits<double>::infinity();
   double most = -least;
-  for (const Prediction* const log : logs) {
-    const Vector& residual = log->joints[joint].residual;
+  for (const Prediction& log : logs) {
+    const Vector& residual = log.joints[joint].residual;
     if (residual.size() > 0) {
       least = std::min(least, residual.minCoeff());
       most = std::max(most, residual.maxCoeff());
@@ -30,8 +32,8 @@ void fill_histogram(const Logs& logs, std::size_t joint, ResidualShape& out) {
   out.first_edge = least;
   out.bin = (most - least) / bins;
   out.counts.assign(bins, 0.0);
-  for (const Prediction* const log : logs) {
-    for (const double r : log->joints[joint].residual) {
+  for (const Prediction& log : logs) {
+    for (const double r : log.joints[joint].residual) {
       if (r < least || r > most) {
         ++out.outside;
       } else {
@@ -65,23 +67,20 @@ void add_products(const Prediction& log, const JointPrediction& joint, double me
 ResidualShape residual_shape(std::span<const Prediction> predictions, std::size_t joint) {
   constexpr Index fewest_rows = 8;
   constexpr Index most_lags = 60;
-  Logs logs;
+  const Logs logs = fitted_logs(predictions);
   ResidualShape out;
   double sum = 0.0;
-  for (const Prediction& log : predictions) {
-    if (!log.validation) {
-      logs.push_back(&log);
-      out.rows += log.joints[joint].residual.size();
-      sum += log.joints[joint].residual.sum();
-    }
+  for (const Prediction& log : logs) {
+    out.rows += log.joints[joint].residual.size();
+    sum += log.joints[joint].residual.sum();
   }
   if (out.rows < fewest_rows) {
     return out;
   }
   out.mean = sum / static_cast<double>(out.rows);
   double squares = 0.0;
-  for (const Prediction* const log : logs) {
-    squares += (log->joints[joint].residual.array() - out.mean).square().sum();
+  for (const Prediction& log : logs) {
+    squares += (log.joints[joint].residual.array() - out.mean).square().sum();
   }
   out.sigma = std::sqrt(squares / static_cast<double>(out.rows));
   if (!(out.sigma > 0.0)) {
@@ -90,8 +89,8 @@ ResidualShape residual_shape(std::span<const Prediction> predictions, std::size_
   fill_histogram(logs, joint, out);
   const Index lags = std::min(most_lags, out.rows / 4);
   out.autocorrelation.assign(static_cast<std::size_t>(lags), 0.0);
-  for (const Prediction* const log : logs) {
-    add_products(*log, log->joints[joint], out.mean, lags, out.autocorrelation);
+  for (const Prediction& log : logs) {
+    add_products(log, log.joints[joint], out.mean, lags, out.autocorrelation);
   }
   for (double& product : out.autocorrelation) {
     product /= squares;
