@@ -634,10 +634,11 @@
   };
   function read_values(figure, reader) {
     const place = place_of(figure);
-    place.addEventListener("pointermove", (event) => show_tip(event, reader(figure, point_of(figure, event))));
+    const show = (event, at) => show_tip(event, waiting.includes(figure) ? "" : reader(figure, at ?? point_of(figure, event)));
+    place.addEventListener("pointermove", (event) => show(event));
     place.addEventListener("pointerleave", (event) => {
-      reader(figure, [-1, -1]);
-      show_tip(event, "");
+      show(event, [-1, -1]);
+      tip.hidden = true;
     });
   }
 
@@ -730,13 +731,24 @@
     const { series, names, bodies, rows } = data[figure.id];
     (series ? draw_chart : names ? draw_map : bodies ? draw_bodies : rows ? draw_dots : draw_path)(figure);
   }
+  // A few at a time, from the top, so that the page can be read meanwhile.
+  const waiting = [...figures];
+  function draw_some() {
+    const until = performance.now() + 40;
+    while (waiting.length > 0 && performance.now() < until) {
+      draw(waiting.shift());
+    }
+    if (waiting.length > 0) {
+      setTimeout(draw_some);
+    }
+  }
   charts.forEach(add_legend);
-  figures.forEach(draw);
+  draw_some();
   // Those as wide as the page are drawn again where that changes, and once the fold that they are in is opened.
   const watch = new ResizeObserver((entries) => {
     for (const { target } of entries) {
       const figure = target.closest("figure");
-      if (target.clientWidth > 0 && target.clientWidth !== figure.plot.width) {
+      if (figure.plot && target.clientWidth > 0 && target.clientWidth !== figure.plot.width) {
         draw(figure);
       }
     }
