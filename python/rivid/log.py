@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
@@ -14,7 +13,7 @@ from rivid import _rivid, formats
 from rivid._arrays import floats, instance_of, path_of
 from rivid._keys import toml_keys
 from rivid.findings import Finding, findings_of
-from rivid.formats.columns import alias, complete, flattened, printable, with_seconds
+from rivid.formats.columns import complete, flattened, printable, with_seconds
 from rivid.robot import Robot
 
 if TYPE_CHECKING:
@@ -268,23 +267,21 @@ def _table(source: Any) -> Mapping[str, Any]:
     raise TypeError(f"read_logs: source is {type(source).__name__}, must be a log, a file, a DataFrame or a mapping of columns")
 
 
-_DEFAULT_NAME = re.compile(r"t|time|(q|qd|tau|v|qref|qdref)[1-9]\d*")
 _COLUMN_KEYS = ("position", "velocity", "torque", "control", "reference", "reference_velocity", "time")
 
 
 def _chosen(names: list[str], robot: Robot, keys: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """Keys of [log] that name the columns: those that were given, nothing where default names are there, else recognised ones."""
-    if any(key in keys for key in _COLUMN_KEYS) or ("q1" in names and ("t" in names or "time" in names)):
+    default = _rivid.default_columns(names)
+    if any(key in keys for key in _COLUMN_KEYS) or ("time" in default and len(default.get("position", [])) == len(robot)):
         return dict(keys), []
-    by_alias = {alias(name): name for name in names}
-    found, doubts = _rivid.recognised(list(by_alias), robot._robot)
+    found, doubts = _rivid.recognised(names, robot._robot)
     out = dict(keys)
     units = dict(keys.get("units") or {})
     notes = []
     for key, (columns, unit) in found.items():
         if key == "time" and "rate_hz" in keys:
             continue
-        columns = [by_alias[column] for column in columns]
         out[key] = columns[0] if key == "time" else columns
         if unit and key not in units:
             units[key] = unit
@@ -314,7 +311,8 @@ def _wanted(source: str, keys: Mapping[str, Any], table: Mapping[str, Any]) -> l
     words = [name for name in named if not is_number(name)]
     if words:
         raise _rivid.InputError(f"{source}: column {words[0]!r} holds {np.asarray(table[words[0]]).dtype}, must hold numbers")
-    return list(dict.fromkeys([*named, *(name for name in table if _DEFAULT_NAME.fullmatch(name) and is_number(name))]))
+    by_default = [name for columns in _rivid.default_columns(list(table)).values() for name in columns]
+    return list(dict.fromkeys([*named, *filter(is_number, by_default)]))
 
 
 def _complete(source: str, keys: Mapping[str, Any], names: list[str], values: Floats) -> tuple[Floats, list[str]]:
@@ -331,6 +329,6 @@ def _complete(source: str, keys: Mapping[str, Any], names: list[str], values: Fl
 def _positions(keys: Mapping[str, Any], names: list[str]) -> list[str]:
     listed = keys.get("position")
     if listed is None:
-        return [name for name in names if name[:1] == "q" and name[1:].isdigit()]
+        return _rivid.default_columns(names).get("position", [])
     items = [listed] if isinstance(listed, (str, Mapping)) else listed
     return [item["column"] if isinstance(item, Mapping) else item for item in items]

@@ -44,14 +44,14 @@ std::pair<std::map<std::string, std::pair<std::vector<std::string>, std::optiona
 recognised(const std::vector<std::string>& names, const Robot& robot) {
   const detail::RecognisedLog found = detail::recognised_log(names, detail::joint_names(robot));
   std::map<std::string, std::pair<std::vector<std::string>, std::optional<std::string>>> out;
-  for (const auto& [key, columns] :
-       {std::pair("time", &found.time), std::pair("position", &found.position),
-        std::pair("velocity", &found.velocity), std::pair("torque", &found.torque),
-        std::pair("control", &found.control), std::pair("reference", &found.reference),
-        std::pair("reference_velocity", &found.reference_velocity)}) {
-    if (!columns->columns.empty()) {
-      out[key] = {columns->columns, columns->unit};
+  const auto add = [&](std::string_view key, const detail::RecognisedColumns& columns) {
+    if (!columns.columns.empty()) {
+      out[std::string(key)] = {columns.columns, columns.unit};
     }
+  };
+  add("time", found.time);
+  for (const detail::LogKey& key : detail::log_keys) {
+    add(key.key, found.*key.columns);
   }
   return {out, found.doubts};
 }
@@ -121,6 +121,15 @@ void bind_log(nb::module_& m) {
       Unlocked());
   m.def("recognised", &recognised, "names"_a, "robot"_a,
         "Keys of [log] by the names of columns, and what was doubtful.");
+  m.def(
+      "default_columns", [](const std::vector<std::string>& names) { return detail::default_columns(names); },
+      "names"_a, "Columns that are read where none are listed, by the keys of [log].");
+  m.def(
+      "nanoseconds_of",
+      [](const std::string& seconds, const std::vector<std::string>& names) {
+        return detail::nanoseconds_of(seconds, names);
+      },
+      "seconds"_a, "names"_a, "The column of nanoseconds that belongs to one of seconds.");
   m.def(
       "shift_torque", [](const Log& log, double lag) { return shift_torque(log, lag); }, "log"_a, "lag"_a,
       Unlocked(), "The log with torques and control signals `lag` samples earlier.");

@@ -137,7 +137,17 @@ def test_names_of_robots_and_programs(robot, table, expected, positions, torques
     assert_same(robot, named, expected)
 
 
-@pytest.mark.parametrize("names", [["AxisAct.A1", "AxisAct.A2"], ["rax_1", "rax_2"]])
+@pytest.mark.parametrize("clock", ["t", "time", "timestamp"])
+def test_joints_that_are_counted_from_0(robot, table, expected, clock, tmp_path):
+    """q1 is the second of them, and no default name."""
+    named = dict(zip([clock, "q0", "q1", "tau0", "tau1"], table.values()))
+    log = assert_same(robot, named, expected)
+    assert any("position taken from q0 to q1" in note for note in log.notes)
+    np.savetxt(tmp_path / "run.csv", np.column_stack(list(named.values())), delimiter=",", header=",".join(named), comments="")
+    assert len(rivid.read_log(tmp_path / "run.csv", robot)) == len(log)
+
+
+@pytest.mark.parametrize("names", [["AxisAct.A1", "AxisAct.A2"], ["AxisActReal.A1", "AxisActReal.A2"], ["rax_1", "rax_2"]])
 def test_positions_in_degrees(robot, table, names):
     degrees = {"time": table["t"], names[0]: np.degrees(table["q1"]), names[1]: np.degrees(table["q2"]),
                "torque_1": table["tau1"], "torque_2": table["tau2"]}

@@ -22,22 +22,10 @@ namespace rivid {
 
 namespace {
 
-struct Quantity {
-  std::string_view words;
-  std::string_view prefix;  // of the default names
-  std::vector<Column> LogOptions::* listed;
-  Matrix Log::* member;
-};
+using detail::log_columns;
+using Quantity = detail::LogColumns;
 
-constexpr std::array<Quantity, 6> quantities = {
-    {{"position", "q", &LogOptions::position, &Log::q},
-     {"velocity", "qd", &LogOptions::velocity, &Log::qd},
-     {"torque", "tau", &LogOptions::torque, &Log::tau},
-     {"control", "v", &LogOptions::control, &Log::v_tau},
-     {"reference", "qref", &LogOptions::reference, &Log::q_r},
-     {"reference_velocity", "qdref", &LogOptions::reference_velocity, &Log::qd_r}}};
-
-using Columns = std::array<std::vector<Column>, quantities.size()>;
+using Columns = std::array<std::vector<Column>, log_columns.size()>;
 
 constexpr std::size_t position = 0;
 constexpr std::size_t reference = 4;
@@ -88,7 +76,7 @@ std::vector<Column> by_default(const Quantity& quantity, const std::vector<std::
     const auto named = [&](std::size_t number) { return prefix + std::to_string(number); };
     if (numbers[i] != i + 1) {
       throw InputError(source + ": there is a column " + in_quotes(named(numbers[i])) + " but no " +
-                       in_quotes(named(i + 1)) + "; list the columns of " + std::string(quantity.words));
+                       in_quotes(named(i + 1)) + "; list the columns of " + std::string(quantity.key));
     }
     columns.push_back({named(i + 1)});
   }
@@ -102,9 +90,9 @@ std::string names_of(const std::vector<Column>& columns) {
 
 std::string count_complaint(const Quantity& quantity, const std::vector<Column>& columns, bool listed,
                             const Quantity& required, std::size_t n) {
-  return std::string(quantity.words) + " has " + counted(std::ssize(columns), "column") + " (" +
-         names_of(columns) + (listed ? "" : ", found by name") + "), " + std::string(required.words) +
-         " has " + std::to_string(n) + "; one for each joint is required";
+  return std::string(quantity.key) + " has " + counted(std::ssize(columns), "column") + " (" +
+         names_of(columns) + (listed ? "" : ", found by name") + "), " + std::string(required.key) + " has " +
+         std::to_string(n) + "; one for each joint is required";
 }
 
 // Columns of every quantity, all of the size of the required one.
@@ -112,15 +100,15 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
                  const std::string& source, std::vector<std::string>& notes) {
   Columns columns;
   const auto resolve = [&](std::size_t i) {
-    columns[i] = options.*quantities[i].listed;
+    columns[i] = options.*log_columns[i].listed;
     if (columns[i].empty() && options.default_names) {
-      columns[i] = by_default(quantities[i], names, source);
+      columns[i] = by_default(log_columns[i], names, source);
     }
   };
   resolve(required);
   if (columns[required].empty()) {
-    const std::string words(quantities[required].words);
-    const std::string prefix(quantities[required].prefix);
+    const std::string words(log_columns[required].key);
+    const std::string prefix(log_columns[required].prefix);
     const std::string defaults =
         in_quotes(prefix + "1") + ", " + in_quotes(prefix + "2") + ", … and none are listed";
     throw InputError(source + ": there are no " + words + " columns " +
@@ -128,19 +116,19 @@ Columns resolved(const LogOptions& options, std::size_t required, const std::vec
                      "; say which columns hold them; the columns are " + listed(names));
   }
   const std::size_t n = columns[required].size();
-  const bool required_listed = !(options.*quantities[required].listed).empty();
-  for (std::size_t i = 0; i < quantities.size(); ++i) {
+  const bool required_listed = !(options.*log_columns[required].listed).empty();
+  for (std::size_t i = 0; i < log_columns.size(); ++i) {
     if (i != required) {
       resolve(i);
     }
     if (columns[i].empty()) {
       continue;
     }
-    const std::string words(quantities[i].words);
-    const bool listed = !(options.*quantities[i].listed).empty();
+    const std::string words(log_columns[i].key);
+    const bool listed = !(options.*log_columns[i].listed).empty();
     if (columns[i].size() != n) {
       throw InputError(source + ": " +
-                       count_complaint(quantities[i], columns[i], listed, quantities[required], n));
+                       count_complaint(log_columns[i], columns[i], listed, log_columns[required], n));
     }
     if (required_listed && !listed) {
       notes.push_back(words + " not listed, taken from " + names_of(columns[i]));
@@ -200,7 +188,7 @@ struct Choice {
   std::optional<Column> time;
   std::optional<std::string> nanoseconds;  // beside a time of whole seconds
 
-  // In the order of their quantities, time and its nanoseconds last.
+  // In the order of log_columns, time and its nanoseconds last.
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> out;
     for (const std::vector<Column>& list : columns) {
@@ -242,11 +230,11 @@ class LogRoom {
   // Room for so many rows: where each column of choice.names() begins.
   std::vector<double*> columns(Index rows) {
     std::vector<double*> out;
-    for (std::size_t i = 0; i < quantities.size(); ++i) {
+    for (std::size_t i = 0; i < log_columns.size(); ++i) {
       if (choice_.columns[i].empty()) {
         continue;
       }
-      Matrix& values = log_.*quantities[i].member;
+      Matrix& values = log_.*log_columns[i].member;
       values.resize(rows, std::ssize(choice_.columns[i]));
       for (auto column : values.colwise()) {
         out.push_back(column.data());
@@ -268,8 +256,8 @@ class LogRoom {
     if (rows < 2) {
       throw InputError(log_.source + ": the log has one sample, at least 2 are required");
     }
-    for (std::size_t i = 0; i < quantities.size(); ++i) {
-      Matrix& values = log_.*quantities[i].member;
+    for (std::size_t i = 0; i < log_columns.size(); ++i) {
+      Matrix& values = log_.*log_columns[i].member;
       if (choice_.columns[i].empty()) {
         continue;
       }
@@ -322,14 +310,14 @@ Log read(std::string_view who, const std::filesystem::path& path, const LogOptio
 }  // namespace
 
 std::optional<std::string> LogOptions::complaint() const {
-  for (const Quantity& quantity : quantities) {
+  for (const Quantity& quantity : log_columns) {
     std::set<std::string_view> seen;
     for (const Column& column : this->*quantity.listed) {
-      if (auto fault = column_complaint(quantity.words, column)) {
+      if (auto fault = column_complaint(quantity.key, column)) {
         return fault;
       }
       if (!seen.insert(column.name).second) {
-        return std::string(quantity.words) + " lists column " + in_quotes(column.name) + " twice";
+        return std::string(quantity.key) + " lists column " + in_quotes(column.name) + " twice";
       }
     }
   }
@@ -337,11 +325,11 @@ std::optional<std::string> LogOptions::complaint() const {
   for (const Column& column : this->position) {
     positions.insert(column.name);
   }
-  for (const Quantity& quantity : quantities) {
-    const bool effort = quantity.words == "torque" || quantity.words == "control";
+  for (const Quantity& quantity : log_columns) {
+    const bool effort = quantity.key == "torque" || quantity.key == "control";
     for (const Column& column : this->*quantity.listed) {
       if (effort && positions.contains(column.name)) {
-        return std::string(quantity.words) + " lists column " + in_quotes(column.name) +
+        return std::string(quantity.key) + " lists column " + in_quotes(column.name) +
                ", which is listed as a position";
       }
     }
@@ -377,6 +365,23 @@ std::optional<std::string> detail::nanoseconds_of(std::string_view seconds,
     }
   }
   return std::nullopt;
+}
+
+std::map<std::string, std::vector<std::string>> detail::default_columns(std::span<const std::string> names) {
+  const auto has = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
+  std::map<std::string, std::vector<std::string>> out;
+  for (const Quantity& quantity : log_columns) {
+    const std::string prefix(quantity.prefix);
+    for (int joint = 1; has(prefix + std::to_string(joint)) && !has(prefix + "0"); ++joint) {
+      out[std::string(quantity.key)].push_back(prefix + std::to_string(joint));
+    }
+  }
+  for (const char* const time : {"t", "time"}) {
+    if (has(time) && !out.contains("time")) {
+      out["time"] = {time};
+    }
+  }
+  return out;
 }
 
 Vector detail::stamps_of(const Eigen::Ref<const Vector>& seconds,
@@ -415,7 +420,7 @@ std::string to_csv(const Log& log) {
   detail::require_even("to_csv", log);
   detail::CsvColumns out(log.samples());
   out.add("t", log.t.data());
-  for (const Quantity& quantity : quantities) {
+  for (const Quantity& quantity : log_columns) {
     out.add_each(std::string(quantity.prefix), log.*quantity.member);
   }
   return out.text();

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "rivid/data/csv.hpp"
 #include "rivid/data/log.hpp"
@@ -15,20 +17,29 @@ namespace rivid::detail {
 struct LogColumns {
   Matrix Log::* member;
   std::string_view symbol;
-  bool smooth;  ///< a position, that a spline may follow
+  bool smooth;              ///< a position, that a spline may follow
+  std::string_view key;     ///< of [log]
+  std::string_view prefix;  ///< of the default names of its columns
+  std::vector<Column> LogOptions::* listed;
 };
 
-inline constexpr std::array<LogColumns, 6> log_columns = {{{&Log::q, "q", true},
-                                                           {&Log::qd, "qd", false},
-                                                           {&Log::tau, "tau", false},
-                                                           {&Log::v_tau, "v_tau", false},
-                                                           {&Log::q_r, "q_r", true},
-                                                           {&Log::qd_r, "qd_r", false}}};
+inline constexpr std::array<LogColumns, 6> log_columns = {
+    {{&Log::q, "q", true, "position", "q", &LogOptions::position},
+     {&Log::qd, "qd", false, "velocity", "qd", &LogOptions::velocity},
+     {&Log::tau, "tau", false, "torque", "tau", &LogOptions::torque},
+     {&Log::v_tau, "v_tau", false, "control", "v", &LogOptions::control},
+     {&Log::q_r, "q_r", true, "reference", "qref", &LogOptions::reference},
+     {&Log::qd_r, "qd_r", false, "reference_velocity", "qdref", &LogOptions::reference_velocity}}};
 
 /// The column of nanoseconds that belongs to one of whole seconds: "header.stamp.nanosec" beside "header.stamp.sec". Nothing where
 /// there is none.
 [[nodiscard]] std::optional<std::string> nanoseconds_of(std::string_view seconds,
                                                         std::span<const std::string> names);
+
+/// Columns that are read where a log lists none, by the keys of [log]: "position" → "q1", "q2". Quantities that are counted from 0 are not
+/// among them.
+[[nodiscard]] std::map<std::string, std::vector<std::string>> default_columns(
+    std::span<const std::string> names);
 
 /// Stamps of both, in seconds since the midnight (UTC) before the first one: since 1970 a double would round them to a
 /// quarter of a microsecond.

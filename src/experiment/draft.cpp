@@ -167,38 +167,28 @@ void write_log(Writer& out, const detail::RecognisedLog& columns, const std::vec
     out.comment("time = \"…\"   # or rate_hz = 1000, where there is no column of time stamps");
   }
   out.comment("one column for each of " + joined(joints));
-  const auto list = [&](std::string_view key, const RecognisedColumns& found, const std::string& missing) {
-    if (!found.columns.empty()) {
-      out.key(key, toml_strings(found.columns));
-    } else if (!missing.empty()) {
-      out.comment(std::string(key) + " = [\"…\"]   # " + missing);
-    }
+  const auto missing = [&](std::string_view key, const std::string& what) {
+    out.comment(std::string(key) + " = [\"…\"]   # " + what);
   };
-  const bool torque = !columns.torque.columns.empty();
-  const bool control = !torque && !columns.control.columns.empty();
-  list("position", columns.position,
-       "measured positions: names or numbers (from 1) of " + counted(std::ssize(joints), "column"));
-  if (control) {
-    list("control", columns.control, {});
-  } else {
-    list("torque", columns.torque, "joint torques; or control = [\"…\"], motor currents or control signals");
-  }
-  list("velocity", columns.velocity, {});
-  list("reference", columns.reference, {});
-  list("reference_velocity", columns.reference_velocity, {});
   std::string units;
-  const auto unit = [&](std::string_view quantity, const std::optional<std::string>& told, bool used) {
-    if (told && used && unit_scale(*told) != 1.0) {
-      units += (units.empty() ? "" : ", ") + std::string(quantity) + " = " + toml_string(*told);
+  const auto add_unit = [&](std::string_view quantity, const std::string& unit) {
+    if (unit_scale(unit) != 1.0) {
+      units += (units.empty() ? "" : ", ") + std::string(quantity) + " = " + toml_string(unit);
     }
   };
-  unit("time", clock ? std::optional(clock->unit) : std::nullopt, clock.has_value());
-  unit("position", columns.position.unit, true);
-  unit("velocity", columns.velocity.unit, true);
-  unit("torque", columns.torque.unit, torque);
-  unit("control", columns.control.unit, control);
-  unit("reference", columns.reference.unit, true);
-  unit("reference_velocity", columns.reference_velocity.unit, true);
+  add_unit("time", clock ? clock->unit : "s");
+  for (const detail::LogKey& key : detail::log_keys) {
+    const RecognisedColumns& found = columns.*key.columns;
+    if (!found.columns.empty()) {
+      out.key(key.key, toml_strings(found.columns));
+      add_unit(key.key, found.unit.value_or("1"));
+    } else if (key.kind == detail::ColumnKind::position) {
+      missing(key.key,
+              "measured positions: names or numbers (from 1) of " + counted(std::ssize(joints), "column"));
+    } else if (key.kind == detail::ColumnKind::torque && columns.control.columns.empty()) {
+      missing(key.key, "joint torques; or control = [\"…\"], motor currents or control signals");
+    }
+  }
   if (!units.empty()) {
     out.key("units", "{ " + units + " }");
   }

@@ -38,23 +38,11 @@ struct ColumnName {
   std::optional<std::string> unit;  // as unit_scale() knows it
 };
 
-// What a column holds.
-enum class ColumnKind {
-  position,
-  velocity,
-  torque,
-  control,
-  reference,
-  reference_velocity,
-  target_current,
-  target_torque,
-  time
-};
-
 // What the words of a name say together.
 struct ColumnMeaning {
-  std::optional<ColumnKind> kind;  // none: no quantity, or more than one
-  int strangeness = 0;             // words that say something else besides
+  std::optional<ColumnKind> kind;   // none: no quantity, or more than one
+  int strangeness = 0;              // words that say something else besides
+  std::optional<std::string> unit;  // that of the program which writes such names
 };
 
 // What a word says about a column.
@@ -81,7 +69,8 @@ constexpr std::array meanings = {
             Word::torque, Word::wanted},
     Meaning{" qdref dqref qddes dqdes qdcmd ", Word::velocity, Word::wanted},
     Meaning{" t time times timestamp timestamps stamp ", Word::time},
-    Meaning{" joint joints j axis ax a state states field data actual act meas measured msr real robot arm ",
+    Meaning{" joint joints j axis ax a state states field data actual act meas measured msr real robot arm "
+            "observation ",
             Word::no_matter},
     Meaning{" link motor raw filtered filt ", Word::strange},
     Meaning{
@@ -89,6 +78,21 @@ constexpr std::array meanings = {
         "tcp tool pose cartesian gravity friction coriolis estimated est hat model residual limit mode "
         "status ",
         Word::other_quantity}};
+
+// Names that say by their program alone what they hold: their last words, and the unit of that program.
+struct ProgramName {
+  std::string_view words;
+  ColumnKind kind;
+  std::string_view unit = {};
+};
+constexpr std::array program_names = {
+    ProgramName{" axis act", ColumnKind::position, "deg"},         // KUKA: AxisAct.A1
+    ProgramName{" axis act a", ColumnKind::position, "deg"},       //
+    ProgramName{" axis act real a", ColumnKind::position, "deg"},  // KUKA: AxisActReal.A1
+    ProgramName{" rax", ColumnKind::position, "deg"},              // ABB: rax_1
+    ProgramName{" qfrc actuator", ColumnKind::torque},             // MuJoCo: qfrc_actuator_0
+    ProgramName{" observation state", ColumnKind::position},       // LeRobot: observation.state.0
+    ProgramName{" action", ColumnKind::reference}};                // LeRobot: action.0
 
 // How units are written at the end of a name, and as unit_scale() knows them. Words, so that "[rad/s]", "(rad/s)" and
 // "_rad_s" are one.
@@ -137,6 +141,14 @@ std::vector<std::string> words_of(std::string_view name) {
   return out;
 }
 
+std::string joined(const std::vector<std::string>& words, std::size_t first) {
+  std::string text;
+  for (std::size_t i = first; i < words.size(); ++i) {
+    text += (text.empty() ? "" : " ") + words[i];
+  }
+  return text;
+}
+
 template <std::size_t n>
 std::optional<std::string> unit_in(const std::array<KnownUnit, n>& units, std::string_view words) {
   const auto found = std::ranges::find(units, words, &KnownUnit::words);
@@ -145,13 +157,6 @@ std::optional<std::string> unit_in(const std::array<KnownUnit, n>& units, std::s
 
 ColumnName parted(std::string_view name) {
   ColumnName out;
-  const auto joined = [](const std::vector<std::string>& words, std::size_t first) {
-    std::string text;
-    for (std::size_t i = first; i < words.size(); ++i) {
-      text += (text.empty() ? "" : " ") + words[i];
-    }
-    return text;
-  };
   const std::size_t open = name.find_last_of("[(");
   if (open != std::string_view::npos && open > 0 && open + 1 < name.size() && !is_digit(name[open + 1])) {
     const std::string inside = joined(words_of(name.substr(open)), 0);
@@ -210,6 +215,15 @@ ColumnMeaning meaning_of(const std::vector<std::string>& words) {
     out.kind = wanted ? ColumnKind::target_current : ColumnKind::control;
   } else if (has(Word::time)) {
     out.kind = ColumnKind::time;
+  } else if (const auto program = std::ranges::find_if(
+                 program_names, [text = " " + joined(words, 0)](
+                                    const ProgramName& name) { return text.ends_with(name.words); });
+             program != program_names.end()) {
+    out.kind = program->kind;
+    out.strangeness = 0;
+    if (!program->unit.empty()) {
+      out.unit = std::string(program->unit);
+    }
   }
   return out;
 }
@@ -217,9 +231,18 @@ ColumnMeaning meaning_of(const std::vector<std::string>& words) {
 // Columns whose names differ in the joint alone.
 struct Group {
   std::vector<std::string> columns;
-  std::vector<std::string> words;
-  std::optional<std::string> unit;
+  ColumnMeaning meaning;
 };
+
+// Of columns whose names are `pattern` but for the joint. The name says the unit, or the program that writes such names.
+Group group_of(std::vector<std::string> columns, std::string_view pattern) {
+  ColumnName parts = parted(pattern);
+  Group out{std::move(columns), meaning_of(parts.words)};
+  if (parts.unit) {
+    out.meaning.unit = std::move(parts.unit);
+  }
+  return out;
+}
 
 bool same(char a, char b) { return (is_letter(a) && is_letter(b)) || (is_digit(a) && is_digit(b)); }
 
@@ -300,8 +323,7 @@ void add_named(std::span<const std::string> names, std::span<const std::string> 
     }
     for (auto& [pattern, columns] : by_pattern) {
       if (std::ranges::none_of(columns, &std::string::empty)) {
-        ColumnName parts = parted(pattern);
-        out.push_back({std::move(columns), std::move(parts.words), std::move(parts.unit)});
+        out.push_back(group_of(std::move(columns), pattern));
       }
     }
   }
@@ -335,32 +357,26 @@ void add_numbered(std::span<const std::string> names, std::size_t joints, std::v
     if (first > 1 || columns.rbegin()->first - first + 1 != static_cast<int>(columns.size())) {
       continue;
     }
-    ColumnName parts = parted(pattern);
-    if (columns.size() != joints) {
-      const ColumnMeaning reading = meaning_of(parts.words);
-      if (columns.size() > 1 && reading.kind && reading.strangeness == 0) {
-        misfits.push_back({.kind = *reading.kind,
-                           .text = in_quotes(columns.begin()->second) + " to " +
-                                   in_quotes(columns.rbegin()->second) + " are " +
-                                   counted(std::ssize(columns), "column") + ", the chain has " +
-                                   counted(static_cast<std::ptrdiff_t>(joints), "joint") +
-                                   ": is it the chain that was meant (base, tip)?"});
-      }
-      continue;
-    }
-    Group group{{}, std::move(parts.words), std::move(parts.unit)};
+    Group group = group_of({}, pattern);
     for (const auto& [number, name] : columns) {
       group.columns.push_back(name);
     }
-    out.push_back(std::move(group));
+    if (columns.size() == joints) {
+      out.push_back(std::move(group));
+    } else if (columns.size() > 1 && group.meaning.kind && group.meaning.strangeness == 0) {
+      misfits.push_back({.kind = *group.meaning.kind,
+                         .text = in_quotes(group.columns.front()) + " to " + in_quotes(group.columns.back()) +
+                                 " are " + counted(std::ssize(columns), "column") + ", the chain has " +
+                                 counted(static_cast<std::ptrdiff_t>(joints), "joint") +
+                                 ": is it the chain that was meant (base, tip)?"});
+    }
   }
 }
 
 // A robot of one joint needs no number.
 void add_single(std::span<const std::string> names, std::vector<Group>& out) {
   for (const std::string& name : names) {
-    ColumnName parts = parted(name);
-    out.push_back({{name}, std::move(parts.words), std::move(parts.unit)});
+    out.push_back(group_of({name}, name));
   }
 }
 
@@ -369,17 +385,14 @@ RecognisedColumns best(const std::vector<Group>& groups, ColumnKind kind, std::s
                        std::vector<std::string>& doubts) {
   const Group* found = nullptr;
   const Group* other = nullptr;
-  int least = 0;
   for (const Group& group : groups) {
-    const ColumnMeaning reading = meaning_of(group.words);
-    if (reading.kind != kind) {
+    if (group.meaning.kind != kind) {
       continue;
     }
-    if (found == nullptr || reading.strangeness < least) {
+    if (found == nullptr || group.meaning.strangeness < found->meaning.strangeness) {
       found = &group;
       other = nullptr;
-      least = reading.strangeness;
-    } else if (reading.strangeness == least && group.columns != found->columns) {
+    } else if (group.meaning.strangeness == found->meaning.strangeness && group.columns != found->columns) {
       other = &group;
     }
   }
@@ -390,7 +403,7 @@ RecognisedColumns best(const std::vector<Group>& groups, ColumnKind kind, std::s
     doubts.push_back(std::string(key) + " may be " + in_quotes(found->columns.front()) + " … or " +
                      in_quotes(other->columns.front()) + " …; the first is taken");
   }
-  return {found->columns, found->unit};
+  return {found->columns, found->meaning.unit};
 }
 
 RecognisedColumns time_column(std::span<const std::string> names, std::vector<std::string>& doubts) {
@@ -416,24 +429,19 @@ RecognisedLog recognised_log(std::span<const std::string> names, std::span<const
   if (joints.size() == 1) {
     add_single(names, groups);
   }
-  const auto find = [&](ColumnKind kind, std::string_view key) {
-    RecognisedColumns found = best(groups, kind, key, out.doubts);
+  out.time = time_column(names, out.doubts);
+  for (const auto& [key, kind, columns] : log_keys) {
+    if (kind == ColumnKind::control && !out.torque.columns.empty()) {
+      continue;
+    }
+    RecognisedColumns& found = out.*columns;
+    found = best(groups, kind, key, out.doubts);
     for (const Misfit& misfit : misfits) {
       if (found.columns.empty() && misfit.kind == kind) {
         out.doubts.push_back(misfit.text);
       }
     }
-    return found;
-  };
-  out.time = time_column(names, out.doubts);
-  out.position = find(ColumnKind::position, "position");
-  out.velocity = find(ColumnKind::velocity, "velocity");
-  out.torque = find(ColumnKind::torque, "torque");
-  if (out.torque.columns.empty()) {
-    out.control = find(ColumnKind::control, "control");
   }
-  out.reference = find(ColumnKind::reference, "reference");
-  out.reference_velocity = find(ColumnKind::reference_velocity, "reference_velocity");
   // Nothing has to be filled in for these.
   std::vector<std::string> silent;
   out.target_current = best(groups, ColumnKind::target_current, "target current", silent);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +29,33 @@ struct RecognisedLog {
   RecognisedColumns target_torque;
   std::vector<std::string> doubts;  ///< choices that were not the only ones, and columns that almost fit
 };
+
+/// What a column holds.
+enum class ColumnKind {
+  position,
+  velocity,
+  torque,
+  control,
+  reference,
+  reference_velocity,
+  target_current,
+  target_torque,
+  time
+};
+
+/// A key of [log] whose columns are one a joint, in the order of a draft; control signals are behind torques, in whose place they are.
+struct LogKey {
+  std::string_view key;
+  ColumnKind kind;
+  RecognisedColumns RecognisedLog::* columns;
+};
+inline constexpr std::array<LogKey, 6> log_keys = {
+    {{"position", ColumnKind::position, &RecognisedLog::position},
+     {"torque", ColumnKind::torque, &RecognisedLog::torque},
+     {"control", ColumnKind::control, &RecognisedLog::control},
+     {"velocity", ColumnKind::velocity, &RecognisedLog::velocity},
+     {"reference", ColumnKind::reference, &RecognisedLog::reference},
+     {"reference_velocity", ColumnKind::reference_velocity, &RecognisedLog::reference_velocity}}};
 
 /// Names are taken apart into words ("actual_q_0", "/joint_states/elbow/position", "Axis1 Torque [Nm]"); a quantity is
 /// where they say the same of all joints, which are distinguished by their names or by numbers from 0 or 1. Words that say that

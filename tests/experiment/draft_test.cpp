@@ -141,6 +141,44 @@ TEST_F(Draft, KnowsTheNamesOfFranka) {
   EXPECT_EQ(names_of(columns.reference_velocity), (Names{"dq_d[0]", "dq_d[1]", "dq_d[2]"}));
 }
 
+// Programs whose names say what they hold without a word for it; KUKA and ABB log degrees.
+TEST_F(Draft, KnowsTheNamesOfMoreProgramsByTheTableThatPythonReads) {
+  struct Case {
+    Names positions;
+    Names torques;
+    double scale;
+  };
+  const double degree = unit_scale("deg");
+  for (const Case& program :
+       {Case{{"AxisAct.A1", "AxisAct.A2", "AxisAct.A3"},
+             {"TorqueAct.A1", "TorqueAct.A2", "TorqueAct.A3"},
+             degree},
+        Case{{"AxisActReal.A1", "AxisActReal.A2", "AxisActReal.A3"}, {"tau1", "tau2", "tau3"}, degree},
+        Case{{"rax_1", "rax_2", "rax_3"}, {"torque_1", "torque_2", "torque_3"}, degree},
+        Case{{"qpos0", "qpos1", "qpos2"}, {"qfrc_actuator0", "qfrc_actuator1", "qfrc_actuator2"}, 1.0},
+        Case{{"/arm/qpos_0", "/arm/qpos_1", "/arm/qpos_2"},
+             {"/arm/qfrc_actuator_0", "/arm/qfrc_actuator_1", "/arm/qfrc_actuator_2"},
+             1.0},
+        Case{{"observation.state.0", "observation.state.1", "observation.state.2"},
+             {"observation.effort.0", "observation.effort.1", "observation.effort.2"},
+             1.0},
+        Case{{"q0", "q1", "q2"}, {"tau0", "tau1", "tau2"}, 1.0}}) {
+    std::string header = "timestamp";
+    for (const Names& names :
+         {program.positions, program.torques, Names{"action.0", "action.1", "action.2"}}) {
+      for (const std::string& name : names) {
+        header += "," + name;
+      }
+    }
+    write_log(header);
+    const LogOptions columns = read(numbered).log.columns;
+    EXPECT_EQ(names_of(columns.position), program.positions);
+    EXPECT_EQ(names_of(columns.torque), program.torques);
+    EXPECT_EQ(names_of(columns.reference), (Names{"action.0", "action.1", "action.2"}));
+    EXPECT_EQ(columns.position.front().scale, program.scale) << header;
+  }
+}
+
 // Joint states that are told by name stand in the order of the chain, whatever the order of the columns.
 TEST_F(Draft, SortsColumnsThatAreNamedAfterJoints) {
   write_log(

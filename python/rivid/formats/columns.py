@@ -1,4 +1,4 @@
-"""Tables of columns: nested variables flattened, time stamps in seconds, empty cells filled, and names that robots use."""
+"""Tables of columns: nested variables flattened, time stamps in seconds, and empty cells filled."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rivid._rivid import InputError
+from rivid._rivid import InputError, nanoseconds_of
 
 _UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
 
@@ -55,28 +55,6 @@ def flattened(variables: Mapping[str, Any], source: str) -> dict[str, Any]:
     return out
 
 
-# Names without the words of joints, positions and torques, as these programs write them: MuJoCo, LeRobot,
-# KUKA (degrees), ABB (degrees).
-_ALIASES = (
-    (r"qfrc_actuator_?(\d+)", r"torque_\1"),
-    (r"observation\.state\.?(\d+)", r"position_\1"),
-    (r"observation\.effort\.?(\d+)", r"torque_\1"),
-    (r"action\.?(\d+)", r"reference_position_\1"),
-    (r"AxisAct\.?A(\d+)", r"position_\1 [deg]"),
-    (r"AxisActReal\.?A(\d+)", r"position_\1 [deg]"),
-    (r"rax_(\d+)", r"position_\1 [deg]"),
-)
-
-
-def alias(name: str) -> str:
-    """A name in words that are recognised; the name itself where nothing is known of it."""
-    last = name.rsplit("/", 1)[-1]
-    for pattern, words in _ALIASES:
-        if re.fullmatch(pattern, last):
-            return re.sub(pattern, words, last)
-    return name
-
-
 _EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 _OFFSET = re.compile(r"(.*:\d.*?) ?(Z|[+-]\d\d(?::?\d\d)?)$")
 
@@ -110,20 +88,14 @@ def _seconds(array: Any) -> Any | None:
     return None
 
 
-def nanoseconds_of(seconds: str, names: Iterable[str]) -> str | None:
-    """The column of nanoseconds that belongs to one of seconds: header.stamp.sec with header.stamp.nanosec."""
-    stem = re.fullmatch(r"(.*?)(?:sec|secs|seconds)", seconds)
-    words = ("nanosec", "nanosecs", "nsec", "nsecs", "nanoseconds")
-    return next((name for word in words if stem and (name := stem[1] + word) in names), None)
-
-
 def with_seconds(table: Mapping[str, Any]) -> dict[str, Any]:
     """The table with a column "t" in seconds in place of seconds and nanoseconds, dates, ISO texts or stamps since 1970."""
     out = dict(table)
+    names = list(table)
     if "t" in out and np.asarray(out["t"]).dtype.kind == "f":
         return out
     for name in table:
-        nanoseconds = nanoseconds_of(name, table)
+        nanoseconds = nanoseconds_of(name, names)
         if nanoseconds and all(np.asarray(table[one]).dtype.kind in "fiub" for one in (name, nanoseconds)):
             whole = np.asarray(table[name], dtype=float)  # exact up to 2^53
             known = whole[np.isfinite(whole)]
