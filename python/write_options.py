@@ -3,7 +3,6 @@
     write_options.py FOLDER_OF_THE_EXTENSION OUTPUT
 """
 
-import re
 import sys
 import textwrap
 from pathlib import Path
@@ -81,34 +80,36 @@ DICTIONARIES = [
 EXTRA = {"control": ("Control | None", "the controller, as Pd, Pid, Cascade or ComputedTorque")}
 
 
-def python_type(text, words):
-    """The type of a key, from the words of the page."""
-    out = []
-    quoted = re.findall(r'`"(\w+)"`', text) + list(words)
-    if quoted:
-        out.append(f"Literal[{', '.join(repr(word) for word in dict.fromkeys(quoted))}]")
-    elif "word" in text or "string" in text or "joint" == text.split(" ")[0]:
-        out.append("str | PathLike[str]" if text == "string" else "str")
-    if "boolean" in text:
-        out.append("bool")
-    if "integer" in text:
-        out.append("int")
-    if "number" in text or "least, most" in text or "begin, end" in text:
-        out.append("float")
-    if re.search(r"list|one a |numbers|strings|\[", text):
-        out.append("ArrayLike" if "lists" in text else "Sequence[Any]")
-    if "table" in text:
-        out.append("Mapping[str, Any] | Sequence[Mapping[str, Any]]")
-    if "column" in text:
-        out.append("str | int | Mapping[str, Any] | Sequence[Any]")
-    return " | ".join(dict.fromkeys(out)) or "Any"
+# Types of the kinds of values that C++ names; one that is missing here is an error.
+TYPES = {
+    "boolean": "bool",
+    "integer": "int",
+    "number": "float",
+    "string": "str",
+    "file": "str | PathLike[str]",
+    "list": "Sequence[Any]",
+    "two numbers": "Sequence[Any]",
+    "three numbers": "Sequence[Any]",
+    "list of lists": "ArrayLike",
+    "table": "Mapping[str, Any]",
+    "list of tables": "Sequence[Mapping[str, Any]]",
+    "column": "str | int | Mapping[str, Any]",
+    "columns": "str | int | Mapping[str, Any] | Sequence[Any]",
+}
 
 
-def sentence(key, kind, otherwise, unit, meaning):
+def python_type(kinds, words):
+    """The type of a key that takes these kinds of values, or one of some words."""
+    out = [f"Literal[{', '.join(map(repr, dict.fromkeys(words)))}]"] if words else []
+    out += [TYPES[kind] for kind in kinds if kind != "word"] or ([] if words else ["str"])
+    return " | ".join(dict.fromkeys(out))
+
+
+def sentence(key, otherwise, unit, meaning):
     """A key as docstrings tell it."""
     unit = f" [{unit}]" if unit else ""
     default = "" if otherwise in ("–", "required") else f" Default: {otherwise}."
-    return f"{key}: {meaning.rstrip('.')}{unit}.{default}" if meaning else f"{key}: {kind}{unit}.{default}"
+    return f"{key}: {meaning.rstrip('.')}{unit}.{default}"
 
 
 def wrapped(text, indent):
@@ -126,7 +127,7 @@ def rows_of(tables, names, left_out):
 
 def class_text(name, base, text, rows, extra, tables):
     lines = ["", f"class {name}({base}):", f'    """{text}', ""]
-    lines += [wrapped(sentence(row[0], row[1], *row[2:5]), "    ") for row in rows]
+    lines += [wrapped(sentence(row[0], *row[2:5]), "    ") for row in rows]
     lines += [wrapped(f"{key}: {EXTRA[key][1]}.", "    ") for key in extra]
     lines += ['    """', "", f"    _tables: ClassVar[Mapping[str, str]] = {tables!r}", "", "    def __init__(", "        self,", "        *,"]
     lines += [f"        {row[0]}: Union[{python_type(row[1], row[5])}, None] = None," for row in rows]
@@ -140,7 +141,7 @@ def class_text(name, base, text, rows, extra, tables):
 
 def dictionary_text(name, text, rows):
     lines = ["", f"class {name}(TypedDict, total=False):", f'    """{text}', ""]
-    lines += [wrapped(sentence(row[0], row[1], *row[2:5]), "    ") for row in rows]
+    lines += [wrapped(sentence(row[0], *row[2:5]), "    ") for row in rows]
     lines += ['    """', ""]
     lines += [f"    {row[0]}: Union[{python_type(row[1], row[5])}]" for row in rows]
     return [*lines, ""]

@@ -154,26 +154,71 @@ namespace detail {
 
 /// What a field has beside its name, place and meaning.
 struct FieldDetails {
-  std::string_view type = {};       ///< in words, where that of the member does not say it
   std::string_view otherwise = {};  ///< the default in words, where the value of a new record does not say it
   std::string_view unit = {};
   Range range = {};                            ///< of a number, or of each of several
   std::string_view word = {};                  ///< that stands for the value of nothing: "off" for 0 Hz
   std::array<std::string_view, 2> words = {};  ///< of a boolean, for false and for true
   std::string_view must_be = {};               ///< what a message requires, where the range does not say it
+  std::string_view required = {};  ///< of a key that must be there: what a message says without it
 };
+
+/// In place of a member: a key whose value in files is not that of a member.
+///
+/// @tparam Value     what stands in files; a variant where there are several kinds
+/// @tparam Function  of the record, to what it has for the key; nullptr_t for a key that nothing is shown of
+template <typename Value, typename Function = std::nullptr_t>
+struct Key {
+  Function value = nullptr;
+
+  template <typename Record>
+    requires std::is_invocable_v<const Function&, const Record&>
+  constexpr decltype(auto) operator()(const Record& record) const {
+    return value(record);
+  }
+};
+template <typename Value, typename Function>
+[[nodiscard]] constexpr Key<Value, Function> shown_key(Function value) {
+  return {value};
+}
 
 /// One member of a record, as files and pages name it.
 ///
-/// @tparam Access  a pointer to the member; or a function of the record, for what is only written; or nullptr_t for a key
-///                 that its section reads by itself
+/// @tparam Access  a pointer to the member; or a function of the record, for what is only written; or a Key
 template <typename Access>
 struct Field {
-  std::string_view key;
+  std::string_view key;  ///< empty of a record whose keys stand among those of this one
   Access member;
   std::string_view meaning;  ///< one sentence for the page
   FieldDetails details = {};
 };
+
+/// Whether a field has a value to show of a record.
+template <typename Access, typename Record>
+inline constexpr bool is_shown = std::is_invocable_v<const Access&, const Record&>;
+
+/// A record whose keys stand among those of the record that has it as a member.
+template <typename Member>
+[[nodiscard]] constexpr Field<Member> embedded(Member member) {
+  return {"", member, ""};
+}
+
+namespace detail {
+
+template <typename Access, typename Record>
+struct ValueOfKey {
+  using type = std::decay_t<std::invoke_result_t<const Access&, const Record&>>;
+};
+template <typename Value, typename Function, typename Record>
+struct ValueOfKey<Key<Value, Function>, Record> {
+  using type = Value;
+};
+
+}  // namespace detail
+
+/// What files hold for a field of a record.
+template <typename Access, typename Record>
+using KeyValue = typename detail::ValueOfKey<Access, Record>::type;
 
 /// A record that lists its fields: its static `fields()` returns a tuple of them. A template on the record itself, so that
 /// only who asks for the list compiles it, and not each file that includes the record.

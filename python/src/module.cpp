@@ -17,15 +17,19 @@ namespace rivid::python {
 
 namespace {
 
-// Rows of the tables of docs/experiment.md: key, type, default, unit, meaning, words.
-using OptionRow =
-    std::tuple<std::string, std::string, std::string, std::string, std::string, std::vector<std::string>>;
+// Rows of the tables of docs/experiment.md: key, kinds of its values, default, unit, meaning, words.
+using OptionRow = std::tuple<std::string, std::vector<std::string>, std::string, std::string, std::string,
+                             std::vector<std::string>>;
 
 std::map<std::string, std::vector<OptionRow>> option_tables() {
   std::map<std::string, std::vector<OptionRow>> out;
   for (const auto& [name, rows] : detail::key_rows()) {
     for (const detail::KeyRow& row : rows) {
-      out[name].emplace_back(row.key, row.type, row.otherwise, row.unit, row.meaning, row.words);
+      std::vector<std::string> kinds;
+      for (const detail::ValueKind kind : row.kinds) {
+        kinds.emplace_back(rivid::name(kind));
+      }
+      out[name].emplace_back(row.key, kinds, row.otherwise, row.unit, row.meaning, row.words);
     }
   }
   return out;
@@ -82,7 +86,7 @@ NB_MODULE(_rivid, m) {
   nanobind::set_leak_warnings(false);
   bind_errors(m);
   m.def("option_tables", &option_tables,
-        "Keys of experiment files, table by table: (key, type, default, unit, meaning, words).");
+        "Keys of experiment files, table by table: (key, kinds, default, unit, meaning, words).");
   m.def(
       "explanation",
       [](const std::string& code) -> std::optional<std::string> {

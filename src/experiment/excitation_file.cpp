@@ -17,7 +17,7 @@ using Path = std::filesystem::path;
 
 // Keys whose values are files.
 constexpr auto file_keys =
-    std::to_array<std::string_view>({"urdf", "mdh", "file", "files", "table", "parameters"});
+    std::to_array<std::string_view>({"urdf", "mdh", "file", "files", "loaded", "table", "parameters"});
 
 // Paths of a file in one folder as those of a file in another.
 void move_paths(toml::node& node, bool is_file, const Path& from, const Path& to) {

@@ -46,7 +46,7 @@ template <typename Value>
 /// The value of a field that has one.
 template <typename Access, typename Record>
 [[nodiscard]] Json json_of(const Field<Access>& field, const Record& record) {
-  if constexpr (std::is_same_v<Access, std::nullptr_t>) {
+  if constexpr (!is_shown<Access, Record>) {
     return nullptr;
   } else {
     const auto& value = std::invoke(field.member, record);
@@ -64,8 +64,12 @@ template <typename... Accesses, typename Record>
 [[nodiscard]] Json json_of(const std::tuple<Field<Accesses>...>& fields, const Record& record) {
   Json out = Json::object();
   const auto add = [&](const auto& field) {
-    if constexpr (!std::is_same_v<std::decay_t<decltype(field.member)>, std::nullptr_t>) {
-      out[std::string(field.key)] = json_of(field, record);
+    if constexpr (is_shown<std::decay_t<decltype(field.member)>, Record>) {
+      if (field.key.empty()) {
+        out.update(json_of(field, record));
+      } else {
+        out[std::string(field.key)] = json_of(field, record);
+      }
     }
   };
   std::apply([&](const auto&... field) { (add(field), ...); }, fields);
@@ -94,7 +98,8 @@ Json json_of(const Value& value) {
       }
       return out;
     }
-  } else if constexpr (requires { Json(value); }) {
+  } else if constexpr (
+      requires { Json(value); } && !requires { requires Named<typename Value::value_type>; }) {
     return value;
   } else {
     return json_list(value, [](const auto& item) { return json_of(item); });

@@ -38,24 +38,6 @@ struct Kind {
   [[nodiscard]] std::size_t differences() const { return missing.size() + unknown.size(); }
 };
 
-std::vector<std::string> base_names(const BaseParameters& base) {
-  std::vector<std::string> out;
-  out.reserve(base.parameters.size());
-  for (const BaseParameter& p : base.parameters) {
-    out.push_back(p.name);
-  }
-  return out;
-}
-
-std::vector<std::string> standard_names(const BaseParameters& base) {
-  std::vector<std::string> out;
-  out.reserve(base.standard.size());
-  for (const StandardParameter& p : base.standard) {
-    out.push_back(p.name());
-  }
-  return out;
-}
-
 }  // namespace
 
 void NamedValues::add(const std::string& name, double value) {
@@ -77,8 +59,16 @@ void NamedValues::add(const std::string& name, const nlohmann::json& node) {
 }
 
 Vector NamedValues::standard(const BaseParameters& base) const {
-  const Kind of_base("base", base_names(base), values_);
-  const Kind of_standard("standard", standard_names(base), values_);
+  std::vector<std::string> base_names;
+  for (const BaseParameter& p : base.parameters) {
+    base_names.push_back(p.name);
+  }
+  std::vector<std::string> standard_names;
+  for (const StandardParameter& p : base.standard) {
+    standard_names.push_back(p.name());
+  }
+  const Kind of_base("base", std::move(base_names), values_);
+  const Kind of_standard("standard", std::move(standard_names), values_);
   const bool is_base = of_base.differences() <= of_standard.differences();
   const Kind& kind = is_base ? of_base : of_standard;
   if (!kind.unknown.empty()) {

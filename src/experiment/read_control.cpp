@@ -16,16 +16,16 @@ namespace {
 
 // A law by its keys. Its faults are reported when all keys are known: a mistyped one comes first.
 template <typename Law>
-std::optional<std::string> read_law(TomlReader& keys, const Robot& robot, ControlLoop& out) {
+std::optional<std::string> read_law(TomlReader& keys, ControlLoop& out) {
+  const Robot& robot = keys.robot();
   Law law;
-  keys.read(pole_fields<Law>(), law, robot.size());
-  keys.read(law, robot.size());
+  keys.read(pole_fields<Law>(), law);
+  keys.read(law);
   if (law.omega_n.size() > 0 && law.zeta.size() == 0) {
     law.zeta = Vector::Ones(robot.size());
   }
   if constexpr (requires { law.model; }) {
-    constexpr auto models = std::to_array<std::string_view>({"simulated", "a_priori"});
-    if (keys.word("model", models) == 1U) {
+    if (keys.get<ControllerModel>("model") == ControllerModel::a_priori) {
       law.model = std::make_shared<const DynamicModel>(robot, robot.chi_st());
     }
   }
@@ -38,10 +38,10 @@ std::optional<std::string> read_law(TomlReader& keys, const Robot& robot, Contro
 // The law of a word; nothing where there is none.
 template <typename... Laws>
 std::optional<std::string> read_law_of(const std::tuple<Laws...>*, std::size_t chosen, TomlReader& keys,
-                                       const Robot& robot, ControlLoop& out) {
+                                       ControlLoop& out) {
   std::optional<std::string> complaint;
   std::size_t i = 0;
-  static_cast<void>(((i++ == chosen ? (complaint = read_law<Laws>(keys, robot, out), true) : false) || ...));
+  static_cast<void>(((i++ == chosen ? (complaint = read_law<Laws>(keys, out), true) : false) || ...));
   return complaint;
 }
 
@@ -61,25 +61,29 @@ std::vector<double> read_velocity_filter(TomlReader& keys, std::vector<double> o
   if (!node->is_string()) {
     return keys.as<std::vector<double>>(*node, "velocity_filter");
   }
-  constexpr auto words = std::to_array<std::string_view>({"backward", "central", "none"});
-  const std::array<std::vector<double>, words.size()> filters = {{{1.0, -1.0}, {0.5, 0.0, -0.5}, {}}};
-  return filters.at(keys.word(*node, "velocity_filter", words));
+  switch (keys.as<VelocityFilter>(*node, "velocity_filter")) {
+    case VelocityFilter::central:
+      return {0.5, 0.0, -0.5};
+    case VelocityFilter::none:
+      return {};
+    default:
+      return {1.0, -1.0};
+  }
 }
 
-Sampling read_sampling(TomlReader& keys, Index n) {
+Sampling read_sampling(TomlReader& keys) {
   Sampling out;
   const auto rate_hz = keys.get<double>("rate_hz", rate_range, "Hz");
   if (rate_hz) {
     out.period = 1.0 / *rate_hz;
   }
-  keys.read(out, n);
+  keys.read(out);
   out.velocity_filter = read_velocity_filter(keys, out.velocity_filter);
-  for (const char* const key : {"delay", "velocity_filter", "reference_lead"}) {
-    if (!rate_hz && keys.find(key) != nullptr) {
-      keys.fail(*keys.find(key), key, "goes with rate_hz: without it the law is continuous");
-    }
+  if (!rate_hz) {
+    keys.refuse_keys({"delay", "velocity_filter", "reference_lead"},
+                     "goes with rate_hz: without it the law is continuous");
   }
-  if (auto complaint = out.complaint(n)) {
+  if (auto complaint = out.complaint(keys.joints())) {
     // Of members of a Sampling, which are keys of this table.
     const std::string owner = "sampling.";
     complaint->erase(complaint->find(owner), owner.size());
@@ -90,7 +94,7 @@ Sampling read_sampling(TomlReader& keys, Index n) {
 
 }  // namespace
 
-ControlLoop read_control(TomlReader keys, const Robot& robot) {
+ControlLoop read_control(TomlReader keys) {
   const auto law = keys.word("law", law_words);
   if (!law) {
     keys.look_for_mistyped({"law"});
@@ -98,8 +102,8 @@ ControlLoop read_control(TomlReader keys, const Robot& robot) {
               quoted_list(std::vector<std::string>(law_words.begin(), law_words.end())));
   }
   ControlLoop out;
-  const std::optional<std::string> complaint = read_law_of(laws, *law, keys, robot, out);
-  out.sampling = read_sampling(keys, robot.size());
+  const std::optional<std::string> complaint = read_law_of(laws, *law, keys, out);
+  out.sampling = read_sampling(keys);
   keys.read(out);
   keys.finish();
   keys.refuse(complaint);

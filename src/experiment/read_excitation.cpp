@@ -1,5 +1,3 @@
-#include "experiment/read_excitation.hpp"
-
 #include "experiment/sections.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/excitation.hpp"
@@ -13,86 +11,34 @@ namespace detail {
 
 namespace {
 
-// Three numbers that must be there.
-Eigen::Vector3d point(TomlReader& keys, std::string_view key) {
-  const auto values = keys.get<std::vector<double>>(key);
-  if (!values || values->size() != 3) {
-    keys.fail(std::string(key) + " must be three numbers");
+// What nobody named is numbered.
+template <typename Obstacle>
+void name_by_number(std::vector<Obstacle>& obstacles, const std::string& kind) {
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    if (obstacles[i].name.empty()) {
+      obstacles[i].name = kind + " " + std::to_string(i + 1);
+    }
   }
-  return Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]);
-}
-
-double required(TomlReader& keys, std::string_view key) {
-  const auto value = keys.get<double>(key);
-  if (!value) {
-    keys.fail(std::string(key) + " must be there");
-  }
-  return *value;
-}
-
-// The tables of a list, one after the other.
-template <typename Read>
-void read_tables(TomlReader& keys, std::string_view key, const Read& read) {
-  const toml::node* const node = keys.find(key);
-  if (node == nullptr) {
-    return;
-  }
-  std::size_t count = 0;
-  for (const toml::node* const item : TomlReader::items(*node)) {
-    TomlReader table = keys.section(*item, key);
-    read(table, table.get<std::string>("name").value_or(std::string(key) + " " + std::to_string(++count)));
-    table.finish();
-  }
-}
-
-Space read_space(TomlReader keys, const Robot& robot) {
-  Space out;
-  keys.read(out);
-  if (const auto floor = keys.get<double>("floor")) {
-    out.half_spaces.push_back({.name = "floor", .normal = Eigen::Vector3d::UnitZ(), .offset = *floor});
-  }
-  read_tables(keys, "half_spaces", [&](TomlReader& table, std::string name) {
-    out.half_spaces.push_back(
-        {.name = std::move(name), .normal = point(table, "normal"), .offset = required(table, "offset")});
-  });
-  read_tables(keys, "boxes", [&](TomlReader& table, std::string name) {
-    out.boxes.push_back({.name = std::move(name), .min = point(table, "min"), .max = point(table, "max")});
-  });
-  read_tables(keys, "capsules", [&](TomlReader& table, const std::string& /*name*/) {
-    out.capsules.push_back({.link = table.get<std::string>("link").value_or(""),
-                            .from = point(table, "from"),
-                            .to = point(table, "to"),
-                            .radius = required(table, "radius")});
-  });
-  keys.finish();
-  keys.refuse(out.complaint(robot));
-  return out;
 }
 
 }  // namespace
 
-ExcitationOptions read_excitation_options(TomlReader keys, const std::filesystem::path& folder,
-                                          const Robot& robot, std::vector<std::filesystem::path>& known) {
-  const Index n = robot.size();
-  ExcitationOptions out;
-  keys.read(out, n);
-  keys.read(out.noise, n);
-  if (const toml::node* const node = keys.find("known")) {
-    for (const toml::node* const item : TomlReader::items(*node)) {
-      known.push_back(file_at(keys, *item, "known", folder));
-    }
+void read_more(TomlReader& keys, Space& out) {
+  keys.set(out.half_spaces, {.key = "half_spaces"});
+  name_by_number(out.half_spaces, "half_spaces");
+  if (const auto floor = keys.get<double>("floor")) {
+    out.half_spaces.insert(out.half_spaces.begin(),
+                           {.name = "floor", .normal = Eigen::Vector3d::UnitZ(), .offset = *floor});
   }
-  if (auto limits = keys.section("limits")) {
-    limits->read(out.limits, n);
-    limits->finish();
-    limits->refuse(out.limits.complaint(n));
-  }
-  if (const auto space = keys.section("space")) {
-    out.space = read_space(*space, robot);
-  }
+  keys.set(out.boxes, {.key = "boxes"});
+  name_by_number(out.boxes, "boxes");
+  keys.set(out.capsules, {.key = "capsules"});
+}
+
+void read_excitation_plan(TomlReader keys, ExcitationPlan& out) {
+  keys.read(out);
   keys.finish();
-  keys.refuse(out.complaint(robot));
-  return out;
+  keys.refuse(out.options.complaint(keys.robot()));
 }
 
 }  // namespace detail

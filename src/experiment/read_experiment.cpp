@@ -2,7 +2,6 @@
 #include <array>
 
 #include "experiment/from_program.hpp"
-#include "experiment/read_excitation.hpp"
 #include "experiment/sections.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
@@ -24,7 +23,7 @@ constexpr auto of_excitation = std::to_array<std::string_view>({"robot", "excita
 struct FileSections {
   FileSections(const toml::table& table, const std::filesystem::path& path,
                std::span<const std::string_view> required) {
-    TomlReader keys(table, path.string(), "");
+    TomlReader keys(table, path.string(), "", path.parent_path());
     for (const auto& [name, section] :
          {std::pair("robot", &robot), std::pair("log", &log), std::pair("signal", &signal),
           std::pair("method", &method), std::pair("validation", &validation), std::pair("control", &control),
@@ -47,52 +46,44 @@ struct FileSections {
 };
 
 // What the sections beside [robot] say of an experiment whose robot is known.
-void read_sections(const FileSections& sections, const std::filesystem::path& folder, Experiment& out) {
-  const Index n = out.robot.size();
-  if (sections.log) {
-    out.log = detail::read_log_source(*sections.log, {}, folder, out.robot);
-  }
-  if (sections.signal) {
-    out.estimation.signal = detail::read_signal(*sections.signal, n);
-  }
-  if (sections.method) {
-    detail::read_method(*sections.method, out);
-  }
+void read_sections(FileSections& sections, Experiment& out) {
+  const auto read = [&](std::optional<TomlReader>& section, const auto& take) {
+    if (section) {
+      take(section->of(out.robot));
+    }
+  };
+  read(sections.log, [&](TomlReader& keys) { out.log = detail::read_log_source(keys, {}); });
+  read(sections.signal, [&](TomlReader& keys) { out.estimation.signal = detail::read_signal(keys); });
+  read(sections.method, [&](TomlReader& keys) { detail::read_method(keys, out); });
   out.validation = out.log;
   out.validation.files.clear();
   out.validation.reference.reset();  // it is the motion of the first log
-  if (sections.validation) {
-    out.validation = detail::read_log_source(*sections.validation, out.log, folder, out.robot);
-  }
-  if (sections.control) {
-    out.control = detail::read_control(*sections.control, out.robot);
-  }
-  if (sections.reference) {
-    out.reference = detail::read_reference_source(*sections.reference, folder, n);
-  }
-  if (sections.simulation) {
-    out.simulation = detail::read_simulation(*sections.simulation, folder, n, out.control);
-  }
-  if (sections.excitation) {
-    std::vector<std::filesystem::path> known;
-    (void)detail::read_excitation_options(*sections.excitation, folder, out.robot, known);  // its checks
-  }
+  read(sections.validation,
+       [&](TomlReader& keys) { out.validation = detail::read_log_source(keys, out.log); });
+  read(sections.control, [&](TomlReader& keys) { out.control = detail::read_control(keys); });
+  read(sections.reference, [&](TomlReader& keys) { out.reference = detail::read_reference_source(keys); });
+  read(sections.simulation,
+       [&](TomlReader& keys) { out.simulation = detail::read_simulation(keys, out.control); });
+  read(sections.excitation, [&](TomlReader& keys) {
+    ExcitationPlan plan;
+    detail::read_excitation_plan(keys, plan);  // its checks
+  });
 }
 
-Experiment experiment_of(const FileSections& sections, const std::filesystem::path& path) {
+Experiment experiment_of(const toml::table& table, FileSections& sections,
+                         const std::filesystem::path& path) {
   Experiment out;
   out.file = path;
-  out.robot = detail::read_robot(*sections.robot, path.parent_path(), out.robot_file);
-  read_sections(sections, path.parent_path(), out);
+  out.robot = detail::read_robot(*sections.robot, out.robot_file);
+  read_sections(sections, out);
+  out.origins = detail::origins(table);
   return out;
 }
 
 MonteCarlo::Trial read_trial(TomlReader keys, const MonteCarlo& plan) {
   MonteCarlo::Trial out{.label = {}, .experiment = plan.experiment};
+  keys.of(out.experiment.robot).read(detail::trial_keys, out);
   const toml::node* const label = keys.find("label");
-  if (label == nullptr) {
-    keys.fail("must have a label, which its rows are called after");
-  }
   out.label = keys.as<std::string>(*label, "label");
   if (out.label.empty() || out.label.find_first_of(",\n\r") != std::string::npos) {
     keys.fail(*label, "label", "must be a word or more without a comma");
@@ -101,10 +92,10 @@ MonteCarlo::Trial read_trial(TomlReader keys, const MonteCarlo& plan) {
     keys.fail(*label, "label", "\"" + out.label + "\" is that of another trial");
   }
   if (const auto signal = keys.section("signal")) {
-    out.experiment.estimation.signal = detail::read_signal(*signal, out.experiment.robot.size());
+    out.experiment.estimation.signal = detail::read_signal(*signal);
   }
   if (const auto control = keys.section("control")) {
-    out.experiment.control = detail::read_control(*control, out.experiment.robot);
+    out.experiment.control = detail::read_control(*control);
   }
   for (const auto& [key, origin] : detail::origins(keys.table())) {
     const bool of_section = key.starts_with("signal") || key.starts_with("control");
@@ -123,21 +114,20 @@ Experiment read_experiment(const std::filesystem::path& path, Use use,
   const toml::table table = detail::parsed_toml(path, experiment_file, settings);
   const std::span<const std::string_view> required =
       use == Use::identification ? std::span<const std::string_view>(of_identification) : of_simulation;
-  Experiment out = experiment_of(FileSections(table, path, required), path);
-  out.origins = detail::origins(table);
-  return out;
+  FileSections sections(table, path, required);
+  return experiment_of(table, sections, path);
 }
 
 Experiment detail::experiment_from(const Robot& robot, std::string_view sections, const std::string& source) {
   const toml::table table = parsed_toml_text(sections, source);
-  const FileSections read(table, source, {});
+  FileSections read(table, source, {});
   if (read.robot) {
     throw InputError(source + ": [robot] is said by the robot");
   }
   Experiment out;
   out.file = source;
   out.robot = robot;
-  read_sections(read, {}, out);
+  read_sections(read, out);
   return out;
 }
 
@@ -155,15 +145,14 @@ Robot detail::robot_of(const RobotDescription& description, std::string_view key
 
 LogSource detail::log_source_of(const Robot& robot, std::string_view keys, const std::string& source) {
   const toml::table table = parsed_toml_text(keys, source);
-  return read_log_source(TomlReader(table, source, "log"), {}, {}, robot);
+  return read_log_source(TomlReader(table, source, "log").of(robot), {});
 }
 
 MonteCarlo read_monte_carlo(const std::filesystem::path& path, std::span<const std::string> settings) {
   const toml::table table = detail::parsed_toml(path, experiment_file, settings);
-  const FileSections sections(table, path, of_monte_carlo);
+  FileSections sections(table, path, of_monte_carlo);
   MonteCarlo out;
-  out.experiment = experiment_of(sections, path);
-  out.experiment.origins = detail::origins(table);
+  out.experiment = experiment_of(table, sections, path);
   out.settings.assign(settings.begin(), settings.end());
   TomlReader keys = *sections.montecarlo;
   keys.read(out);
@@ -180,13 +169,11 @@ MonteCarlo read_monte_carlo(const std::filesystem::path& path, std::span<const s
 
 ExcitationPlan read_excitation(const std::filesystem::path& path, std::span<const std::string> settings) {
   const toml::table table = detail::parsed_toml(path, experiment_file, settings);
-  const FileSections sections(table, path, of_excitation);
+  FileSections sections(table, path, of_excitation);
   ExcitationPlan out;
-  out.experiment = experiment_of(sections, path);
-  out.experiment.origins = detail::origins(table);
+  out.experiment = experiment_of(table, sections, path);
   out.settings.assign(settings.begin(), settings.end());
-  out.options = detail::read_excitation_options(*sections.excitation, path.parent_path(),
-                                                out.experiment.robot, out.known);
+  detail::read_excitation_plan(sections.excitation->of(out.experiment.robot), out);
   if (!out.known.empty() && !sections.log) {
     throw InputError(path.string() + ": [excitation] known names logs, which [log] says how to read");
   }

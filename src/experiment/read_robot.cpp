@@ -7,62 +7,27 @@
 
 namespace rivid::detail {
 
-namespace {
-
-void read_joint(TomlReader keys, Joint& joint) {
-  keys.read(joint);
-  keys.read(Joint::a_priori(), joint);
-  keys.finish();
-}
-
-Coupling read_coupling(TomlReader keys, const Robot& robot) {
-  const auto joint = [&](const toml::node& node, std::string_view key) {
-    return static_cast<int>(joint_index(keys, node, key, keys.as<std::string>(node, key), robot));
-  };
-  Coupling out;
-  const toml::node* const motor = keys.find("motor");
-  const toml::node* const joints = keys.find("joints");
-  if (motor == nullptr || joints == nullptr) {
-    keys.fail("must name motor and joints: { motor = \"joint_6\", joints = [\"joint_5\"] }");
+// A motor and the joints that turn it, by their names.
+void read_more(TomlReader& keys, Coupling& out) {
+  out.motor = static_cast<int>(keys.joint(*keys.find("motor"), "motor"));
+  for (const toml::node* const item : TomlReader::items(*keys.find("joints"))) {
+    out.joints.push_back(static_cast<int>(keys.joint(*item, "joints")));
   }
-  out.motor = joint(*motor, "motor");
-  for (const toml::node* const item : TomlReader::items(*joints)) {
-    out.joints.push_back(joint(*item, "joints"));
+  if (keys.find("ratios") == nullptr) {
+    out.ratios.assign(out.joints.size(), 1.0);
   }
-  out.ratios.assign(out.joints.size(), 1.0);
-  keys.read(out);
   keys.read(Coupling::a_priori(), out);
-  keys.finish();
-  return out;
 }
 
-void read_couplings(TomlReader& keys, Robot& robot) {
-  const toml::node* const node = keys.find("coupling");
-  if (node == nullptr) {
-    return;
-  }
-  if (!node->is_array()) {
-    keys.fail(*node, "coupling", "must be a list of tables: [[robot.coupling]] before each");
-  }
-  for (const toml::node* const item : TomlReader::items(*node)) {
-    robot.couplings.push_back(read_coupling(keys.section(*item, "coupling"), robot));
-  }
-}
-
-}  // namespace
+void read_more(TomlReader& keys, Joint& out) { keys.read(Joint::a_priori(), out); }
 
 UrdfOptions read_urdf_options(TomlReader& keys) {
   UrdfOptions options;
-  options.base = keys.get<std::string>("base").value_or("");
-  options.tip = keys.get<std::string>("tip").value_or("");
-  if (const auto gravity = keys.get<std::vector<double>>("gravity")) {
-    if (gravity->size() != 3) {
-      keys.fail(*keys.find("gravity"), "gravity",
-                "has " + std::to_string(gravity->size()) +
-                    " entries, must have three: the acceleration of free fall in the base frame, in m/s²");
-    }
-    options.gravity = Eigen::Vector3d(gravity->data());
-  }
+  keys.set(options.base, {.key = "base"});
+  keys.set(options.tip, {.key = "tip"});
+  keys.set(options.gravity,
+           {.key = "gravity",
+            .details = {.must_be = "three: the acceleration of free fall in the base frame, in m/s²"}});
   return options;
 }
 
@@ -143,22 +108,10 @@ std::vector<std::string> joint_names(const Robot& robot) {
   return out;
 }
 
-Index joint_index(const TomlReader& keys, const toml::node& node, std::string_view key,
-                  const std::string& name, const Robot& robot) {
-  const std::vector<std::string> names = joint_names(robot);
-  const auto at = std::ranges::find(names, name);
-  if (at == names.end()) {
-    keys.fail(node, key,
-              "is no joint of robot \"" + robot.name + "\", which has " + quoted_list(names) +
-                  did_you_mean(name, names));
-  }
-  return at - names.begin();
-}
-
-Robot read_robot(TomlReader keys, const std::filesystem::path& folder, std::filesystem::path& robot_file) {
+Robot read_robot(TomlReader keys, std::filesystem::path& robot_file) {
   const UrdfOptions options = read_urdf_options(keys);
-  const auto urdf = file_named(keys, "urdf", folder);
-  const auto mdh = file_named(keys, "mdh", folder);
+  const auto urdf = keys.get<std::filesystem::path>("urdf");
+  const auto mdh = keys.get<std::filesystem::path>("mdh");
   if (urdf.has_value() == mdh.has_value()) {
     keys.look_for_mistyped({"urdf", "mdh"});
     keys.fail(urdf ? "names both urdf and mdh, must name one" : "names no robot, must name urdf or mdh");
@@ -166,36 +119,31 @@ Robot read_robot(TomlReader keys, const std::filesystem::path& folder, std::file
   if (mdh) {
     refuse_links_of_table(keys);
   }
-  robot_file = urdf.value_or(mdh.value_or(folder));
+  robot_file = urdf ? *urdf : *mdh;
   return with_options(std::move(keys),
                       urdf ? read_urdf(robot_file, options) : read_mdh(robot_file, options.gravity));
 }
 
 void refuse_links_of_table(TomlReader& keys) {
-  for (const char* const link : {"base", "tip"}) {
-    if (keys.find(link) != nullptr) {
-      keys.fail(*keys.find(link), link,
-                "goes with urdf: a table describes the chain from its base to its tip");
-    }
-  }
+  keys.refuse_keys({"base", "tip"}, "goes with urdf: a table describes the chain from its base to its tip");
 }
 
 Robot with_options(TomlReader keys, Robot robot) {
+  keys.of(robot);
   keys.read(robot_keys, robot);
   std::apply([&](const auto&... field) { (keys.read_each(field, robot.joints), ...); }, Joint::fields());
   if (auto joints = keys.section("joints")) {
     for (const auto& [key, node] : joints->table()) {
       const std::string name(key.str());
-      const Index j = joint_index(*joints, node, name, name, robot);
-      if (auto joint = joints->section(name)) {
-        read_joint(std::move(*joint), robot.joints[static_cast<std::size_t>(j)]);
-      }
+      const Index j = joints->joint(node, name, name);
+      joints->set(robot.joints[static_cast<std::size_t>(j)], {.key = name});
     }
   }
-  read_couplings(keys, robot);
+  keys.set(robot.couplings,
+           {.key = "coupling", .details = {.must_be = "a list of tables: [[robot.coupling]] before each"}});
   const std::string n = std::to_string(robot.size());
   if (const auto gears =
-          read_matrix(keys, "gear_matrix", robot.size(), robot.size(),
+          keys.matrix("gear_matrix", robot.size(), robot.size(),
                       n + " lists of " + n + " numbers: one list a motor, one number a joint")) {
     robot.gear_matrix = *gears;
   }

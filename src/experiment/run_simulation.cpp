@@ -108,24 +108,16 @@ Log recorded(const SimulationRecord& record, const SimulationPlan& plan, const S
   return out;
 }
 
-// The sections of an experiment that a simulation needs.
-struct Sections {
-  const ControlLoop& loop;
-  const ReferenceSource& reference;
-  const SimulationPlan& plan;
-};
-
-Sections sections_of(const Experiment& experiment) {
+const Experiment& with_sections(const Experiment& experiment) {
   if (!experiment.control || !experiment.reference || !experiment.simulation) {
     throw InputError("run_simulation: the experiment must have [control], [reference] and [simulation]");
   }
-  return {*experiment.control, *experiment.reference, *experiment.simulation};
+  return experiment;
 }
 
 // All that stands before the motion, read and checked.
 struct Setup {
-  explicit Setup(const Experiment& experiment) : Setup(experiment, sections_of(experiment)) {}
-  Setup(const Experiment& experiment, const Sections& sections);
+  explicit Setup(const Experiment& experiment);
 
   const Robot& robot;
   const SimulationPlan& plan;
@@ -144,15 +136,15 @@ SimulationRecord record_of(const Robot& robot) {
   return out;
 }
 
-Setup::Setup(const Experiment& experiment, const Sections& sections)
-    : robot(experiment.robot),
-      plan(sections.plan),
+Setup::Setup(const Experiment& experiment)
+    : robot(with_sections(experiment).robot),
+      plan(*experiment.simulation),
       record(record_of(robot)),
       chi_st(plan.parameters.empty() ? robot.chi_st() : read_parameters(plan.parameters, record.base)),
       model(robot, chi_st),
-      reference(reference_of(experiment, sections.reference)),
+      reference(reference_of(experiment, *experiment.reference)),
       options(plan.options) {
-  const ControlLoop& loop = sections.loop;
+  const ControlLoop& loop = *experiment.control;
   record.chi = record.base.from_standard(chi_st);
   options.sampling = loop.sampling;
   options.samples = samples_of(plan, *reference);

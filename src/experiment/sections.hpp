@@ -1,41 +1,46 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "experiment/text_file.hpp"
 #include "experiment/toml_reader.hpp"
+#include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/model/urdf.hpp"
 
 // The sections of an experiment file.
 namespace rivid::detail {
 
+/// A key that holds one of several words.
+struct Word {};
+
 /// Keys of [robot] beside the fields of its joints, of [control], [reference] and [method] that choose what else is read.
 inline constexpr auto robot_keys = std::tuple(
     Field{"urdf",
-          nullptr,
+          Key<std::filesystem::path>(),
           "URDF file. Either `urdf` or `mdh` must be there, not both.",
-          {.type = "string", .otherwise = "–"}},
+          {.otherwise = "–"}},
     Field{"mdh",
-          nullptr,
+          Key<std::filesystem::path>(),
           "modified Denavit-Hartenberg table, see [below](#the-mdh-table)",
-          {.type = "string", .otherwise = "–"}},
+          {.otherwise = "–"}},
     Field{"base",
           [](const Robot& robot) { return robot.base; },
           "URDF only: link that stands still",
           {.otherwise = "root of the tree"}},
     Field{"tip",
-          nullptr,
+          Key<std::string>(),
           "URDF only: link that the chain ends at. Required where the robot branches.",
-          {.type = "string", .otherwise = "the only moving link with no moving link behind it"}},
+          {.otherwise = "the only moving link with no moving link behind it"}},
     Field{"gravity",
           [](const Robot& robot) -> const Eigen::Vector3d& { return robot.chain.gravity; },
           "acceleration of free fall in the frame of the base: it points down",
-          {.type = "three numbers", .otherwise = "`[0, 0, -9.80665]`", .unit = "m/s²"}},
+          {.otherwise = "`[0, 0, -9.80665]`", .unit = "m/s²"}},
     Field{"base_tolerance",
           &Robot::base_tolerance,
           "parameters count as one where their columns of the regressor differ by less than this fraction of "
@@ -45,20 +50,20 @@ inline constexpr auto robot_keys = std::tuple(
           [](const Robot& robot) -> const Matrix& { return robot.gear_matrix; },
           "R of q_motor = R q and τ = Rᵀ τ_motor where gears mix the joints, one list a motor; without "
           "`gear_ratio`. See [coupled motors and gears](coupling.md#gears).",
-          {.type = "n lists of n numbers", .otherwise = "diagonal of `gear_ratio`"}},
+          {.otherwise = "diagonal of `gear_ratio`"}},
     Field{"coupling",
-          nullptr,
+          Key<std::vector<Coupling>>(),
           "motors that several joints turn, see [below](#robotcoupling)",
-          {.type = "list of tables", .otherwise = "–"}},
+          {.otherwise = "–"}},
     Field{"joints",
-          nullptr,
+          Key<std::map<std::string, Joint>>(),
           "options of single joints by their name, see the next table",
-          {.type = "table of tables", .otherwise = "–"}});
+          {.otherwise = "–"}});
 
 /// Of [method], beside the fields of its records.
 inline constexpr auto method_keys =
     std::tuple(Field{"name",
-                     nullptr,
+                     Key<Word>(),
                      "`\"ols\"`: ordinary least squares (15–19). `\"wls\"`: each joint's rows weighted by "
                      "one over the deviation of a fit to these rows alone (20). `\"iv\"`: instrumental "
                      "variables from the simulated closed loop (27–34), which needs `[control]`. `\"auto\"`: "
@@ -66,66 +71,59 @@ inline constexpr auto method_keys =
                      "`[control]` and a reference, else, or where that gives no answer, `\"wls\"`. "
                      "`\"didim\"` and `\"output_error\"` compare the torques and the positions of that loop "
                      "with the log, see [statistics](statistics.md#didim-and-output-error).",
-                     {.type = "word", .otherwise = "`\"auto\"`"}},
+                     {.otherwise = "`\"auto\"`"}},
                Field{"physical",
-                     nullptr,
+                     Key<std::variant<bool, Physical>>(),
                      "whether the nearest physically consistent standard parameters are reported beside "
                      "the plain estimate, by any method; a table gives options, see [below](#methodphysical)",
-                     {.type = "boolean, or table", .otherwise = "`false`"}},
+                     {.otherwise = "`false`"}},
                Field{"essential",
-                     nullptr,
+                     Key<std::variant<bool, Essential>>(),
                      "whether the essential parameters, those that the data need, are reported beside all "
                      "of them, by any method, see [statistics](statistics.md#the-parameters-that-matter). A "
                      "table gives options, see [below](#methodessential).",
-                     {.type = "boolean, or table", .otherwise = "`false`"}},
+                     {.otherwise = "`false`"}},
                Field{"gains",
-                     nullptr,
+                     Key<std::variant<bool, GainOptions>>(),
                      "`\"known\"`: those of `[robot]` are exact; `\"estimate\"`: they are estimated before "
                      "the parameters, whose standard deviations then contain those of the gains, see "
                      "[drive gains](payload.md#drive-gains). A table gives what is known, see "
                      "[below](#methodgains).",
-                     {.type = "`\"known\"`, `\"estimate\"`, or table", .otherwise = "`\"known\"`"}});
+                     {.otherwise = "`\"known\"`", .words = {"known", "estimate"}}});
 inline constexpr auto gain_keys =
     std::tuple(Field{"loaded",
-                     nullptr,
+                     Key<std::vector<std::filesystem::path>>(),
                      "logs with a payload of known mass; columns and units as in `[log]`",
-                     {.type = "string or list", .otherwise = "–"}});
+                     {.otherwise = "–"}});
 inline constexpr auto iv_keys = std::tuple(
     Field{"simulation",
-          nullptr,
+          Key<SimulationOptions>(),
           "integration of the simulated loop: keys of [`[simulation]`](#simulation) from "
           "`dry_friction` to `max_velocity`; `max_seconds` is for all simulations of a log together",
-          {.type = "table", .otherwise = "as there"}});
+          {.otherwise = "as there"}});
 
 /// What is named before the rest of [control] and of [reference] can be read.
-inline constexpr auto control_keys = std::tuple(Field{"law",
-                                                      nullptr,
-                                                      "the law, by the word of one of the tables below",
-                                                      {.type = "word", .otherwise = "required"}});
-inline constexpr auto reference_keys = std::tuple(Field{"type",
-                                                        nullptr,
-                                                        "`\"logged\"`, `\"fourier\"` or `\"point_to_point\"`",
-                                                        {.type = "word", .otherwise = "required"}});
+inline constexpr auto control_keys = std::tuple(
+    Field{"law", Key<Word>(), "the law, by the word of one of the tables below", {.otherwise = "required"}});
+inline constexpr auto reference_keys = std::tuple(Field{
+    "type", Key<Word>(), "`\"logged\"`, `\"fourier\"` or `\"point_to_point\"`", {.otherwise = "required"}});
 
 /// Of a [[montecarlo.trial]], beside those of [method].
 inline constexpr auto trial_keys = std::tuple(
     Field{"label",
-          nullptr,
+          Key<std::string>(),
           "what its rows are called after, without a comma",
-          {.type = "string", .otherwise = "required"}},
-    Field{
-        "signal", nullptr, "keys of `[signal]` for this trial", {.type = "table", .otherwise = "`[signal]`"}},
+          {.required = "must have a label, which its rows are called after"}},
+    Field{"signal", Key<SignalOptions>(), "keys of `[signal]` for this trial", {.otherwise = "`[signal]`"}},
     Field{"control",
-          nullptr,
+          Key<ControlLoop>(),
           "the controller that identification assumes, where it is not the actual one",
-          {.type = "table", .otherwise = "`[control]`"}});
+          {.otherwise = "`[control]`"}});
 
 /// [robot].
 ///
-/// @param folder      of the experiment file
 /// @param robot_file  is set to the URDF or the table that the section names
-[[nodiscard]] Robot read_robot(TomlReader keys, const std::filesystem::path& folder,
-                               std::filesystem::path& robot_file);
+[[nodiscard]] Robot read_robot(TomlReader keys, std::filesystem::path& robot_file);
 
 /// Robot of a modified Denavit-Hartenberg table in a CSV file with the header
 /// `joint,type,alpha,a,d,theta` (names may go on: alpha_prev_rad, a_prev_m, d_m, theta_offset_rad), type R or P,
@@ -149,67 +147,42 @@ void refuse_links_of_table(TomlReader& keys);
 /// Base to tip.
 [[nodiscard]] std::vector<std::string> joint_names(const Robot& robot);
 
-/// The joint whose name a node holds.
-[[nodiscard]] Index joint_index(const TomlReader& keys, const toml::node& node, std::string_view key,
-                                const std::string& name, const Robot& robot);
-
-/// [log] or [validation].
+/// [log] or [validation], for a robot that is known, as it is for all below.
 ///
-/// @param out     what holds where the section does not say it itself; its files are not taken over
-/// @param folder  of the experiment file
-[[nodiscard]] LogSource read_log_source(TomlReader keys, LogSource out, const std::filesystem::path& folder,
-                                        const Robot& robot);
+/// @param out  what holds where the section does not say it itself; its files are not taken over
+[[nodiscard]] LogSource read_log_source(TomlReader keys, LogSource out);
 
-/// [signal].
-///
-/// @param n  joints
-[[nodiscard]] SignalOptions read_signal(TomlReader keys, Index n);
+/// [signal]
+[[nodiscard]] SignalOptions read_signal(TomlReader keys);
 
-/// [method], for a robot that is known.
+/// [method]
 void read_method(TomlReader keys, Experiment& out);
 
 /// [control]
-[[nodiscard]] ControlLoop read_control(TomlReader keys, const Robot& robot);
+[[nodiscard]] ControlLoop read_control(TomlReader keys);
 
 /// [reference]
-///
-/// @param folder  of the experiment file
-/// @param n       joints
-[[nodiscard]] ReferenceSource read_reference_source(TomlReader keys, const std::filesystem::path& folder,
-                                                    Index n);
+[[nodiscard]] ReferenceSource read_reference_source(TomlReader keys);
 
 /// [simulation]
 ///
 /// @param control  of the same file, where there is one: what is not said follows it
-[[nodiscard]] SimulationPlan read_simulation(TomlReader keys, const std::filesystem::path& folder, Index n,
-                                             const std::optional<ControlLoop>& control);
+[[nodiscard]] SimulationPlan read_simulation(TomlReader keys, const std::optional<ControlLoop>& control);
 
-/// A path relative to the experiment file's folder.
-[[nodiscard]] std::filesystem::path file_at(const TomlReader& keys, const toml::node& node,
-                                            std::string_view key, const std::filesystem::path& folder);
-/// The same of a key that may be absent.
-[[nodiscard]] std::optional<std::filesystem::path> file_named(TomlReader& keys, std::string_view key,
-                                                              const std::filesystem::path& folder);
+/// [excitation], into options and earlier logs of a plan.
+void read_excitation_plan(TomlReader keys, ExcitationPlan& out);
 
-/// One column a joint, or `otherwise` where the key is absent: "q1", 3, or { column = "q1", unit = "deg", sign = -1,
-/// scale = 2.0, offset = 0.1 }; the offset is in SI units.
-///
-/// @param unit  factor to SI where a column does not give its own
-/// @param n     joints
-[[nodiscard]] std::vector<Column> read_columns(TomlReader& keys, std::string_view key, double unit,
-                                               const std::vector<Column>& otherwise, Index n);
+/// What TomlReader::read_whole() takes beside the fields of a record.
+void read_more(TomlReader& keys, Coupling& out);
+void read_more(TomlReader& keys, Joint& out);
+void read_more(TomlReader& keys, LogSource::Reference& out);
+void read_more(TomlReader& keys, LogSource::Subtraction& out);
+void read_more(TomlReader& keys, Physical& out);
+void read_more(TomlReader& keys, Space& out);
 
 /// Columns of a file that holds a reference motion: position, time, rate_hz, units.
 ///
-/// @param columns   `reference` and `time` hold where the keys are absent
-/// @param velocity  whether velocity is a key too
-[[nodiscard]] LogOptions read_reference_columns(TomlReader& keys, LogOptions columns, Index n, bool velocity);
-
-/// Lists of numbers, row by row, nothing where the key is absent.
-///
-/// @param rows, columns  −1: any number, the same in each row
-/// @param required       what the key must be, for the message of any other
-[[nodiscard]] std::optional<Matrix> read_matrix(TomlReader& keys, std::string_view key, Index rows,
-                                                Index columns, const std::string& required);
+/// @param columns  `reference` and `time` hold where the keys are absent
+void read_reference_columns(TomlReader& keys, LogOptions& columns);
 
 }  // namespace rivid::detail

@@ -27,6 +27,19 @@ std::string in_words(const Json& value, const FieldDetails& details, bool is_def
   return named ? std::string(details.otherwise) : nothing && value != 0 ? "none" : text_of(value);
 }
 
+// A setting of all joints may come from the table of one, "robot.joints.joint_1.friction".
+std::string origin_of(const std::string& key, const std::map<std::string, std::string>& origins) {
+  if (const auto at = origins.find(key); at != origins.end()) {
+    return at->second;
+  }
+  const std::string_view robot = "robot.";
+  const auto of_joint = std::ranges::find_if(origins, [&](const auto& origin) {
+    return key.starts_with(robot) && origin.first.starts_with("robot.joints.") &&
+           origin.first.ends_with("." + key.substr(robot.size()));
+  });
+  return of_joint == origins.end() ? "default" : of_joint->second;
+}
+
 // Collects settings section by section.
 class Collector {
  public:
@@ -55,12 +68,20 @@ class Collector {
   }
 
   [[nodiscard]] std::vector<Setting> settings() && { return std::move(out_); }
+  [[nodiscard]] std::vector<Setting> settings(const std::map<std::string, std::string>& origins) && {
+    for (Setting& setting : out_) {
+      setting.origin = origin_of(setting.key, origins);
+    }
+    return std::move(out_);
+  }
 
  private:
   template <typename Access, typename Record>
   void add_field(const std::string& section, const Field<Access>& field, const Record& record,
                  const Record& other) {
-    if constexpr (!std::is_same_v<Access, std::nullptr_t>) {
+    if constexpr (Described<KeyValue<Access, Record>> && std::is_member_object_pointer_v<Access>) {
+      add(field.key.empty() ? section : section + "." + std::string(field.key), record.*field.member);
+    } else if constexpr (is_shown<Access, Record>) {
       const Json value = detail::json_of(field, record);
       out_.push_back({.key = section + "." + std::string(field.key),
                       .value = text_of(value),
@@ -97,7 +118,6 @@ void add_method(Collector& out, const Estimation& estimation) {
   out.add_switched("method.essential", estimation.essential);
   if (estimation.robust) {
     out.add("method", *estimation.robust);
-    out.add("method", Robust::options(), *estimation.robust);
   } else {
     out.add_value("method.robust", "off");
   }
@@ -132,9 +152,6 @@ void add_robot(Collector& out, const Experiment& experiment) {
 void add_log(Collector& out, const std::string& section, const LogSource& source) {
   if (!source.files.empty()) {
     out.add(section, source);
-    out.add(section, source.columns);
-    out.add(section, source.columns.table);
-    out.add(section, source.resample);
   }
 }
 
@@ -150,24 +167,7 @@ void add_simulation(Collector& out, const Experiment& experiment) {
   }
   if (experiment.simulation) {
     out.add("simulation", *experiment.simulation);
-    out.add("simulation", experiment.simulation->options);
-    out.add("simulation", SimulationOptions::integration(), experiment.simulation->options);
-    out.add("simulation", experiment.simulation->noise);
-    out.add("simulation", experiment.simulation->columns);
   }
-}
-
-// A setting of all joints may come from the table of one, "robot.joints.joint_1.friction".
-std::string origin_of(const std::string& key, const std::map<std::string, std::string>& origins) {
-  if (const auto at = origins.find(key); at != origins.end()) {
-    return at->second;
-  }
-  const std::string_view robot = "robot.";
-  const auto of_joint = std::ranges::find_if(origins, [&](const auto& origin) {
-    return key.starts_with(robot) && origin.first.starts_with("robot.joints.") &&
-           origin.first.ends_with("." + key.substr(robot.size()));
-  });
-  return of_joint == origins.end() ? "default" : of_joint->second;
 }
 
 }  // namespace
@@ -203,26 +203,14 @@ std::vector<Setting> settings(const Experiment& experiment, Use use) {
   if (simulated) {
     add_simulation(collector, experiment);
   }
-  std::vector<Setting> out = std::move(collector).settings();
-  for (Setting& setting : out) {
-    setting.origin = origin_of(setting.key, experiment.origins);
-  }
-  return out;
+  return std::move(collector).settings(experiment.origins);
 }
 
 std::vector<Setting> settings(const ExcitationPlan& plan) {
   Collector collector;
   add_robot(collector, plan.experiment);
-  collector.add("excitation", plan.options);
-  collector.add("excitation", plan.options.noise);
-  collector.add_value("excitation.known", plan.known);
-  collector.add("excitation.limits", plan.options.limits);
-  collector.add("excitation.space", plan.options.space);
-  std::vector<Setting> out = std::move(collector).settings();
-  for (Setting& setting : out) {
-    setting.origin = origin_of(setting.key, plan.experiment.origins);
-  }
-  return out;
+  collector.add("excitation", plan);
+  return std::move(collector).settings(plan.experiment.origins);
 }
 
 }  // namespace rivid

@@ -25,6 +25,7 @@ namespace rivid::detail {
 #include <cmath>
 #include <limits>
 
+#include "experiment/sections.hpp"
 #include "experiment/text_file.hpp"
 #include "experiment/toml_reader.hpp"
 #include "rivid/input.hpp"
@@ -259,7 +260,9 @@ TomlReader TomlReader::section(const toml::node& node, std::string_view key) con
   if (table == nullptr) {
     fail(node, key, "must be a table");
   }
-  return {*table, file_, path_.empty() ? std::string(key) : path_ + "." + std::string(key)};
+  TomlReader out(*table, file_, path_.empty() ? std::string(key) : path_ + "." + std::string(key), folder_);
+  out.robot_ = robot_;
+  return out;
 }
 
 void TomlReader::finish() const {
@@ -300,42 +303,66 @@ void TomlReader::require_one_each(const toml::node& node, std::string_view key, 
   }
 }
 
+void TomlReader::refuse_keys(std::initializer_list<std::string_view> keys, const std::string& why) {
+  for (const std::string_view key : keys) {
+    if (const toml::node* const node = find(key)) {
+      fail(*node, key, why);
+    }
+  }
+}
+
+void TomlReader::require(std::initializer_list<std::pair<std::string_view, std::string_view>> keys) {
+  std::vector<std::string> required;
+  for (const auto& [key, message] : keys) {
+    if (!message.empty()) {
+      required.emplace_back(key);
+      known_.emplace(key);
+    }
+  }
+  for (const auto& [key, message] : keys) {
+    if (!message.empty() && !table_.contains(key)) {
+      look_for_mistyped(required);
+      fail(std::string(message));
+    }
+  }
+}
+
+template <typename Value>
+const Value& TomlReader::expected(const toml::value<Value>* value, const toml::node& node,
+                                  const Wanted& wanted, std::string_view what) const {
+  if (value == nullptr) {
+    fail(node, wanted.key,
+         "must be " + std::string(wanted.details.must_be.empty() ? what : wanted.details.must_be));
+  }
+  return value->get();
+}
+
 void TomlReader::take(const toml::node& node, const Wanted& wanted, bool& out) const {
-  if (!wanted.words[0].empty()) {
-    out = word(node, wanted.key, wanted.words) == 1;
+  if (!wanted.details.words[0].empty()) {
+    out = word(node, wanted.key, wanted.details.words) == 1;
     return;
   }
-  const auto* const value = node.as_boolean();
-  if (value == nullptr) {
-    fail(node, wanted.key, "must be true or false");
-  }
-  out = value->get();
+  out = expected(node.as_boolean(), node, wanted, "true or false");
 }
 
 void TomlReader::take(const toml::node& node, const Wanted& wanted, double& out) const {
-  const std::optional<double> value = node.value<double>();
-  if (!node.is_number() || !value) {
-    fail(node, wanted.key, "must be " + std::string(wanted.must_be.empty() ? "a number" : wanted.must_be));
-  }
-  if (!std::isfinite(*value)) {
+  const auto* const whole = node.as_integer();
+  out = whole != nullptr ? static_cast<double>(whole->get())
+                         : expected(node.as_floating_point(), node, wanted, "a number");
+  if (!std::isfinite(out)) {
     fail(node, wanted.key, "must be finite");
   }
-  require_within(node, wanted, *value);
-  out = *value;
+  require_within(node, wanted, out);
 }
 
 void TomlReader::take(const toml::node& node, const Wanted& wanted, std::int64_t& out) const {
-  const auto* const value = node.as_integer();
-  if (value == nullptr) {
-    fail(node, wanted.key,
-         wanted.must_be.empty() ? "must be a whole number" : "must be " + std::string(wanted.must_be));
-  }
-  require_within(node, wanted, static_cast<double>(value->get()));
-  out = value->get();
+  out = expected(node.as_integer(), node, wanted, "a whole number");
+  require_within(node, wanted, static_cast<double>(out));
 }
 
 void TomlReader::take(const toml::node& node, const Wanted& wanted, int& out) const {
-  const auto value = as<std::int64_t>(node, {.key = wanted.key, .must_be = wanted.must_be});
+  const auto value =
+      as<std::int64_t>(node, {.key = wanted.key, .details = {.must_be = wanted.details.must_be}});
   if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
     fail(node, wanted.key, "is " + std::to_string(value) + ", that is out of range");
   }
@@ -348,36 +375,169 @@ void TomlReader::take(const toml::node& node, const Wanted& wanted, std::uint64_
 }
 
 void TomlReader::take(const toml::node& node, const Wanted& wanted, std::string& out) const {
-  const auto* const value = node.as_string();
-  if (value == nullptr) {
-    fail(node, wanted.key, "must be a string");
+  out = expected(node.as_string(), node, {.key = wanted.key}, "a string");
+}
+
+void TomlReader::take(const toml::node& node, const Wanted& wanted, std::filesystem::path& out) const {
+  const auto name = as<std::string>(node, wanted);
+  if (name.empty()) {
+    fail(node, wanted.key, "must name a file");
   }
-  out = value->get();
+  out = folder_ / name;
 }
 
 void TomlReader::take(const toml::node& node, const Wanted& wanted, Vector& out) const {
   const auto values = as<std::vector<double>>(node, wanted);
   if (!node.is_array()) {
-    out = Vector::Constant(wanted.joints, values.front());
+    out = Vector::Constant(joints(), values.front());
     return;
   }
-  require_one_each(node, wanted.key, std::ssize(values), wanted.joints);
-  out = Eigen::Map<const Vector>(values.data(), wanted.joints);
+  require_one_each(node, wanted.key, std::ssize(values), joints());
+  out = Eigen::Map<const Vector>(values.data(), joints());
+}
+
+void TomlReader::take(const toml::node& node, const Wanted& wanted, Eigen::Vector3d& out) const {
+  const auto values = as<std::vector<double>>(node, wanted.key);
+  if (values.size() != 3) {
+    fail(node, wanted.key,
+         wanted.details.must_be.empty() ? "must be three numbers"
+                                        : "has " + std::to_string(values.size()) + " entries, must have " +
+                                              std::string(wanted.details.must_be));
+  }
+  out = Eigen::Vector3d(values.data());
+}
+
+void TomlReader::take(const toml::node& node, const Wanted& wanted, Column& out) const {
+  std::optional<double> factor;
+  if (const toml::node* const units = table_.get("units")) {
+    factor = section(*units, "units").unit(wanted.key);
+  }
+  if (!node.is_table()) {
+    out = {column_name(node, wanted.key), factor.value_or(1.0), 0.0};
+    return;
+  }
+  TomlReader inner = section(node, wanted.key);
+  inner.read(out);
+  out.name = inner.column_name(*inner.find("column"), "column");
+  out.scale *= inner.unit("unit").value_or(factor.value_or(1.0));
+  if (const auto sign = inner.get<double>("sign")) {
+    if (std::abs(*sign) != 1.0) {
+      inner.fail(*inner.find("sign"), "sign", "is " + number(*sign) + ", must be 1 or -1");
+    }
+    out.scale *= *sign;
+  }
+  inner.finish();
+  if (out.scale == 0.0) {
+    inner.fail("has scale 0");
+  }
+}
+
+void TomlReader::take(const toml::node& node, const Wanted& wanted, std::vector<Column>& out) const {
+  out.clear();
+  for (const toml::node* const item : items(node)) {
+    out.push_back(as<Column>(*item, wanted));
+  }
+  if (std::ssize(out) != joints()) {
+    fail(node, wanted.key,
+         "names " + counted(std::ssize(out), "column") + ", must name one for each of the " +
+             std::to_string(joints()) + " joints");
+  }
+}
+
+std::string TomlReader::column_name(const toml::node& node, std::string_view key) const {
+  if (node.is_integer()) {
+    const auto column = as<std::int64_t>(node, key);
+    if (column < 1) {
+      fail(node, key, "is column " + std::to_string(column) + "; columns count from 1");
+    }
+    return "#" + std::to_string(column);
+  }
+  return as<std::string>(node, key);
+}
+
+std::optional<double> TomlReader::unit(std::string_view key) {
+  const auto word = get<std::string>(key);
+  if (!word) {
+    return std::nullopt;
+  }
+  if (const auto complaint = unit_complaint(*word)) {
+    fail(*find(key), std::string(key) + ":", *complaint);
+  }
+  return unit_scale(*word);
+}
+
+void TomlReader::check_units(std::string_view key) {
+  constexpr auto quantities = std::to_array<std::string_view>(
+      {"position", "velocity", "torque", "control", "reference", "reference_velocity", "time"});
+  auto units = section(key);
+  if (!units) {
+    return;
+  }
+  for (const std::string_view quantity : quantities) {
+    if (units->unit(quantity) && !table_.contains(quantity)) {
+      fail(*find(key), key,
+           "names " + in_quotes(quantity) + ", whose columns are not listed beside it; list them");
+    }
+  }
+  units->finish();
+}
+
+Index TomlReader::joint(const toml::node& node, std::string_view key) const {
+  return joint(node, key, as<std::string>(node, key));
+}
+
+Index TomlReader::joint(const toml::node& node, std::string_view key, const std::string& name) const {
+  const std::vector<std::string> names = joint_names(robot());
+  const auto at = std::ranges::find(names, name);
+  if (at == names.end()) {
+    fail(node, key,
+         "is no joint of robot \"" + robot().name + "\", which has " + quoted_list(names) +
+             did_you_mean(name, names));
+  }
+  return at - names.begin();
+}
+
+std::optional<Matrix> TomlReader::matrix(std::string_view key, Index rows, Index columns,
+                                         const std::string& required) {
+  const toml::node* const node = find(key);
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  const toml::array* const lists = node->as_array();
+  if (lists == nullptr || lists->empty() || (rows >= 0 && std::ssize(*lists) != rows)) {
+    fail(*node, key, "must be " + required);
+  }
+  Matrix out;
+  for (std::size_t i = 0; i < lists->size(); ++i) {
+    const toml::node& item = *lists->get(i);
+    const toml::array* const row = item.as_array();
+    const Index width = columns >= 0 || i == 0 ? columns : out.cols();
+    if (row == nullptr || row->empty() || (width >= 0 && std::ssize(*row) != width)) {
+      fail(item, key, "must be " + required);
+    }
+    out.conservativeResize(static_cast<Index>(i) + 1, std::ssize(*row));
+    for (std::size_t j = 0; j < row->size(); ++j) {
+      out(static_cast<Index>(i), static_cast<Index>(j)) = as<double>(*row->get(j), key);
+    }
+  }
+  return out;
 }
 
 void TomlReader::require_within(const toml::node& node, const Wanted& wanted, double value) const {
   const Range none;
-  Range range = wanted.range;
+  Range range = wanted.details.range;
   if (range.least == none.least && range.most == none.most) {
     range = Range::within(-largest_number, largest_number);
   }
   if (range.holds(value)) {
     return;
   }
-  if (!wanted.must_be.empty() && !(value > range.most)) {
-    fail(node, wanted.key, "must be " + std::string(wanted.must_be));
+  const std::string_view must_be = wanted.details.must_be;
+  if (!must_be.empty() && !(value > range.most)) {
+    fail(node, wanted.key, "must be " + std::string(must_be));
   }
-  const std::string fault = out_of_range(wanted.key, value, wanted.unit, range);
+  const std::string_view unit = wanted.details.unit == "1" ? "" : wanted.details.unit;
+  const std::string fault = out_of_range(wanted.key, value, unit, range);
   fail(node, wanted.key, fault.substr(wanted.key.size() + 1));
 }
 

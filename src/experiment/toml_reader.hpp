@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <set>
@@ -10,14 +11,17 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 // Compiled once, in toml_reader.cpp.
 #define TOML_HEADER_ONLY 0
 #include <toml++/toml.h>
 
+#include "rivid/data/csv.hpp"
 #include "rivid/error.hpp"
 #include "rivid/fields.hpp"
+#include "rivid/model/robot.hpp"
 #include "rivid/text.hpp"
 #include "rivid/types.hpp"
 
@@ -40,19 +44,34 @@ namespace rivid::detail {
 /// What a field asks of a value.
 struct Wanted {
   std::string_view key;
-  std::string_view unit = {};
-  std::string_view must_be = {};
-  Range range = {};
-  std::array<std::string_view, 2> words = {};
-  Index joints = 0;  ///< of the robot, for values that are one a joint
+  FieldDetails details = {};
 };
+
+/// Whether a record can do without any key.
+template <typename Value>
+[[nodiscard]] constexpr bool is_switch() {
+  bool out = Described<Value>;
+  if constexpr (Described<Value>) {
+    for_each_field<Value>([&](const auto& field) { out = out && field.details.required.empty(); });
+  }
+  return out;
+}
 
 /// One table of an experiment file. Every key that is read is remembered, and finish() refuses the others, so
 /// that a mistyped key can not be passed over. Messages are "file:line:column: [table] key …".
 class TomlReader {
  public:
-  TomlReader(const toml::table& table, std::string file, std::string path)
-      : table_(table), file_(std::move(file)), path_(std::move(path)) {}
+  /// @param folder  that paths are relative to
+  TomlReader(const toml::table& table, std::string file, std::string path, std::filesystem::path folder = {})
+      : table_(table), file_(std::move(file)), path_(std::move(path)), folder_(std::move(folder)) {}
+
+  /// Says which robot values are of, as those that are one a joint.
+  TomlReader& of(const Robot& robot) {
+    robot_ = &robot;
+    return *this;
+  }
+  [[nodiscard]] const Robot& robot() const { return *robot_; }
+  [[nodiscard]] Index joints() const { return robot_ != nullptr ? robot_->size() : 0; }
 
   /// The node of a key, nothing if the file does not have it.
   const toml::node* find(std::string_view key) {
@@ -61,27 +80,49 @@ class TomlReader {
   }
 
   [[nodiscard]] const toml::table& table() const { return table_; }
-  [[nodiscard]] const std::string& file() const { return file_; }
-  [[nodiscard]] const std::string& path() const { return path_; }
 
-  /// Sets the members of a record whose keys are there. Those that are no plain values are left to the section.
-  ///
-  /// @param joints  of the robot
+  /// Sets the members of a record whose keys are there, and refuses one without a required key. What is under a Key, or in no member,
+  /// is left to the section.
   template <typename Record, typename... Accesses>
-  void read(const std::tuple<Field<Accesses>...>& fields, Record& out, Index joints = 0) {
-    std::apply([&](const auto&... field) { (read_field(field, out, joints), ...); }, fields);
+  void read(const std::tuple<Field<Accesses>...>& fields, Record& out) {
+    std::apply(
+        [&](const auto&... field) {
+          (read_field(field, out), ...);
+          require({{field.key, field.details.required}...});
+        },
+        fields);
   }
   template <Described Record>
-  void read(Record& out, Index joints = 0) {
-    read(Record::fields(), out, joints);
+  void read(Record& out) {
+    read(Record::fields(), out);
+  }
+
+  /// All of a table: the fields of a record, what read_more() of its section takes besides, nothing else; checked by its complaint().
+  template <Described Record>
+  void read_whole(Record& out) {
+    read(out);
+    if constexpr (requires { read_more(*this, out); }) {
+      read_more(*this, out);
+    }
+    finish();
+    refuse(complaint_of(out));
+  }
+
+  /// Sets a value whose key is there.
+  template <typename Value>
+  void set(Value& out, const Wanted& wanted) {
+    if (const toml::node* const node = find(wanted.key)) {
+      take(*node, wanted, out);
+    }
   }
 
   /// The value of a key, nothing if the file does not have it.
   template <typename Value>
   std::optional<Value> get(std::string_view key, const Range& range = {}, std::string_view unit = {}) {
     const toml::node* const node = find(key);
-    return node == nullptr ? std::nullopt
-                           : std::optional(as<Value>(*node, {.key = key, .unit = unit, .range = range}));
+    return node == nullptr
+               ? std::nullopt
+               : std::optional(as<Value>(*node, {.key = key, .details = {.unit = unit, .range = range}}));
   }
 
   template <typename Value>
@@ -107,7 +148,7 @@ class TomlReader {
       require_one_each(*node, field.key, std::ssize(*list), std::ssize(out));
     }
     for (std::size_t j = 0; j < out.size(); ++j) {
-      take(list != nullptr ? *list->get(j) : *node, wanted(field, 0), out[j].*field.member);
+      take(list != nullptr ? *list->get(j) : *node, {field.key, field.details}, out[j].*field.member);
     }
   }
 
@@ -118,29 +159,24 @@ class TomlReader {
   [[nodiscard]] std::optional<std::size_t> word(std::string_view key,
                                                 std::span<const std::string_view> words);
 
+  /// The joint whose name a node holds, from 0.
+  [[nodiscard]] Index joint(const toml::node& node, std::string_view key) const;
+  /// The same of a name that is there.
+  [[nodiscard]] Index joint(const toml::node& node, std::string_view key, const std::string& name) const;
+
+  /// Lists of numbers, row by row, nothing where the key is absent.
+  ///
+  /// @param rows, columns  −1: any number, the same in each row
+  /// @param required       what the key must be, for the message of any other
+  [[nodiscard]] std::optional<Matrix> matrix(std::string_view key, Index rows, Index columns,
+                                             const std::string& required);
+
   /// What stands in a list; what is no list counts as a list of one.
   [[nodiscard]] static std::vector<const toml::node*> items(const toml::node& node);
 
   /// A table within this one.
   std::optional<TomlReader> section(std::string_view key);
   [[nodiscard]] TomlReader section(const toml::node& node, std::string_view key) const;
-
-  /// A record that is wanted or not: `true`, `false`, or a table of options, which `read` takes.
-  template <Described Record, typename Read>
-  std::optional<Record> switched(std::string_view key, const Read& read) {
-    const toml::node* const node = find(key);
-    if (node != nullptr && node->is_table()) {
-      TomlReader options = section(*node, key);
-      Record out;
-      options.read(out);
-      read(options, out);
-      return out;
-    }
-    if (node != nullptr && !node->is_boolean()) {
-      fail(*node, key, "must be true or false, or a table of options");
-    }
-    return node != nullptr && node->as_boolean()->get() ? std::optional(Record{}) : std::nullopt;
-  }
 
   /// Refuses keys that nobody asked for.
   void finish() const;
@@ -157,35 +193,60 @@ class TomlReader {
       fail(*complaint);
     }
   }
+  /// Refuses keys that are there without another one.
+  void refuse_keys(std::initializer_list<std::string_view> keys, const std::string& why);
 
   /// Refuses a list that has not one entry for each joint.
   void require_one_each(const toml::node& node, std::string_view key, std::ptrdiff_t entries,
                         std::ptrdiff_t joints) const;
 
  private:
-  template <typename Access>
-  static Wanted wanted(const Field<Access>& field, Index joints) {
-    const FieldDetails& d = field.details;
-    return {field.key, d.unit, d.must_be, d.range, d.words, joints};
-  }
-
   template <typename Access, typename Record>
-  void read_field(const Field<Access>& field, Record& out, Index joints) {
-    if constexpr (std::is_member_object_pointer_v<Access>) {
+  void read_field(const Field<Access>& field, Record& out) {
+    if constexpr (std::is_same_v<Access, Key<UnitNames>>) {
+      check_units(field.key);
+    } else if constexpr (std::is_member_object_pointer_v<Access>) {
       auto& value = out.*field.member;
+      if constexpr (Described<std::decay_t<decltype(value)>>) {
+        if (field.key.empty()) {
+          read(value);
+          return;
+        }
+      }
       if constexpr (requires(const toml::node& n, const Wanted& w) { take(n, w, value); }) {
         const toml::node* const node = find(field.key);
         if (node == nullptr) {
           return;
         }
         if (!field.details.word.empty() && node->value_exact<std::string_view>() == field.details.word) {
-          value = {};
+          value = std::decay_t<decltype(value)>();
         } else {
-          take(*node, wanted(field, joints), value);
+          take(*node, {field.key, field.details}, value);
         }
       }
     }
   }
+
+  // Keys and what is said where they are absent; empty where they may be.
+  void require(std::initializer_list<std::pair<std::string_view, std::string_view>> keys);
+
+  template <typename Record>
+  [[nodiscard]] std::optional<std::string> complaint_of(const Record& record) const {
+    if constexpr (requires { record.complaint(*robot_); }) {
+      return record.complaint(*robot_);
+    } else if constexpr (requires { record.complaint(joints()); }) {
+      return record.complaint(joints());
+    } else if constexpr (requires { record.complaint(); }) {
+      return record.complaint();
+    } else {
+      return std::nullopt;
+    }
+  }
+
+  // The value of a node of the right type, which `what` names where the field does not.
+  template <typename Value>
+  const Value& expected(const toml::value<Value>* value, const toml::node& node, const Wanted& wanted,
+                        std::string_view what) const;
 
   void take(const toml::node& node, const Wanted& wanted, bool& out) const;
   void take(const toml::node& node, const Wanted& wanted, double& out) const;
@@ -193,15 +254,28 @@ class TomlReader {
   void take(const toml::node& node, const Wanted& wanted, std::int64_t& out) const;
   void take(const toml::node& node, const Wanted& wanted, std::uint64_t& out) const;
   void take(const toml::node& node, const Wanted& wanted, std::string& out) const;
+  void take(const toml::node& node, const Wanted& wanted, std::filesystem::path& out) const;
   void take(const toml::node& node, const Wanted& wanted, Vector& out) const;
+  void take(const toml::node& node, const Wanted& wanted, Eigen::Vector3d& out) const;
+  // "q1", 3, or { column = "q1", unit = "deg", sign = -1, scale = 2.0, offset = 0.1 }; the offset is in SI units. `units` beside the
+  // key says the unit of a column that does not say its own.
+  void take(const toml::node& node, const Wanted& wanted, Column& out) const;
+  // One a joint.
+  void take(const toml::node& node, const Wanted& wanted, std::vector<Column>& out) const;
   template <Named Enum>
   void take(const toml::node& node, const Wanted& wanted, Enum& out) const {
-    out = static_cast<Enum>(word(node, wanted.key, names_of<Enum>));
+    std::vector<std::string_view> words(names_of<Enum>.begin(), names_of<Enum>.end());
+    if (!wanted.details.word.empty()) {
+      words.push_back(wanted.details.word);  // which stands for no value and was looked for
+    }
+    out = static_cast<Enum>(word(node, wanted.key, words));
   }
   template <typename Value>
-    requires std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>
   void take(const toml::node& node, const Wanted& wanted, std::vector<Value>& out) const {
     out.clear();
+    if (Described<Value> && !wanted.details.must_be.empty() && !node.is_array()) {
+      fail(node, wanted.key, "must be " + std::string(wanted.details.must_be));
+    }
     for (const toml::node* const item : items(node)) {
       out.push_back(as<Value>(*item, wanted));
     }
@@ -211,23 +285,50 @@ class TomlReader {
     const std::vector<const toml::node*> ends = items(node);
     // A whole number may stand for both ends.
     if (ends.empty() || ends.size() > 2 || (std::is_floating_point_v<Number> && ends.size() != 2)) {
-      fail(node, wanted.key, "must be " + std::string(wanted.must_be));
+      fail(node, wanted.key, "must be " + std::string(wanted.details.must_be));
     }
     out = {as<Number>(*ends.front(), wanted), as<Number>(*ends.back(), wanted)};
   }
   template <typename Value>
-    requires(!Described<Value>)
+  void take(const toml::node& node, const Wanted& wanted, std::map<std::string, Value>& out) const {
+    const TomlReader inner = section(node, wanted.key);
+    for (const auto& [key, value] : inner.table()) {
+      out[std::string(key.str())] = inner.as<Value>(value, {key.str(), wanted.details});
+    }
+  }
+  template <Described Record>
+  void take(const toml::node& node, const Wanted& wanted, Record& out) const {
+    section(node, wanted.key).read_whole(out);
+  }
+  // A record that can do without any key may be a switch: `true`, `false`, or a table of options.
+  template <typename Value>
   void take(const toml::node& node, const Wanted& wanted, std::optional<Value>& out) const {
-    out = as<Value>(node, wanted);
+    if constexpr (is_switch<Value>()) {
+      if (const auto* const on = node.as_boolean()) {
+        out = on->get() ? std::optional(Value{}) : std::nullopt;
+        return;
+      }
+      if (!node.is_table()) {
+        fail(node, wanted.key, "must be true or false, or a table of options");
+      }
+    }
+    take(node, wanted, out.emplace());
   }
 
   void require_within(const toml::node& node, const Wanted& wanted, double value) const;
+  // Refuses units that are none, and units of columns that are not listed: they would be passed over in silence.
+  void check_units(std::string_view key);
+  [[nodiscard]] std::string column_name(const toml::node& node, std::string_view key) const;
+  // A factor to SI.
+  [[nodiscard]] std::optional<double> unit(std::string_view key);
   [[nodiscard]] std::string place(const toml::source_region& at) const;
   [[noreturn]] void refuse_unknown(const toml::key& key, const std::string& guess) const;
 
   const toml::table& table_;
   std::string file_;
   std::string path_;  // of the table, as the file would write it: "robot.joints"
+  std::filesystem::path folder_;
+  const Robot* robot_ = nullptr;
   std::set<std::string, std::less<>> known_;
 };
 

@@ -5,7 +5,6 @@
 #include <sstream>
 
 #include "experiment/json_fields.hpp"
-#include "experiment/read_excitation.hpp"
 #include "experiment/sections.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
@@ -18,25 +17,91 @@ namespace rivid::detail {
 
 namespace {
 
+// Kinds of values that TomlReader takes for a type.
 template <typename Value>
-constexpr std::string_view type_in_words() {
-  if constexpr (requires { typename Value::value_type; } && requires(Value v) { v.has_value(); }) {
-    return type_in_words<typename Value::value_type>();
-  } else if constexpr (std::is_same_v<Value, bool>) {
-    return "boolean";
-  } else if constexpr (std::is_floating_point_v<Value>) {
-    return "number";
-  } else if constexpr (std::is_integral_v<Value>) {
-    return "integer";
-  } else if constexpr (std::is_enum_v<Value>) {
-    return "word";
-  } else if constexpr (std::is_same_v<Value, Vector>) {
-    return "number or list";
-  } else if constexpr (std::is_same_v<Value, std::vector<int>>) {
-    return "integer or list";
-  } else {
-    return "string";
+struct KindsOf {
+  static void add(std::vector<ValueKind>& out) {
+    using enum ValueKind;
+    if constexpr (std::is_same_v<Value, bool>) {
+      out.push_back(boolean);
+    } else if constexpr (std::is_floating_point_v<Value>) {
+      out.push_back(number);
+    } else if constexpr (std::is_integral_v<Value>) {
+      out.push_back(integer);
+    } else if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, Word>) {
+      out.push_back(word);
+    } else if constexpr (std::is_same_v<Value, std::filesystem::path>) {
+      out.push_back(file);
+    } else if constexpr (std::is_same_v<Value, Vector>) {
+      out.insert(out.end(), {number, list});
+    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
+      out.push_back(three_numbers);
+    } else if constexpr (std::is_same_v<Value, std::array<double, 2>>) {
+      out.push_back(two_numbers);
+    } else if constexpr (requires { std::tuple_size<Value>::value; }) {
+      out.insert(out.end(), {integer, list});
+    } else if constexpr (std::is_same_v<Value, Matrix>) {
+      out.push_back(lists);
+    } else if constexpr (std::is_same_v<Value, rivid::Column>) {
+      out.push_back(column);
+    } else if constexpr (std::is_convertible_v<Value, std::string>) {
+      out.push_back(string);
+    } else {
+      out.push_back(table);
+    }
   }
+};
+template <typename Value>
+struct KindsOf<std::optional<Value>> : KindsOf<Value> {};
+template <typename... Values>
+struct KindsOf<std::variant<Values...>> {
+  static void add(std::vector<ValueKind>& out) { (KindsOf<Values>::add(out), ...); }
+};
+template <typename Value>
+struct KindsOf<std::vector<Value>> {
+  static void add(std::vector<ValueKind>& out) {
+    if constexpr (std::is_same_v<Value, rivid::Column>) {
+      out.push_back(ValueKind::columns);
+    } else if constexpr (!std::is_convertible_v<Value, std::string> && std::is_class_v<Value> &&
+                         !std::is_same_v<Value, std::filesystem::path>) {
+      out.push_back(ValueKind::tables);
+    } else {
+      KindsOf<Value>::add(out);
+      out.push_back(ValueKind::list);
+    }
+  }
+};
+
+// Names of the values that are enumerated.
+template <typename Value>
+void add_words(std::vector<std::string>& out, const std::type_identity<Value>& /*of*/) {
+  if constexpr (Named<Value>) {
+    out.insert(out.end(), names_of<Value>.begin(), names_of<Value>.end());
+  }
+}
+template <typename Value>
+void add_words(std::vector<std::string>& out, const std::type_identity<std::vector<Value>>& /*of*/) {
+  add_words(out, std::type_identity<Value>());
+}
+template <typename... Values>
+void add_words(std::vector<std::string>& out, const std::type_identity<std::variant<Values...>>& /*of*/) {
+  (add_words(out, std::type_identity<Values>()), ...);
+}
+
+// "integer, list or `"auto"`".
+std::string in_words(const std::vector<ValueKind>& kinds, std::string_view word) {
+  std::vector<std::string> parts;
+  for (const ValueKind kind : kinds) {
+    parts.emplace_back(rivid::name(kind));
+  }
+  if (!word.empty()) {
+    parts.push_back("`\"" + std::string(word) + "\"`");
+  }
+  std::string out = parts.front();
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    out += (i + 1 == parts.size() ? " or " : ", ") + parts[i];
+  }
+  return out;
 }
 
 // A value as a page shows it, whole numbers without a point.
@@ -62,12 +127,12 @@ std::string line_of(std::initializer_list<std::string_view> cells) {
 
 std::string in_code(std::string_view text) { return "`" + std::string(text) + "`"; }
 
-// Lines of a table of keys. `otherwise` stands for all defaults, where it is not empty.
+// Lines of a table of keys.
 class KeyTable {
  public:
   template <typename Record, typename... Accesses>
-  KeyTable& add(const std::tuple<Field<Accesses>...>& fields, std::string_view otherwise = {}) {
-    std::apply([&](const auto&... field) { (add_row<Record>(field, otherwise), ...); }, fields);
+  KeyTable& add(const std::tuple<Field<Accesses>...>& fields) {
+    std::apply([&](const auto&... field) { (add_row<Record>(field), ...); }, fields);
     return *this;
   }
   template <Described Record>
@@ -87,32 +152,39 @@ class KeyTable {
 
  private:
   template <typename Record, typename Access>
-  void add_row(const Field<Access>& field, std::string_view otherwise) {
+  void add_row(const Field<Access>& field) {
+    using Value = KeyValue<Access, Record>;
     const FieldDetails& d = field.details;
-    std::string type(d.type);
-    std::string fallback(otherwise.empty() ? d.otherwise : otherwise);
-    std::vector<std::string> words;
-    if constexpr (!std::is_same_v<Access, std::nullptr_t>) {
-      using Value = std::decay_t<std::invoke_result_t<Access, const Record&>>;
-      if (type.empty()) {
-        type = d.words[0].empty() ? type_in_words<Value>() : "word";
-      }
-      if (fallback.empty()) {
-        const Record fresh;  // g++ 12 warns of "Record{}" without reason
-        fallback = code(json_of(field, fresh));
-      }
-      if constexpr (Named<Value>) {
-        words.assign(names_of<Value>.begin(), names_of<Value>.end());
-        words_.insert(words.begin(), words.end());
+    if constexpr (Described<Value> && std::is_member_object_pointer_v<Access>) {
+      if (field.key.empty()) {
+        add<Value>();
+        return;
       }
     }
-    rows_.push_back({.key = std::string(field.key),
-                     .type = std::move(type),
-                     .otherwise = std::move(fallback),
-                     .unit = std::string(d.unit),
-                     .meaning = std::string(field.meaning),
-                     .words = std::move(words),
-                     .range = d.range});
+    KeyRow row{.key = std::string(field.key),
+               .otherwise = std::string(d.required.empty() ? d.otherwise : "required"),
+               .unit = std::string(d.unit),
+               .meaning = std::string(field.meaning),
+               .range = d.range};
+    KindsOf<Value>::add(row.kinds);
+    if (!d.words[0].empty()) {
+      row.kinds.front() = ValueKind::word;
+    }
+    row.type = in_words(row.kinds, d.word);
+    if constexpr (is_shown<Access, Record>) {
+      if (row.otherwise.empty()) {
+        const Record fresh;  // g++ 12 warns of "Record{}" without reason
+        row.otherwise = code(json_of(field, fresh));
+      }
+    }
+    add_words(row.words, std::type_identity<Value>());
+    for (const std::string_view word : {d.words[0], d.words[1], d.word}) {
+      if (!word.empty()) {
+        row.words.emplace_back(word);
+      }
+    }
+    words_.insert(row.words.begin(), row.words.end());
+    rows_.push_back(std::move(row));
   }
 
   std::vector<KeyRow> rows_;
@@ -174,16 +246,12 @@ std::map<std::string, KeyTable> key_tables() {
   out["robot"].add<Robot>(robot_keys).add<Joint>();
   out["robot.joints"].add<Joint>(Joint::a_priori());
   out["robot.coupling"].add<Coupling>().add<Coupling>(Coupling::a_priori());
-  out["log"].add<LogSource>().add<LogOptions>().add<TableOptions>().add<ResampleOptions>();
+  out["log"].add<LogSource>();
   out["log.column"].add<rivid::Column>();
   out["log.subtract"].add<LogSource::Subtraction>();
   out["log.reference_file"].add<LogSource::Reference>();
   out["signal"].add<SignalOptions>();
-  out["method"]
-      .add<Estimation>(method_keys)
-      .add<CovarianceOptions>()
-      .add<Robust>()
-      .add<Robust>(Robust::options());
+  out["method"].add<Estimation>(method_keys).add<CovarianceOptions>().add<Robust>();
   out["method.iv"].add<Iv>().add<Iv>(iv_keys);
   out["method.physical"].add<Physical>();
   out["method.essential"].add<Essential>();
@@ -198,19 +266,14 @@ std::map<std::string, KeyTable> key_tables() {
   out["reference.logged"].add<LoggedMotion>();
   out["reference.fourier"].add<FourierSeries>();
   out["reference.point_to_point"].add<PointToPoint>();
-  out["simulation"]
-      .add<SimulationPlan>()
-      .add<SimulationPlan::Columns>(SimulationPlan::Columns::fields(), "`[\"control\", \"reference\"]`")
-      .add<NoiseOptions>()
-      .add<SimulationOptions>()
-      .add<SimulationOptions>(SimulationOptions::integration());
+  out["simulation"].add<SimulationPlan>();
   out["simulation.added_control"].add<SimulationPlan::AddedControl>();
-  out["excitation"].add<ExcitationOptions>().add<TorqueNoise>().add<ExcitationPlan>(excitation_keys);
+  out["excitation"].add<ExcitationPlan>();
   out["excitation.limits"].add<MotionLimits>();
-  out["excitation.space"].add<Space>(space_keys).add<Space>();
-  out["excitation.half_space"].add<HalfSpace>(half_space_keys);
-  out["excitation.box"].add<Box>(box_keys);
-  out["excitation.capsule"].add<Capsule>(capsule_keys);
+  out["excitation.space"].add<Space>();
+  out["excitation.half_space"].add<HalfSpace>();
+  out["excitation.box"].add<Box>();
+  out["excitation.capsule"].add<Capsule>();
   out["montecarlo"].add<MonteCarlo>();
   out["montecarlo.trial"].add<MonteCarlo::Trial>(trial_keys);
   return out;

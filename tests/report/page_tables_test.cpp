@@ -56,11 +56,11 @@ TEST(PageTables, OfLimitsAreThoseOfTheFieldsAndCommandLines) { expect_tables("re
 // What is a count, a size, a tolerance or a time by its type, unit or name.
 bool wants_limits(const KeyRow& row) {
   constexpr auto units = std::to_array<std::string_view>({"s", "Hz", "periods", "samples"});
-  const bool column = row.type.find("column") != std::string::npos || row.type.starts_with("string");
-  return !column &&
-         (row.type.find("integer") != std::string::npos ||
-          std::ranges::find(units, row.unit) != units.end() || row.key.find("tol") != std::string::npos ||
-          std::isfinite(row.range.least) || std::isfinite(row.range.most));
+  const auto has = [&](ValueKind kind) { return std::ranges::find(row.kinds, kind) != row.kinds.end(); };
+  const bool column = has(ValueKind::column) || has(ValueKind::columns) || has(ValueKind::string);
+  return !column && (has(ValueKind::integer) || std::ranges::find(units, row.unit) != units.end() ||
+                     row.key.find("tol") != std::string::npos || std::isfinite(row.range.least) ||
+                     std::isfinite(row.range.most));
 }
 
 TEST(PageTables, HaveALeastAndAMostOfEachCountSizeToleranceAndTime) {
@@ -119,11 +119,12 @@ TEST(PageTables, HoldLimitsThatTheReaderKeeps) {
         continue;
       }
       const std::string key = section->second + "." + row.key;
-      const bool integer = row.type.find("integer") != std::string::npos;
+      const bool integer = std::ranges::find(row.kinds, ValueKind::integer) != row.kinds.end();
       const std::string most = !integer               ? "1e300"
                                : row.range.most < 2e9 ? "2000000000"
                                                       : "9000000000000000000";
-      std::string setting = key + "=" + (row.type.starts_with("`[") ? "[0, " + most + "]" : most);
+      std::string setting =
+          key + "=" + (row.kinds.front() == ValueKind::two_numbers ? "[0, " + most + "]" : most);
       if (table == "log.reference_file") {
         setting = section->second + "={ file = \"a.csv\", " + row.key + " = " + most + " }";
       }
@@ -134,6 +135,36 @@ TEST(PageTables, HoldLimitsThatTheReaderKeeps) {
     }
   }
   EXPECT_GT(kept, 50);
+}
+
+// What a key may be is said by the type of its member alone.
+TEST(PageTables, TakeTypesFromMembers) {
+  const auto tables = key_rows();
+  const auto type = [&](const std::string& table, const std::string& key) {
+    const std::vector<KeyRow>& rows = tables.at(table);
+    const auto row = std::ranges::find(rows, key, &KeyRow::key);
+    return row == rows.end() ? "nothing" : row->type;
+  };
+  EXPECT_EQ(type("robot", "urdf"), "file");
+  EXPECT_EQ(type("robot", "gravity"), "three numbers");
+  EXPECT_EQ(type("robot", "gear_matrix"), "list of lists");
+  EXPECT_EQ(type("robot", "coupling"), "list of tables");
+  EXPECT_EQ(type("log", "files"), "file or list");
+  EXPECT_EQ(type("log", "position"), "columns");
+  EXPECT_EQ(type("log", "time"), "column");
+  EXPECT_EQ(type("log", "max_gap"), "number") << "a key of an embedded record";
+  EXPECT_EQ(type("log.column", "column"), "string or integer");
+  EXPECT_EQ(type("signal", "cutoff_hz"), "number or `\"off\"`");
+  EXPECT_EQ(type("signal", "torque_held"), "boolean or `\"auto\"`");
+  EXPECT_EQ(type("signal", "decimation"), "integer, list or `\"auto\"`");
+  EXPECT_EQ(type("signal", "window"), "two numbers");
+  EXPECT_EQ(type("method", "physical"), "boolean or table");
+  EXPECT_EQ(type("method", "gains"), "word or table");
+  EXPECT_EQ(type("method.iv", "prefilter"), "boolean or integer");
+  EXPECT_EQ(type("method.iv", "initial_state"), "word");
+  EXPECT_EQ(type("control", "omega_n"), "number or list");
+  EXPECT_EQ(type("control", "velocity_filter"), "word, number or list");
+  EXPECT_EQ(type("simulation", "record"), "word or list");
 }
 
 TEST(PageTables, AreAllOnAPage) {

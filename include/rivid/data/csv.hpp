@@ -1,8 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "rivid/data/log.hpp"
@@ -21,16 +23,19 @@ struct Column {
   static constexpr auto fields() {
     return std::tuple(
         Field{"column",
-              &R::name,
+              shown_key<std::variant<std::string, int>>([](const R& r) { return r.name; }),
               "name or number of the column",
-              {.type = "string or integer", .otherwise = "required"}},
-        Field{"unit", nullptr, "unit of the column", {.type = "word", .otherwise = "that of `units`"}},
+              {.required = "must say which column: { column = \"q1\", unit = \"deg\", sign = -1 }"}},
+        Field{"unit", Key<std::string>(), "unit of the column", {.otherwise = "that of `units`"}},
         Field{"scale", &R::scale, "factor beside the unit"},
-        Field{"sign", nullptr, "factor too", {.type = "1 or −1", .otherwise = "1"}},
+        Field{"sign", Key<int>(), "1 or −1, a factor too", {.otherwise = "1", .range = Range::within(-1, 1)}},
         Field{
             "offset", &R::offset, "added last: value = unit × scale × sign × cell + offset", {.unit = "SI"}});
   }
 };
+
+/// Units by the quantities whose columns have them: "position", "deg".
+using UnitNames = std::map<std::string, std::string>;
 
 /// Which columns of a file are what. A list that is empty stands for its default names, counted from 1
 /// without a gap; only positions must be there.
@@ -56,7 +61,7 @@ struct LogOptions {
   static constexpr auto fields() {
     const auto columns = [](std::string_view key, std::vector<Column> L::* member, std::string_view otherwise,
                             std::string_view unit, std::string_view meaning) {
-      return Field{key, member, meaning, {.type = "columns", .otherwise = otherwise, .unit = unit}};
+      return Field{key, member, meaning, {.otherwise = otherwise, .unit = unit}};
     };
     return std::tuple(
         columns("position", &L::position, "`q1`, `q2`, …", "rad, m", "measured joint positions"),
@@ -70,15 +75,13 @@ struct LogOptions {
                 "reference positions. Not used by least squares."),
         columns("reference_velocity", &L::reference_velocity, "`qdref1`, …", "rad/s, m/s",
                 "reference velocities. Not used by least squares."),
-        Field{"time",
-              &L::time,
-              "time stamps",
-              {.type = "column", .otherwise = "`t`, else `time`", .unit = "s"}},
+        Field{"time", &L::time, "time stamps", {.otherwise = "`t`, else `time`", .unit = "s"}},
         Field{"rate_hz",
               &L::rate_hz,
               "measuring rate. Where it is stated the time stamps are inspected, told in the notes, and not "
               "used. Required without a time column.",
-              {.otherwise = "from the stamps", .unit = "Hz", .range = rate_range}});
+              {.otherwise = "from the stamps", .unit = "Hz", .range = rate_range}},
+        embedded(&L::table));
   }
 };
 

@@ -92,7 +92,7 @@ struct TableOptions {
                                                                    : t.header == Header::present;
                             },
                             "whether the first line holds names",
-                            {.type = "boolean", .otherwise = "found out"}});
+                            {.otherwise = "found out"}});
   }
 
   /// The first fault found, nothing if the options can be used.

@@ -85,7 +85,7 @@ struct ResampleOptions {
         Field{"max_gap",
               &R::max_gap,
               "a longer gap splits a log that is resampled",
-              {.type = "number ≥ 2", .unit = "periods", .range = Range::from(2.0, 1e9)}});
+              {.unit = "periods", .range = Range::from(2.0, 1e9)}});
   }
 
   /// The first fault found, nothing if the options can be used.

@@ -120,7 +120,7 @@ struct ExcitationOptions {
         Field{"for",
               &E::parameters,
               "names of base parameters, for `criterion = \"parameters\"`",
-              {.type = "list of strings", .otherwise = "–"}},
+              {.otherwise = "–"}},
         Field{"starts",
               &E::starts,
               "random motions that the search begins with",
@@ -138,7 +138,16 @@ struct ExcitationOptions {
               &E::samples,
               "instants at which limits are kept while searching; the result is checked at every sample of "
               "`rate_hz`, and at forty times as many instants as these",
-              {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0, 1e4)}});
+              {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0, 1e4)}},
+        embedded(&E::noise),
+        Field{"limits",
+              &E::limits,
+              "what the motion must keep to, see [below](#excitationlimits)",
+              {.otherwise = "those of the robot"}},
+        Field{"space",
+              &E::space,
+              "what the robot must not touch, see [below](#excitationspace)",
+              {.otherwise = "nothing is kept clear of"}});
   }
 };
 

@@ -18,6 +18,16 @@ struct ExcitationPlan {
   std::vector<std::filesystem::path> known;  ///< earlier logs, written as [log] says
   std::vector<std::string> settings;         ///< of the command line, which were laid over the file
 
+  template <typename E = ExcitationPlan>
+  static constexpr auto fields() {
+    return std::tuple(embedded(&E::options),
+                      Field{"known",
+                            &E::known,
+                            "earlier logs, whose information the design adds to; `[log]` and `[signal]` say "
+                            "how they are read",
+                            {.otherwise = "–"}});
+  }
+
   /// All files that a design reads, the experiment file first.
   [[nodiscard]] std::vector<std::filesystem::path> inputs() const;
 };

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -76,22 +77,22 @@ struct LoggedMotion {
   static constexpr auto fields() {
     return std::tuple(
         Field{"file",
-              nullptr,
+              Key<std::filesystem::path>(),
               "file with the reference columns",
-              {.type = "string", .otherwise = "the first of `[log]`"}},
+              {.otherwise = "the first of `[log]`"}},
         Field{"position",
               [](const L& l) { return l.columns.reference; },
               "its columns, as in [`[log]`](#columns-and-units); with `file`, like the next three",
-              {.type = "columns", .otherwise = "`qref1`, …", .unit = "rad, m"}},
+              {.otherwise = "`qref1`, …", .unit = "rad, m"}},
         Field{"time",
               [](const L& l) { return l.columns.time; },
               "time stamps",
-              {.type = "column", .otherwise = "`t`, else `time`", .unit = "s"}},
+              {.otherwise = "`t`, else `time`", .unit = "s"}},
         Field{"rate_hz",
               [](const L& l) { return l.columns.rate_hz; },
               "rate of its rows",
-              {.type = "number", .otherwise = "from the stamps", .unit = "Hz", .range = rate_range}},
-        Field{"units", nullptr, "of `position` and `time`", {.type = "table", .otherwise = "all SI"}},
+              {.otherwise = "from the stamps", .unit = "Hz", .range = rate_range}},
+        Field{"units", Key<UnitNames>(), "of `position` and `time`", {.otherwise = "all SI"}},
         Field{"interpolation", &L::interpolation,
               "`\"spline\"`: cubic, twice continuously differentiable; `\"linear\"`: joined by lines"});
   }
@@ -117,32 +118,31 @@ struct SimulationPlan {
 
     template <typename A = AddedControl>
     static constexpr auto fields() {
-      return std::tuple(Field{"file",
-                              &A::file,
-                              "one row a control period, or a sample where the law is continuous",
-                              {.otherwise = "required"}},
-                        Field{"columns",
-                              &A::columns,
-                              "as in [`[log]`](#columns-and-units)",
-                              {.type = "columns", .otherwise = "required"}});
+      constexpr std::string_view named = "must name file and columns";
+      return std::tuple(
+          Field{"file",
+                &A::file,
+                "one row a control period, or a sample where the law is continuous",
+                {.required = named}},
+          Field{"columns", &A::columns, "as in [`[log]`](#columns-and-units)", {.required = named}});
     }
   };
-  /// What the log holds beside time and positions.
+  /// Series that the log may hold beside time and positions.
+  enum class Recorded { torque, control, reference, reference_velocity };
+  /// Those that it holds.
   struct Columns {
     bool torque = false;
-    bool control = false;
-    bool reference = false;
+    bool control = true;
+    bool reference = true;
     bool reference_velocity = false;
 
     template <typename R = Columns>
     static constexpr auto fields() {
-      return std::tuple(Field{"record",
-                              [](const R& c) { return c.words(); },
+      return std::tuple(Field{"record", [](const R& c) { return c.recorded(); },
                               "columns beside `t` and `q`: `\"torque\"` (tau), `\"control\"` (v), "
-                              "`\"reference\"` (qref), `\"reference_velocity\"` (qdref)",
-                              {.type = "list of words"}});
+                              "`\"reference\"` (qref), `\"reference_velocity\"` (qdref)"});
     }
-    [[nodiscard]] std::vector<std::string> words() const;
+    [[nodiscard]] std::vector<Recorded> recorded() const;
   };
 
   std::filesystem::path parameters;  ///< see read_parameters(); empty: the a-priori values of the robot
@@ -151,26 +151,30 @@ struct SimulationPlan {
   SimulationOptions options;
   NoiseOptions noise;
   std::optional<AddedControl> added_control;
-  Columns columns = {.torque = false, .control = true, .reference = true, .reference_velocity = false};
+  Columns columns;
 
   template <typename S = SimulationPlan>
   static constexpr auto fields() {
     return std::tuple(
-        Field{"parameters",
-              [](const S& s) { return s.parameters.empty() ? "a_priori" : s.parameters.string(); },
+        Field{"parameters", shown_key<std::filesystem::path>([](const S& s) {
+                return s.parameters.empty() ? "a_priori" : s.parameters.string();
+              }),
               "the `\"a_priori\"` values of URDF and `[robot.joints]`, or a [parameter "
-              "file](simulation.md#parameter-files)",
-              {.type = "string"}},
+              "file](simulation.md#parameter-files)"},
         Field{"duration",
               &S::duration,
               "of the log",
               {.otherwise = "that of the reference", .unit = "s", .range = Range::above(0.0, 1e9)}},
         Field{"added_control",
-              [](const S& s) { return s.added_control; },
+              &S::added_control,
               "control signals added behind the controller and its saturation, see below",
-              {.type = "table", .otherwise = "none"}});
+              {.otherwise = "none"}},
+        embedded(&S::options), embedded(&S::noise), embedded(&S::columns));
   }
 };
+template <>
+inline constexpr std::array names_of<SimulationPlan::Recorded> =
+    std::to_array<std::string_view>({"torque", "control", "reference", "reference_velocity"});
 
 /// Log files of one experiment and what is done to each on the way in.
 struct LogSource {
@@ -183,18 +187,19 @@ struct LogSource {
 
     template <typename S = Subtraction>
     static constexpr auto fields() {
+      constexpr std::string_view named = "must name joint and table";
       return std::tuple(Field{"joint",
-                              [](const S& s) { return s.joint + 1; },
+                              shown_key<std::string>([](const S& s) { return s.joint + 1; }),
                               "name of the joint",
-                              {.type = "string", .otherwise = "required"}},
+                              {.required = named}},
                         Field{"table",
                               &S::table,
                               "text file with positions, which must increase, and torques, in SI units",
-                              {.otherwise = "required"}},
+                              {.required = named}},
                         Field{"columns",
                               &S::columns,
                               "names of its columns of positions and torques",
-                              {.type = "two strings", .otherwise = "the file's only two"}},
+                              {.otherwise = "the file's only two"}},
                         Field{"outside", &S::outside,
                               "for a position that the table does not cover: `\"refuse\"`, or `\"hold\"` the "
                               "value at its end"});
@@ -210,27 +215,24 @@ struct LogSource {
     template <typename R = Reference>
     static constexpr auto fields() {
       return std::tuple(
-          Field{"file", &R::file, "file with the reference", {.otherwise = "required"}},
+          Field{"file", &R::file, "file with the reference", {.required = "must name its file"}},
           Field{"position",
                 [](const R& r) { return r.columns.reference; },
                 "reference positions",
-                {.type = "columns", .otherwise = "those of `reference`", .unit = "rad, m"}},
+                {.otherwise = "those of `reference`", .unit = "rad, m"}},
           Field{"velocity",
                 [](const R& r) { return r.columns.reference_velocity; },
                 "reference velocities",
-                {.type = "columns", .otherwise = "those of `reference_velocity`", .unit = "rad/s, m/s"}},
+                {.otherwise = "those of `reference_velocity`", .unit = "rad/s, m/s"}},
           Field{"time",
                 [](const R& r) { return r.columns.time; },
                 "time stamps",
-                {.type = "column", .otherwise = "`t`, else `time`", .unit = "s"}},
+                {.otherwise = "`t`, else `time`", .unit = "s"}},
           Field{"rate_hz",
                 [](const R& r) { return r.columns.rate_hz; },
                 "rate of its rows",
-                {.type = "number", .otherwise = "from the stamps", .unit = "Hz", .range = rate_range}},
-          Field{"units",
-                nullptr,
-                "of `position`, `velocity` and `time`",
-                {.type = "table", .otherwise = "all SI"}},
+                {.otherwise = "from the stamps", .unit = "Hz", .range = rate_range}},
+          Field{"units", Key<UnitNames>(), "of `position`, `velocity` and `time`", {.otherwise = "all SI"}},
           Field{"delay",
                 &R::delay,
                 "by how much the log is behind the reference",
@@ -257,9 +259,9 @@ struct LogSource {
   static constexpr auto fields() {
     return std::tuple(
         Field{"files",
-              [](const L& l) { return l.files; },
+              &L::files,
               "one log or several. Their rows are stacked: one fit for all.",
-              {.type = "string or list", .otherwise = "required"}},
+              {.required = "must name at least one file in files"}},
         Field{"side", &L::side,
               "`\"motor\"`: positions, velocities, references and torques of the files are those of the "
               "motors, and are turned by `gear_matrix` or `gear_ratio`; `\"joint\"`"},
@@ -273,15 +275,16 @@ struct LogSource {
         Field{"subtract",
               [](const L& l) { return l.subtract; },
               "known torques to take off, see [below](#subtract)",
-              {.type = "list of tables", .otherwise = "–"}},
+              {.otherwise = "–"}},
         Field{"reference_file",
               [](const L& l) { return l.reference; },
               "the reference from a file of its own, see [below](#logreference_file)",
-              {.type = "table", .otherwise = "–"}},
+              {.otherwise = "–"}},
         Field{"units",
-              nullptr,
+              Key<UnitNames>(),
               "unit of each quantity, see [below](#columns-and-units)",
-              {.type = "table", .otherwise = "all SI"}});
+              {.otherwise = "all SI"}},
+        embedded(&L::columns), embedded(&L::resample));
   }
 };
 template <>

@@ -35,9 +35,9 @@ struct MonteCarlo {
         Field{"runs", &M::runs, "how often the experiment is simulated", {.range = Range::from(1, 1e6)}},
         Field{"seed", &M::seed, "run k, counted from 0, is simulated with seed + k", {.range = seed_range}},
         Field{"trial",
-              nullptr,
+              Key<std::vector<Trial>>(),
               "ways to identify, one `[[montecarlo.trial]]` each",
-              {.type = "tables", .otherwise = "–"}});
+              {.otherwise = "–"}});
   }
 };
 

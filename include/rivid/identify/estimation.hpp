@@ -151,7 +151,7 @@ struct Iv {
               "joint, whitens the rows, see [statistics](statistics.md#prefiltered-instrumental-variables). "
               "An integer is the order of the models, 1 to 30; `true` leaves it to BIC. Exact rows only; "
               "`decimation` counts for the estimate that it begins with.",
-              {.type = "boolean, or integer", .range = Range::within(1, most_prefilter_order)}});
+              {.range = Range::within(1, most_prefilter_order)}});
   }
 };
 

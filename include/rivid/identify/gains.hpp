@@ -59,13 +59,10 @@ struct GainOptions {
   static constexpr auto fields() {
     return std::tuple(
         Field{"known",
-              [](const O& o) { return o.known; },
+              &O::known,
               "relative standard deviation of the gains that are known, by joint, 0 for exact: `known = { "
               "joint_2 = 0.01 }`",
-              {.type = "table of numbers",
-               .otherwise = "none is known",
-               .unit = "1",
-               .range = gain_sigma_range}},
+              {.otherwise = "none is known", .unit = "1", .range = gain_sigma_range}},
         Field{"mass",
               &O::mass,
               "of the payload in the logs of `loaded`",

@@ -37,12 +37,7 @@ struct Robust {
               "loss of a robust estimate against outliers in the torques, by any method: `\"huber\"`, "
               "`\"bisquare\"`, or `\"off\"`, see [statistics](statistics.md#outliers). Not together with "
               "`prefilter`. The flag `--robust` overrides it.",
-              {.otherwise = "`\"off\"`"}});
-  }
-  /// How, beside the loss.
-  static constexpr auto options() {
-    using R = Robust;
-    return std::tuple(
+              {.otherwise = "`\"off\"`", .word = "off"}},
         Field{"robust_tuning",
               &R::tuning,
               "where that loss leaves least squares, in robust standard deviations of a joint's residual",

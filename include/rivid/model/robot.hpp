@@ -80,21 +80,16 @@ struct Coupling {
 
   template <typename C = Coupling>
   static constexpr auto fields() {
+    constexpr std::string_view named =
+        "must name motor and joints: { motor = \"joint_6\", joints = [\"joint_5\"] }";
     return std::tuple(
-        Field{"motor",
-              nullptr,
-              "joint m that the motor is named after",
-              {.type = "joint", .otherwise = "required"}},
-        Field{"joints",
-              nullptr,
-              "the other joints that turn it",
-              {.type = "joint or list", .otherwise = "required"}},
+        Field{"motor", Key<std::string>(), "joint m that the motor is named after", {.required = named}},
+        Field{
+            "joints", Key<std::vector<std::string>>(), "the other joints that turn it", {.required = named}},
         Field{"ratios",
               &C::ratios,
               "c_k of `joints`",
-              {.type = "number or list",
-               .otherwise = "`1` each",
-               .unit = "unit of joint m per unit of the joint"}},
+              {.otherwise = "`1` each", .unit = "unit of joint m per unit of the joint"}},
         Field{"inertia", &C::inertia,
               "`\"free\"`: Iam is a parameter; `\"tied\"`: Ia of joint m is; `\"none\"`"},
         Field{"viscous", &C::viscous, "whether Fvm is a parameter"},

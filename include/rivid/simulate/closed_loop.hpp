@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "rivid/data/log.hpp"
@@ -48,6 +49,12 @@ template <>
 inline constexpr std::array names_of<DryFrictionScheme> =
     std::to_array<std::string_view>({"exact", "smooth", "held"});
 
+/// Velocity filters that have a name: {1, −1}, {1/2, 0, −1/2}, {}.
+enum class VelocityFilter { backward, central, none };
+template <>
+inline constexpr std::array names_of<VelocityFilter> =
+    std::to_array<std::string_view>({"backward", "central", "none"});
+
 /// A control law that runs on a computer: measures at t_k, and holds what it computes until t_{k+1}.
 struct Sampling {
   double period = 0.0;  ///< [s]; 0: the law is continuous, and sees the true motion
@@ -71,16 +78,17 @@ struct Sampling {
         Field{"rate_hz",
               [](const S& s) { return s.period > 0.0 ? 1.0 / s.period : 0.0; },
               "rate of the controller: it measures at t_k and holds its signal until t_{k+1}",
-              {.type = "number", .otherwise = "continuous", .unit = "Hz", .range = rate_range}},
+              {.otherwise = "continuous", .unit = "Hz", .range = rate_range}},
         Field{"delay",
               &S::delay,
               "from a measurement to its signal; with `rate_hz`",
               {.unit = "periods", .range = Range::within(0, 1e6)}},
         Field{"velocity_filter",
-              [](const S& s) { return s.velocity_filter; },
+              shown_key<std::variant<VelocityFilter, std::vector<double>>>(
+                  [](const S& s) { return s.velocity_filter; }),
               "c of q̇[k] = Σ c_i q[k−i] rate_hz: `\"backward\"` is [1, −1], `\"central\"` [0.5, 0, −0.5]; "
               "`\"none\"`: the true velocity; with `rate_hz`",
-              {.type = "word or list", .otherwise = "`\"backward\"`"}},
+              {.otherwise = "`\"backward\"`"}},
         Field{"reference_lead",
               &S::reference_lead,
               "the law sees the reference of so many periods later; with `rate_hz`",
@@ -122,20 +130,23 @@ struct SimulationOptions {
 
   template <typename S = SimulationOptions>
   static constexpr auto fields() {
-    return std::tuple(
-        Field{"rate_hz",
-              &S::f_m,
-              "rate of the log; required with a continuous law",
-              {.otherwise = "that of the controller", .unit = "Hz", .range = rate_range}},
-        Field{"q_0", &S::q_0, "position at the start", {.otherwise = "on the reference", .unit = "rad, m"}},
-        Field{"qd_0",
-              &S::qd_0,
-              "velocity at the start",
-              {.otherwise = "of the reference", .unit = "rad/s, m/s"}});
+    return std::tuple_cat(
+        std::tuple(
+            Field{"rate_hz",
+                  &S::f_m,
+                  "rate of the log; required with a continuous law",
+                  {.otherwise = "that of the controller", .unit = "Hz", .range = rate_range}},
+            Field{
+                "q_0", &S::q_0, "position at the start", {.otherwise = "on the reference", .unit = "rad, m"}},
+            Field{"qd_0",
+                  &S::qd_0,
+                  "velocity at the start",
+                  {.otherwise = "of the reference", .unit = "rad/s, m/s"}}),
+        integration<S>());
   }
   /// Of the integration itself, which the loop of the instruments has too.
+  template <typename S = SimulationOptions>
   static constexpr auto integration() {
-    using S = SimulationOptions;
     return std::tuple(
         Field{"dry_friction", &S::friction,
               "`\"exact\"`: stick and slip; `\"smooth\"`: tanh; `\"held\"`: tanh, once a step"},

@@ -186,6 +186,15 @@ struct CascadeControl {
   }
 };
 
+/// Model that computed torque has of its robot.
+enum class ControllerModel {
+  simulated,  ///< the one of the plant
+  a_priori    ///< the values of the robot's description
+};
+template <>
+inline constexpr std::array names_of<ControllerModel> =
+    std::to_array<std::string_view>({"simulated", "a_priori"});
+
 /// Computed torque: the inverse dynamics of a model of the robot make it n double integrators, which a PD law governs,
 ///
 ///   τ = M̂(q) (q̈_r + k_d (q̇_r − q̇) + k_p (q_r − q)) + N̂(q, q̇) + friction,   v_τ = sat(G⁻¹ τ).
@@ -226,10 +235,10 @@ struct ComputedTorqueControl {
               &Law::coulomb_velocity,
               "smoothing of the compensated Coulomb friction",
               {.unit = "rad/s, m/s"}},
-        Field{"model",
-              [](const Law& law) { return law.model ? "a_priori" : "simulated"; },
-              "model that the controller has: the `\"simulated\"` one, or that of the `\"a_priori\"` values",
-              {.type = "word"}});
+        Field{
+            "model",
+            [](const Law& law) { return law.model ? ControllerModel::a_priori : ControllerModel::simulated; },
+            "model that the controller has: the `\"simulated\"` one, or that of the `\"a_priori\"` values"});
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,19 +48,22 @@ struct FourierSeries {
   template <typename S = FourierSeries>
   static constexpr auto fields() {
     return std::tuple(
-        Field{"omega_f", &S::omega_f, "fundamental frequency", {.otherwise = "required", .unit = "rad/s"}},
+        Field{"omega_f",
+              &S::omega_f,
+              "fundamental frequency",
+              {.unit = "rad/s", .required = "must say omega_f, the fundamental frequency in rad/s"}},
         Field{"A",
               [](const S& s) -> const Matrix& { return s.A; },
               "one list a joint, one number a harmonic",
-              {.type = "n lists of numbers", .otherwise = "–", .unit = "rad/s, m/s"}},
+              {.otherwise = "–", .unit = "rad/s, m/s"}},
         Field{"B",
               [](const S& s) -> const Matrix& { return s.B; },
               "the same of the cosines",
-              {.type = "n lists of numbers", .otherwise = "–", .unit = "rad/s, m/s"}},
+              {.otherwise = "–", .unit = "rad/s, m/s"}},
         Field{"file",
-              nullptr,
+              Key<std::filesystem::path>(),
               "instead of A and B: a CSV file with columns `A1` … `An`, `B1` … `Bn`, one row a harmonic",
-              {.type = "string", .otherwise = "–"}},
+              {.otherwise = "–"}},
         Field{"q0", &S::q0, "middle of the motion", {.otherwise = "0", .unit = "rad, m"}},
         Field{"duration",
               &S::duration,
@@ -157,32 +161,31 @@ struct PointToPoint {
   static constexpr Range times = Range::from(0.0, 1e9);       ///< of moves and rests
   template <typename P = PointToPoint>
   static constexpr auto fields() {
-    return std::tuple(
-        Field{"via",
-              [](const P& p) -> const Matrix& { return p.via; },
-              "points, one list each",
-              {.type = "lists of n numbers", .otherwise = "required", .unit = "rad, m"}},
-        Field{"profile", &P::profile, "`\"quintic\"`, or `\"trapezoidal_acceleration\"`"},
-        Field{"durations",
-              [](const P& p) -> const Vector& { return p.durations; },
-              "of the moves",
-              {.type = "number, or one a move", .otherwise = "–", .unit = "s", .range = times}},
-        Field{"max_velocity",
-              &P::max_velocity,
-              "limits, instead of durations",
-              {.otherwise = "none", .unit = "rad/s, m/s"}},
-        Field{"max_acceleration",
-              &P::max_acceleration,
-              "the same of the acceleration",
-              {.otherwise = "none", .unit = "rad/s², m/s²"}},
-        Field{"max_jerk",
-              &P::max_jerk,
-              "required with a trapezoidal acceleration by limits",
-              {.otherwise = "none", .unit = "rad/s³, m/s³"}},
-        Field{"dwell",
-              [](const P& p) -> const Vector& { return p.dwell; },
-              "rest at each point",
-              {.type = "number, or one a point", .otherwise = "0", .unit = "s", .range = times}});
+    return std::tuple(Field{"via",
+                            [](const P& p) -> const Matrix& { return p.via; },
+                            "points, one list each",
+                            {.unit = "rad, m", .required = "must list the points, via"}},
+                      Field{"profile", &P::profile, "`\"quintic\"`, or `\"trapezoidal_acceleration\"`"},
+                      Field{"durations",
+                            [](const P& p) -> const Vector& { return p.durations; },
+                            "of the moves, or one for all",
+                            {.otherwise = "–", .unit = "s", .range = times}},
+                      Field{"max_velocity",
+                            &P::max_velocity,
+                            "limits, instead of durations",
+                            {.otherwise = "none", .unit = "rad/s, m/s"}},
+                      Field{"max_acceleration",
+                            &P::max_acceleration,
+                            "the same of the acceleration",
+                            {.otherwise = "none", .unit = "rad/s², m/s²"}},
+                      Field{"max_jerk",
+                            &P::max_jerk,
+                            "required with a trapezoidal acceleration by limits",
+                            {.otherwise = "none", .unit = "rad/s³, m/s³"}},
+                      Field{"dwell",
+                            [](const P& p) -> const Vector& { return p.dwell; },
+                            "rest at each point, or one for all",
+                            {.otherwise = "0", .unit = "s", .range = times}});
   }
 };
 
