@@ -55,9 +55,10 @@ int make_factors(const FactorsArguments& arguments) {
   const Path output = factors_output(arguments, files.front());
   const std::vector<PlannedFile> written = {{output, factors_ending}};
   Outputs outputs = planned(inputs, written);
+  Reading reading;
   if (open) {
-    experiment.estimation.signal =
-        chosen_signal(experiment.robot, read_logs(experiment.log, experiment.robot), experiment.estimation);
+    experiment.estimation.signal = chosen_signal(
+        experiment.robot, reading.logs(experiment.log, experiment.robot), experiment.estimation);
     const std::vector<std::string> chosen = row_settings(experiment.estimation.signal);
     settings.insert(settings.end(), chosen.begin(), chosen.end());
   }
@@ -68,7 +69,7 @@ int make_factors(const FactorsArguments& arguments) {
     logs.push_back({file.string(), input_sha256(file)});
   }
   FactorsFile made =
-      factors_of(experiment, read_logs(experiment.log, experiment.robot), logs, arguments.blocks);
+      factors_of(experiment, reading.logs(experiment.log, experiment.robot), logs, arguments.blocks);
   made.experiment = std::filesystem::absolute(arguments.experiment).lexically_normal();
   made.settings = std::move(settings);
   made.run = run_id(provenance_of("rivid_identify factors", experiment, Use::identification,

@@ -7,7 +7,6 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/experiment/shown_predictions.hpp"
 #include "rivid/identify/friction_curves.hpp"
 #include "rivid/identify/row_table.hpp"
 #include "rivid/output.hpp"
@@ -141,7 +140,8 @@ Overrides apply(const Arguments& arguments, Experiment& experiment) {
 }
 
 // What would be done.
-std::string plan_in_words(const Experiment& experiment, const std::vector<PlannedFile>& files) {
+std::string plan_in_words(const Experiment& experiment, const std::vector<PlannedFile>& files,
+                          Reading& reading) {
   std::ostringstream out;
   const Robot& robot = experiment.robot;
   const BaseParameters base = base_parameters(robot);
@@ -153,7 +153,7 @@ std::string plan_in_words(const Experiment& experiment, const std::vector<Planne
     out << "            warning: " << *doubt << '\n';
   }
   const auto print_logs = [&](const char* what, const LogSource& source) {
-    for (const Log& log : read_logs(source, robot)) {
+    for (const Log& log : reading.logs(source, robot)) {
       out << what << log.source << ": " << log.samples() << " samples at " << number(log.f_m) << " Hz, "
           << number(static_cast<double>(log.samples()) / log.f_m, 4) << " s\n";
       for (const std::string& note : log.notes) {
@@ -236,8 +236,10 @@ int identify_from(const Arguments& arguments) {
     inputs.push_back(plan->path);
   }
   Outputs outputs = planned(inputs, to.files);
+  ProgressBar bar(!arguments.quiet && !arguments.dry_run);
+  Reading reading(std::ref(bar));
   if (arguments.dry_run) {
-    const std::string text = plan_in_words(experiment, to.files);
+    const std::string text = plan_in_words(experiment, to.files, reading);
     if (!arguments.quiet) {
       print(text);
     }
@@ -245,17 +247,18 @@ int identify_from(const Arguments& arguments) {
   }
 
   if (arguments.verbose) {
-    tell(plan_in_words(experiment, to.files));
+    const std::string text = plan_in_words(experiment, to.files, reading);
+    bar.clear();
+    tell(text);
   }
-  ProgressBar bar(!arguments.quiet);
-  take_friction(experiment, std::ref(bar));
-  take_gains(experiment, std::ref(bar));
+  take_friction(experiment, reading);
+  take_gains(experiment, reading);
   if (plan) {
     require_parameters(*plan, base_parameters(experiment.robot));
   }
-  const Identification result = run(experiment, std::ref(bar));
+  const Identification result = run(experiment, reading);
   const ShownPredictions predicted = arguments.report || !arguments.write_friction.empty()
-                                         ? shown_predictions(experiment, result)
+                                         ? shown_predictions(experiment, result, reading)
                                          : ShownPredictions();
   bar.clear();
 
@@ -263,7 +266,7 @@ int identify_from(const Arguments& arguments) {
       provenance_of("rivid_identify", experiment, Use::identification, overrides, arguments.set);
   std::string table = in_words(result, screen_width());
   if (!arguments.write_rows.empty()) {
-    const RowTable rows = row_table(experiment.robot, result, read_logs(experiment.log, experiment.robot));
+    const RowTable rows = row_table(experiment.robot, result, reading.logs(experiment.log, experiment.robot));
     put_with_hash(arguments.write_rows,
                   arguments.write_rows.extension() == ".npz" ? to_npz(rows) : to_csv(rows), outputs,
                   provenance);

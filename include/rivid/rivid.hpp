@@ -24,7 +24,6 @@
 #include "rivid/experiment/online_replay.hpp"
 #include "rivid/experiment/plan_file.hpp"
 #include "rivid/experiment/result_file.hpp"
-#include "rivid/experiment/shown_predictions.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/model.hpp"
 #include "rivid/export/urdf.hpp"

@@ -5,7 +5,6 @@
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
-#include "rivid/experiment/shown_predictions.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/report/html.hpp"
 #include "rivid/report/json.hpp"
@@ -183,9 +182,10 @@ void bind_experiment(nb::module_& m) {
           [](Experiment& self, int threads, const nb::object& progress) {
             const nb::gil_scoped_release unlocked;
             self.estimation.threads = threads;
-            take_friction(self, Listener(progress));
-            take_gains(self, Listener(progress));
-            return run(self, Listener(progress));
+            Reading reading{Listener(progress)};
+            take_friction(self, reading);
+            take_gains(self, reading);
+            return run(self, reading);
           },
           "threads"_a, "progress"_a = nb::none())
       .def(
@@ -214,7 +214,8 @@ void bind_experiment(nb::module_& m) {
       .def(
           "html",
           [](const Experiment& self, const Identification& result, const Settings& overrides) {
-            return html_report(self.robot, result, shown_predictions(self, result).predictions,
+            Reading reading;
+            return html_report(self.robot, result, shown_predictions(self, result, reading).predictions,
                                provenance_from(self.inputs(), settings(self), overrides));
           },
           "result"_a, "settings"_a, Unlocked(), "report.html");

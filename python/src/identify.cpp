@@ -38,9 +38,11 @@ std::pair<Identification, std::optional<Robot>> identified(
   Experiment experiment = detail::experiment_from(robot, sections, source);
   experiment.estimation.threads = threads;
   const Logs own(logs);
-  detail::take_friction(experiment, own.all(), Listener(progress));
-  detail::take_gains(experiment, own.all(), Listener(progress));
-  Identification found = identify_logs(experiment, own.all(), Logs(validation).all(), Listener(progress));
+  Reading reading{Listener(progress)};
+  detail::take_friction(experiment, own.all(), reading.progress());
+  detail::take_gains(experiment, own.all(), reading);
+  Identification found =
+      identify_logs(experiment, own.all(), Logs(validation).all(), reading.progress());
   const bool as_it_was = experiment.friction.empty() && !experiment.gain_report;
   return {std::move(found), as_it_was ? std::nullopt : std::optional(experiment.robot)};
 }

@@ -1,14 +1,13 @@
 #include "rivid/experiment/experiment.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 #include <variant>
 
 #include "data/log_columns.hpp"
 #include "experiment/from_program.hpp"
+#include "experiment/json_fields.hpp"
 #include "rivid/error.hpp"
-#include "rivid/experiment/shown_predictions.hpp"
 
 namespace rivid {
 
@@ -159,6 +158,21 @@ std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Pr
   return out;
 }
 
+const std::vector<Log>& Reading::logs(const LogSource& source, const Robot& robot) {
+  // Gears turn logs of the motors; torques that a table is taken off are made with the drive gains.
+  detail::Json how = {detail::json_of(source), source.columns.default_names, detail::json_of(robot.gears())};
+  if (!source.subtract.empty()) {
+    how.push_back(detail::json_of(robot.drive_matrix()));
+  }
+  const std::string key = detail::json_text(how);
+  if (const auto known = logs_.find(key); known != logs_.end()) {
+    return known->second;
+  }
+  std::vector<Log> read = read_logs(source, robot, progress_);
+  files_ += source.files.size();
+  return logs_.emplace(key, std::move(read)).first->second;
+}
+
 std::vector<Log> detail::logs_of(const Table& table, const LogSource& source, const Robot& robot) {
   std::vector<Log> out;
   append_pieces(log_of(table, source.columns), source, robot, out);
@@ -181,44 +195,46 @@ void detail::take_friction(Experiment& experiment, std::span<const Log> logs, co
   experiment.robot = with_friction(std::move(experiment.robot), experiment.friction);
 }
 
-void take_friction(Experiment& experiment, const Progress& progress) {
+void take_friction(Experiment& experiment, Reading& reading) {
   const auto open = [](const Joint& joint) { return joint.friction == Friction::automatic; };
   if (std::ranges::any_of(experiment.robot.joints, open)) {
-    detail::take_friction(experiment, read_logs(experiment.log, experiment.robot, progress), progress);
+    detail::take_friction(experiment, reading.logs(experiment.log, experiment.robot), reading.progress());
   }
 }
 
-void detail::take_gains(Experiment& experiment, std::span<const Log> logs, const Progress& progress) {
+void detail::take_gains(Experiment& experiment, std::span<const Log> logs, Reading& reading) {
   if (!experiment.gains || experiment.gain_report) {
     return;
   }
-  const std::vector<Log> loaded = read_logs(experiment.loaded, experiment.robot, progress);
+  const std::vector<Log>& loaded = reading.logs(experiment.loaded, experiment.robot);
   const GainReport& found = experiment.gain_report.emplace(
       identify_gains(experiment.robot, logs, loaded, experiment.estimation, *experiment.gains));
   experiment.robot = with_gains(std::move(experiment.robot), found);
   experiment.estimation.gain_covariance = found.C;
 }
 
-void take_gains(Experiment& experiment, const Progress& progress) {
+void take_gains(Experiment& experiment, Reading& reading) {
   if (experiment.gains && !experiment.gain_report) {
-    detail::take_gains(experiment, read_logs(experiment.log, experiment.robot, progress), progress);
+    detail::take_gains(experiment, reading.logs(experiment.log, experiment.robot), reading);
   }
 }
 
+Identification run(const Experiment& experiment, Reading& reading) {
+  const std::vector<Log>& logs = reading.logs(experiment.log, experiment.robot);
+  const std::vector<Log>& others = reading.logs(experiment.validation, experiment.robot);
+  return identify_logs(experiment, logs, others, reading.progress());
+}
+
 Identification run(const Experiment& experiment, const Progress& progress) {
-  const std::vector<Log> logs = read_logs(experiment.log, experiment.robot, progress);
-  const std::vector<Log> others = read_logs(experiment.validation, experiment.robot, progress);
-  return identify_logs(experiment, logs, others, progress);
+  Reading reading(progress);
+  return run(experiment, reading);
 }
 
-std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result) {
-  return shown_predictions(experiment, result, std::numeric_limits<Index>::max()).predictions;
-}
-
-ShownPredictions shown_predictions(const Experiment& experiment, const Identification& result, Index most) {
+ShownPredictions shown_predictions(const Experiment& experiment, const Identification& result,
+                                   Reading& reading, Index most) {
   ShownPredictions out;
   for (const LogSource* const source : {&experiment.log, &experiment.validation}) {
-    for (const Log& log : read_logs(*source, experiment.robot)) {
+    for (const Log& log : reading.logs(*source, experiment.robot)) {
       if (log.q.size() > most) {
         out.left_out.push_back(log.source);
         continue;

@@ -56,6 +56,6 @@ void take_friction(Experiment& experiment, std::span<const Log> logs, const Prog
 /// take_gains() by logs that are there.
 ///
 /// @throws InputError  as take_gains() does
-void take_gains(Experiment& experiment, std::span<const Log> logs, const Progress& progress);
+void take_gains(Experiment& experiment, std::span<const Log> logs, Reading& reading);
 
 }  // namespace rivid::detail

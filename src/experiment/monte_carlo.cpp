@@ -33,7 +33,8 @@ double thread_seconds() {
 
 // The method alone is studied: what judging would say of each of many runs costs more than they do.
 Identification identified(Experiment experiment, std::span<const Log> logs) {
-  detail::take_gains(experiment, logs, {});
+  Reading reading;
+  detail::take_gains(experiment, logs, reading);
   experiment.estimation.judge = false;
   return identify_logs(experiment, logs);
 }

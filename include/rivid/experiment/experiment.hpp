@@ -358,17 +358,39 @@ struct Setting {
 [[nodiscard]] std::vector<Log> read_logs(const LogSource& source, const Robot& robot,
                                          const Progress& progress = {});
 
+/// The logs of one run. Each source is read when it is first asked for, and lent to all that need it: choice of friction laws and gains,
+/// fit, validation, predictions.
+class Reading {
+ public:
+  /// @param progress  of the run
+  explicit Reading(Progress progress = {}) : progress_(std::move(progress)) {}
+
+  /// read_logs() of a source, which stay as long as the reading does.
+  ///
+  /// @throws InputError  as read_logs() does
+  [[nodiscard]] const std::vector<Log>& logs(const LogSource& source, const Robot& robot);
+
+  [[nodiscard]] const Progress& progress() const { return progress_; }
+  /// Files that were parsed so far, each counted as often as it was.
+  [[nodiscard]] std::size_t files() const { return files_; }
+
+ private:
+  Progress progress_;
+  std::map<std::string, std::vector<Log>> logs_;  // by what says how they are read
+  std::size_t files_ = 0;
+};
+
 /// Puts a friction law in the place of each joint's Friction::automatic, by cross-validation on the logs of the experiment:
 /// choose_friction(). Without such a joint nothing is read. run() reports the choices in its notes.
 ///
 /// @throws InputError  where logs or options can not be used
-void take_friction(Experiment& experiment, const Progress& progress = {});
+void take_friction(Experiment& experiment, Reading& reading);
 
 /// Estimates the drive gains where the experiment asks for it, from its logs and those with a payload: identify_gains(). The robot
 /// gets them, and the estimation their covariance; run() reports them. A second call does nothing.
 ///
 /// @throws InputError  where logs or options can not be used
-void take_gains(Experiment& experiment, const Progress& progress = {});
+void take_gains(Experiment& experiment, Reading& reading);
 
 /// Identification from given logs by the method of the experiment, validated on others: what run() does once it has read them.
 ///
@@ -379,14 +401,24 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
 /// Identification and validation as the experiment file asks for.
 ///
 /// @throws InputError  where logs or options can not be used
+Identification run(const Experiment& experiment, Reading& reading);
+/// The same with a reading of its own.
 Identification run(const Experiment& experiment, const Progress& progress = {});
 
-/// Measured and predicted torques of the logs of an experiment, which are read again: those of the identification, then
-/// those of the validation.
+/// Measured and predicted torques of the logs of an experiment: those of the identification, then those of the validation.
+struct ShownPredictions {
+  std::vector<Prediction> predictions;
+  std::vector<std::string> left_out;  ///< logs that are not among them
+};
+
+/// What a report shows of the logs within its memory: a sample of a joint takes up to 100 bytes, so that the default is 5 GB.
 ///
-/// @param result  of run() on the same experiment
+/// @param result   of run() on the same experiment
+/// @param reading  of that run, or a new one
+/// @param most     samples, counted over joints and logs
 /// @throws InputError  where run() throws it
-[[nodiscard]] std::vector<Prediction> predictions(const Experiment& experiment, const Identification& result);
+[[nodiscard]] ShownPredictions shown_predictions(const Experiment& experiment, const Identification& result,
+                                                 Reading& reading, Index most = 50'000'000);
 
 /// What run_simulation() will do: all files that it reads are read and checked, gains and design inertias are found, and
 /// nothing is simulated.
