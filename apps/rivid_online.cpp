@@ -6,7 +6,6 @@
 
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/experiment/online_file.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/input.hpp"
 #include "rivid/output.hpp"

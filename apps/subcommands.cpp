@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "rivid/error.hpp"
-#include "rivid/experiment/check_experiment.hpp"
 #include "rivid/experiment/draft.hpp"
+#include "rivid/experiment/experiment.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "../robots.hpp"
-#include "rivid/experiment/online_file.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/online/model.hpp"

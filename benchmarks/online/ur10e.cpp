@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/experiment/online_file.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "studies.hpp"

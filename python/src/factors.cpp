@@ -6,7 +6,6 @@
 #include "experiment/from_program.hpp"
 #include "experiment/json_fields.hpp"
 #include "rivid/experiment/factors_file.hpp"
-#include "rivid/experiment/loop_factors_file.hpp"
 
 namespace rivid::python {
 

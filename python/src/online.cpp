@@ -1,5 +1,5 @@
 #include "binding.hpp"
-#include "rivid/experiment/online_file.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/online/contact_observer.hpp"
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/payload_estimator.hpp"

@@ -1,5 +1,3 @@
-#include "rivid/experiment/check_experiment.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <variant>
 
 #include "experiment/target_gains.hpp"
+#include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/text.hpp"
 

@@ -1,6 +1,5 @@
-#include "rivid/experiment/loop_factors_file.hpp"
-
 #include "experiment/byte_parts.hpp"
+#include "rivid/experiment/factors_file.hpp"
 
 namespace rivid {
 

@@ -3,7 +3,6 @@
 #include <exception>
 #include <string_view>
 
-#include "rivid/experiment/online_file.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/online.h"
 #include "rivid/online/contact_observer.hpp"

@@ -10,7 +10,6 @@
 #include "experiment/parameter_file.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "rivid/error.hpp"
-#include "rivid/experiment/online_file.hpp"
 
 namespace rivid {
 

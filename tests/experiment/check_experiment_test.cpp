@@ -1,7 +1,5 @@
 // Drive gains that follow from what a controller logs of its own model, and those of an experiment file beside them.
 
-#include "rivid/experiment/check_experiment.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "experiment/target_gains.hpp"
+#include "rivid/experiment/experiment.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace rivid {

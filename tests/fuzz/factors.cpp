@@ -2,7 +2,6 @@
 
 #include "harness.hpp"
 #include "rivid/experiment/factors_file.hpp"
-#include "rivid/experiment/loop_factors_file.hpp"
 
 namespace {
 

@@ -3,7 +3,6 @@
 #include <pugixml.hpp>
 
 #include "harness.hpp"
-#include "rivid/experiment/online_file.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/model.hpp"

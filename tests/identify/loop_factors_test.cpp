@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rivid/experiment/loop_factors_file.hpp"
+#include "rivid/experiment/factors_file.hpp"
 #include "support/complaint.hpp"
 #include "support/scara_study.hpp"
 

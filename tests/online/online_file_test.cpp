@@ -1,7 +1,5 @@
 // From result.json to estimators: by C++, by C, and along a log.
 
-#include "rivid/experiment/online_file.hpp"
-
 #include <gtest/gtest.h>
 
 #include <array>

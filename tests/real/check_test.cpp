@@ -8,7 +8,7 @@
 #include <array>
 
 #include "rivid/error.hpp"
-#include "rivid/experiment/check_experiment.hpp"
+#include "rivid/experiment/experiment.hpp"
 #include "support/real_experiment.hpp"
 
 namespace {

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "rivid/experiment/online_file.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "support/real_experiment.hpp"

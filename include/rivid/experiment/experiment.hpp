@@ -14,6 +14,7 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/data/time_stamps.hpp"
 #include "rivid/fields.hpp"
+#include "rivid/finding.hpp"
 #include "rivid/identify/friction_choice.hpp"
 #include "rivid/identify/gains.hpp"
 #include "rivid/identify/identification.hpp"
@@ -431,5 +432,13 @@ struct ShownPredictions {
 ///
 /// @throws InputError  where a file or an option can not be used
 SimulationRecord run_simulation(const Experiment& experiment, const Progress& progress = {});
+
+/// check() of the logs of an experiment file, and of its drive gains: where logs have the target currents and target torques
+/// of the robot's controller, those of its own model follow (`target_gains`), and a drive_gain of the file that
+/// is another is named (`drive_gain_differs`).
+///
+/// @return            findings, the gravest first
+/// @throws InputError  as read_logs() and check() of logs do
+[[nodiscard]] std::vector<Finding> check(const Experiment& experiment, int threads = 1);
 
 }  // namespace rivid

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "rivid/identify/comparison.hpp"
+#include "rivid/identify/identification.hpp"
 #include "rivid/identify/payload.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/model/robot.hpp"
+#include "rivid/online/model.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 
@@ -86,5 +88,21 @@ struct IdentifiedRobot {
 /// @param robot  as its experiment describes it: geometry must be that of the result
 /// @throws InputError  as read_identified_model(); for a result without covariance or `gain_slopes`
 [[nodiscard]] IdentifiedArm read_identified_arm(const std::filesystem::path& path, const Robot& robot);
+
+/// What the estimators of a control loop take, of a result: base parameters as they were estimated with their covariance, the
+/// deviation of each joint's residual and the speed below which it had no rows.
+///
+/// @throws InputError  where the result is not identified, or is that of another robot
+[[nodiscard]] OnlineModel online_model(const Robot& robot, const Identification& result);
+
+/// The same from a result.json, in one call:
+///
+///   PayloadEstimator<double> payload(read_online_model("my_robot_result/result.json"), {.rows = {.f_m = 1000}});
+///
+/// @throws InputError  "file: member …" for a file that can not be read or is none, and for a result that is not
+///                     identified, unless options.force; physically consistent parameters have no covariance, so that
+///                     options.parameters is not looked at
+[[nodiscard]] OnlineModel read_online_model(const std::filesystem::path& path,
+                                            const IdentifiedModelOptions& options = {});
 
 }  // namespace rivid
