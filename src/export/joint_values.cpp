@@ -64,6 +64,14 @@ std::vector<std::string> JointValues::unsaid(bool with_rotor) const {
   return out;
 }
 
+std::string exact_list(const Eigen::Ref<const Vector>& values) {
+  std::string out;
+  for (const double value : values) {
+    out += (out.empty() ? "" : " ") + exact(value);
+  }
+  return out;
+}
+
 std::vector<JointValues> joint_values(const Robot& robot, const Eigen::Ref<const Vector>& chi_st,
                                       std::string_view who) {
   const std::vector<StandardParameter> parameters = robot.standard_parameters();

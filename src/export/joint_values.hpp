@@ -32,6 +32,9 @@ struct JointValues {
   [[nodiscard]] std::vector<std::string> unsaid(bool with_rotor) const;
 };
 
+/// "1 2 3", each number with as many digits as it takes to read it back.
+[[nodiscard]] std::string exact_list(const Eigen::Ref<const Vector>& values);
+
 /// @param who  the function that was called, in messages
 /// @throws InputError  a wrong number of values, or one that is not finite
 [[nodiscard]] std::vector<JointValues> joint_values(const Robot& robot,

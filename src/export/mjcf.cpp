@@ -141,11 +141,8 @@ class MjcfWriter {
     }
   }
 
-  static void write_inertial(pugi::xml_node body, const ModelTree::Body& values) {
-    const std::array<double, 6>& I = values.inertia;
-    Eigen::Matrix3d tensor;
-    tensor << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
-    const SymmetricEigen principal = symmetric_eigen(tensor);
+  static void write_inertial(pugi::xml_node body, const UrdfBody& values) {
+    const SymmetricEigen principal = symmetric_eigen(symmetric_tensor(values.inertia.data()));
     Eigen::Matrix3d axes = principal.vectors;
     axes.col(2) *= axes.determinant() < 0.0 ? -1.0 : 1.0;
     // MuJoCo refuses a triangle inequality that rounding violates.
@@ -228,8 +225,7 @@ class MjcfWriter {
       at->second = file->stem().string() + "_" + std::to_string(meshes_.size());
       const pugi::xml_node node = child_of(assets_, "mesh");
       put(node, "name", at->second);
-      put(node, "file",
-          std::filesystem::proximate(*file, std::filesystem::absolute(task_.file).parent_path()).string());
+      put(node, "file", beside_written(*file, task_));
       put(node, "inertia", "shell");  // an open surface has no volume; inertias come from <inertial>
       if (shape.size != Eigen::Vector3d::Ones()) {
         put(node, "scale", shape.size);

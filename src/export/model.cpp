@@ -1,15 +1,16 @@
 #include "rivid/export/model.hpp"
 
 #include <algorithm>
-#include <iterator>
+#include <array>
+#include <span>
 
 #include "comma_list.hpp"
 #include "export/model_tree.hpp"
 #include "export/xml_edit.hpp"
-#include "model/urdf_document.hpp"
 #include "rivid/error.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/urdf.hpp"
+#include "rivid/model/kinds.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 
@@ -20,83 +21,124 @@ namespace {
 using detail::ExportTask;
 using detail::JointValues;
 
-constexpr std::array<std::string_view, 5> endings = {".urdf", ".xml", ".sdf", "_drake.urdf",
-                                                     "_pinocchio.urdf"};
-constexpr std::array<std::string_view, 5> titles = {"URDF", "MJCF", "SDF", "URDF", "URDF"};
+using Path = std::filesystem::path;
+using Words = std::vector<std::string>;
+
+Path itself(const Path& file) { return file; }
+Path srdf_beside(const Path& file) { return Path(file).replace_extension(".srdf"); }
+Path module_beside(const Path& file) {
+  return file.parent_path() / (c_identifier(file.stem().string()) + ".py");
+}
 
 void tell_loss(ExportedModel& out, std::string text) {
   out.warnings.push_back(Finding{"format_has_no_place", {}, std::move(text)});
 }
 
-std::filesystem::path module_beside(const std::filesystem::path& file) {
-  return file.parent_path() / (c_identifier(file.stem().string()) + ".py");
+std::string gravity_of(const ExportTask& task) {
+  const Eigen::Vector3d& g = task.tree.gravity;
+  return "URDF has no place for gravity, which is [" + number(g.x()) + ", " + number(g.y()) + ", " +
+         number(g.z()) + "] m/s²: ";
 }
 
-// What is lost joint by joint, `parts` being the parameters that the format has no place for.
-template <typename Parts>
-void tell_joints(ModelFormat format, const ExportTask& task, const Parts& parts, ExportedModel& out) {
-  for (std::size_t j = 0; j < task.values.size(); ++j) {
-    if (const std::vector<std::string> lost = parts(task.values[j]); !lost.empty()) {
-      tell_loss(out, "joint \"" + task.robot.joints[j].name +
-                         "\": " + std::string(titles[static_cast<std::size_t>(format)]) +
-                         " has no place for " + detail::comma_list(lost));
+std::string module_of(const ExportTask& task) { return module_beside(task.file).filename().string(); }
+
+Words with_rotor(const JointValues& values) { return values.unsaid(true); }
+Words without_rotor(const JointValues& values) { return values.unsaid(false); }
+Words of_coupled_motors(const JointValues& values) { return values.coupled; }
+
+void tell_urdf(const ExportTask& task, ExportedModel& out) {
+  tell_loss(out, gravity_of(task) + "set it in the program that reads the file");
+}
+
+void tell_mujoco(const ExportTask& task, ExportedModel& out) {
+  if (std::ranges::any_of(task.values, [](const JointValues& v) { return v.friction.value_or(0.0) > 0.0; })) {
+    tell_loss(out,
+              "MuJoCo takes the direction of dry friction from the velocity one time step later: it is "
+              "another one where |q̇| is less than about 2 ms times |q̈|");
+  }
+}
+
+void tell_sdf(const ExportTask& task, ExportedModel& out) {
+  if (std::ranges::any_of(task.values, [](const JointValues& v) { return !v.rotor.empty(); })) {
+    tell_loss(out, "the rotor inertias stand in drake:rotor_inertia, which Drake alone reads");
+  }
+}
+
+void tell_drake(const ExportTask& task, ExportedModel& out) {
+  tell_loss(out, gravity_of(task) + "load() of " + module_of(task) + " sets it");
+  tell_loss(out, "MultibodyPlant has no friction but damping: friction_left_out() of " + module_of(task) +
+                     " has the rest");
+  for (const detail::ModelTree::Joint& joint : task.tree.joints) {
+    if (joint.index >= 0 && joint.effort && *joint.effort == 0.0) {
+      tell_loss(out, "joint \"" + joint.name +
+                         "\": its effort limit is 0, for which Drake makes no actuator and "
+                         "leaves its rotor inertia out; set the limit in the URDF");
     }
   }
 }
 
-std::string gravity_of(const ExportTask& task) {
-  const Eigen::Vector3d& g = task.tree.gravity;
-  return "[" + number(g.x()) + ", " + number(g.y()) + ", " + number(g.z()) + "] m/s²";
+void tell_pinocchio(const ExportTask& task, ExportedModel& out) {
+  tell_loss(out, gravity_of(task) + "load() of " + module_of(task) + " sets it");
+  tell_loss(out, "pinocchio.rnea() has no friction: inverse_dynamics() of " + module_of(task) + " adds it");
 }
 
-bool has_dry_friction(const ExportTask& task) {
-  return std::ranges::any_of(task.values,
-                             [](const JointValues& v) { return v.friction.value_or(0.0) > 0.0; });
+std::string commented_urdf(const ExportTask& task, std::string_view xml) {
+  const detail::UrdfDocument document(xml, task.urdf.string());
+  detail::Splice splice(xml);
+  splice.insert_child(detail::start_tag(xml, static_cast<std::size_t>(document.robot().offset_debug())),
+                      {"<!--" + detail::comment_text(task.heading) + "-->"});
+  return splice.result();
 }
 
-// What the program that reads the format makes of the model, where that is not what was identified.
-void tell_program(ModelFormat format, const ExportTask& task, ExportedModel& out) {
-  const std::string module = module_beside(task.file).filename().string();
-  switch (format) {
-    case ModelFormat::urdf:
-      tell_loss(out, "URDF has no place for gravity, which is " + gravity_of(task) +
-                         ": set it in the program that reads the file");
-      tell_joints(format, task, [](const JointValues& v) { return v.unsaid(true); }, out);
-      break;
-    case ModelFormat::mjcf:
-      tell_joints(format, task, [](const JointValues& v) { return v.unsaid(false); }, out);
-      if (has_dry_friction(task)) {
-        tell_loss(out,
-                  "MuJoCo takes the direction of dry friction from the velocity one time step later: it is "
-                  "another one where |q̇| is less than about 2 ms times |q̈|");
-      }
-      break;
-    case ModelFormat::sdf:
-      tell_joints(format, task, [](const JointValues& v) { return v.unsaid(true); }, out);
-      if (std::ranges::any_of(task.values, [](const JointValues& v) { return !v.rotor.empty(); })) {
-        tell_loss(out, "the rotor inertias stand in drake:rotor_inertia, which Drake alone reads");
-      }
-      break;
-    case ModelFormat::drake:
-      tell_joints(format, task, [](const JointValues& v) { return v.coupled; }, out);
-      tell_loss(out, "URDF has no place for gravity, which is " + gravity_of(task) + ": load() of " + module +
-                         " sets it");
-      tell_loss(out, "MultibodyPlant has no friction but damping: friction_left_out() of " + module +
-                         " has the rest");
-      for (const detail::ModelTree::Joint& joint : task.tree.joints) {
-        if (joint.index >= 0 && joint.effort && *joint.effort == 0.0) {
-          tell_loss(out, "joint \"" + joint.name +
-                             "\": its effort limit is 0, for which Drake makes no actuator and "
-                             "leaves its rotor inertia out; set the limit in the URDF");
-        }
-      }
-      break;
-    case ModelFormat::pinocchio:
-      tell_joints(format, task, [](const JointValues& v) { return v.coupled; }, out);
-      tell_loss(out, "URDF has no place for gravity, which is " + gravity_of(task) + ": load() of " + module +
-                         " sets it");
-      tell_loss(out, "pinocchio.rnea() has no friction: inverse_dynamics() of " + module + " adds it");
-      break;
+std::string urdf(const ExportTask& task, Words& /*missing*/) { return commented_urdf(task, task.xml); }
+std::string drake_urdf(const ExportTask& task, Words& /*missing*/) {
+  return commented_urdf(task, detail::with_transmissions(task));
+}
+
+// A file of a format: how it is called, beside the main one, and what it says. `missing` gets what had to be left out.
+struct FileRow {
+  Path (*name)(const Path& main);
+  std::string (*text)(const ExportTask& task, Words& missing);
+};
+constexpr std::array urdf_files = {FileRow{itself, urdf}};
+constexpr std::array mjcf_files = {FileRow{itself, detail::mjcf}};
+constexpr std::array sdf_files = {FileRow{itself, detail::sdf}};
+constexpr std::array drake_files = {FileRow{itself, drake_urdf},
+                                    FileRow{module_beside, detail::drake_module}};
+constexpr std::array pinocchio_files = {FileRow{itself, urdf}, FileRow{srdf_beside, detail::rotor_parameters},
+                                        FileRow{module_beside, detail::pinocchio_module}};
+
+// All that is known of a format.
+struct FormatRow {
+  ModelFormat format;
+  std::string_view title;
+  std::string_view ending;
+  bool finds_meshes;                                    // else it names mesh files as the URDF does
+  Words (*unsaid)(const JointValues&);                  // parameters of a joint that it has no place for
+  void (*tell)(const ExportTask&, ExportedModel& out);  // what else its program does not make of the model
+  std::span<const FileRow> files;                       // the main one first
+};
+constexpr std::array format_rows = {
+    FormatRow{ModelFormat::urdf, "URDF", ".urdf", false, with_rotor, tell_urdf, urdf_files},
+    FormatRow{ModelFormat::mjcf, "MJCF", ".xml", true, without_rotor, tell_mujoco, mjcf_files},
+    FormatRow{ModelFormat::sdf, "SDF", ".sdf", true, with_rotor, tell_sdf, sdf_files},
+    FormatRow{ModelFormat::drake, "URDF", "_drake.urdf", false, of_coupled_motors, tell_drake, drake_files},
+    FormatRow{ModelFormat::pinocchio, "URDF", "_pinocchio.urdf", false, of_coupled_motors, tell_pinocchio,
+              pinocchio_files},
+};
+static_assert(detail::complete<format_rows, &FormatRow::format>() &&
+                  names_of<ModelFormat>.size() == format_rows.size(),
+              "one row and one name for each ModelFormat, in its order");
+
+constexpr const FormatRow& about(ModelFormat format) { return format_rows[static_cast<std::size_t>(format)]; }
+
+// What is lost joint by joint.
+void tell_joints(const FormatRow& format, const ExportTask& task, ExportedModel& out) {
+  for (std::size_t j = 0; j < task.values.size(); ++j) {
+    if (const Words lost = format.unsaid(task.values[j]); !lost.empty()) {
+      tell_loss(out, "joint \"" + task.robot.joints[j].name + "\": " + std::string(format.title) +
+                         " has no place for " + detail::comma_list(lost));
+    }
   }
 }
 
@@ -146,66 +188,14 @@ std::vector<std::string> heading_lines(const std::string& origin, const std::vec
   return out;
 }
 
-std::string with_comment(const std::string& xml, const std::string& source,
-                         const std::vector<std::string>& heading) {
-  const detail::UrdfDocument document(xml, source);
-  detail::Splice splice(xml);
-  splice.insert_child(detail::start_tag(xml, static_cast<std::size_t>(document.robot().offset_debug())),
-                      {"<!--" + detail::comment_text(heading) + "-->"});
-  return splice.result();
-}
-
-void write_files(ModelFormat format, ExportTask& task, const std::string& xml, const std::string& origin,
-                 ExportedModel& out) {
-  const std::string source = task.urdf.string();
-  task.heading = heading_lines(origin, out.warnings);
-  const std::vector<std::filesystem::path> names = exported_files(format, task.file);
-  std::vector<std::string> missing;
-  const auto add = [&](std::string text) { out.files.push_back({names[out.files.size()], std::move(text)}); };
-  switch (format) {
-    case ModelFormat::urdf:
-      add(with_comment(xml, source, task.heading));
-      break;
-    case ModelFormat::mjcf:
-      add(detail::mjcf(task, missing));
-      break;
-    case ModelFormat::sdf:
-      add(detail::sdf(task, missing));
-      break;
-    case ModelFormat::drake:
-      add(with_comment(detail::with_transmissions(xml, source, task), source, task.heading));
-      add(detail::drake_module(task));
-      break;
-    case ModelFormat::pinocchio:
-      add(with_comment(xml, source, task.heading));
-      add(detail::rotor_parameters(task));
-      add(detail::pinocchio_module(task));
-      break;
-  }
-  for (std::string& each : missing) {
-    tell_loss(out, std::move(each));
-  }
-}
-
-std::filesystem::path main_file(ModelFormat format, const std::filesystem::path& urdf,
-                                const std::filesystem::path& asked) {
-  if (!asked.empty()) {
-    return asked;
-  }
-  return urdf.parent_path() / (urdf.stem().string() + "_identified" + std::string(usual_ending(format)));
-}
-
 }  // namespace
 
-std::string_view usual_ending(ModelFormat format) { return endings[static_cast<std::size_t>(format)]; }
+std::string_view usual_ending(ModelFormat format) { return about(format).ending; }
 
 std::vector<std::filesystem::path> exported_files(ModelFormat format, const std::filesystem::path& file) {
-  std::vector<std::filesystem::path> out = {file};
-  if (format == ModelFormat::pinocchio) {
-    out.push_back(std::filesystem::path(file).replace_extension(".srdf"));
-  }
-  if (format == ModelFormat::pinocchio || format == ModelFormat::drake) {
-    out.push_back(module_beside(file));
+  std::vector<Path> out;
+  for (const FileRow& each : about(format).files) {
+    out.push_back(each.name(file));
   }
   return out;
 }
@@ -222,17 +212,30 @@ ExportedModel exported_model(ModelFormat format, const std::filesystem::path& ur
     return out;
   }
   const detail::ModelTree tree = detail::model_tree(rewritten.text, urdf.string(), robot);
+  const FormatRow& row = about(format);
   ExportTask task{.robot = robot,
                   .values = values,
                   .tree = tree,
+                  .xml = rewritten.text,
                   .urdf = urdf,
-                  .file = main_file(format, urdf, options.file),
+                  .file = options.file,
                   .heading = {}};
-  tell_program(format, task, out);
-  if (format != ModelFormat::mjcf && format != ModelFormat::sdf) {
+  if (task.file.empty()) {
+    task.file = urdf.parent_path() / (urdf.stem().string() + "_identified" + std::string(row.ending));
+  }
+  tell_joints(row, task, out);
+  row.tell(task, out);
+  if (!row.finds_meshes) {
     tell_moved_meshes(task, out);
   }
-  write_files(format, task, rewritten.text, options.origin, out);
+  task.heading = heading_lines(options.origin, out.warnings);
+  Words missing;
+  for (const FileRow& each : row.files) {
+    out.files.push_back({each.name(task.file), each.text(task, missing)});
+  }
+  for (std::string& each : missing) {
+    tell_loss(out, std::move(each));
+  }
   return out;
 }
 

@@ -1,10 +1,8 @@
 #include "export/model_tree.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 
-#include "model/urdf_document.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -12,9 +10,6 @@ namespace rivid::detail {
 namespace {
 
 using Shape = ModelTree::Shape;
-using Pose = ModelTree::Pose;
-
-constexpr std::array<const char*, 6> inertia_names = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
 
 // Reads what a URDF has beside the numbers that rivid itself needs.
 class TreeReader {
@@ -43,25 +38,10 @@ class TreeReader {
   }
 
  private:
-  [[nodiscard]] Pose pose(pugi::xml_node node) const {
-    const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-    const pugi::xml_node origin = node.child("origin");
-    return {document_.triple_or(zero, origin, "xyz", "origin"),
-            document_.triple_or(zero, origin, "rpy", "origin")};
-  }
-
-  [[nodiscard]] std::optional<ModelTree::Body> body(pugi::xml_node link) const {
-    const pugi::xml_node node = link.child("inertial");
-    ModelTree::Body out;
-    out.mass = node ? document_.number(node.child("mass"), "value", "mass") : 0.0;
-    if (out.mass == 0.0) {
-      return std::nullopt;
-    }
-    out.pose = pose(node);
-    for (std::size_t k = 0; k < out.inertia.size(); ++k) {
-      out.inertia[k] = document_.number(node.child("inertia"), inertia_names[k], "inertia");
-    }
-    return out;
+  // None where it has no mass.
+  [[nodiscard]] std::optional<UrdfBody> body(pugi::xml_node link) const {
+    const std::optional<UrdfBody> out = document_.body(link);
+    return out && out->mass != 0.0 ? out : std::nullopt;
   }
 
   static std::optional<std::array<double, 4>> colour(pugi::xml_node material) {
@@ -85,7 +65,7 @@ class TreeReader {
 
   // None where the URDF describes a shape that it should not have.
   [[nodiscard]] std::optional<Shape> shape(pugi::xml_node node, bool collision) const {
-    Shape out{.collision = collision, .pose = pose(node)};
+    Shape out{.collision = collision, .pose = document_.pose(node)};
     const pugi::xml_node geometry = node.child("geometry");
     if (const pugi::xml_node box = geometry.child("box")) {
       out.size = document_.triple_or(Eigen::Vector3d::Zero(), box, "size", "box");
@@ -135,7 +115,7 @@ class TreeReader {
                          .type = joint.type,
                          .parent = joint.parent,
                          .child = joint.child,
-                         .pose = pose(joint.node)};
+                         .pose = document_.pose(joint.node)};
     out.axis = document_.triple_or(out.axis, joint.node.child("axis"), "xyz", "axis");
     out.effort = limit(joint.node, "effort");
     out.velocity = limit(joint.node, "velocity");
@@ -184,13 +164,6 @@ class TreeReader {
 
 }  // namespace
 
-Eigen::Matrix3d ModelTree::Pose::rotation() const {
-  return (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-      .toRotationMatrix();
-}
-
 ModelTree model_tree(std::string_view xml, const std::string& source, const Robot& robot) {
   return TreeReader(xml, source, robot).read();
 }
@@ -219,12 +192,8 @@ std::optional<std::filesystem::path> mesh_file(std::string_view name, const std:
   return std::nullopt;
 }
 
-std::string exact_list(const Eigen::Ref<const Vector>& values) {
-  std::string out;
-  for (const double value : values) {
-    out += (out.empty() ? "" : " ") + exact(value);
-  }
-  return out;
+std::string beside_written(const std::filesystem::path& mesh, const ExportTask& task) {
+  return std::filesystem::proximate(mesh, std::filesystem::absolute(task.file).parent_path()).string();
 }
 
 std::string comment_text(const std::vector<std::string>& lines) {

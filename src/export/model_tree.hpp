@@ -8,23 +8,14 @@
 #include <vector>
 
 #include "export/joint_values.hpp"
+#include "model/urdf_document.hpp"
 #include "rivid/model/robot.hpp"
 
 namespace rivid::detail {
 
 /// A URDF as writers of other formats need it: every link and joint, in the order of the file.
 struct ModelTree {
-  struct Pose {
-    Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
-    Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  // about fixed axes, x first
-
-    [[nodiscard]] Eigen::Matrix3d rotation() const;
-  };
-  struct Body {
-    Pose pose;  // of the centre of mass
-    double mass = 0.0;
-    std::array<double, 6> inertia{};  // XX XY XZ YY YZ ZZ about it, in the axes of the pose
-  };
+  using Pose = UrdfPose;
   struct Shape {
     enum class Kind { box, cylinder, sphere, mesh };
 
@@ -37,7 +28,7 @@ struct ModelTree {
   };
   struct Link {
     std::string name;
-    std::optional<Body> body;
+    std::optional<UrdfBody> body;
     std::vector<Shape> shapes;
     int parent = -1;  // joint
     std::vector<int> children;
@@ -87,6 +78,7 @@ struct ExportTask {
   const Robot& robot;
   const std::vector<JointValues>& values;
   const ModelTree& tree;
+  std::string_view xml;              // the URDF with its new numbers
   std::filesystem::path urdf;        // the robot's own
   std::filesystem::path file;        // to be written
   std::vector<std::string> heading;  // lines of the comment on top
@@ -97,9 +89,8 @@ struct ExportTask {
 /// @return  nothing where it is not found
 [[nodiscard]] std::optional<std::filesystem::path> mesh_file(std::string_view name,
                                                              const std::filesystem::path& urdf);
-
-/// "1 2 3", each number with as many digits as it takes to read it back.
-[[nodiscard]] std::string exact_list(const Eigen::Ref<const Vector>& values);
+/// Its name relative to the file that is written.
+[[nodiscard]] std::string beside_written(const std::filesystem::path& mesh, const ExportTask& task);
 
 /// Lines of an XML comment, without the "--" that may not be in one.
 [[nodiscard]] std::string comment_text(const std::vector<std::string>& lines);
@@ -109,14 +100,13 @@ struct ExportTask {
 [[nodiscard]] std::string sdf(const ExportTask& task, std::vector<std::string>& missing);
 
 /// The URDF with a transmission for each joint of the chain, in place of those that it has for them.
-[[nodiscard]] std::string with_transmissions(std::string_view xml, const std::string& source,
-                                             const ExportTask& task);
+[[nodiscard]] std::string with_transmissions(const ExportTask& task);
 
 /// An SRDF with <rotor_params>.
-[[nodiscard]] std::string rotor_parameters(const ExportTask& task);
+[[nodiscard]] std::string rotor_parameters(const ExportTask& task, std::vector<std::string>& missing);
 
 /// Python modules that load the files for one program and add the friction that it leaves out.
-[[nodiscard]] std::string drake_module(const ExportTask& task);
-[[nodiscard]] std::string pinocchio_module(const ExportTask& task);
+[[nodiscard]] std::string drake_module(const ExportTask& task, std::vector<std::string>& missing);
+[[nodiscard]] std::string pinocchio_module(const ExportTask& task, std::vector<std::string>& missing);
 
 }  // namespace rivid::detail

@@ -111,14 +111,13 @@ class SdfWriter {
     }
   }
 
-  static void write_body(pugi::xml_node link, const ModelTree::Body& body) {
-    constexpr std::array<const char*, 6> names = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
+  static void write_body(pugi::xml_node link, const UrdfBody& body) {
     pugi::xml_node inertial = link.append_child("inertial");
     pose_of(inertial, body.pose);
     text_of(inertial, "mass", exact(body.mass));
     const pugi::xml_node inertia = inertial.append_child("inertia");
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      text_of(inertia, names[k], exact(body.inertia[k]));
+    for (std::size_t k = 0; k < body.inertia.size(); ++k) {
+      text_of(inertia, urdf_tensor_names[k], exact(body.inertia[k]));
     }
   }
 
@@ -158,9 +157,7 @@ class SdfWriter {
   // A name with a scheme is for the reader to resolve; others stand relative to the file.
   [[nodiscard]] std::string mesh_uri(const std::string& name) const {
     const auto file = name.find("://") == std::string::npos ? mesh_file(name, task_.urdf) : std::nullopt;
-    return file ? std::filesystem::proximate(*file, std::filesystem::absolute(task_.file).parent_path())
-                      .string()
-                : name;
+    return file ? beside_written(*file, task_) : name;
   }
 
   void fix_root() {

@@ -34,14 +34,7 @@ constexpr double body_tolerance = 1e-9;
 // A frame turned for an oblique axis is turned by more than the reader's 1e-9 rad.
 constexpr double same_axes = 1e-10;
 
-constexpr std::array<const char*, 6> tensor_names = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
-
-Eigen::Matrix3d tensor(const Inertial& inertial) {
-  Eigen::Matrix3d I;
-  I << inertial[0], inertial[1], inertial[2], inertial[1], inertial[3], inertial[4], inertial[2], inertial[4],
-      inertial[5];
-  return I;
-}
+Eigen::Matrix3d tensor(const Inertial& inertial) { return detail::symmetric_tensor(inertial.data()); }
 
 // A body as a URDF describes it.
 struct Body {
@@ -85,17 +78,6 @@ bool close(const Inertial& a, const Inertial& b) {
   };
   return within(0, 6) && within(6, 3) && within(9, 1);
 }
-
-Eigen::Matrix3d rotation(const Eigen::Vector3d& rpy) {
-  return (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-      .toRotationMatrix();
-}
-
-using rivid::exact;
-
-std::string exact(const Eigen::Vector3d& v) { return exact(v.x()) + ' ' + exact(v.y()) + ' ' + exact(v.z()); }
 
 std::array<double, 6> entries(const Eigen::Matrix3d& I) {
   return {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
@@ -173,11 +155,10 @@ class Writer {
   };
 
   [[nodiscard]] Eigen::Isometry3d pose_of(pugi::xml_node node) const {
-    const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-    const pugi::xml_node origin = node.child("origin");
+    const detail::UrdfPose pose = document_.pose(node);
     Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-    out.linear() = rotation(document_.triple_or(zero, origin, "rpy", "origin"));
-    out.translation() = document_.triple_or(zero, origin, "xyz", "origin");
+    out.linear() = pose.rotation();
+    out.translation() = pose.xyz;
     return out;
   }
 
@@ -192,19 +173,14 @@ class Writer {
 
   // The <inertial> of a link, in the link's frame; zeros where there is none.
   [[nodiscard]] Inertial inertial_of(int link) const {
-    const pugi::xml_node node = tree_.link(link).node.child("inertial");
-    if (!node) {
+    const std::optional<detail::UrdfBody> body = document_.body(tree_.link(link).node);
+    if (!body) {
       return Inertial::Zero();
     }
-    const Eigen::Isometry3d pose = pose_of(node);
-    std::array<double, 6> I{};
-    for (std::size_t k = 0; k < I.size(); ++k) {
-      I[k] = document_.number(node.child("inertia"), tensor_names[k], "inertia");
-    }
-    Inertial at_com;
-    at_com << I[0], I[1], I[2], I[3], I[4], I[5], 0.0, 0.0, 0.0,
-        document_.number(node.child("mass"), "value", "mass");
-    return transformed(at_com, pose.linear(), pose.translation());
+    Inertial at_com = Inertial::Zero();
+    at_com.head<6>() = Eigen::Map<const Eigen::Vector<double, 6>>(body->inertia.data());
+    at_com[9] = body->mass;
+    return transformed(at_com, body->pose.rotation(), body->pose.xyz);
   }
 
   // Links that stand still on a moving one while the joints of branches are at zero.
@@ -297,11 +273,11 @@ class Writer {
     const double size = body.I_com.cwiseAbs().maxCoeff();
     set_numbers(node.child("mass"), "value", {&body.mass, 1}, std::abs(body.mass));
     for (std::size_t k = 0; k < I.size(); ++k) {
-      set_numbers(node.child("inertia"), tensor_names[k], {&I[k], 1}, size);
+      set_numbers(node.child("inertia"), detail::urdf_tensor_names[k], {&I[k], 1}, size);
     }
     const bool given = body.mass != 0.0 && (origin || !body.com.isZero(0.0));
     if (given && !origin) {
-      splice_.insert_child(tag(node), {"<origin xyz=\"" + exact(body.com) + "\"/>"});
+      splice_.insert_child(tag(node), {"<origin xyz=\"" + detail::exact_list(body.com) + "\"/>"});
     } else if (given) {
       const double length = std::max(body.com.cwiseAbs().maxCoeff(), std::sqrt(size / std::abs(body.mass)));
       set_numbers(origin, "xyz", {body.com.data(), 3}, length);
@@ -312,11 +288,11 @@ class Writer {
     const std::array<double, 6> I = entries(body.I_com);
     std::string inertia = "  <inertia";
     for (std::size_t k = 0; k < I.size(); ++k) {
-      inertia.append(" ").append(tensor_names[k]).append("=\"").append(exact(I[k])).append("\"");
+      inertia.append(" ").append(detail::urdf_tensor_names[k]).append("=\"").append(exact(I[k])).append("\"");
     }
-    splice_.insert_child(tag(link),
-                         {"<inertial>", "  <origin xyz=\"" + exact(body.com) + "\" rpy=\"0 0 0\"/>",
-                          "  <mass value=\"" + exact(body.mass) + "\"/>", inertia + "/>", "</inertial>"});
+    splice_.insert_child(
+        tag(link), {"<inertial>", "  <origin xyz=\"" + detail::exact_list(body.com) + "\" rpy=\"0 0 0\"/>",
+                    "  <mass value=\"" + exact(body.mass) + "\"/>", inertia + "/>", "</inertial>"});
   }
 
   // Replaces those numbers of an attribute that are more than rounding away from the new ones.
@@ -334,11 +310,7 @@ class Writer {
       }
     }
     if (words.size() != values.size()) {  // not there, or blanks written as entities
-      std::string all;
-      for (const double value : values) {
-        all += (all.empty() ? "" : " ") + exact(value);
-      }
-      splice_.set(at, name, all);
+      splice_.set(at, name, detail::exact_list(Vector::Map(values.data(), std::ssize(values))));
       return;
     }
     for (std::size_t i = 0; i < words.size(); ++i) {

@@ -18,7 +18,6 @@ constexpr double inertia_tolerance =
     1e-6;  // of the largest principal moment: figures are printed with few digits
 constexpr double axis_length_tolerance = 1e-3;
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::array<const char*, 6> tensor_names = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
 
 std::string link_who(const std::string& name) { return "link \"" + name + "\""; }
 std::string joint_who(const std::string& name) { return "joint \"" + name + "\""; }
@@ -134,16 +133,15 @@ class Checker {
     std::array<double, 6> I{};
     const pugi::xml_node inertia_out = out.append_child("inertia");
     for (std::size_t i = 0; i < I.size(); ++i) {
-      I[i] = document_.number(inertia_node, tensor_names[i], who);
-      set(inertia_out, tensor_names[i], exact(I[i]));
+      I[i] = document_.number(inertia_node, urdf_tensor_names[i], who);
+      set(inertia_out, urdf_tensor_names[i], exact(I[i]));
     }
     check_inertia(inertia_node, who, mass, I, counts);
   }
 
   void check_inertia(pugi::xml_node node, const std::string& who, double mass, const std::array<double, 6>& I,
                      bool counts) {
-    Eigen::Matrix3d tensor;
-    tensor << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
+    const Eigen::Matrix3d tensor = symmetric_tensor(I.data());
     const double size = tensor.cwiseAbs().maxCoeff();
     if (mass == 0.0 && size > 0.0) {
       refuse_body(node, who + ": mass is 0 kg, but its inertia is not zero; a body without mass has none",

@@ -1,5 +1,6 @@
 #include "urdf_document.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -188,6 +189,38 @@ Eigen::Vector3d UrdfDocument::triple_or(const Eigen::Vector3d& fallback, pugi::x
     refuse(node, who + ": " + as_written(node, attribute) +
                      " must be three finite numbers with blanks between them, such as \"0 0 1.5e-3\"");
   }
+  return out;
+}
+
+UrdfPose UrdfDocument::pose(pugi::xml_node node) const {
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  const pugi::xml_node origin = node.child("origin");
+  return {triple_or(zero, origin, "xyz", "origin"), triple_or(zero, origin, "rpy", "origin")};
+}
+
+std::optional<UrdfBody> UrdfDocument::body(pugi::xml_node link) const {
+  const pugi::xml_node node = link.child("inertial");
+  if (!node) {
+    return std::nullopt;
+  }
+  UrdfBody out{.pose = pose(node), .mass = number(node.child("mass"), "value", "mass")};
+  for (std::size_t k = 0; k < out.inertia.size(); ++k) {
+    out.inertia[k] = number(node.child("inertia"), urdf_tensor_names[k], "inertia");
+  }
+  return out;
+}
+
+Eigen::Matrix3d UrdfPose::rotation() const {
+  return (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+Eigen::Matrix3d symmetric_tensor(const double* entries) {
+  const double* const I = entries;
+  Eigen::Matrix3d out;
+  out << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
   return out;
 }
 

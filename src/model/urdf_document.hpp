@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <optional>
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
@@ -11,6 +13,27 @@
 #include "rivid/model/urdf.hpp"
 
 namespace rivid::detail {
+
+/// An <origin>.
+struct UrdfPose {
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  // about fixed axes, x first
+
+  [[nodiscard]] Eigen::Matrix3d rotation() const;
+};
+
+/// Attributes of an <inertia>, XX XY XZ YY YZ ZZ.
+inline constexpr std::array<const char*, 6> urdf_tensor_names = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
+
+/// The symmetric matrix with these six entries.
+[[nodiscard]] Eigen::Matrix3d symmetric_tensor(const double* entries);
+
+/// An <inertial>.
+struct UrdfBody {
+  UrdfPose pose;  // of the centre of mass
+  double mass = 0.0;
+  std::array<double, 6> inertia{};  // XX XY XZ YY YZ ZZ about it, in the axes of the pose
+};
 
 /// The XML of a URDF: well formed, with one <robot>, no xacro; and its numbers, read strictly. Every fault throws
 /// an InputError that begins with source and line.
@@ -41,6 +64,11 @@ class UrdfDocument {
   /// Three finite numbers, `fallback` where the element or the attribute is missing.
   [[nodiscard]] Eigen::Vector3d triple_or(const Eigen::Vector3d& fallback, pugi::xml_node node,
                                           const char* attribute, const std::string& who) const;
+
+  /// The <origin> of an element, zeros where it has none.
+  [[nodiscard]] UrdfPose pose(pugi::xml_node node) const;
+  /// The <inertial> of a link, none where it has none.
+  [[nodiscard]] std::optional<UrdfBody> body(pugi::xml_node link) const;
 
  private:
   [[nodiscard]] std::string where(std::ptrdiff_t offset) const;
