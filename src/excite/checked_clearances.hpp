@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "rivid/excite/space.hpp"
+#include "rivid/excite/limits.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
 

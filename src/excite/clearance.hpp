@@ -4,13 +4,30 @@
 #include <string>
 #include <vector>
 
-#include "excite/distance.hpp"
 #include "model/link_poses.hpp"
-#include "rivid/excite/space.hpp"
+#include "rivid/excite/limits.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
 
 namespace rivid::detail {
+
+struct Segment {
+  Eigen::Vector3d from;
+  Eigen::Vector3d to;
+
+  [[nodiscard]] Eigen::Vector3d at(double part) const { return from + part * (to - from); }
+};
+
+/// The nearest points of two bodies; where they touch, any that they share.
+struct Nearest {
+  Eigen::Vector3d first;
+  Eigen::Vector3d second;
+
+  [[nodiscard]] double distance() const { return (first - second).norm(); }
+};
+
+[[nodiscard]] Nearest nearest(const Segment& a, const Segment& b);
+[[nodiscard]] Nearest nearest(const Segment& a, const Box& box);
 
 /// Distances that a robot keeps, each between a capsule of a link and an obstacle or a capsule of another link, with their
 /// exact derivatives by the joint positions.

@@ -1,7 +1,7 @@
 #include "excite/constraints.hpp"
 
-#include <array>
 #include <cmath>
+#include <limits>
 
 namespace rivid::detail {
 
@@ -19,35 +19,17 @@ std::vector<SideLimit> side_limits(const MotionBounds& bounds) {
       out.push_back({Limited::position, j, 1.0, bounds.upper[j], half});
       out.push_back({Limited::position, j, -1.0, -bounds.lower[j], half});
     }
-    const std::array<std::pair<Limited, double>, 4> sizes = {{{Limited::velocity, bounds.velocity[j]},
-                                                              {Limited::acceleration, bounds.acceleration[j]},
-                                                              {Limited::jerk, bounds.jerk[j]},
-                                                              {Limited::torque, bounds.torque[j]}}};
-    for (const auto& [quantity, size] : sizes) {
+    for (const LimitedRow& row : limited_rows) {
+      const double size =
+          row.bound != nullptr ? (bounds.*row.bound)[j] : std::numeric_limits<double>::infinity();
       for (const double side : {1.0, -1.0}) {
         if (std::isfinite(size)) {
-          out.push_back({quantity, j, side, size, size});
+          out.push_back({row.quantity, j, side, size, size});
         }
       }
     }
   }
   return out;
-}
-
-Eigen::Ref<const Vector> LimitedMotion::of(const SideLimit& limit) const {
-  switch (limit.quantity) {
-    case Limited::position:
-      return motion.q.col(limit.joint);
-    case Limited::velocity:
-      return motion.qd.col(limit.joint);
-    case Limited::acceleration:
-      return motion.qdd.col(limit.joint);
-    case Limited::jerk:
-      return jerk.col(limit.joint);
-    case Limited::torque:
-      break;
-  }
-  return torque.col(limit.joint);
 }
 
 Peak peak(const SideLimit& limit, const LimitedMotion& motion) {

@@ -11,7 +11,7 @@
 #include "dense.hpp"
 #include "excite/checked_clearances.hpp"
 #include "excite/mma.hpp"
-#include "excite/task.hpp"
+#include "excite/problem.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -50,7 +50,7 @@ std::string limit_in_words(const Task& task, Index limit) {
   }
   const detail::SideLimit& side = sides[static_cast<std::size_t>(limit)];
   return task.robot.joints[static_cast<std::size_t>(side.joint)].name + ": " +
-         std::string(detail::name(side.quantity));
+         std::string(detail::about(side.quantity).name);
 }
 
 // What a limit's value means: "82.1 of at most 60 N·m".

@@ -1,7 +1,7 @@
-#include "excite/distance.hpp"
-
 #include <algorithm>
 #include <array>
+
+#include "excite/clearance.hpp"
 
 namespace rivid::detail {
 

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "excite/checked_clearances.hpp"
-#include "excite/task.hpp"
+#include "excite/problem.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -67,23 +67,6 @@ ForecastParameter forecast_of(const BaseParameter& parameter, double value, doub
     out.prospect = weak;
   }
   return out;
-}
-
-std::string unit_of(Limited quantity, JointType type) {
-  const bool turns = type == JointType::revolute;
-  switch (quantity) {
-    case Limited::position:
-      return turns ? "rad" : "m";
-    case Limited::velocity:
-      return turns ? "rad/s" : "m/s";
-    case Limited::acceleration:
-      return turns ? "rad/s²" : "m/s²";
-    case Limited::jerk:
-      return turns ? "rad/s³" : "m/s³";
-    case Limited::torque:
-      break;
-  }
-  return turns ? "N·m" : "N";
 }
 
 // Central differences, one-sided at the ends.
@@ -153,7 +136,7 @@ std::vector<LimitUse> uses(const Robot& robot, const MotionBounds& bounds,
     const detail::Peak& at = upper.value >= lower.value ? upper : lower;
     const Joint& joint = robot.joints[static_cast<std::size_t>(nearer.joint)];
     out.push_back({.joint = joint.name,
-                   .quantity = std::string(detail::name(nearer.quantity)),
+                   .quantity = std::string(detail::about(nearer.quantity).name),
                    .unit = unit_of(nearer.quantity, joint.type),
                    .value = motion.of(nearer)[at.sample],
                    .limit = nearer.side * nearer.edge,
@@ -166,22 +149,6 @@ std::vector<LimitUse> uses(const Robot& robot, const MotionBounds& bounds,
 }  // namespace
 
 namespace detail {
-
-std::string_view name(Limited quantity) {
-  switch (quantity) {
-    case Limited::position:
-      return "position";
-    case Limited::velocity:
-      return "velocity";
-    case Limited::acceleration:
-      return "acceleration";
-    case Limited::jerk:
-      return "jerk";
-    case Limited::torque:
-      break;
-  }
-  return "torque";
-}
 
 Task task_of(std::string_view who, const Robot& robot, const ExcitationOptions& options, double rate_hz,
              std::vector<Finding>& findings) {

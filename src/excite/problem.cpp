@@ -178,33 +178,20 @@ Matrix Problem::limit_slopes(const Sampled& at, std::span<const Vector> shares,
     const auto add = [&](Index joint, const Vector& slope) {
       out.col(static_cast<Index>(l)).segment(joint * m, m) += curve_.pulled_back(joint, slope);
     };
-    switch (limit.quantity) {
-      case Limited::position:
-        add(limit.joint, tables_.position.transpose() * weight);
-        break;
-      case Limited::velocity:
-        add(limit.joint, tables_.velocity.transpose() * weight);
-        break;
-      case Limited::acceleration:
-        add(limit.joint, tables_.acceleration.transpose() * weight);
-        break;
-      case Limited::jerk:
-        add(limit.joint, tables_.jerk.transpose() * weight);
-        break;
-      case Limited::torque: {
-        const Slopes& slopes = of_torque[static_cast<std::size_t>(limit.joint)];
-        const std::vector<Index> near = nonzero(weight);
-        const Vector own = weight(near);
-        const auto part = [&](const Matrix& table, const Matrix& by) -> Matrix {
-          return table(near, Eigen::all).transpose() * (own.asDiagonal() * by(near, Eigen::all));
-        };
-        const Matrix slope = part(tables_.position, slopes.q) + part(tables_.velocity, slopes.qd) +
-                             part(tables_.acceleration, slopes.qdd);
-        for (Index k = 0; k < at.motion.joints(); ++k) {
-          add(k, slope.col(k));
-        }
-        break;
-      }
+    if (const auto table = about(limit.quantity).table) {
+      add(limit.joint, (tables_.*table).transpose() * weight);
+      continue;
+    }
+    const Slopes& slopes = of_torque[static_cast<std::size_t>(limit.joint)];
+    const std::vector<Index> near = nonzero(weight);
+    const Vector own = weight(near);
+    const auto part = [&](const Matrix& table, const Matrix& by) -> Matrix {
+      return table(near, Eigen::all).transpose() * (own.asDiagonal() * by(near, Eigen::all));
+    };
+    const Matrix slope = part(tables_.position, slopes.q) + part(tables_.velocity, slopes.qd) +
+                         part(tables_.acceleration, slopes.qdd);
+    for (Index k = 0; k < at.motion.joints(); ++k) {
+      add(k, slope.col(k));
     }
   }
   return out;

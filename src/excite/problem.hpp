@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string_view>
 #include <vector>
 
 #include "excite/clearance.hpp"
@@ -7,6 +8,7 @@
 #include "excite/curve.hpp"
 #include "excite/information.hpp"
 #include "excite/sampled_regressor.hpp"
+#include "rivid/excite/excitation.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
 
@@ -23,6 +25,14 @@ struct Task {
   MotionBounds bounds;
   Space space = {};
 };
+
+/// What forecast() and design() have in common: base parameters, a-priori values, limits, noise.
+///
+/// @param rate_hz   of the motion
+/// @param findings  what was taken for granted is added to these
+/// @throws InputError  in the name of `who`
+[[nodiscard]] Task task_of(std::string_view who, const Robot& robot, const ExcitationOptions& options,
+                           double rate_hz, std::vector<Finding>& findings);
 
 /// The robot with Coulomb friction that is smooth at reversals, where it is not so already.
 [[nodiscard]] Robot smoothed(Robot robot, double sign_speed);

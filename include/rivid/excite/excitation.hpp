@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "rivid/excite/limits.hpp"
-#include "rivid/excite/space.hpp"
 #include "rivid/fields.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/model/robot.hpp"

@@ -95,4 +95,129 @@ struct MotionBounds {
 /// velocities must be bounded, and accelerations or torques.
 [[nodiscard]] std::optional<std::string> missing_limit(const Robot& robot, const MotionBounds& bounds);
 
+/// Free space: all points x of the base frame with normal · x ≥ offset, as above a floor or before a wall.
+struct HalfSpace {
+  std::string name = {};
+  Eigen::Vector3d normal = {0.0, 0.0, 1.0};  ///< made a unit vector
+  double offset = 0.0;                       ///< [m]
+
+  template <typename R = HalfSpace>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"normal", &R::normal, "direction of free space", {.required = "normal must be three numbers"}},
+        Field{"offset",
+              &R::offset,
+              "the robot stays where normal · x is not below it",
+              {.unit = "m", .required = "offset must be there"}},
+        Field{"name", &R::name, "that messages and tables call it by", {.otherwise = "its number"}});
+  }
+};
+
+/// An obstacle along the axes of the base frame.
+struct Box {
+  std::string name = {};
+  Eigen::Vector3d min = {0.0, 0.0, 0.0};  ///< [m]
+  Eigen::Vector3d max = {0.0, 0.0, 0.0};  ///< [m]
+
+  template <typename R = Box>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"min", &R::min, "its lowest corner", {.unit = "m", .required = "min must be three numbers"}},
+        Field{"max", &R::max, "its highest corner", {.unit = "m", .required = "max must be three numbers"}},
+        Field{"name", &R::name, "that messages and tables call it by", {.otherwise = "its number"}});
+  }
+};
+
+/// All points within a radius of a straight line, fixed to a link.
+struct Capsule {
+  std::string link = {};                   ///< name of the link; the base of the robot stands still
+  Eigen::Vector3d from = {0.0, 0.0, 0.0};  ///< ends of the line in the link's frame [m]
+  Eigen::Vector3d to = {0.0, 0.0, 0.0};
+  double radius = 0.05;  ///< [m]
+
+  template <typename R = Capsule>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"link", &R::link, "link that it is fixed to", {.otherwise = "required"}},
+        Field{"from",
+              &R::from,
+              "one end of its line, in the link's frame",
+              {.unit = "m", .required = "from must be three numbers"}},
+        Field{"to", &R::to, "the other end", {.unit = "m", .required = "to must be three numbers"}},
+        Field{"radius", &R::radius, "about the line", {.unit = "m", .required = "radius must be there"}});
+  }
+};
+
+/// What a robot must not touch, itself included.
+struct Space {
+  std::vector<HalfSpace> half_spaces = {};
+  std::vector<Box> boxes = {};
+  /// Bodies of the links; a link without one gets a capsule from the origin of its joint to that of the next.
+  std::vector<Capsule> capsules = {};
+  double radius = 0.06;        ///< of the capsules that are not given [m]
+  double clearance = 0.03;     ///< distance to keep [m]
+  bool self_collision = true;  ///< whether links that are no neighbours keep it from each other
+
+  /// Whether there is anything to keep clear of.
+  [[nodiscard]] bool wanted() const { return !half_spaces.empty() || !boxes.empty() || !capsules.empty(); }
+
+  [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
+
+  template <typename S = Space>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"floor",
+              Key<double>(),
+              "height of the floor in the base frame",
+              {.otherwise = "none", .unit = "m"}},
+        Field{"half_spaces",
+              Key<std::vector<HalfSpace>>(),
+              "walls and ceilings, `{ normal = [x, y, z], offset = d, name = \"…\" }` each: "
+              "the robot stays where normal · x ≥ d in the base frame",
+              {.otherwise = "–", .unit = "m"}},
+        Field{"boxes",
+              Key<std::vector<Box>>(),
+              "obstacles along the axes of the base frame, `{ min = [x, y, z], max = [x, y, z], "
+              "name = \"…\" }` each",
+              {.otherwise = "–", .unit = "m"}},
+        Field{"capsules",
+              Key<std::vector<Capsule>>(),
+              "bodies of links, `{ link = \"…\", from = [x, y, z], to = [x, y, z], radius = r "
+              "}` each: all points within r of a line in the link's frame",
+              {.otherwise = "between the joints", .unit = "m"}},
+        Field{"radius",
+              &S::radius,
+              "of the capsules of links that none are given for: from the origin of the link's "
+              "joint to that of "
+              "the next",
+              {.unit = "m", .range = Range::above(0.0, 1e3)}},
+        Field{"clearance",
+              &S::clearance,
+              "distance to keep from everything",
+              {.unit = "m", .range = Range::from(0.0, 1e3)}},
+        Field{"self_collision", &S::self_collision,
+              "whether links that are no neighbours keep it from each other"});
+  }
+};
+
+/// How near a link comes to something.
+struct ClearanceUse {
+  std::string first;      ///< link
+  std::string second;     ///< link or obstacle
+  double distance = 0.0;  ///< the smallest [m]
+  double wanted = 0.0;    ///< not a number for a pair that is left out [m]
+  double time = 0.0;      ///< [s]
+
+  template <typename R = ClearanceUse>
+  static constexpr auto fields() {
+    return std::tuple(Field{"first", &R::first, "link"}, Field{"second", &R::second, "link or obstacle"},
+                      Field{"distance", &R::distance, "the smallest of the motion", {.unit = "m"}},
+                      Field{"wanted",
+                            &R::wanted,
+                            "what it must not fall below; `null` for a pair that is left out",
+                            {.unit = "m"}},
+                      Field{"time", &R::time, "when", {.unit = "s"}});
+  }
+};
+
 }  // namespace rivid
