@@ -32,17 +32,16 @@ template <typename Set = InstructionSet>
   return available(Set::avx512) ? Set::avx512 : available(Set::avx2) ? Set::avx2 : Set::baseline;
 }
 
-/// One kind of kernel, an instance an instruction set.
-template <typename Kernel>
-struct KernelSet {
-  const Kernel& (*baseline)();
-  const Kernel& (*avx2)();
-  const Kernel& (*avx512)();
+/// What the file of an instruction set defines of a kind of kernel, see kernel.cpp.in.
+template <typename Kernel, InstructionSet set>
+[[nodiscard]] const Kernel& instance();
 
-  template <typename Set>
-  [[nodiscard]] const Kernel& operator[](Set set) const {
-    return set == Set::avx512 ? avx512() : set == Set::avx2 ? avx2() : baseline();
-  }
-};
+/// A kind of kernel for an instruction set.
+template <typename Kernel, typename Set = InstructionSet>
+[[nodiscard]] const Kernel& kernel_for(Set set = fastest<Set>()) {
+  return set == Set::avx512 ? instance<Kernel, InstructionSet::avx512>()
+         : set == Set::avx2 ? instance<Kernel, InstructionSet::avx2>()
+                            : instance<Kernel, InstructionSet::baseline>();
+}
 
 }  // namespace rivid::detail

@@ -27,7 +27,7 @@ double log_det_of(const Eigen::LLT<Matrix>& factor, const Vector& d) {
   return 2.0 * (factor.matrixLLT().diagonal().array().log().sum() - d.array().log().sum());
 }
 
-const ProductsKernel& products() { return products_kernels[fastest()]; }
+const ProductsKernel& products() { return kernel_for<ProductsKernel>(); }
 
 TallMatrix tall(const Matrix& W) { return {W.data(), W.outerStride(), W.rows(), W.cols()}; }
 

@@ -138,11 +138,4 @@ struct ProductsKernel {
   void (*product)(const TallMatrix& W, const double* K, double* out, std::ptrdiff_t out_ld);
 };
 
-[[nodiscard]] const ProductsKernel& baseline_products();
-[[nodiscard]] const ProductsKernel& avx2_products();
-[[nodiscard]] const ProductsKernel& avx512_products();
-
-inline constexpr KernelSet<ProductsKernel> products_kernels = {baseline_products, avx2_products,
-                                                               avx512_products};
-
 }  // namespace rivid::detail

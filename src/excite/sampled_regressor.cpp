@@ -40,7 +40,7 @@ SampledRegressor::SampledRegressor(const Robot& robot, const BaseParameters& bas
       workspace_(batch_),
       columns_(robot, base.columns()),
       link_entries_(columns_.entries().size() - columns_.plan().own_count),
-      kernel_(&slopes_kernels[fastest()]),
+      kernel_(&kernel_for<SlopesKernel>()),
       scratch_(aligned_doubles(kernel_->scratch(columns_.joints()))) {}
 
 void SampledRegressor::rows(const Motion& motion, std::vector<Matrix>& W) {

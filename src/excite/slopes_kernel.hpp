@@ -55,11 +55,6 @@ struct Coefficients {
   }
 };
 
-template <typename Scalar>
-[[gnu::always_inline]] inline Vec3<Scalar> scaled(const Scalar& a, const Vec3<Scalar>& v) {
-  return {a * v.x, a * v.y, a * v.z};
-}
-
 // The slope of v · (ω × (ω × p)) by ω.
 template <typename Scalar>
 [[gnu::always_inline]] inline Vec3<Scalar> centripetal_slope(const Vec3<Scalar>& v, const Vec3<Scalar>& p,
@@ -364,12 +359,6 @@ struct SlopesKernel {
   std::size_t (*scratch)(std::size_t joints);
   void (*fill)(const SlopesTask& task, std::size_t packs, double* scratch);
 };
-
-[[nodiscard]] const SlopesKernel& baseline_slopes();
-[[nodiscard]] const SlopesKernel& avx2_slopes();
-[[nodiscard]] const SlopesKernel& avx512_slopes();
-
-inline constexpr KernelSet<SlopesKernel> slopes_kernels = {baseline_slopes, avx2_slopes, avx512_slopes};
 
 template <typename Scalar>
 constexpr SlopesKernel slopes_kernel() {

@@ -67,7 +67,9 @@ std::optional<std::string> BatchOptions::complaint() const {
 
 RegressorBatch::RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
                                const BatchOptions& options)
-    : columns_(robot, parameters), simd_(usable(options)), kernel_(&detail::batch_kernels[simd_]) {}
+    : columns_(robot, parameters),
+      simd_(usable(options)),
+      kernel_(&detail::kernel_for<detail::BatchKernel>(simd_)) {}
 
 void RegressorBatch::require(std::string_view who, const Motion& motion, Index first, Index count) const {
   const auto n = static_cast<Index>(joints());

@@ -19,12 +19,6 @@ struct BatchKernel {
                double* const* columns, double* scratch);
 };
 
-[[nodiscard]] const BatchKernel& baseline_kernel();
-[[nodiscard]] const BatchKernel& avx2_kernel();
-[[nodiscard]] const BatchKernel& avx512_kernel();
-
-inline constexpr KernelSet<BatchKernel> batch_kernels = {baseline_kernel, avx2_kernel, avx512_kernel};
-
 template <typename Scalar>
 void fill_packs(const RegressorPlan& plan, const RegressorInput<double>& input, std::size_t packs,
                 double* const* columns, double* scratch) {

@@ -49,14 +49,9 @@ struct SignalKernels {
   void (*cascade)(const double* coefficients, long sections, double* states, double* x, long n);
 };
 
-[[nodiscard]] const SignalKernels& baseline_signal();
-[[nodiscard]] const SignalKernels& avx2_signal();
-[[nodiscard]] const SignalKernels& avx512_signal();
-
 /// The fastest that this machine can run.
 [[nodiscard]] inline const SignalKernels& signal_kernels() {
-  static const SignalKernels& once =
-      KernelSet<SignalKernels>{baseline_signal, avx2_signal, avx512_signal}[fastest()];
+  static const SignalKernels& once = kernel_for<SignalKernels>();
   return once;
 }
 

@@ -22,7 +22,10 @@ Simd usable(Simd simd) {
 }  // namespace
 
 DynamicsBatch::DynamicsBatch(const ModelData& model, Simd simd)
-    : simd_(usable(simd)), kernel_(&detail::dynamics_kernels[simd_]), tables_(model), one_(model) {
+    : simd_(usable(simd)),
+      kernel_(&detail::kernel_for<detail::DynamicsBatchKernel>(simd_)),
+      tables_(model),
+      one_(model) {
   const auto n = static_cast<std::size_t>(joints());
   const auto lanes = static_cast<std::size_t>(kernel_->lanes);
   scratch_ = detail::aligned_doubles(detail::dynamics_scratch(lanes, n));

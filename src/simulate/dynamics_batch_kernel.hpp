@@ -25,13 +25,6 @@ struct DynamicsBatchKernel {
                      double* scratch);
 };
 
-[[nodiscard]] const DynamicsBatchKernel& baseline_dynamics();
-[[nodiscard]] const DynamicsBatchKernel& avx2_dynamics();
-[[nodiscard]] const DynamicsBatchKernel& avx512_dynamics();
-
-inline constexpr KernelSet<DynamicsBatchKernel> dynamics_kernels = {baseline_dynamics, avx2_dynamics,
-                                                                    avx512_dynamics};
-
 // Doubles of scratch for packs of so many lanes.
 [[gnu::always_inline]] constexpr std::size_t dynamics_scratch(std::size_t lanes, std::size_t joints) {
   return lanes * (7 * joints + 2 + 6 * joints + (6 + 2 * joints) * dynamics_stride(joints));

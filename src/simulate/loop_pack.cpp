@@ -9,12 +9,12 @@ int LoopPack::lanes() {
   // Plain registers hold two numbers, and a single loop fills these as well. Machines other than x86-64 have fused operations
   // everywhere, so that their loops by themselves round in another way.
   constexpr int worthwhile = 4;
-  const int widest = loop_step_kernels[fastest()].lanes;
+  const int widest = kernel_for<LoopStepKernel>().lanes;
   return widest >= worthwhile ? widest : 1;
 }
 
 LoopPack::LoopPack(std::span<LoopOde* const> loops)
-    : kernel_(&loop_step_kernels[fastest()]),
+    : kernel_(&kernel_for<LoopStepKernel>()),
       lanes_(static_cast<std::size_t>(kernel_->lanes)),
       n_(static_cast<std::size_t>(loops.front()->joints())),
       seated_(lanes_, loops.size()) {

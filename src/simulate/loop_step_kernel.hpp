@@ -3,7 +3,6 @@
 #include "instruction_sets.hpp"
 #include "rivid/simulate/dynamics_kernel.hpp"
 #include "simulate/runge_kutta_pairs.hpp"
-#include "simulate/stick_slip_tolerances.hpp"
 
 // One step of several closed loops, one in each lane of a register: the arithmetic of LoopOde, StickSlip and RungeKutta for
 // loops with simple() torques in which no mode of friction ends, operation by operation. It is compiled without fused operations,
@@ -54,12 +53,57 @@ struct LoopStepKernel {
   bool (*step)(const DynamicsPlan& frames, bool known, std::size_t sticking, double* blocks, double* scratch);
 };
 
-[[nodiscard]] const LoopStepKernel& baseline_loop_step();
-[[nodiscard]] const LoopStepKernel& avx2_loop_step();
-[[nodiscard]] const LoopStepKernel& avx512_loop_step();
+// Added to the diagonal of G, relative to it: makes λ unique where elements at rest depend on one another, and moves
+// the instant of a release by as much of itself.
+inline constexpr double stick_slip_regularisation = 1e-11;
 
-inline constexpr KernelSet<LoopStepKernel> loop_step_kernels = {baseline_loop_step, avx2_loop_step,
-                                                                avx512_loop_step};
+template <typename Scalar>
+[[gnu::always_inline]] inline Scalar magnitude(const Scalar& x) {
+  return select(x > Scalar(0.0), x, Scalar(-x));
+}
+
+// A x = b by elimination with row pivoting, each lane with pivots of its own: x takes the place of b.
+//
+// A  (m × m), rows of length `stride`
+template <typename Scalar>
+void eliminate(std::size_t m, std::size_t stride, Scalar* A, Scalar* b) {
+  const auto exchange = [](const auto& where, Scalar& x, Scalar& y) {
+    const Scalar first = x;
+    x = select(where, y, first);
+    y = select(where, first, y);
+  };
+  for (std::size_t k = 0; k < m; ++k) {
+    Scalar largest = magnitude(A[k * stride + k]);
+    auto pivot = Scalar(static_cast<double>(k));
+    for (std::size_t r = k + 1; r < m; ++r) {
+      const Scalar size = magnitude(A[r * stride + k]);
+      const auto more = size > largest;
+      largest = select(more, size, largest);
+      pivot = select(more, Scalar(static_cast<double>(r)), pivot);
+    }
+    for (std::size_t r = k + 1; r < m; ++r) {
+      const auto chosen =
+          (pivot > Scalar(static_cast<double>(r) - 0.5)) & (pivot < Scalar(static_cast<double>(r) + 0.5));
+      for (std::size_t c = 0; c < m; ++c) {
+        exchange(chosen, A[k * stride + c], A[r * stride + c]);
+      }
+      exchange(chosen, b[k], b[r]);
+    }
+    for (std::size_t r = k + 1; r < m; ++r) {
+      const Scalar factor = A[r * stride + k] / A[k * stride + k];
+      for (std::size_t c = k + 1; c < m; ++c) {
+        A[r * stride + c] = A[r * stride + c] - factor * A[k * stride + c];
+      }
+      b[r] = b[r] - factor * b[k];
+    }
+  }
+  for (std::size_t k = m; k-- > 0;) {
+    for (std::size_t c = k + 1; c < m; ++c) {
+      b[k] = b[k] - A[k * stride + c] * b[c];
+    }
+    b[k] = b[k] / A[k * stride + k];
+  }
+}
 
 template <typename Scalar>
 struct LoopStep {
@@ -272,48 +316,6 @@ struct LoopStep {
     }
   }
 
-  // A x = b by elimination with row pivoting, each lane with pivots of its own: x takes the place of b.
-  //
-  // A  (m × m), rows of length `stride`
-  static void eliminate(std::size_t m, std::size_t stride, Scalar* A, Scalar* b) {
-    const auto exchange = [](const auto& where, Scalar& x, Scalar& y) {
-      const Scalar first = x;
-      x = select(where, y, first);
-      y = select(where, first, y);
-    };
-    for (std::size_t k = 0; k < m; ++k) {
-      Scalar largest = magnitude(A[k * stride + k]);
-      auto pivot = Scalar(static_cast<double>(k));
-      for (std::size_t r = k + 1; r < m; ++r) {
-        const Scalar size = magnitude(A[r * stride + k]);
-        const auto more = size > largest;
-        largest = select(more, size, largest);
-        pivot = select(more, Scalar(static_cast<double>(r)), pivot);
-      }
-      for (std::size_t r = k + 1; r < m; ++r) {
-        const auto chosen =
-            (pivot > Scalar(static_cast<double>(r) - 0.5)) & (pivot < Scalar(static_cast<double>(r) + 0.5));
-        for (std::size_t c = 0; c < m; ++c) {
-          exchange(chosen, A[k * stride + c], A[r * stride + c]);
-        }
-        exchange(chosen, b[k], b[r]);
-      }
-      for (std::size_t r = k + 1; r < m; ++r) {
-        const Scalar factor = A[r * stride + k] / A[k * stride + k];
-        for (std::size_t c = k + 1; c < m; ++c) {
-          A[r * stride + c] = A[r * stride + c] - factor * A[k * stride + c];
-        }
-        b[r] = b[r] - factor * b[k];
-      }
-    }
-    for (std::size_t k = m; k-- > 0;) {
-      for (std::size_t c = k + 1; c < m; ++c) {
-        b[k] = b[k] - A[k * stride + c] * b[c];
-      }
-      b[k] = b[k] / A[k * stride + k];
-    }
-  }
-
   // Whether the λ of the last rate() hold all joints that stick.
   [[gnu::always_inline]] static auto holds(const Loops& in, const Scratch& s) {
     auto out = Scalar(1.0) > Scalar(0.0);
@@ -323,7 +325,6 @@ struct LoopStep {
     return out;
   }
 
-  [[gnu::always_inline]] static Scalar magnitude(const Scalar& x) { return select(x > Scalar(0.0), x, -x); }
   [[gnu::always_inline]] static Scalar larger(const Scalar& a, const Scalar& b) {
     return select(a < b, b, a);
   }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/stick_slip_tolerances.hpp"
+#include "simulate/loop_step_kernel.hpp"
 
 namespace rivid {
 
@@ -125,30 +125,11 @@ void StickSlip::hold(std::span<const Index> elements) {
   for (Index r = 0; r < m; ++r) {
     const Index e = elements[static_cast<std::size_t>(r)];
     for (Index c = 0; c < m; ++c) {
-      system_(r, c) = G_(e, elements[static_cast<std::size_t>(c)]);
+      system_(c, r) = G_(e, elements[static_cast<std::size_t>(c)]);
     }
     solution_[r] = rhs_[e];
   }
-  auto A = system_.topLeftCorner(m, m);
-  for (Index k = 0; k < m; ++k) {
-    Index pivot = 0;
-    A.col(k).tail(m - k).cwiseAbs().maxCoeff(&pivot);
-    if (pivot != 0) {
-      A.row(k).swap(A.row(k + pivot));
-      std::swap(solution_[k], solution_[k + pivot]);
-    }
-    for (Index r = k + 1; r < m; ++r) {
-      const double factor = A(r, k) / A(k, k);
-      A.row(r).tail(m - k - 1) -= factor * A.row(k).tail(m - k - 1);
-      solution_[r] -= factor * solution_[k];
-    }
-  }
-  for (Index k = m - 1; k >= 0; --k) {
-    for (Index c = k + 1; c < m; ++c) {
-      solution_[k] -= A(k, c) * solution_[c];
-    }
-    solution_[k] /= A(k, k);
-  }
+  detail::eliminate(elements.size(), static_cast<std::size_t>(size()), system_.data(), solution_.data());
   for (Index r = 0; r < m; ++r) {
     lambda_[elements[static_cast<std::size_t>(r)]] = solution_[r];
   }

@@ -41,11 +41,4 @@ struct HouseholderKernel {
   bool (*all_within)(const double* values, std::ptrdiff_t count, double limit);
 };
 
-[[nodiscard]] const HouseholderKernel& baseline_householder();
-[[nodiscard]] const HouseholderKernel& avx2_householder();
-[[nodiscard]] const HouseholderKernel& avx512_householder();
-
-inline constexpr KernelSet<HouseholderKernel> householder_kernels = {baseline_householder, avx2_householder,
-                                                                     avx512_householder};
-
 }  // namespace rivid::detail

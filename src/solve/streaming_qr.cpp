@@ -24,7 +24,7 @@ using detail::block_stride;
 static_assert(StreamingQr::most_rows == block_rows);
 
 const detail::HouseholderKernel& kernel() {
-  static const detail::HouseholderKernel& once = detail::householder_kernels[detail::fastest()];
+  static const detail::HouseholderKernel& once = detail::kernel_for<detail::HouseholderKernel>();
   return once;
 }
 

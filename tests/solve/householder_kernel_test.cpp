@@ -67,7 +67,7 @@ Reduced reduced(const HouseholderKernel& kernel, const Matrix& rows, Index carri
 
 class EveryKernel : public testing::TestWithParam<InstructionSet> {
  protected:
-  [[nodiscard]] static const HouseholderKernel& kernel() { return householder_kernels[GetParam()]; }
+  [[nodiscard]] static const HouseholderKernel& kernel() { return kernel_for<HouseholderKernel>(GetParam()); }
 };
 
 std::vector<InstructionSet> available_sets() {
@@ -119,7 +119,8 @@ TEST_P(EveryKernel, AgreesWithTheBaselineToRounding) {
   for (const Index columns : {40, 61, 69, 100}) {
     const Matrix rows = test::random_matrix(1024, columns + 1, static_cast<std::uint64_t>(columns));
     const Reduced found = reduced(kernel(), rows, 1, {512, 512});
-    const Reduced expected = reduced(householder_kernels[InstructionSet::baseline], rows, 1, {512, 512});
+    const Reduced expected =
+        reduced(kernel_for<HouseholderKernel>(InstructionSet::baseline), rows, 1, {512, 512});
     EXPECT_LT((found.triangle - expected.triangle).norm(), 1e3 * epsilon * rows.norm());
     EXPECT_NEAR(found.rest_squares[0], expected.rest_squares[0], 1e3 * epsilon * rows.squaredNorm());
   }

@@ -25,6 +25,11 @@ template <typename Scalar>
 }
 
 template <typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> scaled(const Scalar& a, const Vec3<Scalar>& v) {
+  return {a * v.x, a * v.y, a * v.z};
+}
+
+template <typename Scalar>
 [[gnu::always_inline]] inline Vec3<Scalar> cross(const Vec3<Scalar>& a, const Vec3<Scalar>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
