@@ -42,6 +42,15 @@ struct Export {
 
 constexpr std::string_view c_header_format = "header";
 
+// "mjcf|sdf|…|header".
+std::string formats() {
+  std::string out;
+  for (const std::string_view format : names_of<ModelFormat>) {
+    out.append(format).append("|");
+  }
+  return out.append(c_header_format);
+}
+
 // The URDF that the robot was read from.
 Path urdf_of(const IdentifiedRobot& identified, const ExportArguments& arguments, const Path& result) {
   if (!arguments.urdf.empty()) {
@@ -185,7 +194,7 @@ int export_command(int argc, char** argv) {
              .target = &to.result,
              .required = true},
             {.name = "--to",
-             .value = "mjcf|sdf|drake|pinocchio|urdf|header",
+             .value = formats(),
              .text =
                  "MuJoCo's format, Gazebo's, the files for Drake or Pinocchio, the robot's URDF with other "
                  "numbers, or a C header with its torques",

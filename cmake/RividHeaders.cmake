@@ -14,20 +14,16 @@ set(rivid_header_names
     online/friction_monitor
     online/information_triangle
     online/row_triangle
-    online/load_change
-    online/load_tangent
     online/model
     online/momentum
     online/payload_estimator
     online/plausible
-    online/prior
     online/recursive_identifier
     online/row_noise
     online/row_stream
     online/saved_state
     regressor/base
     regressor/base_inline
-    regressor/body_columns
     regressor/kernel
     regressor/pack
     regressor/regressor

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "rivid/online/row_stream.hpp"
+#include "rivid/regressor/base.hpp"
 #include "rivid/regressor/batch.hpp"
-#include "rivid/regressor/body_columns.hpp"
 #include "simulated.hpp"
 #include "studies.hpp"
 

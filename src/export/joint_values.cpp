@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "export/recorded.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -36,7 +37,9 @@ void take(JointValues& to, const StandardParameter& parameter, double value, Joi
   } else if (row.basis == Basis::load) {
     to.load_friction = value;
   } else if (!row.coupled) {
-    to.friction_terms.push_back({value, about(row.basis).in_c, row.direction});
+    Recording in;
+    const Recorded phi = friction_function(row.basis, in.input("speed"), in.input("sign"));
+    to.friction_terms.push_back({value, in.expression(phi), row.direction});
   }
   std::optional<double>* const place = row.coupled                 ? nullptr
                                        : row.basis == Basis::speed ? &to.damping

@@ -22,7 +22,7 @@ struct JointValues {
   /// value × function(speed, sign) in the friction of the joint alone.
   struct FrictionTerm {
     double value = 0.0;
-    std::string_view function;  // BasisRow::in_c
+    std::string function;  // friction_function(), as C and Python write it
     Direction direction = Direction::both;
   };
   std::vector<FrictionTerm> friction_terms;

@@ -119,12 +119,12 @@ struct FormatRow {
   std::span<const FileRow> files;                       // the main one first
 };
 constexpr std::array format_rows = {
-    FormatRow{ModelFormat::urdf, "URDF", ".urdf", false, with_rotor, tell_urdf, urdf_files},
     FormatRow{ModelFormat::mjcf, "MJCF", ".xml", true, without_rotor, tell_mujoco, mjcf_files},
     FormatRow{ModelFormat::sdf, "SDF", ".sdf", true, with_rotor, tell_sdf, sdf_files},
     FormatRow{ModelFormat::drake, "URDF", "_drake.urdf", false, of_coupled_motors, tell_drake, drake_files},
     FormatRow{ModelFormat::pinocchio, "URDF", "_pinocchio.urdf", false, of_coupled_motors, tell_pinocchio,
               pinocchio_files},
+    FormatRow{ModelFormat::urdf, "URDF", ".urdf", false, with_rotor, tell_urdf, urdf_files},
 };
 static_assert(detail::complete<format_rows, &FormatRow::format>() &&
                   names_of<ModelFormat>.size() == format_rows.size(),

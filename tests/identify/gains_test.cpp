@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "rivid/identify/identification.hpp"
-#include "rivid/regressor/body_columns.hpp"
+#include "rivid/regressor/base.hpp"
 #include "support/complaint.hpp"
 #include "support/payload_bench.hpp"
 #include "support/robots.hpp"

@@ -14,15 +14,15 @@ namespace rivid {
 
 /// A format that an identified robot is exported to. docs/write_back.md says what each has.
 enum class ModelFormat {
-  urdf,      ///< the URDF with other numbers, see rewritten_urdf()
-  mjcf,      ///< a model for MuJoCo
-  sdf,       ///< a world with the model, for Gazebo
-  drake,     ///< URDF with transmissions for Drake, and a Python module that loads it
-  pinocchio  ///< URDF, SRDF with rotor parameters, and a Python module that loads both and adds friction
+  mjcf,       ///< a model for MuJoCo
+  sdf,        ///< a world with the model, for Gazebo
+  drake,      ///< URDF with transmissions for Drake, and a Python module that loads it
+  pinocchio,  ///< URDF, SRDF with rotor parameters, and a Python module that loads both and adds friction
+  urdf        ///< the URDF with other numbers, see rewritten_urdf()
 };
 template <>
 inline constexpr std::array names_of<ModelFormat> =
-    std::to_array<std::string_view>({"urdf", "mjcf", "sdf", "drake", "pinocchio"});
+    std::to_array<std::string_view>({"mjcf", "sdf", "drake", "pinocchio", "urdf"});
 
 struct ModelExportOptions {
   bool force = false;  ///< export physically inconsistent links, too

@@ -48,6 +48,60 @@ struct InertialColumn {
 
 namespace detail {
 
+template <typename Square>
+struct JacobiEigen {
+  using Scalar = typename Square::Scalar;
+  Eigen::Vector<Scalar, Square::RowsAtCompileTime> values;
+  Square vectors;  // one column a value
+};
+
+// Eigenvalues of a symmetric matrix by Jacobi's rotations: those of a diagonal matrix are its entries themselves. (Eigen's
+// solver costs as much to compile as all the rest.) Nothing is allocated for a matrix of fixed size.
+template <typename Square>
+[[nodiscard]] JacobiEigen<Square> jacobi_eigen(Square A) {
+  using Scalar = typename Square::Scalar;
+  using std::abs;
+  using std::sqrt;
+  const Index n = A.rows();
+  Square V = Square::Identity(n, n);
+  const Scalar one(1);
+  const Scalar negligible = Eigen::NumTraits<Scalar>::epsilon() * A.norm();
+  constexpr int most_sweeps = 60;
+  bool diagonal = false;
+  for (int sweep = 0; sweep < most_sweeps && !diagonal; ++sweep) {
+    diagonal = true;
+    for (Index p = 0; p < n; ++p) {
+      for (Index q = p + 1; q < n; ++q) {
+        const Scalar off = A(p, q);
+        if (off == Scalar(0)) {
+          continue;
+        }
+        diagonal = diagonal && abs(off) <= negligible;
+        const Scalar theta = (A(q, q) - A(p, p)) / (Scalar(2) * off);
+        const Scalar t = (theta < Scalar(0) ? -one : one) / (abs(theta) + sqrt(theta * theta + one));
+        const Scalar c = one / sqrt(t * t + one);
+        const Scalar s = t * c;
+        for (Index k = 0; k < n; ++k) {
+          const Scalar first = A(k, p);
+          A(k, p) = c * first - s * A(k, q);
+          A(k, q) = s * first + c * A(k, q);
+        }
+        for (Index k = 0; k < n; ++k) {
+          const Scalar first = A(p, k);
+          A(p, k) = c * first - s * A(q, k);
+          A(q, k) = s * first + c * A(q, k);
+          const Scalar of_vector = V(k, p);
+          V(k, p) = c * of_vector - s * V(k, q);
+          V(k, q) = s * of_vector + c * V(k, q);
+        }
+        A(p, q) = Scalar(0);
+        A(q, p) = Scalar(0);
+      }
+    }
+  }
+  return {A.diagonal(), V};
+}
+
 // Whether RᵀR is the identity and R no reflection; what is written with few digits is still a rotation.
 [[nodiscard]] inline bool is_rotation(const Eigen::Matrix3d& R) {
   constexpr double rounding = 1e-6;

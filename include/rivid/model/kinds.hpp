@@ -125,18 +125,16 @@ struct JointUnit {
 struct BasisRow {
   Basis basis;
   Role role;
-  /// φ of friction in C, of `speed` and `sign` (±1, or what smooths it): the text of friction_function().
-  std::string_view in_c;
 };
 
 inline constexpr std::array basis_rows = {
-    BasisRow{Basis::body, Role::inertial, ""},       //
-    BasisRow{Basis::acceleration, Role::rotor, ""},  //
-    BasisRow{Basis::speed, Role::viscous, "speed"},  //
-    BasisRow{Basis::sign, Role::dry, "sign"},        //
-    BasisRow{Basis::one, Role::constant, "1.0"},
-    BasisRow{Basis::load, Role::dry, "sign"},
-    BasisRow{Basis::root, Role::viscous, "speed / sqrt(sqrt(speed * speed + 1e-6))"},
+    BasisRow{Basis::body, Role::inertial},       //
+    BasisRow{Basis::acceleration, Role::rotor},  //
+    BasisRow{Basis::speed, Role::viscous},       //
+    BasisRow{Basis::sign, Role::dry},            //
+    BasisRow{Basis::one, Role::constant},        //
+    BasisRow{Basis::load, Role::dry},            //
+    BasisRow{Basis::root, Role::viscous},
 };
 
 /// φ of friction, of a speed and of its sign: ±1 or 0, or tanh(speed / v_s) where it is smooth. Which of the two is

@@ -172,14 +172,9 @@ class ContactObserver {
     levels_.setConstant(std::numeric_limits<double>::infinity());
   }
 
-  template <typename Visit>
-  void visit_state(Visit& visit) noexcept {
-    // All members in their order.
-    auto& [model, options, momentum, dynamics, smoothing_speed, load, load_speed, axes, keep, residual,
-           relative, p, rate, friction, q, next_p, next_rate, next_friction, mean, deviation, levels, classes,
-           tails, motions, link, running, owner] = *this;
-    detail::visit_parts(visit, momentum, residual, relative, p, rate, friction, q, mean, deviation, levels,
-                        classes, tails, motions, link, running);
+  [[nodiscard]] auto state() noexcept {
+    return std::tie(momentum_, residual_, relative_, p_, rate_, friction_, q_, mean_, deviation_, levels_,
+                    classes_, tails_, motions_, link_, running_);
   }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
@@ -227,7 +222,6 @@ class ContactObserver {
                                                         const ContactObserverOptions& options);
   [[nodiscard]] static detail::StateOwner owner_of(const ModelData& model,
                                                    const ContactObserverOptions& options);
-  [[nodiscard]] Scalar transmitted(Index j, const Scalar& torque, const Scalar& speed) const noexcept;
   void classify(Index j, const Scalar& speed) noexcept;
   void learn(Index j) noexcept;
   void judge() noexcept;
@@ -324,17 +318,6 @@ detail::StateOwner ContactObserver<Scalar>::owner_of(const ModelData& model,
           .options = Fingerprint::of(bandwidth, alarms_per_hour, smoothing_speed, settling)};
 }
 
-// The torque that gear j passes on of what other friction leaves.
-template <typename Scalar>
-Scalar ContactObserver<Scalar>::transmitted(Index j, const Scalar& torque,
-                                            const Scalar& speed) const noexcept {
-  if (load_[j] == 0.0) {
-    return torque;
-  }
-  const double slope = load_[j] * std::tanh(static_cast<double>(speed) / load_speed_[j]);
-  return static_cast<Scalar>(DryFriction::carried(static_cast<double>(torque), slope));
-}
-
 template <typename Scalar>
 bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Values& tau,
                                      Mode mode) noexcept {
@@ -351,9 +334,11 @@ bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Va
   const auto f = static_cast<Scalar>(options_.f_m);
   for (Index j = 0; j < n; ++j) {
     if (running_) {
-      const Scalar driven = transmitted(j, tau[j] - Scalar(0.5) * (friction_[j] + next_friction_[j]), qd[j]) +
-                            Scalar(0.5) * (rate_[j] + next_rate_[j]);
-      residual_[j] = keep_ * residual_[j] + (Scalar(1) - keep_) * ((next_p_[j] - p_[j]) * f - driven);
+      const Scalar half(0.5);
+      const Scalar left = tau[j] - half * (friction_[j] + next_friction_[j]);
+      const Scalar driven = detail::passed_on(load_[j], static_cast<Scalar>(load_speed_[j]), left, qd[j]) +
+                            half * (rate_[j] + next_rate_[j]);
+      residual_[j] = detail::low_pass(residual_[j], keep_, p_[j], next_p_[j], driven, f);
     } else {
       residual_[j] = Scalar(0);
     }

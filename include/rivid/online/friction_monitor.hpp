@@ -11,11 +11,10 @@
 #include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/online/model.hpp"
-#include "rivid/online/prior.hpp"
 #include "rivid/online/row_noise.hpp"
 #include "rivid/online/row_triangle.hpp"
 #include "rivid/online/saved_state.hpp"
-#include "rivid/regressor/body_columns.hpp"
+#include "rivid/regressor/base.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -123,12 +122,8 @@ class FrictionMonitor {
     }
   }
 
-  template <typename Visit>
-  void visit_state(Visit& visit) noexcept {
-    // All members in their order.
-    auto& [columns, b, coefficients, slopes, rows, place_of_chi, places, own, noise, limit, weak, squares,
-           scratch, phi, values, sigmas, chi, solution, none, body, counters, owner] = *this;
-    detail::visit_parts(visit, rows, noise, squares, values, sigmas, body, counters);
+  [[nodiscard]] auto state() noexcept {
+    return std::tie(rows_, noise_, squares_, values_, sigmas_, body_, counters_);
   }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 

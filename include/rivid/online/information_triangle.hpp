@@ -46,7 +46,6 @@ class InformationTriangle {
 
   [[nodiscard]] Index size() const noexcept { return n_; }
   [[nodiscard]] bool full() const noexcept { return at_.count == waiting_; }
-  [[nodiscard]] bool idle() const noexcept { return at_.count == 0; }
   // Operations on pairs of entries that a row takes.
   [[nodiscard]] Index cost_of_row() const noexcept { return (n_ + 1) * (n_ + 2) / 2; }
 
@@ -168,11 +167,7 @@ class InformationTriangle {
     finish(report);
   }
 
-  template <typename Visit>
-  void visit_state(Visit& visit) noexcept {
-    auto& [n, ld, waiting, kept, R, rows, kept_values, tags, at] = *this;
-    visit_parts(visit, R, rows, kept_values, tags, at);
-  }
+  [[nodiscard]] auto state() noexcept { return std::tie(R_, rows_, kept_values_, tags_, at_); }
 
  private:
   static constexpr Index lanes = 4;

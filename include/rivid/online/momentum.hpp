@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <tuple>
 #include <vector>
 
 #include "rivid/model/parameters.hpp"
-#include "rivid/online/saved_state.hpp"
-#include "rivid/simulate/dynamics.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
 
 namespace rivid::detail {
 
@@ -18,129 +18,112 @@ namespace rivid::detail {
 template <typename Scalar>
 class Momentum {
  public:
-  explicit Momentum(const ModelData& model)
-      : tables_(model), rotor_(model.rotor), turns_(tables_.links.size()), links_(tables_.links.size()) {}
+  // Momentum of a link and all behind it, and the wrench that holds them against gravity.
+  struct Load {
+    Vec3<Scalar> linear, angular, f, n;
 
-  [[nodiscard]] Index size() const noexcept { return static_cast<Index>(links_.size()); }
+    friend Load operator+(const Load& a, const Load& b) {
+      return {a.linear + b.linear, a.angular + b.angular, a.f + b.f, a.n + b.n};
+    }
+  };
+  struct LinkState {
+    Vec3<Scalar> omega, v;  // twist at the origin of the frame
+    Vec3<Scalar> accel;     // of free fall, reversed
+    Load own;
+  };
+
+  explicit Momentum(const ModelData& model) : frames(model), links(frames.size()), rotor_(model.rotor) {}
+
+  [[nodiscard]] Index size() const noexcept { return static_cast<Index>(links.size()); }
 
   // A body on the last link beside its own, XX … M in the last frame j.
   void set_payload(const Inertial& body) noexcept { payload_ = body; }
 
-  template <typename Visit>
-  void visit_state(Visit& visit) noexcept {
-    auto& [tables, rotor, payload, turns, links] = *this;
-    visit_parts(visit, payload);
-  }
+  [[nodiscard]] auto state() noexcept { return std::tie(payload_); }
 
   // p and ∂T/∂q − g, (n) each.
   void operator()(const Scalar* q, const Scalar* qd, Scalar* p, Scalar* rate) noexcept {
-    for (std::size_t j = 0; j < links_.size(); ++j) {
-      forward(j, q[j], qd[j]);
+    sweep(q, qd);
+    links.back().own = links.back().own + of_body(links.back(), payload_.data());
+    const Vec3<Scalar> none = {Scalar(0), Scalar(0), Scalar(0)};
+    Load load = {none, none, none, none};
+    for (std::size_t j = links.size(); j-- > 0;) {
+      load = share(j, links[j].own + load, p[j], rate[j]);
     }
-    for (std::size_t j = links_.size(); j-- > 0;) {
-      const LinkState& at = links_[j];
-      const Vec3<Scalar> turned_omega = {at.omega.y, -at.omega.x, Scalar(0)};  // ω × z
-      if (tables_.links[j].revolute) {
-        p[j] = at.angular.z;
-        rate[j] = dot(at.angular, turned_omega) + (at.linear.x * at.v.y - at.linear.y * at.v.x) - at.n.z;
+    add_product(rotor_, qd, p);
+  }
+
+  // Frames, and what each link has for itself.
+  void sweep(const Scalar* q, const Scalar* qd) noexcept {
+    frames.set(q);
+    const Vec3<Scalar> none = {Scalar(0), Scalar(0), Scalar(0)};
+    for (std::size_t j = 0; j < links.size(); ++j) {
+      LinkState& at = links[j];
+      if (j == 0) {
+        at = {none, none, frames.base_acceleration(), {}};
       } else {
-        p[j] = at.linear.z;
-        rate[j] = dot(at.linear, turned_omega) - at.f.z;
+        const LinkState& before = links[j - 1];
+        at.omega = frames.into(j, before.omega);
+        at.v = frames.into(j, before.v + cross(before.omega, frames.origins[j]));
+        at.accel = frames.into(j, before.accel);
       }
-      if (j > 0) {
-        back(j, q[j]);
-      }
-    }
-    for (Index i = 0; i < size(); ++i) {
-      for (Index j = 0; j < size(); ++j) {
-        p[i] = p[i] + static_cast<Scalar>(rotor_(i, j)) * qd[j];
-      }
+      Scalar& along = frames.link(j).revolute ? at.omega.z : at.v.z;
+      along = along + qd[j];
+      at.own = of_body(at, frames.link(j).inertial);
     }
   }
 
- private:
-  struct LinkState {
-    Vec3<Scalar> omega, v;         // twist at the origin of the frame
-    Vec3<Scalar> accel;            // of free fall, reversed
-    Vec3<Scalar> linear, angular;  // momentum of this link and all behind it
-    Vec3<Scalar> f, n;             // wrench that holds them against gravity
-  };
-
-  [[nodiscard]] Vec3<Scalar> into(std::size_t j, const Vec3<Scalar>& v) const noexcept {
-    return rotated(turned<Turn::any>(tables_.links[j].R, v), turns_[j].c, turns_[j].s);
-  }
-  [[nodiscard]] Vec3<Scalar> out_of(std::size_t j, const Vec3<Scalar>& v) const noexcept {
-    return turned_back<Turn::any>(tables_.links[j].R, rotated_back(v, turns_[j].c, turns_[j].s));
-  }
-  [[nodiscard]] static Vec3<Scalar> origin(const DynamicsLink& link, const Scalar& q) noexcept {
-    const auto p = constant<Scalar>(link.p);
-    return link.revolute
-               ? p
-               : p + Vec3<Scalar>{Scalar(link.R[2]) * q, Scalar(link.R[5]) * q, Scalar(link.R[8]) * q};
-  }
-  [[nodiscard]] static Vec3<Scalar> times(const Scalar& factor, const Vec3<Scalar>& v) noexcept {
-    return {factor * v.x, factor * v.y, factor * v.z};
-  }
-
-  void forward(std::size_t j, const Scalar& q, const Scalar& qd) noexcept {
-    const DynamicsLink& link = tables_.links[j];
-    CosSin<Scalar> angle = {Scalar(1), Scalar(0)};
-    if (link.revolute) {
-      sin_cos(q, angle.s, angle.c);
-    }
-    turns_[j] = {angle.c * Scalar(link.cos_theta) - angle.s * Scalar(link.sin_theta),
-                 angle.s * Scalar(link.cos_theta) + angle.c * Scalar(link.sin_theta)};
-    LinkState& at = links_[j];
-    if (j == 0) {
-      const Vec3<Scalar> none = {Scalar(0), Scalar(0), Scalar(0)};
-      at.omega = none;
-      at.v = none;
-      at.accel = rotated(constant<Scalar>(tables_.accel.data()), turns_[0].c, turns_[0].s);
-    } else {
-      const LinkState& before = links_[j - 1];
-      at.omega = into(j, before.omega);
-      at.v = into(j, before.v + cross(before.omega, origin(link, q)));
-      at.accel = into(j, before.accel);
-    }
-    (link.revolute ? at.omega.z : at.v.z) = (link.revolute ? at.omega.z : at.v.z) + qd;
-
-    at.linear = at.angular = at.f = at.n = {Scalar(0), Scalar(0), Scalar(0)};
-    add_body(at, link.inertial);
-    if (j + 1 == links_.size()) {
-      add_body(at, payload_.data());
-    }
-  }
-
-  // I  XX XY XZ YY YZ ZZ MX MY MZ M
-  static void add_body(LinkState& at, const double* I) noexcept {
-    const auto h = constant<Scalar>(I + 6);
-    const Scalar m = static_cast<Scalar>(I[9]);
+  // Of a body in the frame of a link; I  XX XY XZ YY YZ ZZ MX MY MZ M.
+  template <typename Number>
+  [[nodiscard]] static Load of_body(const LinkState& at, const Number* I) noexcept {
+    const Vec3<Scalar> h = {Scalar(I[6]), Scalar(I[7]), Scalar(I[8])};
+    const auto m = static_cast<Scalar>(I[9]);
     const Mat3<Scalar> tensor = {{Scalar(I[0]), Scalar(I[1]), Scalar(I[2])},
                                  {Scalar(I[1]), Scalar(I[3]), Scalar(I[4])},
                                  {Scalar(I[2]), Scalar(I[4]), Scalar(I[5])}};
-    at.linear = at.linear + times(m, at.v) + cross(at.omega, h);
-    at.angular = at.angular + tensor.times(at.omega) + cross(h, at.v);
-    at.f = at.f + times(m, at.accel);
-    at.n = at.n + cross(h, at.accel);
+    return {scaled(m, at.v) + cross(at.omega, h), tensor.times(at.omega) + cross(h, at.v),
+            scaled(m, at.accel), cross(h, at.accel)};
   }
 
-  void back(std::size_t j, const Scalar& q) noexcept {
-    const LinkState& at = links_[j];
-    LinkState& before = links_[j - 1];
-    const Vec3<Scalar> p = origin(tables_.links[j], q);
-    const Vec3<Scalar> linear = out_of(j, at.linear);
-    const Vec3<Scalar> f = out_of(j, at.f);
-    before.linear = before.linear + linear;
-    before.angular = before.angular + out_of(j, at.angular) + cross(p, linear);
-    before.f = before.f + f;
-    before.n = before.n + out_of(j, at.n) + cross(p, f);
+  // What joint j sees of the load on it, and the same load in the frame before.
+  [[nodiscard]] Load share(std::size_t j, const Load& load, Scalar& p, Scalar& rate) const noexcept {
+    const LinkState& at = links[j];
+    const Vec3<Scalar> turned_omega = {at.omega.y, -at.omega.x, Scalar(0)};  // ω × z
+    if (frames.link(j).revolute) {
+      p = load.angular.z;
+      rate = dot(load.angular, turned_omega) + (load.linear.x * at.v.y - load.linear.y * at.v.x) - load.n.z;
+    } else {
+      p = load.linear.z;
+      rate = dot(load.linear, turned_omega) - load.f.z;
+    }
+    if (j == 0) {
+      return load;
+    }
+    const Vec3<Scalar> linear = frames.out_of(j, load.linear);
+    const Vec3<Scalar> f = frames.out_of(j, load.f);
+    return {linear, frames.out_of(j, load.angular) + cross(frames.origins[j], linear), f,
+            frames.out_of(j, load.n) + cross(frames.origins[j], f)};
   }
 
-  DynamicsTables tables_;
+  JointFrames<Scalar> frames;
+  std::vector<LinkState> links;
+
+ private:
   Matrix rotor_;
   Inertial payload_ = Inertial::Zero();
-  std::vector<CosSin<Scalar>> turns_;
-  std::vector<LinkState> links_;
 };
+
+// The torque that a gear passes on of what other friction leaves, where friction follows the load; v_s smooths its sign.
+template <typename Scalar>
+[[nodiscard]] Scalar passed_on(double load, const Scalar& v_s, const Scalar& torque, const Scalar& speed) {
+  return load == 0.0 ? torque : DryFriction::carried(torque, Scalar(Scalar(load) * smooth_sign(speed, v_s)));
+}
+
+// What a first-order low-pass makes of r, whose input is the rate of a momentum less what is known to drive it.
+template <typename Scalar>
+[[nodiscard]] Scalar low_pass(const Scalar& r, const Scalar& keep, const Scalar& before, const Scalar& now,
+                              const Scalar& driven, const Scalar& f_m) {
+  return keep * r + (Scalar(1) - keep) * ((now - before) * f_m - driven);
+}
 
 }  // namespace rivid::detail

@@ -10,13 +10,11 @@
 
 #include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
-#include "rivid/online/load_change.hpp"
 #include "rivid/online/model.hpp"
-#include "rivid/online/prior.hpp"
 #include "rivid/online/row_noise.hpp"
 #include "rivid/online/row_triangle.hpp"
 #include "rivid/online/saved_state.hpp"
-#include "rivid/regressor/body_columns.hpp"
+#include "rivid/regressor/base.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -97,6 +95,11 @@ struct OnlinePayload {
   [[nodiscard]] Scalar com_half_width() const { return quantile * com_sigma.maxCoeff(); }
 
   static constexpr Scalar quantile = Scalar(1.96);  ///< of 97.5 %
+
+  /// For save_state().
+  [[nodiscard]] auto state() noexcept {
+    return std::tie(mass, mass_sigma, com, com_sigma, inertia, inertia_sigma, held, body, good);
+  }
 };
 
 /// What hangs on the flange, in the control loop: mass, centre of mass and inertia with intervals, and when that changes.
@@ -168,16 +171,10 @@ class PayloadEstimator {
   /// All work that waits, and the solution: what the next ticks would do.
   void finish() noexcept;
 
-  template <typename Visit>
-  void visit_state(Visit& visit) noexcept {
-    // All members in their order.
-    auto& [options, columns, b, rows, prior, noise, load_change, snapshots, inverse, C_lambda, to_flange,
-           lambda, next_lambda, payload, change, counters, between_snapshots, half_second, owner] = *this;
-    auto& [first, second] = snapshots;
-    auto& [mass, mass_sigma, com, com_sigma, inertia, inertia_sigma, held, body, good] = payload;
-    detail::visit_parts(visit, rows, noise, load_change, first.R, first.noise, second.R, second.noise,
-                        inverse, C_lambda, lambda, next_lambda, mass, mass_sigma, com, com_sigma, inertia,
-                        inertia_sigma, held, body, good, change, counters);
+  [[nodiscard]] auto state() noexcept {
+    return std::tie(rows_, noise_, load_change_, snapshots_[0].R, snapshots_[0].noise, snapshots_[1].R,
+                    snapshots_[1].noise, inverse_, C_lambda_, lambda_, next_lambda_, payload_, change_,
+                    counters_);
   }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 

@@ -7,7 +7,6 @@
 
 #include "rivid/error.hpp"
 #include "rivid/online/model.hpp"
-#include "rivid/online/prior.hpp"
 #include "rivid/online/row_triangle.hpp"
 #include "rivid/online/saved_state.hpp"
 
@@ -110,12 +109,7 @@ class RecursiveIdentifier {
 
   [[nodiscard]] const RegressorColumns& columns() const noexcept { return rows_.stream().columns(); }
 
-  template <typename Visit>
-  void visit_state(Visit& visit) noexcept {
-    // All members in their order.
-    auto& [rows, sigma_rho, chi, scratch, sums, taken, owner] = *this;
-    detail::visit_parts(visit, rows, sums, taken);
-  }
+  [[nodiscard]] auto state() noexcept { return std::tie(rows_, sums_, taken_); }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
  private:

@@ -151,12 +151,8 @@ class RowStream {
     std::ranges::fill(finished_, -1);
   }
 
-  template <typename Visit>
-  void visit_state(Visit& visit) noexcept {
-    // All members in their order.
-    auto& [options, n, stride, span, length, motors, signs, columns, workspace, offsets, window, thresholds,
-           q, tau, runs, positions, sums, values, state, finished, ticks] = *this;
-    detail::visit_parts(visit, q, tau, runs, positions, sums, finished, ticks);
+  [[nodiscard]] auto state() noexcept {
+    return std::tie(q_, tau_, runs_, positions_, sums_, finished_, ticks_);
   }
 
  private:

@@ -9,6 +9,7 @@
 #include <ranges>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 
 #include "rivid/model/chain.hpp"
@@ -17,42 +18,41 @@ namespace rivid {
 
 namespace detail {
 
-// Counts, writes or reads the bytes of a state. An estimator names its state in `visit_state(visit)`, which calls
-// visit(pointer, count) for arrays of plain values, always in the same order. It takes itself apart into all its members there: one more
-// does not compile before it is said whether it is state.
-class StateSize {
- public:
-  template <typename Value>
-  void operator()(const Value* /*values*/, std::size_t count) noexcept {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    bytes += count * sizeof(Value);
-    layout = hashed(hashed(layout, sizeof(Value)), count);
-  }
-  // FNV-1a, a word at a time.
-  [[nodiscard]] static constexpr std::uint64_t hashed(std::uint64_t hash, std::uint64_t word) noexcept {
-    hash = (hash ^ word) * 0x100000001b3U;
-    return hash ^ (hash >> 32U);
-  }
-  static constexpr std::uint64_t first_hash = 0xcbf29ce484222325U;
-
-  std::size_t bytes = 0;
-  std::uint64_t layout = first_hash;  // sizes of the arrays
-};
-
-// The state of one part after the other: of a part with a visit_state() of its own, an array, or a plain value.
-template <typename Visit, typename... Parts>
-void visit_parts(Visit& visit, Parts&... parts) noexcept {
-  const auto each = [&](auto& part) {
-    if constexpr (requires { part.visit_state(visit); }) {
-      part.visit_state(visit);
-    } else if constexpr (requires { part.data(); }) {
-      visit(part.data(), static_cast<std::size_t>(part.size()));
-    } else {
-      visit(&part, 1);
-    }
-  };
-  (each(parts), ...);
+// FNV-1a, a word at a time.
+[[nodiscard]] constexpr std::uint64_t hashed(std::uint64_t hash, std::uint64_t word) noexcept {
+  hash = (hash ^ word) * 0x100000001b3U;
+  return hash ^ (hash >> 32U);
 }
+inline constexpr std::uint64_t first_hash = 0xcbf29ce484222325U;
+
+// Calls take(first, count) for all plain values of a state, always in the same order. A class lists the parts of its state in
+// `state()`: classes with a state of their own, arrays, plain values and structs of these.
+template <typename Part, typename Take>
+void for_each_saved(Part& part, const Take& take) noexcept {
+  if constexpr (requires { part.state(); }) {
+    std::apply([&](auto&... parts) { (for_each_saved(parts, take), ...); }, part.state());
+  } else if constexpr (requires { part.data(); }) {
+    static_assert(std::is_trivially_copyable_v<std::remove_cvref_t<decltype(*part.data())>>);
+    take(part.data(), static_cast<std::size_t>(part.size()));
+  } else {
+    static_assert(std::is_trivially_copyable_v<Part>);
+    take(&part, std::size_t{1});
+  }
+}
+
+// Bytes of a state, and a hash of the sizes of its arrays.
+struct StateSize {
+  template <typename Estimator>
+  explicit StateSize(const Estimator& estimator) noexcept {
+    // What visits a state may change it; this changes nothing.
+    for_each_saved(const_cast<Estimator&>(estimator), [this](const auto* values, std::size_t count) {
+      bytes += count * sizeof *values;
+      layout = hashed(hashed(layout, sizeof *values), count);
+    });
+  }
+  std::size_t bytes = 0;
+  std::uint64_t layout = first_hash;
+};
 
 // A number that is another one, all but surely, where any of the values is.
 class Fingerprint {
@@ -70,7 +70,7 @@ class Fingerprint {
     if constexpr (std::is_floating_point_v<Value>) {
       add(std::bit_cast<std::uint64_t>(static_cast<double>(value)));
     } else if constexpr (std::is_integral_v<Value> || std::is_enum_v<Value>) {
-      hash_ = StateSize::hashed(hash_, static_cast<std::uint64_t>(value));
+      hash_ = hashed(hash_, static_cast<std::uint64_t>(value));
     } else if constexpr (requires { value.rows(); }) {
       add(value.rows());
       for (Index i = 0; i < value.size(); ++i) {
@@ -88,7 +88,7 @@ class Fingerprint {
     }
   }
 
-  std::uint64_t hash_ = StateSize::first_hash;
+  std::uint64_t hash_ = first_hash;
 };
 
 // Whose state it is: fingerprints of what an estimator was made of.
@@ -116,50 +116,21 @@ struct StateHeader {
 };
 
 [[nodiscard]] inline std::uint64_t checksum_of(const std::byte* bytes, std::size_t count) noexcept {
-  std::uint64_t hash = StateSize::first_hash;
+  std::uint64_t hash = first_hash;
   for (std::size_t at = 0; at < count; at += sizeof(std::uint64_t)) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes + at, std::min(sizeof word, count - at));
-    hash = StateSize::hashed(hash, word);
+    hash = hashed(hash, word);
   }
   return hash;
 }
-
-class StateWriter {
- public:
-  explicit StateWriter(std::byte* to) : to_(to) {}
-  template <typename Value>
-  void operator()(const Value* values, std::size_t count) noexcept {
-    std::memcpy(to_, values, count * sizeof(Value));
-    to_ += count * sizeof(Value);
-  }
-
- private:
-  std::byte* to_;
-};
-
-class StateReader {
- public:
-  explicit StateReader(const std::byte* from) : from_(from) {}
-  template <typename Value>
-  void operator()(Value* values, std::size_t count) noexcept {
-    std::memcpy(values, from_, count * sizeof(Value));
-    from_ += count * sizeof(Value);
-  }
-
- private:
-  const std::byte* from_;
-};
 
 }  // namespace detail
 
 /// Bytes that the state of an estimator takes: what it has learned, without model and options.
 template <typename Estimator>
 [[nodiscard]] std::size_t state_size(const Estimator& estimator) noexcept {
-  detail::StateSize size;
-  // Visitors take pointers to what they may change; this one changes nothing.
-  const_cast<Estimator&>(estimator).visit_state(size);
-  return sizeof(detail::StateHeader) + size.bytes;
+  return sizeof(detail::StateHeader) + detail::StateSize(estimator).bytes;
 }
 
 /// Writes the state of an estimator. No allocation: the memory is the caller's.
@@ -168,15 +139,17 @@ template <typename Estimator>
 /// @return    whether it fits; else nothing is written
 template <typename Estimator>
 [[nodiscard]] bool save_state(const Estimator& estimator, std::span<std::byte> to) noexcept {
-  detail::StateSize size;
-  const_cast<Estimator&>(estimator).visit_state(size);
+  const detail::StateSize size(estimator);
   detail::StateHeader header{.owner = estimator.state_owner(), .layout = size.layout};
   if (to.size() < sizeof header + size.bytes) {
     return false;
   }
   std::byte* const content = to.data() + sizeof header;
-  detail::StateWriter writer(content);
-  const_cast<Estimator&>(estimator).visit_state(writer);
+  std::byte* next = content;
+  detail::for_each_saved(const_cast<Estimator&>(estimator), [&](const auto* values, std::size_t count) {
+    std::memcpy(next, values, count * sizeof *values);
+    next += count * sizeof *values;
+  });
   header.checksum = detail::checksum_of(content, size.bytes);
   std::memcpy(to.data(), &header, sizeof header);
   return true;
@@ -196,8 +169,7 @@ struct Restored {
 /// @return      whether they are such a state, and what differs where they are not; then nothing has changed
 template <typename Estimator>
 [[nodiscard]] Restored restore_state(Estimator& estimator, std::span<const std::byte> from) noexcept {
-  detail::StateSize size;
-  estimator.visit_state(size);
+  const detail::StateSize size(estimator);
   detail::StateHeader header;
   if (from.size() < sizeof header) {
     return {"restore_state: these bytes are no state"};
@@ -231,8 +203,11 @@ template <typename Estimator>
       return {check.words};
     }
   }
-  detail::StateReader reader(content.data());
-  estimator.visit_state(reader);
+  const std::byte* next = content.data();
+  detail::for_each_saved(estimator, [&](auto* values, std::size_t count) {
+    std::memcpy(values, next, count * sizeof *values);
+    next += count * sizeof *values;
+  });
   return {};
 }
 

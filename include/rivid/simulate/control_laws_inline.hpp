@@ -24,46 +24,34 @@ using Complaint = std::optional<std::string>;
 
 // What is wanted of a gain, one entry a joint. Gains in units of the control signal act against the error only with the
 // sign of the drive gain.
-enum class GainRule { positive, not_negative, feedback, feedback_or_zero, time };
+struct GainRule {
+  const char* required;
+  bool (*accepts)(double value, double g_tau);
+  bool in_signals = false;  // whether it needs a control signal of its own
+};
+inline constexpr GainRule positive = {
+    "positive and finite", [](double value, double) { return std::isfinite(value) && value > 0.0; }};
+inline constexpr GainRule not_negative = {
+    "finite and not negative", [](double value, double) { return std::isfinite(value) && value >= 0.0; }};
+inline constexpr GainRule time_or_never = {"positive and finite",
+                                           [](double value, double) { return value > 0.0; }};
+inline constexpr GainRule feedback = {"finite and of the sign of the drive gain g_tau, not zero",
+                                      [](double value, double g_tau) {
+                                        return std::isfinite(value) && value != 0.0 &&
+                                               std::signbit(value) == std::signbit(g_tau);
+                                      },
+                                      true};
+inline constexpr GainRule feedback_or_zero = {
+    "finite and zero or of the sign of the drive gain g_tau",
+    [](double value, double g_tau) { return value == 0.0 || feedback.accepts(value, g_tau); }};
 
 // An option of a law, by its name.
 struct GainCheck {
   const char* name;
   const Vector& values;
-  GainRule rule;
+  const GainRule& rule;
   bool optional = false;
 };
-
-inline const char* required(GainRule rule) {
-  switch (rule) {
-    case GainRule::not_negative:
-      return "finite and not negative";
-    case GainRule::feedback:
-      return "finite and of the sign of the drive gain g_tau, not zero";
-    case GainRule::feedback_or_zero:
-      return "finite and zero or of the sign of the drive gain g_tau";
-    case GainRule::positive:
-    case GainRule::time:
-      break;
-  }
-  return "positive and finite";
-}
-
-inline bool accepts(GainRule rule, double value, double g_tau) {
-  switch (rule) {
-    case GainRule::not_negative:
-      return std::isfinite(value) && value >= 0.0;
-    case GainRule::feedback:
-      return std::isfinite(value) && value != 0.0 && std::signbit(value) == std::signbit(g_tau);
-    case GainRule::feedback_or_zero:
-      return value == 0.0 || accepts(GainRule::feedback, value, g_tau);
-    case GainRule::time:  // infinite: no integral action
-      return value > 0.0;
-    case GainRule::positive:
-      break;
-  }
-  return std::isfinite(value) && value > 0.0;
-}
 
 inline Complaint complaint_of(const Robot& robot, const GainCheck& check) {
   const Vector& values = check.values;
@@ -76,9 +64,9 @@ inline Complaint complaint_of(const Robot& robot, const GainCheck& check) {
   }
   for (Index j = 0; j < values.size(); ++j) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-    if (!accepts(check.rule, values[j], joint.g_tau())) {
+    if (!check.rule.accepts(values[j], joint.g_tau())) {
       return std::string(check.name) + " of joint \"" + joint.name + "\" is " + number(values[j]) +
-             ", must be " + required(check.rule);
+             ", must be " + check.rule.required;
     }
   }
   return std::nullopt;
@@ -121,8 +109,8 @@ inline Complaint complaint_of_forms(const Robot& robot, std::initializer_list<Ga
   if (is_given(poles)) {
     return complaint_of(robot, poles);
   }
-  const bool in_signals = std::any_of(gains.begin(), gains.end(),
-                                      [](const GainCheck& gain) { return gain.rule == GainRule::feedback; });
+  const bool in_signals =
+      std::any_of(gains.begin(), gains.end(), [](const GainCheck& gain) { return gain.rule.in_signals; });
   if (in_signals && !is_diagonal(robot.drive_matrix())) {
     return "the robot's gear_matrix couples its joints, so that no control signal belongs to one joint "
            "alone; "
@@ -157,7 +145,7 @@ inline Matrix inverse_of(Matrix A) {
 }
 
 inline const Vector& checked_inertias(const char* who, const Plant& plant) {
-  if (const auto fault = complaint_of(plant.robot, {"the design inertia J", plant.J, GainRule::positive})) {
+  if (const auto fault = complaint_of(plant.robot, {"the design inertia J", plant.J, positive})) {
     throw InputError(std::string(who) + ": " + *fault);
   }
   return plant.J;
@@ -386,7 +374,7 @@ class ComputedTorqueLaw final : public ControlLaw {
 }  // namespace detail
 
 RIVID_INLINE std::optional<std::string> PdControl::complaint(const Robot& robot) const {
-  using enum detail::GainRule;
+  using namespace detail;
   if (auto fault = detail::complaint_of_forms(
           robot, {{"omega_n", omega_n, positive}, {"zeta", zeta, positive}},
           {{"k_p", k_p, positive}, {"k_v", k_v, feedback}, {"J_apriori", J_apriori, positive, true}})) {
@@ -411,7 +399,7 @@ RIVID_INLINE std::unique_ptr<ControlLaw> PdControl::operator()(const Plant& plan
 }
 
 RIVID_INLINE std::optional<std::string> PidControl::complaint(const Robot& robot) const {
-  using enum detail::GainRule;
+  using namespace detail;
   if (auto fault = detail::complaint_of_forms(robot,
                                               {{"omega_n", omega_n, positive},
                                                {"zeta", zeta, positive},
@@ -465,14 +453,14 @@ RIVID_INLINE std::unique_ptr<ControlLaw> PidControl::operator()(const Plant& pla
 }
 
 RIVID_INLINE std::optional<std::string> CascadeControl::complaint(const Robot& robot) const {
-  using enum detail::GainRule;
+  using namespace detail;
   if (auto fault = detail::complaint_of_forms(robot,
                                               {{"omega_n", omega_n, positive},
                                                {"zeta", zeta, positive},
                                                {"omega_i", omega_i, not_negative, true}},
                                               {{"k_p", k_p, positive},
                                                {"k_v", k_v, feedback},
-                                               {"T_i", T_i, time, true},
+                                               {"T_i", T_i, time_or_never, true},
                                                {"J_apriori", J_apriori, positive, true}})) {
     return fault;
   }
@@ -531,7 +519,7 @@ RIVID_INLINE std::unique_ptr<ControlLaw> CascadeControl::operator()(const Plant&
 }
 
 RIVID_INLINE std::optional<std::string> ComputedTorqueControl::complaint(const Robot& robot) const {
-  using enum detail::GainRule;
+  using namespace detail;
   if (auto fault =
           detail::complaint_of_forms(robot, {{"omega_n", omega_n, positive}, {"zeta", zeta, positive}},
                                      {{"k_p", k_p, positive}, {"k_d", k_d, positive}})) {

@@ -79,15 +79,7 @@ inline void carry_back(Composite<Scalar>& body, const DynamicsLink& link, const 
   } else {
     p = p + turned_back<Turn::any>(link.R, Vec3<Scalar>{Scalar(0.0), Scalar(0.0), q});
   }
-  turn_tensor(body.XX, body.XY, body.YY, body.XZ, body.YZ, c, s);
-  body.h = rotated_back(body.h, c, s);
-  turn_back<Turn::any>(body, link.R);
-  // Parallel-axis shift by p with the first moments half-way, h + m p / 2, so that the cross terms cancel.
-  const Scalar half = Scalar(0.5) * body.m;
-  const Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
-  body.h = body.h + way;
-  shift<7>(body, body.h, p);
-  body.h = body.h + way;
+  carry_composite<Turn::any, 7, true>(link, body, c, s, p);
 }
 
 // The diagonal of M alone, which needs no more than composite bodies: a third of what Dynamics takes.

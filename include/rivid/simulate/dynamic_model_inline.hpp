@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/model/chain.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/text.hpp"
 
@@ -125,53 +126,6 @@ inline void Sums::take_friction(const Robot& robot, const StandardParameter& par
     to.plus += row.direction != Direction::negative ? value : 0.0;
     to.minus += row.direction != Direction::positive ? value : 0.0;
   }
-}
-
-struct JacobiEigen {
-  Vector values;
-  Matrix vectors;  // one column a value
-};
-
-// Eigenvalues of a symmetric matrix by Jacobi's rotations: those of a diagonal matrix are its entries themselves. (Eigen's
-// solver costs as much to compile as all the rest.)
-inline JacobiEigen jacobi_eigen(Matrix A) {
-  const Index n = A.rows();
-  Matrix V = Matrix::Identity(n, n);
-  const double negligible = std::numeric_limits<double>::epsilon() * A.norm();
-  constexpr int most_sweeps = 60;
-  bool diagonal = false;
-  for (int sweep = 0; sweep < most_sweeps && !diagonal; ++sweep) {
-    diagonal = true;
-    for (Index p = 0; p < n; ++p) {
-      for (Index q = p + 1; q < n; ++q) {
-        const double off = A(p, q);
-        if (off == 0.0) {
-          continue;
-        }
-        diagonal = diagonal && std::abs(off) <= negligible;
-        const double theta = (A(q, q) - A(p, p)) / (2.0 * off);
-        const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
-        const double c = 1.0 / std::sqrt(t * t + 1.0);
-        const double s = t * c;
-        for (Index k = 0; k < n; ++k) {
-          const double first = A(k, p);
-          A(k, p) = c * first - s * A(k, q);
-          A(k, q) = s * first + c * A(k, q);
-        }
-        for (Index k = 0; k < n; ++k) {
-          const double first = A(p, k);
-          A(p, k) = c * first - s * A(q, k);
-          A(q, k) = s * first + c * A(q, k);
-          const double of_vector = V(k, p);
-          V(k, p) = c * of_vector - s * V(k, q);
-          V(k, q) = s * of_vector + c * V(k, q);
-        }
-        A(p, q) = 0.0;
-        A(q, p) = 0.0;
-      }
-    }
-  }
-  return {A.diagonal(), V};
 }
 
 // Nearest positive semidefinite matrix; returns whether that was another one.

@@ -60,34 +60,38 @@ struct DryFriction {
   /// τ_load + slope |τ_load| = driving.
   ///
   /// @param slope  load × sign of the speed
-  [[nodiscard]] static double carried(double driving, double slope) {
-    return driving / (1.0 + (driving > 0.0 ? slope : -slope));
+  template <typename Scalar>
+  [[nodiscard]] static Scalar carried(const Scalar& driving, const Scalar& slope) {
+    return driving / (Scalar(1.0) + select(driving > Scalar(0.0), slope, Scalar(-slope)));
   }
 
-  /// What follows the sign in λ, of one direction of motion. `sign`: ±1, or what smooths it.
-  template <typename Scalar>
-  [[nodiscard]] Scalar dry(bool plus, const Scalar& speed, const Scalar& sign) const {
+  /// What follows the sign in λ, of one direction of motion. `sign`: ±1, or what smooths it. `plus` is a bool, or what a
+  /// comparison of this Scalar gives.
+  template <typename Scalar, typename Condition>
+  [[nodiscard]] Scalar dry(const Condition& plus, const Scalar& speed, const Scalar& sign) const {
     return sum(plus, speed, sign, true);
   }
   /// What follows the speed in λ, of one direction of motion.
-  template <typename Scalar>
-  [[nodiscard]] Scalar viscous(bool plus, const Scalar& speed) const {
-    return sum(plus, speed, Scalar(plus ? 1.0 : -1.0), false);
+  template <typename Scalar, typename Condition>
+  [[nodiscard]] Scalar viscous(const Condition& plus, const Scalar& speed) const {
+    return sum(plus, speed, Scalar(select(plus, Scalar(1.0), Scalar(-1.0))), false);
   }
   /// λ of a speed, with `smallest` for a sign_speed of 0; 0 is the sign itself, and silent at rest.
   template <typename Scalar>
   [[nodiscard]] Scalar lambda(const Scalar& speed, double smallest = 0.0) const {
-    const bool plus = speed > Scalar(0.0);
+    const auto plus = speed > Scalar(0.0);
     return dry(plus, speed, sign(speed, sign_speed > 0.0 ? sign_speed : smallest)) + viscous(plus, speed);
   }
 
  private:
-  template <typename Scalar>
-  [[nodiscard]] Scalar sum(bool plus, const Scalar& speed, const Scalar& sign, bool of_dry) const {
+  template <typename Scalar, typename Condition>
+  [[nodiscard]] Scalar sum(const Condition& plus, const Scalar& speed, const Scalar& sign,
+                           bool of_dry) const {
     Scalar out(0.0);
     for (const Term& term : terms) {
       if ((about(term.basis).role == Role::dry) == of_dry) {
-        out = out + Scalar(plus ? term.plus : term.minus) * friction_function(term.basis, speed, sign);
+        out = out + select(plus, Scalar(term.plus), Scalar(term.minus)) *
+                        friction_function(term.basis, speed, sign);
       }
     }
     return out;
@@ -133,6 +137,58 @@ struct DynamicsTables {
   [[nodiscard]] DynamicsPlan plan() const {
     return {links.data(), links.size(), {accel[0], accel[1], accel[2]}, rotor.data()};
   }
+};
+
+// The frames of these links at some positions, for sweeps over single samples.
+template <typename Scalar>
+class JointFrames {
+ public:
+  explicit JointFrames(const ModelData& model)
+      : tables_(model), turns(tables_.links.size()), origins(tables_.links.size()) {
+    for (std::size_t j = 0; j < size(); ++j) {
+      origins[j] = constant<Scalar>(link(j).p);
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const noexcept { return tables_.links.size(); }
+  [[nodiscard]] const DynamicsLink& link(std::size_t j) const noexcept { return tables_.links[j]; }
+
+  void set(const Scalar* q) noexcept {
+    for (std::size_t j = 0; j < size(); ++j) {
+      CosSin<Scalar> angle = {Scalar(1.0), Scalar(0.0)};
+      if (link(j).revolute) {
+        sin_cos(q[j], angle.s, angle.c);
+      } else {
+        set_way(j, q[j]);
+      }
+      turns[j] = with_theta(link(j), angle);
+    }
+  }
+  // Position of a prismatic joint.
+  void set_way(std::size_t j, const Scalar& q) noexcept {
+    const double* const R = link(j).R;
+    origins[j] =
+        constant<Scalar>(link(j).p) + scaled(q, Vec3<Scalar>{Scalar(R[2]), Scalar(R[5]), Scalar(R[8])});
+  }
+
+  // A vector of frame j−1 in the axes of frame j, and back.
+  [[nodiscard]] Vec3<Scalar> into(std::size_t j, const Vec3<Scalar>& v) const noexcept {
+    return rotated(turned<Turn::any>(link(j).R, v), turns[j].c, turns[j].s);
+  }
+  [[nodiscard]] Vec3<Scalar> out_of(std::size_t j, const Vec3<Scalar>& v) const noexcept {
+    return turned_back<Turn::any>(link(j).R, rotated_back(v, turns[j].c, turns[j].s));
+  }
+  // Acceleration of the base in frame 0, less that of free fall: the tables have it in the link's axes at θ = 0.
+  [[nodiscard]] Vec3<Scalar> base_acceleration() const noexcept {
+    return rotated(constant<Scalar>(tables_.accel.data()), turns[0].c, turns[0].s);
+  }
+
+ private:
+  DynamicsTables tables_;
+
+ public:
+  std::vector<CosSin<Scalar>> turns;  // of the joints, constant angles included
+  std::vector<Vec3<Scalar>> origins;  // of frame j in frame j−1
 };
 
 }  // namespace detail

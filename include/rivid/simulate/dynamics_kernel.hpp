@@ -62,7 +62,6 @@ using DynamicsPlanOf = BasicDynamicsPlan<typename InertiaOf<Scalar>::Number>;
 }
 inline constexpr int revolute_step = 40;
 inline constexpr int prismatic_step = 41;
-inline constexpr int dynamics_steps = 42;
 
 // Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column r is that of joint n − 1 − r: what
 // its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r belongs to joint n − 1 − r
@@ -450,8 +449,8 @@ template <Turn turn, unsigned offsets, bool with_mass, typename Scalar>
   b.h = rotated_back(b.h, c, s);
   turn_back<turn>(b, link.R);
   if constexpr (with_mass) {
-    const Scalar half = Scalar(0.5) * b.m;
-    const Vec3<Scalar> way = {half * p.x, half * p.y, half * p.z};
+    // First moments half-way, h + m p / 2, so that the cross terms cancel.
+    const Vec3<Scalar> way = scaled(Scalar(Scalar(0.5) * b.m), p);
     b.h = b.h + way;
     shift<offsets>(b, b.h, p);
     b.h = b.h + way;
@@ -726,26 +725,29 @@ template <typename Scalar>
   return all(positive);
 }
 
+// Calls work<n>() for the numbers of joints that are worth a compiled case of their own; returns whether n is one.
+template <typename Scalar, typename Work>
+[[gnu::always_inline]] inline bool for_small(std::size_t n, const Work& work) {
+  if constexpr (has_quick_dynamics<Scalar>) {
+    const auto is = [&]<std::size_t size>() {
+      if (n == size) {
+        work.template operator()<size>();
+      }
+      return n == size;
+    };
+    return is.template operator()<2>() || is.template operator()<3>() || is.template operator()<4>() ||
+           is.template operator()<5>() || is.template operator()<6>() || is.template operator()<7>();
+  }
+  return false;
+}
+
 template <typename Scalar>
 [[gnu::always_inline]] inline bool factor(std::size_t n, std::size_t stride, const Scalar* M, Scalar* L,
                                           Scalar* inverse_D, Scalar* columns) {
-  if constexpr (has_quick_dynamics<Scalar>) {
-    switch (n) {
-      case 2:
-        return factor_small<2>(stride, M, L, inverse_D);
-      case 3:
-        return factor_small<3>(stride, M, L, inverse_D);
-      case 4:
-        return factor_small<4>(stride, M, L, inverse_D);
-      case 5:
-        return factor_small<5>(stride, M, L, inverse_D);
-      case 6:
-        return factor_small<6>(stride, M, L, inverse_D);
-      case 7:
-        return factor_small<7>(stride, M, L, inverse_D);
-      default:
-        break;
-    }
+  bool positive = false;
+  if (for_small<Scalar>(
+          n, [&]<std::size_t size>() { positive = factor_small<size>(stride, M, L, inverse_D); })) {
+    return positive;
   }
   return factor_any(n, stride, M, L, inverse_D, columns);
 }
@@ -823,23 +825,8 @@ template <typename Scalar>
 template <typename Scalar>
 [[gnu::always_inline]] inline void solve_factored(std::size_t n, std::size_t stride, const Scalar* L,
                                                   const Scalar* inverse_D, Scalar* b) {
-  if constexpr (has_quick_dynamics<Scalar>) {
-    switch (n) {
-      case 2:
-        return solve_small<2>(stride, L, inverse_D, b);
-      case 3:
-        return solve_small<3>(stride, L, inverse_D, b);
-      case 4:
-        return solve_small<4>(stride, L, inverse_D, b);
-      case 5:
-        return solve_small<5>(stride, L, inverse_D, b);
-      case 6:
-        return solve_small<6>(stride, L, inverse_D, b);
-      case 7:
-        return solve_small<7>(stride, L, inverse_D, b);
-      default:
-        break;
-    }
+  if (for_small<Scalar>(n, [&]<std::size_t size>() { solve_small<size>(stride, L, inverse_D, b); })) {
+    return;
   }
   solve_any(n, stride, L, inverse_D, b);
 }

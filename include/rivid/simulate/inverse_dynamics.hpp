@@ -47,7 +47,7 @@ class BasicInverseDynamics {
   /// @throws InputError  the model's complaint(); where an option can not be used
   explicit BasicInverseDynamics(const ModelData& model, const InverseDynamicsOptions& options = {});
 
-  [[nodiscard]] Index size() const noexcept { return static_cast<Index>(turns_.size()); }
+  [[nodiscard]] Index size() const noexcept { return model_.size(); }
 
   /// τ = M(q) q̈ + N(q, q̇) + friction(q̇).
   ///
@@ -56,6 +56,9 @@ class BasicInverseDynamics {
   /// @param qdd  (n) [rad/s² | m/s²]
   /// @param tau  (n) [N·m | N]; none of the others' memory
   void torque(const Values& q, const Values& qd, const Values& qdd, Result tau) noexcept;
+
+  /// M(q) q̈ + N(q, q̇), without friction, (n) [N·m | N].
+  void rigid_body(const Values& q, const Values& qd, const Values& qdd, Result tau) noexcept;
 
   /// N(q, 0): what holds the robot against gravity, without friction, (n) [N·m | N].
   void gravity(const Values& q, Result tau) noexcept;
@@ -80,16 +83,6 @@ class BasicInverseDynamics {
   using Wrench = detail::Wrench<Scalar>;
   using Link = detail::DynamicsLink;
 
-  [[nodiscard]] static Vec3 times(double factor, const Vec3& v) {
-    return {Scalar(factor) * v.x, Scalar(factor) * v.y, Scalar(factor) * v.z};
-  }
-  // Of friction along one direction, whose sign this speed smooths.
-  [[nodiscard]] static Scalar dry(const DryFriction& element, const Scalar& speed, double smoothing);
-  [[nodiscard]] static Scalar smooth_sign(const Scalar& speed, double smoothing);
-  [[nodiscard]] double smoothing_of(std::size_t e) const {
-    return smoothing_.size() > 0 ? smoothing_[static_cast<Index>(e)] : 0.0;
-  }
-  [[nodiscard]] static Vec3 origin(const Link& link, const Scalar& q);
   // What the link's motion takes. Of a revolute joint's link the tables have taken YY, of a prismatic one's the tensor.
   [[nodiscard]] static Wrench wrench(const Link& link, const Motion3& m, const Mat3& U);
 
@@ -106,29 +99,19 @@ class BasicInverseDynamics {
     return out;
   }
 
-  // A vector of frame j−1 in the axes of frame j.
-  [[nodiscard]] Vec3 into_link(std::size_t j, const Vec3& v) const {
-    return detail::rotated(detail::turned<detail::Turn::any>(tables_.links[j].R, v), turns_[j].c,
-                           turns_[j].s);
-  }
-  void turn(const Scalar* q) noexcept;
-  [[nodiscard]] Vec3 first_acceleration() const noexcept;
   // M q̈ + N without rotors; q̈ = 0 where qdd is null.
   void newton_euler(const Scalar* q, const Scalar* qd, const Scalar* qdd, Scalar* tau) noexcept;
   // From the wrenches of the links to the torques of the joints.
-  void sum_up(const Scalar* q, Scalar* tau) noexcept;
-  // tau += A x.
-  void add_product(const Matrix& A, const Values& x, Result& tau) const noexcept;
+  void sum_up(Scalar* tau) noexcept;
   template <typename... Sizes>
   [[nodiscard]] bool fits(Result& tau, Sizes... sizes) const noexcept;
 
   ModelData model_;
-  detail::DynamicsTables tables_;              // checks the model, before what follows reads it
-  Vector smoothing_;                           // of each element of dry friction; empty: none
-  Dynamics<Scalar> dynamics_;                  // for M
-  std::vector<Wrench> wrenches_;               // of the links
-  std::vector<detail::CosSin<Scalar>> turns_;  // of the joints
-  Eigen::VectorX<Scalar> at_rest_;             // zeros
+  detail::JointFrames<Scalar> frames_;  // checks the model, before what follows reads it
+  Eigen::VectorX<Scalar> smoothing_;    // of each element of dry friction, zeros for none
+  Dynamics<Scalar> dynamics_;           // for M
+  std::vector<Wrench> wrenches_;        // of the links
+  Eigen::VectorX<Scalar> at_rest_;      // zeros
   Eigen::VectorX<Scalar> scratch_;
   Eigen::VectorX<Scalar> q_;  // arguments without traces
   Eigen::VectorX<Scalar> qd_;
@@ -139,10 +122,24 @@ using InverseDynamics = BasicInverseDynamics<double>;
 
 namespace detail {
 
-// v_s of each element of dry friction.
+// v_s of each element of dry friction, from those of the joints.
+template <typename Scalar>
+[[nodiscard]] Eigen::VectorX<Scalar> smoothing_of_elements(const ModelData& model, const Scalar* speeds) {
+  Eigen::VectorX<Scalar> out(static_cast<Index>(model.dry_friction.size()));
+  for (Index e = 0; e < out.size(); ++e) {
+    out[e] = Scalar(0.0);
+    for (Index j = 0; j < model.size(); ++j) {
+      const double c = model.dry_friction[static_cast<std::size_t>(e)].direction[j];
+      out[e] = out[e] + Scalar(std::abs(c)) * speeds[j];
+    }
+  }
+  return out;
+}
+
+// The v_s that the options have for the joints, zeros for none.
 [[nodiscard]] inline Vector smoothing_of(const ModelData& model, const Vector& speeds) {
   if (speeds.size() == 0) {
-    return {};
+    return Vector::Zero(model.size());
   }
   if (speeds.size() != model.size()) {
     throw InputError("InverseDynamics: smoothing_speed has " + std::to_string(speeds.size()) +
@@ -155,11 +152,93 @@ namespace detail {
                        ", must be positive and finite; leave smoothing_speed empty for none");
     }
   }
-  Vector out(static_cast<Index>(model.dry_friction.size()));
-  for (Index e = 0; e < out.size(); ++e) {
-    out[e] = model.dry_friction[static_cast<std::size_t>(e)].direction.cwiseAbs().dot(speeds);
+  return speeds;
+}
+
+// tau += A x.
+template <typename Scalar>
+void add_product(const Matrix& A, const Scalar* x, Scalar* tau) noexcept {
+  for (Index i = 0; i < A.rows(); ++i) {
+    Scalar sum(0.0);
+    for (Index j = 0; j < A.cols(); ++j) {
+      sum = sum + Scalar(A(i, j)) * x[j];
+    }
+    tau[i] = tau[i] + sum;
   }
-  return out;
+}
+
+// One of two numbers that take long; only that one is made where the condition is a bool.
+template <typename Condition, typename First, typename Second>
+[[nodiscard]] auto chosen(const Condition& condition, const First& first, const Second& second) {
+  if constexpr (std::is_same_v<Condition, bool>) {
+    return condition ? first() : second();
+  } else {
+    return select(condition, first(), second());
+  }
+}
+
+// sign(speed), or tanh(speed / v_s) where v_s is above zero.
+template <typename Scalar>
+[[nodiscard]] Scalar smooth_sign(const Scalar& speed, const Scalar& v_s) {
+  using std::tanh;
+  return chosen(
+      v_s > Scalar(0.0), [&] { return Scalar(tanh(Scalar(speed / v_s))); },
+      [&] { return rivid::sign(speed); });
+}
+
+// λ of friction along one direction, whose sign v_s smooths where that is above zero; at rest it is silent.
+template <typename Scalar>
+[[nodiscard]] Scalar smooth_lambda(const DryFriction& element, const Scalar& speed, const Scalar& v_s) {
+  if (element.sign_speed > 0.0) {  // it was identified smooth
+    return element.lambda(speed);
+  }
+  using std::tanh;
+  const Scalar one(1.0);
+  const Scalar half(0.5);
+  const Scalar zero(0.0);
+  const auto smooth = v_s > zero;
+  const Scalar forward = chosen(
+      smooth, [&] { return Scalar(half + half * tanh(Scalar(speed / v_s))); },
+      [&] { return Scalar(select(speed > zero, one, zero)); });
+  const Scalar backward = chosen(
+      smooth, [&] { return Scalar(one - forward); }, [&] { return Scalar(select(speed < zero, one, zero)); });
+  return element.dry(true, speed, one) * forward + element.dry(false, speed, Scalar(-one)) * backward +
+         element.viscous(speed > zero, speed);
+}
+
+// Friction of a model without what follows the load; v_s of each element, zeros for the sign itself.
+template <typename Scalar>
+void friction_of(const ModelData& model, const Scalar* qd, const Scalar* v_s, Scalar* tau) noexcept {
+  const Index n = model.size();
+  for (Index j = 0; j < n; ++j) {
+    tau[j] = Scalar(model.offset[j]);
+  }
+  add_product(model.viscous, qd, tau);
+  for (const DryFriction& element : model.dry_friction) {
+    Scalar speed(0.0);
+    for (Index j = 0; j < n; ++j) {
+      speed = speed + Scalar(element.direction[j]) * qd[j];
+    }
+    const Scalar lambda = smooth_lambda(element, speed, *v_s++);
+    for (Index j = 0; j < n; ++j) {
+      tau[j] = tau[j] + Scalar(element.torque[j]) * lambda;
+    }
+  }
+}
+
+// Adds friction that follows the load: tau is M q̈ + N.
+template <typename Scalar>
+void add_load_friction(const ModelData& model, const Scalar* tau, const Scalar* qd, const Scalar* v_s,
+                       Scalar* friction) noexcept {
+  using std::abs;
+  for (const DryFriction& element : model.dry_friction) {
+    if (element.load > 0.0) {
+      const Index j = element.joint();
+      const Scalar own = element.sign_speed > 0.0 ? Scalar(element.sign_speed) : *v_s;
+      friction[j] = friction[j] + Scalar(element.load) * smooth_sign(qd[j], own) * Scalar(abs(tau[j]));
+    }
+    ++v_s;
+  }
 }
 
 }  // namespace detail
@@ -168,48 +247,17 @@ template <typename Scalar>
 BasicInverseDynamics<Scalar>::BasicInverseDynamics(const ModelData& model,
                                                    const InverseDynamicsOptions& options)
     : model_(model),
-      tables_(model),
-      smoothing_(detail::smoothing_of(model, options.smoothing_speed)),
+      frames_(model),
+      smoothing_(
+          detail::smoothing_of_elements(model, detail::smoothing_of(model, options.smoothing_speed).data())
+              .template cast<Scalar>()),
       dynamics_(model),
       wrenches_(static_cast<std::size_t>(model.size())),
-      turns_(static_cast<std::size_t>(model.size())),
       at_rest_(Eigen::VectorX<Scalar>::Zero(model.size())),
       scratch_(Eigen::VectorX<Scalar>::Zero(model.size())),
       q_(scratch_),
       qd_(scratch_),
       qdd_(scratch_) {}
-
-template <typename Scalar>
-Scalar BasicInverseDynamics<Scalar>::dry(const DryFriction& element, const Scalar& speed, double smoothing) {
-  if (element.sign_speed > 0.0) {  // it was identified smooth
-    return element.lambda(speed);
-  }
-  using std::tanh;
-  const Scalar one(1.0);
-  const Scalar half(0.5);
-  const Scalar zero(0.0);
-  const Scalar forward = smoothing > 0.0 ? Scalar(half + half * tanh(Scalar(speed / Scalar(smoothing))))
-                                         : (speed > zero ? one : zero);
-  const Scalar backward = smoothing > 0.0 ? Scalar(one - forward) : (speed < zero ? one : zero);
-  return element.dry(true, speed, one) * forward + element.dry(false, speed, Scalar(-one)) * backward +
-         element.viscous(speed > zero, speed);
-}
-
-template <typename Scalar>
-Scalar BasicInverseDynamics<Scalar>::smooth_sign(const Scalar& speed, double smoothing) {
-  using std::tanh;
-  const Scalar zero(0.0);
-  return smoothing > 0.0 ? Scalar(tanh(Scalar(speed / Scalar(smoothing))))
-                         : Scalar(speed > zero   ? 1.0
-                                  : speed < zero ? -1.0
-                                                 : 0.0);
-}
-
-template <typename Scalar>
-auto BasicInverseDynamics<Scalar>::origin(const Link& link, const Scalar& q) -> Vec3 {
-  const Vec3 p = detail::constant<Scalar>(link.p);
-  return link.revolute ? p : p + Vec3{Scalar(link.R[2]) * q, Scalar(link.R[5]) * q, Scalar(link.R[8]) * q};
-}
 
 template <typename Scalar>
 auto BasicInverseDynamics<Scalar>::wrench(const Link& link, const Motion3& m, const Mat3& U) -> Wrench {
@@ -219,45 +267,25 @@ auto BasicInverseDynamics<Scalar>::wrench(const Link& link, const Motion3& m, co
   if (link.revolute) {
     const auto moments = detail::TensorMoments<Scalar>::of(m, U);
     for (const int k : {0, 1, 2, 4, 5}) {
-      out.n = out.n + times(I[k], moments.k[k]);
+      out.n = out.n + detail::scaled(Scalar(I[k]), moments.k[k]);
     }
   }
-  out.f = out.f + times(I[9], m.accel);
+  out.f = out.f + detail::scaled(Scalar(I[9]), m.accel);
   return out;
-}
-
-template <typename Scalar>
-void BasicInverseDynamics<Scalar>::turn(const Scalar* q) noexcept {
-  for (std::size_t j = 0; j < turns_.size(); ++j) {
-    const Link& link = tables_.links[j];
-    Scalar s(0.0);
-    Scalar c(1.0);
-    if (link.revolute) {
-      detail::sin_cos(q[j], s, c);
-    }
-    turns_[j] = {c * Scalar(link.cos_theta) - s * Scalar(link.sin_theta),
-                 s * Scalar(link.cos_theta) + c * Scalar(link.sin_theta)};
-  }
-}
-
-// Acceleration of the first link's origin. The tables hold that of the base in the link's axes at θ = 0.
-template <typename Scalar>
-auto BasicInverseDynamics<Scalar>::first_acceleration() const noexcept -> Vec3 {
-  return detail::rotated(detail::constant<Scalar>(tables_.accel.data()), turns_[0].c, turns_[0].s);
 }
 
 template <typename Scalar>
 void BasicInverseDynamics<Scalar>::newton_euler(const Scalar* q, const Scalar* qd, const Scalar* qdd,
                                                 Scalar* tau) noexcept {
-  turn(q);
+  frames_.set(q);
   const Scalar zero(0.0);
-  Motion3 m = {{zero, zero, zero}, {zero, zero, zero}, first_acceleration()};
+  Motion3 m = {{zero, zero, zero}, {zero, zero, zero}, frames_.base_acceleration()};
   Mat3 U = {m.omega, m.omega, m.omega};
-  for (std::size_t j = 0; j < turns_.size(); ++j) {
-    const Link& link = tables_.links[j];
+  for (std::size_t j = 0; j < frames_.size(); ++j) {
+    const Link& link = frames_.link(j);
     if (j > 0) {
-      m = {into_link(j, m.omega), into_link(j, m.omega_dot),
-           into_link(j, m.accel + U.times(origin(link, q[j])))};
+      m = {frames_.into(j, m.omega), frames_.into(j, m.omega_dot),
+           frames_.into(j, m.accel + U.times(frames_.origins[j]))};
     }
     const Scalar acceleration = qdd != nullptr ? qdd[j] : zero;
     if (link.revolute) {
@@ -270,35 +298,19 @@ void BasicInverseDynamics<Scalar>::newton_euler(const Scalar* q, const Scalar* q
     U = detail::acceleration_field(m);
     wrenches_[j] = wrench(link, m, U);
   }
-  sum_up(q, tau);
+  sum_up(tau);
 }
 
 template <typename Scalar>
-void BasicInverseDynamics<Scalar>::sum_up(const Scalar* q, Scalar* tau) noexcept {
-  for (std::size_t j = turns_.size(); j-- > 0;) {
-    const Link& link = tables_.links[j];
+void BasicInverseDynamics<Scalar>::sum_up(Scalar* tau) noexcept {
+  for (std::size_t j = frames_.size(); j-- > 0;) {
     const Wrench& w = wrenches_[j];
-    tau[j] = link.revolute ? w.n.z : w.f.z;
+    tau[j] = frames_.link(j).revolute ? w.n.z : w.f.z;
     if (j > 0) {
-      const auto back = [&](const Vec3& v) {
-        return detail::turned_back<detail::Turn::any>(link.R,
-                                                      detail::rotated_back(v, turns_[j].c, turns_[j].s));
-      };
-      const Vec3 f = back(w.f);
+      const Vec3 f = frames_.out_of(j, w.f);
       wrenches_[j - 1].f = wrenches_[j - 1].f + f;
-      wrenches_[j - 1].n = wrenches_[j - 1].n + back(w.n) + detail::cross(origin(link, q[j]), f);
+      wrenches_[j - 1].n = wrenches_[j - 1].n + frames_.out_of(j, w.n) + detail::cross(frames_.origins[j], f);
     }
-  }
-}
-
-template <typename Scalar>
-void BasicInverseDynamics<Scalar>::add_product(const Matrix& A, const Values& x, Result& tau) const noexcept {
-  for (Index i = 0; i < tau.size(); ++i) {
-    Scalar sum(0.0);
-    for (Index j = 0; j < x.size(); ++j) {
-      sum = sum + Scalar(A(i, j)) * x[j];
-    }
-    tau[i] = tau[i] + sum;
   }
 }
 
@@ -319,20 +331,20 @@ void BasicInverseDynamics<Scalar>::torque(const Values& q, const Values& qd, con
   if (!fits(tau, q.size(), qd.size(), qdd.size())) {
     return;
   }
-  friction(without_traces(qd, qd_), scratch_);
-  newton_euler(without_traces(q, q_).data(), qd_.data(), without_traces(qdd, qdd_).data(), tau.data());
-  add_product(model_.rotor, qdd_, tau);
-  for (std::size_t e = 0; e < model_.dry_friction.size(); ++e) {
-    const DryFriction& element = model_.dry_friction[e];
-    if (element.load > 0.0) {
-      using std::abs;
-      const Index j = element.joint();
-      const Scalar sign =
-          smooth_sign(qd_[j], element.sign_speed > 0.0 ? element.sign_speed : smoothing_of(e));
-      scratch_[j] = scratch_[j] + Scalar(element.load) * sign * Scalar(abs(tau[j]));
-    }
-  }
+  rigid_body(q, qd, qdd, tau);
+  detail::friction_of(model_, qd_.data(), smoothing_.data(), scratch_.data());
+  detail::add_load_friction(model_, tau.data(), qd_.data(), smoothing_.data(), scratch_.data());
   tau += scratch_;
+}
+
+template <typename Scalar>
+void BasicInverseDynamics<Scalar>::rigid_body(const Values& q, const Values& qd, const Values& qdd,
+                                              Result tau) noexcept {
+  if (fits(tau, q.size(), qd.size(), qdd.size())) {
+    newton_euler(without_traces(q, q_).data(), without_traces(qd, qd_).data(),
+                 without_traces(qdd, qdd_).data(), tau.data());
+    detail::add_product(model_.rotor, qdd_.data(), tau.data());
+  }
 }
 
 template <typename Scalar>
@@ -340,14 +352,15 @@ void BasicInverseDynamics<Scalar>::gravity(const Values& q, Result tau) noexcept
   if (!fits(tau, q.size())) {
     return;
   }
-  turn(without_traces(q, q_).data());
-  Vec3 accel = first_acceleration();
-  for (std::size_t j = 0; j < turns_.size(); ++j) {
-    accel = j > 0 ? into_link(j, accel) : accel;
-    const double* const I = tables_.links[j].inertial;
-    wrenches_[j] = {times(I[9], accel), detail::cross(detail::constant<Scalar>(I + 6), accel)};
+  frames_.set(without_traces(q, q_).data());
+  Vec3 accel = frames_.base_acceleration();
+  for (std::size_t j = 0; j < frames_.size(); ++j) {
+    accel = j > 0 ? frames_.into(j, accel) : accel;
+    const double* const I = frames_.link(j).inertial;
+    wrenches_[j] = {detail::scaled(Scalar(I[9]), accel),
+                    detail::cross(detail::constant<Scalar>(I + 6), accel)};
   }
-  sum_up(q_.data(), tau.data());
+  sum_up(tau.data());
 }
 
 template <typename Scalar>
@@ -368,23 +381,8 @@ void BasicInverseDynamics<Scalar>::coriolis(const Values& q, const Values& qd, R
 
 template <typename Scalar>
 void BasicInverseDynamics<Scalar>::friction(const Values& qd, Result tau) const noexcept {
-  if (!fits(tau, qd.size())) {
-    return;
-  }
-  for (Index j = 0; j < size(); ++j) {
-    tau[j] = Scalar(model_.offset[j]);
-  }
-  add_product(model_.viscous, qd, tau);
-  for (std::size_t e = 0; e < model_.dry_friction.size(); ++e) {
-    const DryFriction& element = model_.dry_friction[e];
-    Scalar speed(0.0);
-    for (Index j = 0; j < size(); ++j) {
-      speed = speed + Scalar(element.direction[j]) * qd[j];
-    }
-    const Scalar lambda = dry(element, speed, smoothing_of(e));
-    for (Index j = 0; j < size(); ++j) {
-      tau[j] = tau[j] + Scalar(element.torque[j]) * lambda;
-    }
+  if (fits(tau, qd.size())) {
+    detail::friction_of(model_, qd.data(), smoothing_.data(), tau.data());
   }
 }
 

@@ -8,7 +8,6 @@
 #include "rivid/identify/estimation.hpp"
 #include "rivid/identify/payload.hpp"
 #include "rivid/regressor/base.hpp"
-#include "rivid/regressor/body_columns.hpp"
 
 namespace rivid::detail {
 

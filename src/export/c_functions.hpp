@@ -4,104 +4,90 @@
 
 namespace rivid::detail {
 
-// What a generated C header has for a control loop: ContactObserver's residual, and a payload by recursive least squares on it. @ is the
-// robot's name.
+// What a generated C header has. @ is the robot's name; what stands between $ and $ is recorded from the library's kernels, see
+// c_header.cpp.
 //
 // A payload λ is an external torque −L λ to the arm. Its momentum passes through the observer's low-pass as that of the arm does, so that
-// r = −L_f λ without accelerations.
-inline constexpr std::string_view c_online_functions = R"(
-/* Poses, twists and the acceleration of free fall, reversed, of all links in their own axes. */
+// r = −L_f λ without accelerations. Its least squares have loops, and stand here alone.
+inline constexpr std::string_view c_functions = R"(#ifndef RIVID_@_H
+#define RIVID_@_H
+
+#include <math.h>
+
+#define @_JOINTS $joints$
+
+/* M(q) qdd + N(q, qd): inertia, rotors, Coriolis, centrifugal and gravity torques. */
+static inline void @_rigid_body(const double q[@_JOINTS], const double qd[@_JOINTS], const double qdd[@_JOINTS],
+                                double tau[@_JOINTS]) {
+  (void)q, (void)qd, (void)qdd;
+$rigid_body$
+}
+
+/* N(q, 0): what holds the robot against gravity. */
+static inline void @_gravity(const double q[@_JOINTS], double tau[@_JOINTS]) {
+  (void)q;
+$gravity$
+}
+
+/* Friction. smoothing_speed: null for sign(qd), 0 at rest; else v_s of each joint, positive, of tanh(qd / v_s). What was
+   identified with a smooth sign keeps its own. */
+static inline void @_friction(const double qd[@_JOINTS], const double* smoothing_speed, double tau[@_JOINTS]) {
+  (void)qd, (void)smoothing_speed;
+$friction$
+}
+
+/* tau = M(q) qdd + N(q, qd) + friction(qd), with the sign of qd as it is. Friction that follows the load, of which a joint
+   takes a part of |M(q) qdd + N(q, qd)|, is here alone. */
+static inline void @_inverse_dynamics(const double q[@_JOINTS], const double qd[@_JOINTS],
+                                      const double qdd[@_JOINTS], double tau[@_JOINTS]) {
+  double friction[@_JOINTS];
+  @_rigid_body(q, qd, qdd, tau);
+  @_friction(qd, (const double*)0, friction);
+$with_friction$
+}
+
+/* Sine, cosine and position of each joint; of its link, in the link's axes, twist w and v, the acceleration of free fall, reversed,
+   and the momentum and weight of the link itself, a load: linear and angular momentum, the force and moment that hold it. */
 typedef struct @_motion {
-  double T[@_JOINTS][9]; /* orientation of frame j in frame j - 1, by rows */
-  double p[@_JOINTS][3];
-  double w[@_JOINTS][3];
-  double v[@_JOINTS][3];
-  double a[@_JOINTS][3];
+  double c[@_JOINTS], s[@_JOINTS], q[@_JOINTS];
+  double link[@_JOINTS][21];
 } @_motion;
 
 static inline void @_set_motion(const double* q, const double* qd, @_motion* to) {
-  int i, j;
-  for (j = 0; j < @_JOINTS; ++j) {
-    const double* const R = @_R[j];
-    const double s = @_revolute[j] ? sin(q[j]) : 0.0;
-    const double c = @_revolute[j] ? cos(q[j]) : 1.0;
-    const double slide = @_revolute[j] ? 0.0 : q[j];
-    double* const T = to->T[j];
-    double* const r = to->p[j];
-    double w[3] = {0.0, 0.0, 0.0}, v[3] = {0.0, 0.0, 0.0};
-    const double* const a = j > 0 ? to->a[j - 1] : @_base_acceleration;
-    for (i = 0; i < 3; ++i) {
-      T[3 * i] = R[3 * i] * c + R[3 * i + 1] * s;
-      T[3 * i + 1] = R[3 * i + 1] * c - R[3 * i] * s;
-      T[3 * i + 2] = R[3 * i + 2];
-      r[i] = @_p[j][i] + R[3 * i + 2] * slide;
-    }
-    if (j > 0) {
-      for (i = 0; i < 3; ++i) {
-        w[i] = to->w[j - 1][i];
-      }
-      v[0] = to->v[j - 1][0] + w[1] * r[2] - w[2] * r[1];
-      v[1] = to->v[j - 1][1] + w[2] * r[0] - w[0] * r[2];
-      v[2] = to->v[j - 1][2] + w[0] * r[1] - w[1] * r[0];
-    }
-    for (i = 0; i < 3; ++i) {
-      to->w[j][i] = T[i] * w[0] + T[3 + i] * w[1] + T[6 + i] * w[2];
-      to->v[j][i] = T[i] * v[0] + T[3 + i] * v[1] + T[6 + i] * v[2];
-      to->a[j][i] = T[i] * a[0] + T[3 + i] * a[1] + T[6 + i] * a[2];
-    }
-    if (@_revolute[j]) {
-      to->w[j][2] += qd[j];
-    } else {
-      to->v[j][2] += qd[j];
-    }
+$sweep$
+}
+
+/* What joint j sees of the momentum and weight of all behind it, and the same in the frame before. */
+static inline void @_share(int j, const @_motion* at, double load[12], double p[@_JOINTS], double rate[@_JOINTS]) {
+  switch (j) {
+$shares$
+    default:
+      break;
   }
 }
 
+static inline void @_body_load(const @_motion* at, const double body[10], double load[12]) {
+$body$
+}
+
 /* Generalised momentum p and dT/dq - gravity torques, of the links (body null) or of a body XX ... M in the last frame alone. */
-static inline void @_momentum(const @_motion* at, const double* body, double p[@_JOINTS], double rate[@_JOINTS]) {
-  double linear[3] = {0.0, 0.0, 0.0}, angular[3] = {0.0, 0.0, 0.0}; /* momentum of link j and all behind it */
-  double f[3] = {0.0, 0.0, 0.0}, n[3] = {0.0, 0.0, 0.0};            /* wrench that holds them */
+static inline void @_momenta(const @_motion* at, const double* body, double p[@_JOINTS], double rate[@_JOINTS]) {
+  double load[12] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   int i, j;
-  for (j = @_JOINTS - 1; j >= 0; --j) {
-    const double* const w = at->w[j];
-    const double* const v = at->v[j];
-    const double* const a = at->a[j];
-    const double* const T = at->T[j];
-    const double* const r = at->p[j];
-    const double* const I = !body ? @_inertial[j] : j == @_JOINTS - 1 ? body : (const double*)0;
-    double out[4][3];
-    if (I) {
-      linear[0] += I[9] * v[0] + w[1] * I[8] - w[2] * I[7];
-      linear[1] += I[9] * v[1] + w[2] * I[6] - w[0] * I[8];
-      linear[2] += I[9] * v[2] + w[0] * I[7] - w[1] * I[6];
-      angular[0] += I[0] * w[0] + I[1] * w[1] + I[2] * w[2] + I[7] * v[2] - I[8] * v[1];
-      angular[1] += I[1] * w[0] + I[3] * w[1] + I[4] * w[2] + I[8] * v[0] - I[6] * v[2];
-      angular[2] += I[2] * w[0] + I[4] * w[1] + I[5] * w[2] + I[6] * v[1] - I[7] * v[0];
-      for (i = 0; i < 3; ++i) {
-        f[i] += I[9] * a[i];
-      }
-      n[0] += I[7] * a[2] - I[8] * a[1];
-      n[1] += I[8] * a[0] - I[6] * a[2];
-      n[2] += I[6] * a[1] - I[7] * a[0];
-    }
-    p[j] = @_revolute[j] ? angular[2] : linear[2];
-    rate[j] = @_revolute[j] ? angular[0] * w[1] - angular[1] * w[0] + linear[0] * v[1] - linear[1] * v[0] - n[2]
-                            : linear[0] * w[1] - linear[1] * w[0] - f[2];
-    for (i = 0; i < 3; ++i) {
-      const double* const row = T + 3 * i;
-      out[0][i] = row[0] * linear[0] + row[1] * linear[1] + row[2] * linear[2];
-      out[1][i] = row[0] * angular[0] + row[1] * angular[1] + row[2] * angular[2];
-      out[2][i] = row[0] * f[0] + row[1] * f[1] + row[2] * f[2];
-      out[3][i] = row[0] * n[0] + row[1] * n[1] + row[2] * n[2];
-    }
-    for (i = 0; i < 3; ++i) {
-      const int k = (i + 1) % 3, l = (i + 2) % 3;
-      linear[i] = out[0][i];
-      angular[i] = out[1][i] + r[k] * out[0][l] - r[l] * out[0][k];
-      f[i] = out[2][i];
-      n[i] = out[3][i] + r[k] * out[2][l] - r[l] * out[2][k];
-    }
+  if (body) {
+    @_body_load(at, body, load);
   }
+  for (j = @_JOINTS - 1; j >= 0; --j) {
+    for (i = 0; !body && i < 12; ++i) {
+      load[i] += at->link[j][9 + i];
+    }
+    @_share(j, at, load, p, rate);
+  }
+}
+
+/* New momentum through the low-pass: driven is what else changes it. */
+static inline double @_low_pass(double r, double keep, double before, double now, double driven, double f_m) {
+$low_pass$
 }
 
 /* Observer of external torques by the generalised momentum; all zeros at the begin. */
@@ -112,24 +98,6 @@ typedef struct @_observer {
   double friction[@_JOINTS];
   int running;
 } @_observer;
-
-/* The part of joint i's torque that its gear passes on, where friction follows the load. */
-static inline double @_passed_on(int i, double torque, double speed, const double* smoothing_speed) {
-  int e;
-  for (e = 0; e < @_dry_count; ++e) {
-    if (@_dry_load[e] > 0.0 && @_dry_torque[e][i] != 0.0) {
-      const double v_s = @_dry_sign_speed[e] > 0.0 ? @_dry_sign_speed[e] : smoothing_speed ? smoothing_speed[i] : 0.0;
-      const double sign = v_s > 0.0 ? tanh(speed / v_s) : speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0;
-      torque /= 1.0 + (torque > 0.0 ? 1.0 : -1.0) * @_dry_load[e] * sign;
-    }
-  }
-  return torque;
-}
-
-/* New momentum through the low-pass: driven is what else changes it. */
-static inline double @_low_pass(double r, double keep, double before, double now, double driven, double f_m) {
-  return keep * r + (1.0 - keep) * ((now - before) * f_m - driven);
-}
 
 /* Whether a tick is one: finite, and at most 1e6 rad or m, 1e9 rad/s or m/s, 1e9 N m or N. */
 static inline int @_is_tick(const double* q, const double* qd, const double* tau) {
@@ -146,21 +114,23 @@ static inline int @_is_tick(const double* q, const double* qd, const double* tau
 static inline void @_observe_at(@_observer* o, const @_motion* at, const double* qd, const double* tau,
                                 const double* smoothing_speed, double bandwidth, double f_m) {
   const double keep = exp(-bandwidth / f_m);
-  double p[@_JOINTS], rate[@_JOINTS], friction[@_JOINTS];
-  int i, j;
-  @_momentum(at, (const double*)0, p, rate);
+  double p[@_JOINTS], rate[@_JOINTS], friction[@_JOINTS], driven[@_JOINTS];
+  int i;
+  @_momenta(at, (const double*)0, p, rate);
+  {
+$rotors$
+  }
   @_friction(qd, smoothing_speed, friction);
   for (i = 0; i < @_JOINTS; ++i) {
-    for (j = 0; j < @_JOINTS; ++j) {
-      p[i] += @_rotor[i][j] * qd[j];
-    }
-    if (o->running) {
-      const double left = tau[i] - 0.5 * (o->friction[i] + friction[i]);
-      const double driven = @_passed_on(i, left, qd[i], smoothing_speed) + 0.5 * (o->rate[i] + rate[i]);
-      o->torque[i] = @_low_pass(o->torque[i], keep, o->p[i], p[i], driven, f_m);
-    } else {
-      o->torque[i] = 0.0;
-    }
+    driven[i] = tau[i] - 0.5 * (o->friction[i] + friction[i]);
+  }
+  /* What the gears pass on, where friction follows the load. */
+  {
+$passed_on$
+  }
+  for (i = 0; i < @_JOINTS; ++i) {
+    driven[i] += 0.5 * (o->rate[i] + rate[i]);
+    o->torque[i] = o->running ? @_low_pass(o->torque[i], keep, o->p[i], p[i], driven[i], f_m) : 0.0;
     o->p[i] = p[i];
     o->rate[i] = rate[i];
     o->friction[i] = friction[i];
@@ -180,6 +150,9 @@ static inline int @_observe(@_observer* o, const double q[@_JOINTS], const doubl
   @_observe_at(o, &at, qd, tau, smoothing_speed, bandwidth, f_m);
   return 1;
 }
+
+/* Orientation of the last frame in the frame of the last link. */
+static const double @_last_axes[3][3] = $last_axes$;
 
 /* A body on the last link by recursive least squares; all zeros at the begin, and again when the payload has changed. */
 typedef struct @_payload {
@@ -296,7 +269,7 @@ static inline int @_estimate_payload(@_payload* o, const double q[@_JOINTS], con
     double unit[10] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     double p[@_JOINTS], rate[@_JOINTS];
     unit[k] = 1.0;
-    @_momentum(&at, unit, p, rate);
+    @_momenta(&at, unit, p, rate);
     for (j = 0; j < @_JOINTS; ++j) {
       const double driven = 0.5 * (o->rate[k][j] + rate[j]);
       o->column[k][j] = running ? @_low_pass(o->column[k][j], keep, o->p[k][j], p[j], driven, f_m) : 0.0;
@@ -324,6 +297,8 @@ static inline int @_estimate_payload(@_payload* o, const double q[@_JOINTS], con
   @_solve_payload(o);
   return 1;
 }
+
+#endif
 )";
 
 }  // namespace rivid::detail
