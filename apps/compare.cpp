@@ -77,8 +77,8 @@ Robot urdf_robot(const Path& file, const Robot& like) {
   return out;
 }
 
-// Drives and gears, which turn control signals into torques, are those of the experiment: all models are judged by the
-// same torques.
+// Drives and gears, which turn control signals into torques, are those of the experiment: all models are
+// judged by the same torques.
 void take_drives(const Robot& from, Robot& to) {
   if (to.size() != from.size()) {
     return;  // compare() says so
@@ -120,7 +120,8 @@ std::vector<ResultChanges> changes_of(const std::vector<JudgedModel>& models,
   return out;
 }
 
-// What keeps the figures from being a judgement: errors of the logs by themselves, and models that are worse than none.
+// What keeps the figures from being a judgement: errors of the logs by themselves, and models that are worse
+// than none.
 std::vector<Finding> doubts_of(const Robot& robot, std::span<const Log> logs, const Comparison& comparison) {
   std::vector<Finding> out = examined(robot, logs, {.signal = comparison.signal}).warnings;
   std::erase_if(out, [](const Finding& f) { return severity(f) != Severity::error; });

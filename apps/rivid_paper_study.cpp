@@ -10,8 +10,8 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-// The case study of [RIV], sections 4.2 to 5: its SCARA in simulation, identified by IDIM-OLS and IDIM-IV, beside the
-// numbers that the paper prints.
+// The case study of [RIV], sections 4.2 to 5: its SCARA in simulation, identified by IDIM-OLS and IDIM-IV,
+// beside the numbers that the paper prints.
 int study_in(const std::filesystem::path& folder, std::uint64_t seeds) {
   const study::Scara scara;
   study::Report report(folder);

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-// The subcommands of rivid_identify: what comes before an identification, and after one. argv[0] is the name of the
-// subcommand.
+// The subcommands of rivid_identify: what comes before an identification, and after one. argv[0] is the name
+// of the subcommand.
 namespace rivid::apps {
 
 /// rivid_identify init ROBOT.urdf LOG.csv…: an experiment file to begin with.
@@ -31,10 +31,12 @@ int payload_command(int argc, char** argv);
 
 /// rivid_identify export RESULT --to FORMAT: the identified robot as a model for another program.
 ///
-/// @return  exit code: success, no_success where the result is not identified or has a physically inconsistent link
+/// @return  exit code: success, no_success where the result is not identified or has a physically
+///          inconsistent link
 int export_command(int argc, char** argv);
 
-/// rivid_identify compare MODEL… --log LOG.csv, and its simplest form, rivid_identify validate RESULT LOG.csv.
+/// rivid_identify compare MODEL… --log LOG.csv, and its simplest form, rivid_identify validate RESULT
+/// LOG.csv.
 int compare_command(int argc, char** argv);
 int validate_command(int argc, char** argv);
 

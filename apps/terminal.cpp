@@ -29,7 +29,8 @@ std::string printable(std::string_view text) {
   return out;
 }
 
-// Whether a stream is coloured: --color, and by default a terminal unless NO_COLOR is set (https://no-color.org).
+// Whether a stream is coloured: --color, and by default a terminal unless NO_COLOR is set
+// (https://no-color.org).
 struct Colours {
   std::string when = "auto";
 
@@ -60,7 +61,8 @@ std::string coloured(std::string_view kind, int stream) {
              : "\033[1;" + std::string(code) + "m" + std::string(kind) + "\033[0m";
 }
 
-// Lines that begin with the severity of a finding, as "  warning [loop_mismatch] …", with that word in colour.
+// Lines that begin with the severity of a finding, as "  warning [loop_mismatch] …", with that word in
+// colour.
 std::string with_colours(const std::string& text, int stream) {
   if (!colours().on(stream)) {
     return text;

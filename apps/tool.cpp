@@ -25,7 +25,8 @@ namespace {
 
 constexpr int megabyte_bits = 20;
 
-// A file opened later must not take the number of a standard stream that is closed, and be written to as such.
+// A file opened later must not take the number of a standard stream that is closed, and be written to as
+// such.
 void occupy_standard_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(stream, F_GETFD) < 0) {
@@ -276,7 +277,8 @@ void expect_experiment(const std::filesystem::path& file) {
 
 namespace {
 
-// Tables and texts that people edit. They bear no mark: the document of the run that wrote them has their SHA-256.
+// Tables and texts that people edit. They bear no mark: the document of the run that wrote them has their
+// SHA-256.
 bool is_table(const PlannedFile& file) {
   constexpr std::array<std::string_view, 5> tables = {".csv", ".npz", ".toml", ".yaml", ".script"};
   return std::ranges::find(tables, file.extension) != tables.end();

@@ -14,7 +14,8 @@
 #include "rivid/report/json.hpp"
 #include "terminal.hpp"
 
-// What the command line tools share. tool.cpp alone includes the parser of command lines, which takes long to compile.
+// What the command line tools share. tool.cpp alone includes the parser of command lines, which takes long to
+// compile.
 namespace rivid::apps {
 
 /// How a tool ends.
@@ -25,8 +26,8 @@ enum ExitCode {
   numerics = 3
 };
 
-/// One positional or option of a command line, and the variable that it sets. A vector takes several values; what a number may be
-/// stands in command_line_numbers().
+/// One positional or option of a command line, and the variable that it sets. A vector takes several values;
+/// what a number may be stands in command_line_numbers().
 struct Argument {
   using Target = std::variant<bool*, int*, double*, std::uint64_t*, std::optional<int>*,
                               std::optional<std::int64_t>*, std::string*, std::filesystem::path*,
@@ -58,8 +59,8 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
 /// @throws InputError  for a robot, a log or a result
 void expect_experiment(const std::filesystem::path& file);
 
-/// Runs a tool, whose exit code is what `tool` returns, and turns what it throws into a message on standard error and an
-/// exit code.
+/// Runs a tool, whose exit code is what `tool` returns, and turns what it throws into a message on standard
+/// error and an exit code.
 ///
 /// @param name  of the tool, for messages
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv);
@@ -67,11 +68,12 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
 /// --set of a tool: settings that are laid over the experiment file.
 [[nodiscard]] Argument set_argument(std::vector<std::string>& to);
 
-/// All settings, one line each: key, value with its unit, and whether that is the default or where else it comes from.
+/// All settings, one line each: key, value with its unit, and whether that is the default or where else it
+/// comes from.
 [[nodiscard]] std::string in_lines(const std::vector<Setting>& settings);
 
-/// The outputs of a run, planned: see Outputs. Without --force only files that rivid wrote are replaced: documents and models, which name it, and
-/// tables whose SHA-256 such a document among `files` has.
+/// The outputs of a run, planned: see Outputs. Without --force only files that rivid wrote are replaced:
+/// documents and models, which name it, and tables whose SHA-256 such a document among `files` has.
 ///
 /// @throws InputError  where writing one of them would destroy something
 [[nodiscard]] Outputs planned(const std::vector<std::filesystem::path>& inputs,

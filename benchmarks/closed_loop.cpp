@@ -1,9 +1,9 @@
-// The closed loop of Eqs. (21) and (40) of [RIV] for ten seconds: the SCARA with its moves S1, 200 samples a second, and a
-// TX40 on a Fourier series, a thousand. How long each integrator takes, how far it is from a solution at tight tolerances
-// through all reversals and sticks, and how the same loop does in Python (closed_loop_python.py: SciPy's LSODA with tanh
-// for the sign of friction), with several widths of the tanh.
-// Times are medians of runs that take turns, in seconds of the processor. The Python is that of RIVID_PYTHON in the
-// environment, else python3; it needs numpy, scipy and, for the TX40, pin.
+// The closed loop of Eqs. (21) and (40) of [RIV] for ten seconds: the SCARA with its moves S1, 200 samples a
+// second, and a TX40 on a Fourier series, a thousand. How long each integrator takes, how far it is from a
+// solution at tight tolerances through all reversals and sticks, and how the same loop does in Python
+// (closed_loop_python.py: SciPy's LSODA with tanh for the sign of friction), with several widths of the tanh.
+// Times are medians of runs that take turns, in seconds of the processor. The Python is that of RIVID_PYTHON
+// in the environment, else python3; it needs numpy, scipy and, for the TX40, pin.
 
 #include "rivid/simulate/closed_loop.hpp"
 

@@ -1,4 +1,5 @@
-// Reading a log: read_table() against splitting lines with strtod, on the same generated files; RIVID_CSV_MB is their size.
+// Reading a log: read_table() against splitting lines with strtod, on the same generated files; RIVID_CSV_MB
+// is their size.
 
 #include <benchmark/benchmark.h>
 

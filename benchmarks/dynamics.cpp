@@ -1,5 +1,6 @@
-// Direct dynamics, q̈ = M⁻¹ (τ − N): one sample at a time and packs of samples by each instruction set, against the
-// articulated-body algorithm of Pinocchio (where it was found), and KDL's mass matrix and direct dynamics.
+// Direct dynamics, q̈ = M⁻¹ (τ − N): one sample at a time and packs of samples by each instruction set,
+// against the articulated-body algorithm of Pinocchio (where it was found), and KDL's mass matrix and direct
+// dynamics.
 
 #include <benchmark/benchmark.h>
 
@@ -36,7 +37,8 @@ Inputs random_inputs(Index joints) {
   return {series.q, series.qd, series.qdd};
 }
 
-// Seconds of several runs, each taken after one of the others, so that all meet the same disturbances: their medians.
+// Seconds of several runs, each taken after one of the others, so that all meet the same disturbances: their
+// medians.
 template <std::size_t N>
 std::array<double, N> medians(const std::array<std::function<void()>, N>& runs) {
   constexpr int repeats = 101;

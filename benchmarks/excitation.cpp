@@ -1,5 +1,5 @@
-// What an evaluation of an excitation's design costs: the criterion and all limits, and with them the exact gradient and
-// the Jacobian of the limits, which includes that of the torques.
+// What an evaluation of an excitation's design costs: the criterion and all limits, and with them the exact
+// gradient and the Jacobian of the limits, which includes that of the torques.
 //
 //   benchmark_excitation ROBOT.urdf [TURNS]
 //

@@ -1,11 +1,11 @@
-// Forecast standard deviations beside the spread of many identifications, with white torque errors and with such as are
-// correlated from sample to sample, for robots of the command line.
+// Forecast standard deviations beside the spread of many identifications, with white torque errors and with
+// such as are correlated from sample to sample, for robots of the command line.
 //
 //   benchmark_excitation_forecast RUNS ROBOT.urdf …
 //
-// Each robot gets a motion of ten seconds, whose torques by the a-priori model are disturbed and identified RUNS times.
-// Correlated errors follow e_k = 0.8 e_{k−1} + n_k; the forecast gets the rate at which white ones of that size are worth
-// as much, 250 Hz · (1 − 0.8) / (1 + 0.8).
+// Each robot gets a motion of ten seconds, whose torques by the a-priori model are disturbed and identified
+// RUNS times. Correlated errors follow e_k = 0.8 e_{k−1} + n_k; the forecast gets the rate at which white
+// ones of that size are worth as much, 250 Hz · (1 − 0.8) / (1 + 0.8).
 
 #include <algorithm>
 #include <cmath>

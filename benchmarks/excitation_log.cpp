@@ -2,10 +2,10 @@
 //
 //   benchmark_excitation_log EXPERIMENT.toml [EVALUATIONS]
 //
-// The log of the experiment file is identified; its residuals are the noise of every forecast, its best fifteen seconds the
-// motion to compare with. Designs of fifteen seconds keep to the envelope of the log, the largest positions, velocities,
-// accelerations and torques in it, or to the limits of the robot's description, with a floor and without touching
-// itself. A second design knows the information of the first.
+// The log of the experiment file is identified; its residuals are the noise of every forecast, its best
+// fifteen seconds the motion to compare with. Designs of fifteen seconds keep to the envelope of the log, the
+// largest positions, velocities, accelerations and torques in it, or to the limits of the robot's
+// description, with a floor and without touching itself. A second design knows the information of the first.
 
 #include <algorithm>
 #include <cmath>

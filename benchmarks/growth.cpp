@@ -1,6 +1,7 @@
-// Time and memory of rows by the million: logs of seven joints that are generated one after the other, 1e5 samples each, reduced to
-// factors and merged, as rivid_identify reduces and merges many logs. Generating is not part of the time. Ratios are those of the second
-// half of the rows against the first one, in the same run, and a solution at the end shows that all rows count.
+// Time and memory of rows by the million: logs of seven joints that are generated one after the other, 1e5
+// samples each, reduced to factors and merged, as rivid_identify reduces and merges many logs. Generating is
+// not part of the time. Ratios are those of the second half of the rows against the first one, in the same
+// run, and a solution at the end shows that all rows count.
 
 #include <benchmark/benchmark.h>
 

@@ -1,5 +1,6 @@
-// Identification from arrays in memory, which a log is made of, judged as rivid_identify does: for identify_arrays.py,
-// which does the same from NumPy. Prints the processor's milliseconds of each run, and the bits of the estimate.
+// Identification from arrays in memory, which a log is made of, judged as rivid_identify does: for
+// identify_arrays.py, which does the same from NumPy. Prints the processor's milliseconds of each run, and
+// the bits of the estimate.
 //
 //   benchmark_identify_arrays EXPERIMENT.toml RUNS
 

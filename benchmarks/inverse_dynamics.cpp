@@ -1,5 +1,5 @@
-// One call of a controller's inverse dynamics, τ = M q̈ + N, against KDL's recursive Newton-Euler and (where it was found)
-// Pinocchio's.
+// One call of a controller's inverse dynamics, τ = M q̈ + N, against KDL's recursive Newton-Euler and (where
+// it was found) Pinocchio's.
 
 #include "rivid/simulate/inverse_dynamics.hpp"
 

@@ -1,6 +1,7 @@
-// IDIM-IV: one pass over the data with instruments against the pass of least squares, and whole identifications. The
-// reference of the passes is what is usually written down: V and W as dense matrices, Eigen's HouseholderQR of V, and
-// Q_Vᵀ [W Y] (34). Times are medians of runs that take turns, in seconds of the processor for one thread.
+// IDIM-IV: one pass over the data with instruments against the pass of least squares, and whole
+// identifications. The reference of the passes is what is usually written down: V and W as dense matrices,
+// Eigen's HouseholderQR of V, and Q_Vᵀ [W Y] (34). Times are medians of runs that take turns, in seconds of
+// the processor for one thread.
 
 #include <benchmark/benchmark.h>
 
@@ -124,7 +125,8 @@ void passes(benchmark::State& state) {
   }
 }
 
-// A pass with decimated [V | W Y] where [W Y] was kept, against one that makes it anew. Seven joints, 2e4 samples.
+// A pass with decimated [V | W Y] where [W Y] was kept, against one that makes it anew. Seven joints, 2e4
+// samples.
 void kept_rows(benchmark::State& state) {
   const Robot robot = benchmarks::panda();
   const BaseParameters base = base_parameters(robot);

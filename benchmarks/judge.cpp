@@ -1,4 +1,5 @@
-// What judging costs beside the estimate: benchmark_judge EXPERIMENT.toml …, processor seconds of one thread, the median of 15 turns.
+// What judging costs beside the estimate: benchmark_judge EXPERIMENT.toml …, processor seconds of one thread,
+// the median of 15 turns.
 
 #include <algorithm>
 #include <array>
@@ -40,8 +41,8 @@ void measure(const char* file) {
     }
   }
   const double without = median(estimated);
-  std::printf("%s: identify() %.1f ms, judging %.1f ms of it, %.2f of the rest\n", file,
-              1e3 * median(judged), 1e3 * (median(judged) - without), median(judged) / without - 1.0);
+  std::printf("%s: identify() %.1f ms, judging %.1f ms of it, %.2f of the rest\n", file, 1e3 * median(judged),
+              1e3 * (median(judged) - without), median(judged) / without - 1.0);
 }
 
 }  // namespace

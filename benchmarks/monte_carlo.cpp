@@ -1,6 +1,6 @@
-// Monte Carlo studies of data/: runs one by one against runs in groups whose simulations share the lanes of a register
-// (monte_carlo_runs() on one thread). Both give the same rows to the last bit. They take turns; seconds are those of the
-// processor, of all threads, since those of a group take turns as well.
+// Monte Carlo studies of data/: runs one by one against runs in groups whose simulations share the lanes of a
+// register (monte_carlo_runs() on one thread). Both give the same rows to the last bit. They take turns;
+// seconds are those of the processor, of all threads, since those of a group take turns as well.
 
 #include "rivid/experiment/monte_carlo.hpp"
 

@@ -1,10 +1,10 @@
-// Whole ordinary least squares from a log to parameters with their deviations: seven joints, 1e5 samples, 69 base
-// parameters; filtered positions, differences, regressor, decimation where asked for, factorisation, statistics. Against
-// what is usually done, where Pinocchio was found: its regressor for each sample, W as one dense matrix, Eigen's
-// HouseholderQR, which copies it. The filters of the reference are rivid's own for whole series, and it computes no
-// statistics.
-// Times are medians of runs that take turns, in seconds of the processor for one thread, so that a busy machine can be
-// used, and by the clock on the wall for two; memory is the most that was held beside the log.
+// Whole ordinary least squares from a log to parameters with their deviations: seven joints, 1e5 samples, 69
+// base parameters; filtered positions, differences, regressor, decimation where asked for, factorisation,
+// statistics. Against what is usually done, where Pinocchio was found: its regressor for each sample, W as
+// one dense matrix, Eigen's HouseholderQR, which copies it. The filters of the reference are rivid's own for
+// whole series, and it computes no statistics. Times are medians of runs that take turns, in seconds of the
+// processor for one thread, so that a busy machine can be used, and by the clock on the wall for two; memory
+// is the most that was held beside the log.
 
 #include <benchmark/benchmark.h>
 

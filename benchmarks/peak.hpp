@@ -8,8 +8,8 @@
 
 namespace rivid::benchmarks {
 
-/// As many multiplications and additions as the machine can do: chains enough to hide their latency, few enough for the
-/// registers.
+/// As many multiplications and additions as the machine can do: chains enough to hide their latency, few
+/// enough for the registers.
 struct Peak {
   static constexpr int chains = 12;
   static constexpr int steps = 20'000;

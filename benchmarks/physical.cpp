@@ -1,7 +1,7 @@
-// What the physically consistent parameters of a six-joint arm take: 84 standard parameters, from a plain estimate whose
-// last link is no body, by both priors, from the robot description and from a vector that is no robot. The ratio is to the
-// weighted least-squares fit of 10 s at 1 kHz that the estimate comes from. Times are medians of runs that take turns, in
-// seconds of the processor.
+// What the physically consistent parameters of a six-joint arm take: 84 standard parameters, from a plain
+// estimate whose last link is no body, by both priors, from the robot description and from a vector that is
+// no robot. The ratio is to the weighted least-squares fit of 10 s at 1 kHz that the estimate comes from.
+// Times are medians of runs that take turns, in seconds of the processor.
 
 #include "rivid/identify/physical.hpp"
 

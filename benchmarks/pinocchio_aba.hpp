@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-// The articulated-body algorithm and the recursive Newton-Euler of Pinocchio behind plain numbers: its headers take minutes to compile, and no matrix
-// is handed over.
+// The articulated-body algorithm and the recursive Newton-Euler of Pinocchio behind plain numbers: its
+// headers take minutes to compile, and no matrix is handed over.
 class PinocchioAba {
  public:
   struct Link {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-// The regressor of Pinocchio behind plain numbers: its headers take minutes to compile, and no matrix is handed
-// over.
+// The regressor of Pinocchio behind plain numbers: its headers take minutes to compile, and no matrix is
+// handed over.
 class PinocchioRegressor {
  public:
   struct Link {

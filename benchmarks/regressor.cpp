@@ -89,7 +89,8 @@ struct Count {
   long apart = 0;
 };
 
-// The first link, whose zeros the compiler sees and this count does not, is left out: the bound is a lower one.
+// The first link, whose zeros the compiler sees and this count does not, is left out: the bound is a lower
+// one.
 Count counted(const RegressorBatch& batch) {
   const auto count_of = [&](std::size_t joints) {
     rivid::detail::RegressorPlan plan = batch.plan();

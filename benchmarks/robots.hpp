@@ -66,8 +66,8 @@ inline Robot snake() {
   return robot_from(table);
 }
 
-/// Random positions up to 3, velocities up to 2 and a third series up to `third`, such as accelerations or torques,
-/// (rows × columns) each.
+/// Random positions up to 3, velocities up to 2 and a third series up to `third`, such as accelerations or
+/// torques, (rows × columns) each.
 inline Motion random_series(unsigned seed, Index rows, Index columns, double third) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> symmetric(-1.0, 1.0);

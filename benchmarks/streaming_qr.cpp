@@ -1,8 +1,8 @@
 // Streaming QR of [W Y]: GFLOP/s, the part of the machine's multiply-add peak, and how many times faster than
-// Eigen's HouseholderQR on all rows at once, than the same on blocks under the previous triangle, and than LAPACK's
-// dgeqrf where CMake found a LAPACK. The rows come from one large matrix; those "in cache" from a block that stays.
-// All take turns within every iteration, and the fastest turn of each counts, so that a busy machine hurts all
-// alike. Operations are counted as 2 b² + 4 b a row, the same for all.
+// Eigen's HouseholderQR on all rows at once, than the same on blocks under the previous triangle, and than
+// LAPACK's dgeqrf where CMake found a LAPACK. The rows come from one large matrix; those "in cache" from a
+// block that stays. All take turns within every iteration, and the fastest turn of each counts, so that a
+// busy machine hurts all alike. Operations are counted as 2 b² + 4 b a row, the same for all.
 
 #include "rivid/solve/streaming_qr.hpp"
 

@@ -1,5 +1,5 @@
-// The most memory that the program ever held while 1e7 rows of 60 columns, 4.9 GB if they were kept, went through a
-// StreamingQr.
+// The most memory that the program ever held while 1e7 rows of 60 columns, 4.9 GB if they were kept, went
+// through a StreamingQr.
 
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>

@@ -23,8 +23,8 @@ inline double now(Clock clock) {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// Seconds that each of several runs took in each of several turns, sorted. They take turns, so that all meet the same
-/// disturbances of a busy machine.
+/// Seconds that each of several runs took in each of several turns, sorted. They take turns, so that all meet
+/// the same disturbances of a busy machine.
 template <std::size_t N>
 std::array<std::vector<double>, N> turns(int count, const std::array<std::function<void()>, N>& runs,
                                          Clock clock = Clock::wall) {

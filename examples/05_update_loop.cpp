@@ -4,9 +4,10 @@
 
 #include "rivid/rivid.hpp"
 
-// The loop of a controller in the manner of ros2_control: everything is made in on_configure(), and update(), which a
-// real-time thread calls every millisecond, neither allocates nor throws nor waits. The controller knows the SCARA of
-// data/scara from the result.json of its identification; the robot that it moves here has the true parameters.
+// The loop of a controller in the manner of ros2_control: everything is made in on_configure(), and update(),
+// which a real-time thread calls every millisecond, neither allocates nor throws nor waits. The controller
+// knows the SCARA of data/scara from the result.json of its identification; the robot that it moves here has
+// the true parameters.
 
 namespace {
 
@@ -22,7 +23,8 @@ class ComputedTorque {
     Vector tau;               // command
   };
 
-  // Reads the file, allocates, and throws where something is wrong with it: a result that is not identified, say.
+  // Reads the file, allocates, and throws where something is wrong with it: a result that is not identified,
+  // say.
   void on_configure(const std::filesystem::path& result, double omega_n) {
     configure(rivid::read_identified_model(result), omega_n);
   }

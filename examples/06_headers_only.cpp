@@ -4,9 +4,9 @@
 
 #include "rivid/simulate/inverse_dynamics.hpp"
 
-// A controller that links nothing: rivid::headers asks for Eigen alone. The numbers of its robot, the SCARA of data/scara,
-// are written out here as an identification found them. This program is built against rivid::headers and against
-// rivid::rivid, and a test compares what the two print, bit by bit.
+// A controller that links nothing: rivid::headers asks for Eigen alone. The numbers of its robot, the SCARA
+// of data/scara, are written out here as an identification found them. This program is built against
+// rivid::headers and against rivid::rivid, and a test compares what the two print, bit by bit.
 
 namespace {
 

@@ -5,9 +5,10 @@
 
 #include "rivid/rivid.hpp"
 
-// A control loop in the manner of ros2_control at 1 kHz, on the simulated six-axis robot of data/six_axis: computed torque that
-// knows the payload, the payload estimated while it moves, contacts seen by the momentum, and gravity compensation for
-// hand guiding. on_configure() allocates; update() neither allocates nor throws nor waits.
+// A control loop in the manner of ros2_control at 1 kHz, on the simulated six-axis robot of data/six_axis:
+// computed torque that knows the payload, the payload estimated while it moves, contacts seen by the
+// momentum, and gravity compensation for hand guiding. on_configure() allocates; update() neither allocates
+// nor throws nor waits.
 
 namespace {
 
@@ -35,8 +36,8 @@ class Controller {
     qdd_ = last_tau_ = zeros;
   }
 
-  // Computed torque; the estimators hear of the torque that acted until now. What touches the robot is no payload; but when
-  // the gripper has just closed, what pulls is one.
+  // Computed torque; the estimators hear of the torque that acted until now. What touches the robot is no
+  // payload; but when the gripper has just closed, what pulls is one.
   void update(bool learn_contacts) noexcept {
     Contact& contact = contact_[0];
     rivid::PayloadEstimator<double>& payload = payload_[0];

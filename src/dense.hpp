@@ -4,8 +4,8 @@
 
 #include "rivid/types.hpp"
 
-// The dense factorisations of Eigen that take long to compile, compiled once for all modules. Results are Eigen's, bit by
-// bit.
+// The dense factorisations of Eigen that take long to compile, compiled once for all modules. Results are
+// Eigen's, bit by bit.
 namespace rivid::detail {
 
 /// A = U diag(values) Vᵀ, singular values in descending order.
@@ -26,7 +26,8 @@ struct SymmetricEigen {
 [[nodiscard]] SymmetricEigen symmetric_eigen(const Matrix& A);
 [[nodiscard]] Vector symmetric_eigenvalues(const Matrix& A);
 
-/// Whether A can be a covariance or an information: square, finite, symmetric, without a negative eigenvalue, but for rounding.
+/// Whether A can be a covariance or an information: square, finite, symmetric, without a negative eigenvalue,
+/// but for rounding.
 [[nodiscard]] bool is_positive_semidefinite(const Matrix& A);
 
 /// A⁻¹ and A⁻¹ B by partial pivoting.

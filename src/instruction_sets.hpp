@@ -1,13 +1,13 @@
 #pragma once
 
-// Kernels that are compiled once an instruction set, from kernel.cpp.in with flags for these files alone, and the choice
-// among them at run time.
+// Kernels that are compiled once an instruction set, from kernel.cpp.in with flags for these files alone, and
+// the choice among them at run time.
 //
-// An inline function or a template instance that such a file and another one both emit is kept once by the linker, for
-// whichever machine it was compiled, and ends in an illegal instruction on an older one. So these files see plain
-// pointers, neither Eigen nor the standard library, and everything in them has internal linkage. Function attributes
-// (target, target_clones) would spare the files, but clang does not inline across them, and a register-blocked kernel
-// that is not inlined is none.
+// An inline function or a template instance that such a file and another one both emit is kept once by the
+// linker, for whichever machine it was compiled, and ends in an illegal instruction on an older one. So these
+// files see plain pointers, neither Eigen nor the standard library, and everything in them has internal
+// linkage. Function attributes (target, target_clones) would spare the files, but clang does not inline
+// across them, and a register-blocked kernel that is not inlined is none.
 
 namespace rivid::detail {
 

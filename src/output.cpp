@@ -29,9 +29,9 @@ namespace {
 using Path = std::filesystem::path;
 using FileStatus = struct stat;
 
-// Names of temporary files that a signal has to remove. A handler may neither allocate nor wait, so they have places of
-// their own. `busy` is held while the names change or files are renamed; a signal that comes then is kept until it is let
-// go.
+// Names of temporary files that a signal has to remove. A handler may neither allocate nor wait, so they have
+// places of their own. `busy` is held while the names change or files are renamed; a signal that comes then
+// is kept until it is let go.
 constexpr std::size_t most_temporaries = 16;
 std::array<std::array<char, PATH_MAX>, most_temporaries> temporary_names{};
 std::atomic_flag busy;

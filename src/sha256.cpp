@@ -11,8 +11,8 @@
 #include <immintrin.h>
 #endif
 
-// libmd takes as long for a log as its numbers take to be read. Processors that have instructions for SHA-256 compress its blocks
-// eight times as fast; the rest, and other processors, are libmd's.
+// libmd takes as long for a log as its numbers take to be read. Processors that have instructions for SHA-256
+// compress its blocks eight times as fast; the rest, and other processors, are libmd's.
 namespace rivid::detail {
 
 namespace {

@@ -18,7 +18,8 @@ constexpr std::size_t longest_list = 60;
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
-// Bytes of the UTF-8 character that a text, not empty, begins with; 0 for a control character and for what is none: RFC 3629.
+// Bytes of the UTF-8 character that a text, not empty, begins with; 0 for a control character and for what is
+// none: RFC 3629.
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
   const unsigned first = byte(0);

@@ -1,5 +1,6 @@
-// SUNDIALS 7 of Debian is built with MPI. Its profiler and its log refer to MPI, and a program of one process calls nothing of that:
-// with these names in tools and shared library no libmpi is loaded. Not in the archive, whose users may have MPI.
+// SUNDIALS 7 of Debian is built with MPI. Its profiler and its log refer to MPI, and a program of one process
+// calls nothing of that: with these names in tools and shared library no libmpi is loaded. Not in the
+// archive, whose users may have MPI.
 
 #include <cstdlib>
 

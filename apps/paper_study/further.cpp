@@ -101,7 +101,8 @@ void wrong_design(const Scara& scara, std::uint64_t seeds, Report& report) {
   constexpr std::array<double, 5> ratios = {0.5, 0.64, 1.0, 1.44, 2.0};
   Table rows = {{"wrong", "ratio", "poles (47)", "ZZ1R", "ZZ2", "LMX2", "Fc1", "‖Y − Vχ‖", ""}};
   for (const double ratio : ratios) {
-    // The controller was designed with the wrong inertias, so its poles are not those that the simulation takes.
+    // The controller was designed with the wrong inertias, so its poles are not those that the simulation
+    // takes.
     const Runs runs = over(seeds, [&](std::uint64_t seed) {
       return identify(scara.robot, scara.log(Scara::moves(S2), seed, {.J_ratio = {ratio, ratio}}),
                       scara.iv(filtered()));

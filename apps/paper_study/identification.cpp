@@ -51,7 +51,8 @@ void add(Both& to, const Scara& scara, const Log& log, const SignalOptions& sign
 }
 
 All identified_all(const Scara& scara, std::uint64_t seeds) {
-  // Beyond the paper: without the rows where a joint hardly moves, for a joint that sticks does not obey the model.
+  // Beyond the paper: without the rows where a joint hardly moves, for a joint that sticks does not obey the
+  // model.
   SignalOptions moving = filtered();
   moving.velocity_threshold = {0.1, 0.1};
   Estimation classical = scara.iv(raw());
@@ -129,7 +130,8 @@ std::vector<std::string> essential_row(const std::string& method, const Runs& al
           percent(mean(runs, [](const Identification& run) { return run.essential->fit.relative_error; }))};
 }
 
-// ‖Y − Wχ̂‖ / ‖Y‖ of least squares on the rows of Table 1, of both joints and of the second, without some columns of W.
+// ‖Y − Wχ̂‖ / ‖Y‖ of least squares on the rows of Table 1, of both joints and of the second, without some
+// columns of W.
 std::array<double, 2> error_without(const std::vector<Index>& columns, const Scara& scara, const Log& log) {
   const Rows rows = rivid::rows(scara.robot, scara.base, log, filtered());
   Matrix W = rows.W.dense();
@@ -262,8 +264,8 @@ void figure_torques(const Scara& scara, const Log& log, const Identification& fo
   report.figure("fig_07_torques.svg", figure);
 }
 
-// Figs 8 and 9, or 12 and 13, one a joint: distance of the simulated motion from the filtered measured one and from the
-// reference.
+// Figs 8 and 9, or 12 and 13, one a joint: distance of the simulated motion from the filtered measured one
+// and from the reference.
 //
 // @param first  number of the first of the two
 void figure_motion_errors(int first, const std::string& what, const Identification& found, Report& report) {

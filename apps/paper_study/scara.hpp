@@ -15,7 +15,8 @@ inline constexpr std::array<const char*, b> units = {"kg·m²", "N·m·s/rad", "
 /// Indices of the four that short tables show.
 inline constexpr std::array<std::size_t, 4> shown = {0, 3, 4, 2};
 
-/// A table of [RIV], section 4: estimate, 2 σ and 100 σ / χ as printed, and the relative error ‖Y − Wχ‖ / ‖Y‖, zero where it has none.
+/// A table of [RIV], section 4: estimate, 2 σ and 100 σ / χ as printed, and the relative error ‖Y − Wχ‖ /
+/// ‖Y‖, zero where it has none.
 struct PaperTable {
   std::array<double, b> chi;
   std::array<double, b> two_sigma;
@@ -57,16 +58,17 @@ struct Scara {
   /// Moves through other points.
   [[nodiscard]] static PointToPointReference unused_moves();
 
-  /// What the computer of the controller records: encoder noise goes through the control law, disturbances act on the
-  /// joints.
+  /// What the computer of the controller records: encoder noise goes through the control law, disturbances
+  /// act on the joints.
   [[nodiscard]] Log log(const PointToPointReference& reference, std::uint64_t seed,
                         const Conditions& conditions) const;
   [[nodiscard]] Log log(double size, std::uint64_t seed) const { return log(moves(size), seed, {}); }
 
-  /// IDIM-IV that knows the control law, its bandwidth scaled. The simulation starts in the measured state, and all samples
-  /// count.
+  /// IDIM-IV that knows the control law, its bandwidth scaled. The simulation starts in the measured state,
+  /// and all samples count.
   [[nodiscard]] Estimation iv(const SignalOptions& signal, double bandwidth = 1.0) const;
-  /// The same by section 3.4: the simulation starts on the reference, and samples with t < 5 / min ω_n are dropped.
+  /// The same by section 3.4: the simulation starts on the reference, and samples with t < 5 / min ω_n are
+  /// dropped.
   [[nodiscard]] Estimation iv_of_section_3_4(const SignalOptions& signal, double bandwidth = 1.0) const;
   /// Time until the simulated loop has forgotten where it began, section 3.4 [s].
   [[nodiscard]] double transient(double bandwidth = 1.0) const;

@@ -41,12 +41,12 @@ struct Figure {
   double height = 300.0;           ///< of a panel, without its legend [px]
 };
 
-/// As SVG that needs nothing else: no script, no font file, no style sheet. The colours follow the reader's choice of a
-/// light or a dark screen.
+/// As SVG that needs nothing else: no script, no font file, no style sheet. The colours follow the reader's
+/// choice of a light or a dark screen.
 [[nodiscard]] std::string svg(const Figure& figure);
 
-/// Where the parts of the study put their findings: text on the screen, figures into a folder, and whether the claims that
-/// they check hold.
+/// Where the parts of the study put their findings: text on the screen, figures into a folder, and whether
+/// the claims that they check hold.
 class Report {
  public:
   explicit Report(std::filesystem::path folder) : folder_(std::move(folder)) {}

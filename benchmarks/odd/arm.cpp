@@ -129,7 +129,8 @@ SquareMatrix ArmDynamics::mass(const Numbers& q) const {
   }
   SquareMatrix M(size_, size_);
   for (std::size_t j = 0; j < links_.size(); ++j) {
-    // Force and moment that a unit acceleration of joint j asks of all that it carries, handed down to the base.
+    // Force and moment that a unit acceleration of joint j asks of all that it carries, handed down to the
+    // base.
     const Vector3d& axis = links_[j].axis;
     const OriginInertia& body = composite[j];
     Vector3d f = links_[j].prismatic ? Vector3d(body.m * axis) : Vector3d(axis.cross(body.h));

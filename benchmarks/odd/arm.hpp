@@ -5,7 +5,8 @@
 
 #include "rivid/types.hpp"
 
-// The arms that are simulated, and their dynamics. Nothing here is rivid's: what rivid gets wrong must not be wrong here too.
+// The arms that are simulated, and their dynamics. Nothing here is rivid's: what rivid gets wrong must not be
+// wrong here too.
 namespace rivid::odd {
 
 using Eigen::Matrix3d;
@@ -56,8 +57,8 @@ struct OriginInertia {
   OriginInertia& operator+=(const OriginInertia& other);
 };
 
-/// Rigid-body dynamics of an arm without friction and rotors: recursive Newton-Euler for the torques [Luh 1980], composite
-/// bodies for the mass matrix [Walker & Orin 1982], in the frames of the links.
+/// Rigid-body dynamics of an arm without friction and rotors: recursive Newton-Euler for the torques [Luh
+/// 1980], composite bodies for the mass matrix [Walker & Orin 1982], in the frames of the links.
 class ArmDynamics {
  public:
   explicit ArmDynamics(const Arm& arm);

@@ -31,8 +31,8 @@ struct Asked {
   bool keep_all = false;            ///< not only those of what was confidently wrong or crashed
 };
 
-/// Writes one experiment into a folder of its own, drafts its experiment file as `rivid_identify init` does, and
-/// identifies as `rivid_identify FILE` does.
+/// Writes one experiment into a folder of its own, drafts its experiment file as `rivid_identify init` does,
+/// and identifies as `rivid_identify FILE` does.
 ///
 /// @return  one record a method
 [[nodiscard]] std::vector<Record> carried_out(const Name& name, const Asked& asked);

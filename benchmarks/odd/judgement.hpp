@@ -30,9 +30,10 @@ struct Judgement {
   std::string warnings;  ///< codes
 };
 
-/// The definition of "confidently wrong": the status is `identified`, and a parameter with the verdict `identified` lies
-/// more than five of its standard deviations from the truth, is not named by the warning `weak_excitation`, and there is
-/// no other warning. Material: such a parameter is also more than 10 % off, and by more than 2 % of the largest of its unit.
+/// The definition of "confidently wrong": the status is `identified`, and a parameter with the verdict
+/// `identified` lies more than five of its standard deviations from the truth, is not named by the warning
+/// `weak_excitation`, and there is no other warning. Material: such a parameter is also more than 10 % off,
+/// and by more than 2 % of the largest of its unit.
 ///
 /// @param truth          (b) base parameters
 /// @param inertial_only  friction has no truth and is not judged

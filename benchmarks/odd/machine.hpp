@@ -44,8 +44,8 @@ struct Machine {
   [[nodiscard]] bool elastic() const { return stiffness.size() > 0; }
 };
 
-/// M(x) a = b − f of a machine: x are joint positions, of elastic joints link positions and behind them motor positions;
-/// f is dry friction, which the levels F bound. Friction acts on the motors.
+/// M(x) a = b − f of a machine: x are joint positions, of elastic joints link positions and behind them motor
+/// positions; f is dry friction, which the levels F bound. Friction acts on the motors.
 struct Equation {
   SquareMatrix M;
   Numbers b;

@@ -12,8 +12,8 @@ struct ReferencePoint {
   Numbers q, qd, qdd;
 };
 
-/// A random motion that the controller is asked for: a finite Fourier series, or moves between random points by quintics,
-/// with rests.
+/// A random motion that the controller is asked for: a finite Fourier series, or moves between random points
+/// by quintics, with rests.
 class RandomMotion {
  public:
   RandomMotion(const Recipe& recipe, const Arm& arm, Random& random);

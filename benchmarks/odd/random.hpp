@@ -11,8 +11,9 @@
 
 namespace rivid::odd {
 
-/// Random numbers of one experiment. They follow from seed, name and number alone, so that an experiment is the same
-/// whatever runs beside it, and are drawn by formulas of our own, so that every standard library gives the same ones.
+/// Random numbers of one experiment. They follow from seed, name and number alone, so that an experiment is
+/// the same whatever runs beside it, and are drawn by formulas of our own, so that every standard library
+/// gives the same ones.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view name, std::uint64_t number) {

@@ -207,7 +207,8 @@ Recording recorded(const Recipe& recipe, const Plant& plant, const Controller& c
     loop.sample(t, y, q);
     Numbers tau = loop.torque(t, q, qd);
     if (before.size() > 0) {
-      // The readings that a continuous law feeds back jump with each sample: its torque there is the mean of both sides.
+      // The readings that a continuous law feeds back jump with each sample: its torque there is the mean of
+      // both sides.
       tau = 0.5 * (before + tau);
     }
     if (k % recipe.control_every == 0) {

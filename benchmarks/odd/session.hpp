@@ -9,7 +9,8 @@
 
 namespace rivid::odd {
 
-/// A controller: PD or PID on the readings of the encoders, with the gravity torques of a model that is nearly right.
+/// A controller: PD or PID on the readings of the encoders, with the gravity torques of a model that is
+/// nearly right.
 struct Controller {
   bool continuous = false;
   Numbers k_p, k_v, k_i;

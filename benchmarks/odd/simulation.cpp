@@ -177,7 +177,8 @@ double Simulation::until_event(double h, State& end) {
 void Simulation::release() {
   const auto at_rest = [&](Index i) { return v_[i] == 0.0; };
   prepare(t_, {x_, v_});
-  // Principal pivoting by least index [Murty 1974]: one change at a time, which ends because M is positive definite.
+  // Principal pivoting by least index [Murty 1974]: one change at a time, which ends because M is positive
+  // definite.
   for (int round = 0; round < 200; ++round) {
     solve();
     bool changed = false;

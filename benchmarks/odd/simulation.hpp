@@ -6,8 +6,8 @@
 
 namespace rivid::odd {
 
-/// A machine on its way through time, with exact stiction: each motor moves in positive direction, in negative direction,
-/// or sticks, and the instants at which that changes are located.
+/// A machine on its way through time, with exact stiction: each motor moves in positive direction, in
+/// negative direction, or sticks, and the instants at which that changes are located.
 class Simulation {
  public:
   /// Torques of the motors, (n), at a time and a state of the motors.

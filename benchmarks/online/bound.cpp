@@ -1,5 +1,6 @@
-// What could be seen of the simulated pick-ups at all: by a test that knows the noise, the arm as well as fifteen seconds of all ticks
-// tell it, velocities and accelerations without error, and the instant; only mass and centre of mass are left to it.
+// What could be seen of the simulated pick-ups at all: by a test that knows the noise, the arm as well as
+// fifteen seconds of all ticks tell it, velocities and accelerations without error, and the instant; only
+// mass and centre of mass are left to it.
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -38,7 +39,8 @@ Matrix covariance_of(const Arm& arm) {
   return C;
 }
 
-// Weighted normal equations of τ = W χ + L λ, λ the first moments and mass of a body on the last link: A [χ λ] = a.
+// Weighted normal equations of τ = W χ + L λ, λ the first moments and mass of a body on the last link: A [χ
+// λ] = a.
 struct Normal {
   Matrix A;
   Vector a;
@@ -75,7 +77,8 @@ Normal of_ticks(const Arm& arm, const PickUp& scene, Index first, Index last) {
   return out;
 }
 
-// The rows that the estimator takes of noisy positions and torques, which are finished from tick first to last.
+// The rows that the estimator takes of noisy positions and torques, which are finished from tick first to
+// last.
 Normal of_rows(const Arm& arm, const PickUp& scene, Index first, Index last) {
   const detail::BodyColumns columns(arm.model.robot, arm.model.base);
   const Index b = arm.model.base.size();

@@ -1,5 +1,5 @@
-// ContactObserver on simulated pushes, against thresholds that are the same for all motion, and against what noise alone would leave: all
-// at the same false alarms an hour.
+// ContactObserver on simulated pushes, against thresholds that are the same for all motion, and against what
+// noise alone would leave: all at the same false alarms an hour.
 
 #include <algorithm>
 #include <array>
@@ -30,7 +30,8 @@ class Stream {
 
   [[nodiscard]] const Vector& chi_st() const { return chi_st_; }
 
-  // Calls tick(i, q, qd, τ) for so many seconds, i counted from the begin of a piece; τ lacks the torque that external(k, q) says.
+  // Calls tick(i, q, qd, τ) for so many seconds, i counted from the begin of a piece; τ lacks the torque that
+  // external(k, q) says.
   template <typename External, typename Tick>
   void run(double seconds, const External& external, const Tick& tick) {
     constexpr double piece = 60.0;

@@ -1,7 +1,8 @@
 // Time of one tick of each estimator, seven joints.
 //
-// The same ticks from the same state take the same work. So each tick is timed in many repetitions of the whole sequence, and the least
-// time counts: what the code takes, without what interrupts it. The worst of these is the code's worst tick.
+// The same ticks from the same state take the same work. So each tick is timed in many repetitions of the
+// whole sequence, and the least time counts: what the code takes, without what interrupts it. The worst of
+// these is the code's worst tick.
 
 #include <algorithm>
 #include <ctime>
@@ -54,7 +55,8 @@ void tick_study(const std::string& data, int repetitions) {
   FrictionMonitor<double> friction(arm.model, {.rows = rows});
   ContactObserver<double> contact(DynamicModel(arm.robot, arm.model.base, arm.model.chi), {.f_m = f_m});
   RecursiveIdentifier<double> identifier(arm.model, {.rows = rows, .forgetting = 60.0});
-  // The first half of the motion brings an estimator into its usual state, from which the second half is repeated.
+  // The first half of the motion brings an estimator into its usual state, from which the second half is
+  // repeated.
   const Index half = q.cols() / 2;
   const auto timed = [&](const char* name, auto& estimator, const auto& tick) {
     for (Index k = 0; k < half; ++k) {

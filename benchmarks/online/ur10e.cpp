@@ -1,4 +1,5 @@
-// PayloadEstimator on the logs of a UR10e: an arm from logs without a load, 2.805 kg on its flange in another.
+// PayloadEstimator on the logs of a UR10e: an arm from logs without a load, 2.805 kg on its flange in
+// another.
 
 #include <array>
 #include <cmath>

@@ -13,9 +13,9 @@
 
 #include "rivid/text.hpp"
 
-// What the members of a record are called and mean outside of the program. One list, `Record::fields()`, drives the reader
-// of experiment files with its checks, the JSON of results, --dry-run, --set and the tables of docs/experiment.md and
-// docs/result.md.
+// What the members of a record are called and mean outside of the program. One list, `Record::fields()`,
+// drives the reader of experiment files with its checks, the JSON of results, --dry-run, --set and the tables
+// of docs/experiment.md and docs/result.md.
 
 namespace rivid {
 
@@ -25,8 +25,8 @@ inline constexpr std::array<std::string_view, 0> names_of = {};
 
 namespace detail {
 
-// Whether an enumeration has a name for a value: how a table knows that it has a row for the last one. Compilers write
-// "value = rivid::Verdict::weak", and "value = (rivid::Verdict)3" where there is none.
+// Whether an enumeration has a name for a value: how a table knows that it has a row for the last one.
+// Compilers write "value = rivid::Verdict::weak", and "value = (rivid::Verdict)3" where there is none.
 template <auto value>
 consteval bool is_enumerator() {
   std::string_view shown = __PRETTY_FUNCTION__;
@@ -74,8 +74,8 @@ template <Named Enum>
   return std::nullopt;
 }
 
-/// Numbers that an option may be. A count, size, tolerance or time has both ends, see docs/reliability.md: one that is far
-/// beyond what anybody means costs hours or the memory of the machine.
+/// Numbers that an option may be. A count, size, tolerance or time has both ends, see docs/reliability.md:
+/// one that is far beyond what anybody means costs hours or the memory of the machine.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -110,7 +110,8 @@ struct Range {
   }
 };
 
-/// Magnitude that no other number of an experiment file may exceed: squares and products of such numbers are finite.
+/// Magnitude that no other number of an experiment file may exceed: squares and products of such numbers are
+/// finite.
 inline constexpr double largest_number = 1e15;
 /// Relative standard deviations of drive gains: beyond 1 a gain is not known at all.
 inline constexpr Range gain_sigma_range = Range::from(0.0, 1.0);
@@ -220,8 +221,8 @@ struct ValueOfKey<Key<Value, Function>, Record> {
 template <typename Access, typename Record>
 using KeyValue = typename detail::ValueOfKey<Access, Record>::type;
 
-/// A record that lists its fields: its static `fields()` returns a tuple of them. A template on the record itself, so that
-/// only who asks for the list compiles it, and not each file that includes the record.
+/// A record that lists its fields: its static `fields()` returns a tuple of them. A template on the record
+/// itself, so that only who asks for the list compiles it, and not each file that includes the record.
 template <typename Record>
 concept Described = requires { Record::fields(); };
 
@@ -252,8 +253,8 @@ template <typename Value>
 
 }  // namespace detail
 
-/// The first number of a record that lies outside of its range, in words; nothing where all are within, or what a new record
-/// has.
+/// The first number of a record that lies outside of its range, in words; nothing where all are within, or
+/// what a new record has.
 template <Described Record>
 [[nodiscard]] std::optional<std::string> range_fault(const Record& record) {
   std::optional<std::string> out;

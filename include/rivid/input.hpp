@@ -17,7 +17,8 @@ void provide_input(const std::filesystem::path& path, std::string_view content);
 /// Largest input that is read where limit_inputs() says nothing else [bytes]: 16 GiB.
 inline constexpr std::uintmax_t default_input_limit = std::uintmax_t{16} << 30U;
 
-/// Largest URDF, and largest experiment or parameter file in TOML [bytes]; what they become takes a hundred times as much memory.
+/// Largest URDF, and largest experiment or parameter file in TOML [bytes]; what they become takes a hundred
+/// times as much memory.
 inline constexpr std::uintmax_t robot_limit = std::uintmax_t{16} << 20U;
 /// Largest result, plan or parameter file in JSON, and largest table of parameters [bytes].
 inline constexpr std::uintmax_t result_limit = std::uintmax_t{64} << 20U;
@@ -49,13 +50,16 @@ class InputText {
   std::shared_ptr<Content> content_;
 };
 
-/// Reads a file once, as a whole. It must be a regular file within the limit of limit_inputs(), and not change meanwhile.
+/// Reads a file once, as a whole. It must be a regular file within the limit of limit_inputs(), and not
+/// change meanwhile.
 ///
 /// @param pipe  a pipe may be read to its end as well, and "-" is standard input
-/// @throws InputError  where it is missing, can not be read, is no such file, is too large or changes while it is read
+/// @throws InputError  where it is missing, can not be read, is no such file, is too large or changes while
+///                     it is read
 [[nodiscard]] InputText read_input(const std::filesystem::path& path, bool pipe = false);
 
-/// SHA-256 of a file, 64 hexadecimal digits: of the content that read_input() gave, where an InputScope lives.
+/// SHA-256 of a file, 64 hexadecimal digits: of the content that read_input() gave, where an InputScope
+/// lives.
 ///
 /// @throws InputError  where read_input() of a file or pipe throws it
 [[nodiscard]] std::string input_sha256(const std::filesystem::path& path);
@@ -63,9 +67,10 @@ class InputText {
 /// SHA-256 of a text, 64 hexadecimal digits.
 [[nodiscard]] std::string sha256(std::string_view text);
 
-/// As long as one lives, read_input() gives the same content for the same path whenever it is asked: all that a run reads,
-/// computes from, writes the digest of and draws is of one moment. Up to 64 MiB of files, and all pipes, are kept in
-/// memory. Of what is beyond that the digest is kept: a file that is read again and has another one is refused.
+/// As long as one lives, read_input() gives the same content for the same path whenever it is asked: all that
+/// a run reads, computes from, writes the digest of and draws is of one moment. Up to 64 MiB of files, and
+/// all pipes, are kept in memory. Of what is beyond that the digest is kept: a file that is read again and
+/// has another one is refused.
 class InputScope {
  public:
   InputScope();

@@ -9,10 +9,11 @@ namespace rivid {
 
 /// The files that one run writes: all of them or none.
 ///
-/// plan() names a file before the work begins and refuses it where writing it would destroy something. put() writes the
-/// content to a temporary file in the same folder and flushes it to the disk; commit() renames all of them. A file that is
-/// there keeps mode, owner and group, and a symbolic link stays: the file that it points to is replaced. A new file has
-/// the mode that the umask leaves. Temporary files that a killed program left in the folder are removed.
+/// plan() names a file before the work begins and refuses it where writing it would destroy something. put()
+/// writes the content to a temporary file in the same folder and flushes it to the disk; commit() renames all
+/// of them. A file that is there keeps mode, owner and group, and a symbolic link stays: the file that it
+/// points to is replaced. A new file has the mode that the umask leaves. Temporary files that a killed
+/// program left in the folder are removed.
 ///
 /// Not for use by several threads at once.
 class Outputs {
@@ -29,9 +30,10 @@ class Outputs {
 
   /// Nothing is written or made.
   ///
-  /// @param extension  of such files, as ".json". An existing file of another extension is only replaced by `force`.
-  /// @throws InputError  where the path is an input, was planned already, is there and no regular file, write-protected or
-  ///                     of another kind, or where its folder can not be written to
+  /// @param extension  of such files, as ".json". An existing file of another extension is only replaced by
+  ///                   `force`.
+  /// @throws InputError  where the path is an input, was planned already, is there and no regular file,
+  ///                     write-protected or of another kind, or where its folder can not be written to
   void plan(const std::filesystem::path& path, std::string_view extension);
 
   /// Missing folders are made.
@@ -54,9 +56,9 @@ class Outputs {
 /// @throws InputError where the place can not be written to; what stood there before is untouched
 void write_file(const std::filesystem::path& path, std::string_view content);
 
-/// Makes SIGINT, SIGTERM and SIGHUP end the program with exit code 128 + signal, without temporary files left behind; not
-/// those that were ignored when it started. A write beyond the limit of the file size becomes an error instead of a signal.
-/// For main() of a program; may be called in a handler of a signal.
+/// Makes SIGINT, SIGTERM and SIGHUP end the program with exit code 128 + signal, without temporary files left
+/// behind; not those that were ignored when it started. A write beyond the limit of the file size becomes an
+/// error instead of a signal. For main() of a program; may be called in a handler of a signal.
 void exit_on_signals();
 
 }  // namespace rivid

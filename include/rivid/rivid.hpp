@@ -6,8 +6,8 @@
 ///   const rivid::Log log = rivid::read_csv("scara_s2.csv");
 ///   std::cout << rivid::identify(robot, log, {.signal = {.cutoff_hz = 20.0, .decimation = {20}}});
 ///
-/// rivid/model/kdl.hpp and rivid/simulate/kdl_solver.hpp are not included here: who starts from a KDL::Chain includes them and
-/// links KDL.
+/// rivid/model/kdl.hpp and rivid/simulate/kdl_solver.hpp are not included here: who starts from a KDL::Chain
+/// includes them and links KDL.
 
 #include "rivid/data/adjust.hpp"
 #include "rivid/data/csv.hpp"

@@ -24,7 +24,8 @@ namespace rivid {
 /// A number with so many decimals.
 [[nodiscard]] std::string fixed(double value, int decimals);
 
-/// Percent or standard deviations beyond which a figure says nothing but that what it is measured by is next to nothing.
+/// Percent or standard deviations beyond which a figure says nothing but that what it is measured by is next
+/// to nothing.
 inline constexpr double most_said = 1e6;
 
 /// number(), or "more than a million" beyond that.

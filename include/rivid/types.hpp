@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-// Users of rivid::rivid have RIVID_LIBRARY defined: the headers declare what its archive holds, which src/simulate/headers.cpp
-// fills. Users of rivid::headers have not: the headers define what they declare.
+// Users of rivid::rivid have RIVID_LIBRARY defined: the headers declare what its archive holds, which
+// src/simulate/headers.cpp fills. Users of rivid::headers have not: the headers define what they declare.
 #ifndef RIVID_LIBRARY
 #define RIVID_DEFINITIONS
 #define RIVID_INLINE inline
@@ -27,10 +27,11 @@ struct EigenHeap {
 };
 constexpr bool eigen_heap_is_malloc = EIGEN_DEFAULT_ALIGN_BYTES == 0 || EIGEN_MALLOC_ALREADY_ALIGNED != 0;
 
-// How Eigen frees memory is part of the ABI, and follows the flags: alignment those of SIMD (-mavx2, -march=native), and
-// under AddressSanitizer Eigen pads by hand what malloc() had aligned. A vector that comes from the library would crash a
-// program that was built otherwise; this turns the crash into a link error. -DEIGEN_MALLOC_ALREADY_ALIGNED=1 lets a
-// program under AddressSanitizer use a library that was built without.
+// How Eigen frees memory is part of the ABI, and follows the flags: alignment those of SIMD (-mavx2,
+// -march=native), and under AddressSanitizer Eigen pads by hand what malloc() had aligned. A vector that
+// comes from the library would crash a program that was built otherwise; this turns the crash into a link
+// error. -DEIGEN_MALLOC_ALREADY_ALIGNED=1 lets a program under AddressSanitizer use a library that was built
+// without.
 [[gnu::used]] static const char* const eigen_heap_check =
     &EigenHeap<EIGEN_DEFAULT_ALIGN_BYTES, eigen_heap_is_malloc>::
         caller_and_librivid_must_use_the_same_simd_flags_and_EIGEN_MALLOC_ALREADY_ALIGNED;

@@ -17,8 +17,8 @@
 
 #include "rivid/identify/estimation.hpp"
 
-/// In place of nanobind/stl/string.h, which raises UnicodeDecodeError: names from files, and pages that show them, may be no UTF-8. Such bytes
-/// are '?', as the tools show them.
+/// In place of nanobind/stl/string.h, which raises UnicodeDecodeError: names from files, and pages that show
+/// them, may be no UTF-8. Such bytes are '?', as the tools show them.
 template <>
 struct nanobind::detail::type_caster<std::string> {
   NB_TYPE_CASTER(std::string, const_name("str"))
@@ -47,8 +47,8 @@ struct nanobind::detail::type_caster<std::string> {
   }
 };
 
-// What the files of the extension share. Options come as TOML text in the words of experiment files and results go as the JSON
-// documents that the tools write: neither is described here again.
+// What the files of the extension share. Options come as TOML text in the words of experiment files and
+// results go as the JSON documents that the tools write: neither is described here again.
 namespace rivid::python {
 
 namespace nb = nanobind;
@@ -57,8 +57,8 @@ using namespace nb::literals;
 /// Lets other threads of Python run.
 using Unlocked = nb::call_guard<nb::gil_scoped_release>;
 
-/// Where long work calls Python now and then: an interrupt ends it, and a callback hears how far it is. The callback must
-/// outlive the work, which holds no lock of Python meanwhile.
+/// Where long work calls Python now and then: an interrupt ends it, and a callback hears how far it is. The
+/// callback must outlive the work, which holds no lock of Python meanwhile.
 class Listener {
  public:
   explicit Listener(const nb::object& callback) : callback_(&callback) {}

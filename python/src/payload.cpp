@@ -19,7 +19,8 @@ namespace {
 // Logs with one payload: its name, they, its mass.
 using Load = std::tuple<std::string, std::vector<const Log*>, std::optional<double>>;
 
-// From logs without payload, or on an arm that was identified before. Returns payload.json and the text of the command line.
+// From logs without payload, or on an arm that was identified before. Returns payload.json and the text of
+// the command line.
 std::pair<std::string, std::string> payloads(const Robot& robot, const std::vector<Load>& loads,
                                              const std::vector<const Log*>& without, const IdentifiedArm* arm,
                                              const std::string& sections, const PayloadOptions& options,

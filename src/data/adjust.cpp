@@ -285,7 +285,8 @@ struct Cubic {
 
 Index detail::interval(const Vector& t, double at) {
   const Index last = t.size() - 2;
-  // Half an interval early: the interval before or after the one that a uniform clock would give is looked at as well.
+  // Half an interval early: the interval before or after the one that a uniform clock would give is looked at
+  // as well.
   const double guess = (at - t[0]) / (t[last + 1] - t[0]) * static_cast<double>(last + 1) - 0.5;
   const double within = std::clamp(guess, 0.0, static_cast<double>(last));
   return rivid::interval(t, at, static_cast<Index>(within));

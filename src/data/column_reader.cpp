@@ -285,8 +285,8 @@ class Stretches {
     return nullptr;
   }
 
-  // Each stretch has its rows where they are if all lines before it hold one. The first stretch that did not end well; those before
-  // it did.
+  // Each stretch has its rows where they are if all lines before it hold one. The first stretch that did not
+  // end well; those before it did.
   std::size_t read_together(const RowFormat& format, const std::function<void(double)>& progress) {
     std::atomic<std::size_t> next = 0;
     std::mutex finishing;

@@ -136,8 +136,8 @@ bool has_header(const std::vector<Line>& lines, char separator, const TableOptio
   return false;
 }
 
-// Names in a comment right above the first row, where numpy.savetxt() and rostopic write them; empty if they are not one
-// name for each field.
+// Names in a comment right above the first row, where numpy.savetxt() and rostopic write them; empty if they
+// are not one name for each field.
 std::vector<std::string> names_above(std::string_view text, const Line& row, char separator, Decimal decimal,
                                      std::size_t fields) {
   std::vector<std::string_view> cells;

@@ -102,7 +102,8 @@ inline std::uint64_t eight_characters(const char* p) {
   return word;
 }
 
-/// The highest bit of the first of eight characters that is no digit, and perhaps bits of later ones; 0 where all are digits.
+/// The highest bit of the first of eight characters that is no digit, and perhaps bits of later ones; 0 where
+/// all are digits.
 inline std::uint64_t no_digits(std::uint64_t word) {
   return ((word + 0x4646464646464646U) | (word - 0x3030303030303030U)) & 0x8080808080808080U;
 }
@@ -117,8 +118,8 @@ inline std::uint64_t eight_digits(std::uint64_t word) {
          0xFFFFFFFFU;
 }
 
-/// Appends the decimal digits at `p` to a value; returns where they end. How many there are is no matter of branches, which would be
-/// foretold wrongly: numbers in a file differ in it.
+/// Appends the decimal digits at `p` to a value; returns where they end. How many there are is no matter of
+/// branches, which would be foretold wrongly: numbers in a file differ in it.
 inline const char* digits(const char* p, std::uint64_t& value) {
   std::uint64_t word = eight_characters(p);
   std::uint64_t others = no_digits(word);
@@ -129,7 +130,8 @@ inline const char* digits(const char* p, std::uint64_t& value) {
     others = no_digits(word);
   }
   const auto count = static_cast<unsigned>(std::countr_zero(others)) / 8U;
-  // The digits at the end of eight, behind as many zeros as it takes; in two shifts, for none may be of 64 bits.
+  // The digits at the end of eight, behind as many zeros as it takes; in two shifts, for none may be of 64
+  // bits.
   const unsigned up = 8U * (7U - count);
   word = ((word << up) << 8U) | (0x3030303030303030U >> (8U * count));
   value = value * powers_of_ten_integer[count] + eight_digits(word);

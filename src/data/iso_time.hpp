@@ -13,8 +13,9 @@ struct IsoTime {
       0.0;  ///< since that day's midnight; below 0 or above 86400 where the offset leads to another day
 };
 
-/// "2024-05-06T07:08:09.123456Z": date, "T" or a blank, time with any number of decimals after a point or a comma, and perhaps "Z"
-/// or an offset from UTC, "+02:00". Without one the time counts as UTC. Nothing for any other text.
+/// "2024-05-06T07:08:09.123456Z": date, "T" or a blank, time with any number of decimals after a point or a
+/// comma, and perhaps "Z" or an offset from UTC, "+02:00". Without one the time counts as UTC. Nothing for
+/// any other text.
 [[nodiscard]] std::optional<IsoTime> iso_time(std::string_view text);
 
 }  // namespace rivid::detail

@@ -31,18 +31,18 @@ inline constexpr std::array<LogColumns, 6> log_columns = {
      {&Log::q_r, "q_r", true, "reference", "qref", &LogOptions::reference},
      {&Log::qd_r, "qd_r", false, "reference_velocity", "qdref", &LogOptions::reference_velocity}}};
 
-/// The column of nanoseconds that belongs to one of whole seconds: "header.stamp.nanosec" beside "header.stamp.sec". Nothing where
-/// there is none.
+/// The column of nanoseconds that belongs to one of whole seconds: "header.stamp.nanosec" beside
+/// "header.stamp.sec". Nothing where there is none.
 [[nodiscard]] std::optional<std::string> nanoseconds_of(std::string_view seconds,
                                                         std::span<const std::string> names);
 
-/// Columns that are read where a log lists none, by the keys of [log]: "position" → "q1", "q2". Quantities that are counted from 0 are not
-/// among them.
+/// Columns that are read where a log lists none, by the keys of [log]: "position" → "q1", "q2". Quantities
+/// that are counted from 0 are not among them.
 [[nodiscard]] std::map<std::string, std::vector<std::string>> default_columns(
     std::span<const std::string> names);
 
-/// Stamps of both, in seconds since the midnight (UTC) before the first one: since 1970 a double would round them to a
-/// quarter of a microsecond.
+/// Stamps of both, in seconds since the midnight (UTC) before the first one: since 1970 a double would round
+/// them to a quarter of a microsecond.
 [[nodiscard]] Vector stamps_of(const Eigen::Ref<const Vector>& seconds,
                                const Eigen::Ref<const Vector>& nanoseconds);
 

@@ -26,8 +26,8 @@ struct RowFormat {
   std::optional<std::int64_t> first_day = {};
 };
 
-/// Reads rows, stretch after stretch of whole lines. Lines that a fast loop can not take whole are read again with care, which also
-/// finds the words for what is wrong with them.
+/// Reads rows, stretch after stretch of whole lines. Lines that a fast loop can not take whole are read again
+/// with care, which also finds the words for what is wrong with them.
 class RowReader {
  public:
   enum class End {

@@ -8,8 +8,9 @@
 
 namespace rivid::detail {
 
-/// Smallest distance of every pair along a motion, the nearest first and those that are left out last: by code that shares
-/// nothing with Clearances, which designs it. Frames are KDL's, distances those of a search along the line of a body.
+/// Smallest distance of every pair along a motion, the nearest first and those that are left out last: by
+/// code that shares nothing with Clearances, which designs it. Frames are KDL's, distances those of a search
+/// along the line of a body.
 ///
 /// @param kept  Clearances::kept() of the same robot and space
 /// @param q     (samples × n)

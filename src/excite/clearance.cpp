@@ -159,7 +159,8 @@ void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, doubl
         first_ends[k] = pose == 0 ? ends : first_ends[k];
         const bool moves =
             (ends[0] - first_ends[k][0]).norm() > touching || (ends[1] - first_ends[k][1]).norm() > touching;
-        // What the first link stands on it stands on in every pose. Inside of it, the obstacle is not where it was meant to be.
+        // What the first link stands on it stands on in every pose. Inside of it, the obstacle is not where
+        // it was meant to be.
         kept = kept || moves || bodies_[pair.body].joint > 0 || is_inside(pair, distance);
       }
       kept_[k] = kept_[k] || kept;

@@ -29,12 +29,13 @@ struct Nearest {
 [[nodiscard]] Nearest nearest(const Segment& a, const Segment& b);
 [[nodiscard]] Nearest nearest(const Segment& a, const Box& box);
 
-/// Distances that a robot keeps, each between a capsule of a link and an obstacle or a capsule of another link, with their
-/// exact derivatives by the joint positions.
+/// Distances that a robot keeps, each between a capsule of a link and an obstacle or a capsule of another
+/// link, with their exact derivatives by the joint positions.
 class Clearances {
  public:
-  /// Pairs of neighbours are left out, and pairs of links that are nearer than the clearance in each of many random poses. A
-  /// pair with an obstacle is not, unless the first link stands there: its distance is the same in every pose.
+  /// Pairs of neighbours are left out, and pairs of links that are nearer than the clearance in each of many
+  /// random poses. A pair with an obstacle is not, unless the first link stands there: its distance is the
+  /// same in every pose.
   ///
   /// @param lower, upper  positions of the random poses, (n)
   /// @param findings      gets a finding for each pair that is left out
@@ -47,7 +48,8 @@ class Clearances {
   [[nodiscard]] std::string first(Index pair) const;
   [[nodiscard]] std::string second(Index pair) const;
 
-  /// Distances between the surfaces at one pose, negative by the radii at most where they overlap, (size) [m].
+  /// Distances between the surfaces at one pose, negative by the radii at most where they overlap, (size)
+  /// [m].
   ///
   /// @param slopes  where wanted: derivatives, (n × size)
   void at(const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> distances, Matrix* slopes);

@@ -75,7 +75,8 @@ struct Peak {
 };
 [[nodiscard]] Peak peak(const SideLimit& limit, const LimitedMotion& motion);
 
-/// Soft maximum by Kreisselmeier & Steinhauser: log Σ exp(ρ g_k) / ρ, above the largest g by log N / ρ at most.
+/// Soft maximum by Kreisselmeier & Steinhauser: log Σ exp(ρ g_k) / ρ, above the largest g by log N / ρ at
+/// most.
 ///
 /// @param share  is set to its derivatives by g; zero where g is so small that it makes no difference
 [[nodiscard]] double soft_maximum(const Vector& g, double rho, Vector& share);

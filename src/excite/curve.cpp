@@ -9,8 +9,8 @@ namespace rivid::detail {
 
 namespace {
 
-// Columns that span what is orthogonal to w, (L × L − 1): those of the Householder reflection that turns w into the first
-// axis.
+// Columns that span what is orthogonal to w, (L × L − 1): those of the Householder reflection that turns w
+// into the first axis.
 Matrix orthogonal_to(const Vector& w) {
   const Index L = w.size();
   Vector v = w;

@@ -23,8 +23,8 @@ struct FunctionTables {
 ///
 ///   q_j(t) = offset_j + φ(t)ᵀ T_j z_j
 ///
-/// with functions φ of time that all joints share. Variables are scaled so that within the bounds all are about one; the
-/// first of a joint moves its whole motion, unless the pose at both ends is given.
+/// with functions φ of time that all joints share. Variables are scaled so that within the bounds all are
+/// about one; the first of a joint moves its whole motion, unless the pose at both ends is given.
 class Curve {
  public:
   virtual ~Curve() = default;
@@ -73,8 +73,8 @@ class Curve {
   std::vector<Matrix> T_;  // one a joint, (functions × variables)
 };
 
-/// Fourier series: φ = 1, sin(l ω t) / (l ω), −cos(l ω t) / (l ω), of whose coefficients those of FourierSeries, the null
-/// space of the conditions of rest is left. One period.
+/// Fourier series: φ = 1, sin(l ω t) / (l ω), −cos(l ω t) / (l ω), of whose coefficients those of
+/// FourierSeries, the null space of the conditions of rest is left. One period.
 class FourierCurve : public Curve {
  public:
   FourierCurve(double duration, int harmonics, const MotionBounds& bounds, const Vector& start);
@@ -87,8 +87,8 @@ class FourierCurve : public Curve {
   int harmonics_;
 };
 
-/// Splines of fifth degree with equal intervals: φ are the B-splines of De Boor, of which the first three have the
-/// coefficient of the last three. The jerk is continuous.
+/// Splines of fifth degree with equal intervals: φ are the B-splines of De Boor, of which the first three
+/// have the coefficient of the last three. The jerk is continuous.
 class SplineCurve : public Curve {
  public:
   /// @param points  coefficients between those of the ends, at least 1

@@ -26,8 +26,8 @@ using detail::DenseCheck;
 using detail::Problem;
 using detail::Task;
 
-// Soft maxima are above the maximum by log(200) / 300 = 1.8 % of half the range at most; near the end the sharper ones,
-// shifted to what the dense grid shows, by nothing.
+// Soft maxima are above the maximum by log(200) / 300 = 1.8 % of half the range at most; near the end the
+// sharper ones, shifted to what the dense grid shows, by nothing.
 constexpr double first_rho = 300.0;
 constexpr double last_rho = 1000.0;
 constexpr int polishings = 3;
@@ -346,7 +346,8 @@ Vector Designer::polished(const Found& best) {
   return kept;
 }
 
-// The finished motion, as it is played, by code that shares nothing with the search, on instants twice as dense.
+// The finished motion, as it is played, by code that shares nothing with the search, on instants twice as
+// dense.
 void Designer::check(Excitation& found) const {
   constexpr double tolerance = 1e-3;  // m
   const std::vector<bool> kept = detail::clearances_of(task_).kept();

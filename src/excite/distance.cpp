@@ -14,7 +14,8 @@ double within_one(double part) { return std::clamp(part, 0.0, 1.0); }
 
 }  // namespace
 
-// Least squares over both parts, one after the other put back to the ends that it passes [Ericson 2005, 5.1.9].
+// Least squares over both parts, one after the other put back to the ends that it passes [Ericson 2005,
+// 5.1.9].
 Nearest nearest(const Segment& a, const Segment& b) {
   const Eigen::Vector3d u = a.to - a.from;
   const Eigen::Vector3d v = b.to - b.from;

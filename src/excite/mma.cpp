@@ -14,8 +14,8 @@ namespace {
 // Limits that are kept to rounding count as kept.
 constexpr double kept = 1e-9;
 
-// Each step ends in a maximisation of its own, of which NLopt asks for 1e-14 and which takes most of the time. With 1e-8 the
-// search gets stuck.
+// Each step ends in a maximisation of its own, of which NLopt asks for 1e-14 and which takes most of the
+// time. With 1e-8 the search gets stuck.
 constexpr double dual_tolerance = 1e-10;
 
 // NLopt asks for the objective and for the limits one after the other, at the same variables.

@@ -48,7 +48,8 @@ inline constexpr double clearance_reserve = 1e-4;  // [m]
 /// Torques of a motion by the a-priori model, (samples × n).
 [[nodiscard]] Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi);
 
-/// The objective and all limits as functions of the variables of a curve, on instants in the middle of equal intervals.
+/// The objective and all limits as functions of the variables of a curve, on instants in the middle of equal
+/// intervals.
 class Problem {
  public:
   struct Value {
@@ -91,7 +92,8 @@ class Problem {
   std::vector<Matrix> W_;
 };
 
-/// Limits on a grid at least as dense as the motion is played, with friction as it is, on both sides of each reversal.
+/// Limits on a grid at least as dense as the motion is played, with friction as it is, on both sides of each
+/// reversal.
 class DenseCheck {
  public:
   DenseCheck(const Task& task, const Curve& curve, Index samples);

@@ -5,8 +5,8 @@
 #include "instruction_sets.hpp"
 #include "rivid/regressor/pack.hpp"
 
-// Products of the tall, narrow matrices of a design. Compiled once an instruction set; see rivid/regressor/kernel.hpp for
-// what that forbids.
+// Products of the tall, narrow matrices of a design. Compiled once an instruction set; see
+// rivid/regressor/kernel.hpp for what that forbids.
 namespace rivid::detail {
 
 // A matrix, column by column.

@@ -12,7 +12,8 @@
 
 namespace rivid::detail {
 
-/// Derivatives of a quantity of each sample by that sample's positions, velocities and accelerations, (samples × n).
+/// Derivatives of a quantity of each sample by that sample's positions, velocities and accelerations,
+/// (samples × n).
 struct Slopes {
   Matrix q;
   Matrix qd;
@@ -23,8 +24,8 @@ struct Slopes {
 
 /// Observation matrix of a motion joint by joint, and exact derivatives of what is made of it.
 ///
-/// Rows of a sample depend on that sample alone. What the links contribute is differentiated backwards through the
-/// recursion, friction and coupled motors by dual numbers.
+/// Rows of a sample depend on that sample alone. What the links contribute is differentiated backwards
+/// through the recursion, friction and coupled motors by dual numbers.
 class SampledRegressor {
  public:
   SampledRegressor(const Robot& robot, const BaseParameters& base);

@@ -4,9 +4,10 @@
 #include "rivid/regressor/kernel.hpp"
 #include "rivid/simulate/dynamics_kernel.hpp"
 
-// Derivatives of sums of a regressor's entries by reverse differentiation of its recursion: what a sum changes by is
-// carried from the tip to the base, so that the derivatives by all positions, velocities and accelerations cost a few
-// times the entries. Compiled once an instruction set; see rivid/regressor/kernel.hpp for what that forbids.
+// Derivatives of sums of a regressor's entries by reverse differentiation of its recursion: what a sum
+// changes by is carried from the tip to the base, so that the derivatives by all positions, velocities and
+// accelerations cost a few times the entries. Compiled once an instruction set; see
+// rivid/regressor/kernel.hpp for what that forbids.
 namespace rivid::detail {
 
 // Where the derivatives go: a column a joint.
@@ -17,8 +18,8 @@ struct SlopeTarget {
   std::ptrdiff_t stride;
 };
 
-// What is differentiated at each of some samples: Σ G W over the entries of the links, and the rows' products with
-// values of the parameters.
+// What is differentiated at each of some samples: Σ G W over the entries of the links, and the rows' products
+// with values of the parameters.
 struct SlopesTask {
   RegressorPlan plan;
   RegressorInput<double> input;
@@ -258,7 +259,8 @@ class SlopesPass {
     });
   }
 
-  // From the tip to the base: `add_rows` adds what the rows contribute at each link; those before `first` have none.
+  // From the tip to the base: `add_rows` adds what the rows contribute at each link; those before `first`
+  // have none.
   template <typename AddRows>
   [[gnu::always_inline]] void backward(std::size_t first, const SlopeTarget& target,
                                        const AddRows& add_rows) {

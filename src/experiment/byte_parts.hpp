@@ -10,8 +10,8 @@
 #include "rivid/error.hpp"
 #include "rivid/identify/log_factors.hpp"
 
-// Files of factors: eight letters, version and order of the bytes, a description as JSON, parts with their lengths, and a
-// checksum. All values are little-endian, whatever the machine.
+// Files of factors: eight letters, version and order of the bytes, a description as JSON, parts with their
+// lengths, and a checksum. All values are little-endian, whatever the machine.
 namespace rivid::detail {
 
 /// Writes such a content.

@@ -13,7 +13,8 @@ namespace rivid {
 
 namespace {
 
-// A known payload gives joints 2 to 6 of a UR10e gains that are up to so much from those of its controller, docs/payload.md.
+// A known payload gives joints 2 to 6 of a UR10e gains that are up to so much from those of its controller,
+// docs/payload.md.
 constexpr double least_difference = 0.05;
 // Half-widths of a 95 % interval: about three standard deviations, for all joints together.
 constexpr double sure = 1.5;

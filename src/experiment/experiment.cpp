@@ -45,7 +45,8 @@ void append_simulation_inputs(const Experiment& experiment, std::vector<std::fil
   }
 }
 
-// Column numbers that the user did not list follow from the robot: what default names find must fit it as well.
+// Column numbers that the user did not list follow from the robot: what default names find must fit it as
+// well.
 void require_columns(const Log& log, const Robot& robot) {
   if (log.q.cols() != robot.size()) {
     throw InputError(log.source + ": " + std::to_string(log.q.cols()) + " position columns, robot \"" +

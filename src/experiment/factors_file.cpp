@@ -19,7 +19,8 @@ using detail::Json;
 using detail::json_list;
 using Settings = std::vector<std::pair<std::string, std::string>>;
 
-// The chain's numbers to the last bit: whatever description they come from, and whatever its inertial parameters are.
+// The chain's numbers to the last bit: whatever description they come from, and whatever its inertial
+// parameters are.
 std::string geometry(const Robot& robot) {
   std::string bits;
   const auto add = [&](const auto& numbers) {

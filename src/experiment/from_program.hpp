@@ -8,8 +8,9 @@
 #include "rivid/data/table.hpp"
 #include "rivid/experiment/experiment.hpp"
 
-// What experiment files say, from a program that holds it: the keys of docs/experiment.md as TOML text, with the same defaults,
-// checks and messages. The bindings of other languages hand their options over in this way.
+// What experiment files say, from a program that holds it: the keys of docs/experiment.md as TOML text, with
+// the same defaults, checks and messages. The bindings of other languages hand their options over in this
+// way.
 namespace rivid::detail {
 
 /// A robot's description as its file holds it.
@@ -25,8 +26,8 @@ struct RobotDescription {
 /// @throws InputError  as read_experiment() does
 [[nodiscard]] Robot robot_of(const RobotDescription& description, std::string_view keys);
 
-/// An experiment of a robot with the sections of an experiment file beside [robot], all of which may be absent. Paths in them are
-/// relative to the working directory.
+/// An experiment of a robot with the sections of an experiment file beside [robot], all of which may be
+/// absent. Paths in them are relative to the working directory.
 ///
 /// @param source  that messages begin with
 /// @throws InputError  as read_experiment() does

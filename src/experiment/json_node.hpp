@@ -22,7 +22,8 @@ namespace rivid::detail {
 ///
 /// @param what  the file as messages name it: "the result"
 /// @param else_ what it is not, where it is no JSON: "is no result.json of rivid_identify: "
-/// @throws InputError  where it can not be read, is larger than result_limit, no JSON or more than deepest_nesting lists within each other
+/// @throws InputError  where it can not be read, is larger than result_limit, no JSON or more than
+///                     deepest_nesting lists within each other
 [[nodiscard]] inline nlohmann::json parsed_json(const std::filesystem::path& path, std::string_view what,
                                                 const std::string& else_) {
   try {

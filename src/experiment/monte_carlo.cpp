@@ -113,7 +113,8 @@ Vector truth_of(const MonteCarlo& plan, const BaseParameters& base) {
 
 constexpr double z_95 = 1.959963984540054;  // 97.5 % of the normal distribution
 
-// Interval for a share of `runs` that was found, Wilson (1927): it stays within 0 and 1, where the usual one does not.
+// Interval for a share of `runs` that was found, Wilson (1927): it stays within 0 and 1, where the usual one
+// does not.
 std::array<double, 2> interval_of_share(double share, double runs) {
   constexpr double z = z_95;
   const double scale = 1.0 + z * z / runs;

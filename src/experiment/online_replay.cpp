@@ -49,7 +49,8 @@ std::string without_threshold(const ContactObserver<double>& contact,
   return out.empty() ? "" : "too little motion to learn thresholds of contacts: " + listed(out);
 }
 
-// The payload of a log from some row on by identify_payloads(), judged; nothing where so little is moved that there is none.
+// The payload of a log from some row on by identify_payloads(), judged; nothing where so little is moved that
+// there is none.
 PayloadReport judged_from(const OnlineModel& model, const Log& log, Index row,
                           const PayloadEstimatorOptions& options) {
   const Log since = excerpt(log, row, log.samples() - row);

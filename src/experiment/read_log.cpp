@@ -13,7 +13,8 @@ void read_reference_columns(TomlReader& keys, LogOptions& columns) {
   columns.rate_hz = keys.get<double>("rate_hz", rate_range, "Hz");
 }
 
-// The reference columns of a log hold where the file does not name its own; the file itself is read in the same way.
+// The reference columns of a log hold where the file does not name its own; the file itself is read in the
+// same way.
 void read_more(TomlReader& keys, LogSource::Reference& out) {
   read_reference_columns(keys, out.columns);
   keys.set(out.columns.reference_velocity, {.key = "velocity"});

@@ -94,8 +94,8 @@ constexpr std::array program_names = {
     ProgramName{" observation state", ColumnKind::position},       // LeRobot: observation.state.0
     ProgramName{" action", ColumnKind::reference}};                // LeRobot: action.0
 
-// How units are written at the end of a name, and as unit_scale() knows them. Words, so that "[rad/s]", "(rad/s)" and
-// "_rad_s" are one.
+// How units are written at the end of a name, and as unit_scale() knows them. Words, so that "[rad/s]",
+// "(rad/s)" and "_rad_s" are one.
 struct KnownUnit {
   std::string_view words;
   std::string_view unit;
@@ -234,7 +234,8 @@ struct Group {
   ColumnMeaning meaning;
 };
 
-// Of columns whose names are `pattern` but for the joint. The name says the unit, or the program that writes such names.
+// Of columns whose names are `pattern` but for the joint. The name says the unit, or the program that writes
+// such names.
 Group group_of(std::vector<std::string> columns, std::string_view pattern) {
   ColumnName parts = parted(pattern);
   Group out{std::move(columns), meaning_of(parts.words)};

@@ -43,7 +43,8 @@ enum class ColumnKind {
   time
 };
 
-/// A key of [log] whose columns are one a joint, in the order of a draft; control signals are behind torques, in whose place they are.
+/// A key of [log] whose columns are one a joint, in the order of a draft; control signals are behind torques,
+/// in whose place they are.
 struct LogKey {
   std::string_view key;
   ColumnKind kind;
@@ -57,9 +58,10 @@ inline constexpr std::array<LogKey, 6> log_keys = {
      {"reference", ColumnKind::reference, &RecognisedLog::reference},
      {"reference_velocity", ColumnKind::reference_velocity, &RecognisedLog::reference_velocity}}};
 
-/// Names are taken apart into words ("actual_q_0", "/joint_states/elbow/position", "Axis1 Torque [Nm]"); a quantity is
-/// where they say the same of all joints, which are distinguished by their names or by numbers from 0 or 1. Words that say that
-/// a column holds something else (accelerations, external torques, temperatures) rule it out.
+/// Names are taken apart into words ("actual_q_0", "/joint_states/elbow/position", "Axis1 Torque [Nm]"); a
+/// quantity is where they say the same of all joints, which are distinguished by their names or by numbers
+/// from 0 or 1. Words that say that a column holds something else (accelerations, external torques,
+/// temperatures) rule it out.
 ///
 /// @param names   of the columns of a file
 /// @param joints  their names, base to tip

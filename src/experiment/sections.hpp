@@ -19,7 +19,8 @@ namespace rivid::detail {
 /// A key that holds one of several words.
 struct Word {};
 
-/// Keys of [robot] beside the fields of its joints, of [control], [reference] and [method] that choose what else is read.
+/// Keys of [robot] beside the fields of its joints, of [control], [reference] and [method] that choose what
+/// else is read.
 inline constexpr auto robot_keys = std::tuple(
     Field{"urdf",
           Key<std::filesystem::path>(),
@@ -125,9 +126,9 @@ inline constexpr auto trial_keys = std::tuple(
 /// @param robot_file  is set to the URDF or the table that the section names
 [[nodiscard]] Robot read_robot(TomlReader keys, std::filesystem::path& robot_file);
 
-/// Robot of a modified Denavit-Hartenberg table in a CSV file with the header
-/// `joint,type,alpha,a,d,theta` (names may go on: alpha_prev_rad, a_prev_m, d_m, theta_offset_rad), type R or P,
-/// angles in radians, lengths in metres.
+/// Robot of a modified Denavit-Hartenberg table in a CSV file with the header `joint,type,alpha,a,d,theta`
+/// (names may go on: alpha_prev_rad, a_prev_m, d_m, theta_offset_rad), type R or P, angles in radians,
+/// lengths in metres.
 ///
 /// @throws InputError with file and line where the table can not be read
 [[nodiscard]] Robot read_mdh(const std::filesystem::path& path, const Eigen::Vector3d& gravity);

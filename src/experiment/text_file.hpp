@@ -9,7 +9,8 @@
 // Small text files, read as a whole.
 namespace rivid::detail {
 
-/// Lists and tables within each other, and parts of a key, that a file may have: they are destroyed and copied on the stack.
+/// Lists and tables within each other, and parts of a key, that a file may have: they are destroyed and
+/// copied on the stack.
 inline constexpr int deepest_nesting = 64;
 
 /// @param what  the file as messages name it: "the experiment file"
@@ -23,8 +24,8 @@ inline constexpr int deepest_nesting = 64;
 /// A path as it is written in a file of that folder: relative where both may move together.
 [[nodiscard]] std::string from_folder(const std::filesystem::path& path, const std::filesystem::path& folder);
 
-/// A table whose cells may hold words: separated by commas or semicolons, with a header, blank lines and lines that
-/// start with # left out.
+/// A table whose cells may hold words: separated by commas or semicolons, with a header, blank lines and
+/// lines that start with # left out.
 struct TextTable {
   struct Row {
     std::string place;  ///< "file:line"

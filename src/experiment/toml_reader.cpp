@@ -38,8 +38,8 @@ constexpr std::string_view flag = "--set ";
 
 struct ViolatedAssertion {};
 
-// Tables within tables are destroyed on the stack, each in the one around it: a key of 300,000 parts overflows it. Strings and
-// comments are passed over as toml++ does; text that it can not read ends there.
+// Tables within tables are destroyed on the stack, each in the one around it: a key of 300,000 parts
+// overflows it. Strings and comments are passed over as toml++ does; text that it can not read ends there.
 class Nesting {
  public:
   explicit Nesting(std::string_view text) : text_(text) {}

@@ -31,7 +31,8 @@ namespace rivid::detail {
 ///
 /// @param what      the file as messages name it: "the experiment file"
 /// @param settings  "signal.decimation=5": a dotted key and a TOML value; a word needs no quotes
-/// @throws InputError  where the file can not be read; "file:line:column: …" or "--set key=value: …" for what is no TOML
+/// @throws InputError  where the file can not be read; "file:line:column: …" or "--set key=value: …" for what
+///                     is no TOML
 [[nodiscard]] toml::table parsed_toml(const std::filesystem::path& path, std::string_view what,
                                       std::span<const std::string> settings = {});
 
@@ -81,8 +82,8 @@ class TomlReader {
 
   [[nodiscard]] const toml::table& table() const { return table_; }
 
-  /// Sets the members of a record whose keys are there, and refuses one without a required key. What is under a Key, or in no member,
-  /// is left to the section.
+  /// Sets the members of a record whose keys are there, and refuses one without a required key. What is under
+  /// a Key, or in no member, is left to the section.
   template <typename Record, typename... Accesses>
   void read(const std::tuple<Field<Accesses>...>& fields, Record& out) {
     std::apply(
@@ -97,7 +98,8 @@ class TomlReader {
     read(Record::fields(), out);
   }
 
-  /// All of a table: the fields of a record, what read_more() of its section takes besides, nothing else; checked by its complaint().
+  /// All of a table: the fields of a record, what read_more() of its section takes besides, nothing else;
+  /// checked by its complaint().
   template <Described Record>
   void read_whole(Record& out) {
     read(out);
@@ -257,8 +259,8 @@ class TomlReader {
   void take(const toml::node& node, const Wanted& wanted, std::filesystem::path& out) const;
   void take(const toml::node& node, const Wanted& wanted, Vector& out) const;
   void take(const toml::node& node, const Wanted& wanted, Eigen::Vector3d& out) const;
-  // "q1", 3, or { column = "q1", unit = "deg", sign = -1, scale = 2.0, offset = 0.1 }; the offset is in SI units. `units` beside the
-  // key says the unit of a column that does not say its own.
+  // "q1", 3, or { column = "q1", unit = "deg", sign = -1, scale = 2.0, offset = 0.1 }; the offset is in SI
+  // units. `units` beside the key says the unit of a column that does not say its own.
   void take(const toml::node& node, const Wanted& wanted, Column& out) const;
   // One a joint.
   void take(const toml::node& node, const Wanted& wanted, std::vector<Column>& out) const;
@@ -316,7 +318,8 @@ class TomlReader {
   }
 
   void require_within(const toml::node& node, const Wanted& wanted, double value) const;
-  // Refuses units that are none, and units of columns that are not listed: they would be passed over in silence.
+  // Refuses units that are none, and units of columns that are not listed: they would be passed over in
+  // silence.
   void check_units(std::string_view key);
   [[nodiscard]] std::string column_name(const toml::node& node, std::string_view key) const;
   // A factor to SI.

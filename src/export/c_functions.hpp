@@ -4,11 +4,12 @@
 
 namespace rivid::detail {
 
-// What a generated C header has. @ is the robot's name; what stands between $ and $ is recorded from the library's kernels, see
-// c_header.cpp.
+// What a generated C header has. @ is the robot's name; what stands between $ and $ is recorded from the
+// library's kernels, see c_header.cpp.
 //
-// A payload λ is an external torque −L λ to the arm. Its momentum passes through the observer's low-pass as that of the arm does, so that
-// r = −L_f λ without accelerations. Its least squares have loops, and stand here alone.
+// A payload λ is an external torque −L λ to the arm. Its momentum passes through the observer's low-pass as
+// that of the arm does, so that r = −L_f λ without accelerations. Its least squares have loops, and stand
+// here alone.
 inline constexpr std::string_view c_functions = R"(#ifndef RIVID_@_H
 #define RIVID_@_H
 

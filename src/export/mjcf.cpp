@@ -14,9 +14,9 @@ namespace {
 
 using Shape = ModelTree::Shape;
 
-// The impedance and time constant with which frictionloss comes nearest to dry friction: the joint holds without
-// creeping, and the torque is that of the velocity one time step of 2 ms later. MuJoCo's own defaults are softer: below
-// 0.3 rad/s they miss the friction of a robot by up to 8 % of its largest torque.
+// The impedance and time constant with which frictionloss comes nearest to dry friction: the joint holds
+// without creeping, and the torque is that of the velocity one time step of 2 ms later. MuJoCo's own defaults
+// are softer: below 0.3 rad/s they miss the friction of a robot by up to 8 % of its largest torque.
 constexpr const char* stiff_impedance = "0.9999 0.9999 0.001 0.5 2";
 constexpr const char* stiff_reference = "0.004 1";
 
@@ -114,7 +114,8 @@ class MjcfWriter {
            });
   }
 
-  // MuJoCo has no planar joints, floating ones for bodies of the world alone, and no joints that move nothing.
+  // MuJoCo has no planar joints, floating ones for bodies of the world alone, and no joints that move
+  // nothing.
   [[nodiscard]] bool moves(const ModelTree::Joint& joint) const {
     return (joint.slides() || joint.turns()) && (joint.index >= 0 || has_mass(joint.child));
   }

@@ -95,7 +95,8 @@ std::string drake_urdf(const ExportTask& task, Words& /*missing*/) {
   return commented_urdf(task, detail::with_transmissions(task));
 }
 
-// A file of a format: how it is called, beside the main one, and what it says. `missing` gets what had to be left out.
+// A file of a format: how it is called, beside the main one, and what it says. `missing` gets what had to be
+// left out.
 struct FileRow {
   Path (*name)(const Path& main);
   std::string (*text)(const ExportTask& task, Words& missing);

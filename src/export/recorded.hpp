@@ -6,7 +6,8 @@
 #include <string_view>
 #include <vector>
 
-// A number type that remembers how it was made: a kernel that is a template on its Scalar writes C when it works on it.
+// A number type that remembers how it was made: a kernel that is a template on its Scalar writes C when it
+// works on it.
 namespace rivid::detail {
 
 class Recording;

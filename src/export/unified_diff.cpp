@@ -29,8 +29,8 @@ struct Step {
   std::size_t a, b;  // lines of both texts that come before it
 };
 
-// The shortest way from a to b by the greedy algorithm of Myers: of all points that d changes reach, diagonal by
-// diagonal x − y, the furthest, for d = 0, 1, …
+// The shortest way from a to b by the greedy algorithm of Myers: of all points that d changes reach, diagonal
+// by diagonal x − y, the furthest, for d = 0, 1, …
 std::vector<Step> steps(const Lines& a, const Lines& b) {
   const auto n = static_cast<std::ptrdiff_t>(a.size());
   const auto m = static_cast<std::ptrdiff_t>(b.size());

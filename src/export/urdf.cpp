@@ -27,7 +27,8 @@ namespace {
 using detail::StartTag;
 using detail::UrdfTopology;
 
-// Of a group of numbers with one unit, such as those of a tensor: what rounding makes of numbers that did not change.
+// Of a group of numbers with one unit, such as those of a tensor: what rounding makes of numbers that did not
+// change.
 constexpr double rounding = 64 * std::numeric_limits<double>::epsilon();
 // Of the largest second moment: figures of thin bodies are printed with few digits.
 constexpr double body_tolerance = 1e-9;

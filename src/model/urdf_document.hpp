@@ -35,8 +35,8 @@ struct UrdfBody {
   std::array<double, 6> inertia{};  // XX XY XZ YY YZ ZZ about it, in the axes of the pose
 };
 
-/// The XML of a URDF: well formed, with one <robot>, no xacro; and its numbers, read strictly. Every fault throws
-/// an InputError that begins with source and line.
+/// The XML of a URDF: well formed, with one <robot>, no xacro; and its numbers, read strictly. Every fault
+/// throws an InputError that begins with source and line.
 class UrdfDocument {
  public:
   UrdfDocument(std::string_view xml, std::string source);
@@ -128,8 +128,8 @@ inline constexpr double urdf_unlimited = 1e300;
 
 /// A URDF of which every number and name has been checked.
 struct CheckedUrdf {
-  /// The same robot in the few elements that matter here, numbers in plain form, limits complete, joints without
-  /// motion of one axis fixed: urdfdom has nothing left to misread or to complain about.
+  /// The same robot in the few elements that matter here, numbers in plain form, limits complete, joints
+  /// without motion of one axis fixed: urdfdom has nothing left to misread or to complain about.
   std::string xml;
   std::string base;
   std::string tip;

@@ -128,8 +128,8 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::s
   fill_coupled(motion, first, count, targets, row, workspace);
 }
 
-// Samples that fill no pack go through one of their own, by the same arithmetic: a row never depends on where a batch
-// ends.
+// Samples that fill no pack go through one of their own, by the same arithmetic: a row never depends on where
+// a batch ends.
 void RegressorBatch::fill_rest(const Motion& motion, Index sample, Index rest, Index row,
                                BatchWorkspace& workspace) const {
   const Index lanes = kernel_->lanes;
@@ -272,7 +272,8 @@ Observation observation(const Robot& robot, const BaseParameters& base, const Mo
     targets.push_back({out.joints.back().W.data(), motion.samples()});
   }
 
-  // Each thread takes one stretch. A row depends on its own sample alone, so nothing changes with their number.
+  // Each thread takes one stretch. A row depends on its own sample alone, so nothing changes with their
+  // number.
   constexpr Index granule = 64;
   const Index granules = (motion.samples() + granule - 1) / granule;
   const Index threads = std::clamp<Index>(granules, 1, detail::useful_threads(options.threads));
@@ -312,7 +313,8 @@ Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard,
     all.parameters.push_back({p, p.name(), p.name(), ""});
   }
   const Index columns = all.size();
-  // Friction that follows the load is independent of all else whatever the robot's parameters are: any will do.
+  // Friction that follows the load is independent of all else whatever the robot's parameters are: any will
+  // do.
   all.load.chi = Vector::Ones(columns);
   constexpr Index block = 256;
   Matrix R = Matrix::Zero(columns, columns);

@@ -17,8 +17,8 @@
 #include "rivid/finding.hpp"
 #include "rivid/types.hpp"
 
-// What a result says: sections of typed tables, sentences, findings and plots. Who makes a document decides every word,
-// number and mark; text.cpp and html.cpp show it and decide nothing but how it looks.
+// What a result says: sections of typed tables, sentences, findings and plots. Who makes a document decides
+// every word, number and mark; text.cpp and html.cpp show it and decide nothing but how it looks.
 namespace rivid::detail {
 
 // A screen is narrow and has no plots, a page has them all.
@@ -134,7 +134,8 @@ struct Table {
   Fold fold = {};
 };
 
-// One column of a table with a row for each of some records: what it is called, how it is shown, where it comes from.
+// One column of a table with a row for each of some records: what it is called, how it is shown, where it
+// comes from.
 template <typename Record>
 struct ColumnOf {
   Column column;

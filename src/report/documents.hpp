@@ -52,11 +52,13 @@ using Settings = std::vector<std::pair<std::string, std::string>>;
 // The files with their SHA-256.
 [[nodiscard]] Table inputs_table(const Provenance& provenance);
 
-// Errors of the identified runs of one trial in their standard deviations, (estimate − truth) / σ: one list a parameter.
+// Errors of the identified runs of one trial in their standard deviations, (estimate − truth) / σ: one list a
+// parameter.
 [[nodiscard]] std::vector<std::vector<double>> standardised_errors(const MonteCarloSummary& summary,
                                                                    std::span<const MonteCarloRow> rows);
 
-/// @throws InputError  in the name of `who`, where series of the replay have other sizes than its instants and joints ask for
+/// @throws InputError  in the name of `who`, where series of the replay have other sizes than its instants
+///                     and joints ask for
 void require_fitting(std::string_view who, const OnlineReplay& replay);
 
 [[nodiscard]] inline std::string position_unit(const Joint& joint) {

@@ -101,7 +101,8 @@ Json robust(const RobustReport& report) {
   return out;
 }
 
-// Of frame j in frame j − 1 at q_j = 0; the axes of the link frame as those of frame j, counted from 1, with their signs.
+// Of frame j in frame j − 1 at q_j = 0; the axes of the link frame as those of frame j, counted from 1, with
+// their signs.
 Json frame(const Chain::Link& link) {
   Json axes = Json::array();
   for (std::size_t k = 0; k < 3; ++k) {
@@ -164,7 +165,8 @@ Json covariance(const Identification& result) {
   return out;
 }
 
-// Settings section by section: "method.physical.weight" is the member of an object in an object. What is there stays.
+// Settings section by section: "method.physical.weight" is the member of an object in an object. What is
+// there stays.
 void add(Json& options, const std::vector<Setting>& settings) {
   for (const Setting& setting : settings) {
     Json* at = &options;

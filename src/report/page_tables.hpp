@@ -8,7 +8,8 @@
 
 #include "rivid/fields.hpp"
 
-// The tables of keys in docs/experiment.md, of members in docs/result.md and of limits in docs/reliability.md, made from the fields.
+// The tables of keys in docs/experiment.md, of members in docs/result.md and of limits in
+// docs/reliability.md, made from the fields.
 namespace rivid::detail {
 
 /// What can stand for a key of an experiment file.

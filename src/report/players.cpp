@@ -13,8 +13,8 @@ namespace rivid {
 
 namespace {
 
-// Decimals of positions, velocities and coefficients: far below what an encoder resolves, and no exponents, which not every reader
-// of such files knows.
+// Decimals of positions, velocities and coefficients: far below what an encoder resolves, and no exponents,
+// which not every reader of such files knows.
 constexpr int player_decimals = 12;
 constexpr double libfranka_hz = 1000.0;
 constexpr Index libfranka_joints = 7;
@@ -77,8 +77,8 @@ std::string opening_comment(const Robot& robot, const Excitation& excitation) {
   return out;
 }
 
-// Between points with positions, velocities and accelerations a controller's polynomials of fifth degree are off by A h⁶ / 46080 for
-// a sine of amplitude A, h being the phase from point to point.
+// Between points with positions, velocities and accelerations a controller's polynomials of fifth degree are
+// off by A h⁶ / 46080 for a sine of amplitude A, h being the phase from point to point.
 std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
   constexpr double points_a_second = 50.0;
   constexpr double points_a_period = 20.0;

@@ -52,7 +52,8 @@ class TextTable {
     }
   }
 
-  // The last column is folded where it holds text. What is wider than the screen goes on below, behind the first column again.
+  // The last column is folded where it holds text. What is wider than the screen goes on below, behind the
+  // first column again.
   [[nodiscard]] std::string text(std::size_t screen) const {
     std::string out;
     std::size_t next = 0;

@@ -186,8 +186,8 @@ namespace rivid {
 
 namespace {
 
-// Samples that are processed at a time: enough to share the cost of fading into the open rows, few enough that the
-// columns of a whole observation matrix stay in the cache.
+// Samples that are processed at a time: enough to share the cost of fading into the open rows, few enough
+// that the columns of a whole observation matrix stay in the cache.
 constexpr Index batch_samples = 160;
 // Rows of the buffer before its first segment: the first sample of a series is a row of its own.
 constexpr Index lead = 8;
@@ -383,7 +383,8 @@ void StreamingDecimator::end() {
   }
   const Index segments = filled_ / n_d_;
   const Index tail = filled_ - segments * n_d_;
-  // The last sample goes on for ever: Σ_{m ≥ 1} p^m = p / (1 − p), then the samples behind the last row before it.
+  // The last sample goes on for ever: Σ_{m ≥ 1} p^m = p / (1 − p), then the samples behind the last row
+  // before it.
   Matrix later(2 * modes, buffer_.cols());
   for (Index c = 0; c < buffer_.cols(); ++c) {
     const double* const x = buffer_.col(c).data() + lead + segments * n_d_;

@@ -190,8 +190,8 @@ struct Task {
   Matrix& out;
 };
 
-// At most eight columns from `column` on; idle lanes carry zeros. What the way forwards leaves is kept in `forward`, which
-// may be the columns of the result itself.
+// At most eight columns from `column` on; idle lanes carry zeros. What the way forwards leaves is kept in
+// `forward`, which may be the columns of the result itself.
 void filter_columns(const Task& task, Index column, Index count, Eigen::Ref<Matrix> forward) {
   const Index n_m = task.x.rows();
   const Index pad = task.padding;

@@ -8,12 +8,13 @@ namespace rivid::detail {
 
 namespace {
 
-// Shuffles of vectors that the machine has to split would be taken apart number by number: only Half is shuffled.
+// Shuffles of vectors that the machine has to split would be taken apart number by number: only Half is
+// shuffled.
 using Lanes = double __attribute__((vector_size(64)));
 using Half = double __attribute__((vector_size(32)));
 
-// Transposed direct form II, section after section: the recursion of one column waits for its own last result, so eight
-// columns side by side cost no more than one.
+// Transposed direct form II, section after section: the recursion of one column waits for its own last
+// result, so eight columns side by side cost no more than one.
 void run_cascade(const double* coefficients, long sections, double* states, double* x, long n) {
   for (long i = 0; i < sections; ++i) {
     const double* const s = coefficients + 5 * i;
@@ -48,8 +49,8 @@ void store(double* p, const Vec& x) {
   __builtin_memcpy(p, &x, sizeof x);
 }
 
-// Sums and differences of the samples that share their weights, since the forward weights are the backward ones read from
-// the other end.
+// Sums and differences of the samples that share their weights, since the forward weights are the backward
+// ones read from the other end.
 void fold(const double* x, long n_d, double* sum, double* difference) {
   const long pairs = (n_d - 1) / 2;
   const double* const last = x + n_d - 2;
@@ -74,7 +75,8 @@ void fold(const double* x, long n_d, double* sum, double* difference) {
   difference[k] = x[n_d - 1];
 }
 
-// Forward projections of segments side by side, which hides the latency of the additions, and backward ones behind them.
+// Forward projections of segments side by side, which hides the latency of the additions, and backward ones
+// behind them.
 template <unsigned long Together>
 void project(const double* weights, long terms, const double* folded, double* out) {
   Lanes half_sum[Together] = {};

@@ -10,19 +10,21 @@ namespace rivid::detail {
 /// The window: h_m, |m| < n_d, (2 n_d − 1).
 [[nodiscard]] Vector decimation_window(Index n_d);
 
-/// Decimation by a Hann window of twice the stride around chosen samples of a series that comes block by block: row c is
-/// Σ_m h_m x[c + m], |m| < n_d, with h_m = (1 + cos(π m / n_d)) / (2 n_d). What lies n_d samples away from a row takes no
-/// part in it, which no recursive filter can say, so that gaps of a series stay gaps.
+/// Decimation by a Hann window of twice the stride around chosen samples of a series that comes block by
+/// block: row c is Σ_m h_m x[c + m], |m| < n_d, with h_m = (1 + cos(π m / n_d)) / (2 n_d). What lies n_d
+/// samples away from a row takes no part in it, which no recursive filter can say, so that gaps of a series
+/// stay gaps.
 class WindowDecimator {
  public:
   /// @param columns  of the series
   /// @param n_d      stride that the window is made for, at least 1
-  /// @param centres  samples of the series, counted from 0, that rows are wanted for, ascending; those whose window would
-  ///                 begin before the series are not allowed, those whose window ends beyond it never come
+  /// @param centres  samples of the series, counted from 0, that rows are wanted for, ascending; those whose
+  ///                 window would begin before the series are not allowed, those whose window ends beyond it
+  ///                 never come
   WindowDecimator(Index columns, Index n_d, std::vector<Index> centres);
 
-  /// Room for the next samples, at least one; it holds until anything else is called. Finished rows must be taken
-  /// before.
+  /// Room for the next samples, at least one; it holds until anything else is called. Finished rows must be
+  /// taken before.
   [[nodiscard]] RowsRoom room();
   /// Adds the first samples of the room.
   void commit(Index samples);

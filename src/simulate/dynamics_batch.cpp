@@ -90,8 +90,8 @@ std::optional<IndefiniteMass> DynamicsBatch::accelerations(const Eigen::Ref<cons
       }
       continue;
     }
-    // Samples that fill no pack go through one of their own, by the same arithmetic: a row never depends on where a
-    // batch ends.
+    // Samples that fill no pack go through one of their own, by the same arithmetic: a row never depends on
+    // where a batch ends.
     const Index rest = samples - done;
     double* const memory = tail_.get();
     for (Index j = 0; j < n; ++j) {

@@ -19,8 +19,8 @@ struct DynamicsBatchInput {
 // What one file for an instruction set offers: q̈ = M⁻¹ (τ − N) of `packs` times `lanes` consecutive samples.
 struct DynamicsBatchKernel {
   int lanes;
-  // Returns the number of packs done: all, or those before the first one where some M is not positive definite.
-  // scratch: dynamics_scratch(), aligned to 64 bytes.
+  // Returns the number of packs done: all, or those before the first one where some M is not positive
+  // definite. scratch: dynamics_scratch(), aligned to 64 bytes.
   std::size_t (*run)(const DynamicsPlan& plan, const DynamicsBatchInput& in, std::size_t packs,
                      double* scratch);
 };

@@ -29,11 +29,11 @@ class LoopIntegrator {
   // State at an instant within the last step.
   virtual void state(double t, double* y) = 0;
 
-  // Length of the Bogacki-Shampine step that it would take next, with so much time to go, and that a LoopPack can take for it;
-  // 0 where it can not.
+  // Length of the Bogacki-Shampine step that it would take next, with so much time to go, and that a LoopPack
+  // can take for it; 0 where it can not.
   [[nodiscard]] virtual double proposal(double /*left*/) const { return 0.0; }
-  // What it makes of the error of that step relative to its tolerance: whether the step stands. Else the next proposal() is
-  // shorter.
+  // What it makes of the error of that step relative to its tolerance: whether the step stands. Else the next
+  // proposal() is shorter.
   [[nodiscard]] virtual bool judge(double /*left*/, double /*error*/) { return false; }
 };
 
@@ -41,8 +41,8 @@ struct IntegratorOptions {
   double rtol = 1e-6;
   double atol = 1e-8;
   double max_step = 0.0;  // 0: none
-  // The same while an element sticks: nothing moves then, so the error of a step says nothing about how soon the
-  // torques will drive it off.
+  // The same while an element sticks: nothing moves then, so the error of a step says nothing about how soon
+  // the torques will drive it off.
   double max_step_sticking = 0.0;
 
   [[nodiscard]] double longest_step(bool sticking) const {

@@ -9,8 +9,8 @@
 
 namespace rivid::detail {
 
-// The closed loop as an ordinary differential equation, y = [q; q̇; x] with the states x of the control law. It is
-// smooth between events: instants at which the mode of a dry friction element ends.
+// The closed loop as an ordinary differential equation, y = [q; q̇; x] with the states x of the control law.
+// It is smooth between events: instants at which the mode of a dry friction element ends.
 class LoopOde {
  public:
   LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw& law, const Reference& reference,
@@ -77,7 +77,8 @@ class LoopOde {
   void torques_beside_bias(double t, const double* y, double* xd);
   // The same beside dry friction alone.
   [[nodiscard]] bool torques(double t, const double* y, double* xd);
-  // Takes friction that is smooth off torque_: all of DryFrictionScheme::smooth, else that of a Joint::sign_speed.
+  // Takes friction that is smooth off torque_: all of DryFrictionScheme::smooth, else that of a
+  // Joint::sign_speed.
   void brake_smoothly();
   void smooth_friction(std::span<const double> qd, Vector& torque) const;
 

@@ -6,8 +6,8 @@
 namespace rivid::detail {
 
 int LoopPack::lanes() {
-  // Plain registers hold two numbers, and a single loop fills these as well. Machines other than x86-64 have fused operations
-  // everywhere, so that their loops by themselves round in another way.
+  // Plain registers hold two numbers, and a single loop fills these as well. Machines other than x86-64 have
+  // fused operations everywhere, so that their loops by themselves round in another way.
   constexpr int worthwhile = 4;
   const int widest = kernel_for<LoopStepKernel>().lanes;
   return widest >= worthwhile ? widest : 1;

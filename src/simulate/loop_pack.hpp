@@ -21,10 +21,12 @@ struct LoopPackStep {
   double max_velocity = 0.0;
 };
 
-// Closed loops in the lanes of registers: one Bogacki-Shampine step of each at a time, with the bits of RungeKutta.
+// Closed loops in the lanes of registers: one Bogacki-Shampine step of each at a time, with the bits of
+// RungeKutta.
 class LoopPack {
  public:
-  // Loops that are worth the widest registers of this machine; 1 where one by one is as fast, or has other bits.
+  // Loops that are worth the widest registers of this machine; 1 where one by one is as fast, or has other
+  // bits.
   [[nodiscard]] static int lanes();
 
   // Loops of robots that differ in inertias and friction alone, lanes() of them at most.
@@ -37,8 +39,8 @@ class LoopPack {
   // @return       whether steps were taken: else some lane's M is not positive definite
   [[nodiscard]] bool step(std::span<const LoopPackStep> steps);
 
-  // Of a lane, after step(): whether nothing happened in it that one by one has to find out, its error relative to the tolerance, its state at the end
-  // and its accelerations at the beginning.
+  // Of a lane, after step(): whether nothing happened in it that one by one has to find out, its error
+  // relative to the tolerance, its state at the end and its accelerations at the beginning.
   [[nodiscard]] bool valid(std::size_t lane) const { return error(lane) != LoopStepKernel::not_valid; }
   [[nodiscard]] double error(std::size_t lane) const { return *at(LoopBlock::error, 0, lane); }
   void state(std::size_t lane, Vector& y) const;

@@ -342,7 +342,8 @@ bool LoopRun::record(double t, const Vector& y) {
   return true;
 }
 
-// The same where nothing sticks: in place of the acceleration it leaves the torques until there are several samples.
+// The same where nothing sticks: in place of the acceleration it leaves the torques until there are several
+// samples.
 bool LoopRun::record_sliding(double t, const Vector& y) {
   ode_.driving_torques(t, y.data(), yd_.data());
   if (end_at_no_number()) {
@@ -353,7 +354,8 @@ bool LoopRun::record_sliding(double t, const Vector& y) {
   return next_ - waiting_ < samples_together || accelerate_waiting();
 }
 
-// The accelerations that samples from waiting_ on still lack, by a batch, in a fraction of the time of single ones.
+// The accelerations that samples from waiting_ on still lack, by a batch, in a fraction of the time of single
+// ones.
 bool LoopRun::accelerate_waiting() {
   const Index count = next_ - waiting_;
   const auto waiting = [&](Matrix& m) { return m.middleRows(waiting_, count); };

@@ -25,14 +25,15 @@ class LoopRun {
   [[nodiscard]] Simulation result() &&;
   [[nodiscard]] Simulation motion() &&;
 
-  // The same in parts: start_clock(), and until it is over(), where a period_ended(), begin_period(), then finish_period().
+  // The same in parts: start_clock(), and until it is over(), where a period_ended(), begin_period(), then
+  // finish_period().
   void start_clock();
   [[nodiscard]] bool over() const { return over_ || next_ >= samples_; }
   void begin_period();
   void finish_period();
   [[nodiscard]] bool period_ended() const { return period_ended_; }
-  // In place of finish_period(): the next step, for a LoopPack, which take() has it from where it is valid there. Without a
-  // length: not for a pack.
+  // In place of finish_period(): the next step, for a LoopPack, which take() has it from where it is valid
+  // there. Without a length: not for a pack.
   [[nodiscard]] LoopPackStep step_for_pack();
   void take(const LoopPack& pack, std::size_t lane);
 
@@ -63,7 +64,8 @@ class LoopRun {
 
   void end_early(Outcome outcome, const std::string& why);
   void end_indefinite();
-  // Whether it ends since the reference or the control signal is no number, which shows in M and in the velocities only later.
+  // Whether it ends since the reference or the control signal is no number, which shows in M and in the
+  // velocities only later.
   [[nodiscard]] bool end_at_no_number();
   void end_diverged();
   void finish();
@@ -108,7 +110,8 @@ struct LoopTask {
   SimulationOptions options;
 };
 
-// simulate() without the reference and what is compared with it, for instruments; several beside each other, which no result shows.
+// simulate() without the reference and what is compared with it, for instruments; several beside each other,
+// which no result shows.
 [[nodiscard]] std::vector<Simulation> simulated_motions(std::span<const LoopTask> tasks);
 
 }  // namespace rivid::detail

@@ -4,15 +4,16 @@
 #include "rivid/simulate/dynamics_kernel.hpp"
 #include "simulate/runge_kutta_pairs.hpp"
 
-// One step of several closed loops, one in each lane of a register: the arithmetic of LoopOde, StickSlip and RungeKutta for
-// loops with simple() torques in which no mode of friction ends, operation by operation. It is compiled without fused operations,
-// which the plain library does not have either, so that a lane has the bits of a loop by itself.
+// One step of several closed loops, one in each lane of a register: the arithmetic of LoopOde, StickSlip and
+// RungeKutta for loops with simple() torques in which no mode of friction ends, operation by operation. It is
+// compiled without fused operations, which the plain library does not have either, so that a lane has the
+// bits of a loop by itself.
 //
 // This file is compiled once for each instruction set; rivid/regressor/kernel.hpp says what that forbids.
 namespace rivid::detail {
 
-// What the loops of a pack are: blocks of (joints × lanes) doubles, the lanes of a joint side by side; the first row alone of those
-// that have no joint.
+// What the loops of a pack are: blocks of (joints × lanes) doubles, the lanes of a joint side by side; the
+// first row alone of those that have no joint.
 enum class LoopBlock {
   q,  // positions and velocities: before the step, after it
   qd,
@@ -45,7 +46,8 @@ struct LoopStepKernel {
   std::size_t (*scratch)(std::size_t joints);
   // Puts the inertias of a robot into a lane. All robots of a pack have the same frames.
   void (*seat)(const DynamicsPlan& robot, int lane, double* scratch);
-  // Takes the step. Returns false where M is not positive definite in some lane, after which `blocks` is as it was.
+  // Takes the step. Returns false where M is not positive definite in some lane, after which `blocks` is as
+  // it was.
   //
   // known     whether the last step ended where this one begins, in all lanes
   // sticking  joints that stick in some lane, at most
@@ -53,8 +55,8 @@ struct LoopStepKernel {
   bool (*step)(const DynamicsPlan& frames, bool known, std::size_t sticking, double* blocks, double* scratch);
 };
 
-// Added to the diagonal of G, relative to it: makes λ unique where elements at rest depend on one another, and moves
-// the instant of a release by as much of itself.
+// Added to the diagonal of G, relative to it: makes λ unique where elements at rest depend on one another,
+// and moves the instant of a release by as much of itself.
 inline constexpr double stick_slip_regularisation = 1e-11;
 
 template <typename Scalar>
@@ -329,7 +331,8 @@ struct LoopStep {
     return select(a < b, b, a);
   }
 
-  // The error of the step; not_valid where a mode ends within it or a number is not finite, and one by one has to find out.
+  // The error of the step; not_valid where a mode ends within it or a number is not finite, and one by one
+  // has to find out.
   //
   // held  where the joints that stick were held at the beginning
   template <typename Mask>
@@ -370,7 +373,8 @@ struct LoopStep {
     return out;
   }
 
-  // Whether something that slips comes to rest or turns round: RungeKutta::find_event() at the end and in the middle of the step.
+  // Whether something that slips comes to rest or turns round: RungeKutta::find_event() at the end and in the
+  // middle of the step.
   [[gnu::always_inline]] static auto reverses(const Loops& in, const Scratch& s, const Scalar& h) {
     const std::size_t n = in.joints;
     const auto half = Scalar(0.5);

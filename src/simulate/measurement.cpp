@@ -6,8 +6,8 @@
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
-// Compiled without contraction to fused operations (src/CMakeLists.txt): they would round in another way where the
-// machine has them.
+// Compiled without contraction to fused operations (src/CMakeLists.txt): they would round in another way
+// where the machine has them.
 namespace rivid {
 
 namespace {

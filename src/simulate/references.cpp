@@ -255,8 +255,8 @@ void FourierReference::at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> q
   q_r = series_.q0;
   qd_r.setZero();
   qdd_r.setZero();
-  // The sines of one harmonic follow from those of the last, to some l roundings: a call of sin and cos for each would
-  // take most of the time.
+  // The sines of one harmonic follow from those of the last, to some l roundings: a call of sin and cos for
+  // each would take most of the time.
   const double s_1 = std::sin(series_.omega_f * time.t);
   const double c_1 = std::cos(series_.omega_f * time.t);
   const double moves = time.rests ? 0.0 : 1.0;

@@ -213,8 +213,8 @@ class RungeKutta final : public LoopIntegrator {
                                     {at_.data() + ode_.joints(), static_cast<std::size_t>(ode_.joints())});
   }
 
-  // Whether an element's mode ended within the step, and which one first. A look at the middle finds speeds that dip
-  // below zero and come back.
+  // Whether an element's mode ended within the step, and which one first. A look at the middle finds speeds
+  // that dip below zero and come back.
   Step find_event() {
     double end = 1.0;
     Index ended = -1;
@@ -242,9 +242,10 @@ class RungeKutta final : public LoopIntegrator {
     return {t_ + end * h_, Halt::event, ended};
   }
 
-  // First zero of a margin up to `above`, where it is negative: Illinois' form of the false position. The margin of an
-  // element that has just been let go begins at zero, so the search begins a little later; if it turned back at once,
-  // that little time passes all the same, for else its torques could never show otherwise.
+  // First zero of a margin up to `above`, where it is negative: Illinois' form of the false position. The
+  // margin of an element that has just been let go begins at zero, so the search begins a little later; if it
+  // turned back at once, that little time passes all the same, for else its torques could never show
+  // otherwise.
   double locate(Index element, double above) {
     double a = std::min(above, least_progress / h_);
     double b = above;
@@ -319,8 +320,8 @@ class RungeKutta4 final : public LoopIntegrator {
     return {t_stop, Halt::none};
   }
 
-  // The cubic through both ends' values and the first slope would need the last one; the step is that of the samples,
-  // so a parabola serves.
+  // The cubic through both ends' values and the first slope would need the last one; the step is that of the
+  // samples, so a parabola serves.
   void state(double t, double* y) override {
     const double theta = (t - (t_ - h_)) / h_;
     Eigen::Map<Vector>(y, y_.size()) = y_ + theta * h_ * first_ + theta * theta * (next_ - y_ - h_ * first_);

@@ -1,11 +1,12 @@
 #pragma once
 
-// Embedded pairs of explicit Runge-Kutta methods: numbers alone, for the file of the integrators and for the kernels that are
-// compiled once an instruction set.
+// Embedded pairs of explicit Runge-Kutta methods: numbers alone, for the file of the integrators and for the
+// kernels that are compiled once an instruction set.
 namespace rivid::detail {
 
-// An embedded pair: the higher order is carried on, the last stage is the first of the next step. Between the ends of a
-// step the state is a cubic by Hermite, and where `dense_weight` is not zero a term of fourth order more.
+// An embedded pair: the higher order is carried on, the last stage is the first of the next step. Between the
+// ends of a step the state is a cubic by Hermite, and where `dense_weight` is not zero a term of fourth order
+// more.
 
 // Bogacki & Shampine (1989), 3(2).
 struct BogackiShampine {
@@ -19,8 +20,8 @@ struct BogackiShampine {
   static constexpr bool more_dense = false;
 };
 
-// Dormand & Prince (1980), RK5(4)7FM, with Shampine's continuous extension as Hairer, Nørsett & Wanner, Solving Ordinary
-// Differential Equations I, II.6, give it.
+// Dormand & Prince (1980), RK5(4)7FM, with Shampine's continuous extension as Hairer, Nørsett & Wanner,
+// Solving Ordinary Differential Equations I, II.6, give it.
 struct DormandPrince {
   static constexpr int stages = 7;
   static constexpr double order = 5.0;

@@ -10,8 +10,9 @@
 
 namespace rivid::detail {
 
-// Threads that take turns: one of them works at a time, until it calls simulate(). When all of them have, these simulations are
-// carried out together, in the lanes of a LoopPack, and one after the other they go on. No result depends on it.
+// Threads that take turns: one of them works at a time, until it calls simulate(). When all of them have,
+// these simulations are carried out together, in the lanes of a LoopPack, and one after the other they go on.
+// No result depends on it.
 class SimulationGroup {
  public:
   // As many threads as gain from being together.
@@ -35,8 +36,9 @@ class SimulationGroup {
   // In place of a Member that never comes.
   void give_up();
 
-  // Carries simulations out: all of them together, or where the calling thread has a group one after the other, each with those of
-  // the other members. What one of them throws is thrown here; of several, what the first one threw.
+  // Carries simulations out: all of them together, or where the calling thread has a group one after the
+  // other, each with those of the other members. What one of them throws is thrown here; of several, what the
+  // first one threw.
   static void carry_out(std::span<LoopRun* const> runs);
 
  private:

@@ -118,8 +118,8 @@ void StickSlip::responses(const Dynamics<double>& dynamics, std::span<const Inde
   }
 }
 
-// λ that keeps the speeds of the given elements, from rhs_[e] = c_eᵀ q̈ without these λ: G λ = rhs by elimination with
-// row pivoting, in place and without allocation.
+// λ that keeps the speeds of the given elements, from rhs_[e] = c_eᵀ q̈ without these λ: G λ = rhs by
+// elimination with row pivoting, in place and without allocation.
 void StickSlip::hold(std::span<const Index> elements) {
   const auto m = static_cast<Index>(elements.size());
   for (Index r = 0; r < m; ++r) {
@@ -251,8 +251,8 @@ Index StickSlip::settle(const Dynamics<double>& dynamics, Index ended, std::span
   return changed;
 }
 
-// One step of the least-index principal pivoting: λ for the present guess of modes of the elements at rest, and the
-// first element that it is wrong for gets another mode.
+// One step of the least-index principal pivoting: λ for the present guess of modes of the elements at rest,
+// and the first element that it is wrong for gets another mode.
 //
 // @return  whether there was one
 bool StickSlip::pivot() {
@@ -297,7 +297,8 @@ bool StickSlip::pivot() {
       scale += std::abs(G_(e, l) * lambda_[l]);
     }
     const double along = element.mode == FrictionMode::slip_plus ? acceleration : -acceleration;
-    // A release is found where λ meets its limit, to the tolerance of the root: it is not taken back for that.
+    // A release is found where λ meets its limit, to the tolerance of the root: it is not taken back for
+    // that.
     const double allowance =
         before_[static_cast<std::size_t>(e)] == FrictionMode::stick ? release_slack : slack;
     if (along < -allowance * scale) {

@@ -17,7 +17,8 @@ bool usable(double freedom) { return freedom > 0.0 && freedom <= most_freedom; }
 constexpr double tiny = 1e-300;
 constexpr int most_terms = 10'000;
 
-// A continued fraction b_0 + a_1 / (b_1 + a_2 / (b_2 + …)), by Lentz's method; term(k) gives a_k and b_k from k = 1 on.
+// A continued fraction b_0 + a_1 / (b_1 + a_2 / (b_2 + …)), by Lentz's method; term(k) gives a_k and b_k from
+// k = 1 on.
 struct Term {
   double a;
   double b;

@@ -9,11 +9,12 @@
 
 namespace rivid::detail {
 
-/// Rows that one elimination takes: the panel of eight columns of that length stays in the first-level cache, the
-/// block in the second. (256 rows pay more for the scalar work between columns, 1024 fall out of the cache.)
+/// Rows that one elimination takes: the panel of eight columns of that length stays in the first-level cache,
+/// the block in the second. (256 rows pay more for the scalar work between columns, 1024 fall out of the
+/// cache.)
 inline constexpr std::ptrdiff_t block_rows = 512;
-/// Doubles from one column of a block to the next: no multiple of 4096 bytes, or all columns would share the same
-/// few lines of the cache. A constant, so that addresses cost no registers.
+/// Doubles from one column of a block to the next: no multiple of 4096 bytes, or all columns would share the
+/// same few lines of the cache. A constant, so that addresses cost no registers.
 inline constexpr std::ptrdiff_t block_stride = block_rows + 8;
 /// Reflectors applied together. The rows of the triangle are padded to a multiple of it.
 inline constexpr std::ptrdiff_t panel_columns = 8;
@@ -34,8 +35,9 @@ struct HouseholderBlock {
 struct HouseholderKernel {
   int lanes;  ///< doubles in a vector register
   void (*eliminate)(const HouseholderBlock& block);
-  /// Copies, and returns whether the magnitude of every value is at most `limit`; it is not for a nan. As many values
-  /// at `next` are asked for meanwhile: columns of a large matrix lie too far apart for the machine to foresee.
+  /// Copies, and returns whether the magnitude of every value is at most `limit`; it is not for a nan. As
+  /// many values at `next` are asked for meanwhile: columns of a large matrix lie too far apart for the
+  /// machine to foresee.
   bool (*copy_within)(const double* from, std::ptrdiff_t count, double limit, double* to, const double* next);
   /// Whether the magnitude of every value is at most `limit`.
   bool (*all_within)(const double* values, std::ptrdiff_t count, double limit);

@@ -1,9 +1,11 @@
 #pragma once
 
-// Included by one file an instruction set; see instruction_sets.hpp for why, and for what must not be included.
+// Included by one file an instruction set; see instruction_sets.hpp for why, and for what must not be
+// included.
 //
-// [R; B] is eliminated in panels of eight columns. The reflector of column k has a 1 in row k of the triangle, zeros
-// in its other rows, and a vector v over the rows of the block: so the triangle costs one row a reflector.
+// [R; B] is eliminated in panels of eight columns. The reflector of column k has a 1 in row k of the
+// triangle, zeros in its other rows, and a vector v over the rows of the block: so the triangle costs one row
+// a reflector.
 //
 //  - panel:  one pass over its eight columns a reflector: the pass that applies reflector j also takes the inner
 //    products of the next column with the later columns (its reflection) and with the earlier ones (the factor T of
@@ -20,9 +22,9 @@ namespace {
 constexpr std::ptrdiff_t ld = block_stride;
 constexpr int width = panel_columns;
 
-// A vector of doubles: `sums`, the sums of the lanes of as many vectors as there are lanes; and `keep`, which has the
-// compiler load a value once into a register where it would read it from memory for each use: with three uses that makes
-// loads the bottleneck.
+// A vector of doubles: `sums`, the sums of the lanes of as many vectors as there are lanes; and `keep`, which
+// has the compiler load a value once into a register where it would read it from memory for each use: with
+// three uses that makes loads the bottleneck.
 template <int Lanes>
 struct Vectors;
 
@@ -83,7 +85,8 @@ template <int lanes>
 class Householder {
   using Vec = typename Vectors<lanes>::Vec;
   using Bits = typename Vectors<lanes>::Bits;
-  // Reflectors whose inner products (or coefficients) with three columns fit the registers: 32 of AVX-512, 16 of others.
+  // Reflectors whose inner products (or coefficients) with three columns fit the registers: 32 of AVX-512, 16
+  // of others.
   static constexpr int tile_size = lanes == 8 ? 8 : 4;
 
   static Vec load(const double* p) {
@@ -366,8 +369,8 @@ class Householder {
     }
   }
 
-  // Magnitudes compare as the integers that their bits make, and those of a nan lie above infinity's: so the sign
-  // of limit − magnitude, gathered by or, says so without a branch.
+  // Magnitudes compare as the integers that their bits make, and those of a nan lie above infinity's: so the
+  // sign of limit − magnitude, gathered by or, says so without a branch.
   template <typename See>
   static bool within(const double* values, std::ptrdiff_t count, double limit, const See& see) {
     constexpr long long magnitude = __LONG_LONG_MAX__;

@@ -40,7 +40,8 @@ double rank_tolerance(Index rows, Index columns) {
 std::vector<std::vector<Index>> tied_columns(const Matrix& null_space) {
   constexpr double noise = 1e-6;
   const Index b = null_space.rows();
-  // Projector onto the null space: its entry (i, k) is not zero when columns i and k take part in one dependency.
+  // Projector onto the null space: its entry (i, k) is not zero when columns i and k take part in one
+  // dependency.
   const Matrix P = null_space * null_space.transpose();
   std::vector<std::vector<Index>> sets;
   std::vector<bool> seen(static_cast<std::size_t>(b), false);
@@ -95,19 +96,21 @@ Matrix upper_inverse(const Matrix& R) {
   return out;
 }
 
-// Lower bound of the singular values of the scaled factor, and so of its pivots; zero, or nan, where there is none.
+// Lower bound of the singular values of the scaled factor, and so of its pivots; zero, or nan, where there is
+// none.
 double least_pivot(const ColumnScaled& scaled, const Matrix& inverse) {
   return 1.0 / (scaled.norms.asDiagonal() * inverse).norm();
 }
 
-// Whether such a bound settles that no pivot is noise, for all that roundings do to the inverse; mostly it does, in a
-// fraction of the time of pivoting.
+// Whether such a bound settles that no pivot is noise, for all that roundings do to the inverse; mostly it
+// does, in a fraction of the time of pivoting.
 bool surely_full(double least_pivot, double tolerance) {
   constexpr double margin = 10.0;
   return least_pivot > margin * tolerance;
 }
 
-// A symmetric tridiagonal matrix without zeros beside its diagonal that grows by rows, for its largest eigenvalue.
+// A symmetric tridiagonal matrix without zeros beside its diagonal that grows by rows, for its largest
+// eigenvalue.
 class Tridiagonal {
  public:
   void add(double diagonal, double before) {
@@ -132,8 +135,8 @@ class Tridiagonal {
     }
   }
 
-  // Magnitude of the last entry of the unit eigenvector of the largest eigenvalue. From the last row on the entries
-  // grow, so roundings do not.
+  // Magnitude of the last entry of the unit eigenvector of the largest eigenvalue. From the last row on the
+  // entries grow, so roundings do not.
   [[nodiscard]] double last_entry(double largest) const {
     double entry = 1.0;
     double squares = 1.0;
@@ -308,8 +311,8 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
 
 namespace {
 
-// A group with hardly more rows than its own fit takes away fits itself, and its weight would be without bounds: it is given the
-// relative error that other groups have, which counts as so many degrees of freedom.
+// A group with hardly more rows than its own fit takes away fits itself, and its weight would be without
+// bounds: it is given the relative error that other groups have, which counts as so many degrees of freedom.
 void pool_poor(std::span<const RowGroup> groups, const std::vector<double>& freedoms,
                std::vector<double>& sigmas) {
   constexpr double enough = 12.0;
@@ -352,8 +355,8 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
     }
     Matrix R = group.qr.R();
     for (Index c = 0; c < R.cols(); ++c) {
-      // What is rounding errors beside the same parameter's column in other groups, such as gravity about an axis that
-      // points up, would else be brought to norm 1 and count.
+      // What is rounding errors beside the same parameter's column in other groups, such as gravity about an
+      // axis that points up, would else be brought to norm 1 and count.
       constexpr double nothing = 1e-12;
       if (R.col(c).norm() <= nothing * norms[group.columns[static_cast<std::size_t>(c)]]) {
         R.col(c).setZero();

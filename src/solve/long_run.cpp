@@ -22,7 +22,8 @@ void require_equal_columns(std::span<const Matrix> series, const char* who) {
 
 }  // namespace
 
-// The weights are those of overlapping sums: with b_t = s_t + … + s_{t+L}, zeros beyond the ends, S = Σ_t b_t b_tᵀ / (L + 1).
+// The weights are those of overlapping sums: with b_t = s_t + … + s_{t+L}, zeros beyond the ends, S = Σ_t b_t
+// b_tᵀ / (L + 1).
 Matrix long_run_covariance(std::span<const Matrix> series, Index lag) {
   require_equal_columns(series, "long_run_covariance");
   constexpr Index most_lag = 100'000'000;

@@ -139,7 +139,8 @@ void StreamingQr::add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const 
                      counted(columns_, "column") + ", Y " + counted(carried_, "column") +
                      " and as many rows as W");
   }
-  // Rows that fit in are looked at while they are copied, and do not count before. Others are looked at first.
+  // Rows that fit in are looked at while they are copied, and do not count before. Others are looked at
+  // first.
   const bool fits = W.rows() <= block_rows - state_.waiting_rows;
   if (!fits && !(all_within(W) && all_within(Y))) {
     refuse(W, Y);
@@ -193,7 +194,8 @@ void StreamingQr::commit(Index rows) {
 
 bool StreamingQr::finite() const {
   const State& state = settled();
-  // A nan or an infinity goes into the sums, and what is too large into the triangle or what it does not reach.
+  // A nan or an infinity goes into the sums, and what is too large into the triangle or what it does not
+  // reach.
   return all_within(state.sums) && all_within(state.triangle) && all_within(state.unreachable);
 }
 

@@ -1,4 +1,5 @@
-// What has no end or no meaning is refused or given up, with the reason; no run is left with numbers that are none.
+// What has no end or no meaning is refused or given up, with the reason; no run is left with numbers that are
+// none.
 
 #include <gtest/gtest.h>
 

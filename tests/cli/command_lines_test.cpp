@@ -1,5 +1,5 @@
-// Mutated command lines of all tools end in time, by no signal, with one of their exit codes, and an exit code 0 goes with
-// finite numbers. RIVID_FAULT_ROUNDS=N makes N times as many.
+// Mutated command lines of all tools end in time, by no signal, with one of their exit codes, and an exit
+// code 0 goes with finite numbers. RIVID_FAULT_ROUNDS=N makes N times as many.
 
 #include <gtest/gtest.h>
 

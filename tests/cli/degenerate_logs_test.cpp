@@ -1,5 +1,5 @@
-// Logs that say little or nothing, to every command and option that reads one: a result or a reason, never a signal.
-// RIVID_FAULT_ROUNDS=N takes N of the three parts of all pairs.
+// Logs that say little or nothing, to every command and option that reads one: a result or a reason, never a
+// signal. RIVID_FAULT_ROUNDS=N takes N of the three parts of all pairs.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,8 @@ std::size_t rounds() {
   return text == nullptr ? 1 : static_cast<std::size_t>(std::atoi(text));
 }
 
-// LOG is the degenerate one, GOOD one of the same arm that determines everything. A line begins with an empty folder "to".
+// LOG is the degenerate one, GOOD one of the same arm that determines everything. A line begins with an empty
+// folder "to".
 constexpr std::array commands = {
     "identify arm.toml --log LOG -o to --method ols --report --write-rows to/r.npz --write-friction to/f.csv",
     "identify arm.toml --log LOG -o to --method wls --report --write-rows to/r.csv --json",

@@ -1,4 +1,5 @@
-// Essential parameters and the prefilter as an experiment file asks for them, and as rivid_identify tells them.
+// Essential parameters and the prefilter as an experiment file asks for them, and as rivid_identify tells
+// them.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// rivid_excite: the files that it writes, what rivid_simulate and rivid_identify make of them, and what it refuses.
+// rivid_excite: the files that it writes, what rivid_simulate and rivid_identify make of them, and what it
+// refuses.
 
 #include <gtest/gtest.h>
 
@@ -90,8 +91,8 @@ TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForecast) {
       {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "result"}, folder_.path());
   ASSERT_EQ(identified.exit_code, 0) << identified.err;
   const Json result = Json::parse(folder_.read("result/result.json"));
-  // The robot lags behind its reference and the reported deviations are estimates themselves: the mean over 52 parameters
-  // is held to the 15 % that a plan promises.
+  // The robot lags behind its reference and the reported deviations are estimates themselves: the mean over
+  // 52 parameters is held to the 15 % that a plan promises.
   double sum = 0.0;
   int inside = 0;
   for (const Json& forecast : plan_json["parameters"]) {
@@ -168,8 +169,8 @@ TEST_F(Excite, KeepsItsMarginsAndForecastsWithAWrongPrior) {
       EXPECT_LT(log.v_tau.col(j).cwiseAbs().maxCoeff(), most / torque_share) << name;
     }
   }
-  // By default errors that last longer than any lag count, too, which a log of ten seconds shows little of: that reports
-  // some 20 % more, whatever the prior.
+  // By default errors that last longer than any lag count, too, which a log of ten seconds shows little of:
+  // that reports some 20 % more, whatever the prior.
   const Outcome identified = outcome_of({RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--set",
                                          "method.covariance=\"hac\"", "--output", "result", "--plan", "plan"},
                                         folder_.path());

@@ -1,5 +1,5 @@
-// System calls that fail: exit code 2 or 3 with a reason, and nothing that was there is lost. RIVID_FAULT_ROUNDS=N makes N
-// times as many runs.
+// System calls that fail: exit code 2 or 3 with a reason, and nothing that was there is lost.
+// RIVID_FAULT_ROUNDS=N makes N times as many runs.
 
 #include <gtest/gtest.h>
 

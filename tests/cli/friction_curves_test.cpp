@@ -77,7 +77,8 @@ TEST_F(WriteFriction, IsTheLawOfTheResultWithItsDeviation) {
   }
 }
 
-// The means of the rows scatter about the law by their noise, and the rows of the validation are not among them.
+// The means of the rows scatter about the law by their noise, and the rows of the validation are not among
+// them.
 TEST_F(WriteFriction, HasTheMeansOfTheRowsOfTheFit) {
   const Json result = result_of({"scara.toml", "--write-friction", "friction.csv"});
   std::map<std::string, double> rows;
@@ -97,7 +98,8 @@ TEST_F(WriteFriction, HasTheMeansOfTheRowsOfTheFit) {
   for (const Json& joint : result.at("fit").at("joints")) {
     const std::string name = joint.at("name");
     EXPECT_EQ(rows.at(name), joint.at("rows").get<double>());
-    // A mean of so many rows has the variance of one over their number; four deviations of the mean of chi-squares.
+    // A mean of so many rows has the variance of one over their number; four deviations of the mean of
+    // chi-squares.
     const double sigma = joint.at("sigma_rho");
     const double mean = squares.at(name) / bins.at(name) / (sigma * sigma);
     EXPECT_GT(bins.at(name), 40.0);

@@ -1,4 +1,5 @@
-// Each file is read once: what others do with it meanwhile neither ends a run nor mixes two versions in one result.
+// Each file is read once: what others do with it meanwhile neither ends a run nor mixes two versions in one
+// result.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

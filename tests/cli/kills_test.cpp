@@ -1,5 +1,5 @@
-// SIGKILL at any moment of any tool: each file is the old one or the new one, and what goes on from an interrupted run ends
-// as if there had been none. RIVID_FAULT_ROUNDS=N makes N times as many kills.
+// SIGKILL at any moment of any tool: each file is the old one or the new one, and what goes on from an
+// interrupted run ends as if there had been none. RIVID_FAULT_ROUNDS=N makes N times as many kills.
 
 #include <gtest/gtest.h>
 
@@ -73,8 +73,8 @@ class Kills : public rivid::test::IdentifyTool {
     return std::chrono::duration<double>(Clock::now() - begin).count();
   }
 
-  // Starts a command and kills it at a moment of a run that takes so long, or shortly after; again and earlier where it has ended by
-  // then, for the run that was timed may have had to wait for other processes.
+  // Starts a command and kills it at a moment of a run that takes so long, or shortly after; again and
+  // earlier where it has ended by then, for the run that was timed may have had to wait for other processes.
   void kill(const Command& command, double seconds) {
     for (bool killed = false; !killed; seconds *= 0.7) {
       std::uniform_real_distribution<double> moment(0.0, 1.1 * seconds);

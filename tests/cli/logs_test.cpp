@@ -15,8 +15,8 @@ using rivid::test::expect_same_parameters;
 using rivid::test::Json;
 using rivid::test::parameter;
 
-// Scaling a column and back costs a rounding; the condition number of 20 and the second difference, whose terms
-// are 1e4 times its value, carry it into the result.
+// Scaling a column and back costs a rounding; the condition number of 20 and the second difference, whose
+// terms are 1e4 times its value, carry it into the result.
 constexpr double rounding = 1e-9;
 
 std::vector<double> cells(const std::string& line) {
@@ -147,7 +147,8 @@ TEST_F(LogFormat, AStatedRateReplacesTheTimeColumn) {
   expect_same_parameters(plain, result_of(), rounding);
 }
 
-// Rows are lost, as by a busy computer: what is resampled comes close to the whole log, what is ignored does not.
+// Rows are lost, as by a busy computer: what is resampled comes close to the whole log, what is ignored does
+// not.
 TEST_F(LogFormat, ResamplingRepairsMissingRowsAndIgnoringDoesNot) {
   const Json plain = result_of();
   std::istringstream in(folder().read("scara_s2.csv"));

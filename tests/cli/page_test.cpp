@@ -1,4 +1,5 @@
-// What a browser makes of the pages that rivid_identify, rivid_montecarlo and rivid_excite write with --report.
+// What a browser makes of the pages that rivid_identify, rivid_montecarlo and rivid_excite write with
+// --report.
 
 #include <gtest/gtest.h>
 
@@ -50,7 +51,8 @@ class Page : public rivid::test::IdentifyTool {
     return rivid::test::outcome_of(command, folder().path());
   }
 
-  // What a script of the test's own returns on the page, a while after it was opened. It may say more than once `await`.
+  // What a script of the test's own returns on the page, a while after it was opened. It may say more than
+  // once `await`.
   [[nodiscard]] std::string answer(const std::string& file, const std::string& script,
                                    const std::vector<std::string>& flags = {"--window-size=1280,900"}) const {
     std::string page = folder().read(file);
@@ -121,8 +123,9 @@ TEST_F(Page, FaultsWouldBeSeen) {
 
 TEST_F(Page, AllFiguresAreThere) {
   ASSERT_EQ(identify({"scara.toml", "--report"}).exit_code, 0);
-  // Over time: that of the worst joint; torques and residuals of two joints in two logs. Besides, of each joint friction,
-  // residual over speed and position, two spectra, histogram, autocorrelation, coverage; correlation and robot.
+  // Over time: that of the worst joint; torques and residuals of two joints in two logs. Besides, of each
+  // joint friction, residual over speed and position, two spectra, histogram, autocorrelation, coverage;
+  // correlation and robot.
   expect_figures("scara_result/report.html", 9 + 2 * 8 + 2, 9);
 }
 

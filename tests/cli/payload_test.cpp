@@ -27,7 +27,8 @@ using test::Outcome;
 
 using Rows = std::vector<std::vector<double>>;
 
-// The arm of data/six_axis, simulated without load and with two kilograms at the centre of mass of its last link.
+// The arm of data/six_axis, simulated without load and with two kilograms at the centre of mass of its last
+// link.
 class PayloadTool : public testing::Test {
  protected:
   PayloadTool() {
@@ -63,7 +64,8 @@ class PayloadTool : public testing::Test {
 
   [[nodiscard]] Json found() const { return Json::parse(folder_.read("six_axis_result/payload.json")); }
 
-  // The loaded log with something wrong, as bad.csv. Rows are t, q1 … q6, v1 … v6 and more; a fault may exchange them.
+  // The loaded log with something wrong, as bad.csv. Rows are t, q1 … q6, v1 … v6 and more; a fault may
+  // exchange them.
   void spoil(const std::function<void(Rows&)>& fault) const {
     std::istringstream in(folder_.read("heavy/log.csv"));
     std::string line;

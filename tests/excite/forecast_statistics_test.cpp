@@ -41,8 +41,8 @@ TEST(Forecast, IsTheSpreadOfManyIdentifications) {
     ASSERT_EQ(result.status, Status::identified);
     errors.row(k) = (result.chi - found.forecast.chi).transpose();
   }
-  // The spread of 100 runs is known to 7 %. The mean over the parameters, which are not independent, is held to 10 %, each
-  // parameter to four of its standard errors. Decimation by five costs 1 % of the deviation.
+  // The spread of 100 runs is known to 7 %. The mean over the parameters, which are not independent, is held
+  // to 10 %, each parameter to four of its standard errors. Decimation by five costs 1 % of the deviation.
   const Vector spread = (errors.array().square().colwise().sum() / runs).sqrt();
   double sum = 0.0;
   for (Index i = 0; i < b; ++i) {

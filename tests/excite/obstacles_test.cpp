@@ -1,5 +1,5 @@
-// Designed motions among obstacles, checked by FCL with frames from the URDF. RIVID_OBSTACLE_SEEDS says how many seeds an arm; by
-// default one, which takes seconds.
+// Designed motions among obstacles, checked by FCL with frames from the URDF. RIVID_OBSTACLE_SEEDS says how
+// many seeds an arm; by default one, which takes seconds.
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>

@@ -17,8 +17,8 @@ using detail::FourierCurve;
 using detail::Objective;
 using detail::Problem;
 
-// Differences of fourth order with this step: truncation and rounding both stay below 1e-7 of the slope. What the issue
-// asks for is 1e-5.
+// Differences of fourth order with this step: truncation and rounding both stay below 1e-7 of the slope. What
+// the issue asks for is 1e-5.
 constexpr double step = 2e-4;
 constexpr double tolerance = 1e-5;
 

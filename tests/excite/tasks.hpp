@@ -35,8 +35,8 @@ inline detail::Task task(const Robot& robot, detail::Objective objective = detai
           .space = {.self_collision = false}};
 }
 
-/// Robots of all kinds: the paper's, arms of six joints with and without coupled motors, mixed joints, every friction law
-/// but the asymmetric one, whose columns have a kink.
+/// Robots of all kinds: the paper's, arms of six joints with and without coupled motors, mixed joints, every
+/// friction law but the asymmetric one, whose columns have a kink.
 inline std::vector<Robot> many_robots() {
   std::vector<Robot> out = {read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"),
                             read_urdf(RIVID_DATA "/scara/scara.urdf"), BirdyTx40().robot};

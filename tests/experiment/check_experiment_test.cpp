@@ -1,4 +1,5 @@
-// Drive gains that follow from what a controller logs of its own model, and those of an experiment file beside them.
+// Drive gains that follow from what a controller logs of its own model, and those of an experiment file
+// beside them.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// An experiment file from a robot and the names of the columns of its log: what is recognised, in which order and unit.
+// An experiment file from a robot and the names of the columns of its log: what is recognised, in which order
+// and unit.
 
 #include "rivid/experiment/draft.hpp"
 

@@ -1,5 +1,5 @@
-// A run reads each log once, whatever it needs them for; a report shows logs within its memory: which ones, and what it says of the
-// others.
+// A run reads each log once, whatever it needs them for; a report shows logs within its memory: which ones,
+// and what it says of the others.
 
 #include <gtest/gtest.h>
 
@@ -58,8 +58,8 @@ TEST_F(ShownLogs, AreThoseOfTheCommandByDefault) {
   EXPECT_EQ(names(shown_predictions(experiment, identified, reading)).size(), 2U);
 }
 
-// What rivid_identify --report does, with friction laws to be chosen: five readings of the log and two of the validation before there was
-// one reading for all.
+// What rivid_identify --report does, with friction laws to be chosen: five readings of the log and two of the
+// validation before there was one reading for all.
 TEST(Reading, ParsesEachLogOnceForAllThatARunNeeds) {
   const std::vector<std::string> settings = {"robot.friction=auto"};
   Experiment experiment =

@@ -19,7 +19,8 @@ constexpr double bandwidth = 40.0;
 constexpr double smooth = 0.03;  // v_s of all joints
 constexpr Index joints = 5;
 
-// Reads q, qd and tau tick by tick; prints the observed torque of each tick, and at the end the payload and what it leaves.
+// Reads q, qd and tau tick by tick; prints the observed torque of each tick, and at the end the payload and
+// what it leaves.
 constexpr const char* program = R"(#include <stdio.h>
 #include "robot.h"
 
@@ -142,7 +143,8 @@ void expect_the_observer_of_the_library(const Scene& scene, int lost) {
     EXPECT_EQ(taken, Eigen::Vector2d::Constant(static_cast<double>(scene.q.cols() - lost)));
     // Differences of momenta over a tick carry their rounding f_m times.
     EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), 1e-9 * size);
-    // Friction is smooth here and sharp in the truth: exact within its tail of tanh(3), 0.5 %, of some newton metres.
+    // Friction is smooth here and sharp in the truth: exact within its tail of tanh(3), 0.5 %, of some newton
+    // metres.
     const Eigen::Vector3d com = scene.body.segment<3>(6) / scene.body[9];
     EXPECT_NEAR(payload[0], scene.body[9], 0.02 * scene.body[9]);
     EXPECT_LE((payload.segment<3>(1) - com).cwiseAbs().maxCoeff(), 5e-3);

@@ -11,8 +11,8 @@
 namespace rivid {
 namespace {
 
-// A base that is turned, two joints with a tool on a fixed one behind them, a gripper's finger beside, shapes and meshes, and
-// transmissions of an earlier hand. The name of the second joint is one that XML must escape.
+// A base that is turned, two joints with a tool on a fixed one behind them, a gripper's finger beside, shapes
+// and meshes, and transmissions of an earlier hand. The name of the second joint is one that XML must escape.
 constexpr const char* geared_urdf = R"(<?xml version="1.0"?>
 <robot name="geared">
   <material name="blue"><color rgba="0 0 1 1"/></material>

@@ -14,8 +14,8 @@
 namespace rivid {
 namespace {
 
-// Fixed joints before, between and behind the moving ones, a branch with a moving joint, oblique and negative axes,
-// inertials with rpy, links without any.
+// Fixed joints before, between and behind the moving ones, a branch with a moving joint, oblique and negative
+// axes, inertials with rpy, links without any.
 constexpr const char* tree = R"(<?xml version="1.0"?>
 <!-- a comment > with <inertial> in it -->
 <robot name="tree" xmlns:x="http://example.org">

@@ -1,6 +1,6 @@
-// A library for LD_PRELOAD that lets one system call fail. RIVID_FAULT is "call:error:which": the call write, read, fsync, open
-// or rename; the error ENOSPC, EIO, EINTR or SHORT (half of the bytes are written or read); the how many-th call, from 1.
-// Where the fault happens, the file RIVID_FAULT_MARK is made.
+// A library for LD_PRELOAD that lets one system call fail. RIVID_FAULT is "call:error:which": the call write,
+// read, fsync, open or rename; the error ENOSPC, EIO, EINTR or SHORT (half of the bytes are written or read);
+// the how many-th call, from 1. Where the fault happens, the file RIVID_FAULT_MARK is made.
 
 #include <dlfcn.h>
 #include <fcntl.h>

@@ -1,5 +1,5 @@
-// Experiment files for every use, with a second file that they may name: the settings that come out, laid over the
-// file, give themselves.
+// Experiment files for every use, with a second file that they may name: the settings that come out, laid
+// over the file, give themselves.
 
 #include "rivid/experiment/experiment.hpp"
 

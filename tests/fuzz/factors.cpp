@@ -1,4 +1,5 @@
-// Factors of logs and of loops: what is read can be written, read again and merged, and an identification from it ends.
+// Factors of logs and of loops: what is read can be written, read again and merged, and an identification
+// from it ends.
 
 #include "harness.hpp"
 #include "rivid/experiment/factors_file.hpp"

@@ -15,8 +15,9 @@
 #include "rivid/input.hpp"
 #include "support/temporary_folder.hpp"
 
-// A harness is one file of this folder: LLVMFuzzerTestOneInput() gives bytes to a reader and checks what comes out.
-// With the preset `fuzz` libFuzzer calls it, else replay.cpp does, with each file of corpus/<harness>.
+// A harness is one file of this folder: LLVMFuzzerTestOneInput() gives bytes to a reader and checks what
+// comes out. With the preset `fuzz` libFuzzer calls it, else replay.cpp does, with each file of
+// corpus/<harness>.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace rivid::fuzz {
@@ -29,7 +30,8 @@ inline void require(bool holds, std::string_view claim) {
   }
 }
 
-/// What a reader makes of an input; nothing where it refuses the input in words. Any other exception is a finding.
+/// What a reader makes of an input; nothing where it refuses the input in words. Any other exception is a
+/// finding.
 template <typename Read>
 [[nodiscard]] auto accepted(const Read& read) {
   std::optional<decltype(read())> out;
@@ -57,7 +59,8 @@ class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : rest_(reinterpret_cast<const char*>(data), size) {}
 
-  /// One of `count` cases, by the next byte: the letters from 'a' on, so that a corpus can be read. 0 at the end.
+  /// One of `count` cases, by the next byte: the letters from 'a' on, so that a corpus can be read. 0 at the
+  /// end.
   [[nodiscard]] std::size_t choice(std::size_t count) {
     if (rest_.empty()) {
       return 0;
@@ -88,7 +91,8 @@ inline const test::TemporaryFolder& folder() {
   return out;
 }
 
-/// Path in folder() that is read with this content. The file that is there is empty: no input is written to a disk.
+/// Path in folder() that is read with this content. The file that is there is empty: no input is written to a
+/// disk.
 inline std::filesystem::path file_with(std::string_view content, const std::string& name) {
   static const InputScope scope;
   std::filesystem::path path = folder().path() / name;
@@ -99,8 +103,8 @@ inline std::filesystem::path file_with(std::string_view content, const std::stri
   return path;
 }
 
-/// FNV-1a, 64 bits: the checksum of files whose damage must be seen. A harness puts in the right one, lest no input came
-/// further than that.
+/// FNV-1a, 64 bits: the checksum of files whose damage must be seen. A harness puts in the right one, lest no
+/// input came further than that.
 [[nodiscard]] inline std::uint64_t fnv1a(std::string_view bytes) {
   std::uint64_t sum = 0xCBF29CE484222325U;
   for (const char c : bytes) {

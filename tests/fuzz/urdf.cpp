@@ -1,5 +1,5 @@
-// URDF and its write-back: a rewritten file can be read, has the parameters that were written, and differs in numbers of
-// <inertial> and <dynamics> alone.
+// URDF and its write-back: a rewritten file can be read, has the parameters that were written, and differs in
+// numbers of <inertial> and <dynamics> alone.
 
 #include "rivid/export/urdf.hpp"
 

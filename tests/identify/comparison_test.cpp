@@ -18,7 +18,8 @@ namespace {
 
 constexpr int decimation = 5;
 
-// The SCARA swinging for 20 s at 200 Hz, and torques of its parameters with noise that is correlated over some 10 samples.
+// The SCARA swinging for 20 s at 200 Hz, and torques of its parameters with noise that is correlated over
+// some 10 samples.
 class Bench {
  public:
   Bench() {
@@ -246,7 +247,8 @@ TEST(Comparison, RefusesLogsThatNoErrorIsRelativeTo) {
 }
 
 TEST(PairedTest, IsStudentsTestOfBlockSums) {
-  // Twelve blocks of 100 entries, whose sums are 1 … 12; what goes up and down in pairs has no correlation from one to the next.
+  // Twelve blocks of 100 entries, whose sums are 1 … 12; what goes up and down in pairs has no correlation
+  // from one to the next.
   Vector series(1200);
   for (Index i = 0; i < series.size(); ++i) {
     series[i] = 0.01 * static_cast<double>(1 + i / 100) + (i % 4 < 2 ? 5.0 : -5.0);

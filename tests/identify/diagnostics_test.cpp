@@ -1,6 +1,6 @@
 // The tests on a result: those of the residual against their textbook formulas, and these against SciPy
-// (residual_oracle.csv); what a wrong deviation of the torque lag, wrong weights or a wrong factor of the decimation would
-// hide.
+// (residual_oracle.csv); what a wrong deviation of the torque lag, wrong weights or a wrong factor of the
+// decimation would hide.
 
 #include "rivid/identify/diagnostics.hpp"
 
@@ -32,8 +32,8 @@ struct Textbook {
   double autocorrelation = 0.0;
 };
 
-// Of residuals in runs without a gap. The mean of the moments is that of all; correlations are those of [Ljung, Box 1978],
-// with the part of the pairs that gaps leave.
+// Of residuals in runs without a gap. The mean of the moments is that of all; correlations are those of
+// [Ljung, Box 1978], with the part of the pairs that gaps leave.
 Textbook textbook(const Vector& x, const std::vector<int>& run) {
   const auto n = static_cast<double>(x.size());
   const Eigen::ArrayXd centred = x.array() - x.mean();
@@ -168,7 +168,8 @@ TEST_F(OfTheScara, TorqueLagIsUncertainWhereJointsDisagree) {
   }
 }
 
-// Rows of IDIM-IV are weighted by the deviations that its own instruments leave, not by those that it began with.
+// Rows of IDIM-IV are weighted by the deviations that its own instruments leave, not by those that it began
+// with.
 TEST_F(OfTheScara, WeightsOfInstrumentsAreThoseOfTheirResiduals) {
   const Identification found = identify(robot, log(2.0, 1), iv());
   ASSERT_EQ(found.status, Status::identified);

@@ -75,7 +75,8 @@ TEST_F(EssentialScara, AreThoseOfAFitToTheirColumns) {
   EXPECT_LT((essential.C_chi(essential.kept, essential.kept) - C).norm(), 1e-8 * C.norm());
 }
 
-// MY2 = 0 and Fv2 = 0 go, in nearly all of 40 experiments; what is not zero and well seen stays in all of them.
+// MY2 = 0 and Fv2 = 0 go, in nearly all of 40 experiments; what is not zero and well seen stays in all of
+// them.
 TEST_F(EssentialScara, LoseWhatIsNotThere) {
   set("MY2", 0.0);
   set("Fv2", 0.0);

@@ -29,8 +29,8 @@ Matrix swing(Index samples, double noise) {
   });
 }
 
-// A mass under a torque that is held from sample to sample moves in parabolas; its acceleration, as two central
-// differences see it, is the averaged torque, to rounding.
+// A mass under a torque that is held from sample to sample moves in parabolas; its acceleration, as two
+// central differences see it, is the averaged torque, to rounding.
 TEST(ExactRows, AveragedTorqueIsTheAccelerationUnderAZeroOrderHold) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;

@@ -149,7 +149,8 @@ TEST(FrictionCurve, ShowsFrictionByLoadAtTheLoadThatIsGiven) {
   EXPECT_DOUBLE_EQ(curve.torque[curve.torque.size() - 1], 2.0);
 }
 
-// Rows belong to the point of the curve that is nearest, on their own side of rest; the load is the mean of what is no friction.
+// Rows belong to the point of the curve that is nearest, on their own side of rest; the load is the mean of
+// what is no friction.
 TEST(FrictionCurve, HasTheMeansOfTheRows) {
   const Robot robot = scara_with_load();
   const Identification result = load_friction_alone(robot);

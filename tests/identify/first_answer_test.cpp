@@ -144,7 +144,8 @@ TEST_F(FirstAnswer, LeavesWhatWasAskedForAlone) {
   }
 }
 
-// A disturbance that lasts half a second is partly absorbed by the parameters: residuals show too little of it.
+// A disturbance that lasts half a second is partly absorbed by the parameters: residuals show too little of
+// it.
 TEST_F(FirstAnswer, BlocksKnowErrorsThatLast) {
   constexpr int runs = 40;
   constexpr double memory = 0.99;

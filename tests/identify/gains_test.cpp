@@ -174,8 +174,8 @@ struct Coverage {
   [[nodiscard]] double part() const { return static_cast<double>(held) / all; }
 };
 
-// And so do the parameters that follow from them, whose intervals are too short where the gains count as exact. The motion shows little of
-// the gain of joint 6.
+// And so do the parameters that follow from them, whose intervals are too short where the gains count as
+// exact. The motion shows little of the gain of joint 6.
 TEST(Gains, HaveNoBiasAndHoldInTheirIntervals) {
   constexpr int runs = 40;
   constexpr double sigma = 0.01;
@@ -230,8 +230,8 @@ TEST(Gains, HaveNoBiasAndHoldInTheirIntervals) {
   EXPECT_LT(with_exact_gains.part(), of_parameters.part());
 }
 
-// [A b] of W_j χ + L_j λ − K_j i_j = 0 with a payload λ of known mass: what least squares with the currents as regressors is made of. The
-// gains are the columns before the last.
+// [A b] of W_j χ + L_j λ − K_j i_j = 0 with a payload λ of known mass: what least squares with the currents
+// as regressors is made of. The gains are the columns before the last.
 Matrix currents_as_regressors(const Robot& robot, const Log& without, const Log& with, double mass) {
   const BaseParameters base = base_parameters(robot);
   const detail::BodyColumns columns(robot, base);
@@ -264,8 +264,8 @@ double median(std::vector<double> values) {
   return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
-// Why the currents stand on the left: where they are regressors, their noise shrinks the gains, and total least squares, which takes all
-// columns for equally noisy, is not better.
+// Why the currents stand on the left: where they are regressors, their noise shrinks the gains, and total
+// least squares, which takes all columns for equally noisy, is not better.
 TEST(Gains, AreBiasedByOrdinaryAndTotalLeastSquares) {
   constexpr int runs = 20;
   const Currents currents(1500, six(0.9, 1.12, 0.95, 1.2, 1.0, 0.8));

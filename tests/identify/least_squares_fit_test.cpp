@@ -14,8 +14,8 @@ namespace {
 
 const Vector truth{{3.44, 0.03, 0.82, 0.062, 0.242, 0.014, 0.013, 0.137}};
 
-// A log of the SCARA on a smooth path whose torques are exactly those of the model on the differentiated positions,
-// plus noise, on joint 2 `ratio` times that of joint 1.
+// A log of the SCARA on a smooth path whose torques are exactly those of the model on the differentiated
+// positions, plus noise, on joint 2 `ratio` times that of joint 1.
 Log scara_log(double torque_noise, std::uint64_t seed, double phase = 0.0, double ratio = 0.1) {
   const Robot robot = test::scara();
   Log log;
@@ -76,8 +76,9 @@ TYPED_TEST(LeastSquaresFit, OfTwoHalvesOfALogIsThatOfTheWhole) {
   EXPECT_NEAR(split.fit.error_norm, whole.fit.error_norm, 1e-10);
 }
 
-// (17)–(19) with white noise of the same deviation on all rows, which is what they assume: 95 % of the intervals hold
-// the truth, and the estimates scatter as their deviations say, within four deviations of 200 runs.
+// (17)–(19) with white noise of the same deviation on all rows, which is what they assume: 95 % of the
+// intervals hold the truth, and the estimates scatter as their deviations say, within four deviations of 200
+// runs.
 TYPED_TEST(LeastSquaresFit, HasIntervalsThatHoldTheTruthAsOftenAsTheySay) {
   constexpr int runs = 200;
   int inside = 0;

@@ -120,8 +120,8 @@ TEST(LogFactors, DeviationsByBlocksAreNearThoseWithTheResiduals) {
   }
 }
 
-// 95 % intervals of 60 merged identifications hold the truth as often as they say, within 4 binomial σ of all parameters
-// taken as independent by half.
+// 95 % intervals of 60 merged identifications hold the truth as often as they say, within 4 binomial σ of all
+// parameters taken as independent by half.
 TEST(LogFactors, IntervalsByBlocksHoldTheTruth) {
   constexpr int studies = 60;
   int held = 0;

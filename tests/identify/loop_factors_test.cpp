@@ -63,7 +63,8 @@ class LoopsElsewhere : public ::testing::Test, public test::ScaraStudy {
   int blocks = 10;
 };
 
-// Rows are summed in another order: the rounding of the estimate grows with its condition, and passes through the iteration.
+// Rows are summed in another order: the rounding of the estimate grows with its condition, and passes through
+// the iteration.
 constexpr double rounding = 1e-7;
 
 void expect_same_estimate(const Identification& found, const Identification& together) {

@@ -91,7 +91,8 @@ TEST(PayloadOfAnArm, IsThatOfOneFitOfAllLogs) {
   }
 }
 
-// χ̂ = χ + G (1 − 1/r): without noise the gains and the payload come out exactly, however wrong the arm's were.
+// χ̂ = χ + G (1 − 1/r): without noise the gains and the payload come out exactly, however wrong the arm's
+// were.
 TEST(PayloadOfAnArm, FindsTheGainsThatTheArmWasIdentifiedWith) {
   PayloadBench bench(six_axis());
   bench.gains.resize(6);

@@ -1,5 +1,5 @@
-// Faults that are planted in both logs of the demo robot are seen, if anything in the logs shows them; and the rows, windows and
-// values that judgement rests on.
+// Faults that are planted in both logs of the demo robot are seen, if anything in the logs shows them; and
+// the rows, windows and values that judgement rests on.
 
 #include <gtest/gtest.h>
 
@@ -80,9 +80,10 @@ using Plant = std::function<void(Log&)>;
 struct Fault {
   std::string name;
   Plant plant;
-  // Whether another robot would have recorded the same: torques of all joints by one factor are those of a heavier arm, another clock that
-  // of an arm with other inertias and viscous friction where nothing weighs, another zero of a vertical axis that of a forearm turned in
-  // its frame, and a mirrored log that of a mirrored arm.
+  // Whether another robot would have recorded the same: torques of all joints by one factor are those of a
+  // heavier arm, another clock that of an arm with other inertias and viscous friction where nothing weighs,
+  // another zero of a vertical axis that of a forearm turned in its frame, and a mirrored log that of a
+  // mirrored arm.
   bool of_another_robot = false;
 };
 

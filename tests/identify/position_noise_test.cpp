@@ -71,7 +71,8 @@ TEST(PositionNoise, OfAFilterIsThatBehindIt) {
   EXPECT_NEAR(found.in(RowBand(filter, f_m)).velocity / variance(velocity.col(0)), 1.0, 0.1);
 }
 
-// Below one step of the encoder a second most neighbours are equal, and their differences show no noise at all.
+// Below one step of the encoder a second most neighbours are equal, and their differences show no noise at
+// all.
 TEST(PositionNoise, SeesTheStepsOfAnEncoderThatAreRare) {
   constexpr double quantum = 2e-3;
   const Vector slow = 0.05 * motion();

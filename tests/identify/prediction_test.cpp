@@ -75,7 +75,8 @@ TEST(Prediction, HasTheResidualOfTheRowsOfTheFit) {
   }
 }
 
-// The same log at the positions of each sample, one sample a row: what the robot's dynamics say there, part by part.
+// The same log at the positions of each sample, one sample a row: what the robot's dynamics say there, part
+// by part.
 TEST(Prediction, SplitsTorquesAsTheDynamicsDo) {
   Robot robot = test::scara();
   robot.chain.gravity = {3.0, -9.0, 1.0};

@@ -1,4 +1,5 @@
-// Robust estimates over many simulated experiments: what they cost, what they gain, and what their intervals are worth.
+// Robust estimates over many simulated experiments: what they cost, what they gain, and what their intervals
+// are worth.
 
 #include <gtest/gtest.h>
 
@@ -47,8 +48,9 @@ struct Study {
 
 constexpr int study_runs = 300;
 
-// Efficiency of 95 % where errors are normal: the mean over the parameters of the ratio of mean squared errors. The errors
-// of both estimates have a correlation of 0.97, so a ratio is good to 0.02 and their mean to less: four of these.
+// Efficiency of 95 % where errors are normal: the mean over the parameters of the ratio of mean squared
+// errors. The errors of both estimates have a correlation of 0.97, so a ratio is good to 0.02 and their mean
+// to less: four of these.
 TEST(RobustStatistics, LoseFivePerCentWithoutOutliers) {
   SineExperiment experiment(scara());
   const Eigen::Vector2d sigma(0.2, 0.05);
@@ -118,8 +120,8 @@ void spoil(Log& log, std::uint64_t seed, double part) {
   }
 }
 
-// Spikes in single samples of the torque. A row of a decimation by 20 reaches over some forty samples: with five spikes in
-// a hundred samples hardly a row is without, and little is gained.
+// Spikes in single samples of the torque. A row of a decimation by 20 reaches over some forty samples: with
+// five spikes in a hundred samples hardly a row is without, and little is gained.
 TEST(RobustStatistics, DependOnHowManyRowsASpikeReaches) {
   const test::ScaraStudy scara_study;
   constexpr int runs = 20;
@@ -162,7 +164,8 @@ TEST(RobustStatistics, DependOnHowManyRowsASpikeReaches) {
 
 struct RobustIvStatistics : public ::testing::Test, public test::RobustScara {};
 
-// Errors of rows that are nearly white, as the efficiency asks for: noise of the encoder, differenced twice, is not.
+// Errors of rows that are nearly white, as the efficiency asks for: noise of the encoder, differenced twice,
+// is not.
 TEST_F(RobustIvStatistics, IsNearPlainIvWithoutOutliers) {
   encoder_noise = 0.0;
   constexpr int runs = 10;

@@ -187,7 +187,8 @@ TEST(RobustLeastSquares, IsTheSameWithAnyNumberOfThreads) {
   EXPECT_EQ(a.C_chi, b.C_chi);
 }
 
-// Forty torques are off by a hundred deviations in one direction, which carries the offset of least squares away.
+// Forty torques are off by a hundred deviations in one direction, which carries the offset of least squares
+// away.
 TEST(RobustLeastSquares, TellsWhatItRejectsAndThatOutliersDecide) {
   SineExperiment experiment(slider(Friction::symmetric));
   Matrix error = errors(7, Vector::Constant(1, 0.1), 0.0, 1.0);

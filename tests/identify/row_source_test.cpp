@@ -160,8 +160,8 @@ TEST(Factors, TakeMemoryThatDoesNotGrowWithTheLog) {
   }
   const auto positions = static_cast<long>(samples * 2 * sizeof(double) / 1024);
   for (const RowScheme scheme : {RowScheme::paper, RowScheme::exact}) {
-    // Exact rows make torques of their own, tell for each sample and joint whether it moves, and look at one joint's
-    // velocity and its noise at a time.
+    // Exact rows make torques of their own, tell for each sample and joint whether it moves, and look at one
+    // joint's velocity and its noise at a time.
     const long series = scheme == RowScheme::paper ? positions : 3 * positions + positions / 4;
     for (const std::vector<int>& decimation : {std::vector<int>{}, {20}}) {
       const SignalOptions options{.rows = scheme, .decimation = decimation};

@@ -132,10 +132,11 @@ TEST(Rows, ThatCanNotBeMadeAreRefusedWithTheCulprit) {
       "\"scara\" and 2001 samples");
 }
 
-// Values by SciPy 1.17 (sosfiltfilt with butter(4, 20 Hz), two central differences, sosfiltfilt with cheby1(8, 0.05,
-// 0.8 / 14) of Y and every column, Y being the mean of the control signal at this sample and the one before), on
-// data/scara/scara_s2.csv at sample 1420, t = 7.1 s, far from the borders. The digits are those SciPy printed; its
-// Chebyshev filter has a gain of -0.05 dB at rest in each direction, which Convention::standard takes out.
+// Values by SciPy 1.17 (sosfiltfilt with butter(4, 20 Hz), two central differences, sosfiltfilt with
+// cheby1(8, 0.05, 0.8 / 14) of Y and every column, Y being the mean of the control signal at this sample and
+// the one before), on data/scara/scara_s2.csv at sample 1420, t = 7.1 s, far from the borders. The digits are
+// those SciPy printed; its Chebyshev filter has a gain of -0.05 dB at rest in each direction, which
+// Convention::standard takes out.
 TEST(Rows, OfTheScaraAreThoseOfSciPy) {
   Robot robot = read_urdf(RIVID_DATA "/scara/scara.urdf");
   for (Joint& joint : robot.joints) {

@@ -1,5 +1,5 @@
-// The lag that a result tells of its torques: logs whose torques were shifted on purpose, and logs that are as they should
-// be. The truth is the shift.
+// The lag that a result tells of its torques: logs whose torques were shifted on purpose, and logs that are
+// as they should be. The truth is the shift.
 
 #include <gtest/gtest.h>
 
@@ -63,7 +63,8 @@ TEST_F(Lag, IsThatOfTorquesThatWereShifted) {
   }
 }
 
-// Of logs that are as they are told to be, and of the same where a torque that is held is told to be momentary.
+// Of logs that are as they are told to be, and of the same where a torque that is held is told to be
+// momentary.
 TEST_F(Lag, HasADeviationThatHoldsAndWarnsOfHalfASample) {
   constexpr int runs = 40;
   SignalOptions momentary = signal;

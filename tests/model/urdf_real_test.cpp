@@ -49,8 +49,8 @@ std::vector<MdhRow> mdh_table(const std::filesystem::path& path) {
   return table;
 }
 
-// What two tables of the same arm share, wherever base and link frames were put along the axes: the angles between
-// the joint axes and their moments about each other, at any position.
+// What two tables of the same arm share, wherever base and link frames were put along the axes: the angles
+// between the joint axes and their moments about each other, at any position.
 void expect_same_axes(const Chain& a, const Chain& b, const Vector& q) {
   const std::vector<test::Screw> A = test::screws(a, q);
   const std::vector<test::Screw> B = test::screws(b, q);

@@ -1,4 +1,5 @@
-// The library, the tool and the Python package give one answer: status, findings, verdicts, intervals, to the last digit.
+// The library, the tool and the Python package give one answer: status, findings, verdicts, intervals, to the
+// last digit.
 
 #include <gtest/gtest.h>
 

@@ -30,8 +30,9 @@ double coverage(std::span<const Record> records, std::string_view group) {
   return covered / counted;
 }
 
-// As init drafts it. The bounds are what so many experiments may do by chance, three standard deviations, where of many 0.3 %
-// of the good and 1.5 % of the hard ones are confidently wrong, and 7 % of the hard ones refused: docs/validation.md.
+// As init drafts it. The bounds are what so many experiments may do by chance, three standard deviations,
+// where of many 0.3 % of the good and 1.5 % of the hard ones are confidently wrong, and 7 % of the hard ones
+// refused: docs/validation.md.
 TEST(OddExperiments, TwoHundredStayWithinTheirBounds) {
   const test::TemporaryFolder folder;
   RecordFile file(folder.path() / "odd.csv");

@@ -1,4 +1,5 @@
-// identify(): faults that are planted in the logs of random arms are named with their size, and nothing is where there is none.
+// identify(): faults that are planted in the logs of random arms are named with their size, and nothing is
+// where there is none.
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,8 @@
 #include "rivid/regressor/base.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 
-// The simulator of the odd experiments shares no code with rivid's, and is held against closed forms, KDL and rivid.
+// The simulator of the odd experiments shares no code with rivid's, and is held against closed forms, KDL and
+// rivid.
 namespace rivid::odd {
 namespace {
 
@@ -188,7 +189,8 @@ TEST(OddElasticity, SwingsAsTwoMasses) {
   }
 }
 
-// Level of friction that a torque has to exceed, and what is left of it for the acceleration, both by their formulas.
+// Level of friction that a torque has to exceed, and what is left of it for the acceleration, both by their
+// formulas.
 TEST(OddFriction, IsWhatItsFormulasSay) {
   constexpr double tolerance = 1e-12;
   const double t = 3.0;
@@ -285,8 +287,8 @@ TEST(OddSimulation, KeepsTheEnergyOfAFallingArm) {
   }
 }
 
-// M q̈ + N + friction − τ by rivid's model and the truth as base parameters, along a motion of ours with rivid's URDF
-// reader between the two.
+// M q̈ + N + friction − τ by rivid's model and the truth as base parameters, along a motion of ours with
+// rivid's URDF reader between the two.
 TEST(OddSimulation, ObeysRividsModelWithTheTrueBaseParameters) {
   // What differences of fourth order over 1e-3 s leave of controlled motions, over the torques of a joint.
   constexpr double tolerance = 1e-6;
@@ -341,7 +343,8 @@ TEST(OddSimulation, ObeysRividsModelWithTheTrueBaseParameters) {
   }
 }
 
-// Where joints hold each other, the held ones need no more than their level, and moving ones are braked by all of it.
+// Where joints hold each other, the held ones need no more than their level, and moving ones are braked by
+// all of it.
 TEST(OddStiction, HoldsWithinTheLevelAndNoLonger) {
   Random random(seed, "hold", 0);
   Recipe recipe;

@@ -211,7 +211,8 @@ TEST(ContactObserver, GivesNoMoreFalseAlarmsThanItsThresholdsAreMadeFor) {
   }
   const double asked = per_hour * watched / 3600.0;
   EXPECT_LE(alarms, asked);
-  // Gumbel's tail is longer than that of normal noise, but not much: thresholds twice as high would give none.
+  // Gumbel's tail is longer than that of normal noise, but not much: thresholds twice as high would give
+  // none.
   EXPECT_GE(alarms, asked / 20.0);
 }
 

@@ -102,7 +102,8 @@ TEST(LoadFrictionOnline, IsTheBatchIdentificationThatTheRowsAreLinearAt) {
     }
     identifier.finish();
     EXPECT_NEAR(static_cast<double>(identifier.rows()), static_cast<double>(batch.fit.rows), 4.0);
-    // The batch has one more row of each joint, at the end of the log, and another width of the kink: a part of a deviation.
+    // The batch has one more row of each joint, at the end of the log, and another width of the kink: a part
+    // of a deviation.
     const Vector off = (identifier.chi() - batch.chi).cwiseQuotient(batch.C_chi.diagonal().cwiseSqrt());
     EXPECT_LE(off.norm() / std::sqrt(static_cast<double>(off.size())), 0.2) << off.transpose();
   }

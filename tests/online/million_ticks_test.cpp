@@ -17,7 +17,8 @@ constexpr Index ticks = 1'000'000;
 constexpr Index joints = 7;
 constexpr double f_m = 1000.0;
 
-// Twenty seconds of motion, the second half with a payload, over and over: pick-ups, releases and motion that jumps are among the ticks.
+// Twenty seconds of motion, the second half with a payload, over and over: pick-ups, releases and motion that
+// jumps are among the ticks.
 struct Loop {
   Robot robot;
   OnlineModel model;

@@ -265,7 +265,8 @@ TEST(PayloadEstimator, NeverAllocatesAndComesBackBitByBit) {
   EXPECT_EQ((estimator.inertial() - twin.inertial()).cwiseAbs().maxCoeff(), 0.0);
 }
 
-// Of an AR(1) process the long-run variance is γ₀ (1 + a) / (1 − a); the lags that are taken hold this part of it.
+// Of an AR(1) process the long-run variance is γ₀ (1 + a) / (1 − a); the lags that are taken hold this part
+// of it.
 TEST(RowNoise, IsTheDeviationOfSumsOfErrorsThatAreAlike) {
   constexpr double a = 0.6;
   constexpr int lags = 10;

@@ -1,5 +1,5 @@
-// States of all estimators: one that was saved and put back goes on bit by bit, whatever was called before, and one of another arm, rate,
-// flange or option is refused with words.
+// States of all estimators: one that was saved and put back goes on bit by bit, whatever was called before,
+// and one of another arm, rate, flange or option is refused with words.
 
 #include "rivid/online/saved_state.hpp"
 

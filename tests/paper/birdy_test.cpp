@@ -1,5 +1,6 @@
-// BIRDy's TX40 scenario, from its own scheme of making data: errors of the base parameters against a replica that was
-// written by others, in the replica's base parameters (Leboutet et al., Applied Sciences 2021, for the scenario).
+// BIRDy's TX40 scenario, from its own scheme of making data: errors of the base parameters against a replica
+// that was written by others, in the replica's base parameters (Leboutet et al., Applied Sciences 2021, for
+// the scenario).
 
 #include "support/birdy.hpp"
 
@@ -125,9 +126,9 @@ TEST_F(Birdy, AtStandardNoiseTheErrorsAreThoseOfTheReplica) {
                {.ols = 14.5, .ols_filtered = 2.9, .wls_filtered = 2.7, .iv = 3.2, .iv_filtered = 2.7});
 }
 
-// The replica goes on with an M(q) that is not positive definite, and does not converge with fixed gains (416 % after 14
-// iterations). Here such an iterate is told, and the nearest physical parameters are simulated in its place: that brings
-// fixed gains home too, so what adapted gains spare is the help.
+// The replica goes on with an M(q) that is not positive definite, and does not converge with fixed gains (416
+// % after 14 iterations). Here such an iterate is told, and the nearest physical parameters are simulated in
+// its place: that brings fixed gains home too, so what adapted gains spare is the help.
 TEST_F(Birdy, FromRotorsMuchTooHeavyAdaptedGainsNeedNoHelpAndFixedOnesMostlyDo) {
   int helped = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {

@@ -136,7 +136,8 @@ TEST_F(Study, TheLimitOfTheBandwidthIsToldAndNotHidden) {
   EXPECT_GT(locked, 0);
 }
 
-// The paper's own procedure: the first seconds, where joint 1 sticks, make the relative error and the bias of Fc1.
+// The paper's own procedure: the first seconds, where joint 1 sticks, make the relative error and the bias of
+// Fc1.
 TEST_F(Study, Section34LowersTheRelativeErrorAndTheBiasOfCoulombFriction) {
   const Index Fc1 = index("Fc1");
   Vector all(seeds);

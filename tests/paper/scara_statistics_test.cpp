@@ -43,7 +43,8 @@ struct Statistics : public ::testing::Test, public ScaraStudy {
     return identify(robot, log, method);
   }
 
-  // The deviations that weighted least squares would have with regressors without noise, on all rows that slip.
+  // The deviations that weighted least squares would have with regressors without noise, on all rows that
+  // slip.
   [[nodiscard]] Vector bound() const {
     ScaraStudy quiet;
     quiet.encoder_noise = 0.0;

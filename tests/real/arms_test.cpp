@@ -1,4 +1,5 @@
-// Arms of several makers, tests/real/*.toml, against reference fits by an independent program with the same settings.
+// Arms of several makers, tests/real/*.toml, against reference fits by an independent program with the same
+// settings.
 
 #include <gtest/gtest.h>
 
@@ -48,7 +49,8 @@ TEST_F(Panda, FitsAsTheReferenceDoes) {
 
 TEST_F(Panda, FitsWeightedAsTheReferenceDoes) { expect_percent(result({"--method", "wls"})["fit"], 1.5928); }
 
-// Every least-squares estimate has a negative inertia of link 7: the simulation needs the nearest physical one.
+// Every least-squares estimate has a negative inertia of link 7: the simulation needs the nearest physical
+// one.
 TEST_F(Panda, IsIdentifiedByInstrumentalVariablesWithAGuessedController) {
   const Json found = result({"--method", "iv"});
   EXPECT_EQ(found["status"], "identified");

@@ -35,7 +35,8 @@ double reversals(const rivid::Simulation& simulation) {
   return static_cast<double>(rivid::test::sign_changes(simulation.motion.qd.col(5)));
 }
 
-// The independent replica counted 749 in the motion that the data are made from. Noise that is fed back adds to them.
+// The independent replica counted 749 in the motion that the data are made from. Noise that is fed back adds
+// to them.
 TEST_F(BirdyLoop, ItsOwnIntegratorChatters) {
   const auto found = simulation(BirdyTx40::with_its_integrator(BirdyTx40::loop(0.0, seed)));
   ASSERT_EQ(found.outcome, rivid::Outcome::completed) << found.reason;

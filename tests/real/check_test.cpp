@@ -1,4 +1,5 @@
-// rivid_identify check on logs of real arms: no false alarm on any of them as they are, and planted faults by their names.
+// rivid_identify check on logs of real arms: no false alarm on any of them as they are, and planted faults by
+// their names.
 
 #include "rivid/identify/check.hpp"
 
@@ -27,7 +28,8 @@ class Checked : public rivid::test::RealExperiment {
                   .instrumental = std::holds_alternative<rivid::Iv>(e.estimation.method)});
   }
 
-  // No error; what the model lacks (friction that depends on the load, say) may be a warning, but no fault of the log.
+  // No error; what the model lacks (friction that depends on the load, say) may be a warning, but no fault of
+  // the log.
   void expect_sound() const {
     static constexpr std::array lacking = {
         "load_friction",  "stribeck_friction", "direction_friction", "joint_elasticity", "joint_coupling",
@@ -125,7 +127,8 @@ TEST_F(CheckedKuka, WarnsOfOneLogAlone) {
   }));
 }
 
-// All six of the published gains are more than 5 % from those of the controller's own model, which three logs agree on.
+// All six of the published gains are more than 5 % from those of the controller's own model, which three logs
+// agree on.
 TEST_F(CheckedUr10e, NamesTheJointsWhoseDriveGainIsNotTheControllers) {
   const auto named = [this] {
     const std::vector<rivid::Finding> all = check(experiment());

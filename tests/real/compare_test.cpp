@@ -1,4 +1,5 @@
-// rivid_identify compare on a UR10e: its identified models and the URDF of its maker on logs that took part in no fit.
+// rivid_identify compare on a UR10e: its identified models and the URDF of its maker on logs that took part
+// in no fit.
 
 #include <gtest/gtest.h>
 

@@ -75,8 +75,8 @@ TEST_F(EmpsIv, ConvergesFromTheRegularStart) {
   }
 }
 
-// Whitening amplifies what the model of the robot does not explain: it moves viscous friction far, and says so. An
-// independent prototype found 238 for it.
+// Whitening amplifies what the model of the robot does not explain: it moves viscous friction far, and says
+// so. An independent prototype found 238 for it.
 TEST_F(EmpsIv, PrefilterThatMovesFrictionIsToldOf) {
   const Log ident = log("emps_ident.csv");
   method.signal = {.rows = rivid::RowScheme::exact, .torque_held = true, .decimation = {10}};

@@ -1,5 +1,5 @@
-// Intervals of real robots: what disjoint logs of one robot say of a parameter differs by no more than their intervals tell, in 95 of
-// 100 cases if these know the errors of the model.
+// Intervals of real robots: what disjoint logs of one robot say of a parameter differs by no more than their
+// intervals tell, in 95 of 100 cases if these know the errors of the model.
 
 #include <gtest/gtest.h>
 

@@ -64,8 +64,8 @@ TEST_F(PhysicalPanda, RunsTheWholeReferenceWhereThePlainFitCanNot) {
   const Simulation motion = simulate(robot, model, *law, reference, {.f_m = log.f_m});
   EXPECT_EQ(motion.outcome, Outcome::completed) << motion.reason;
   ASSERT_EQ(motion.motion.samples(), log.samples());
-  // Gains follow inertias, and joint 7 has next to none: its friction holds it up to 0.7 rad behind, and nothing else is
-  // as far. A loop that diverges is radians away at once.
+  // Gains follow inertias, and joint 7 has next to none: its friction holds it up to 0.7 rad behind, and
+  // nothing else is as far. A loop that diverges is radians away at once.
   constexpr double tracked = 1.0;  // rad
   EXPECT_LT((motion.motion.q - followed).cwiseAbs().maxCoeff(), tracked);
 }

@@ -93,8 +93,9 @@ std::vector<Fault> faults() {
 
 struct Arm {
   const char* name;
-  // Faults that are named at least. At TX40 and KUKA friction and rotor inertias of their own make up most of the torques of a joint:
-  // a wrong scale, zero or instant is taken up by these, and the log fits as well as before.
+  // Faults that are named at least. At TX40 and KUKA friction and rotor inertias of their own make up most of
+  // the torques of a joint: a wrong scale, zero or instant is taken up by these, and the log fits as well as
+  // before.
   std::size_t least;
 
   friend std::ostream& operator<<(std::ostream& out, const Arm& arm) { return out << arm.name; }

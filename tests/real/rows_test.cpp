@@ -1,5 +1,5 @@
-// Exact rows against the paper's on real arms: both fits by WLS, judged on logs of the same kind by the paper's rows, which
-// is in their favour. The table of docs/rows.md.
+// Exact rows against the paper's on real arms: both fits by WLS, judged on logs of the same kind by the
+// paper's rows, which is in their favour. The table of docs/rows.md.
 
 #include <gtest/gtest.h>
 

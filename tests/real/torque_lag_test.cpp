@@ -1,4 +1,5 @@
-// The lag of the torques in a log that nobody here made: a physics engine tells the torques of the step before.
+// The lag of the torques in a log that nobody here made: a physics engine tells the torques of the step
+// before.
 
 #include <gtest/gtest.h>
 

@@ -18,8 +18,8 @@ using test::Json;
 
 // The reference decimates and drops slow rows in its own way: 1382 rows where this gives 1375.
 constexpr double other_rows = 0.03;
-// One decimated row in a hundred samples, some 230 a joint: which of the hundred it is moves the figures of single
-// joints by up to 10 % (trims 100 to 300 were tried).
+// One decimated row in a hundred samples, some 230 a joint: which of the hundred it is moves the figures of
+// single joints by up to 10 % (trims 100 to 300 were tried).
 constexpr double another_phase = 0.1;
 
 void expect_relative(double got, double expected, double tolerance) {
@@ -72,8 +72,8 @@ TEST_F(Tx40, IsIdentifiedByInstrumentalVariablesWithAGuessedController) {
   EXPECT_NE(slow["reasons"].dump().find("says too little about"), std::string::npos) << slow["reasons"];
 }
 
-// Iterate after iterate is no robot, and the nearest physical one is simulated: worse than with a filter, but far from
-// what least squares makes of the same rows.
+// Iterate after iterate is no robot, and the nearest physical one is simulated: worse than with a filter, but
+// far from what least squares makes of the same rows.
 TEST_F(Tx40, WithoutAFilterIsIdentifiedByInstrumentalVariablesAlone) {
   const auto [found, judged] = test::unfiltered(experiment(), "iv");
   EXPECT_EQ(found.status, Status::identified);

@@ -58,8 +58,8 @@ TEST(BaseParameters, OfTheTx40Are52WithTwoFrictionParametersAJointAnd58WithOffse
       << "the rank decision is not clear";
 }
 
-// Closed-form rules of Gautier & Khalil (1990) for a general 6R robot with gravity along the first axis: of link 1
-// ZZ alone, of links 2…6 all but YY, MZ and M.
+// Closed-form rules of Gautier & Khalil (1990) for a general 6R robot with gravity along the first axis: of
+// link 1 ZZ alone, of links 2…6 all but YY, MZ and M.
 TEST(BaseParameters, OfAGeneralSixRevoluteArmAreThoseOfTheClosedFormRules) {
   std::mt19937_64 random(7);
   Robot robot = test::random_robot(6, random);
@@ -214,8 +214,9 @@ TEST(BaseParameters, AreThoseOfTheRobotThoughItsAnglesAreWrittenWithFewDigits) {
   }
 }
 
-// Seven axes, each a right angle from the one before it but for the digits: what is left of Ia2, projected onto the states that were
-// drawn, was a coefficient of 2e-7 of XX7. A rotor of 0.5 kg·m² times that outweighs the deviation of a wrist's inertia.
+// Seven axes, each a right angle from the one before it but for the digits: what is left of Ia2, projected
+// onto the states that were drawn, was a coefficient of 2e-7 of XX7. A rotor of 0.5 kg·m² times that
+// outweighs the deviation of a wrist's inertia.
 TEST(BaseParameters, DoNotTakeUpTheRoundingOfAnglesThatIsLeftOfARotor) {
   Robot robot = test::tx40(Friction::coulomb);
   robot.chain.links.resize(7);

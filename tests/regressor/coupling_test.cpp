@@ -134,7 +134,8 @@ TEST(Coupling, GivesTheTx40ItsPublishedNumbersOfBaseParameters) {
 }
 
 TEST(Coupling, IsScannedAfterTheJointsOwnParameters) {
-  // A motor whose own terms are modelled as well adds nothing but its cross terms: none of Ia, Fv is regrouped.
+  // A motor whose own terms are modelled as well adds nothing but its cross terms: none of Ia, Fv is
+  // regrouped.
   Robot robot = test::tx40(Friction::coulomb);
   robot.couplings = {test::tx40_wrist()};
   robot.couplings[0].terms = Coupling::Terms::all;

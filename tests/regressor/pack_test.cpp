@@ -14,8 +14,8 @@ namespace {
 
 using Lanes = std::array<double, Pack::lanes>;
 
-// Errors of sin and cos of a pack, in units in the last place of the true value, over random angles up to `range`
-// and over the neighbourhoods of multiples of π/2.
+// Errors of sin and cos of a pack, in units in the last place of the true value, over random angles up to
+// `range` and over the neighbourhoods of multiples of π/2.
 double worst_error(double range, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> angle(-range, range);

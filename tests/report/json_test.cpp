@@ -1,4 +1,5 @@
-// result.json number by number: each is the member of the Identification that it is named after, and none goes unchecked.
+// result.json number by number: each is the member of the Identification that it is named after, and none
+// goes unchecked.
 
 #include "rivid/report/json.hpp"
 

@@ -62,8 +62,8 @@ TEST(MonteCarloReport, DrawsFivePlotsForEachWayAndLoadsNothing) {
   EXPECT_EQ(count(page, "\"http://www.w3.org/2000/svg\""), 1U);
   EXPECT_EQ(count(page, "http://") + count(page, "https://"), 1U);
   EXPECT_EQ(count(page, ">nan") + count(page, "\"nan") + count(page, "inf\""), 0U);
-  // Bias and coverage of the third parameter; and all errors, since the deviations of 0.01 that are made up here are far
-  // above the bound.
+  // Bias and coverage of the third parameter; and all errors, since the deviations of 0.01 that are made up
+  // here are far above the bound.
   std::size_t off = 0;
   for (std::size_t at = page.find("\"off\":["); at != std::string::npos;
        at = page.find("\"off\":[", at + 1)) {

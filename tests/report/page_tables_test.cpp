@@ -1,4 +1,5 @@
-// The tables of docs/experiment.md, docs/result.md, docs/excite.md and docs/reliability.md are those of the fields, and the reader knows their keys.
+// The tables of docs/experiment.md, docs/result.md, docs/excite.md and docs/reliability.md are those of the
+// fields, and the reader knows their keys.
 //
 // After a change of a field: RIVID_WRITE_PAGES=1 build/test/tests/report_page_tables_test
 

@@ -10,8 +10,8 @@
 namespace rivid {
 namespace {
 
-// Modes and second-order sections are two algorithms for the same quantity; the sections lose digits as their poles
-// come near to 1, 1.4e-12 against SciPy at n_d = 100.
+// Modes and second-order sections are two algorithms for the same quantity; the sections lose digits as their
+// poles come near to 1, 1.4e-12 against SciPy at n_d = 100.
 double tolerance(int n_d) { return n_d <= 20 ? 1e-12 : 1e-11; }
 
 Matrix random_walk(Index rows, Index columns, std::uint64_t seed) {

@@ -22,7 +22,8 @@ namespace {
 using test::complaint_of;
 using test::says;
 
-// The loops are linear: differences of their rates lose rounding alone, of which eigenvalues make a little more.
+// The loops are linear: differences of their rates lose rounding alone, of which eigenvalues make a little
+// more.
 constexpr double of_differences = 1e-9;
 // The same sum in another order, on signals of some thousands.
 constexpr double rounding = 1e-10;
@@ -416,7 +417,8 @@ Step step_response(const Control& control, double distance, double duration) {
   return out;
 }
 
-// The same with a sampled controller: its output is held for a period, its states go on by xd times the period.
+// The same with a sampled controller: its output is held for a period, its states go on by xd times the
+// period.
 Step sampled_step_response(const Control& control, double distance, double duration) {
   const Robot robot = gantry(1);
   const DynamicModel model = model_of(robot);

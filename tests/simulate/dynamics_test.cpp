@@ -503,8 +503,8 @@ TEST(Dynamics, AllocatesNothingForASample) {
   }
 }
 
-// The SCARA with a link that is lighter than nothing: joint 2 loses its inertia where it is, joint 1 where the arm is
-// stretched.
+// The SCARA with a link that is lighter than nothing: joint 2 loses its inertia where it is, joint 1 where
+// the arm is stretched.
 TEST(Dynamics, TellsWhichJointLosesItsInertia) {
   Robot robot = test::scara();
   for (Joint& joint : robot.joints) {

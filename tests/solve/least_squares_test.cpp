@@ -134,7 +134,8 @@ TEST(GroupSigmas, CountTheRankOfTheGroupNotItsColumns) {
   EXPECT_NEAR(group_sigmas(groups)[0], (Y - independent * own).norm() / std::sqrt(48.0), 1e-12);
 }
 
-// Gravity about a vertical axis: a column of rounding errors, which must not be taken for one that fits something.
+// Gravity about a vertical axis: a column of rounding errors, which must not be taken for one that fits
+// something.
 TEST(GroupSigmas, TakeColumnsOfRoundingErrorsForZero) {
   Matrix W = random_matrix(50, 3, 53);
   const Vector Y = random_matrix(50, 1, 54);

@@ -52,8 +52,8 @@ TEST(LongRun, OfSeveralSeriesIsTheSum) {
   EXPECT_NEAR(together(0, 0), apart(0, 0), 1e-12 * apart(0, 0));
 }
 
-// The variance of the sum of an autoregression is n / (1 − ρ)². Means over 200 series lie within 4 standard errors, and
-// the estimate falls short by the part of the correlation that the lag leaves out.
+// The variance of the sum of an autoregression is n / (1 − ρ)². Means over 200 series lie within 4 standard
+// errors, and the estimate falls short by the part of the correlation that the lag leaves out.
 TEST(LongRun, FindsTheVarianceOfASumWithTheLagOfTheRule) {
   constexpr Index samples = 2000;
   for (const double rho : {-0.5, 0.0, 0.5, 0.8}) {
@@ -97,8 +97,8 @@ TEST(LongRun, TheRuleIsAndrewsOfTheCorrelationFound) {
   }
 }
 
-// Table 1 of Kiefer & Vogelsang (2005): 1.96 without a lag; with lag and series of one length 4.771 was simulated there,
-// which its polynomial gives as 4.813.
+// Table 1 of Kiefer & Vogelsang (2005): 1.96 without a lag; with lag and series of one length 4.771 was
+// simulated there, which its polynomial gives as 4.813.
 TEST(LongRun, LongLagsWidenIntervals) {
   EXPECT_EQ(fixed_lag_widening(0.0), 1.0);
   EXPECT_NEAR(1.96 * fixed_lag_widening(1.0), 4.813, 1e-3);

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <new>
 
-// Counts heap allocations. It replaces operator new, so that one file of a program alone may include it. Those of Eigen
-// go past operator new: see mallocs.hpp.
+// Counts heap allocations. It replaces operator new, so that one file of a program alone may include it.
+// Those of Eigen go past operator new: see mallocs.hpp.
 
 namespace rivid::test {
 

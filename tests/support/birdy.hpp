@@ -16,8 +16,8 @@
 
 namespace rivid::test {
 
-/// BIRDy's simulated TX40 without the coupling of its wrist: robot, parameters, controller and noise as its code has
-/// them (Leboutet et al., Applied Sciences 2021; TUM's BIRDy, MIT licence).
+/// BIRDy's simulated TX40 without the coupling of its wrist: robot, parameters, controller and noise as its
+/// code has them (Leboutet et al., Applied Sciences 2021; TUM's BIRDy, MIT licence).
 struct BirdyTx40 {
   static constexpr double duration = 10.0;         // s
   static constexpr Index control_periods = 50001;  // its linspace has as many points as intervals
@@ -104,8 +104,8 @@ struct BirdyTx40 {
     return out;
   }
 
-  /// What it records: noisy positions at 1 kHz, and beside each the torque of the control period just finished with
-  /// noise of its own.
+  /// What it records: noisy positions at 1 kHz, and beside each the torque of the control period just
+  /// finished with noise of its own.
   [[nodiscard]] Log log(const FourierReference& reference, double position_noise_deg,
                         std::uint64_t seed) const {
     const DynamicModel model(robot, robot.chi_st());
@@ -136,8 +136,8 @@ struct BirdyTx40 {
     return out;
   }
 
-  /// T of β = T χ_st: its base parameters, which a QR with column pivoting picks by the norms of the columns. Errors of
-  /// other parameters that say the same have other norms.
+  /// T of β = T χ_st: its base parameters, which a QR with column pivoting picks by the norms of the columns.
+  /// Errors of other parameters that say the same have other norms.
   [[nodiscard]] static Matrix its_base_parameters(const Robot& robot) {
     constexpr Index samples = 1000;
     const std::vector<StandardParameter> standard = robot.standard_parameters();

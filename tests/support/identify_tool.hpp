@@ -115,7 +115,8 @@ class IdentifyTool : public testing::Test {
     return Json::parse(folder_.read(name));
   }
 
-  /// Bad input: exit code 2, one line on standard error that holds all words, nothing else printed or written.
+  /// Bad input: exit code 2, one line on standard error that holds all words, nothing else printed or
+  /// written.
   void expect_refused(const std::vector<std::string_view>& words,
                       const std::vector<std::string>& arguments = {"scara.toml"}) const {
     expect_refused_by("rivid_identify", identify_command(arguments), words);

@@ -54,8 +54,8 @@ inline std::vector<MonteCarloRow> rows_with(const MonteCarlo& plan, const std::s
   return out;
 }
 
-/// Errors like those of a normal variable of deviation 1 and mean 0: quantiles at equal steps of probability, in an order
-/// that differs from parameter to parameter.
+/// Errors like those of a normal variable of deviation 1 and mean 0: quantiles at equal steps of probability,
+/// in an order that differs from parameter to parameter.
 inline double normal_error(int run, Index parameter, int runs) {
   const int rank = static_cast<int>((static_cast<long>(run) * 7 + 13 * parameter) % runs);
   const double p = (rank + 0.5) / runs;

@@ -81,7 +81,8 @@ inline Vector loaded(const Robot& robot, Vector chi_st, const Inertial& body) {
   return chi_st;
 }
 
-/// A model that an identification might have found: true values with a covariance of 1 %, at least 0.01 of the unit.
+/// A model that an identification might have found: true values with a covariance of 1 %, at least 0.01 of
+/// the unit.
 inline OnlineModel known_model(const Robot& robot, const Vector& chi_st, double sigma_rho) {
   OnlineModel out;
   out.robot = robot;

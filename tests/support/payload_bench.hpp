@@ -24,7 +24,8 @@ struct Box {
   [[nodiscard]] Inertial inertial() const { return inertial_from_com(mass, com, inertia); }
 };
 
-// Normal numbers whose mean and variance are exactly 0 and 1: what a few dozen random ones miss of that is no error of an interval.
+// Normal numbers whose mean and variance are exactly 0 and 1: what a few dozen random ones miss of that is no
+// error of an interval.
 inline Vector standard_normal(Index count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;

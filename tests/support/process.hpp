@@ -25,7 +25,8 @@ struct Outcome {
   std::string err;     ///< standard error
 };
 
-/// A running program. Its standard input is empty; what it prints is kept in files, so it never waits for a reader.
+/// A running program. Its standard input is empty; what it prints is kept in files, so it never waits for a
+/// reader.
 class Process {
  public:
   /// @param command  path of the program, then its arguments

@@ -43,8 +43,8 @@ class RandomChain {
     return KDL::Frame(R, vector(0.2)) * KDL::RigidBodyInertia(m, KDL::Vector::Zero(), principal);
   }
 
-  /// A joint at the root of a segment, with a tip as URDF readers, Denavit-Hartenberg tables and KDL's own examples
-  /// place it.
+  /// A joint at the root of a segment, with a tip as URDF readers, Denavit-Hartenberg tables and KDL's own
+  /// examples place it.
   KDL::Segment segment(const std::string& number, bool may_be_fixed) {
     using Type = KDL::Joint;
     static constexpr std::array types = {Type::RotX,    Type::RotY,      Type::RotZ,

@@ -15,7 +15,8 @@
 
 namespace rivid::test {
 
-/// Runs the command line tools on an experiment file of tests/real/, which names its files relative to RIVID_REAL_DATA.
+/// Runs the command line tools on an experiment file of tests/real/, which names its files relative to
+/// RIVID_REAL_DATA.
 class RealExperiment : public RealData {
  protected:
   explicit RealExperiment(std::string robot) : RealData(robot), robot_(std::move(robot)) {}
@@ -68,8 +69,8 @@ class RealExperiment : public RealData {
   TemporaryFolder folder_;
 };
 
-/// An identification without any filter but that of the motion which a simulated loop follows, and its relative errors
-/// on the filtered rows of the validation logs, or of its own where there are none.
+/// An identification without any filter but that of the motion which a simulated loop follows, and its
+/// relative errors on the filtered rows of the validation logs, or of its own where there are none.
 inline std::pair<Identification, std::vector<double>> unfiltered(Experiment experiment,
                                                                  std::string_view method) {
   experiment.take_method(method);

@@ -5,8 +5,8 @@
 
 #include "rivid/regressor/regressor.hpp"
 
-// The regressor without any short way: every frame is turned by all nine entries of its rotation, every offset counts,
-// every link gives all ten entries.
+// The regressor without any short way: every frame is turned by all nine entries of its rotation, every
+// offset counts, every link gives all ten entries.
 namespace rivid::test {
 
 using detail::FrameMotion;
@@ -89,9 +89,9 @@ class Passage {
   Scalar s_{0};
 };
 
-// Torque of joint i per unit of each inertial parameter of frame j, for all i ≤ j: every link's motion is carried from
-// base to tip, and with it the screws of all joints before it; a joint's torque is the power of the link's wrench on that
-// joint's screw. emit: called as emit(i, j, entries).
+// Torque of joint i per unit of each inertial parameter of frame j, for all i ≤ j: every link's motion is
+// carried from base to tip, and with it the screws of all joints before it; a joint's torque is the power of
+// the link's wrench on that joint's screw. emit: called as emit(i, j, entries).
 template <typename Scalar, typename Emit>
 void inertial_regressor(const Chain& chain, const State<Scalar>& state, const Emit& emit) {
   std::vector<Screw<Scalar>> screws(chain.links.size());

@@ -12,7 +12,8 @@
 
 namespace rivid::test {
 
-/// The case study of [RIV], section 4: its SCARA, its poles, moves that it can follow, and simulated logs of it.
+/// The case study of [RIV], section 4: its SCARA, its poles, moves that it can follow, and simulated logs of
+/// it.
 struct ScaraStudy {
   static constexpr double f_m = 200.0;
 

@@ -30,7 +30,8 @@ inline Vector random_urdf_parameters(const Robot& robot, std::mt19937_64& random
   return chi_st;
 }
 
-/// The URDF written with these parameters and read back has the same standard parameters and gives the same torques.
+/// The URDF written with these parameters and read back has the same standard parameters and gives the same
+/// torques.
 inline void expect_same_torques(const std::string& text, const Robot& robot, const Vector& chi_st,
                                 std::mt19937_64& random) {
   // Of the largest one: some tens of roundings between the origin, the centre of mass, and back.

@@ -26,7 +26,8 @@ class CubicSpline {
   /// @param at  instants, (k), in any order, fastest when ascending [s]
   [[nodiscard]] Matrix operator()(const Eigen::Ref<const Vector>& at) const;
 
-  /// Value and derivatives at one instant, (n) each. No allocation, and no search where the clock is nearly uniform.
+  /// Value and derivatives at one instant, (n) each. No allocation, and no search where the clock is nearly
+  /// uniform.
   ///
   /// @param t  instant [s]
   void at(double t, Eigen::Ref<Vector> value, Eigen::Ref<Vector> slope, Eigen::Ref<Vector> curvature) const;
@@ -44,8 +45,8 @@ class CubicSpline {
 
 namespace detail {
 
-/// Interval i of the instants t that `at` lies in, t_i ≤ at < t_{i+1} and 0 ≤ i ≤ m − 2; the first or the last one
-/// outside. It needs no search where the clock is nearly uniform.
+/// Interval i of the instants t that `at` lies in, t_i ≤ at < t_{i+1} and 0 ≤ i ≤ m − 2; the first or the
+/// last one outside. It needs no search where the clock is nearly uniform.
 [[nodiscard]] Index interval(const Vector& t, double at);
 
 }  // namespace detail
@@ -71,13 +72,14 @@ inline constexpr std::array names_of<Outside> = std::to_array<std::string_view>(
 
 /// Takes back a delay of the recorded torques and control signals: row k of them belongs to sample k − lag.
 ///
-/// The other columns stay where they are. Rows that lose their partner are dropped: at the end where lag > 0, at the
-/// start where the torques came early, lag < 0. Fractions of a sample are interpolated linearly: a control signal that
-/// is computed at t_k and held until t_{k+1} acts half a sample later than its row says, lag = −0.5.
+/// The other columns stay where they are. Rows that lose their partner are dropped: at the end where lag > 0,
+/// at the start where the torques came early, lag < 0. Fractions of a sample are interpolated linearly: a
+/// control signal that is computed at t_k and held until t_{k+1} acts half a sample later than its row says,
+/// lag = −0.5.
 ///
 /// @param lag  [samples]
-/// @throws InputError  where the log has neither torques nor control signals, not more than |lag| samples, or columns of other
-///                     lengths
+/// @throws InputError  where the log has neither torques nor control signals, not more than |lag| samples, or
+///                     columns of other lengths
 [[nodiscard]] Log shift_torque(const Log& log, double lag);
 
 /// A torque known as a table over one joint's position: a counterbalance, a spring.
@@ -111,8 +113,9 @@ struct TorqueTable {
 ///
 /// @param reference  with q_r; its own time stamps need not be uniform, but must increase
 /// @param delay_s    by how much the log is behind the reference [s]
-/// @throws InputError  where the joints differ, or an instant is not finite; where a sample lies outside of the reference's time and
-///                     `outside` refuses, with the span; held, the reference stands still
+/// @throws InputError  where the joints differ, or an instant is not finite; where a sample lies outside of
+///                     the reference's time and `outside` refuses, with the span; held, the reference stands
+///                     still
 [[nodiscard]] Log with_reference(Log log, const Log& reference, double delay_s = 0.0,
                                  Outside outside = Outside::refuse);
 

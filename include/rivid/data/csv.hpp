@@ -87,8 +87,8 @@ struct LogOptions {
 
 /// Reads the log of an experiment from a text file, see read_table() for what such a file may look like.
 ///
-/// Irregular time stamps are reported in the notes and do not stop the reading; Log::complaint() finds them, and
-/// regularised() repairs them. Without a time column `rate_hz` is required and t starts at 0.
+/// Irregular time stamps are reported in the notes and do not stop the reading; Log::complaint() finds them,
+/// and regularised() repairs them. Without a time column `rate_hz` is required and t starts at 0.
 ///
 /// @throws InputError  for what read_table() refuses; where positions, or both time and rate, are missing;
 ///                     where a quantity has not one column for each joint
@@ -98,8 +98,8 @@ struct LogOptions {
 /// not the positions. See with_reference().
 [[nodiscard]] Log read_reference(const std::filesystem::path& path, const LogOptions& options = {});
 
-/// A log as text that read_csv() reads without options: default names, SI units, one column each for what is not
-/// empty. Numbers are the shortest ones that read back bit by bit.
+/// A log as text that read_csv() reads without options: default names, SI units, one column each for what is
+/// not empty. Numbers are the shortest ones that read back bit by bit.
 ///
 /// @throws InputError  where columns have other lengths
 [[nodiscard]] std::string to_csv(const Log& log);

@@ -101,11 +101,11 @@ struct TableOptions {
 
 /// Reads a table of numbers from a text file.
 ///
-/// Lines that start with # or % are comments, but names where the right one stands above the first row of a file without
-/// a header and has one for each field; blank lines, a UTF-8 byte order mark, CRLF line ends, quoted
-/// cells, spaces around cells and a last line without its end are accepted, and so is a separator at the end
-/// of the lines if every row has it. All rows have the same number of fields. Numbers are rounded correctly:
-/// what was printed with %.17g comes back bit by bit.
+/// Lines that start with # or % are comments, but names where the right one stands above the first row of a
+/// file without a header and has one for each field; blank lines, a UTF-8 byte order mark, CRLF line ends,
+/// quoted cells, spaces around cells and a last line without its end are accepted, and so is a separator at
+/// the end of the lines if every row has it. All rows have the same number of fields. Numbers are rounded
+/// correctly: what was printed with %.17g comes back bit by bit.
 ///
 /// @return  the columns asked for; memory beside them is a few bytes for each comment or blank line among the
 ///          rows

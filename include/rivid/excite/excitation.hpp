@@ -246,7 +246,8 @@ struct [[nodiscard]] Forecast {
   std::vector<Finding> findings;  ///< what was taken for granted
 };
 
-/// Forecasts the standard deviations of weighted least squares from a motion: sqrt diag (M₀ + Σ_j W_jᵀ W_j / σ_j²)⁻¹.
+/// Forecasts the standard deviations of weighted least squares from a motion: sqrt diag (M₀ + Σ_j W_jᵀ W_j /
+/// σ_j²)⁻¹.
 ///
 /// @param motion   (n_m × n)
 /// @param f_m      its rate [Hz]
@@ -289,12 +290,13 @@ struct [[nodiscard]] Excitation {
 ///
 ///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,  subject to  q, q̇, q̈, dq̈/dt, τ and distances within their limits
 ///
-/// over the coefficients of Fourier series, or splines, that begin and end at rest, q̇ = q̈ = 0, in one pose. Gradients are exact; limits are soft
-/// maxima joint by joint and pair by pair; the method of moving asymptotes [Svanberg 2002] begins from several random motions, and the best
-/// is brought to its limits on the samples that are played. The motion that is returned keeps all limits there.
+/// over the coefficients of Fourier series, or splines, that begin and end at rest, q̇ = q̈ = 0, in one pose.
+/// Gradients are exact; limits are soft maxima joint by joint and pair by pair; the method of moving
+/// asymptotes [Svanberg 2002] begins from several random motions, and the best is brought to its limits on
+/// the samples that are played. The motion that is returned keeps all limits there.
 ///
-/// @throws InputError  where a limit is missing, no pose can be held at rest within the limits, no motion determines the
-///                     parameters, or an option can not be used; the message names the joint
+/// @throws InputError  where a limit is missing, no pose can be held at rest within the limits, no motion
+///                     determines the parameters, or an option can not be used; the message names the joint
 Excitation design(const Robot& robot, const ExcitationOptions& options);
 
 }  // namespace rivid

@@ -11,8 +11,8 @@
 
 namespace rivid {
 
-/// What a designed motion must keep to. A list has one value a joint; one that is empty stands for the limits of the robot's
-/// description, of which the motion uses the shares.
+/// What a designed motion must keep to. A list has one value a joint; one that is empty stands for the limits
+/// of the robot's description, of which the motion uses the shares.
 struct MotionLimits {
   Vector lower = {};         ///< positions, (n) [rad | m]
   Vector upper = {};         ///< (n)
@@ -85,14 +85,15 @@ struct MotionBounds {
   std::vector<Finding> findings;  ///< what was taken for granted
 };
 
-/// Limits of a robot's motion from its description and what is said besides. A revolute joint without a position limit
-/// is kept above −π or below π. Without a-priori inertial parameters torques can not be predicted, and have no limit.
+/// Limits of a robot's motion from its description and what is said besides. A revolute joint without a
+/// position limit is kept above −π or below π. Without a-priori inertial parameters torques can not be
+/// predicted, and have no limit.
 ///
 /// @throws InputError  where the limits can not be used, or leave no room; the message names the joint
 [[nodiscard]] MotionBounds motion_bounds(const Robot& robot, const MotionLimits& limits);
 
-/// The first limit that is missing for a design, in words that name the joint; nothing where none is: positions and
-/// velocities must be bounded, and accelerations or torques.
+/// The first limit that is missing for a design, in words that name the joint; nothing where none is:
+/// positions and velocities must be bounded, and accelerations or torques.
 [[nodiscard]] std::optional<std::string> missing_limit(const Robot& robot, const MotionBounds& bounds);
 
 /// Free space: all points x of the base frame with normal · x ≥ offset, as above a floor or before a wall.

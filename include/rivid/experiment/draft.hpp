@@ -16,9 +16,10 @@ struct ExperimentDraft {
   std::vector<std::string> doubts;  ///< what was a guess, and what is missing
 };
 
-/// Writes an experiment file for a robot from the names of the columns of its logs: which are positions, torques,
-/// control signals, references and time, in which order of the joints, in which units; with the settings of a first
-/// identification for the rate of the logs. The last of several logs is kept for validation.
+/// Writes an experiment file for a robot from the names of the columns of its logs: which are positions,
+/// torques, control signals, references and time, in which order of the joints, in which units; with the
+/// settings of a first identification for the rate of the logs. The last of several logs is kept for
+/// validation.
 ///
 /// What can not be found out stands in the text as a comment that says what to fill in.
 ///

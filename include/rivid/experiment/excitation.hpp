@@ -47,9 +47,10 @@ struct ExcitationPlan {
 /// All settings of a plan, defaults included.
 [[nodiscard]] std::vector<Setting> settings(const ExcitationPlan& plan);
 
-/// The experiment file for the log that a designed motion will give: the sections of the plan's file with the motion as
-/// [reference] and log.csv beside it as [log]. What is missing is filled in: decimation after the highest frequency, weighted
-/// least squares, and where there is a [control], a [simulation] with the plan's noise, so that rivid_simulate makes the log.
+/// The experiment file for the log that a designed motion will give: the sections of the plan's file with the
+/// motion as [reference] and log.csv beside it as [log]. What is missing is filled in: decimation after the
+/// highest frequency, weighted least squares, and where there is a [control], a [simulation] with the plan's
+/// noise, so that rivid_simulate makes the log.
 ///
 /// @param folder  that the file is written to: paths in it are relative to that
 /// @throws InputError  where the plan's file can not be read again

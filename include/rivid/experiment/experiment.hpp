@@ -26,8 +26,8 @@
 
 namespace rivid {
 
-/// The controller of an experiment, [control]: its law, and how it is sampled. A simulation runs it, and the auxiliary
-/// loop of the instrumental variables (3.4 of [RIV]) is made of it.
+/// The controller of an experiment, [control]: its law, and how it is sampled. A simulation runs it, and the
+/// auxiliary loop of the instrumental variables (3.4 of [RIV]) is made of it.
 struct ControlLoop {
   /// Positions that design inertias (38) are the maximum over.
   enum class InertiaOver {
@@ -105,8 +105,8 @@ inline constexpr std::array names_of<LoggedMotion::Interpolation> =
 /// The motion that a simulated robot is asked for, [reference].
 struct ReferenceSource {
   std::variant<LoggedMotion, FourierSeries, PointToPoint> motion;
-  /// File with the reference (columns or Fourier coefficients). Empty where the experiment file defines the motion
-  /// itself; a logged one without it is that of the first log.
+  /// File with the reference (columns or Fourier coefficients). Empty where the experiment file defines the
+  /// motion itself; a logged one without it is that of the first log.
   std::filesystem::path file;
 };
 
@@ -297,14 +297,15 @@ enum class Use {
   simulation       ///< [robot], [control], [reference], [simulation]
 };
 
-/// What an experiment file says. docs/experiment.md lists its keys. Sections that are not there leave their members empty.
+/// What an experiment file says. docs/experiment.md lists its keys. Sections that are not there leave their
+/// members empty.
 struct Experiment {
   std::filesystem::path file;
   std::filesystem::path robot_file;  ///< URDF or modified Denavit-Hartenberg table
   Robot robot;
   LogSource log;
-  /// [signal] and [method]. Control and sampling of IDIM-IV are those of [control], which identify_logs() puts in; threads
-  /// are no key of the file, since no result depends on them.
+  /// [signal] and [method]. Control and sampling of IDIM-IV are those of [control], which identify_logs()
+  /// puts in; threads are no key of the file, since no result depends on them.
   Estimation estimation;
   Iv iv;                 ///< what [method] says of IDIM-IV, whatever method it names; see take_method()
   LogSource validation;  ///< files may be empty
@@ -326,14 +327,15 @@ struct Experiment {
   [[nodiscard]] std::vector<std::filesystem::path> inputs(Use use = Use::identification) const;
 };
 
-/// Reads an experiment file and the robot that it names; logs and parameter files are not opened, coefficients of a
-/// Fourier series are. Relative paths in it are relative to the file. All sections are checked, whatever the use.
+/// Reads an experiment file and the robot that it names; logs and parameter files are not opened,
+/// coefficients of a Fourier series are. Relative paths in it are relative to the file. All sections are
+/// checked, whatever the use.
 ///
-/// @param settings  laid over the file: "signal.decimation=5" is a key and a TOML value; a word needs no quotes. Messages
-///                  name them in place of a line of the file.
+/// @param settings  laid over the file: "signal.decimation=5" is a key and a TOML value; a word needs no
+///                  quotes. Messages name them in place of a line of the file.
 /// @throws InputError  "file:line:column: …" for TOML that can not be parsed, for unknown keys (with the
-///                     nearest one that is known), values of a wrong type or out of range, sections that the use needs
-///                     and that are missing; and what the robot's reader refuses
+///                     nearest one that is known), values of a wrong type or out of range, sections that the
+///                     use needs and that are missing; and what the robot's reader refuses
 [[nodiscard]] Experiment read_experiment(const std::filesystem::path& path, Use use = Use::identification,
                                          std::span<const std::string> settings = {});
 
@@ -346,21 +348,23 @@ struct Setting {
   std::string origin;  ///< "default", "file", "--set"; empty where there is no file
 };
 
-/// What identify() was asked for, [signal], [method] and [control]. Of a control law of one's own nothing is known.
+/// What identify() was asked for, [signal], [method] and [control]. Of a control law of one's own nothing is
+/// known.
 [[nodiscard]] std::vector<Setting> settings(const Estimation& estimation);
 
 /// All settings that a use of an experiment comes down to, defaults included.
 [[nodiscard]] std::vector<Setting> settings(const Experiment& experiment, Use use = Use::identification);
 
-/// The logs of a source, on uniform clocks, adjusted as the source says. A file with long gaps becomes several logs.
+/// The logs of a source, on uniform clocks, adjusted as the source says. A file with long gaps becomes
+/// several logs.
 ///
 /// @param robot  that the logs belong to; their columns must fit it
 /// @throws InputError  for what the readers refuse
 [[nodiscard]] std::vector<Log> read_logs(const LogSource& source, const Robot& robot,
                                          const Progress& progress = {});
 
-/// The logs of one run. Each source is read when it is first asked for, and lent to all that need it: choice of friction laws and gains,
-/// fit, validation, predictions.
+/// The logs of one run. Each source is read when it is first asked for, and lent to all that need it: choice
+/// of friction laws and gains, fit, validation, predictions.
 class Reading {
  public:
   /// @param progress  of the run
@@ -381,19 +385,22 @@ class Reading {
   std::size_t files_ = 0;
 };
 
-/// Puts a friction law in the place of each joint's Friction::automatic, by cross-validation on the logs of the experiment:
-/// choose_friction(). Without such a joint nothing is read. run() reports the choices in its notes.
+/// Puts a friction law in the place of each joint's Friction::automatic, by cross-validation on the logs of
+/// the experiment: choose_friction(). Without such a joint nothing is read. run() reports the choices in its
+/// notes.
 ///
 /// @throws InputError  where logs or options can not be used
 void take_friction(Experiment& experiment, Reading& reading);
 
-/// Estimates the drive gains where the experiment asks for it, from its logs and those with a payload: identify_gains(). The robot
-/// gets them, and the estimation their covariance; run() reports them. A second call does nothing.
+/// Estimates the drive gains where the experiment asks for it, from its logs and those with a payload:
+/// identify_gains(). The robot gets them, and the estimation their covariance; run() reports them. A second
+/// call does nothing.
 ///
 /// @throws InputError  where logs or options can not be used
 void take_gains(Experiment& experiment, Reading& reading);
 
-/// Identification from given logs by the method of the experiment, validated on others: what run() does once it has read them.
+/// Identification from given logs by the method of the experiment, validated on others: what run() does once
+/// it has read them.
 ///
 /// @throws InputError  where logs or options can not be used
 Identification identify_logs(const Experiment& experiment, std::span<const Log> logs,
@@ -406,13 +413,15 @@ Identification run(const Experiment& experiment, Reading& reading);
 /// The same with a reading of its own.
 Identification run(const Experiment& experiment, const Progress& progress = {});
 
-/// Measured and predicted torques of the logs of an experiment: those of the identification, then those of the validation.
+/// Measured and predicted torques of the logs of an experiment: those of the identification, then those of
+/// the validation.
 struct ShownPredictions {
   std::vector<Prediction> predictions;
   std::vector<std::string> left_out;  ///< logs that are not among them
 };
 
-/// What a report shows of the logs within its memory: a sample of a joint takes up to 100 bytes, so that the default is 5 GB.
+/// What a report shows of the logs within its memory: a sample of a joint takes up to 100 bytes, so that the
+/// default is 5 GB.
 ///
 /// @param result   of run() on the same experiment
 /// @param reading  of that run, or a new one
@@ -421,21 +430,21 @@ struct ShownPredictions {
 [[nodiscard]] ShownPredictions shown_predictions(const Experiment& experiment, const Identification& result,
                                                  Reading& reading, Index most = 50'000'000);
 
-/// What run_simulation() will do: all files that it reads are read and checked, gains and design inertias are found, and
-/// nothing is simulated.
+/// What run_simulation() will do: all files that it reads are read and checked, gains and design inertias are
+/// found, and nothing is simulated.
 ///
 /// @throws InputError  as run_simulation() does
 [[nodiscard]] SimulationOutlook outlook(const Experiment& experiment);
 
-/// The simulation that the experiment file asks for, and its log. Outcomes that end it early are in the result, with the
-/// log up to there.
+/// The simulation that the experiment file asks for, and its log. Outcomes that end it early are in the
+/// result, with the log up to there.
 ///
 /// @throws InputError  where a file or an option can not be used
 SimulationRecord run_simulation(const Experiment& experiment, const Progress& progress = {});
 
-/// check() of the logs of an experiment file, and of its drive gains: where logs have the target currents and target torques
-/// of the robot's controller, those of its own model follow (`target_gains`), and a drive_gain of the file that
-/// is another is named (`drive_gain_differs`).
+/// check() of the logs of an experiment file, and of its drive gains: where logs have the target currents and
+/// target torques of the robot's controller, those of its own model follow (`target_gains`), and a drive_gain
+/// of the file that is another is named (`drive_gain_differs`).
 ///
 /// @return            findings, the gravest first
 /// @throws InputError  as read_logs() and check() of logs do

@@ -28,7 +28,8 @@ struct FactorsFile {
       run;  ///< run_id() of the run that wrote the file; empty where a program made it, or rivid before it had any
   std::filesystem::path experiment;   ///< absolute; empty where a program made them
   std::vector<std::string> settings;  ///< that were laid over the experiment, and the rows that were chosen
-  /// Key and value, as JSON, of what decides about rows: of the robot, of the reading of logs and of the signal chain.
+  /// Key and value, as JSON, of what decides about rows: of the robot, of the reading of logs and of the
+  /// signal chain.
   std::vector<std::pair<std::string, std::string>> made_with;
 };
 
@@ -43,10 +44,12 @@ struct FactorsFile {
 /// Adds the logs of another file. What comes of it is of neither run: `into.run` is empty then.
 ///
 /// @param source  the other file, for messages
-/// @throws InputError  where it was made of another robot or with other settings, which the message names, or of the same log
+/// @throws InputError  where it was made of another robot or with other settings, which the message names, or
+///                     of the same log
 void merge(FactorsFile& into, const FactorsFile& other, std::string_view source);
 
-/// The identification that identify() makes of the factors, validated on the validation logs of the experiment.
+/// The identification that identify() makes of the factors, validated on the validation logs of the
+/// experiment.
 ///
 /// @param experiment  as the factors were made with it, save [method], which may be another one
 /// @param source      the factors, for messages
@@ -58,7 +61,8 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 /// "signal.decimation=[20]" and what else chosen_signal() decides, to be laid over an experiment file.
 [[nodiscard]] std::vector<std::string> row_settings(const SignalOptions& signal);
 
-/// Content of a .factors file. Every number comes back bit for bit. All values are little-endian, whatever the machine:
+/// Content of a .factors file. Every number comes back bit for bit. All values are little-endian, whatever
+/// the machine:
 ///
 /// | bytes | what |
 /// |---|---|
@@ -72,7 +76,8 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 /// What encoded() wrote.
 ///
 /// @param source  a name for messages, such as the path of the file
-/// @throws InputError  where the content is none of that: another kind of file, another version, truncated, damaged
+/// @throws InputError  where the content is none of that: another kind of file, another version, truncated,
+///                     damaged
 [[nodiscard]] FactorsFile decoded_factors(std::string_view content, std::string_view source);
 
 /// The factors in a file.
@@ -85,11 +90,12 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 /// What encoded() wrote.
 ///
 /// @param source  a name for messages
-/// @throws InputError  where the content is none of that: another kind of content, another version, truncated, damaged
+/// @throws InputError  where the content is none of that: another kind of content, another version,
+///                     truncated, damaged
 [[nodiscard]] LoopRequest decoded_loop_request(std::string_view content, std::string_view source);
 
-/// Laid out as encoded(const FactorsFile&), with `rivid-LQ` before a request and `rivid-LL` before factors: these of all rows joint by
-/// joint, of [W Y] where W took columns of V, then block by block.
+/// Laid out as encoded(const FactorsFile&), with `rivid-LQ` before a request and `rivid-LL` before factors:
+/// these of all rows joint by joint, of [W Y] where W took columns of V, then block by block.
 [[nodiscard]] std::string encoded(const LoopFactors& factors);
 
 /// @copydoc decoded_loop_request

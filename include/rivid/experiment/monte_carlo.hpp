@@ -60,14 +60,14 @@ struct MonteCarloRow {
   Vector sigma = {};      ///< (b)
 };
 
-/// Simulates run k and identifies it in all ways: the same rows, save their times, whatever ran before and on whatever
-/// thread.
+/// Simulates run k and identifies it in all ways: the same rows, save their times, whatever ran before and on
+/// whatever thread.
 ///
 /// @throws InputError  where the experiment can not be simulated at all
 [[nodiscard]] std::vector<MonteCarloRow> monte_carlo_run(const MonteCarlo& plan, int run);
 
-/// Makes runs on several threads and hands over the rows of each as soon as they are there, one run at a time and in any
-/// order.
+/// Makes runs on several threads and hands over the rows of each as soon as they are there, one run at a time
+/// and in any order.
 ///
 /// @param runs     their numbers
 /// @param threads  at least 1
@@ -84,13 +84,14 @@ struct MonteCarloParameter {
   double spread = 0.0;  ///< standard deviation of the estimates
   double rmse = 0.0;    ///< root mean square error
   double bias_in_spreads = 0.0;
-  /// rmse over the deviation that weighted least squares would have from regressors without noise, (Σ_j W_jᵀ W_j / σ_j²)⁻¹
-  /// over all moving samples, σ_j being that of disturbance and torque noise; not a number without either.
+  /// rmse over the deviation that weighted least squares would have from regressors without noise, (Σ_j W_jᵀ
+  /// W_j / σ_j²)⁻¹ over all moving samples, σ_j being that of disturbance and torque noise; not a number
+  /// without either.
   double rmse_over_bound = 0.0;
   double sigma_over_spread = 0.0;  ///< mean reported deviation over `spread`
   double coverage = 0.0;           ///< share of 95 % intervals that hold the truth
-  /// What these figures may be with more runs, their 95 % intervals: that of the share by Wilson (1927), those of bias and
-  /// error as of normal errors.
+  /// What these figures may be with more runs, their 95 % intervals: that of the share by Wilson (1927),
+  /// those of bias and error as of normal errors.
   std::array<double, 2> bias_in_spreads_95 = {};
   std::array<double, 2> rmse_over_bound_95 = {};
   std::array<double, 2> coverage_95 = {};
@@ -113,8 +114,8 @@ struct MonteCarloParameter {
   }
 };
 
-/// What the figures of a trial amount to. A figure speaks against it where all of its 95 % interval is beyond what is
-/// wanted, so that chance alone hardly does.
+/// What the figures of a trial amount to. A figure speaks against it where all of its 95 % interval is beyond
+/// what is wanted, so that chance alone hardly does.
 struct MonteCarloVerdict {
   static constexpr double largest_bias = 0.2;  ///< in deviations of the estimate
   static constexpr std::array<double, 2> mean_coverage = {0.93, 0.97};

@@ -40,7 +40,8 @@ struct OnlineReplay {
   std::vector<Event> events;
   OnlinePayload<double> last;  ///< payload at the end
   double since = 0.0;          ///< when its last change was found [s]
-  /// Errors of the log since then, as identify_payloads() and examine() find them: no number of `last` is good with one.
+  /// Errors of the log since then, as identify_payloads() and examine() find them: no number of `last` is
+  /// good with one.
   std::vector<Finding> warnings;
 };
 

@@ -45,8 +45,9 @@ struct PlanComparison {
     }
   };
   double sigma_ratio = 0.0;  ///< geometric mean of `ratio` over the parameters that both motions show
-  /// That motion a must be repeated for until its information has the determinant of b's, T_a exp((log det b − log det a) / b) [s];
-  /// infinite where a does not determine all parameters, not a number where earlier logs count in a plan.
+  /// That motion a must be repeated for until its information has the determinant of b's, T_a exp((log det b
+  /// − log det a) / b) [s]; infinite where a does not determine all parameters, not a number where earlier
+  /// logs count in a plan.
   double time = 0.0;
   bool same_noise = true;  ///< whether both assume the same torque errors
   std::vector<Parameter> parameters;

@@ -26,8 +26,8 @@ inline constexpr std::array names_of<ModelFormat> =
 
 struct ModelExportOptions {
   bool force = false;  ///< export physically inconsistent links, too
-  /// The main file, whose name the others are called after; mesh files are named relative to its folder. Nothing is
-  /// written. Empty: beside the URDF, with its name, "_identified" and usual_ending().
+  /// The main file, whose name the others are called after; mesh files are named relative to its folder.
+  /// Nothing is written. Empty: beside the URDF, with its name, "_identified" and usual_ending().
   std::filesystem::path file = {};
   std::string origin = {};  ///< one line that says where the numbers come from, for the comment on top
 };
@@ -53,10 +53,10 @@ struct [[nodiscard]] ExportedModel {
 /// What the name of the main file ends in: ".urdf", ".xml", ".sdf", "_drake.urdf", "_pinocchio.urdf".
 [[nodiscard]] std::string_view usual_ending(ModelFormat format);
 
-/// An identified robot in the format of another program: a whole model that loads without an edit. Links, joints, limits
-/// and shapes are those of the URDF, gravity that of the robot. The inertias are those of rewritten_urdf(); the torques
-/// of the model are those of the robot, to 1e-9 of the largest, but for friction that the format or its program does
-/// not know, which `warnings` name.
+/// An identified robot in the format of another program: a whole model that loads without an edit. Links,
+/// joints, limits and shapes are those of the URDF, gravity that of the robot. The inertias are those of
+/// rewritten_urdf(); the torques of the model are those of the robot, to 1e-9 of the largest, but for
+/// friction that the format or its program does not know, which `warnings` name.
 ///
 /// @param urdf    path of the URDF, which meshes are found by
 /// @param robot   read from that URDF; options of its joints may have been changed since

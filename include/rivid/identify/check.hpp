@@ -17,21 +17,22 @@ struct CheckOptions {
   int threads = 1;
 };
 
-/// What some logs are worth by themselves: identify() from them alone by weighted least squares. Where that determines no
-/// arm, for a joint stands still or too little is moved, there are no warnings: another fit of the same logs may know the rest from
-/// elsewhere.
+/// What some logs are worth by themselves: identify() from them alone by weighted least squares. Where that
+/// determines no arm, for a joint stands still or too little is moved, there are no warnings: another fit of
+/// the same logs may know the rest from elsewhere.
 ///
 /// @param estimation  whose signal, covariance and threads are taken
 /// @throws InputError  as identify() does
 [[nodiscard]] Identification examined(const Robot& robot, std::span<const Log> logs,
                                       const Estimation& estimation);
 
-/// Looks for what would make an identification from these logs fail or mislead, before there is any: doubts about robot
-/// and logs, units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation,
-/// standstill, cut-off frequencies, and parameters that the motion does not show.
+/// Looks for what would make an identification from these logs fail or mislead, before there is any: doubts
+/// about robot and logs, units by magnitude, columns in a wrong order or with a wrong sign, clocks that
+/// disagree, saturation, standstill, cut-off frequencies, and parameters that the motion does not show.
 ///
-/// Torques are compared with what the model can make of the motion: with one set of parameters for all joints, and, where
-/// that fails, with signs, orders, units or gravity changed one at a time. The change that removes the fault is named.
+/// Torques are compared with what the model can make of the motion: with one set of parameters for all
+/// joints, and, where that fails, with signs, orders, units or gravity changed one at a time. The change that
+/// removes the fault is named.
 ///
 /// @param logs        of the identification, at least one
 /// @param validation  logs that are only compared with the others

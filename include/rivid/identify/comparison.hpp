@@ -34,13 +34,13 @@ struct ComparisonOptions {
 struct PairedTest {
   std::size_t a = 0;  ///< models of Comparison::models
   std::size_t b = 0;
-  /// Mean squared error of a over that of b, each joint in units of the mean squared error of both on it: below 1 where a
-  /// predicts better.
+  /// Mean squared error of a over that of b, each joint in units of the mean squared error of both on it:
+  /// below 1 where a predicts better.
   double ratio = std::numeric_limits<double>::quiet_NaN();
   double t = std::numeric_limits<
       double>::quiet_NaN();  ///< of the blocks' differences, blocks − 1 degrees of freedom
-  /// That models which predict equally well differ by as much, two-sided, times the number of pairs, 1 at most. Not a
-  /// number where the logs are too short for six blocks.
+  /// That models which predict equally well differ by as much, two-sided, times the number of pairs, 1 at
+  /// most. Not a number where the logs are too short for six blocks.
   double p = std::numeric_limits<double>::quiet_NaN();
   int blocks = 0;
   std::optional<std::size_t> better;  ///< the model with p below the level and the smaller error
@@ -63,12 +63,13 @@ struct Comparison {
 
 /// Judges models by the torques that they predict on logs, best on logs that took part in none of them.
 ///
-/// For each pair of models d_t = Σ_j (e_a² − e_b²) / s_j² at each sample, with the mean squared error s_j² of both on
-/// joint j, is summed over blocks of time, which are longer than the errors are correlated. Block sums are nearly
-/// independent, and Student's t test decides whether their mean is zero; it is conservative where their variances
-/// differ (Ibragimov & Müller 2010). docs/compare.md measures how often it is wrong.
+/// For each pair of models d_t = Σ_j (e_a² − e_b²) / s_j² at each sample, with the mean squared error s_j² of
+/// both on joint j, is summed over blocks of time, which are longer than the errors are correlated. Block
+/// sums are nearly independent, and Student's t test decides whether their mean is zero; it is conservative
+/// where their variances differ (Ibragimov & Müller 2010). docs/compare.md measures how often it is wrong.
 ///
-/// @throws InputError  where a model, a log or the options can not be used, or models have other joints than the first
+/// @throws InputError  where a model, a log or the options can not be used, or models have other joints than
+///                     the first
 [[nodiscard]] Comparison compare(std::span<const ComparedModel> models, std::span<const Log> logs,
                                  const ComparisonOptions& options = {});
 
@@ -99,8 +100,8 @@ struct ParameterValue {
   double sigma = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// What changed between two results of one robot, the largest |z| first. Parameters that one of the two does not have, or
-/// has no deviation of, are left out.
+/// What changed between two results of one robot, the largest |z| first. Parameters that one of the two does
+/// not have, or has no deviation of, are left out.
 [[nodiscard]] std::vector<ParameterChange> parameter_changes(std::span<const ParameterValue> a,
                                                              std::span<const ParameterValue> b);
 

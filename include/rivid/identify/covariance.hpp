@@ -53,8 +53,8 @@ struct CovarianceReport {
   int blocks = 0;    ///< of time, of `blocks`; 0 where there were none
   double block_ratio =
       1.0;  ///< of the deviations by blocks over those of `hac`, the median of all parameters
-  /// By which deviations were divided to undo what a decimation filter does to white errors, see deviation_factor();
-  /// 1 where nothing was undone.
+  /// By which deviations were divided to undo what a decimation filter does to white errors, see
+  /// deviation_factor(); 1 where nothing was undone.
   double decimation_factor = 1.0;
   /// Half width of a 95 % interval in standard deviations.
   double quantile_975 = 0.0;
@@ -85,8 +85,8 @@ struct CovarianceReport {
   }
 };
 
-/// Standard deviations that weighted least squares would have from regressors without noise, on all samples where joints
-/// move: sqrt diag (Σ_j W_jᵀ W_j / σ_j²)⁻¹. No method can do much better.
+/// Standard deviations that weighted least squares would have from regressors without noise, on all samples
+/// where joints move: sqrt diag (Σ_j W_jᵀ W_j / σ_j²)⁻¹. No method can do much better.
 ///
 /// @param log    of the motion, without noise
 /// @param sigma  standard deviation of each joint's torque errors, white from sample to sample, (n) [N·m | N]

@@ -43,9 +43,9 @@ struct ResidualTests {
   }
 };
 
-/// Whether least squares would have been enough: Durbin, Wu and Hausman's comparison of the estimates by instruments and
-/// by least squares on the same rows, with the covariance of their difference from the scores of both (robust: it is
-/// positive semidefinite, which the difference of classical covariances is not).
+/// Whether least squares would have been enough: Durbin, Wu and Hausman's comparison of the estimates by
+/// instruments and by least squares on the same rows, with the covariance of their difference from the scores
+/// of both (robust: it is positive semidefinite, which the difference of classical covariances is not).
 struct HausmanTest {
   TestResult test;             ///< as an F statistic
   double largest_shift = 0.0;  ///< max |χ̂_IV − χ̂_LS| / σ_IV: the effect size
@@ -71,8 +71,8 @@ struct HausmanTest {
   }
 };
 
-/// By how many samples the torques are late, beyond what the experiment says of it, from the residual's regression on the
-/// rate of the torques.
+/// By how many samples the torques are late, beyond what the experiment says of it, from the residual's
+/// regression on the rate of the torques.
 struct TorqueLag {
   double samples = 0.0;        ///< of all joints; positive: recorded late, as `torque_lag` counts it
   double sigma = 0.0;          ///< its deviation, widened where the joints disagree
@@ -95,8 +95,8 @@ struct TorqueLag {
   }
 };
 
-/// An alternative to the model of robot and log that explains the torques better, by a score test whose covariance comes from
-/// blocks of time, see identify().
+/// An alternative to the model of robot and log that explains the torques better, by a score test whose
+/// covariance comes from blocks of time, see identify().
 struct ModelTest {
   std::string code;            ///< of the finding that it makes
   std::string subject;         ///< joint or joints

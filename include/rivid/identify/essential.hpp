@@ -14,8 +14,8 @@ namespace rivid {
 
 /// Which parameters an estimate can do without, see essential().
 struct Essential {
-  /// Probability of keeping a parameter that is zero: a parameter is removed if the F-test does not reject its removal at
-  /// this significance level.
+  /// Probability of keeping a parameter that is zero: a parameter is removed if the F-test does not reject
+  /// its removal at this significance level.
   double significance = 0.05;
 
   [[nodiscard]] std::optional<std::string> complaint() const;
@@ -76,23 +76,26 @@ struct EssentialParameters {
   }
 };
 
-/// Backward elimination of parameters that the data do not need [Khalil 2007]: again and again the one with the largest
-/// relative standard deviation is taken out and the others are fitted anew, as long as neither this removal nor all
-/// together raise the loss ‖root (χ̂ − χ)‖² significantly, by an F-test. No row is looked at again.
+/// Backward elimination of parameters that the data do not need [Khalil 2007]: again and again the one with
+/// the largest relative standard deviation is taken out and the others are fitted anew, as long as neither
+/// this removal nor all together raise the loss ‖root (χ̂ − χ)‖² significantly, by an F-test. No row is
+/// looked at again.
 ///
-/// The physics stays: the leading inertia of a joint (see regular_start()) is never removed, and a removal that makes M(q)
-/// lose its positive definiteness along the motion is taken back, where the estimate itself had it.
+/// The physics stays: the leading inertia of a joint (see regular_start()) is never removed, and a removal
+/// that makes M(q) lose its positive definiteness along the motion is taken back, where the estimate itself
+/// had it.
 ///
 /// The F-test takes the errors of rows for independent; C_χ need not.
 ///
 /// @param chi      estimate χ̂, (b), all determined
 /// @param C_chi    its covariance, (b × b)
-/// @param root     square root of its information for independent errors, (b × b) with full rank:
-///                 R / σ of least squares, R_VW / σ of instrumental variables, where the loss is that of the equations
+/// @param root     square root of its information for independent errors, (b × b) with full rank: R / σ of
+///                 least squares, R_VW / σ of instrumental variables, where the loss is that of the equations
 ///                 projected onto the instruments
 /// @param freedom  rows without parameters, positive
 /// @param q        motions that M(q) is looked at along, each (n_m × n) [rad | m]
-/// @throws InputError  the options' complaint(); where sizes differ, values are not finite or freedom is not positive
+/// @throws InputError  the options' complaint(); where sizes differ, values are not finite or freedom is not
+///                     positive
 [[nodiscard]] EssentialParameters essential(const Robot& robot, const BaseParameters& base,
                                             const Eigen::Ref<const Vector>& chi,
                                             const Eigen::Ref<const Matrix>& C_chi,

@@ -26,20 +26,21 @@ struct Ols {};
 /// Eq. (20) of [RIV].
 struct Wls {};
 
-/// IDIM-IV: the instrumental-variable method of [RIV], Eqs. (27–34). The instruments V are the regressor along the motion
-/// of the simulated closed loop with the parameters of the last iteration; gains follow these, (46), so that the loop
-/// keeps its poles and the simulated motion stays near the actual one. Two relatives hold other signals of the same loop against
-/// the log, see Compares.
+/// IDIM-IV: the instrumental-variable method of [RIV], Eqs. (27–34). The instruments V are the regressor
+/// along the motion of the simulated closed loop with the parameters of the last iteration; gains follow
+/// these, (46), so that the loop keeps its poles and the simulated motion stays near the actual one. Two
+/// relatives hold other signals of the same loop against the log, see Compares.
 struct Iv {
   /// What of the simulated loop the log is compared with.
   enum class Compares {
     instruments,  ///< nothing: it is the instruments of the measured rows, IDIM-IV
-    /// its torques, DIDIM [Gautier 2013]: least squares of the measured torques on the regressor V along the simulated motion, whose
-    /// fixed point is found from the estimate of IDIM-IV, or chi_0, on by Newton steps, b + 1 simulations each. What is measured of the
-    /// motion serves for masks and the start alone.
+    /// its torques, DIDIM [Gautier 2013]: least squares of the measured torques on the regressor V along the
+    /// simulated motion, whose fixed point is found from the estimate of IDIM-IV, or chi_0, on by Newton
+    /// steps, b + 1 simulations each. What is measured of the motion serves for masks and the start alone.
     torques,
-    /// its positions, closed-loop output error (CLOE): Σ ‖(q − q_s(χ)) / σ‖² by Gauss-Newton steps, b + 1 simulations each, from the
-    /// same start. Gains stay those of the control law for that estimate: such as follow the parameters would hide them.
+    /// its positions, closed-loop output error (CLOE): Σ ‖(q − q_s(χ)) / σ‖² by Gauss-Newton steps, b + 1
+    /// simulations each, from the same start. Gains stay those of the control law for that estimate: such as
+    /// follow the parameters would hide them.
     positions
   };
   /// Where the iteration begins.
@@ -53,8 +54,9 @@ struct Iv {
     reference,  ///< the log's reference columns
     measured    ///< the zero-phase filtered measured positions, where no reference was logged
   };
-  /// Velocity whose sign the Coulomb columns of W have. The sign of a noisy velocity is no linear function of the noise,
-  /// so that instruments do not help against it; that of the simulated one is wrong where the assumed loop is.
+  /// Velocity whose sign the Coulomb columns of W have. The sign of a noisy velocity is no linear function of
+  /// the noise, so that instruments do not help against it; that of the simulated one is wrong where the
+  /// assumed loop is.
   enum class Signs {
     automatic,  ///< measured where the positions are filtered or the rows are exact, simulated elsewhere
     measured,
@@ -78,19 +80,21 @@ struct Iv {
 
   /// Where the simulation begins: on the reference, or in the state that was measured.
   bool start_on_reference = false;
-  /// Beginning of each log that takes no part, for what the simulation remembers of its start [s]; 5 / min ω_n in [RIV].
+  /// Beginning of each log that takes no part, for what the simulation remembers of its start [s]; 5 / min
+  /// ω_n in [RIV].
   double transient = 0.0;
 
-  /// Stop rule: |‖ε_{k+1}‖ − ‖ε_k‖| ≤ tolerance ‖ε_k‖ with ε_k = Y − V_k χ̂_k, and no parameter moves by more than
-  /// parameter_tolerance times its standard deviation; or none moves by more than a fifth of that.
+  /// Stop rule: |‖ε_{k+1}‖ − ‖ε_k‖| ≤ tolerance ‖ε_k‖ with ε_k = Y − V_k χ̂_k, and no parameter moves by more
+  /// than parameter_tolerance times its standard deviation; or none moves by more than a fifth of that.
   double tolerance = 1e-3;
   double parameter_tolerance = 0.5;
   int max_iterations = 20;
 
-  /// Prefiltered instrumental variables, IDIM-PIV [Brunot 2018]: once the iteration has settled, an autoregressive model
-  /// of each joint's residual whitens Y, W and V, and the iteration goes on until model and parameters agree. It works on
-  /// exact rows without decimation, whose place the filter takes. The lowest variance where the model of the robot is right;
-  /// where it is not, filters of high frequencies amplify what is wrong.
+  /// Prefiltered instrumental variables, IDIM-PIV [Brunot 2018]: once the iteration has settled, an
+  /// autoregressive model of each joint's residual whitens Y, W and V, and the iteration goes on until model
+  /// and parameters agree. It works on exact rows without decimation, whose place the filter takes. The
+  /// lowest variance where the model of the robot is right; where it is not, filters of high frequencies
+  /// amplify what is wrong.
   bool prefilter = false;
   int prefilter_order = 0;  ///< of the noise models; 0: by BIC, at most most_prefilter_order
   static constexpr int most_prefilter_order = 30;
@@ -167,11 +171,12 @@ inline constexpr std::array names_of<Iv::Signs> =
 template <>
 inline constexpr std::array names_of<Iv::Weights> = std::to_array<std::string_view>({"none", "by_joint"});
 
-/// Base parameters to begin with that make M(q) regular without any knowledge of the robot, (48) and (51) of [RIV].
+/// Base parameters to begin with that make M(q) regular without any knowledge of the robot, (48) and (51) of
+/// [RIV].
 [[nodiscard]] Vector regular_start(const Robot& robot, const BaseParameters& base);
 
-/// The method that the logs allow, see MethodChoice: instrumental variables where controller and reference are known, least squares
-/// where they are not, or where there is no answer by instruments.
+/// The method that the logs allow, see MethodChoice: instrumental variables where controller and reference
+/// are known, least squares where they are not, or where there is no answer by instruments.
 struct Auto {
   Iv iv = {};  ///< with the controller, where it is known
 };
@@ -195,15 +200,16 @@ struct Estimation {
   Method method = Auto{};
   SignalOptions signal = {};
   CovarianceOptions covariance = {};
-  /// Relative covariance of the drive gains, (n × n), which the covariance of the parameters then contains, see identify_gains();
-  /// empty: gains are exact.
+  /// Relative covariance of the drive gains, (n × n), which the covariance of the parameters then contains,
+  /// see identify_gains(); empty: gains are exact.
   Matrix gain_covariance = {};
   std::optional<Physical> physical = {};    ///< the physically consistent model as well
   std::optional<Essential> essential = {};  ///< the parameters that matter as well
   std::optional<Robust> robust = {};  ///< robust against outliers in the torques; not with Iv::prefilter
   int threads = 1;  ///< that share the work, see factors(); the result is the same whatever their number
   Progress progress = {};
-  /// Whether the answer is judged, see identify(). Without it a wrong sign or column is found by nobody: for inner loops alone.
+  /// Whether the answer is judged, see identify(). Without it a wrong sign or column is found by nobody: for
+  /// inner loops alone.
   bool judge = true;
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;

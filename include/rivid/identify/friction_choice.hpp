@@ -26,9 +26,10 @@ struct FrictionChoice {
 
 /// Chooses the law of each joint that has Friction::automatic among symmetric, root, load and load_root.
 ///
-/// The logs are cut into stretches of time; the model is fitted without one of them by weighted least squares, and judged by it,
-/// each in turn. A joint gets the simplest law whose unseen error no other law undercuts by more than 3 %, and by more than two standard errors
-/// of the difference from stretch to stretch.
+/// The logs are cut into stretches of time; the model is fitted without one of them by weighted least
+/// squares, and judged by it, each in turn. A joint gets the simplest law whose unseen error no other law
+/// undercuts by more than 3 %, and by more than two standard errors of the difference from stretch to
+/// stretch.
 ///
 /// @return  one a joint with Friction::automatic; none where there is none
 /// @throws InputError  where robot, logs and options do not fit together

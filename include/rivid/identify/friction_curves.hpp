@@ -20,20 +20,22 @@ struct FrictionCurve {
   Vector sigma;     ///< standard deviation of that by C_χχ; not a number without a covariance, (v) [N·m | N]
   Vector half_width;  ///< of the 95 % confidence interval, (v) [N·m | N]
   Vector a_priori;    ///< friction of the robot description, (v) [N·m | N]
-  /// Mean over the rows of the fit that are nearest to the point: the measured torque less all of the model that is no
-  /// friction; not a number without a row, (v) [N·m | N].
+  /// Mean over the rows of the fit that are nearest to the point: the measured torque less all of the model
+  /// that is no friction; not a number without a row, (v) [N·m | N].
   Vector measured;
   Vector rows;  ///< their number, (v)
 };
 
-/// The friction curves of all joints whose law has a parameter, up to 1.05 times the largest velocity of the rows.
+/// The friction curves of all joints whose law has a parameter, up to 1.05 times the largest velocity of the
+/// rows.
 ///
 /// @param logs  predictions() of a result; those of a validation take no part
 /// @throws InputError  where robot, result and predictions are of different joints or parameters
 [[nodiscard]] std::vector<FrictionCurve> friction_curves(const Robot& robot, const Identification& result,
                                                          std::span<const Prediction> logs);
 
-/// A line a point: joint, velocity, friction, sigma, low_95, high_95, a_priori, measured, rows. Numbers read back bit by bit.
+/// A line a point: joint, velocity, friction, sigma, low_95, high_95, a_priori, measured, rows. Numbers read
+/// back bit by bit.
 [[nodiscard]] std::string to_csv(std::span<const FrictionCurve> curves);
 
 }  // namespace rivid

@@ -24,7 +24,8 @@ struct GainEstimate {
   double value = 0.0;
   double sigma = 0.0;  ///< infinite where the logs do not determine it
   std::array<double, 2> interval_95 = {0.0, 0.0};
-  /// Whether the interval is narrower than ±30 % of the value: a joint that the load does not move is not identifiable.
+  /// Whether the interval is narrower than ±30 % of the value: a joint that the load does not move is not
+  /// identifiable.
   bool identifiable = false;
 
   template <typename G = GainEstimate>
@@ -106,9 +107,10 @@ struct [[nodiscard]] GainReport {
 ///
 ///   nominal_j i_j = r_j (W_j χ + L_j λ),   K_j = nominal_j / r_j,
 ///
-/// weighted joint by joint. The noise is in the currents, so these stand on the left. λ is a payload of known mass, in the logs with
-/// one. The scale comes from that mass or from a known gain; without any, the gain of one joint, the one to which the others are
-/// determined best, counts as exact. A gain that is not identifiable keeps its nominal value, and the others are estimated with it.
+/// weighted joint by joint. The noise is in the currents, so these stand on the left. λ is a payload of known
+/// mass, in the logs with one. The scale comes from that mass or from a known gain; without any, the gain of
+/// one joint, the one to which the others are determined best, counts as exact. A gain that is not
+/// identifiable keeps its nominal value, and the others are estimated with it.
 ///
 /// @param without     logs of the arm alone, at least one, with control signals
 /// @param with        logs with the payload; needs options.mass
@@ -117,7 +119,8 @@ struct [[nodiscard]] GainReport {
 GainReport identify_gains(const Robot& robot, std::span<const Log> without, std::span<const Log> with,
                           const Estimation& estimation, const GainOptions& options = {});
 
-/// The robot with the gains that were estimated: Joint::drive_gain. Estimation::gain_covariance should be GainReport::C then.
+/// The robot with the gains that were estimated: Joint::drive_gain. Estimation::gain_covariance should be
+/// GainReport::C then.
 ///
 /// @throws InputError  where there is not one gain for each joint
 [[nodiscard]] Robot with_gains(Robot robot, const GainReport& gains);

@@ -57,7 +57,8 @@ struct ParameterEstimate {
   double relative_sigma_percent = 0.0;  ///< 100 σ / |value|
   double plain_sigma = 0.0;  ///< σ of CovarianceKind::hac, where `sigma` is that of `blocks`; else the same
   std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
-  /// Expected bias by the noise of the positions, in σ. Not a number where instruments know none of that noise, and for robust estimates.
+  /// Expected bias by the noise of the positions, in σ. Not a number where instruments know none of that
+  /// noise, and for robust estimates.
   double noise_bias = std::numeric_limits<double>::quiet_NaN();
   /// By what those Identification::alternatives that are warnings move it together, which is part of `sigma`.
   double model_shift = 0.0;
@@ -149,8 +150,8 @@ struct Fit {
   double relative_error = 0.0;          ///< ‖Y − W χ‖ / ‖Y‖
   double centred_relative_error = 0.0;  ///< the mean of each joint's Y taken off in the denominator
   double error_norm = 0.0;              ///< ‖Y − W χ‖
-  /// Standard deviation of the residual, (17). Of the weighted residual for WLS, where it is near 1. Of robust estimates
-  /// that of the inliers.
+  /// Standard deviation of the residual, (17). Of the weighted residual for WLS, where it is near 1. Of
+  /// robust estimates that of the inliers.
   double sigma_rho = 0.0;
   Index rows = 0;
   std::vector<JointFit> joints;
@@ -197,7 +198,8 @@ struct EssentialModel {
   Fit fit;  ///< on the rows of the identification
 };
 
-/// Distance of one motion from another, joint by joint: ‖a − b‖ / ‖b‖ of positions, velocities, accelerations, (n) each.
+/// Distance of one motion from another, joint by joint: ‖a − b‖ / ‖b‖ of positions, velocities,
+/// accelerations, (n) each.
 struct MotionError {
   Vector q;
   Vector qd;
@@ -265,7 +267,8 @@ struct IvIteration {
 
 /// How well the assumed controller explains the log.
 struct LoopDiagnosis {
-  /// Relative error of the control signal that the law gives for the measured motion, (n); empty where the log has none.
+  /// Relative error of the control signal that the law gives for the measured motion, (n); empty where the
+  /// log has none.
   Vector control_error;
   Vector tracking_ratio;  ///< ‖q_simulated − q‖ / ‖q_r − q‖, (n): small where the loop is the actual one
 
@@ -418,15 +421,16 @@ struct [[nodiscard]] Identification {
   std::vector<ModelTest> alternatives;  ///< that are believed, the likeliest first
   std::vector<std::string> notes;       ///< what was done to the data
 
-  /// That ran, with what was chosen in place of what was left open, without `progress`; a validation uses its signal.
+  /// That ran, with what was chosen in place of what was left open, without `progress`; a validation uses its
+  /// signal.
   Estimation estimation;
   BaseParameters base;
-  /// (b), Eq. (15), one of many solutions if rank deficient. Of IDIM-IV (29): the last iterate whose own instruments
-  /// could be solved for, not a number where there is none.
+  /// (b), Eq. (15), one of many solutions if rank deficient. Of IDIM-IV (29): the last iterate whose own
+  /// instruments could be solved for, not a number where there is none.
   Vector chi;
   Matrix C_chi;  ///< (b × b) covariance, see `covariance`
-  /// By what chi moves with relative errors of the drive gains, dχ̂/dε of torques (1 + ε_j) τ_j, (b × n); zero where the rows do not
-  /// determine all parameters.
+  /// By what chi moves with relative errors of the drive gains, dχ̂/dε of torques (1 + ε_j) τ_j, (b × n);
+  /// zero where the rows do not determine all parameters.
   Matrix gain_slopes;
   CovarianceReport covariance;                ///< what it was made of
   std::vector<ParameterEstimate> parameters;  ///< (b)
@@ -454,29 +458,33 @@ struct [[nodiscard]] Identification {
 
 /// Identifies the base parameters from logs of one robot; their rows are stacked.
 ///
-/// Where the data do not determine all parameters, and where IDIM-IV comes to no end (a loop that can not be simulated,
-/// cycling, instruments that are too weak), that is a status of the result with its reasons.
+/// Where the data do not determine all parameters, and where IDIM-IV comes to no end (a loop that can not be
+/// simulated, cycling, instruments that are too weak), that is a status of the result with its reasons.
 ///
-/// The answer is judged, unless Estimation::judge says no: robot, logs, model and result are looked at for what makes it wrong. What is
-/// found are Identification::warnings, the gravest first; one of severity error makes an `identified` result `doubtful`, with the
-/// finding as its reason. What is looked for: units by magnitude, columns in a wrong order or with a wrong sign, clocks that disagree,
-/// saturation, reference and motion that do not belong together; alternatives to robot and log that explain the torques better, by
-/// score tests whose covariance comes from blocks of time (gains, scales and zeros of joints, direction of gravity, rate of the clock,
-/// geometry, a load that changes, friction laws, elastic and coupled joints), by which those that are believed widen all deviations;
-/// values that physics forbids; torques that are left unexplained; validation that is much worse than the fit.
-/// SignalOptions::window cuts the logs before. docs/diagnostics.md says how.
+/// The answer is judged, unless Estimation::judge says no: robot, logs, model and result are looked at for
+/// what makes it wrong. What is found are Identification::warnings, the gravest first; one of severity error
+/// makes an `identified` result `doubtful`, with the finding as its reason. What is looked for: units by
+/// magnitude, columns in a wrong order or with a wrong sign, clocks that disagree, saturation, reference and
+/// motion that do not belong together; alternatives to robot and log that explain the torques better, by
+/// score tests whose covariance comes from blocks of time (gains, scales and zeros of joints, direction of
+/// gravity, rate of the clock, geometry, a load that changes, friction laws, elastic and coupled joints), by
+/// which those that are believed widen all deviations; values that physics forbids; torques that are left
+/// unexplained; validation that is much worse than the fit. SignalOptions::window cuts the logs before.
+/// docs/diagnostics.md says how.
 ///
-/// @param validation  logs that took no part: Identification::validation is of them, and they are compared with the others
+/// @param validation  logs that took no part: Identification::validation is of them, and they are compared
+///                    with the others
 /// @throws InputError where robot, logs and options do not fit together; the message names the culprit
 Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
                         std::span<const Log> validation = {});
 /// The same from one log.
 Identification identify(const Robot& robot, const Log& log, const Estimation& estimation);
 
-/// Cross-validation: the torques of a log that took no part in the fit, against the identified model on it, by the
-/// same signal chain.
+/// Cross-validation: the torques of a log that took no part in the fit, against the identified model on it,
+/// by the same signal chain.
 ///
-/// @throws InputError where rows() throws it, the result has not one value for each base parameter, or threads is not positive
+/// @throws InputError where rows() throws it, the result has not one value for each base parameter, or
+///                    threads is not positive
 [[nodiscard]] Validation validate(const Robot& robot, const Identification& identification, const Log& log,
                                   int threads = 1);
 

@@ -13,8 +13,9 @@
 #include "rivid/solve/instrumental.hpp"
 #include "rivid/types.hpp"
 
-// Instrumental variables from many logs that are read in different places: in each iteration identify() asks for the closed
-// loops of all logs with some parameters, these are simulated where the logs are, and what comes back are merged factors.
+// Instrumental variables from many logs that are read in different places: in each iteration identify() asks
+// for the closed loops of all logs with some parameters, these are simulated where the logs are, and what
+// comes back are merged factors.
 namespace rivid {
 
 /// What a pass over the logs is for.
@@ -35,7 +36,8 @@ struct LoopRequest {
 
 /// Sums over the samples of logs and of their simulated loops.
 struct LoopSums {
-  /// Squares of q, q̇ and q̈, (n × 3): simulated without measured, measured, simulated without reference, reference.
+  /// Squares of q, q̇ and q̈, (n × 3): simulated without measured, measured, simulated without reference,
+  /// reference.
   Matrix off_measured, measured, off_reference, reference;
   Vector tracking;         ///< squares of reference without measured positions, (n)
   Vector missed, control;  ///< squares of rebuilt without recorded control signals, and of these, (n)
@@ -75,15 +77,15 @@ void merge(LoopFactors& into, const LoopFactors& other);
 /// Carries out a pass over all logs and merges what it comes to.
 using LoopAsk = std::function<LoopFactors(const LoopRequest&)>;
 
-/// Identification by instrumental variables from factors: the iteration, its safeguards and the estimate are those of identify()
-/// from the logs themselves, to rounding.
+/// Identification by instrumental variables from factors: the iteration, its safeguards and the estimate are
+/// those of identify() from the logs themselves, to rounding.
 ///
-/// Budgets of wall-clock time are those of single simulations. Standard deviations are those of identify() by least squares
-/// from factors.
+/// Budgets of wall-clock time are those of single simulations. Standard deviations are those of identify() by
+/// least squares from factors.
 ///
 /// @param factors  of the same logs and signal options
-/// @throws InputError  where `ask` is empty; for what needs single rows: prefilter, robust and essential parameters, transient, DIDIM, output error,
-///                     CovarianceKind::hac
+/// @throws InputError  where `ask` is empty; for what needs single rows: prefilter, robust and essential
+///                     parameters, transient, DIDIM, output error, CovarianceKind::hac
 [[nodiscard]] Identification identify(const Robot& robot, const LogFactors& factors,
                                       const Estimation& estimation, const LoopAsk& ask);
 

@@ -41,13 +41,15 @@ struct LoadedLogs {
 /// What is known beside the logs when payloads are identified.
 struct PayloadOptions {
   PayloadModel model = PayloadModel::automatic;
-  /// Pose of the flange frame in the frame of the last link, in which the result is given: orientation and origin [m].
+  /// Pose of the flange frame in the frame of the last link, in which the result is given: orientation and
+  /// origin [m].
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
-  /// Relative standard deviation of each joint's drive gain, (n): 0, it is exact; infinite, nothing is known of it and it is
-  /// estimated. Empty: what IdentifiedArm::gain_covariance says; all exact without it.
+  /// Relative standard deviation of each joint's drive gain, (n): 0, it is exact; infinite, nothing is known
+  /// of it and it is estimated. Empty: what IdentifiedArm::gain_covariance says; all exact without it.
   Vector gain_sigma = {};
-  /// Whether dry friction grows with the load of the gear, (Fc + Fl |M q̈ + N|) sign q̇, where a joint has Fc.
+  /// Whether dry friction grows with the load of the gear, (Fc + Fl |M q̈ + N|) sign q̇, where a joint has
+  /// Fc.
   bool load_friction = false;
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
@@ -74,7 +76,8 @@ struct Payload {
   std::vector<PayloadValue> values;  ///< mass, com_x, com_y, com_z, and of a body Ixx Iyy Izz Ixy Ixz Iyz
   /// What of its logs is not explained by arm and payload, by joint, (n) [N·m | N].
   Vector sigma_rho;
-  /// Masses below it can not be told from none [kg]: four deviations, or what a tenth of that rest weighs on the last link.
+  /// Masses below it can not be told from none [kg]: four deviations, or what a tenth of that rest weighs on
+  /// the last link.
   double least_mass = 0.0;
 
   /// Whether there is none that the logs show: its mass is below `least_mass`, then only that is reported.
@@ -99,14 +102,15 @@ struct [[nodiscard]] PayloadReport {
   SignalOptions signal;  ///< that made the rows
 };
 
-/// Identifies payloads from logs of the arm without and with them: one fit of all rows, with common parameters of the arm
-/// and ten (or four) columns of a body on the last link in the rows with a payload, weighted joint by joint. Gauss-Newton, for
-/// unknown gains and friction that follows the load are not linear: with the relative inverse gain r_j of each joint,
+/// Identifies payloads from logs of the arm without and with them: one fit of all rows, with common
+/// parameters of the arm and ten (or four) columns of a body on the last link in the rows with a payload,
+/// weighted joint by joint. Gauss-Newton, for unknown gains and friction that follows the load are not
+/// linear: with the relative inverse gain r_j of each joint,
 ///
 ///   y_j = r_j (W_j χ + L_j λ),   K_j = nominal_j / r_j.
 ///
-/// Noise is in the torques: currents as regressors would bias the gains. Without a known mass and without any known gain
-/// only their ratios are identifiable; that is refused.
+/// Noise is in the torques: currents as regressors would bias the gains. Without a known mass and without any
+/// known gain only their ratios are identifiable; that is refused.
 ///
 /// @param without  logs of the arm alone, at least one
 /// @param with     logs with payloads, at least one of each
@@ -133,14 +137,15 @@ struct IdentifiedArm {
 /// @throws InputError  where the result is not identified
 [[nodiscard]] IdentifiedArm identified_arm(const Robot& robot, const Identification& result);
 
-/// The same as above with what is known of the arm in place of logs: its parameters count as a measurement with their covariance, and
-/// what gains that are not exact do to them is in the fit.
+/// The same as above with what is known of the arm in place of logs: its parameters count as a measurement
+/// with their covariance, and what gains that are not exact do to them is in the fit.
 PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const LoadedLogs> with,
                                 const Estimation& estimation, const PayloadOptions& options = {});
 
-/// Judges payloads, as examine() judges a result: the logs without payload and those with each of them are identified and examined by
-/// themselves, an arm with a payload being another arm; and what arm and payload together leave of the torques of a joint is compared
-/// with what that leaves. A finding of severity error, and a negative mass, make the report `doubtful`.
+/// Judges payloads, as examine() judges a result: the logs without payload and those with each of them are
+/// identified and examined by themselves, an arm with a payload being another arm; and what arm and payload
+/// together leave of the torques of a joint is compared with what that leaves. A finding of severity error,
+/// and a negative mass, make the report `doubtful`.
 ///
 /// @param without     logs of the arm alone; none on an arm that was identified before
 /// @param estimation  as identify_payloads() had it
@@ -148,7 +153,8 @@ PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const Loaded
 void examine(const Robot& robot, std::span<const Log> without, std::span<const LoadedLogs> with,
              const Estimation& estimation, PayloadReport& found);
 
-/// Why no controller should be told a payload: the report is not identified, the mass is negative or none; empty: it may be told.
+/// Why no controller should be told a payload: the report is not identified, the mass is negative or none;
+/// empty: it may be told.
 [[nodiscard]] std::string untold_reason(const PayloadReport& found, const Payload& payload);
 
 /// URScript: set_target_payload(m, [com], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]).

@@ -19,12 +19,12 @@ namespace rivid {
 struct Physical {
   /// Which of all sets that explain the data equally well is chosen.
   enum class Prior {
-    /// Log-det (Bregman) divergence of the pseudo-inertias from the robot description's P⁰ [Lee 2020]:
-    /// Σ_j tr(P⁰_j⁻¹ P_j) − log det(P⁰_j⁻¹ P_j) − 4. It does not depend on frames and units, and keeps all masses and
-    /// inertias away from zero.
+    /// Log-det (Bregman) divergence of the pseudo-inertias from the robot description's P⁰ [Lee 2020]: Σ_j
+    /// tr(P⁰_j⁻¹ P_j) − log det(P⁰_j⁻¹ P_j) − 4. It does not depend on frames and units, and keeps all masses
+    /// and inertias away from zero.
     log_det,
-    /// Its second-order part, ½ Σ_j ‖L_j⁻¹ (P_j − P⁰_j) L_j⁻ᵀ‖², P⁰_j = L_j L_jᵀ: a quadratic pull, which a body may
-    /// follow down to nothing.
+    /// Its second-order part, ½ Σ_j ‖L_j⁻¹ (P_j − P⁰_j) L_j⁻ᵀ‖², P⁰_j = L_j L_jᵀ: a quadratic pull, which a
+    /// body may follow down to nothing.
     ridge
   };
   struct MassBounds {
@@ -34,11 +34,13 @@ struct Physical {
   };
 
   Prior prior = Prior::log_det;
-  /// λ: a prior of 1 weighs as much as half a squared standard deviation of the estimate. At the default it decides what
-  /// the data leave open and little else; hundreds and more hold weakly exciting data to the robot description.
+  /// λ: a prior of 1 weighs as much as half a squared standard deviation of the estimate. At the default it
+  /// decides what the data leave open and little else; hundreds and more hold weakly exciting data to the
+  /// robot description.
   double weight = 1.0;
-  /// Whether an identification lowers the weight by tens where the robot description is so far from the data that its pull
-  /// would raise the residual sum of squares by more than a tenth, as placeholders in a URDF do.
+  /// Whether an identification lowers the weight by tens where the robot description is so far from the data
+  /// that its pull would raise the residual sum of squares by more than a tenth, as placeholders in a URDF
+  /// do.
   bool weight_may_fall = true;
   std::vector<MassBounds> masses = {};  ///< of single links
   std::optional<std::array<double, 2>> total_mass =
@@ -133,18 +135,19 @@ struct PhysicalParameters {
 ///
 ///   min ½ ‖root (χ̂ − A χ_st)‖² + weight × prior(χ_st)
 ///
-/// with A from the standard to the base parameters, Eqs. (4–6) of [RIV], over all χ_st whose pseudo_inertia() of every link
-/// is positive definite, whose friction brakes and whose rotors have no negative inertia: Ia, Fv, Fc, Fv+, Fv−, Fc+ + Fc−,
-/// Iam, Fvm, Fcm ≥ 0. (Fc+ and Fc− may be shifted by an offset; Fcm of Coulomb::single has either sign. Where a coupling
-/// leaves the diagonal of its terms to the joints, Ia_i ≥ c_i² Iam and Fv_i ≥ c_i² Fvm.) Friction and rotors are pulled
-/// to the robot description only where the data do not determine them.
+/// with A from the standard to the base parameters, Eqs. (4–6) of [RIV], over all χ_st whose pseudo_inertia()
+/// of every link is positive definite, whose friction brakes and whose rotors have no negative inertia: Ia,
+/// Fv, Fc, Fv+, Fv−, Fc+ + Fc−, Iam, Fvm, Fcm ≥ 0. (Fc+ and Fc− may be shifted by an offset; Fcm of
+/// Coulomb::single has either sign. Where a coupling leaves the diagonal of its terms to the joints, Ia_i ≥
+/// c_i² Iam and Fv_i ≥ c_i² Fvm.) Friction and rotors are pulled to the robot description only where the data
+/// do not determine them.
 ///
-/// The problem is convex. Newton's method on the logarithmic barrier of the constraints solves it; every iterate is
-/// physical.
+/// The problem is convex. Newton's method on the logarithmic barrier of the constraints solves it; every
+/// iterate is physical.
 ///
 /// @param chi   estimate χ̂, (b)
-/// @param root  any square root of its information, (m × b) with rootᵀ root = C_χχ⁻¹; without full rank where the data do
-///              not determine everything
+/// @param root  any square root of its information, (m × b) with rootᵀ root = C_χχ⁻¹; without full rank where
+///              the data do not determine everything
 /// @throws InputError  the options' complaint(); where sizes differ or values are not finite
 [[nodiscard]] PhysicalParameters physical(const Robot& robot, const BaseParameters& base,
                                           const Eigen::Ref<const Vector>& chi,

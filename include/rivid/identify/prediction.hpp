@@ -16,8 +16,8 @@ namespace rivid {
 ///
 ///   W χ = gravity + inertia + coriolis + friction
 ///
-/// With M, c and g those of the model, the parts are g(q), M(q) q̈ with the rotors, c(q, q̇), and all that a friction law
-/// has, the offset included. Each is decimated as the columns of W are.
+/// With M, c and g those of the model, the parts are g(q), M(q) q̈ with the rotors, c(q, q̇), and all that a
+/// friction law has, the offset included. Each is decimated as the columns of W are.
 struct FittedRows {
   Vector position = {};  ///< mean of what a row reaches over, (rows) [rad | m]
   Vector velocity = {};  ///< the same, (rows) [rad/s | m/s]
@@ -27,8 +27,8 @@ struct FittedRows {
   Vector inertia = {};   ///< (rows) [N·m | N]
   Vector coriolis = {};  ///< (rows) [N·m | N]
   Vector friction = {};  ///< (rows) [N·m | N]
-  /// Root mean square of each column of W over these rows, (b) [N·m | N per unit of the parameter]; 0 where the joint does not
-  /// feel it.
+  /// Root mean square of each column of W over these rows, (b) [N·m | N per unit of the parameter]; 0 where
+  /// the joint does not feel it.
   Vector column_rms = {};
 
   /// W χ, (rows) [N·m | N].
@@ -59,8 +59,8 @@ struct Prediction {
   [[nodiscard]] Index samples() const { return joints.empty() ? 0 : joints.front().measured.size(); }
 };
 
-/// Measured and predicted torques of a log by the signal chain of the identification: the samples that its trim and
-/// window leave, at the rate of the log. W is never held, so memory is that of the series.
+/// Measured and predicted torques of a log by the signal chain of the identification: the samples that its
+/// trim and window leave, at the rate of the log. W is never held, so memory is that of the series.
 ///
 /// @return  not a number in all predictions where chi is not a number
 /// @throws InputError where rows() throws it, or the result has not one value for each base parameter
@@ -74,9 +74,9 @@ enum class ParameterSet {
 
 /// Which numbers of a result a model is made of.
 struct IdentifiedModelOptions {
-  /// Empty: the physically consistent set where the result has one, else the estimate. That set is the better one for a
-  /// controller: M(q) is positive definite everywhere, friction brakes, and on motions that took no part in the fit
-  /// its torques were at least as good on all real logs tried, see docs/physical.md.
+  /// Empty: the physically consistent set where the result has one, else the estimate. That set is the better
+  /// one for a controller: M(q) is positive definite everywhere, friction brakes, and on motions that took no
+  /// part in the fit its torques were at least as good on all real logs tried, see docs/physical.md.
   std::optional<ParameterSet> parameters = std::nullopt;
   bool force = false;  ///< takes a result whose status is not `identified`
 };
@@ -85,12 +85,12 @@ struct IdentifiedModelOptions {
 ///
 ///   InverseDynamics dynamics(identified_model(robot, result));
 ///
-/// Friction that would drive is taken as zero, see DynamicModel::clamped(); a physically consistent set has none.
-/// read_identified_model() makes the same of result.json.
+/// Friction that would drive is taken as zero, see DynamicModel::clamped(); a physically consistent set has
+/// none. read_identified_model() makes the same of result.json.
 ///
 /// @param robot   that was identified
-/// @throws InputError  where the result is not identified and force was not asked for; where it has not the set that was
-///                     asked for, or is that of another robot; as DynamicModel does
+/// @throws InputError  where the result is not identified and force was not asked for; where it has not the
+///                     set that was asked for, or is that of another robot; as DynamicModel does
 [[nodiscard]] DynamicModel identified_model(const Robot& robot, const Identification& result,
                                             const IdentifiedModelOptions& options = {});
 

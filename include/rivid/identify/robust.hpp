@@ -10,14 +10,16 @@
 
 namespace rivid {
 
-/// Robust estimation against outliers in the torques: an M-estimate Σ Z_t ψ(ρ_t / s_j) s_j = 0 in place of
-/// Σ Z_t ρ_t = 0, where Z are the rows of W or of the instruments V and s_j is a robust_scale() of the residuals of joint
-/// j. It is found by least squares with weights ψ(u)/u on the rows, again and again, until the parameters that give the
-/// weights are those that the weights give (IRLS, [Holland 1977]). Weights by joint are 1/s_j.
+/// Robust estimation against outliers in the torques: an M-estimate Σ Z_t ψ(ρ_t / s_j) s_j = 0 in place of Σ
+/// Z_t ρ_t = 0, where Z are the rows of W or of the instruments V and s_j is a robust_scale() of the
+/// residuals of joint j. It is found by least squares with weights ψ(u)/u on the rows, again and again, until
+/// the parameters that give the weights are those that the weights give (IRLS, [Holland 1977]). Weights by
+/// joint are 1/s_j.
 ///
 /// The bisquare begins from Huber's estimate, with its default tuning.
 ///
-/// Wrong positions spoil W and draw least squares by their leverage all the same; not so IDIM-IV, whose V is simulated.
+/// Wrong positions spoil W and draw least squares by their leverage all the same; not so IDIM-IV, whose V is
+/// simulated.
 struct Robust {
   RobustKind kind = RobustKind::huber;
   std::optional<double> tuning = {};  ///< in units of s_j; default_tuning() of the kind without

@@ -31,20 +31,22 @@ struct RowTable {
   Matrix covariance;  ///< C_χχ, (b × b)
 };
 
-/// The rows of the logs of an identification, W and Y of Eq. (13) of [RIV], and what the result makes of them. All of W is
-/// held in memory.
+/// The rows of the logs of an identification, W and Y of Eq. (13) of [RIV], and what the result makes of
+/// them. All of W is held in memory.
 ///
 /// @param logs  of the identification
 /// @throws InputError  where rows() throws it, there is no log, or the result is of other sizes
 [[nodiscard]] RowTable row_table(const Robot& robot, const Identification& result, std::span<const Log> logs);
 
-/// All members as arrays of a NumPy archive, `numpy.load("rows.npz")`: members of one array a name, uncompressed.
+/// All members as arrays of a NumPy archive, `numpy.load("rows.npz")`: members of one array a name,
+/// uncompressed.
 ///
 /// @throws InputError  for 4 GiB and more, which the format does not hold
 [[nodiscard]] std::string to_npz(const RowTable& rows);
 
-/// A line a row: t, log, joint, Y, prediction, residual, weight, robust_weight, leverage, then a column "W:NAME" for each parameter, and a
-/// column "V:NAME" where there are instruments. Numbers read back bit by bit.
+/// A line a row: t, log, joint, Y, prediction, residual, weight, robust_weight, leverage, then a column
+/// "W:NAME" for each parameter, and a column "V:NAME" where there are instruments. Numbers read back bit by
+/// bit.
 [[nodiscard]] std::string to_csv(const RowTable& rows);
 
 }  // namespace rivid

@@ -22,9 +22,10 @@ enum class RowScheme {
   automatic,  ///< exact; paper in Convention::matlab
   /// Section 2 of [RIV]: every sample makes a row, low-pass filters decimate them.
   paper,
-  /// Rows that hold exactly, but for noise: torques are averaged as central differences average accelerations, what a
-  /// filter does to positions it does to torques, rows of a joint that touch a reversal or standstill are left out, and
-  /// decimation is a window that reaches over no gap. docs/rows.md compares the two.
+  /// Rows that hold exactly, but for noise: torques are averaged as central differences average
+  /// accelerations, what a filter does to positions it does to torques, rows of a joint that touch a reversal
+  /// or standstill are left out, and decimation is a window that reaches over no gap. docs/rows.md compares
+  /// the two.
   exact
 };
 
@@ -35,21 +36,24 @@ inline constexpr std::array names_of<RowScheme> =
 /// The way from a log to the rows of Eq. (13) of [RIV]; each step can be switched off.
 struct SignalOptions {
   RowScheme rows = RowScheme::automatic;
-  /// Whether a torque acts from its sample until the next one, as that of a sampled controller does; else it is what was
-  /// measured at the sample. Nothing lets identify() find out where the rows are chosen by it, and is false elsewhere.
+  /// Whether a torque acts from its sample until the next one, as that of a sampled controller does; else it
+  /// is what was measured at the sample. Nothing lets identify() find out where the rows are chosen by it,
+  /// and is false elsewhere.
   std::optional<bool> torque_held = {};
   double cutoff_hz = 0.0;         ///< of the zero-phase low-pass of the positions [Hz]; 0 is none
   int order = 4;                  ///< of that Butterworth filter, for one direction
   double torque_cutoff_hz = 0.0;  ///< of a zero-phase low-pass of the torques [Hz]; 0 is none
   int torque_order = 4;
-  /// Factors of the parallel decimation, one a stage, n_d being their product; {1} is none. Empty lets identify() choose the window of
-  /// exact rows without a position filter by the noise of the log, see RowChoice, and is none elsewhere.
+  /// Factors of the parallel decimation, one a stage, n_d being their product; {1} is none. Empty lets
+  /// identify() choose the window of exact rows without a position filter by the noise of the log, see
+  /// RowChoice, and is none elsewhere.
   std::vector<int> decimation = {};
-  /// Samples left out at the beginning and at the end, counted at the measuring rate before decimation; nothing
-  /// lets the position filter decide (the samples that its borders spoil, see settling_samples()).
+  /// Samples left out at the beginning and at the end, counted at the measuring rate before decimation;
+  /// nothing lets the position filter decide (the samples that its borders spoil, see settling_samples()).
   std::optional<std::array<Index, 2>> trim = {};
-  /// Rows of joint j are left out where |q̇_j| is below velocity_threshold[j] [rad/s | m/s]; empty keeps all, but for those
-  /// that RowScheme::exact leaves out by itself. Where the window is chosen, empty is a twentieth of the joint's rms velocity.
+  /// Rows of joint j are left out where |q̇_j| is below velocity_threshold[j] [rad/s | m/s]; empty keeps all,
+  /// but for those that RowScheme::exact leaves out by itself. Where the window is chosen, empty is a
+  /// twentieth of the joint's rms velocity.
   std::vector<double> velocity_threshold = {};
   /// Only rows with window[0] ≤ t ≤ window[1] [s] are kept; samples outside still serve the filters.
   std::optional<std::array<double, 2>> window = {};
@@ -149,15 +153,16 @@ struct Rows {
 /// What least squares needs of the rows of one log, see rows(): their orthogonal factors.
 struct RowFactors {
   std::vector<RowGroup> groups;  ///< triangle of [W_j Y_j] of each joint, (n)
-  /// The same of the rows (10) before decimation, whose |diag R| convention `matlab` prints; empty without decimation
-  /// and in other conventions.
+  /// The same of the rows (10) before decimation, whose |diag R| convention `matlab` prints; empty without
+  /// decimation and in other conventions.
   std::vector<RowGroup> undecimated;
   std::vector<Index> left_out;     ///< as in Rows, (n)
   std::vector<double> thresholds;  ///< as in Rows, (n); of several logs the largest
 };
 
-/// A log that was recorded on the motors' side of the gears, on the joint side: q = R⁻¹ q_motor, its velocity and
-/// reference likewise, τ = Rᵀ τ_motor with R = Robot::gears(). Control signals stay as they are, see effort().
+/// A log that was recorded on the motors' side of the gears, on the joint side: q = R⁻¹ q_motor, its velocity
+/// and reference likewise, τ = Rᵀ τ_motor with R = Robot::gears(). Control signals stay as they are, see
+/// effort().
 ///
 /// @param log  its angles and torques are those of the motors, in the order of the joints
 /// @throws InputError where the log has a number of columns that does not fit the robot
@@ -172,20 +177,20 @@ struct RowFactors {
 /// Parallel decimation of every column, Eqs. (13, 14); see the decimate() of a series.
 [[nodiscard]] Observation decimate(Observation W, int n_d, Convention convention = Convention::standard);
 
-/// Rows of a log, Eqs. (10–14): filtered positions, central differences, observation matrix, parallel decimation
-/// of Y and of every column of W, borders and slow samples left out.
+/// Rows of a log, Eqs. (10–14): filtered positions, central differences, observation matrix, parallel
+/// decimation of Y and of every column of W, borders and slow samples left out.
 ///
 /// All of W is held in memory; factors() needs no more than the log for logs of any length.
 ///
-/// @throws InputError where log, robot and options do not fit together, where the log itself can not be used (see
-///                    Log::complaint(): its clock must be uniform), or no row is left
+/// @throws InputError where log, robot and options do not fit together, where the log itself can not be used
+///                    (see Log::complaint(): its clock must be uniform), or no row is left
 [[nodiscard]] Rows rows(const Robot& robot, const BaseParameters& base, const Log& log,
                         const SignalOptions& options);
 
-/// The rows of a log, factored while they are made: a piece of W and Y is filled, decimated and eliminated before the
-/// next one is made. Beside the log and its filtered positions (and torques, where they are filtered or made from control
-/// signals) that takes some 7 kB of memory for each column of each joint, without growing with the log. Convention
-/// `matlab` with decimation holds all rows instead.
+/// The rows of a log, factored while they are made: a piece of W and Y is filled, decimated and eliminated
+/// before the next one is made. Beside the log and its filtered positions (and torques, where they are
+/// filtered or made from control signals) that takes some 7 kB of memory for each column of each joint,
+/// without growing with the log. Convention `matlab` with decimation holds all rows instead.
 ///
 /// @param threads   that share the work; the result is the same, bit by bit, whatever their number
 /// @param progress  called now and then with the fraction done, 0 to 1, by the calling thread

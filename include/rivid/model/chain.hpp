@@ -14,16 +14,17 @@ namespace rivid {
 
 /// Geometry of a serial chain as the kernels read it.
 ///
-/// Frame j is fixed to link j, its origin lies on the axis of joint j and its z axis along it: a revolute joint
-/// turns frame j about z, a prismatic one moves it along z. A URDF whose joint axis is x, y or a negative axis is
-/// brought to this form by renaming axes, see Link::axes.
+/// Frame j is fixed to link j, its origin lies on the axis of joint j and its z axis along it: a revolute
+/// joint turns frame j about z, a prismatic one moves it along z. A URDF whose joint axis is x, y or a
+/// negative axis is brought to this form by renaming axes, see Link::axes.
 struct Chain {
   struct Link {
     JointType type = JointType::revolute;
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< orientation of frame j in frame j−1 at q_j = 0
     Eigen::Vector3d p = Eigen::Vector3d::Zero();      ///< origin of frame j in frame j−1 at q_j = 0 [m]
-    /// The user's link frame has the origin of frame j and its axes, renamed: component k of a vector in the link
-    /// frame is signs[k] times component axes[k] in frame j. Standard parameters are given in the link frame.
+    /// The user's link frame has the origin of frame j and its axes, renamed: component k of a vector in the
+    /// link frame is signs[k] times component axes[k] in frame j. Standard parameters are given in the link
+    /// frame.
     std::array<int, 3> axes = {0, 1, 2};
     std::array<int, 3> signs = {1, 1, 1};
   };
@@ -55,8 +56,9 @@ struct JacobiEigen {
   Square vectors;  // one column a value
 };
 
-// Eigenvalues of a symmetric matrix by Jacobi's rotations: those of a diagonal matrix are its entries themselves. (Eigen's
-// solver costs as much to compile as all the rest.) Nothing is allocated for a matrix of fixed size.
+// Eigenvalues of a symmetric matrix by Jacobi's rotations: those of a diagonal matrix are its entries
+// themselves. (Eigen's solver costs as much to compile as all the rest.) Nothing is allocated for a matrix of
+// fixed size.
 template <typename Square>
 [[nodiscard]] JacobiEigen<Square> jacobi_eigen(Square A) {
   using Scalar = typename Square::Scalar;

@@ -9,9 +9,9 @@
 
 #include "rivid/fields.hpp"
 
-// All that is known of a parameter kind, of a function of friction and of a friction law, one row each: whoever needs to
-// know something of a kind asks its row. The vector kernels include this file: nothing here may come from Eigen, and what
-// they call must be a template on their Scalar.
+// All that is known of a parameter kind, of a function of friction and of a friction law, one row each:
+// whoever needs to know something of a kind asks its row. The vector kernels include this file: nothing here
+// may come from Eigen, and what they call must be a template on their Scalar.
 namespace rivid {
 
 /// One of two values, without a branch where Scalar holds several samples (see Pack).
@@ -51,9 +51,9 @@ template <typename Scalar>
 
 enum class JointType { revolute, prismatic };
 
-/// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction, Iam, Fvm
-/// and Fcm belong to a motor that several joints turn, see Coupling. Fl is friction in proportion to the load of the gear, Fr
-/// friction that grows with the square root of the speed.
+/// What a standard parameter stands for, Eq. (3) of [RIV]; the four with a direction are asymmetric friction,
+/// Iam, Fvm and Fcm belong to a motor that several joints turn, see Coupling. Fl is friction in proportion to
+/// the load of the gear, Fr friction that grows with the square root of the speed.
 enum class ParameterKind {
   XX,
   XY,
@@ -137,8 +137,9 @@ inline constexpr std::array basis_rows = {
     BasisRow{Basis::root, Role::viscous},
 };
 
-/// φ of friction, of a speed and of its sign: ±1 or 0, or tanh(speed / v_s) where it is smooth. Which of the two is
-/// meant where the speed is zero, the sign says. Of Basis::load it is what |τ_load| is multiplied with.
+/// φ of friction, of a speed and of its sign: ±1 or 0, or tanh(speed / v_s) where it is smooth. Which of the
+/// two is meant where the speed is zero, the sign says. Of Basis::load it is what |τ_load| is multiplied
+/// with.
 template <typename Scalar>
 [[nodiscard, gnu::always_inline]] inline Scalar friction_function(Basis basis, const Scalar& speed,
                                                                   const Scalar& sign) {
@@ -235,8 +236,8 @@ inline constexpr auto kind_rows = [] {
   });
 }();
 
-/// Friction law of a joint: which parameters it has. The torque is linear in all of them but Fl, whose |τ_load| is that of
-/// the other parameters.
+/// Friction law of a joint: which parameters it has. The torque is linear in all of them but Fl, whose
+/// |τ_load| is that of the other parameters.
 enum class Friction {
   none,        ///< no friction
   viscous,     ///< τ = Fv q̇

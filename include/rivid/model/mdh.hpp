@@ -23,8 +23,8 @@ struct MdhRow {
   std::string name = {};  ///< of the joint; "joint_1", … if empty
 };
 
-/// The robot of a modified Denavit-Hartenberg table. Its links are "link_1", …, their standard parameters are given
-/// in the frames of the table, and their a-priori values are zero.
+/// The robot of a modified Denavit-Hartenberg table. Its links are "link_1", …, their standard parameters are
+/// given in the frames of the table, and their a-priori values are zero.
 ///
 /// @param gravity  acceleration of free fall in frame 0 [m/s²]
 /// @throws InputError  an empty table, a value that is not finite

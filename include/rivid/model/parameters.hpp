@@ -42,8 +42,8 @@ struct StandardParameter {
 ///
 ///   P = ∫ [r; 1] [r; 1]ᵀ dm = [½ tr(I) 1 − I, h; hᵀ, m]
 ///
-/// with the inertia tensor I about the frame's origin, the first moments h and the mass m. Some body has these inertial
-/// parameters if and only if P has no negative eigenvalue.
+/// with the inertia tensor I about the frame's origin, the first moments h and the mass m. Some body has
+/// these inertial parameters if and only if P has no negative eigenvalue.
 [[nodiscard]] Eigen::Matrix4d pseudo_inertia(const Inertial& inertial);
 
 /// The inertial parameters that a pseudo-inertia stands for; the inverse of pseudo_inertia().
@@ -55,8 +55,8 @@ struct StandardParameter {
 
 namespace detail {
 
-// Products of three by three, written out in the order of Eigen's, which would cost users of rivid::headers as much time to
-// compile as all of this.
+// Products of three by three, written out in the order of Eigen's, which would cost users of rivid::headers
+// as much time to compile as all of this.
 inline Eigen::Vector3d applied(const Eigen::Matrix3d& A, const Eigen::Vector3d& b) {
   Eigen::Vector3d out;
   for (Index i = 0; i < 3; ++i) {

@@ -33,11 +33,11 @@ inline constexpr std::array names_of<Friction> = [] {
 ///   τ += c (Iam cᵀ q̈ + Fvm cᵀ q̇ + Fcm sign(cᵀ q̇)).
 ///
 /// Beside joints that have an inertia Ia_i and a friction Fv_i of their own, the diagonal of c cᵀ is no news:
-/// Ia_i + c_i² Iam is all that the torque of joint i shows. With Terms::cross, the default, Iam and Fvm therefore
-/// stand for the entries off the diagonal alone, and Ia_i, Fv_i hold c_i² Iam, c_i² Fvm. With Terms::all they stand
-/// for the whole of c cᵀ. Either way the model reaches the same torques; the values of Iam and Fvm are the same, those
-/// of Ia_i and Fv_i differ by that diagonal. Coulomb friction has no such choice: sign(cᵀ q̇) is no sum over joints,
-/// and its column is always whole.
+/// Ia_i + c_i² Iam is all that the torque of joint i shows. With Terms::cross, the default, Iam and Fvm
+/// therefore stand for the entries off the diagonal alone, and Ia_i, Fv_i hold c_i² Iam, c_i² Fvm. With
+/// Terms::all they stand for the whole of c cᵀ. Either way the model reaches the same torques; the values of
+/// Iam and Fvm are the same, those of Ia_i and Fv_i differ by that diagonal. Coulomb friction has no such
+/// choice: sign(cᵀ q̇) is no sum over joints, and its column is always whole.
 ///
 /// The other reading in use (BIRDy's TX40) ties the coupled inertia to Ia_m and takes the signs of the single
 /// velocities: Inertia::tied, Coulomb::single.
@@ -135,7 +135,8 @@ struct CoupledEntry {
 [[nodiscard]] std::vector<CoupledEntry> coupled_entries(const Coupling& coupling, ParameterKind kind,
                                                         Index n);
 
-/// C of q̇_motor = C q̇: the rows c of the couplings, and those of the identity for all other motors, (n × n).
+/// C of q̇_motor = C q̇: the rows c of the couplings, and those of the identity for all other motors, (n ×
+/// n).
 [[nodiscard]] Matrix coupling_matrix(std::span<const Coupling> couplings, Index n);
 
 template <>
@@ -154,11 +155,12 @@ struct Joint {
   JointType type = JointType::revolute;
 
   Friction friction = Friction::symmetric;
-  /// Where it is not 0, Coulomb friction is smooth at reversals: tanh(q̇ / sign_speed) takes the place of sign q̇, in the
-  /// regressor and in the dynamics, and nothing sticks [rad/s | m/s].
+  /// Where it is not 0, Coulomb friction is smooth at reversals: tanh(q̇ / sign_speed) takes the place of
+  /// sign q̇, in the regressor and in the dynamics, and nothing sticks [rad/s | m/s].
   double sign_speed = 0.0;
   bool rotor_inertia = true;  ///< whether Ia of this joint is a parameter
-  /// Force or torque per unit of the control signal on the motor's side of the gear: K_c K_τ of Eq. (9) of [RIV].
+  /// Force or torque per unit of the control signal on the motor's side of the gear: K_c K_τ of Eq. (9) of
+  /// [RIV].
   double drive_gain = 1.0;
   double gear_ratio = 1.0;  ///< K_r of Eq. (9): q̇_m = K_r q̇; see Robot::gear_matrix for coupled gears
 
@@ -221,13 +223,15 @@ struct Robot {
   std::vector<Joint> joints;        ///< one for each link of the chain
   std::vector<Inertial> inertials;  ///< a-priori values, in the link frames; zero where none are known
   std::vector<Coupling> couplings;  ///< motors that several joints turn, and their parameters
-  /// R of q_motor = R q, (n × n), where gears couple the joints; empty: the diagonal of the gear ratios. By the
-  /// balance of power the motors' torques act on the joints through its transpose, τ = Rᵀ τ_motor. It converts
-  /// logs and control signals; which parameters the coupling adds to the model is said by `couplings`.
+  /// R of q_motor = R q, (n × n), where gears couple the joints; empty: the diagonal of the gear ratios. By
+  /// the balance of power the motors' torques act on the joints through its transpose, τ = Rᵀ τ_motor. It
+  /// converts logs and control signals; which parameters the coupling adds to the model is said by
+  /// `couplings`.
   Matrix gear_matrix;
-  /// Parameters count as one where their columns of the regressor differ by less than this fraction of the largest
-  /// column of the same unit, between 0 and 1. Angles that are written with few digits distinguish parameters that the
-  /// robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry distinguishes is a few hundredths.
+  /// Parameters count as one where their columns of the regressor differ by less than this fraction of the
+  /// largest column of the same unit, between 0 and 1. Angles that are written with few digits distinguish
+  /// parameters that the robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry
+  /// distinguishes is a few hundredths.
   double base_tolerance = 1e-5;
   std::vector<Finding> warnings;   ///< what the reader noticed and the user should know
   std::vector<std::string> notes;  ///< what was chosen for it
@@ -244,8 +248,8 @@ struct Robot {
   /// R of q_motor = R q: gear_matrix, or the diagonal of the gear ratios, (n × n).
   [[nodiscard]] Matrix gears() const;
 
-  /// G of τ = G v_τ, Eqs. (8, 9) of [RIV] for coupled gears: Rᵀ diag(drive_gain), (n × n). Without a gear_matrix it
-  /// is the diagonal of Joint::g_tau().
+  /// G of τ = G v_τ, Eqs. (8, 9) of [RIV] for coupled gears: Rᵀ diag(drive_gain), (n × n). Without a
+  /// gear_matrix it is the diagonal of Joint::g_tau().
   [[nodiscard]] Matrix drive_matrix() const;
 
   /// The first fault found, in words that name the joint; nothing if the robot can be used.

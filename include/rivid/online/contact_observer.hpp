@@ -53,7 +53,8 @@ struct ContactObserverOptions {
   double bandwidth =
       30.0;  ///< of the observer: r follows the external torque like a first-order low-pass [rad/s]
   double alarms_per_hour = 1.0;  ///< false alarms of all joints together that the thresholds are made for
-  /// v_s of each joint, (n) [rad/s | m/s]: friction is smoothed by tanh(q̇ / v_s). At half of it and below a joint counts as at rest.
+  /// v_s of each joint, (n) [rad/s | m/s]: friction is smoothed by tanh(q̇ / v_s). At half of it and below a
+  /// joint counts as at rest.
   Vector smoothing_speed = {};  ///< empty: 0.02 each
   double settling = 0.15;       ///< time after a reversal that has a threshold of its own [s]
 
@@ -86,15 +87,17 @@ struct ContactObserverOptions {
 ///
 ///   p = M(q) q̇,   r = K (p − ∫ (τ − friction + Cᵀ q̇ − g + r) dt),
 ///
-/// so that ṙ = K (τ_ext − r): r is the external torque behind a low-pass of `bandwidth`. The integral is exact for a τ that is
-/// held from tick to tick. Friction that follows the load needs no acceleration either: its gear passes on the u of
-/// u + Fl |u| sign q̇ = τ − other friction.
+/// so that ṙ = K (τ_ext − r): r is the external torque behind a low-pass of `bandwidth`. The integral is
+/// exact for a τ that is held from tick to tick. Friction that follows the load needs no acceleration either:
+/// its gear passes on the u of u + Fl |u| sign q̇ = τ − other friction.
 ///
-/// **Thresholds** are those of the robot's own residual. While update() learns, mean and deviation of each joint's r are
-/// kept for classes of its motion (at rest, and for each direction just after a reversal and by speed). r remembers what it was for
-/// 1 / bandwidth, so mean and deviation pass through its low-pass too: what friction has left at a slow reversal is no contact behind
-/// it. The largest deviation of each second is kept as well; by Gumbel's distribution these give the threshold for the false alarms that
-/// the options ask for. A joint has no threshold (infinity), and sees no contact, before it has spent three seconds in one class and one more.
+/// **Thresholds** are those of the robot's own residual. While update() learns, mean and deviation of each
+/// joint's r are kept for classes of its motion (at rest, and for each direction just after a reversal and by
+/// speed). r remembers what it was for 1 / bandwidth, so mean and deviation pass through its low-pass too:
+/// what friction has left at a slow reversal is no contact behind it. The largest deviation of each second is
+/// kept as well; by Gumbel's distribution these give the threshold for the false alarms that the options ask
+/// for. A joint has no threshold (infinity), and sees no contact, before it has spent three seconds in one
+/// class and one more.
 ///
 /// After the constructor no member allocates, throws or locks.
 ///
@@ -115,8 +118,8 @@ class ContactObserver {
 
   [[nodiscard]] Index size() const noexcept { return momentum_.size(); }
 
-  /// Takes a tick. A tick of a wrong size, or with a number that is not finite or beyond 1e6 rad or m, 1e9 rad/s or m/s, 1e9 N·m or N,
-  /// starts the observer anew.
+  /// Takes a tick. A tick of a wrong size, or with a number that is not finite or beyond 1e6 rad or m, 1e9
+  /// rad/s or m/s, 1e9 N·m or N, starts the observer anew.
   ///
   /// @param q    positions, (n) [rad | m]
   /// @param qd   velocities, (n) [rad/s | m/s]
@@ -126,10 +129,11 @@ class ContactObserver {
 
   /// r, the external torque, (n) [N·m | N].
   [[nodiscard]] const Result& residual() const noexcept { return residual_; }
-  /// r without its mean in the present class of motion, over the threshold: a contact where above 1 in magnitude, (n).
+  /// r without its mean in the present class of motion, over the threshold: a contact where above 1 in
+  /// magnitude, (n).
   [[nodiscard]] const Result& relative() const noexcept { return relative_; }
-  /// Present threshold of joint j [N·m | N]; infinite before anything was learned. Of a joint that is none, this and level() are no
-  /// number, and it has learned nothing.
+  /// Present threshold of joint j [N·m | N]; infinite before anything was learned. Of a joint that is none,
+  /// this and level() are no number, and it has learned nothing.
   [[nodiscard]] Scalar threshold(Index j) const noexcept;
   /// Standard deviations that the threshold of joint j lies above the mean.
   [[nodiscard]] Scalar level(Index j) const noexcept {
@@ -142,19 +146,21 @@ class ContactObserver {
   [[nodiscard]] bool learned() const noexcept { return levels_.allFinite(); }
 
   [[nodiscard]] bool contact() const noexcept { return link_ >= 0; }
-  /// The link that is touched, counted from 0: the last joint that feels it moves it. A force through the axes of joints behind is not
-  /// seen by these, so it may be a later link. −1 without a contact.
+  /// The link that is touched, counted from 0: the last joint that feels it moves it. A force through the
+  /// axes of joints behind is not seen by these, so it may be a later link. −1 without a contact.
   [[nodiscard]] Index link() const noexcept { return link_; }
 
-  /// The smallest force on a point of a link that explains the residual of joints 0 … link, weighted by their deviations, in
-  /// the axes of the base [N]. Of a link near the base some directions are not seen; they count as zero.
+  /// The smallest force on a point of a link that explains the residual of joints 0 … link, weighted by their
+  /// deviations, in the axes of the base [N]. Of a link near the base some directions are not seen; they
+  /// count as zero.
   ///
   /// @param link   counted from 0
   /// @param point  in the frame j of the link [m]
   [[nodiscard]] Eigen::Vector3<Scalar> force(Index link, const Eigen::Vector3<Scalar>& point) const noexcept;
 
-  /// A body on the last link that the model does not have, XX … M in the frame of that link: PayloadEstimator::inertial().
-  /// Else its weight is an external torque. The observer begins anew; thresholds stay.
+  /// A body on the last link that the model does not have, XX … M in the frame of that link:
+  /// PayloadEstimator::inertial(). Else its weight is an external torque. The observer begins anew;
+  /// thresholds stay.
   void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept {
     const Inertial& in_link = body.template cast<double>();
     momentum_.set_payload(transformed(in_link, axes_, Eigen::Vector3d::Zero()));
@@ -186,7 +192,8 @@ class ContactObserver {
   static constexpr int half_octaves = 20;
   static constexpr int class_count = 1 + 2 * (1 + half_octaves);
   static constexpr int at_rest = 0;
-  // The largest size of a second, in deviations: mean and deviation before any was seen, which count for so many seconds.
+  // The largest size of a second, in deviations: mean and deviation before any was seen, which count for so
+  // many seconds.
   static constexpr double usual_peak = 3.0;
   static constexpr double usual_spread = 1.0;
   static constexpr double usual_seconds = 5.0;
@@ -204,8 +211,8 @@ class ContactObserver {
     double mean = 0.0;
     double square = 0.0;  // Σ (x − mean)²
   };
-  // The largest sizes of seconds, in deviations. Those of the begin, when the moments were hardly known, are left behind: a stretch of
-  // learning that is twice as long as the last one takes its place.
+  // The largest sizes of seconds, in deviations. Those of the begin, when the moments were hardly known, are
+  // left behind: a stretch of learning that is twice as long as the last one takes its place.
   struct Tail {
     Moments before;
     Moments now;
@@ -412,7 +419,8 @@ void ContactObserver<Scalar>::learn(Index j) noexcept {
     all.mean += off * part.count / count;
     all.count = count;
   }
-  // A largest value has Gumbel's distribution: exp(−e^((μ − x) / β)), with mean μ + 0.577 β and deviation β π / √6.
+  // A largest value has Gumbel's distribution: exp(−e^((μ − x) / β)), with mean μ + 0.577 β and deviation β π
+  // / √6.
   const double beta = std::sqrt(6.0 * all.square / all.count) / std::numbers::pi;
   const double seconds_to_alarm = 3600.0 * static_cast<double>(model_.size()) / options_.alarms_per_hour;
   levels_[j] = std::max(all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);

@@ -22,13 +22,14 @@ namespace rivid {
 struct FrictionMonitorOptions {
   RowStreamOptions rows = {};
   double forgetting = 30.0;  ///< time constant of what is known of friction, while the robot moves [s]
-  /// Whether friction follows a quantity θ of each joint too, such as its temperature or the time: F + F′ θ in place of each
-  /// coefficient F of dry and viscous friction. Count it from its value during the identification.
+  /// Whether friction follows a quantity θ of each joint too, such as its temperature or the time: F + F′ θ
+  /// in place of each coefficient F of dry and viscous friction. Count it from its value during the
+  /// identification.
   bool regressor = false;
   double regressor_scale =
       0.02;  ///< relative change of a coefficient by one unit of θ, as a standard deviation
-  /// Root mean square of the torque error by drifted friction above which a new identification is advised, (n) [N·m | N].
-  /// Empty: the deviation of the residual that the model had, sigma_rho.
+  /// Root mean square of the torque error by drifted friction above which a new identification is advised,
+  /// (n) [N·m | N]. Empty: the deviation of the residual that the model had, sigma_rho.
   Vector limit = {};
 
   [[nodiscard]] std::optional<std::string> complaint(Index joints) const {
@@ -43,15 +44,17 @@ struct FrictionMonitorOptions {
   }
 };
 
-/// Friction in the control loop: the coefficients of each joint now, how far they have drifted since the identification, and whether that
-/// matters.
+/// Friction in the control loop: the coefficients of each joint now, how far they have drifted since the
+/// identification, and whether that matters.
 ///
-/// All base parameters are estimated recursively from the rows of RowStream, with the model's estimate and covariance as what is known
-/// beforehand, as RecursiveIdentifier does. Only what is known of friction fades: R's rows of friction stand above those of the
-/// others, so that these keep their information while the former forget. A drift of friction does not move inertias, and a
-/// load moves friction only if set_payload() does not name it.
+/// All base parameters are estimated recursively from the rows of RowStream, with the model's estimate and
+/// covariance as what is known beforehand, as RecursiveIdentifier does. Only what is known of friction fades:
+/// R's rows of friction stand above those of the others, so that these keep their information while the
+/// former forget. A drift of friction does not move inertias, and a load moves friction only if set_payload()
+/// does not name it.
 ///
-/// After the constructor no member allocates, throws or locks. A parameter's value is as many ticks old as there are coefficients at most.
+/// After the constructor no member allocates, throws or locks. A parameter's value is as many ticks old as
+/// there are coefficients at most.
 ///
 /// @tparam Scalar  double or float
 template <typename Scalar>
@@ -85,13 +88,15 @@ class FrictionMonitor {
   void update(const Values& q, const Values& tau, const Values& theta) noexcept;
   void update(const Values& q, const Values& tau) noexcept { update(q, tau, none_); }
 
-  /// A body on the last link that the model does not have, XX … M in the frame of that link: PayloadEstimator::inertial().
+  /// A body on the last link that the model does not have, XX … M in the frame of that link:
+  /// PayloadEstimator::inertial().
   void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept {
     body_ = body;
     rows_.set_body(body_, columns_.body);
   }
 
-  /// Coefficient i now, with θ = 0 [SI, joint side]. Of a coefficient or joint that is none, these members give no number.
+  /// Coefficient i now, with θ = 0 [SI, joint side]. Of a coefficient or joint that is none, these members
+  /// give no number.
   [[nodiscard]] Scalar value(Index i) const noexcept { return entry(values_, i); }
   [[nodiscard]] Scalar sigma(Index i) const noexcept { return entry(sigmas_, i); }
   /// Distance from the identified value in standard deviations of both.
@@ -104,14 +109,16 @@ class FrictionMonitor {
     const auto before = static_cast<Scalar>(c.identified_sigma);
     return (values_[i] - static_cast<Scalar>(c.identified)) / sqrt(sigmas_[i] * sigmas_[i] + before * before);
   }
-  /// Root mean square of the torque error of joint j that the drift of its friction means for the motion of late [N·m | N].
+  /// Root mean square of the torque error of joint j that the drift of its friction means for the motion of
+  /// late [N·m | N].
   [[nodiscard]] Scalar torque_error(Index j) const noexcept;
   /// Whether the torque error of joint j exceeds its limit: identify anew, or take the values from here.
   [[nodiscard]] bool identify_anew(Index j) const noexcept {
     return j >= 0 && j < joints() && torque_error(j) > static_cast<Scalar>(limit_[j]);
   }
 
-  /// All base parameters, (b) [SI, joint side], by back substitution: inertial ones as what is known beforehand and all rows say.
+  /// All base parameters, (b) [SI, joint side], by back substitution: inertial ones as what is known
+  /// beforehand and all rows say.
   [[nodiscard]] const Eigen::VectorX<Scalar>& chi() noexcept;
 
   /// All work that waits, and the solution: what the next ticks would do.
@@ -346,7 +353,8 @@ void FrictionMonitor<Scalar>::add(const Row& row, const Values& theta) noexcept 
   }
 }
 
-// Once a stride while anything moves: what is known of friction fades, and the little that is always known comes back.
+// Once a stride while anything moves: what is known of friction fades, and the little that is always known
+// comes back.
 template <typename Scalar>
 void FrictionMonitor<Scalar>::step() noexcept {
   rows_.triangle().fade(0, count() - slopes_, static_cast<Scalar>(rows_.keep()));

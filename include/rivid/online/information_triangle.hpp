@@ -13,17 +13,18 @@
 
 namespace rivid::detail {
 
-// Square-root information of a linear estimate: the triangle [R z] with R χ = z, to which rows w χ = y are added by Givens
-// rotations, one after the other and a part at a time, so that no tick of a control loop gets the work of many. At every
-// moment [R z] is the triangle of all rows that have passed and of what has been done of the one at hand: it can be solved.
+// Square-root information of a linear estimate: the triangle [R z] with R χ = z, to which rows w χ = y are
+// added by Givens rotations, one after the other and a part at a time, so that no tick of a control loop gets
+// the work of many. At every moment [R z] is the triangle of all rows that have passed and of what has been
+// done of the one at hand: it can be solved.
 //
-// The unknowns that stand first can be forgotten by themselves: the rows of R below theirs are what is known of the
-// others, whatever the first ones are.
+// The unknowns that stand first can be forgotten by themselves: the rows of R below theirs are what is known
+// of the others, whatever the first ones are.
 template <typename Scalar>
 class InformationTriangle {
  public:
-  // What became of a row: with weights 1 / σ, and R the square root of the information before it, `residual` is its prediction error
-  // over the deviation of that, and `gain` = σ over the same deviation.
+  // What became of a row: with weights 1 / σ, and R the square root of the information before it, `residual`
+  // is its prediction error over the deviation of that, and `gain` = σ over the same deviation.
   struct Outcome {
     int tag;
     Scalar residual;
@@ -70,8 +71,8 @@ class InformationTriangle {
     ++at_.count;
   }
 
-  // Goes on with the rows that wait, for so many operations at least; calls report(Outcome) for each that is done.
-  // Returns what is left of the operations, 0 where rows are left.
+  // Goes on with the rows that wait, for so many operations at least; calls report(Outcome) for each that is
+  // done. Returns what is left of the operations, 0 where rows are left.
   template <typename Report>
   Index work(Index operations, const Report& report) noexcept {
     while (operations > 0 && at_.count > 0) {
@@ -140,8 +141,8 @@ class InformationTriangle {
     return true;
   }
 
-  // Row i of R⁻¹: zeros before its diagonal. Its squares add up to the variance of unknown i, its product with z is the
-  // unknown. No numbers where an entry of R's diagonal is zero.
+  // Row i of R⁻¹: zeros before its diagonal. Its squares add up to the variance of unknown i, its product
+  // with z is the unknown. No numbers where an entry of R's diagonal is zero.
   //
   // x  (room_of_row())
   void inverse_row(Index i, Scalar* x) const noexcept {

@@ -10,8 +10,8 @@
 
 namespace rivid {
 
-/// An identified robot with its uncertainty, as the estimators of a control loop take it. read_online_model() makes it
-/// of a result.json.
+/// An identified robot with its uncertainty, as the estimators of a control loop take it. read_online_model()
+/// makes it of a result.json.
 struct OnlineModel {
   Robot robot;
   BaseParameters base;        ///< of the robot, (b)

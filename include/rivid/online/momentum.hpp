@@ -13,8 +13,9 @@ namespace rivid::detail {
 //
 //   ṗ = τ − friction + τ_ext + ∂T/∂q − g(q),   T = ½ q̇ᵀ M q̇,
 //
-// where ∂T/∂q = Cᵀ(q, q̇) q̇. A turn about joint j by δ changes the twists of all links behind it by V × s δ, so ∂T/∂q_j is the
-// momentum of these links on V × s: one sweep from base to tip and one back give everything, without M or C.
+// where ∂T/∂q = Cᵀ(q, q̇) q̇. A turn about joint j by δ changes the twists of all links behind it by V × s δ,
+// so ∂T/∂q_j is the momentum of these links on V × s: one sweep from base to tip and one back give
+// everything, without M or C.
 template <typename Scalar>
 class Momentum {
  public:
@@ -113,13 +114,15 @@ class Momentum {
   Inertial payload_ = Inertial::Zero();
 };
 
-// The torque that a gear passes on of what other friction leaves, where friction follows the load; v_s smooths its sign.
+// The torque that a gear passes on of what other friction leaves, where friction follows the load; v_s
+// smooths its sign.
 template <typename Scalar>
 [[nodiscard]] Scalar passed_on(double load, const Scalar& v_s, const Scalar& torque, const Scalar& speed) {
   return load == 0.0 ? torque : DryFriction::carried(torque, Scalar(Scalar(load) * smooth_sign(speed, v_s)));
 }
 
-// What a first-order low-pass makes of r, whose input is the rate of a momentum less what is known to drive it.
+// What a first-order low-pass makes of r, whose input is the rate of a momentum less what is known to drive
+// it.
 template <typename Scalar>
 [[nodiscard]] Scalar low_pass(const Scalar& r, const Scalar& keep, const Scalar& before, const Scalar& now,
                               const Scalar& driven, const Scalar& f_m) {

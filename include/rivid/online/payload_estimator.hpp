@@ -21,22 +21,25 @@ namespace rivid {
 
 struct PayloadEstimatorOptions {
   RowStreamOptions rows = {};
-  /// Pose of the flange frame in the frame of the last link, which payloads refer to: orientation and origin [m].
+  /// Pose of the flange frame in the frame of the last link, which payloads refer to: orientation and origin
+  /// [m].
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   /// Relative standard deviation of the drive gains, as if all erred alike: it is that of the mass.
   double gain_sigma = 0.0;
-  /// Relative standard deviation by which friction may have changed since the identification: by temperature, say.
+  /// Relative standard deviation by which friction may have changed since the identification: by temperature,
+  /// say.
   double friction_change = 0.05;
   /// Mass and distance from the flange that a payload may have, as standard deviations about none [kg], [m].
   double mass_scale = 10.0;
   double length_scale = 0.15;
-  /// Time constant of forgetting while the robot moves [s]: of what was learned; the model's parameters stay known as it knows them. Infinite:
-  /// nothing is forgotten but a payload that has changed.
+  /// Time constant of forgetting while the robot moves [s]: of what was learned; the model's parameters stay
+  /// known as it knows them. Infinite: nothing is forgotten but a payload that has changed.
   double forgetting = 60.0;
   double hours_to_false_alarm = 10.0;  ///< mean time of motion to a change of payload that is none [h]
   double largest_change = 10.0;        ///< of the mass at once, as a standard deviation [kg]
-  /// When numbers are good enough to send: half widths of the 95 % intervals of the mass, relative (or 50 g), and of the centre of mass [m].
+  /// When numbers are good enough to send: half widths of the 95 % intervals of the mass, relative (or 50 g),
+  /// and of the centre of mass [m].
   double good_mass = 0.05;
   double good_com = 0.02;
 
@@ -80,13 +83,14 @@ struct OnlinePayload {
   Eigen::Vector3<Scalar> com =
       Eigen::Vector3<Scalar>::Zero();  ///< centre of mass [m]; zero where `held` is not set
   Eigen::Vector3<Scalar> com_sigma = Eigen::Vector3<Scalar>::Zero();  ///< [m]
-  /// About the centre of mass, axes of the flange [kg·m²]: of some body. Zero where the motion does not show it.
+  /// About the centre of mass, axes of the flange [kg·m²]: of some body. Zero where the motion does not show
+  /// it.
   Eigen::Matrix3<Scalar> inertia = Eigen::Matrix3<Scalar>::Zero();
   Eigen::Vector3<Scalar> inertia_sigma = Eigen::Vector3<Scalar>::Zero();  ///< of Ixx Iyy Izz [kg·m²]
   bool held = false;  ///< whether there is a payload: the mass is above two deviations
   bool body = false;  ///< whether the inertia is determined; else the payload is a point
-  /// Whether mass and centre of mass are known well enough for set_target_payload() or setLoad(), and nothing has
-  /// changed in the last half second of motion.
+  /// Whether mass and centre of mass are known well enough for set_target_payload() or setLoad(), and nothing
+  /// has changed in the last half second of motion.
   bool good = false;
 
   /// Half width of the 95 % interval of the mass.
@@ -102,24 +106,28 @@ struct OnlinePayload {
   }
 };
 
-/// What hangs on the flange, in the control loop: mass, centre of mass and inertia with intervals, and when that changes.
+/// What hangs on the flange, in the control loop: mass, centre of mass and inertia with intervals, and when
+/// that changes.
 ///
-/// The ten parameters λ of a body on the last link and the base parameters χ of the arm are estimated together from the rows of
-/// RowStream,
+/// The ten parameters λ of a body on the last link and the base parameters χ of the arm are estimated
+/// together from the rows of RowStream,
 ///
 ///   y = W χ + L λ + e,
 ///
-/// with the model's χ̂ and covariance as what is known beforehand, friction of which may have changed by `friction_change`. So the interval of
-/// the payload carries what is not known of the arm, and friction that has warmed up is no payload. Errors of a joint's rows that are alike
-/// from row to row count with their long-run variance; the gains' deviation is added. Nothing but q and τ is measured:
-/// no acceleration, see RowStream.
+/// with the model's χ̂ and covariance as what is known beforehand, friction of which may have changed by
+/// `friction_change`. So the interval of the payload carries what is not known of the arm, and friction that
+/// has warmed up is no payload. Errors of a joint's rows that are alike from row to row count with their
+/// long-run variance; the gains' deviation is added. Nothing but q and τ is measured: no acceleration, see
+/// RowStream.
 ///
-/// A change of the payload is found by a likelihood-ratio test of the prediction errors on the columns of L that belong to mass and first
-/// moments, over three lengths of memory; its threshold follows from `hours_to_false_alarm`. Then the estimate of the arm goes back
-/// to before the change, and the payload is learned anew.
+/// A change of the payload is found by a likelihood-ratio test of the prediction errors on the columns of L
+/// that belong to mass and first moments, over three lengths of memory; its threshold follows from
+/// `hours_to_false_alarm`. Then the estimate of the arm goes back to before the change, and the payload is
+/// learned anew.
 ///
-/// A tick costs the same as any other: the triangle takes a row over several ticks, and the solution is made row by row, so that payload() is
-/// 11 ticks old at most. After the constructor no member allocates, throws or locks.
+/// A tick costs the same as any other: the triangle takes a row over several ticks, and the solution is made
+/// row by row, so that payload() is 11 ticks old at most. After the constructor no member allocates, throws
+/// or locks.
 ///
 /// @tparam Scalar  double or float
 template <typename Scalar>
@@ -129,7 +137,8 @@ class PayloadEstimator {
 
   /// A change of the payload.
   struct Change {
-    /// Whether the mass has grown or fallen; `unclear` until the new one is known, unless there was none before.
+    /// Whether the mass has grown or fallen; `unclear` until the new one is known, unless there was none
+    /// before.
     enum class Kind { none, unclear, pick_up, release };
     Kind kind = Kind::none;
     Index tick = 0;          ///< when it was found, counted from the first
@@ -160,7 +169,8 @@ class PayloadEstimator {
   [[nodiscard]] const Change& change() const noexcept { return change_; }
   /// The payload's parameters as columns of the last link have them, XX … M [frame of the link].
   [[nodiscard]] const Eigen::Matrix<Scalar, inertial_count, 1>& inertial() const noexcept { return lambda_; }
-  /// Deviation that rows of joint j count with, alike as they are [N·m | N]; of a joint that is none no number.
+  /// Deviation that rows of joint j count with, alike as they are [N·m | N]; of a joint that is none no
+  /// number.
   [[nodiscard]] Scalar row_sigma(Index j) const noexcept {
     return j >= 0 && j < joints() ? static_cast<Scalar>(noise_.sigma(static_cast<std::size_t>(j)))
                                   : std::numeric_limits<Scalar>::quiet_NaN();

@@ -14,8 +14,8 @@ namespace rivid {
 
 struct RecursiveIdentifierOptions {
   RowStreamOptions rows = {};
-  /// Time constant of forgetting: information fades by exp(−t / forgetting) while the robot moves [s]. Infinite: nothing
-  /// is forgotten.
+  /// Time constant of forgetting: information fades by exp(−t / forgetting) while the robot moves [s].
+  /// Infinite: nothing is forgotten.
   double forgetting = std::numeric_limits<double>::infinity();
   /// Whether the estimate begins with the model's parameters and covariance, else with nothing.
   bool prior = true;
@@ -28,18 +28,19 @@ struct RecursiveIdentifierOptions {
   }
 };
 
-/// All base parameters of a robot, in its control loop: recursive least squares on the rows of RowStream, by orthogonal
-/// transformations of a triangle, never by normal equations.
+/// All base parameters of a robot, in its control loop: recursive least squares on the rows of RowStream, by
+/// orthogonal transformations of a triangle, never by normal equations.
 ///
 ///   χ̂ = argmin ‖R₀ (χ − χ₀)‖² + Σ ((y − w χ) / σ_j)²,
 ///
-/// with the model's parameters and covariance as R₀ χ₀, unless options say otherwise, and the model's sigma_rho as σ_j. Without
-/// prior and forgetting it is the weighted batch estimate of the same rows, to rounding.
+/// with the model's parameters and covariance as R₀ χ₀, unless options say otherwise, and the model's
+/// sigma_rho as σ_j. Without prior and forgetting it is the weighted batch estimate of the same rows, to
+/// rounding.
 ///
 /// Friction that follows the load is made linear at the model's parameters, see detail::LoadTangent.
 ///
-/// The triangle takes a row over several ticks, so that all ticks cost the same. After the constructor no member
-/// allocates, throws or locks. A copy is a snapshot; save_state() writes the state without allocating.
+/// The triangle takes a row over several ticks, so that all ticks cost the same. After the constructor no
+/// member allocates, throws or locks. A copy is a snapshot; save_state() writes the state without allocating.
 ///
 /// @tparam Scalar  double or float
 template <typename Scalar>
@@ -59,8 +60,8 @@ class RecursiveIdentifier {
   /// @param tau  torques, joint side, (n) [N·m | N]
   void update(const Values& q, const Values& tau) noexcept;
 
-  /// Takes a row of joint j as it is: w χ = y with the deviation sigma [N·m | N]. A joint that is none, or a row of another size, is
-  /// left out.
+  /// Takes a row of joint j as it is: w χ = y with the deviation sigma [N·m | N]. A joint that is none, or a
+  /// row of another size, is left out.
   ///
   /// @param w  in the order of columns().of_joint(j)
   void add_row(std::size_t j, std::span<const Scalar> w, const Scalar& y, const Scalar& sigma) noexcept;
@@ -74,8 +75,9 @@ class RecursiveIdentifier {
     return chi_;
   }
 
-  /// Standard deviation of parameter i by the information of the triangle, for errors of rows that are independent and as
-  /// large as sigma_rho says; not a number where it is not determined or there is none. consistency() shows whether they are.
+  /// Standard deviation of parameter i by the information of the triangle, for errors of rows that are
+  /// independent and as large as sigma_rho says; not a number where it is not determined or there is none.
+  /// consistency() shows whether they are.
   [[nodiscard]] Scalar sigma(Index i) noexcept {
     using std::sqrt;
     if (i < 0 || i >= size() || !rows_.triangle().solve(chi_.data())) {
@@ -85,7 +87,8 @@ class RecursiveIdentifier {
     return sqrt(scratch_.head(size()).squaredNorm());
   }
 
-  /// Mean square of the prediction errors of joint j over their variance, with forgetting (or over all rows): 1 where the rows are as the model says.
+  /// Mean square of the prediction errors of joint j over their variance, with forgetting (or over all rows):
+  /// 1 where the rows are as the model says.
   [[nodiscard]] Scalar consistency(Index j) const noexcept {
     if (j < 0 || j >= joints()) {
       return Scalar(std::numeric_limits<double>::quiet_NaN());
@@ -96,7 +99,8 @@ class RecursiveIdentifier {
   /// Rows that the triangle has taken.
   [[nodiscard]] Index rows() const noexcept { return taken_; }
 
-  /// Adds what another identifier of the same robot has learned, its prior included: merge those that began without one.
+  /// Adds what another identifier of the same robot has learned, its prior included: merge those that began
+  /// without one.
   void merge(const RecursiveIdentifier& other) noexcept {
     rows_.triangle().merge(other.rows_.triangle(), taking());
   }

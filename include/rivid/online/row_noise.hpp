@@ -12,10 +12,10 @@
 
 namespace rivid::detail {
 
-// Standard deviation that rows of a joint must be given so that sums of many of them err as they do: errors of neighbouring rows are
-// alike, and count as independent ones with the long-run variance γ₀ + 2 Σ (1 − k / (lags + 1)) γ_k [Newey & West 1987]. The
-// autocovariances follow the prediction errors. They begin with the deviation of the identification and with errors of a model, which
-// last as long as a motion does.
+// Standard deviation that rows of a joint must be given so that sums of many of them err as they do: errors
+// of neighbouring rows are alike, and count as independent ones with the long-run variance γ₀ + 2 Σ (1 − k /
+// (lags + 1)) γ_k [Newey & West 1987]. The autocovariances follow the prediction errors. They begin with the
+// deviation of the identification and with errors of a model, which last as long as a motion does.
 class RowNoise {
  public:
   // step  time from one row to the next [s]
@@ -49,8 +49,8 @@ class RowNoise {
     s.sigma = std::sqrt(std::max(long_run(s), least * s.begun_with * s.begun_with));
   }
 
-  // Whether the noise of all joints is known: few errors of late were outliers. At the begin it is not, and rows of a window much shorter
-  // than the identification's are noisier than it was.
+  // Whether the noise of all joints is known: few errors of late were outliers. At the begin it is not, and
+  // rows of a window much shorter than the identification's are noisier than it was.
   [[nodiscard]] bool settled() const noexcept {
     return std::ranges::all_of(joints_, [](const State& s) { return s.outliers < few_outliers; });
   }
@@ -105,10 +105,10 @@ class RowNoise {
   std::vector<State> joints_;
 };
 
-// Whether prediction errors look like another load: u = lᵀ δ + e, e with unit variance, δ the change of first moments and mass. Sums
-// with exponentially fading weights g^age: a = Σ g^age l u has the covariance B = Σ g^(2 age) l lᵀ while nothing has changed, so aᵀ B⁻¹ a
-// is χ² with four degrees of freedom. On a real arm it is larger, by errors of the model that look like a load; it is measured by its own mean of
-// late.
+// Whether prediction errors look like another load: u = lᵀ δ + e, e with unit variance, δ the change of first
+// moments and mass. Sums with exponentially fading weights g^age: a = Σ g^age l u has the covariance B = Σ
+// g^(2 age) l lᵀ while nothing has changed, so aᵀ B⁻¹ a is χ² with four degrees of freedom. On a real arm it
+// is larger, by errors of the model that look like a load; it is measured by its own mean of late.
 class LoadChange {
  public:
   struct Options {
@@ -137,7 +137,8 @@ class LoadChange {
     }
   }
 
-  // A row of joint j: l and u, both over the deviation of the prediction by the long-run noise. A short memory has a shorter run.
+  // A row of joint j: l and u, both over the deviation of the prediction by the long-run noise. A short
+  // memory has a shorter run.
   void take(const std::array<double, 4>& l, double u, const RowNoise& noise, std::size_t j) noexcept {
     for (std::size_t m = 0; m < memories; ++m) {
       Sums& s = state_.sums[m];
@@ -241,7 +242,8 @@ class LoadChange {
   State state_;
 };
 
-// Inertia tensor nearest to I, in its second moments, that some body has: Σ = ½ tr(I) 1 − I without its negative eigenvalues.
+// Inertia tensor nearest to I, in its second moments, that some body has: Σ = ½ tr(I) 1 − I without its
+// negative eigenvalues.
 template <typename Scalar>
 [[nodiscard]] Eigen::Matrix3<Scalar> nearest_inertia(const Eigen::Matrix3<Scalar>& I) noexcept {
   using M = Eigen::Matrix3<Scalar>;

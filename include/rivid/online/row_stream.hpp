@@ -23,14 +23,15 @@ namespace rivid {
 /// How the ticks of a control loop become rows.
 struct RowStreamOptions {
   double f_m = 1000.0;  ///< ticks a second [Hz]
-  /// Ticks from one row of a joint to the next; a row is a Hann window of twice as many. 0: 25 ms, at least 5 ticks: windows of fewer
-  /// hardly average the noise of accelerations, and the direction of motion is that of neighbouring ticks.
+  /// Ticks from one row of a joint to the next; a row is a Hann window of twice as many. 0: 25 ms, at least 5
+  /// ticks: windows of fewer hardly average the noise of accelerations, and the direction of motion is that
+  /// of neighbouring ticks.
   Index stride = 0;
   bool torque_held = true;  ///< whether the torque of a tick acts until the next one, as a command does
   /// Speeds below which a joint has no rows, (n) [rad/s | m/s]. Empty: those of the model.
   Vector velocity_threshold = {};
-  /// The direction of motion is that of q[k + s] − q[k − s]: noise of the positions must not reverse it. Every tick of s
-  /// delays all rows by one. 0: a quarter of the stride, at least 1.
+  /// The direction of motion is that of q[k + s] − q[k − s]: noise of the positions must not reverse it.
+  /// Every tick of s delays all rows by one. 0: a quarter of the stride, at least 1.
   Index velocity_span = 0;
 
   [[nodiscard]] std::optional<std::string> complaint(Index joints) const {
@@ -64,10 +65,11 @@ struct RowStreamOptions {
 
 /// Rows of Eq. (13) of [RIV], tick by tick: the exact rows of docs/rows.md in a control loop.
 ///
-/// Positions and torques alone are asked for. Velocities and accelerations are differences of positions, the torque is averaged with
-/// the weights that these differences have, and a Hann window that meets no reversal makes one row of 2 stride − 1 ticks. Noise-free ticks
-/// give rows without error, and those of a log are the rows of its identification. Where all joints move, each
-/// has a row every `stride` ticks; it is (stride + velocity_span + 2) ticks old at its centre.
+/// Positions and torques alone are asked for. Velocities and accelerations are differences of positions, the
+/// torque is averaged with the weights that these differences have, and a Hann window that meets no reversal
+/// makes one row of 2 stride − 1 ticks. Noise-free ticks give rows without error, and those of a log are the
+/// rows of its identification. Where all joints move, each has a row every `stride` ticks; it is (stride +
+/// velocity_span + 2) ticks old at its centre.
 ///
 /// After the constructor no member allocates, throws or locks.
 ///
@@ -118,7 +120,8 @@ class RowStream {
   [[nodiscard]] Index stride() const noexcept { return stride_; }
   [[nodiscard]] const RegressorColumns& columns() const noexcept { return columns_; }
 
-  /// Takes a tick. What is not finite, or beyond 1e6 rad or m, or 1e9 N·m or N, is no tick: all windows begin anew.
+  /// Takes a tick. What is not finite, or beyond 1e6 rad or m, or 1e9 N·m or N, is no tick: all windows begin
+  /// anew.
   ///
   /// @param q    positions, (n) [rad | m]
   /// @param tau  torques, joint side, (n) [N·m | N]

@@ -16,8 +16,8 @@
 
 namespace rivid::detail {
 
-// Rows of joints whose friction follows their load, τ = u + Fl s |u| + … with u = (M q̈ + N)_j, made linear at the model's parameters
-// and a body on the last link, by the formula of LoadColumns:
+// Rows of joints whose friction follows their load, τ = u + Fl s |u| + … with u = (M q̈ + N)_j, made linear
+// at the model's parameters and a body on the last link, by the formula of LoadColumns:
 //
 //   (1 + Fl₀ g s) u + s |u₀| Fl = y + Fl₀ g s u₀,   g = u₀ / √(u₀² + w²),   w the deviation of the joint's residual.
 //
@@ -113,8 +113,8 @@ class LoadTangent {
   std::vector<Scalar> scratch_;
 };
 
-// The rows of a control loop on their way into the triangle of an estimate, and the time that goes by meanwhile: what the estimators
-// have in common. `report` is what they do with the Outcome of a row.
+// The rows of a control loop on their way into the triangle of an estimate, and the time that goes by
+// meanwhile: what the estimators have in common. `report` is what they do with the Outcome of a row.
 template <typename Scalar>
 class RowTriangle {
  public:
@@ -143,19 +143,21 @@ class RowTriangle {
   // Time of a stride [s], and what is left of R after it.
   [[nodiscard]] double seconds() const noexcept { return seconds_; }
   [[nodiscard]] double keep() const noexcept { return keep_; }
-  // Factor of n rows of what is known beforehand, one of which comes back in each stride, so that they fade as little as they are repeated.
+  // Factor of n rows of what is known beforehand, one of which comes back in each stride, so that they fade
+  // as little as they are repeated.
   [[nodiscard]] double repeated(Index n) const noexcept {
     return std::sqrt(static_cast<double>(n) * (1.0 - keep_ * keep_));
   }
 
-  // A body on the last link that the model does not have, whose load friction feels: XX … M, and the columns of these.
+  // A body on the last link that the model does not have, whose load friction feels: XX … M, and the columns
+  // of these.
   template <typename Body, typename Places>
   void set_body(const Body& body, const Places& places) noexcept {
     load_.set_body(body, places);
   }
 
-  // A tick: add(Row) for each row that it finishes, step() once a stride while any joint moves, then as much work on the rows that wait
-  // as each tick has. (Joints finish their rows at ticks of their own.)
+  // A tick: add(Row) for each row that it finishes, step() once a stride while any joint moves, then as much
+  // work on the rows that wait as each tick has. (Joints finish their rows at ticks of their own.)
   template <typename Add, typename Step, typename Report>
   void tick(const Values& q, const Values& tau, const Add& add, const Step& step,
             const Report& report) noexcept {
@@ -194,7 +196,8 @@ class RowTriangle {
   Index until_step_ = 0;
 };
 
-// Lower triangle L of A = L Lᵀ; throws where A is not positive definite. (Eigen's costs users of rivid::headers seconds.)
+// Lower triangle L of A = L Lᵀ; throws where A is not positive definite. (Eigen's costs users of
+// rivid::headers seconds.)
 inline Matrix cholesky_of(const Matrix& A, const char* who) {
   const Index n = A.rows();
   Matrix L = Matrix::Zero(n, n);

@@ -25,8 +25,8 @@ namespace detail {
 }
 inline constexpr std::uint64_t first_hash = 0xcbf29ce484222325U;
 
-// Calls take(first, count) for all plain values of a state, always in the same order. A class lists the parts of its state in
-// `state()`: classes with a state of their own, arrays, plain values and structs of these.
+// Calls take(first, count) for all plain values of a state, always in the same order. A class lists the parts
+// of its state in `state()`: classes with a state of their own, arrays, plain values and structs of these.
 template <typename Part, typename Take>
 void for_each_saved(Part& part, const Take& take) noexcept {
   if constexpr (requires { part.state(); }) {
@@ -162,8 +162,8 @@ struct Restored {
   explicit operator bool() const noexcept { return refusal == nullptr; }
 };
 
-/// Puts an estimator, made with the same model and options, back into a state that save_state() wrote with the same build on the same kind
-/// of machine. What comes after is the same, bit by bit.
+/// Puts an estimator, made with the same model and options, back into a state that save_state() wrote with
+/// the same build on the same kind of machine. What comes after is the same, bit by bit.
 ///
 /// @param from  exactly state_size(estimator) bytes
 /// @return      whether they are such a state, and what differs where they are not; then nothing has changed

@@ -20,13 +20,15 @@ struct BaseParameter {
   std::string unit;       ///< SI, joint side
 };
 
-/// Where the torques of a robot are linearised whose friction follows the load (Friction::load): all else is linear as it is.
+/// Where the torques of a robot are linearised whose friction follows the load (Friction::load): all else is
+/// linear as it is.
 struct LoadPoint {
   /// (b) parameters that |τ_load| is computed with; empty: none, as for robots without such friction
   Vector chi;
-  /// (n) If set, rows are those of Gauss-Newton's step, whose least-squares solution is the next estimate and whose covariance
-  /// knows that the load is an estimate too: the columns of M q̈ + N are multiplied with 1 + Fl g sign q̇ and Fl g τ_load sign q̇
-  /// is added to the torque, with Fl of `chi` and g = τ_load / √(τ_load² + width²), the sign of the load without its jump [N·m | N].
+  /// (n) If set, rows are those of Gauss-Newton's step, whose least-squares solution is the next estimate and
+  /// whose covariance knows that the load is an estimate too: the columns of M q̈ + N are multiplied with 1 +
+  /// Fl g sign q̇ and Fl g τ_load sign q̇ is added to the torque, with Fl of `chi` and g = τ_load / √(τ_load²
+  /// + width²), the sign of the load without its jump [N·m | N].
   std::optional<Vector> width;
 };
 
@@ -40,9 +42,9 @@ struct BaseParameters {
   Matrix K;                                 ///< (b × N_s − b): χ = χ_leading + K χ_dependent
   LoadPoint load;                           ///< of friction that follows the load
 
-  /// The rank decision: the smallest part of a kept column that was independent of the columns before it, and the
-  /// largest of a dropped one, both relative to the largest column of the same unit. A clear decision lies many decades
-  /// between them.
+  /// The rank decision: the smallest part of a kept column that was independent of the columns before it, and
+  /// the largest of a dropped one, both relative to the largest column of the same unit. A clear decision
+  /// lies many decades between them.
   double smallest_kept = 1.0;
   double largest_dropped = 0.0;
   Index weakest_kept = -1;       ///< column of smallest_kept, an index into standard; −1 where none is
@@ -56,8 +58,8 @@ struct BaseParameters {
   /// smallest_kept / largest_dropped, the latter taken as one rounding error at least.
   [[nodiscard]] double rank_gap() const;
 
-  /// A warning that names the columns between which the line was drawn: where rank_gap() lies below 100, and where
-  /// smallest_kept lies below 0.01, as rounded angles in a robot description make it.
+  /// A warning that names the columns between which the line was drawn: where rank_gap() lies below 100, and
+  /// where smallest_kept lies below 0.01, as rounded angles in a robot description make it.
   [[nodiscard]] std::optional<std::string> doubt() const;
 
   /// Leading standard parameters in the order of `parameters`: the columns of the base regressor.
@@ -70,12 +72,14 @@ struct BaseParameters {
   [[nodiscard]] Vector from_standard(const Eigen::Ref<const Vector>& chi_st) const;
 
   /// One standard vector with these base parameters, (b) → (N_s): the regrouped values in the places of the
-  /// leading parameters and zero elsewhere. It gives the right torques, though no link need be a physical body.
+  /// leading parameters and zero elsewhere. It gives the right torques, though no link need be a physical
+  /// body.
   [[nodiscard]] Vector to_standard(const Eigen::Ref<const Vector>& chi) const;
 
-  /// Basis Z of what the torques can not show, (N_s × N_s − b): all standard vectors with base parameters χ are
-  /// to_standard(χ) + Z z. Column i stands for the dependent parameter i: one there, and what it takes off the
-  /// leading parameters that it is regrouped into, so that Z is −K in the rows `leading`, 1 in the rows `dependent`.
+  /// Basis Z of what the torques can not show, (N_s × N_s − b): all standard vectors with base parameters χ
+  /// are to_standard(χ) + Z z. Column i stands for the dependent parameter i: one there, and what it takes
+  /// off the leading parameters that it is regrouped into, so that Z is −K in the rows `leading`, 1 in the
+  /// rows `dependent`.
   [[nodiscard]] Matrix null_space() const;
 };
 
@@ -86,11 +90,12 @@ struct BaseParametersOptions {
   [[nodiscard]] std::optional<std::string> complaint() const;
 };
 
-/// Base parameters by the numerical method of Gautier (1991): IDM_st at random states is factored by Householder
-/// QR, the columns scanned in the order that keeps the parameters of the closed-form rules of Gautier & Khalil
-/// (1990): XX XY XZ YZ ZZ MX MY of links 1…n, YY MZ M of links 1…n, then rotor inertias, then those of coupled motors,
-/// then friction, then that of coupled motors. A column is dependent where the part of it that is independent of those
-/// kept is at most Robot::base_tolerance times the largest column of the same unit.
+/// Base parameters by the numerical method of Gautier (1991): IDM_st at random states is factored by
+/// Householder QR, the columns scanned in the order that keeps the parameters of the closed-form rules of
+/// Gautier & Khalil (1990): XX XY XZ YZ ZZ MX MY of links 1…n, YY MZ M of links 1…n, then rotor inertias,
+/// then those of coupled motors, then friction, then that of coupled motors. A column is dependent where the
+/// part of it that is independent of those kept is at most Robot::base_tolerance times the largest column of
+/// the same unit.
 ///
 /// @throws InputError where the robot or an option can not be used
 [[nodiscard]] BaseParameters base_parameters(const Robot& robot, const BaseParametersOptions& options = {});
@@ -103,13 +108,13 @@ enum class SmallCoefficients {
   dropped  // they are noise
 };
 
-// From IDM_st at some states, or its triangular factor: columns are those of Robot::standard_parameters(). No parameter at
-// all where nothing is seen.
+// From IDM_st at some states, or its triangular factor: columns are those of Robot::standard_parameters(). No
+// parameter at all where nothing is seen.
 [[nodiscard]] BaseParameters base_of(const Robot& robot, const Matrix& W, double tolerance,
                                      SmallCoefficients small);
 
-// Columns of a robot and of a body on its last link: the base parameters, and behind them those of the ten inertial
-// parameters of the last link that lead none.
+// Columns of a robot and of a body on its last link: the base parameters, and behind them those of the ten
+// inertial parameters of the last link that lead none.
 struct BodyColumns {
   BodyColumns(const Robot& robot, const BaseParameters& base) : all(base) {
     const int last = static_cast<int>(robot.size()) - 1;

@@ -18,7 +18,8 @@ namespace rivid {
 
 namespace detail {
 
-// Place of an inertial parameter in the scan: its rank among the ten columns of frame j, and the pass it belongs to.
+// Place of an inertial parameter in the scan: its rank among the ten columns of frame j, and the pass it
+// belongs to.
 struct ScanPlace {
   int pass;
   int joint;
@@ -31,7 +32,8 @@ inline ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
     return {2 + (role(p.kind) == Role::rotor ? 0 : 2) + (about(p.kind).coupled ? 1 : 0), p.joint,
             static_cast<int>(p.kind)};
   }
-  // By the axes of frame j, whose z is the joint's: the rules speak of those, whatever the link frame calls them.
+  // By the axes of frame j, whose z is the joint's: the rules speak of those, whatever the link frame calls
+  // them.
   const int column = inertial_column(robot.chain.links[static_cast<std::size_t>(p.joint)], p.kind).index;
   constexpr std::array<int, 10> pass = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1};
   return {pass[static_cast<std::size_t>(column)], p.joint, column};
@@ -59,7 +61,8 @@ inline Matrix random_regressor(const Robot& robot, const BaseParametersOptions& 
           value;
     });
   }
-  // Friction that follows the load is independent of all else whatever the robot's parameters are: any will do.
+  // Friction that follows the load is independent of all else whatever the robot's parameters are: any will
+  // do.
   const std::vector<StandardParameter> standard = robot.standard_parameters();
   for (std::size_t c = 0; c < standard.size(); ++c) {
     if (about(standard[c].kind).basis != Basis::load) {
@@ -88,9 +91,9 @@ struct Scan {
   Index strongest_dropped = -1;
 };
 
-// The largest column of the same unit. A column's own norm says nothing: a joint that should stand still has a velocity
-// column of noise, all of which is independent; so has an axis that is vertical but for the digits of 1.5708 a gravity
-// column of 4e-6.
+// The largest column of the same unit. A column's own norm says nothing: a joint that should stand still has
+// a velocity column of noise, all of which is independent; so has an axis that is vertical but for the digits
+// of 1.5708 a gravity column of 4e-6.
 inline Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardParameter> standard) {
   const auto unit_of = [&](std::size_t c) {
     return unit(standard[c].kind, robot.joints[static_cast<std::size_t>(standard[c].joint)].type);
@@ -107,9 +110,9 @@ inline Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const St
   return (out.array() > 0.0).select(out, std::numeric_limits<double>::infinity());
 }
 
-// Householder QR that passes over columns which depend on those before them. Plain QR would spend a reflector on
-// the rounding noise of such a column, and column pivoting would choose the parameters by their norms. Independent
-// parts are relative to `scales`.
+// Householder QR that passes over columns which depend on those before them. Plain QR would spend a reflector
+// on the rounding noise of such a column, and column pivoting would choose the parameters by their norms.
+// Independent parts are relative to `scales`.
 inline Scan scan_columns(const Matrix& W, std::span<const Index> order, const Vector& scales,
                          double tolerance) {
   Scan scan;
@@ -157,8 +160,8 @@ inline Scan scan_columns(const Matrix& W, std::span<const Index> order, const Ve
   return scan;
 }
 
-// K without the coefficients of which too little is seen: what they stand for moves the torques by at most `unseen`, the norm of
-// a column, of each dropped parameter.
+// K without the coefficients of which too little is seen: what they stand for moves the torques by at most
+// `unseen`, the norm of a column, of each dropped parameter.
 inline Matrix without_unseen(const Scan& scan, const Vector& norms, std::span<const double> unseen) {
   Matrix K = scan.K;
   for (Index d = 0; d < K.cols(); ++d) {
@@ -196,8 +199,8 @@ inline std::vector<Index> scan_order(const Robot& robot, std::span<const Standar
   return order;
 }
 
-// Base parameters back from the order of the scan to that of the standard parameters, named and written out with
-// the coefficients that are shown, (kept × dropped).
+// Base parameters back from the order of the scan to that of the standard parameters, named and written out
+// with the coefficients that are shown, (kept × dropped).
 inline BaseParameters named(const Robot& robot, std::vector<StandardParameter> standard, const Scan& scan,
                             const Matrix& shown) {
   BaseParameters base;
@@ -250,8 +253,8 @@ RIVID_INLINE BaseParameters base_of(const Robot& robot, const Matrix& W, double 
     // Rounding noise of the factorisation is not a regrouping.
     constexpr double noise = 1e-9;
     scan.K = (scan.K.array().abs() < noise).select(0.0, scan.K);
-    // Nor is what a column that depends but for the digits of 1.5708 has of others: it follows the states that were drawn, and moves
-    // the torques by less than what is left out anyway.
+    // Nor is what a column that depends but for the digits of 1.5708 has of others: it follows the states
+    // that were drawn, and moves the torques by less than what is left out anyway.
     scan.K = without_unseen(scan, norms, scan.left);
   }
   return named(robot, std::move(standard), scan, shown);

@@ -43,11 +43,11 @@ namespace detail {
 struct BatchKernel;
 }
 
-/// Rows of a regressor for many samples at once: several samples in the lanes of a vector register, by the widest
-/// instruction set of the machine, which is chosen when the program runs.
+/// Rows of a regressor for many samples at once: several samples in the lanes of a vector register, by the
+/// widest instruction set of the machine, which is chosen when the program runs.
 ///
-/// A large W costs more to write to memory than to compute. Whoever can use it up piece by piece fills the same
-/// RegressorBlock again and again, which stays in the cache:
+/// A large W costs more to write to memory than to compute. Whoever can use it up piece by piece fills the
+/// same RegressorBlock again and again, which stays in the cache:
 ///
 ///   const RegressorBatch batch(robot, base.columns());
 ///   RegressorBlock block(batch);
@@ -59,9 +59,10 @@ struct BatchKernel;
 /// It is only read while it works: threads may share one, each with a block or a workspace of its own.
 class RegressorBatch {
  public:
-  /// @param parameters  columns of the regressor wanted, (b), each at most once; BaseParameters::columns() for W
-  /// @throws InputError where a parameter occurs twice or is none of this robot, an option can not be used or the
-  ///                    machine has not the instruction set asked for
+  /// @param parameters  columns of the regressor wanted, (b), each at most once; BaseParameters::columns()
+  ///                    for W
+  /// @throws InputError where a parameter occurs twice or is none of this robot, an option can not be used or
+  ///                    the machine has not the instruction set asked for
   RegressorBatch(const Robot& robot, std::span<const StandardParameter> parameters,
                  const BatchOptions& options = {});
 
@@ -86,7 +87,8 @@ class RegressorBatch {
   /// What the kernels read, for who counts their arithmetic.
   [[nodiscard]] detail::RegressorPlan plan() const { return columns_.plan(); }
 
-  /// @throws InputError in the name of `who`, where the motion is not one of this robot or lacks those samples
+  /// @throws InputError in the name of `who`, where the motion is not one of this robot or lacks those
+  ///                    samples
   void require(std::string_view who, const Motion& motion, Index first, Index count) const;
 
  private:
@@ -177,26 +179,29 @@ struct Observation {
 /// It holds all of W at once; RegressorBatch gives it block by block.
 ///
 /// @param motion  (n_m × n)
-/// @throws InputError where the base parameters are those of another robot; where the motion has another number of joints
-///                    than the robot, or sizes that differ; where an option can not be used
+/// @throws InputError where the base parameters are those of another robot; where the motion has another
+///                    number of joints than the robot, or sizes that differ; where an option can not be used
 [[nodiscard]] Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
                                       const BatchOptions& options = {});
 
-/// Base parameters that one motion can show: the same scan on IDM_st along the motion instead of at random states. A
-/// joint that stands still, or an arm that moves in a plane, shows fewer parameters, and regroups more of them, than
-/// the robot has; the names and the regrouping say which. Meant for judging an excitation, and for models of robots
-/// that can move in no other way; a fit with the structural base parameters reports the same as `rank_deficient`.
+/// Base parameters that one motion can show: the same scan on IDM_st along the motion instead of at random
+/// states. A joint that stands still, or an arm that moves in a plane, shows fewer parameters, and regroups
+/// more of them, than the robot has; the names and the regrouping say which. Meant for judging an excitation,
+/// and for models of robots that can move in no other way; a fit with the structural base parameters reports
+/// the same as `rank_deficient`.
 ///
-/// What counts is the independent part of a column relative to the largest column of the same unit: a parameter is
-/// seen if a value of 1 moves the torques at least `tolerance` times as much as the best-seen parameter of its unit.
+/// What counts is the independent part of a column relative to the largest column of the same unit: a
+/// parameter is seen if a value of 1 moves the torques at least `tolerance` times as much as the best-seen
+/// parameter of its unit.
 ///
-/// The motion is used as it is. Filter it first and leave out its borders, as rows() does: noise is independent
-/// of everything, and a joint's Coulomb column is ±1 for any velocity but zero.
+/// The motion is used as it is. Filter it first and leave out its borders, as rows() does: noise is
+/// independent of everything, and a joint's Coulomb column is ±1 for any velocity but zero.
 ///
 /// Memory is that of one block of samples and a triangle of (N_s × N_s), however long the motion is.
 ///
 /// @param motion     (n_m × n)
-/// @param tolerance  between 0 and 1: about 1e-9 for a motion that is computed, 1e-3 to 1e-2 for a measured one
+/// @param tolerance  between 0 and 1: about 1e-9 for a motion that is computed, 1e-3 to 1e-2 for a measured
+///                   one
 /// @throws InputError where the robot, the motion or the tolerance can not be used
 [[nodiscard]] BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance);
 

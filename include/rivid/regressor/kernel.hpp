@@ -6,16 +6,18 @@
 #include "rivid/regressor/pack.hpp"
 #include "rivid/regressor/vec3.hpp"
 
-// The generator of the regressor, for any Scalar: one sample, or a pack of samples. All that is known of a chain
-// beforehand is put to use: which rotations between neighbours are quarter turns, which offsets are zero, which columns
-// are wanted. For packs of the library's batches every link gets the step that was compiled for its case.
+// The generator of the regressor, for any Scalar: one sample, or a pack of samples. All that is known of a
+// chain beforehand is put to use: which rotations between neighbours are quarter turns, which offsets are
+// zero, which columns are wanted. For packs of the library's batches every link gets the step that was
+// compiled for its case.
 //
-// For those it is compiled once for each instruction set, from src/pack_kernel.cpp.in under flags of its own. An inline
-// function or a template instance that such a file and another one both emit is kept once by the linker, for whichever
-// machine it was compiled, and ends in an illegal instruction on an older one. Hence:
-// - every template below is instantiated there on a pack whose tag is of an unnamed namespace, so that it has internal
-//   linkage; plain data alone crosses over;
-// - nothing here calls Eigen or the standard library, save sin, cos, tanh and exp of the C library, never inline;
+// For those it is compiled once for each instruction set, from src/pack_kernel.cpp.in under flags of its own.
+// An inline function or a template instance that such a file and another one both emit is kept once by the
+// linker, for whichever machine it was compiled, and ends in an illegal instruction on an older one. Hence:
+// - every template below is instantiated there on a pack whose tag is of an unnamed namespace, so that it has
+//   internal linkage; plain data alone crosses over;
+// - nothing here calls Eigen or the standard library, save sin, cos, tanh and exp of the C library, never
+//   inline;
 // - rivid/types.hpp stays out: Eigen's alignment under these flags is not the library's.
 // Files with flags were preferred to functions with attributes: clang does not inline across the latter.
 namespace rivid::detail {
@@ -176,8 +178,8 @@ template <typename Scalar>
   return with_theta(link, out);
 }
 
-// Whether an angle of any sample is too large for the quick way. One question for all samples: asked of every pack, it
-// would cost as much as a sine.
+// Whether an angle of any sample is too large for the quick way. One question for all samples: asked of every
+// pack, it would cost as much as a sine.
 template <typename Scalar, typename Value>
 [[gnu::always_inline]] inline bool any_too_far([[maybe_unused]] const RegressorPlan& plan,
                                                [[maybe_unused]] const RegressorInput<Value>& input,
@@ -312,7 +314,8 @@ struct RegressorSteps {
 
 // Rows of `count` Scalars, one after the other.
 //
-// columns: where each entry's column begins, in the order link j, joint i ≤ j, wanted column; then the own entries.
+// columns: where each entry's column begins, in the order link j, joint i ≤ j, wanted column; then the own
+// entries.
 template <typename Scalar, typename Value = typename Stored<Scalar>::Value>
 [[gnu::always_inline]] inline void fill_rows(const RegressorPlan& plan, const RegressorInput<Value>& input,
                                              std::size_t count, Value* const* columns,

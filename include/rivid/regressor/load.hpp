@@ -13,19 +13,22 @@ namespace rivid {
 ///
 ///   τ_j += Fl_j |τ_load,j| sign q̇_j,   τ_load = (M(q) q̈ + N(q, q̇))_j,
 ///
-/// where M has the rotors as well: base parameters do not distinguish their inertia from that of the links. The column is made with the
-/// parameters BaseParameters::load, so that the torque is linear in the others as long as these stand still.
+/// where M has the rotors as well: base parameters do not distinguish their inertia from that of the links.
+/// The column is made with the parameters BaseParameters::load, so that the torque is linear in the others as
+/// long as these stand still.
 class LoadColumns {
  public:
-  /// @throws InputError  in the name of `who`, where a joint has such a column and base.load.chi is not (b), or its width not (n)
+  /// @throws InputError  in the name of `who`, where a joint has such a column and base.load.chi is not (b),
+  ///                     or its width not (n)
   LoadColumns(std::string_view who, const Robot& robot, const BaseParameters& base,
               const RegressorBatch& batch);
 
   /// Whether no joint has such a column.
   [[nodiscard]] bool empty() const { return joints_.empty(); }
 
-  /// Completes rows of joint j that RegressorBatch or an average of its rows filled, whose column of Basis::load holds the
-  /// sign alone. With LoadPoint::width they become rows of the tangent instead, see there.
+  /// Completes rows of joint j that RegressorBatch or an average of its rows filled, whose column of
+  /// Basis::load holds the sign alone. With LoadPoint::width they become rows of the tangent instead, see
+  /// there.
   ///
   /// @param y  torques of these rows; null: none
   void complete(std::size_t j, const RowsTarget& W, Index count, double* y) const;

@@ -23,9 +23,9 @@ struct Lane {
 /// Several samples as one Scalar: the kernels that are templated on Scalar then work on all of them at once.
 ///
 /// @tparam Lanes  number of samples, a power of two
-/// @tparam Tag    distinguishes instantiations that are compiled for different instruction sets. A function that two
-///                object files both instantiate is kept once by the linker, compiled for whichever machine; with a
-///                tag of an unnamed namespace each file keeps its own.
+/// @tparam Tag    distinguishes instantiations that are compiled for different instruction sets. A function
+///                that two object files both instantiate is kept once by the linker, compiled for whichever
+///                machine; with a tag of an unnamed namespace each file keeps its own.
 template <int Lanes, typename Tag = void>
 class BasicPack {
  public:
@@ -39,8 +39,8 @@ class BasicPack {
   };
 
   BasicPack() = default;
-  // Written out, so that structs of packs are copied pack by pack: as a block of memory, g++ moves them through integer
-  // registers, half a vector at a time.
+  // Written out, so that structs of packs are copied pack by pack: as a block of memory, g++ moves them
+  // through integer registers, half a vector at a time.
   [[gnu::always_inline]] BasicPack(const BasicPack& other) : values_(other.values_) {}
   [[gnu::always_inline]] BasicPack& operator=(const BasicPack& other) {
     values_ = other.values_;
@@ -106,8 +106,8 @@ class BasicPack {
     return (q > BasicPack(largest_angle)) | (q < BasicPack(-largest_angle));
   }
 
-  /// sin and cos of every lane: within 1.5 units in the last place up to 100 rad, 2.5 up to 1e5 rad. Lanes beyond
-  /// are left to std::sin and std::cos, one after the other.
+  /// sin and cos of every lane: within 1.5 units in the last place up to 100 rad, 2.5 up to 1e5 rad. Lanes
+  /// beyond are left to std::sin and std::cos, one after the other.
   [[gnu::always_inline]] friend void sin_cos(const BasicPack& q, BasicPack& s, BasicPack& c) {
     sin_cos_near(q, s, c);
     if (any(too_far(q))) [[unlikely]] {
@@ -224,8 +224,8 @@ using Pack = BasicPack<8>;
 
 namespace detail {
 
-// How the kernels find a Scalar in memory: packs with a tag, those of the library's batches, as consecutive doubles, one
-// sample each; any other as itself.
+// How the kernels find a Scalar in memory: packs with a tag, those of the library's batches, as consecutive
+// doubles, one sample each; any other as itself.
 template <typename Scalar>
 struct Stored {
   using Value = Scalar;

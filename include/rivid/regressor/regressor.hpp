@@ -75,15 +75,15 @@ struct State {
 template <typename Scalar>
 class RegressorWorkspace;
 
-/// Regressor of a robot for a choice of its standard parameters: the rows of IDM_st of Eq. (2) of [RIV], or of IDM of
-/// Eq. (6), without the zeros of the block upper triangle. The row of each joint holds only the columns that this joint
-/// can feel: the inertial parameters of links j ≥ i, its own rotor inertia and friction, and those of the motors that it
-/// is coupled to.
+/// Regressor of a robot for a choice of its standard parameters: the rows of IDM_st of Eq. (2) of [RIV], or
+/// of IDM of Eq. (6), without the zeros of the block upper triangle. The row of each joint holds only the
+/// columns that this joint can feel: the inertial parameters of links j ≥ i, its own rotor inertia and
+/// friction, and those of the motors that it is coupled to.
 ///
-/// Every link's motion is carried from base to tip (recursive Newton-Euler), and with it the screws of all joints before
-/// it; a joint's torque is the power of the link's wrench on that joint's screw. RegressorBatch does the same for many
-/// samples, by the same template. The column of friction that follows the load holds the sign of the velocity alone, see
-/// LoadColumns.
+/// Every link's motion is carried from base to tip (recursive Newton-Euler), and with it the screws of all
+/// joints before it; a joint's torque is the power of the link's wrench on that joint's screw. RegressorBatch
+/// does the same for many samples, by the same template. The column of friction that follows the load holds
+/// the sign of the velocity alone, see LoadColumns.
 class RegressorColumns {
  public:
   /// Where a value of the kernel goes.
@@ -138,11 +138,12 @@ class RegressorColumns {
 
   /// Fills the rows of all joints at one instant. No allocation.
   ///
-  /// Scalar is double, float, Pack, std::complex, Eigen::AutoDiffScalar (for derivatives by q, q̇ and q̈), or any number
-  /// type that is made from a double, with + − × /, sin, cos and tanh, and for friction with is_positive() and select(),
-  /// see rivid/model/kinds.hpp.
+  /// Scalar is double, float, Pack, std::complex, Eigen::AutoDiffScalar (for derivatives by q, q̇ and q̈), or
+  /// any number type that is made from a double, with + − × /, sin, cos and tanh, and for friction with
+  /// is_positive() and select(), see rivid/model/kinds.hpp.
   ///
-  /// @param put  called as put(i, column, value) for every entry of joint i's row; column counts in of_joint(i)
+  /// @param put  called as put(i, column, value) for every entry of joint i's row; column counts in
+  ///             of_joint(i)
   template <typename Scalar, typename Put>
   void rows(const State<Scalar>& state, RegressorWorkspace<Scalar>& workspace, const Put& put) const {
     detail::fill_rows<Scalar>(plan(), {state.q.data(), state.qd.data(), state.qdd.data(), 1, 1, 1}, 1,

@@ -5,8 +5,8 @@
 namespace rivid::detail {
 
 // Three numbers of any Scalar. Eigen's own vectors carry alignment and expression templates that a pack of
-// samples as Scalar does not get along with; the kernels need no more than this. Nothing here may come from Eigen
-// or be compiled out of line: the vector kernels include it under other instruction sets.
+// samples as Scalar does not get along with; the kernels need no more than this. Nothing here may come from
+// Eigen or be compiled out of line: the vector kernels include it under other instruction sets.
 template <typename Scalar>
 struct Vec3 {
   Scalar x, y, z;
@@ -98,8 +98,9 @@ struct TensorMoments {
   }
 };
 
-// The step from frame j−1 to frame j where what is known of the chain beforehand is put to use: which rotations are
-// quarter turns, which offsets are zero. Like vec3.hpp for the vector kernels: nothing from Eigen, nothing out of line.
+// The step from frame j−1 to frame j where what is known of the chain beforehand is put to use: which
+// rotations are quarter turns, which offsets are zero. Like vec3.hpp for the vector kernels: nothing from
+// Eigen, nothing out of line.
 
 // Rotation from frame j−1 to frame j at q_j = 0, apart from a constant angle about z_j.
 enum class Turn : int {
@@ -240,8 +241,8 @@ template <typename Scalar>
   m.accel.z = m.accel.z + U.r2.z * q;
 }
 
-// Calls add<turn, offsets>(of) for each case that is worth a step of its own, where `of` are the offsets it is meant for:
-// rotations by any angle cost more than what offsets that are zero would save.
+// Calls add<turn, offsets>(of) for each case that is worth a step of its own, where `of` are the offsets it
+// is meant for: rotations by any angle cost more than what offsets that are zero would save.
 template <typename Add>
 constexpr void for_each_step(const Add& add) {
   const auto quarter = [&]<Turn turn>() {

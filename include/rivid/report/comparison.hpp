@@ -17,7 +17,8 @@ struct ResultChanges {
   std::vector<ParameterChange> parameters;  ///< of parameter_changes()
 };
 
-/// A comparison for the screen: errors by model and joint, which model predicts better with p, what changed between results.
+/// A comparison for the screen: errors by model and joint, which model predicts better with p, what changed
+/// between results.
 ///
 /// @param warnings  why the figures may be no judgement: errors of the logs, models that are worse than none
 /// @param level   as ComparisonOptions::level; changes with p below it are shown

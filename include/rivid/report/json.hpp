@@ -20,7 +20,8 @@ struct InputFile {
 /// @throws InputError where the file can not be read
 [[nodiscard]] InputFile input_file(const std::filesystem::path& path);
 
-/// The first input of the run that wrote a JSON document, its experiment file, as the user named it. Empty where the document does not say.
+/// The first input of the run that wrote a JSON document, its experiment file, as the user named it. Empty
+/// where the document does not say.
 [[nodiscard]] std::filesystem::path recorded_experiment(const std::filesystem::path& document);
 
 /// Where a result comes from: enough to make it again.
@@ -34,20 +35,20 @@ struct Provenance {
   std::vector<InputFile> outputs = {};
 };
 
-/// What all files of one run carry: 16 hexadecimal digits of the SHA-256 of program, version, inputs and settings. Equal
-/// runs have the same, and files that have different ones come from different runs.
+/// What all files of one run carry: 16 hexadecimal digits of the SHA-256 of program, version, inputs and
+/// settings. Equal runs have the same, and files that have different ones come from different runs.
 [[nodiscard]] std::string run_id(const Provenance& provenance);
 
-/// A result as JSON, the content of result.json; docs/result.md describes its members. Numbers are written so that
-/// they read back bit by bit; what is not a number or infinite becomes null.
+/// A result as JSON, the content of result.json; docs/result.md describes its members. Numbers are written so
+/// that they read back bit by bit; what is not a number or infinite becomes null.
 ///
 /// @throws InputError where the result has other joints than the robot
 [[nodiscard]] std::string to_json(const Robot& robot, const Identification& result,
                                   const Provenance& provenance);
 
-/// What rivid_simulate reports of a simulation, the content of simulation.json; docs/simulation.md describes its members.
-/// read_parameters() reads it as a parameter file. Numbers are written so that they read back bit by bit; what is not a
-/// number becomes null.
+/// What rivid_simulate reports of a simulation, the content of simulation.json; docs/simulation.md describes
+/// its members. read_parameters() reads it as a parameter file. Numbers are written so that they read back
+/// bit by bit; what is not a number becomes null.
 [[nodiscard]] std::string to_json(const Robot& robot, const SimulationRecord& record,
                                   const Provenance& provenance);
 

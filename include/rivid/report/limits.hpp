@@ -15,7 +15,8 @@ struct CommandLineNumber {
   std::string_view unit = {};
 };
 
-/// All of them, in the order of docs/reliability.md, which prints them. An option means the same in each tool.
+/// All of them, in the order of docs/reliability.md, which prints them. An option means the same in each
+/// tool.
 [[nodiscard]] std::span<const CommandLineNumber> command_line_numbers();
 
 /// What the number of an option may be.

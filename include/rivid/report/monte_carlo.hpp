@@ -25,9 +25,11 @@ namespace rivid {
 [[nodiscard]] std::vector<MonteCarloRow> read_monte_carlo_rows(const std::filesystem::path& path,
                                                                const MonteCarlo& plan);
 
-/// Rows of the runs that a folder holds whole, by the runs' numbers; none where there is no such folder. Nothing is written.
+/// Rows of the runs that a folder holds whole, by the runs' numbers; none where there is no such folder.
+/// Nothing is written.
 ///
-/// @throws InputError  where it holds runs of other input files or of another version, or does not say of which
+/// @throws InputError  where it holds runs of other input files or of another version, or does not say of
+///                     which
 [[nodiscard]] std::map<int, std::vector<MonteCarloRow>> held_runs(const std::filesystem::path& folder,
                                                                   const MonteCarlo& plan);
 
@@ -39,8 +41,8 @@ class MonteCarloFile {
   ///
   /// @param restart  forget what is in the folder
   /// @param first    number of the first run that is wanted; the others follow it
-  /// @throws InputError  where it holds runs of other input files or of another version, or of unknown ones, another study is
-  ///                     at work in it, or it can not be used
+  /// @throws InputError  where it holds runs of other input files or of another version, or of unknown ones,
+  ///                     another study is at work in it, or it can not be used
   MonteCarloFile(const std::filesystem::path& folder, const MonteCarlo& plan, bool restart, int first = 0);
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
@@ -72,7 +74,8 @@ class MonteCarloFile {
 
 /// The runs of several folders, of one plan, in one: what MonteCarloFile would hold had it made them all.
 ///
-/// @throws InputError  where a folder holds no runs or those of other input files, and where two have different rows of one run
+/// @throws InputError  where a folder holds no runs or those of other input files, and where two have
+///                     different rows of one run
 [[nodiscard]] std::map<int, std::vector<MonteCarloRow>> merged_runs(
     std::span<const std::filesystem::path> folders, const MonteCarlo& plan);
 
@@ -81,14 +84,15 @@ class MonteCarloFile {
 /// @param screen  columns of the terminal, see in_words() of an identification
 [[nodiscard]] std::string in_words(std::span<const MonteCarloSummary> summaries, std::size_t screen = 0);
 
-/// Summaries as JSON, the content of summary.json. It holds no times, so that the same runs give the same file.
+/// Summaries as JSON, the content of summary.json. It holds no times, so that the same runs give the same
+/// file.
 ///
 /// @param run  see run_id(); empty: none is written
 [[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run = {});
 
-/// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md says what it
-/// shows. Like html_report() of an identification it loads nothing and follows the browser's choice of light or dark. Tables
-/// are there without scripts too. The same runs give the same page.
+/// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md
+/// says what it shows. Like html_report() of an identification it loads nothing and follows the browser's
+/// choice of light or dark. Tables are there without scripts too. The same runs give the same page.
 ///
 /// @param rows  in any order
 [[nodiscard]] std::string html_report(const MonteCarlo& plan, std::span<const MonteCarloSummary> summaries,

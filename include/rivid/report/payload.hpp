@@ -7,8 +7,8 @@
 
 namespace rivid {
 
-/// Payloads for the screen: values with their intervals, differences, the gains where they were estimated, and the lines that a
-/// controller takes.
+/// Payloads for the screen: values with their intervals, differences, the gains where they were estimated,
+/// and the lines that a controller takes.
 ///
 /// @param screen  columns of the terminal, see in_words() of an identification
 [[nodiscard]] std::string in_words(const PayloadReport& found, std::size_t screen = 0);

@@ -9,10 +9,12 @@
 
 namespace rivid {
 
-/// Prints a result for people: verdict, findings, parameters with their statistics and regrouping, fit joint by joint,
-/// validation, the physically consistent parameters and their price. UTF-8, sentences at most 110 columns wide.
+/// Prints a result for people: verdict, findings, parameters with their statistics and regrouping, fit joint
+/// by joint, validation, the physically consistent parameters and their price. UTF-8, sentences at most 110
+/// columns wide.
 ///
-/// @param screen  columns of the terminal: tables that are wider go on below. 0: for a file or another program, where they do not
+/// @param screen  columns of the terminal: tables that are wider go on below. 0: for a file or another
+///                program, where they do not
 [[nodiscard]] std::string in_words(const Identification& result, std::size_t screen = 0);
 
 /// in_words() of a result.

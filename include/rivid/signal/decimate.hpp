@@ -35,14 +35,14 @@ namespace rivid {
                                               Convention convention = Convention::standard);
 
 /// One stage of the parallel decimation, Eqs. (13, 14) of [RIV]: the zero-phase filter with the gain of
-/// decimation_filter(n_d) forwards and backwards, then kept_samples(). It is linear and treats columns alike, so Y = Wχ
-/// holds after it as before, at the ends too.
+/// decimation_filter(n_d) forwards and backwards, then kept_samples(). It is linear and treats columns alike,
+/// so Y = Wχ holds after it as before, at the ends too.
 ///
-/// - Convention::standard: the series counts as constant before its first sample and beyond its last. It is the work of
-///   StreamingDecimator, which serves series of any length block by block.
-/// - Convention::matlab: zero_phase() with MATLAB's padding. MATLAB's decimate loses accuracy in its polynomials and
-///   lowers the order from n_d = 15 on; this one does not follow it there, and agrees up to n_d = 13, MATLAB's own
-///   advice for one stage. x must have more than 24 samples.
+/// - Convention::standard: the series counts as constant before its first sample and beyond its last. It is
+///   the work of StreamingDecimator, which serves series of any length block by block.
+/// - Convention::matlab: zero_phase() with MATLAB's padding. MATLAB's decimate loses accuracy in its
+///   polynomials and lowers the order from n_d = 15 on; this one does not follow it there, and agrees up to
+///   n_d = 13, MATLAB's own advice for one stage. x must have more than 24 samples.
 ///
 /// @param x  series, (n_m × columns), any unit
 /// @return   (ceil(n_m / n_d) × columns), in the unit of x
@@ -54,30 +54,34 @@ namespace rivid {
 [[nodiscard]] Matrix decimate(const Eigen::Ref<const Matrix>& x, const std::vector<int>& stages,
                               Convention convention = Convention::standard);
 
-/// By how much classical standard deviations of a least-squares estimate from decimated rows come out too small where the
-/// errors of the rows were white before: the filter takes more of them away than it takes rows,
+/// By how much classical standard deviations of a least-squares estimate from decimated rows come out too
+/// small where the errors of the rows were white before: the filter takes more of them away than it takes
+/// rows,
 ///
 ///   sqrt(n_d · mean |H|⁴)
 ///
-/// over the frequencies up to half the rate, H being one pass of the filter and the product that of all stages; 0.91 for
-/// one stage. To undo it, divide by it.
+/// over the frequencies up to half the rate, H being one pass of the filter and the product that of all
+/// stages; 0.91 for one stage. To undo it, divide by it.
 ///
 /// @throws InputError  where a stage is below 1
 [[nodiscard]] double deviation_factor(const std::vector<int>& stages,
                                       Convention convention = Convention::standard);
 
-/// decimate() of Convention::standard for series that come block by block and may be of any length: memory does not
-/// grow with the number of samples. The result is that of the whole series at once, whatever the blocks.
+/// decimate() of Convention::standard for series that come block by block and may be of any length: memory
+/// does not grow with the number of samples. The result is that of the whole series at once, whatever the
+/// blocks.
 ///
-/// The zero-phase filter H(z) H(1/z) is split into its modes, y[k] = Σ_i r_i Σ_m p_i^|m| x[k + m] with poles p_i and
-/// residues r_i. A mode is a recursion forwards and one backwards that need only be known at the kept samples: a segment
-/// of n_d samples enters through inner products, and nothing recurs at the measuring rate. What later samples still add
-/// to a row fades with the slowest pole; a row is finished where that lies below the rounding of doubles.
+/// The zero-phase filter H(z) H(1/z) is split into its modes, y[k] = Σ_i r_i Σ_m p_i^|m| x[k + m] with poles
+/// p_i and residues r_i. A mode is a recursion forwards and one backwards that need only be known at the kept
+/// samples: a segment of n_d samples enters through inner products, and nothing recurs at the measuring rate.
+/// What later samples still add to a row fades with the slowest pole; a row is finished where that lies below
+/// the rounding of doubles.
 class StreamingDecimator {
  public:
   /// @param columns  of the series
   /// @param n_d      at least 2
-  /// @param wanted   samples that room() must offer at times; where fewer are wanted than it takes anyway, fewer come
+  /// @param wanted   samples that room() must offer at times; where fewer are wanted than it takes anyway,
+  ///                 fewer come
   /// @throws InputError  where an argument lies outside
   StreamingDecimator(Index columns, int n_d, Index wanted = 0);
 
@@ -88,12 +92,12 @@ class StreamingDecimator {
   /// @throws InputError  where x has another number of columns
   [[nodiscard]] Matrix add(const Eigen::Ref<const Matrix>& x);
 
-  /// Ends the series and returns the rows that were still open. The series counts as constant before its first sample
-  /// and beyond its last. Afterwards a new series may begin.
+  /// Ends the series and returns the rows that were still open. The series counts as constant before its
+  /// first sample and beyond its last. Afterwards a new series may begin.
   [[nodiscard]] Matrix finish();
 
-  /// Room for the next samples, at least one: who makes samples writes them here instead of handing them to add(). It
-  /// holds until anything else is called.
+  /// Room for the next samples, at least one: who makes samples writes them here instead of handing them to
+  /// add(). It holds until anything else is called.
   [[nodiscard]] RowsRoom room();
   /// Adds the first samples of the room.
   ///

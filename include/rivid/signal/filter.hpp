@@ -60,8 +60,8 @@ struct Filter {
 /// @param f_m   measuring rate [Hz]
 [[nodiscard]] double gain(const Filter& filter, double f_hz, double f_m);
 
-/// Samples after which the filter has forgotten its start: the smallest m, at least the order, with
-/// r^m ≤ level, where r is the modulus of the pole nearest to the unit circle. At each end of a series so many
+/// Samples after which the filter has forgotten its start: the smallest m, at least the order, with r^m ≤
+/// level, where r is the modulus of the pole nearest to the unit circle. At each end of a series so many
 /// samples carry the padding of zero_phase() beside the data: the number to drop where none is given.
 ///
 /// @param level  what is left of a transient, between 0 and 1

@@ -20,7 +20,8 @@
 namespace rivid {
 
 namespace detail {
-// {1, −1}, made where no exception can pass: g++ 12 warns of members that an aggregate has not made yet otherwise.
+// {1, −1}, made where no exception can pass: g++ 12 warns of members that an aggregate has not made yet
+// otherwise.
 [[nodiscard]] std::vector<double> backward_difference() noexcept;
 }  // namespace detail
 
@@ -59,14 +60,15 @@ inline constexpr std::array names_of<VelocityFilter> =
 struct Sampling {
   double period = 0.0;  ///< [s]; 0: the law is continuous, and sees the true motion
   int delay = 0;        ///< periods between a measurement and the control signal that follows from it
-  /// q̇[k] = Σ_i velocity_filter[i] q[k − i] / period, for what the law takes as velocity: {1, −1} is the backward
-  /// difference; empty: the true velocity. Before the first sample the position counts as constant.
+  /// q̇[k] = Σ_i velocity_filter[i] q[k − i] / period, for what the law takes as velocity: {1, −1} is the
+  /// backward difference; empty: the true velocity. Before the first sample the position counts as constant.
   std::vector<double> velocity_filter = detail::backward_difference();
   Vector quantum = {};  ///< resolution of the position measurement, (n) or empty [rad | m]; 0 is none
-  /// Error of the measured position at each instant, (periods × n) or empty [rad | m]; rows beyond the last are zero.
-  /// It goes through the controller.
+  /// Error of the measured position at each instant, (periods × n) or empty [rad | m]; rows beyond the last
+  /// are zero. It goes through the controller.
   Matrix position_noise = {};
-  /// Which reference the law sees at t_k: that of t_k + reference_lead periods (BIRDy's has that of the end of the step).
+  /// Which reference the law sees at t_k: that of t_k + reference_lead periods (BIRDy's has that of the end
+  /// of the step).
   int reference_lead = 0;
 
   /// @param n  joints
@@ -108,8 +110,8 @@ struct SimulationOptions {
   Vector qd_0 = {};
 
   Sampling sampling = {};
-  /// Added to the control signal, after its saturation, and not seen by the law, (periods × n) or empty. Held for a
-  /// control period, or for a sample where the law is continuous.
+  /// Added to the control signal, after its saturation, and not seen by the law, (periods × n) or empty. Held
+  /// for a control period, or for a sample where the law is continuous.
   Matrix added_control = {};
   Matrix disturbance =
       {};  ///< torques that act beside the drives, held alike, (periods × n) or empty [N·m | N]
@@ -225,7 +227,8 @@ struct [[nodiscard]] Simulation {
   Matrix tau;     ///< torques of the drives, G (v_tau + added_control), (n_m × n) [N·m | N]
   Matrix q_r;     ///< reference, (n_m × n)
   Matrix qd_r;
-  /// Positions as the controller measured them, where it is sampled and t_k is one of its instants; else the true ones.
+  /// Positions as the controller measured them, where it is sampled and t_k is one of its instants; else the
+  /// true ones.
   Matrix q_measured;
 
   std::vector<std::string> element_names;  ///< dry friction elements
@@ -241,7 +244,8 @@ struct [[nodiscard]] Simulation {
 /// @param model      its dynamics with numbers
 /// @param law        control law with its gains
 /// @param reference  what the law follows
-/// @return           the motion; where it could not be carried through, up to there, with the reason in `outcome`
+/// @return           the motion; where it could not be carried through, up to there, with the reason in
+///                   `outcome`
 /// @throws InputError  where the sizes, an option, or the reference's beginning or duration can not be used
 Simulation simulate(const Robot& robot, const DynamicModel& model, const ControlLaw& law,
                     const Reference& reference, const SimulationOptions& options = {});

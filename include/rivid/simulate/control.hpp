@@ -43,8 +43,9 @@ struct ControlDescription {
 };
 
 /// A control law with its gains, the one interface to implement for a law of one's own. It must not remember
-/// anything while it works: what it has to remember, an integral say, are states x, which the simulation keeps and
-/// integrates. Scratch it may have: a law belongs to one simulation, a Control makes another one for the next.
+/// anything while it works: what it has to remember, an integral say, are states x, which the simulation
+/// keeps and integrates. Scratch it may have: a law belongs to one simulation, a Control makes another one
+/// for the next.
 class ControlLaw {
  public:
   ControlLaw() = default;
@@ -75,8 +76,8 @@ struct Plant {
   Vector J;                   ///< design inertias (38) of [RIV], (n) [kg·m² | kg]; see design_inertia()
 };
 
-/// A kind of control law whose gains follow the plant: PdControl, PidControl, …, or any function of a plant. That is
-/// how gains are adapted, Eq. (46) of [RIV]: with the inertias of another plant the same poles.
+/// A kind of control law whose gains follow the plant: PdControl, PidControl, …, or any function of a plant.
+/// That is how gains are adapted, Eq. (46) of [RIV]: with the inertias of another plant the same poles.
 ///
 /// @throws InputError  from the call, where gains and robot do not fit together
 using Control = std::function<std::unique_ptr<ControlLaw>(const Plant&)>;

@@ -49,12 +49,13 @@ constexpr auto tracking_time_field() {
 ///
 ///   v_τ = k_p k_v (q_r − q) − k_v q̇
 ///
-/// By poles: with (omega_n, zeta), the gains are (45), k_p = ω_n / (2ζ) and k_v = 2ζ ω_n J / g_τ. By gains: with the
-/// (k_p, k_v) that are known of an actual controller, and the J_apriori that it was tuned for, k_v is adapted by (46)
-/// to k_v J / J_apriori; k_p stays. Without J_apriori both stay as they are.
+/// By poles: with (omega_n, zeta), the gains are (45), k_p = ω_n / (2ζ) and k_v = 2ζ ω_n J / g_τ. By gains:
+/// with the (k_p, k_v) that are known of an actual controller, and the J_apriori that it was tuned for, k_v
+/// is adapted by (46) to k_v J / J_apriori; k_p stays. Without J_apriori both stay as they are.
 ///
-/// Joints that are coupled by a full gear matrix are decoupled, v_τ = G⁻¹ τ, so that the poles are the asked ones here
-/// as well; k_v is then a torque a velocity. Known gains are refused there: each signal moves several joints.
+/// Joints that are coupled by a full gear matrix are decoupled, v_τ = G⁻¹ τ, so that the poles are the asked
+/// ones here as well; k_v is then a torque a velocity. Known gains are refused there: each signal moves
+/// several joints.
 struct PdControl {
   Vector omega_n = {};  ///< natural frequencies of the closed loop, (n) [rad/s]
   Vector zeta = {};     ///< damping, (n)
@@ -88,16 +89,18 @@ struct PdControl {
   }
 };
 
-/// PID law with reference velocity, gains in units of the control signal, and anti-windup by back-calculation:
+/// PID law with reference velocity, gains in units of the control signal, and anti-windup by
+/// back-calculation:
 ///
 ///   v = K_p (q_r − q) + K_d (q̇_r − q̇) + x,   v_τ = sat(v),   ẋ = K_i (q_r − q) + (v_τ − v) / T_t
 ///
-/// By poles: with (omega_n, zeta, omega_i) those of the closed loop are (s² + 2ζ ω_n s + ω_n²)(s + ω_i) = 0, hence
+/// By poles: with (omega_n, zeta, omega_i) those of the closed loop are (s² + 2ζ ω_n s + ω_n²)(s + ω_i) = 0,
+/// hence
 ///
 ///   K_p = (ω_n² + 2ζ ω_n ω_i) J / g_τ,   K_i = ω_n² ω_i J / g_τ,   K_d = (2ζ ω_n + ω_i) J / g_τ.
 ///
-/// By gains: K_p, K_i, K_d of an actual controller, all adapted by J / J_apriori as in (46) of [RIV]. Without K_i it is
-/// the PD law of manufacturers, v_τ = K_p e + K_d ė.
+/// By gains: K_p, K_i, K_d of an actual controller, all adapted by J / J_apriori as in (46) of [RIV]. Without
+/// K_i it is the PD law of manufacturers, v_τ = K_p e + K_d ė.
 ///
 /// Coupled gears: see PdControl.
 struct PidControl {
@@ -112,7 +115,8 @@ struct PidControl {
       {};  ///< design inertias that they were tuned for, (n); empty: no adaptation [kg·m² | kg]
 
   Vector v_tau_max = {};  ///< largest |v_τ|, (n); empty: no saturation [as v_τ]
-  /// T_t: how fast the integral follows a saturated signal, (n); empty: √(K_d / K_i), or K_p / K_i without K_d [s]
+  /// T_t: how fast the integral follows a saturated signal, (n); empty: √(K_d / K_i), or K_p / K_i without
+  /// K_d [s]
   Vector tracking_time = {};
 
   /// The first fault found, in words that name the joint.
@@ -132,16 +136,15 @@ struct PidControl {
   }
 };
 
-/// Cascade of drives: a proportional position loop whose output, with the reference velocity fed forward, is what a
-/// proportional-integral velocity loop follows; anti-windup by back-calculation.
+/// Cascade of drives: a proportional position loop whose output, with the reference velocity fed forward, is
+/// what a proportional-integral velocity loop follows; anti-windup by back-calculation.
 ///
 ///   e_v = k_p (q_r − q) + k_f q̇_r − q̇,   v = k_v e_v + x,   v_τ = sat(v),   ẋ = k_v e_v / T_i + (v_τ − v) / T_t
 ///
-/// By poles: with (omega_n, zeta, omega_i) those of the closed loop are (s² + 2ζ ω_n s + ω_n²)(s + ω_i) = 0, where
-/// k_v = (2ζ ω_n + ω_i) J / g_τ, and k_p and 1/T_i are the larger and the smaller root of
-/// z² − (ω_n² + 2ζ ω_n ω_i)/(2ζ ω_n + ω_i) z + ω_n² ω_i/(2ζ ω_n + ω_i) = 0. They are real for
-/// ω_i ≤ ω_n / (2 (1 + ζ)): a cascade cannot have a faster integral pole. As ω_i → 0 it becomes the PD law with (45) of
-/// [RIV].
+/// By poles: with (omega_n, zeta, omega_i) those of the closed loop are (s² + 2ζ ω_n s + ω_n²)(s + ω_i) = 0,
+/// where k_v = (2ζ ω_n + ω_i) J / g_τ, and k_p and 1/T_i are the larger and the smaller root of z² − (ω_n² +
+/// 2ζ ω_n ω_i)/(2ζ ω_n + ω_i) z + ω_n² ω_i/(2ζ ω_n + ω_i) = 0. They are real for ω_i ≤ ω_n / (2 (1 + ζ)): a
+/// cascade cannot have a faster integral pole. As ω_i → 0 it becomes the PD law with (45) of [RIV].
 ///
 /// By gains: k_p, k_v, T_i of an actual drive; k_v is adapted by J / J_apriori as in (46), the others stay.
 ///
@@ -195,12 +198,13 @@ template <>
 inline constexpr std::array names_of<ControllerModel> =
     std::to_array<std::string_view>({"simulated", "a_priori"});
 
-/// Computed torque: the inverse dynamics of a model of the robot make it n double integrators, which a PD law governs,
+/// Computed torque: the inverse dynamics of a model of the robot make it n double integrators, which a PD law
+/// governs,
 ///
 ///   τ = M̂(q) (q̈_r + k_d (q̇_r − q̇) + k_p (q_r − q)) + N̂(q, q̇) + friction,   v_τ = sat(G⁻¹ τ).
 ///
-/// By poles: k_p = ω_n² and k_d = 2ζ ω_n. Where the model is the plant's, the error obeys ë + k_d ė + k_p e = 0. The
-/// design inertia is not used. Coupled gears need no more than G⁻¹.
+/// By poles: k_p = ω_n² and k_d = 2ζ ω_n. Where the model is the plant's, the error obeys ë + k_d ė + k_p e =
+/// 0. The design inertia is not used. Coupled gears need no more than G⁻¹.
 struct ComputedTorqueControl {
   Vector omega_n = {};  ///< natural frequencies of the closed loop, (n) [rad/s]
   Vector zeta = {};     ///< damping, (n)
@@ -211,8 +215,8 @@ struct ComputedTorqueControl {
   /// The model that the controller has, as it was in the experiment. Empty: adapted, the model of each plant.
   std::shared_ptr<const DynamicModel> model = {};
 
-  /// Whether friction is compensated as well: viscous friction and offset at the measured velocity, Coulomb friction at
-  /// the reference's, whose sign does not chatter, smoothed by tanh(q̇_r / coulomb_velocity).
+  /// Whether friction is compensated as well: viscous friction and offset at the measured velocity, Coulomb
+  /// friction at the reference's, whose sign does not chatter, smoothed by tanh(q̇_r / coulomb_velocity).
   bool friction = true;
   double coulomb_velocity = 1e-2;  ///< [rad/s | m/s]
 

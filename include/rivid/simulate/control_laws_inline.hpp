@@ -22,8 +22,8 @@ namespace detail {
 
 using Complaint = std::optional<std::string>;
 
-// What is wanted of a gain, one entry a joint. Gains in units of the control signal act against the error only with the
-// sign of the drive gain.
+// What is wanted of a gain, one entry a joint. Gains in units of the control signal act against the error
+// only with the sign of the drive gain.
 struct GainRule {
   const char* required;
   bool (*accepts)(double value, double g_tau);
@@ -99,7 +99,8 @@ inline bool is_given(std::initializer_list<GainCheck> form) {
 
 inline bool is_diagonal(const Matrix& G) { return G.isDiagonal(0.0); }
 
-// A law is given either by its poles or by its gains. Gains in units of the control signal need one signal a joint.
+// A law is given either by its poles or by its gains. Gains in units of the control signal need one signal a
+// joint.
 inline Complaint complaint_of_forms(const Robot& robot, std::initializer_list<GainCheck> poles,
                                     std::initializer_list<GainCheck> gains) {
   if (is_given(poles) == is_given(gains)) {
@@ -157,9 +158,9 @@ struct GainScale {
   Matrix mixing;  // (n × n), empty where each drive moves its own joint
 };
 
-// How the gains of a law follow the plant, once they are known to be good. By poles, they are those of a unit inertia with
-// a unit drive: times J / g_τ as in (45), or G⁻¹ J where gears couple the joints. Gains known of a controller: times
-// J / J_apriori as in (46), or 1.
+// How the gains of a law follow the plant, once they are known to be good. By poles, they are those of a unit
+// inertia with a unit drive: times J / g_τ as in (45), or G⁻¹ J where gears couple the joints. Gains known of
+// a controller: times J / J_apriori as in (46), or 1.
 template <typename Law>
 GainScale scale_of(const char* who, const Law& law, const Plant& plant) {
   if (const auto fault = law.complaint(plant.robot)) {
@@ -186,8 +187,8 @@ inline Vector or_constant(const Vector& values, Index n, double otherwise) {
 
 inline constexpr double never = std::numeric_limits<double>::infinity();
 
-// Feedback of one joint that is linear in the position error, the reference velocity and the velocity, (n) each:
-// position (q_r − q) + reference_velocity q̇_r − velocity q̇.
+// Feedback of one joint that is linear in the position error, the reference velocity and the velocity, (n)
+// each: position (q_r − q) + reference_velocity q̇_r − velocity q̇.
 struct LinearFeedback {
   Vector position;
   Vector reference_velocity;
@@ -218,7 +219,8 @@ class LinearLaw final : public ControlLaw {
         description_(std::move(description)) {
     gains_.v_tau_max = or_constant(gains_.v_tau_max, gains_.direct.position.size(), never);
     for (Index i = 0; i < tracking_rate_.size(); ++i) {
-      // Without an integral there is nothing that could wind up, and nothing that could unwind the correction.
+      // Without an integral there is nothing that could wind up, and nothing that could unwind the
+      // correction.
       if (integrates(i)) {
         tracking_rate_[i] = 1.0 / gains_.tracking_time[i];
       }

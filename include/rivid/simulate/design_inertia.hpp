@@ -22,8 +22,8 @@ namespace rivid {
 ///
 ///   J_j = ZZ_j + Ia_j + max_q (M_jj(q) − ZZ_j − Ia_j) = max_q M_jj(q)
 ///
-/// [RIV] takes the maximum over all q; here it is over the samples of `q`, every one of them, which is what the loop
-/// meets.
+/// [RIV] takes the maximum over all q; here it is over the samples of `q`, every one of them, which is what
+/// the loop meets.
 ///
 /// @param q  joint positions, (n_m × n), n_m ≥ 1 [rad | m]
 /// @return   J, (n) [kg·m² | kg]; all entries positive
@@ -41,10 +41,10 @@ struct InertiaSearch {
 
 /// Largest inertia that each joint's drive sees at all, the J_j of Eq. (38) of [RIV] over all q.
 ///
-/// M_jj depends on the joints behind j only. It is searched over a box of their positions: within the limits of each
-/// joint, a revolute joint without limits through one turn. From the best of the positions sampled, M_jj climbs along
-/// one coordinate at a time until none gives more.
-/// That is a lower bound of the true maximum: it is a local one, in practice the global one, without a proof.
+/// M_jj depends on the joints behind j only. It is searched over a box of their positions: within the limits
+/// of each joint, a revolute joint without limits through one turn. From the best of the positions sampled,
+/// M_jj climbs along one coordinate at a time until none gives more. That is a lower bound of the true
+/// maximum: it is a local one, in practice the global one, without a proof.
 ///
 /// @return  J, (n) [kg·m² | kg]; all entries positive
 /// @throws InputError     the search's complaint(); where a prismatic joint beyond the first has no limits
@@ -155,7 +155,8 @@ inline JointRange joint_range(const DynamicModel& model, Index j) {
   return limits;
 }
 
-// Root of x^(d+1) = x + 1: its powers give the steps of a sequence that fills the unit cube of d dimensions evenly.
+// Root of x^(d+1) = x + 1: its powers give the steps of a sequence that fills the unit cube of d dimensions
+// evenly.
 inline double generalised_golden_ratio(Index d) {
   double x = 2.0;
   for (int i = 0; i < 60; ++i) {
@@ -197,7 +198,8 @@ class InertiaAscent {
 
   // Moves coordinate k of q to where the inertia is largest, if that is more than `best`.
   double along(Index k, Vector& q, double best) const {
-    // Along a revolute joint M_jj has the second harmonic at most: no more than two maxima, on a grid of 15 degrees.
+    // Along a revolute joint M_jj has the second harmonic at most: no more than two maxima, on a grid of 15
+    // degrees.
     constexpr int grid = 24;
     const auto [low, high] = ranges_[static_cast<std::size_t>(k)];
     const double start = q[k];

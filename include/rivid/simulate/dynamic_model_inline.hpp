@@ -26,7 +26,8 @@ inline std::string parameter_name(ParameterKind kind, Index joint) {
   return StandardParameter{kind, static_cast<int>(joint)}.name();
 }
 
-// Adds `value` times the weights of a coupled parameter; row: the joint that feels it, column: whose motion it is.
+// Adds `value` times the weights of a coupled parameter; row: the joint that feels it, column: whose motion
+// it is.
 inline void add(Matrix& A, std::span<const CoupledEntry> entries, double value) {
   for (const CoupledEntry& entry : entries) {
     for (const CoupledEntry::Term& term : entry.terms) {
@@ -184,10 +185,12 @@ inline bool follows_one_sign(Friction law) {
   });
 }
 
-// A gear whose friction eats more of its load can not be driven by it, and a simulation would have no unique motion.
+// A gear whose friction eats more of its load can not be driven by it, and a simulation would have no unique
+// motion.
 inline constexpr double largest_load = 0.95;
 
-// Friction without what would drive, and the names of that. Directions of dry friction may be shifted by an offset.
+// Friction without what would drive, and the names of that. Directions of dry friction may be shifted by an
+// offset.
 inline std::vector<std::string> clamp_friction(Sums& sums, Friction law, Index joint) {
   std::vector<std::string> names;
   for (const BasisRow& row : basis_rows) {
@@ -308,8 +311,8 @@ RIVID_INLINE DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<con
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     sums.take(robot, parameters[i], chi_st[static_cast<Index>(i)]);
   }
-  // What both directions of an asymmetric law have is viscous friction like any other: the coupled friction of a motor
-  // has its diagonal there.
+  // What both directions of an asymmetric law have is viscous friction like any other: the coupled friction
+  // of a motor has its diagonal there.
   for (Index j = 0; j < n; ++j) {
     detail::Directions& Fv = sums.friction[static_cast<std::size_t>(j)][detail::at_speed];
     const double common = std::min(Fv.plus, Fv.minus);

@@ -20,18 +20,19 @@
 
 namespace rivid {
 
-/// Friction along one direction of the joint velocities that is no matter of the viscous matrix alone: of a joint, or of a
-/// motor that several joints turn.
+/// Friction along one direction of the joint velocities that is no matter of the viscous matrix alone: of a
+/// joint, or of a motor that several joints turn.
 ///
-/// At the speed s = directionᵀ q̇ it brakes with λ(s) = Σ c φ(s, sign s) over its terms, which have a coefficient c for
-/// each direction of motion, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it there; the torques on the joints
-/// are −torque λ. The two vectors are the same but for Coupling::Coulomb::single.
+/// At the speed s = directionᵀ q̇ it brakes with λ(s) = Σ c φ(s, sign s) over its terms, which have a
+/// coefficient c for each direction of motion, and at rest with whatever −Fc_minus ≤ λ ≤ Fc_plus holds it
+/// there; the torques on the joints are −torque λ. The two vectors are the same but for
+/// Coupling::Coulomb::single.
 ///
-/// Friction of a single joint may follow its load as well, by load |τ_load| sign s with τ_load = (M q̈ + N)_j. Since the
-/// rotors are part of M, each joint's τ_load follows from its own torque: see carried().
+/// Friction of a single joint may follow its load as well, by load |τ_load| sign s with τ_load = (M q̈ +
+/// N)_j. Since the rotors are part of M, each joint's τ_load follows from its own torque: see carried().
 struct DryFriction {
-  /// Coefficients of one function while the speed is positive, and while it is negative; ≥ 0. Of Basis::speed, what a
-  /// direction has beyond the other one, which is in DynamicModel::viscous().
+  /// Coefficients of one function while the speed is positive, and while it is negative; ≥ 0. Of
+  /// Basis::speed, what a direction has beyond the other one, which is in DynamicModel::viscous().
   struct Term {
     Basis basis = Basis::sign;
     double plus = 0.0;
@@ -44,7 +45,8 @@ struct DryFriction {
   std::vector<Term> terms;
   double Fc_plus = 0.0;   ///< λ where a positive speed begins, dry(true, 0, 1) [N·m | N], ≥ 0
   double Fc_minus = 0.0;  ///< −λ where a negative one begins [N·m | N], ≥ 0
-  /// Joint::sign_speed: where it is not 0, tanh(s / sign_speed) takes the place of sign s, and nothing sticks.
+  /// Joint::sign_speed: where it is not 0, tanh(s / sign_speed) takes the place of sign s, and nothing
+  /// sticks.
   double sign_speed = 0.0;
   double load = 0.0;  ///< Fl, from 0 to below 1, of a joint whose friction follows its load; not part of λ
 
@@ -56,8 +58,8 @@ struct DryFriction {
     }
     return j;
   }
-  /// τ_load = M q̈ + N that a torque carries which is left when all other friction has been taken off: the solution of
-  /// τ_load + slope |τ_load| = driving.
+  /// τ_load = M q̈ + N that a torque carries which is left when all other friction has been taken off: the
+  /// solution of τ_load + slope |τ_load| = driving.
   ///
   /// @param slope  load × sign of the speed
   template <typename Scalar>
@@ -65,8 +67,8 @@ struct DryFriction {
     return driving / (Scalar(1.0) + select(driving > Scalar(0.0), slope, Scalar(-slope)));
   }
 
-  /// What follows the sign in λ, of one direction of motion. `sign`: ±1, or what smooths it. `plus` is a bool, or what a
-  /// comparison of this Scalar gives.
+  /// What follows the sign in λ, of one direction of motion. `sign`: ±1, or what smooths it. `plus` is a
+  /// bool, or what a comparison of this Scalar gives.
   template <typename Scalar, typename Condition>
   [[nodiscard]] Scalar dry(const Condition& plus, const Scalar& speed, const Scalar& sign) const {
     return sum(plus, speed, sign, true);
@@ -104,8 +106,8 @@ struct DryFriction {
 ///
 /// where λ_e of friction that follows the load grows by DryFriction::load |M q̈ + N|.
 ///
-/// A DynamicModel makes them from a robot and its identified parameters; a controller may as well fill them by itself. One
-/// entry a joint everywhere.
+/// A DynamicModel makes them from a robot and its identified parameters; a controller may as well fill them
+/// by itself. One entry a joint everywhere.
 struct ModelData {
   Chain chain;
   std::vector<std::string> names;   ///< of the joints, for messages
@@ -178,7 +180,8 @@ class JointFrames {
   [[nodiscard]] Vec3<Scalar> out_of(std::size_t j, const Vec3<Scalar>& v) const noexcept {
     return turned_back<Turn::any>(link(j).R, rotated_back(v, turns[j].c, turns[j].s));
   }
-  // Acceleration of the base in frame 0, less that of free fall: the tables have it in the link's axes at θ = 0.
+  // Acceleration of the base in frame 0, less that of free fall: the tables have it in the link's axes at θ =
+  // 0.
   [[nodiscard]] Vec3<Scalar> base_acceleration() const noexcept {
     return rotated(constant<Scalar>(tables_.accel.data()), turns[0].c, turns[0].s);
   }
@@ -197,11 +200,12 @@ class JointFrames {
 ///
 ///   M(q) q̈ + N(q, q̇) = τ − friction.
 ///
-/// Members check neither sizes nor indices: wrong ones are undefined behaviour. Scratch is made once; no member allocates afterwards. A thread has one of its own; the model is only read, and need
-/// not outlive the constructor.
+/// Members check neither sizes nor indices: wrong ones are undefined behaviour. Scratch is made once; no
+/// member allocates afterwards. A thread has one of its own; the model is only read, and need not outlive the
+/// constructor.
 ///
-/// @tparam Scalar  double, float, Pack (as many samples at once as it has lanes), or any number type with + − × /,
-///                 comparison, sin and cos
+/// @tparam Scalar  double, float, Pack (as many samples at once as it has lanes), or any number type with + −
+///                 × /, comparison, sin and cos
 template <typename Scalar>
 class Dynamics {
  public:
@@ -212,13 +216,14 @@ class Dynamics {
 
   /// Fills M, N and the factor of M.
   ///
-  /// Whether M is positive definite shows in the factor: one of its pivots, the inertia that a joint feels while all
-  /// joints behind it are free, is not positive, or less than rounding leaves of M(j, j). M and N are right even then.
+  /// Whether M is positive definite shows in the factor: one of its pivots, the inertia that a joint feels
+  /// while all joints behind it are free, is not positive, or less than rounding leaves of M(j, j). M and N
+  /// are right even then.
   ///
   /// @param q   positions, (n) [rad | m]
   /// @param qd  velocities, (n) [rad/s | m/s]
-  /// @return    whether M is positive definite, in all lanes; else failed_joint() says where not, and solve() must
-  ///            not be called
+  /// @return    whether M is positive definite, in all lanes; else failed_joint() says where not, and solve()
+  ///            must not be called
   [[nodiscard]] bool set_state(std::span<const Scalar> q, std::span<const Scalar> qd);
 
   /// Coriolis, centrifugal and gravity torques without any friction, (n) [N·m | N].
@@ -290,7 +295,8 @@ extern template class Dynamics<double>;
 
 namespace detail {
 
-// Parameters in frame j that joint j turns or slides without showing it, by the rules of Gautier & Khalil (1990).
+// Parameters in frame j that joint j turns or slides without showing it, by the rules of Gautier & Khalil
+// (1990).
 inline Inertial unseen(const Inertial& inertial, JointType type) {
   constexpr Index XX = 0, YY = 3, MZ = 8, M = 9;
   Inertial out = Inertial::Zero();
@@ -309,8 +315,8 @@ struct DynamicsBodies {
   std::vector<Inertial> inertials;
 };
 
-// The same robot in frames that are turned about their own z axes, so that the z axis of each lies in the y-z plane of the
-// one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ).
+// The same robot in frames that are turned about their own z axes, so that the z axis of each lies in the y-z
+// plane of the one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ).
 inline DynamicsBodies turned_about_z(const ModelData& model) {
   DynamicsBodies out{model.chain, model.inertials};
   for (std::size_t j = 0; j < out.chain.links.size(); ++j) {

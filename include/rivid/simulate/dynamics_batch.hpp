@@ -18,8 +18,8 @@ struct IndefiniteMass {
   Index joint = 0;  ///< counted from 0, see Dynamics::failed_joint()
 };
 
-/// Direct dynamics of many samples at once, q̈ = M⁻¹ (τ − N): several samples in the lanes of a vector register, by the
-/// widest instruction set of the machine, which is chosen when the program runs.
+/// Direct dynamics of many samples at once, q̈ = M⁻¹ (τ − N): several samples in the lanes of a vector
+/// register, by the widest instruction set of the machine, which is chosen when the program runs.
 ///
 /// It has scratch: each thread needs one of its own. The model need not outlive the constructor.
 class DynamicsBatch {
@@ -31,13 +31,14 @@ class DynamicsBatch {
   /// The instruction set in use, never `best`.
   [[nodiscard]] Simd simd() const { return simd_; }
 
-  /// Accelerations without friction: whoever knows its torques, by friction_torque() or by what holds a joint, takes
-  /// them off `tau`. No allocation.
+  /// Accelerations without friction: whoever knows its torques, by friction_torque() or by what holds a
+  /// joint, takes them off `tau`. No allocation.
   ///
   /// @param q    (n_m × n) [rad | m]
   /// @param qd   (n_m × n) [rad/s | m/s]
   /// @param tau  (n_m × n) [N·m | N]
-  /// @param qdd  (n_m × n), overwritten: all rows, or those before the sample that is returned [rad/s² | m/s²]
+  /// @param qdd  (n_m × n), overwritten: all rows, or those before the sample that is returned [rad/s² |
+  ///             m/s²]
   /// @return     the first sample whose M is not positive definite; nothing where all are
   /// @throws InputError  where a size differs
   std::optional<IndefiniteMass> accelerations(const Eigen::Ref<const Matrix>& q,

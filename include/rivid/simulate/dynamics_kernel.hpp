@@ -5,18 +5,20 @@
 #include "rivid/regressor/pack.hpp"
 #include "rivid/regressor/vec3.hpp"
 
-// M(q) and N(q, q̇) of a serial chain: Newton-Euler with q̈ = 0 for N, composite bodies for M, both in the frames of the
-// links with z along the axes, and both in one pass from base to tip and one back.
+// M(q) and N(q, q̇) of a serial chain: Newton-Euler with q̈ = 0 for N, composite bodies for M, both in the
+// frames of the links with z along the axes, and both in one pass from base to tip and one back.
 //
 // Three things make it short:
-// - What turns with a joint without showing it belongs to the link before: of a revolute joint's link YY (taken off XX),
-//   MZ and M, of a prismatic one's the inertia tensor. DynamicsTables moves these, by the rules of Gautier & Khalil
-//   (1990), and a chain of revolute joints is left without any mass: forces are U MS alone.
-// - The wrenches that the passes carry towards the base, that of N and one for each column of M, go through the same
-//   turns: they are columns of one table, and where a Scalar is one number two of them go through a register.
-// - Every frame may be turned about its own z for good: DynamicsTables leaves one angle about x between neighbours and
-//   one about z, which joins the joint's. Quarter turns and offsets of zero are put to use as in the vector kernels of
-//   the regressor: every link gets the step compiled for its case.
+// - What turns with a joint without showing it belongs to the link before: of a revolute joint's link YY
+//   (taken off XX), MZ and M, of a prismatic one's the inertia tensor. DynamicsTables moves these, by the
+//   rules of Gautier & Khalil (1990), and a chain of revolute joints is left without any mass: forces are U
+//   MS alone.
+// - The wrenches that the passes carry towards the base, that of N and one for each column of M, go through
+//   the same turns: they are columns of one table, and where a Scalar is one number two of them go through a
+//   register.
+// - Every frame may be turned about its own z for good: DynamicsTables leaves one angle about x between
+//   neighbours and one about z, which joins the joint's. Quarter turns and offsets of zero are put to use as
+//   in the vector kernels of the regressor: every link gets the step compiled for its case.
 //
 // The file is compiled for several instruction sets; rivid/regressor/kernel.hpp says what that forbids.
 namespace rivid::detail {
@@ -55,19 +57,19 @@ using DynamicsLinkOf = BasicDynamicsLink<typename InertiaOf<Scalar>::Number>;
 template <typename Scalar>
 using DynamicsPlanOf = BasicDynamicsPlan<typename InertiaOf<Scalar>::Number>;
 
-// Steps: five turns times eight offsets of revolute joints whose composite body has no mass, then any revolute joint,
-// then any prismatic one.
+// Steps: five turns times eight offsets of revolute joints whose composite body has no mass, then any
+// revolute joint, then any prismatic one.
 [[gnu::always_inline]] constexpr int dynamics_step(Turn turn, unsigned offsets) {
   return static_cast<int>(turn) * 8 + static_cast<int>(offsets);
 }
 inline constexpr int revolute_step = 40;
 inline constexpr int prismatic_step = 41;
 
-// Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column r is that of joint n − 1 − r: what
-// its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r belongs to joint n − 1 − r
-// and holds the columns 0 … r. Both have rows of this length, so that registers of two may read and write over their
-// ends.
-// No multiple of four packs either: columns of a power of two fall into few sets of the cache.
+// Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column r is that of joint n − 1
+// − r: what its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r
+// belongs to joint n − 1 − r and holds the columns 0 … r. Both have rows of this length, so that registers of
+// two may read and write over their ends. No multiple of four packs either: columns of a power of two fall
+// into few sets of the cache.
 [[gnu::always_inline]] constexpr std::size_t dynamics_stride(std::size_t joints) {
   const std::size_t even = (joints + 3) / 2 * 2;
   return even % 4 == 0 ? even + 2 : even;
@@ -197,7 +199,8 @@ template <Turn turn, typename Scalar>
   }
 }
 
-// Moves the tensor's point of reference by p; h is the first moment before, or that half-way for a body with mass.
+// Moves the tensor's point of reference by p; h is the first moment before, or that half-way for a body with
+// mass.
 template <unsigned offsets, typename Scalar>
 [[gnu::always_inline]] inline void shift(Composite<Scalar>& b, const Vec3<Scalar>& h, const Vec3<Scalar>& p) {
   if constexpr ((offsets & 1U) != 0U) {
@@ -535,8 +538,8 @@ struct RevoluteSteps {
   }
 };
 
-// Sines and cosines of all joint angles, before anything else: one is a long chain of operations, many beside each
-// other fill the pipelines.
+// Sines and cosines of all joint angles, before anything else: one is a long chain of operations, many beside
+// each other fill the pipelines.
 template <typename Scalar>
 [[gnu::always_inline]] inline void joint_sines(const DynamicsPlanOf<Scalar>& plan, const Scalar* q,
                                                Scalar* cosines, Scalar* sines) {
@@ -637,9 +640,9 @@ template <typename Scalar>
 // For one sample what BasicPack::Mask has for several.
 [[gnu::always_inline]] inline bool all(bool condition) { return condition; }
 
-// M = L D Lᵀ in the order of its storage, from the tip on: a pivot is the inertia that a joint feels while all joints
-// behind it are free. L: rows like those of M. Returns whether all pivots are positive, and by more than rounding leaves
-// of the entries of M that they began as.
+// M = L D Lᵀ in the order of its storage, from the tip on: a pivot is the inertia that a joint feels while
+// all joints behind it are free. L: rows like those of M. Returns whether all pivots are positive, and by
+// more than rounding leaves of the entries of M that they began as.
 template <std::size_t n, typename Scalar>
 [[gnu::always_inline]] inline bool factor_small(std::size_t stride, const Scalar* M, Scalar* L,
                                                 Scalar* inverse_D) {
@@ -725,7 +728,8 @@ template <typename Scalar>
   return all(positive);
 }
 
-// Calls work<n>() for the numbers of joints that are worth a compiled case of their own; returns whether n is one.
+// Calls work<n>() for the numbers of joints that are worth a compiled case of their own; returns whether n is
+// one.
 template <typename Scalar, typename Work>
 [[gnu::always_inline]] inline bool for_small(std::size_t n, const Work& work) {
   if constexpr (has_quick_dynamics<Scalar>) {
@@ -797,7 +801,8 @@ template <std::size_t n, typename Scalar>
   }
 }
 
-// As soon as an entry is known it is taken off all others: these do not wait for each other, terms of one sum would.
+// As soon as an entry is known it is taken off all others: these do not wait for each other, terms of one sum
+// would.
 template <typename Scalar>
 [[gnu::always_inline]] inline void solve_any(std::size_t n, std::size_t stride, const Scalar* L,
                                              const Scalar* inverse_D, Scalar* b) {

@@ -14,9 +14,10 @@ namespace rivid {
 
 /// How InverseDynamics goes about friction.
 struct InverseDynamicsOptions {
-  /// v_s of each joint, (n) [rad/s | m/s], positive: sign(q̇) becomes tanh(q̇ / v_s). The sign of a measured velocity
-  /// flickers about rest with the noise of the encoder, and the torque with it. A motor that several joints turn takes
-  /// Σ |c_k| v_s,k. Empty: sign(q̇) as it is identified, 0 at rest. What has a Joint::sign_speed keeps that one.
+  /// v_s of each joint, (n) [rad/s | m/s], positive: sign(q̇) becomes tanh(q̇ / v_s). The sign of a measured
+  /// velocity flickers about rest with the noise of the encoder, and the torque with it. A motor that several
+  /// joints turn takes Σ |c_k| v_s,k. Empty: sign(q̇) as it is identified, 0 at rest. What has a
+  /// Joint::sign_speed keeps that one.
   Vector smoothing_speed = {};
 };
 
@@ -24,17 +25,20 @@ struct InverseDynamicsOptions {
 ///
 ///   τ = M(q) q̈ + N(q, q̇) + friction(q̇),   Eq. (1) of [RIV].
 ///
-/// Base parameters are all that it needs: give it a DynamicModel of them, or the numbers themselves. Recursive Newton-Euler over links from which everything has been taken that
-/// their joints turn without showing it, see DynamicModel for what it makes of friction that drives.
+/// Base parameters are all that it needs: give it a DynamicModel of them, or the numbers themselves.
+/// Recursive Newton-Euler over links from which everything has been taken that their joints turn without
+/// showing it, see DynamicModel for what it makes of friction that drives.
 ///
-/// After the constructor no member allocates, throws or locks, provided that arguments are plain vectors, columns, or
-/// maps of contiguous memory: Eigen::Ref copies what is not. Where a size is wrong the output is filled with NaN, which
-/// every drive refuses. Scratch is in the object: a thread has a copy of its own, which shares nothing with the others.
+/// After the constructor no member allocates, throws or locks, provided that arguments are plain vectors,
+/// columns, or maps of contiguous memory: Eigen::Ref copies what is not. Where a size is wrong the output is
+/// filled with NaN, which every drive refuses. Scratch is in the object: a thread has a copy of its own,
+/// which shares nothing with the others.
 ///
-/// Positions, velocities and accelerations below 1e-102 (float: 1e-12) count as zero: a filter that decays leaves denormal
-/// numbers behind, which take processors several times as long.
+/// Positions, velocities and accelerations below 1e-102 (float: 1e-12) count as zero: a filter that decays
+/// leaves denormal numbers behind, which take processors several times as long.
 ///
-/// @tparam Scalar  double, float, or any number type with + − × /, comparison, sin, cos and tanh that Eigen knows
+/// @tparam Scalar  double, float, or any number type with + − × /, comparison, sin, cos and tanh that Eigen
+///                 knows
 template <typename Scalar>
 class BasicInverseDynamics {
  public:
@@ -69,8 +73,9 @@ class BasicInverseDynamics {
   /// N(q, q̇) − N(q, 0), (n) [N·m | N].
   void coriolis(const Values& q, const Values& qd, Result tau) noexcept;
 
-  /// Friction at these velocities, smoothed where the options say so, without what follows the load, (n) [N·m | N]. A feed-forward takes the velocities
-  /// of the reference, which do not flicker; compensation of what is measured takes measured ones and a smoothing speed.
+  /// Friction at these velocities, smoothed where the options say so, without what follows the load, (n) [N·m
+  /// | N]. A feed-forward takes the velocities of the reference, which do not flicker; compensation of what
+  /// is measured takes measured ones and a smoothing speed.
   void friction(const Values& qd, Result tau) const noexcept;
 
   /// M(q), rotors included, (n × n) [kg·m² | kg·m | kg].
@@ -83,7 +88,8 @@ class BasicInverseDynamics {
   using Wrench = detail::Wrench<Scalar>;
   using Link = detail::DynamicsLink;
 
-  // What the link's motion takes. Of a revolute joint's link the tables have taken YY, of a prismatic one's the tensor.
+  // What the link's motion takes. Of a revolute joint's link the tables have taken YY, of a prismatic one's
+  // the tensor.
   [[nodiscard]] static Wrench wrench(const Link& link, const Motion3& m, const Mat3& U);
 
   // x without values that are too small to move a torque.

@@ -11,13 +11,15 @@
 
 namespace rivid {
 
-/// KDL's inverse dynamics with identified parameters and friction, for controllers that take a KDL::ChainIdSolver:
+/// KDL's inverse dynamics with identified parameters and friction, for controllers that take a
+/// KDL::ChainIdSolver:
 ///
 ///   KDL::ChainIdSolver& solver = …;   // was ChainIdSolver_RNE
 ///   IdentifiedIdSolver solver(chain, read_identified_model("my_robot_result/result.json"));
 ///
-/// τ = M q̈ + N + friction − Σ Jᵢᵀ f_ext,ᵢ. Geometry, gravity and inertias are those of the model; the chain's are not looked at, but for
-/// the frames that external wrenches act in. After the constructor CartToJnt() neither allocates nor throws.
+/// τ = M q̈ + N + friction − Σ Jᵢᵀ f_ext,ᵢ. Geometry, gravity and inertias are those of the model; the
+/// chain's are not looked at, but for the frames that external wrenches act in. After the constructor
+/// CartToJnt() neither allocates nor throws.
 class IdentifiedIdSolver final : public KDL::ChainIdSolver {
  public:
   /// @param chain  whose moving joints are those of the model, base to tip; it is copied

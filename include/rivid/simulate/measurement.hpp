@@ -12,13 +12,14 @@
 
 namespace rivid {
 
-/// Random numbers by counter: number i of a stream is a function of (seed, stream, i) and of nothing else, so that run k
-/// of a study gives the same numbers alone, in any order and on any number of threads. The generator is Philox4x32-10
-/// [Salmon 2011]; streams and seeds are independent of each other.
+/// Random numbers by counter: number i of a stream is a function of (seed, stream, i) and of nothing else, so
+/// that run k of a study gives the same numbers alone, in any order and on any number of threads. The
+/// generator is Philox4x32-10 [Salmon 2011]; streams and seeds are independent of each other.
 ///
-/// Normal deviates are the inverse of the normal distribution at a uniform one, by algorithm AS 241 [Wichura 1988] and a
-/// logarithm of our own: additions, multiplications, divisions and square roots, which IEEE 754 rounds in one way. Other
-/// than with std::normal_distribution and the machine's own logarithm, a seed gives the same bits on every platform.
+/// Normal deviates are the inverse of the normal distribution at a uniform one, by algorithm AS 241 [Wichura
+/// 1988] and a logarithm of our own: additions, multiplications, divisions and square roots, which IEEE 754
+/// rounds in one way. Other than with std::normal_distribution and the machine's own logarithm, a seed gives
+/// the same bits on every platform.
 class CounterNoise {
  public:
   explicit CounterNoise(std::uint64_t seed, std::uint64_t stream = 0) : seed_(seed), stream_(stream) {}
@@ -35,8 +36,8 @@ class CounterNoise {
   std::uint64_t stream_;
 };
 
-/// White Gaussian noise, (rows × n): column j is sigma_j times the normal deviates 0 … rows − 1 of a stream of its own.
-/// Neither more rows nor more columns change those that were there.
+/// White Gaussian noise, (rows × n): column j is sigma_j times the normal deviates 0 … rows − 1 of a stream
+/// of its own. Neither more rows nor more columns change those that were there.
 ///
 /// @param purpose  distinguishes noises of one seed, < 2³²
 /// @param sigma    standard deviations, (n)
@@ -55,7 +56,8 @@ struct NoiseOptions {
   Vector torque = {};    ///< of recorded torques; the drives never feel it, (n) or empty [N·m | N]
   Vector disturbance =
       {};  ///< of torques beside the drives, held for a period, not recorded, (n) or empty [N·m | N]
-  /// Whether position noise and the quantum of the sampling go through the controller; else they are in the log alone.
+  /// Whether position noise and the quantum of the sampling go through the controller; else they are in the
+  /// log alone.
   bool feedback = true;
   std::uint64_t seed = 1;
 
@@ -88,19 +90,19 @@ struct NoiseOptions {
   }
 };
 
-/// Options of a simulation with the errors that act while the robot moves: disturbance, and position noise where it is
-/// fed back. Without feedback the controller measures without an error.
+/// Options of a simulation with the errors that act while the robot moves: disturbance, and position noise
+/// where it is fed back. Without feedback the controller measures without an error.
 ///
 /// @param options  what is simulated, position_noise and disturbance empty; samples not 0
 /// @param n        joints
-/// @throws InputError  the noise's complaint(); where feedback is asked for of errors of the measurement and the law is
-///                     continuous, or samples of the log fall between the instants of the controller; where the periods are too
-///                     many to draw noise for
+/// @throws InputError  the noise's complaint(); where feedback is asked for of errors of the measurement and
+///                     the law is continuous, or samples of the log fall between the instants of the
+///                     controller; where the periods are too many to draw noise for
 [[nodiscard]] SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& noise, Index n);
 
-/// What a recorder keeps of a simulation, a Log as read_csv() reads it: measured positions, control signals and torques
-/// that act from t_k on, references. Rows from the first one that is not finite are left out: a loop that diverges may
-/// end in such.
+/// What a recorder keeps of a simulation, a Log as read_csv() reads it: measured positions, control signals
+/// and torques that act from t_k on, references. Rows from the first one that is not finite are left out: a
+/// loop that diverges may end in such.
 ///
 /// @param options  those of the simulation before with_noise()
 /// @param noise    errors of the record: torque noise, and position noise where it is not fed back

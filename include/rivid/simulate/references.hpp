@@ -11,7 +11,8 @@
 
 namespace rivid {
 
-/// Reference motion of n joints as a function of time. Velocity and acceleration are the derivatives of the position.
+/// Reference motion of n joints as a function of time. Velocity and acceleration are the derivatives of the
+/// position.
 class Reference {
  public:
   Reference() = default;
@@ -24,8 +25,9 @@ class Reference {
   /// Length of the motion from t = begin() [s].
   [[nodiscard]] virtual double duration() const = 0;
 
-  /// Reference at one instant, (n) each; before the beginning and after the end it rests where it began or ended. Of those
-  /// in this header the instant NaN has no number, and vectors of another size are an InputError. No allocation.
+  /// Reference at one instant, (n) each; before the beginning and after the end it rests where it began or
+  /// ended. Of those in this header the instant NaN has no number, and vectors of another size are an
+  /// InputError. No allocation.
   virtual void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
                   Eigen::Ref<Vector> qdd_r) const = 0;
 };
@@ -72,7 +74,8 @@ struct FourierSeries {
   }
 };
 
-/// A Fourier series as reference motion from t = 0. It does not in general begin or end at rest. Threads may share one.
+/// A Fourier series as reference motion from t = 0. It does not in general begin or end at rest. Threads may
+/// share one.
 class FourierReference final : public Reference {
  public:
   /// @throws InputError  the series' complaint()
@@ -86,11 +89,13 @@ class FourierReference final : public Reference {
   FourierSeries series_;
 };
 
-/// The reference that a controller logged: a cubic spline through its samples, twice continuously differentiable.
+/// The reference that a controller logged: a cubic spline through its samples, twice continuously
+/// differentiable.
 ///
-/// Velocity and acceleration are the derivatives of that spline. Where a reference velocity was logged as well, it is
-/// not used: two columns that disagree, by a delay or by rounding, have no motion between their samples, and the
-/// position is what the joint must follow. Who needs a controller's own velocity reference writes a Reference.
+/// Velocity and acceleration are the derivatives of that spline. Where a reference velocity was logged as
+/// well, it is not used: two columns that disagree, by a delay or by rounding, have no motion between their
+/// samples, and the position is what the joint must follow. Who needs a controller's own velocity reference
+/// writes a Reference.
 ///
 /// Threads may share one.
 class LoggedReference final : public Reference {
@@ -109,9 +114,9 @@ class LoggedReference final : public Reference {
   CubicSpline spline_;
 };
 
-/// A logged reference joined by straight lines, as simulators interpolate tables. Its velocity is the slope of the
-/// line that begins at a sample, its acceleration is zero: for laws that use neither, or to repeat a simulation that was
-/// made so. LoggedReference is the better motion.
+/// A logged reference joined by straight lines, as simulators interpolate tables. Its velocity is the slope
+/// of the line that begins at a sample, its acceleration is zero: for laws that use neither, or to repeat a
+/// simulation that was made so. LoggedReference is the better motion.
 ///
 /// Threads may share one.
 class LinearReference final : public Reference {
@@ -135,17 +140,17 @@ class LinearReference final : public Reference {
 enum class MoveProfile {
   /// s = 10 u³ − 15 u⁴ + 6 u⁵ with u = t / T: the lowest polynomial without a jump of the acceleration
   quintic,
-  /// Trapezoidal acceleration: jerk ±j, 0, so that the acceleration rises to a, stays, and falls, then the velocity
-  /// stays at v, then the mirror image. Moves within limits reach them; moves of given durations have seven phases of
-  /// equal length.
+  /// Trapezoidal acceleration: jerk ±j, 0, so that the acceleration rises to a, stays, and falls, then the
+  /// velocity stays at v, then the mirror image. Moves within limits reach them; moves of given durations
+  /// have seven phases of equal length.
   trapezoidal_acceleration
 };
 template <>
 inline constexpr std::array names_of<MoveProfile> =
     std::to_array<std::string_view>({"quintic", "trapezoidal_acceleration"});
 
-/// Moves from rest to rest through via points. All joints move together, along a straight line in joint space, either
-/// in given times or as fast as the slowest joint's limits allow.
+/// Moves from rest to rest through via points. All joints move together, along a straight line in joint
+/// space, either in given times or as fast as the slowest joint's limits allow.
 struct PointToPoint {
   Matrix via = {};  ///< points, (k × n), k ≥ 2, one row a point [rad | m]
   MoveProfile profile = MoveProfile::quintic;
@@ -189,8 +194,8 @@ struct PointToPoint {
   }
 };
 
-/// Point-to-point moves as reference motion from t = 0; position, velocity and acceleration are continuous. Threads may
-/// share one.
+/// Point-to-point moves as reference motion from t = 0; position, velocity and acceleration are continuous.
+/// Threads may share one.
 class PointToPointReference final : public Reference {
  public:
   /// @throws InputError  the moves' complaint()

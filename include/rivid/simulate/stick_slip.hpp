@@ -13,21 +13,23 @@ enum class FrictionMode : signed char { slip_minus = -1, stick = 0, slip_plus = 
 
 /// Coulomb friction as what it is: a force that opposes motion, and holds at rest while it is strong enough.
 ///
-/// Each DryFriction element of a model has a mode. Between changes of mode the motion is smooth: slipping elements
-/// brake with their λ of one direction, sticking ones keep their speed at zero by the λ that it takes,
+/// Each DryFriction element of a model has a mode. Between changes of mode the motion is smooth: slipping
+/// elements brake with their λ of one direction, sticking ones keep their speed at zero by the λ that it
+/// takes,
 ///
 ///   q̈ = M⁻¹ (f − Σ b_e λ_e),   c_eᵀ q̈ = 0 for all e that stick.
 ///
-/// Where a speed reaches zero or torques jump, settle() finds the next modes: for all elements at rest together, λ_e
-/// within its limits where the element stays at rest, at a limit where it is driven off. For b = c these are the
-/// conditions of the largest dissipation, a convex problem in λ, solved by least-index principal pivoting (Murty 1974).
+/// Where a speed reaches zero or torques jump, settle() finds the next modes: for all elements at rest
+/// together, λ_e within its limits where the element stays at rest, at a limit where it is driven off. For b
+/// = c these are the conditions of the largest dissipation, a convex problem in λ, solved by least-index
+/// principal pivoting (Murty 1974).
 ///
-/// Where elements are coupled so closely that their λ are not unique (two joints and the motor that both turn, all at
-/// rest), the holding torque is shared among them; the motion does not depend on how.
+/// Where elements are coupled so closely that their λ are not unique (two joints and the motor that both
+/// turn, all at rest), the holding torque is shared among them; the motion does not depend on how.
 ///
-/// Friction that follows the load, DryFriction::load, is part of λ_e and of its limits here, where the torque f_j on its
-/// joint says how large it is: slipping forwards, f_j − λ_e is what remains of f_j − Fc − Fl |f_j − λ_e|; it breaks away where the λ_e that
-/// holds exceeds Fc + Fl |f_j − λ_e|.
+/// Friction that follows the load, DryFriction::load, is part of λ_e and of its limits here, where the torque
+/// f_j on its joint says how large it is: slipping forwards, f_j − λ_e is what remains of f_j − Fc − Fl |f_j
+/// − λ_e|; it breaks away where the λ_e that holds exceeds Fc + Fl |f_j − λ_e|.
 ///
 /// Members check neither sizes nor indices of elements: wrong ones are undefined behaviour.
 class StickSlip {
@@ -47,14 +49,16 @@ class StickSlip {
   /// Speed of an element, c_eᵀ q̇.
   [[nodiscard]] double speed(Index e, std::span<const double> qd) const;
 
-  /// Modes at the beginning of a motion: slipping where the element moves, at rest where its speed is exactly zero.
+  /// Modes at the beginning of a motion: slipping where the element moves, at rest where its speed is exactly
+  /// zero.
   void reset(std::span<const double> qd);
 
   /// Accelerations in the present modes. No allocation.
   ///
   /// @param dynamics  at the state, M positive definite
   /// @param qd        velocities, (n)
-  /// @param f         torques that accelerate without dry friction, τ − N − viscous q̇ − offset, (n); overwritten
+  /// @param f         torques that accelerate without dry friction, τ − N − viscous q̇ − offset, (n);
+  ///                  overwritten
   /// @param qdd       accelerations, (n); exactly zero for joints that stick
   void accelerate(const Dynamics<double>& dynamics, std::span<const double> qd, std::span<double> f,
                   std::span<double> qdd);
@@ -67,15 +71,15 @@ class StickSlip {
   /// λ of an element at the last accelerate() or settle() [N·m | N].
   [[nodiscard]] double lambda(Index e) const { return lambda_[e]; }
 
-  /// What changes its sign from positive to negative where the mode of an element ends: while it slips, its speed in
-  /// the direction of slipping; while it sticks, the distance of λ at the last accelerate() from its limits, as a
-  /// fraction of them.
+  /// What changes its sign from positive to negative where the mode of an element ends: while it slips, its
+  /// speed in the direction of slipping; while it sticks, the distance of λ at the last accelerate() from its
+  /// limits, as a fraction of them.
   [[nodiscard]] double margin(Index e, std::span<const double> qd) const;
 
   /// Next modes after an event or a jump of the torques: whatever is at rest is decided anew.
   ///
-  /// @param ended  element whose mode has ended, margin() = 0, or −1: if it slipped it is at rest now; if it stuck it
-  ///               is driven off in the direction of its λ
+  /// @param ended  element whose mode has ended, margin() = 0, or −1: if it slipped it is at rest now; if it
+  ///               stuck it is driven off in the direction of its λ
   /// @param qd     velocities; made exactly zero for joints at rest, (n)
   /// @param f      as for accelerate(); overwritten
   /// @return       number of modes that changed

@@ -31,21 +31,21 @@ namespace rivid {
 ///
 /// positive semidefinite, estimates the covariance of Σ_t s_t where the s_t have mean zero.
 ///
-/// @param series  each (T × columns), a row for each instant; of several logs one each, between which nothing is
-///                correlated
+/// @param series  each (T × columns), a row for each instant; of several logs one each, between which nothing
+///                is correlated
 /// @param lag     L, at least 0
 /// @return        S, (columns × columns)
 /// @throws InputError  where the numbers of columns differ, or the lag is negative or above 1e8
 [[nodiscard]] Matrix long_run_covariance(std::span<const Matrix> series, Index lag);
 
-/// The lag L for the same by the rule of Andrews (1991), Eqs. (6.2) and (6.4) there, with a first-order autoregression
-/// for each column and columns weighted by the inverse square of their variance.
+/// The lag L for the same by the rule of Andrews (1991), Eqs. (6.2) and (6.4) there, with a first-order
+/// autoregression for each column and columns weighted by the inverse square of their variance.
 ///
 /// @throws InputError  where the numbers of columns differ
 [[nodiscard]] Index bartlett_lag(std::span<const Matrix> series);
 
-/// 97.5 % quantile of a t statistic whose variance is of long_run_covariance(), in units of the normal one: it grows with
-/// the part of the series that the lag takes, after Kiefer & Vogelsang (2005), table 1.
+/// 97.5 % quantile of a t statistic whose variance is of long_run_covariance(), in units of the normal one:
+/// it grows with the part of the series that the lag takes, after Kiefer & Vogelsang (2005), table 1.
 ///
 /// @param part  (L + 1) / T, between 0 and 1
 [[nodiscard]] double fixed_lag_widening(double part);

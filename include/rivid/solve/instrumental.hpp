@@ -7,7 +7,8 @@
 
 namespace rivid {
 
-/// Rows [V W Y] that share a scale of error and whose V and W touch the same columns: in rivid, those of one joint.
+/// Rows [V W Y] that share a scale of error and whose V and W touch the same columns: in rivid, those of one
+/// joint.
 struct InstrumentalGroup {
   std::vector<Index> columns;  ///< that the rows touch, ascending, (m)
   StreamingQr qr;              ///< of V, with W and Y carried: StreamingQr(m, m + 1)
@@ -30,14 +31,14 @@ struct InstrumentalVariables {
 };
 
 /// χ̂ of Vᵀ Ω⁻¹ W χ = Vᵀ Ω⁻¹ Y with Ω^(−1/2) = weights, by way of [V | W Y] = Q [R_VV | R_VW r_VY; 0 | …] and
-/// R_VW χ = r_VY, Eq. (34) of [RIV]: from the triangles of the groups, without another look at the rows and without
-/// normal equations.
+/// R_VW χ = r_VY, Eq. (34) of [RIV]: from the triangles of the groups, without another look at the rows and
+/// without normal equations.
 ///
 /// @param groups   at least one
 /// @param columns  b
 /// @param weights  (number of groups), each positive
-/// @throws InputError  where a group's columns are not those of its factor or among the b, a weight is missing,
-///                     or a factor does not carry W and Y
+/// @throws InputError  where a group's columns are not those of its factor or among the b, a weight is
+///                     missing, or a factor does not carry W and Y
 [[nodiscard]] InstrumentalVariables instrumental_variables(std::span<const InstrumentalGroup> groups,
                                                            Index columns, std::span<const double> weights);
 

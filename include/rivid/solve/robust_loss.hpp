@@ -25,14 +25,15 @@ struct RobustLoss {
   RobustKind kind = RobustKind::huber;
   double tuning = 1.345;
 
-  /// ψ(u) / u, between 0 and 1: the weight of a row in a least-squares fit that has the same solution. Huber's is
-  /// min(1, c/|u|), the bisquare's (1 − (u/c)²)² within c.
+  /// ψ(u) / u, between 0 and 1: the weight of a row in a least-squares fit that has the same solution.
+  /// Huber's is min(1, c/|u|), the bisquare's (1 − (u/c)²)² within c.
   [[nodiscard]] double weight(double u) const;
   /// ψ'(u).
   [[nodiscard]] double slope(double u) const;
 };
 
-/// Standard deviation of normal errors, from the median of their magnitudes: half of the errors may be anything at all.
+/// Standard deviation of normal errors, from the median of their magnitudes: half of the errors may be
+/// anything at all.
 ///
 ///   s = median |ρ| / 0.6745
 ///

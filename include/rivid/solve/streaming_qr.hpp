@@ -15,10 +15,10 @@ namespace detail {
 struct StreamingQrFile;
 }
 
-/// Orthogonal factorisation of [W Y] whose rows come block by block: only the triangle R, Qᵀ Y, the residual norm
-/// and column sums are kept, so memory does not grow with the number of rows. Rows may come in any blocks, down to
-/// single ones, and accumulators of parts of the rows may be merged in any order: the result is that of one
-/// factorisation of all rows, to rounding.
+/// Orthogonal factorisation of [W Y] whose rows come block by block: only the triangle R, Qᵀ Y, the residual
+/// norm and column sums are kept, so memory does not grow with the number of rows. Rows may come in any
+/// blocks, down to single ones, and accumulators of parts of the rows may be merged in any order: the result
+/// is that of one factorisation of all rows, to rounding.
 ///
 /// More columns than Y may be carried along. With W eliminated from [V | W Y], Eq. (34) of [RIV] in one pass,
 ///
@@ -27,13 +27,14 @@ struct StreamingQrFile;
 /// `StreamingQr(b, b + 1)` gets V as the first and [W Y] as the second argument of add(); then R() is R_VV,
 /// qt_carried() is [R_VW r_VY] and qty() is r_VY.
 ///
-/// Rows are gathered and eliminated 512 at a time, so how they are split into blocks changes nothing, bit for bit;
-/// a reader finds all rows eliminated. While rows wait they take 4 kB a column; reading gives that memory back.
-/// Reading from several threads at once is safe. One whose rows were moved to another throws InputError where it is read.
+/// Rows are gathered and eliminated 512 at a time, so how they are split into blocks changes nothing, bit for
+/// bit; a reader finds all rows eliminated. While rows wait they take 4 kB a column; reading gives that
+/// memory back. Reading from several threads at once is safe. One whose rows were moved to another throws
+/// InputError where it is read.
 class StreamingQr {
  public:
-  /// Largest magnitude that is accepted, so that squares and their sums stay finite. At the other end, what is left
-  /// of a column in a block counts as zero where its norm is below 1e-154.
+  /// Largest magnitude that is accepted, so that squares and their sums stay finite. At the other end, what
+  /// is left of a column in a block counts as zero where its norm is below 1e-154.
   static constexpr double largest = 1e150;
   /// Rows that are eliminated at a time.
   static constexpr Index most_rows = 512;
@@ -52,19 +53,21 @@ class StreamingQr {
   ///
   /// @param W  (rows × columns)
   /// @param Y  (rows × carried)
-  /// @throws InputError where the sizes do not fit, or where an entry is not finite or above `largest`: the message
+  /// @throws InputError where the sizes do not fit, or where an entry is not finite or above `largest`: the
+  ///                    message
   ///         names its row and column. Nothing has been added then.
   void add(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y);
 
-  /// Room for the next rows, column after column those of W, then the carried ones: who makes rows writes them here
-  /// instead of handing them to add(). It holds until anything else is called. Where fewer rows than wanted are free,
-  /// those that wait are eliminated first.
+  /// Room for the next rows, column after column those of W, then the carried ones: who makes rows writes
+  /// them here instead of handing them to add(). It holds until anything else is called. Where fewer rows
+  /// than wanted are free, those that wait are eliminated first.
   ///
   /// @param wanted  rows that must fit, at most `most_rows`
   /// @throws InputError  for more
   [[nodiscard]] RowsRoom room(Index wanted = 1);
 
-  /// Adds the first rows of the room. Their entries are not looked at: finite() says whether they could be used.
+  /// Adds the first rows of the room. Their entries are not looked at: finite() says whether they could be
+  /// used.
   ///
   /// @throws InputError  for more rows than fit
   void commit(Index rows);
@@ -133,8 +136,8 @@ class StreamingQr {
   Index columns_;
   Index carried_;
   Index rows_ = 0;
-  // A reader eliminates the rows that wait. That is no change anyone could see, and the lock keeps it safe for
-  // readers in several threads, as const promises.
+  // A reader eliminates the rows that wait. That is no change anyone could see, and the lock keeps it safe
+  // for readers in several threads, as const promises.
   mutable std::mutex mutex_;
   mutable State state_;
 };
@@ -155,7 +158,8 @@ class StreamingQr {
 /// The accumulator that encoded() wrote.
 ///
 /// @param source  a name for messages, such as the path of the file
-/// @throws InputError where the content is none of that: another kind of file, another version, truncated, damaged
+/// @throws InputError where the content is none of that: another kind of file, another version, truncated,
+///                    damaged
 [[nodiscard]] StreamingQr decoded_streaming_qr(std::string_view content, std::string_view source);
 
 /// The accumulator in a file.

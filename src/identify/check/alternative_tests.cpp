@@ -56,8 +56,8 @@ UnitColumns unit_columns(const ProbedRows& rows, std::span<const Alternative> al
   return out;
 }
 
-// Wᵀ E, (b × columns), leaving out what is zero: columns of links nearer to the base than a joint, and alternatives that have no
-// rows of it.
+// Wᵀ E, (b × columns), leaving out what is zero: columns of links nearer to the base than a joint, and
+// alternatives that have no rows of it.
 Matrix products(const ProbedRows& rows, const Matrix& E) {
   Matrix out = Matrix::Zero(rows.W.cols(), E.cols());
   for (const ProbedRows::Piece& piece : rows.pieces) {
@@ -80,8 +80,8 @@ Matrix products(const ProbedRows& rows, const Matrix& E) {
   return out;
 }
 
-// The directions of some columns that are distinguishable from the parameters and from each other; orthonormal combinations of the
-// columns, (columns × k).
+// The directions of some columns that are distinguishable from the parameters and from each other;
+// orthonormal combinations of the columns, (columns × k).
 //
 // gram  of what of the columns no parameter reaches
 Matrix told_directions(const Matrix& gram) {
@@ -113,7 +113,8 @@ std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alter
     if (k == 0 || rows.blocks <= k + 2) {
       continue;
     }
-    // Most alternatives explain next to nothing: what of them no parameter reaches is made for the others alone.
+    // Most alternatives explain next to nothing: what of them no parameter reaches is made for the others
+    // alone.
     const Vector towards = T.transpose() * scores(at);
     const double fit = towards.dot(solve(T.transpose() * gram * T, towards).col(0)) / squares;
     if (fit < least_fit) {

@@ -20,7 +20,8 @@ struct AlternativeTest {
   Vector shift;           // of the parameters χ̂ by it, (b)
 };
 
-// The score test of each alternative that explains anything, with a covariance of its scores by blocks of time.
+// The score test of each alternative that explains anything, with a covariance of its scores by blocks of
+// time.
 [[nodiscard]] std::vector<AlternativeTest> tests(const ProbedRows& rows,
                                                  std::span<const Alternative> alternatives);
 

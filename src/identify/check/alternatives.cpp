@@ -23,7 +23,8 @@ bool is_revolute(const Robot& robot, Index j) {
 
 std::string joint_of(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
 
-// Torques that the same parameters make in another robot or of another motion, less those of the experiment's.
+// Torques that the same parameters make in another robot or of another motion, less those of the
+// experiment's.
 class Effects {
  public:
   Effects(const Robot& robot, const BaseParameters& base, const ProbedRows& rows)
@@ -205,7 +206,8 @@ void add_couplings(const Robot& robot, const ProbedRows& rows, std::vector<Alter
           const Vector v = m.qd.col(other)(piece.instants);
           const Vector mine = m.qd.col(own)(piece.instants);
           Matrix E(v.size(), 4);
-          // The motor turns with the sum or with the difference, whose friction brakes the one and drives the other.
+          // The motor turns with the sum or with the difference, whose friction brakes the one and drives the
+          // other.
           E << a, v, (mine + v).cwiseSign(), (mine - v).cwiseSign();
           return E;
         });
@@ -267,8 +269,8 @@ void add_delay(const Robot& robot, const BaseParameters& base, const ProbedRows&
   out.push_back({"torque_delay", "all joints", std::move(effect)});
 }
 
-// Mean over the picked poses of what joint j feels of its link and all beyond it when it is accelerated, without its rotor where
-// that is a parameter of its own.
+// Mean over the picked poses of what joint j feels of its link and all beyond it when it is accelerated,
+// without its rotor where that is a parameter of its own.
 double link_inertia(const Robot& robot, const BaseParameters& base, const Vector& loads, Index j,
                     std::vector<Motion> motions) {
   const RegressorBatch batch(with_gravity(robot, Eigen::Vector3d::Zero()), base.columns());

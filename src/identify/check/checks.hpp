@@ -45,7 +45,8 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
 // Friction that drives and inertias that are negative, beyond doubt.
 void check_signs(const Robot& robot, const Identification& result, Findings& out);
 
-// Values that physics forbids, beyond doubt; and where nothing else is wrong, torques that the result does not explain.
+// Values that physics forbids, beyond doubt; and where nothing else is wrong, torques that the result does
+// not explain.
 //
 // logs  of the probe
 void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const Log> logs,
@@ -59,7 +60,8 @@ void check_poor_validation(const TorqueProbe& probe, const Robot& robot, const V
 // Rows enough to tell deviations from.
 void check_rows(const Identification& result, Findings& out);
 
-// The residual of validations against that of a fit to these logs and what the covariance of the parameters lets expect.
+// The residual of validations against that of a fit to these logs and what the covariance of the parameters
+// lets expect.
 //
 // validation  logs that result.validation is of
 void check_validation(const Robot& robot, std::span<const Log> validation, const Identification& result,
@@ -75,7 +77,8 @@ struct Alternatives {
 [[nodiscard]] Alternatives check_model(const TorqueProbe& probe, const Robot& robot,
                                        const Identification& result, Findings& out);
 
-// Robot, logs and model, as far as a result can be wrong by them; the alternatives to the model that are believed.
+// Robot, logs and model, as far as a result can be wrong by them; the alternatives to the model that are
+// believed.
 [[nodiscard]] Alternatives check_logs(const Robot& robot, std::span<const Log> logs,
                                       std::span<const Log> validation, const Identification& result,
                                       const CheckOptions& options, Findings& out);

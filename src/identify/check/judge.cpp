@@ -62,7 +62,8 @@ Alternatives check_logs(const Robot& robot, std::span<const Log> logs, std::span
   if (out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
     return {};
   }
-  // Other readings of the log would change the load that friction follows: simpler friction shows them as well.
+  // Other readings of the log would change the load that friction follows: simpler friction shows them as
+  // well.
   const Robot plain = without_load(robot);
   const BaseParameters linear = has_load(robot) ? base_parameters(plain) : result.base;
   const TorqueProbe probe(plain, linear, logs, options.signal);

@@ -1,5 +1,5 @@
-// The model of robot and log against its nearest alternatives: another gain, zero, clock, geometry, load or friction that
-// explains the torques better, on blocks of time that took no part as well, is named.
+// The model of robot and log against its nearest alternatives: another gain, zero, clock, geometry, load or
+// friction that explains the torques better, on blocks of time that took no part as well, is named.
 
 #include <algorithm>
 #include <cmath>
@@ -20,19 +20,21 @@ namespace {
 constexpr double by_chance = 1e-5;
 // Part of the sum of squares that it has to explain on blocks that took no part.
 constexpr double notable_part = 0.05;
-// Shift of a parameter that matters, in σ; and that makes a result useless: in σ, of its value, and of the largest value of its unit.
+// Shift of a parameter that matters, in σ; and that makes a result useless: in σ, of its value, and of the
+// largest value of its unit.
 constexpr double harmful_shift = 3.0;
 constexpr double grave = 5.0;
 constexpr double grave_part = 0.1;
 constexpr double grave_of_largest = 0.02;
 // Part of the sum of squares by which a fault is believed enough to refuse a result.
 constexpr double convincing_part = 0.4;
-// An alternative with fewer parameters is preferred where it explains this part of what another one does; and one that does not win
-// is reported.
+// An alternative with fewer parameters is preferred where it explains this part of what another one does; and
+// one that does not win is reported.
 constexpr double simpler_part = 0.9;
 constexpr double rival_part = 0.7;
 constexpr std::size_t most_told = 5;
-// Torques that are late by fewer samples were sampled or filtered otherwise than the experiment says, but belong to the motion.
+// Torques that are late by fewer samples were sampled or filtered otherwise than the experiment says, but
+// belong to the motion.
 constexpr double least_delay = 2.0;
 // Alternatives that are taken, one after the other.
 constexpr int most_rounds = 3;
@@ -68,8 +70,8 @@ Harm harm_of(const Identification& result, const Vector& shift) {
   return out;
 }
 
-// What of the tests is more than chance, can be and does harm: first those that explain most, and of those that explain as much the one
-// with the fewest parameters.
+// What of the tests is more than chance, can be and does harm: first those that explain most, and of those
+// that explain as much the one with the fewest parameters.
 std::vector<AlternativeTest> believed(const std::vector<Alternative>& all, const Identification& result,
                                       std::vector<AlternativeTest> found) {
   std::erase_if(found, [&](const AlternativeTest& test) {

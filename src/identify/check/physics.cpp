@@ -14,7 +14,8 @@ namespace rivid::detail {
 
 namespace {
 
-// Part of a joint's torque from which on a model is none; of a torque that is clipped; and of the torques of all joints.
+// Part of a joint's torque from which on a model is none; of a torque that is clipped; and of the torques of
+// all joints.
 constexpr double poor = 0.3;
 constexpr double poor_where_clipped = 0.1;
 constexpr double useless = 1.0;
@@ -39,8 +40,9 @@ Eigen::Matrix4d moment_matrix(const Inertial& c) {
   return A;
 }
 
-// Whether a base parameter is positive in every robot: what is regrouped into it are moments of each link with A ⪰ 0, as masses and
-// inertias about any axis are, and rotor inertias and friction with positive coefficients.
+// Whether a base parameter is positive in every robot: what is regrouped into it are moments of each link
+// with A ⪰ 0, as masses and inertias about any axis are, and rotor inertias and friction with positive
+// coefficients.
 bool always_positive(const BaseParameters& base, Index i) {
   constexpr double rounding = 1e-9;
   std::map<int, Inertial> moments;
@@ -121,7 +123,8 @@ void add_useless(const Explained& explained, const std::string& where, Findings&
   }
 }
 
-// Values below zero that more of the torques depends on than the model leaves unexplained: what is smaller may be an error of the model.
+// Values below zero that more of the torques depends on than the model leaves unexplained: what is smaller
+// may be an error of the model.
 void check_parameters(const Identification& result, const Explained& explained, Findings& out) {
   for (Index i = 0; i < result.base.size(); ++i) {
     const ParameterEstimate& p = result.parameters[static_cast<std::size_t>(i)];
@@ -143,7 +146,8 @@ void check_parameters(const Identification& result, const Explained& explained, 
   }
 }
 
-// The mass matrix along the logs, in the direction of accelerations where it is least, as far as that is beyond doubt.
+// The mass matrix along the logs, in the direction of accelerations where it is least, as far as that is
+// beyond doubt.
 void check_mass_matrix(const TorqueProbe& probe, const Robot& robot, const Identification& result,
                        const Explained& explained, Findings& out) {
   Robot weightless = robot;

@@ -14,7 +14,8 @@ namespace rivid::detail {
 
 namespace {
 
-// Part of a motion that the position filter may take away, relative to the motion, and in deviations of the noise.
+// Part of a motion that the position filter may take away, relative to the motion, and in deviations of the
+// noise.
 constexpr double lost_share = 0.01;
 constexpr double lost_much = 0.05;
 constexpr double lost_sigmas = 5.0;
@@ -76,15 +77,16 @@ Index window_stride(const SignalOptions& signal) {
 }
 
 constexpr double alike = Likeness::alike;
-// Motions that are so many times their references are in other units: degrees, millimetres. Slow control and resonances make other
-// factors.
+// Motions that are so many times their references are in other units: degrees, millimetres. Slow control and
+// resonances make other factors.
 constexpr std::array unit_factors = {180.0 / std::numbers::pi, std::numbers::pi / 180.0, 1000.0, 1e-3};
 constexpr double like_a_unit = 0.4;
 // Search for delays of the motion behind its reference [s].
 constexpr double longest_lead = 0.5;
 constexpr double longest_delay = 5.0;
 constexpr Index compared_samples = 600;
-// Correlation of a motion with the reference of another joint that shows them exchanged, and below which it has nothing to do with its own.
+// Correlation of a motion with the reference of another joint that shows them exchanged, and below which it
+// has nothing to do with its own.
 constexpr double much_alike = 0.95;
 constexpr double unlike = 0.5;
 // A motion below this part of its reference follows none.
@@ -131,7 +133,8 @@ Following following(const Eigen::Ref<const Vector>& motion, const Eigen::Ref<con
 }  // namespace
 
 double suitable_cutoff(const Log& log) {
-  // Filters that take no more away than noise, or a thousandth of the motion; with room for what accelerations need.
+  // Filters that take no more away than noise, or a thousandth of the motion; with room for what
+  // accelerations need.
   constexpr double first_hz = 0.2;
   constexpr double step = 1.4;
   constexpr double small_part = 1e-3;
@@ -215,7 +218,8 @@ void check_reference(const Robot& robot, std::span<const Log> logs, const Log& l
     return std::abs(it.second.at_delay.correlation) < unlike;
   });
   for (const auto& [j, found] : lost) {
-    // Slow control and saturation make motions unlike their references; those of another log or joint are another matter.
+    // Slow control and saturation make motions unlike their references; those of another log or joint are
+    // another matter.
     std::string other;
     for (Index k = 0; k < robot.size(); ++k) {
       if (k != j && !stands_still(log.q_r.col(k)) &&

@@ -16,8 +16,8 @@ struct PickedLog {
   Motion motion;                // (instants × n)
 };
 
-// The rows of all joints at some instants of a probe, one joint after the other, weighted as those of a result, and the fit of
-// the model to them.
+// The rows of all joints at some instants of a probe, one joint after the other, weighted as those of a
+// result, and the fit of the model to them.
 struct ProbedRows {
   // Rows of a joint from a log.
   struct Piece {
@@ -35,10 +35,11 @@ struct ProbedRows {
   static std::optional<ProbedRows> of(const TorqueProbe& probe, const Robot& robot,
                                       const Identification& result);
 
-  // Takes columns of an alternative that is believed behind those of the parameters, and fits them as well; false where these
-  // are no news beside what is there, and nothing more can be tested.
+  // Takes columns of an alternative that is believed behind those of the parameters, and fits them as well;
+  // false where these are no news beside what is there, and nothing more can be tested.
   [[nodiscard]] bool take(const Matrix& columns);
-  // R and the residual of W as it is, and the solution of the first columns into chi where `with_chi`; false where W has not full rank.
+  // R and the residual of W as it is, and the solution of the first columns into chi where `with_chi`; false
+  // where W has not full rank.
   [[nodiscard]] bool fit(bool with_chi);
 
   std::vector<PickedLog> logs;

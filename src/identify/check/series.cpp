@@ -15,7 +15,8 @@ namespace rivid::detail {
 
 namespace {
 
-// A joint stands still where its positions stay within so many deviations of their noise, or within this range.
+// A joint stands still where its positions stay within so many deviations of their noise, or within this
+// range.
 constexpr double still_sigmas = 12.0;
 constexpr double still_range = 1e-3;  // [rad | m]
 // No encoder has so much noise [rad | m].
@@ -271,8 +272,8 @@ void check_standstill(const Robot& robot, std::span<const Log> logs, const Log& 
   }
 }
 
-// Errors of the instants, which all joints share in proportion to their velocities, against errors of positions, which they do not. By
-// fourth differences, that hold little of a motion.
+// Errors of the instants, which all joints share in proportion to their velocities, against errors of
+// positions, which they do not. By fourth differences, that hold little of a motion.
 void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings& out) {
   // Part of the joints' noise that is common, over that of independent errors: 1 for none, n for all.
   constexpr double common = 1.5;
@@ -311,7 +312,8 @@ void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings
   if (!(share > common) || !(neighbours < rough)) {
     return;
   }
-  // Fourth differences of the errors of the instants, in periods, where the robot moves fast enough to see them.
+  // Fourth differences of the errors of the instants, in periods, where the robot moves fast enough to see
+  // them.
   const double fast = weights.mean();
   double squares = 0.0;
   double count = 0.0;

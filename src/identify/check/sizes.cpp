@@ -1,5 +1,5 @@
-// Torques against the a-priori model, or against the mass that any arm of that length may have: another unit or another
-// clock shows as a factor.
+// Torques against the a-priori model, or against the mass that any arm of that length may have: another unit
+// or another clock shows as a factor.
 
 #include <algorithm>
 #include <array>
@@ -21,8 +21,9 @@ constexpr double wrong_unit = 8.0;
 constexpr double wrong_clock = 20.0;  // of inertia against gravity: the square of the clock's factor
 // Inertia of a joint over those of joints nearer to the base that no arm has.
 constexpr double larger_behind = 20.0;
-// Part of the torques that gravity, or inertia, must make up to be compared; what makes up more than `cancelled` of them is cancelled by
-// another column, as inertia by that of the rotor where one joint moves at a time.
+// Part of the torques that gravity, or inertia, must make up to be compared; what makes up more than
+// `cancelled` of them is cancelled by another column, as inertia by that of the rotor where one joint moves
+// at a time.
 constexpr double visible = 0.1;
 constexpr double cancelled = 3.0;
 // Mass that moves with a joint, as inertia over its squared reach, beyond which no arm is [kg].
@@ -109,8 +110,8 @@ Vector solved(const StreamingQr& qr) {
       minimum_norm_solution(R * norms.cwiseInverse().asDiagonal(), qr.qty(), independent));
 }
 
-// One factor for the a-priori gravity and one for the a-priori inertia of all joints, beside friction and rotor inertia
-// of each joint.
+// One factor for the a-priori gravity and one for the a-priori inertia of all joints, beside friction and
+// rotor inertia of each joint.
 Sizes sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
             const Reading& reading) {
   const Index n = robot.size();
@@ -152,8 +153,8 @@ bool mended_already(const Findings& found) {
                              [&](const char* code) { return found.has(code); });
 }
 
-// A joint carries all that the joints behind it carry, so its inertia is not many times smaller than theirs, unless their torques have
-// another unit. Returns whether one was found.
+// A joint carries all that the joints behind it carry, so its inertia is not many times smaller than theirs,
+// unless their torques have another unit. Returns whether one was found.
 bool check_inertias_in_order(const Robot& robot, const Matrix& M, Findings& out) {
   double before = 0.0;  // largest inertia of a revolute joint nearer to the base
   bool found = false;

@@ -9,7 +9,8 @@ namespace rivid::detail {
 
 // drive_gain of one motor by the model of the robot's own controller.
 struct TargetGain {
-  // Torque for one unit of the control signal, with the sign that the robot's has: that follows the axes of the URDF.
+  // Torque for one unit of the control signal, with the sign that the robot's has: that follows the axes of
+  // the URDF.
   double value = 0.0;
   double half_width = 0.0;  // of the 95 % interval
   std::string missing;      // why there is none; empty where there is
@@ -19,7 +20,8 @@ struct TargetGain {
 //
 //   i = τ / K + Fv q̇ + Fr √|q̇| sign q̇ + Fc sign q̇ + offset
 //
-// where the friction, which follows the temperature, is each log's own: sums by blocks of time of what it leaves of i and τ.
+// where the friction, which follows the temperature, is each log's own: sums by blocks of time of what it
+// leaves of i and τ.
 struct TargetSums {
   struct Block {
     double torque = 0.0;  // Σ τ²

@@ -26,7 +26,8 @@ constexpr Index probe_samples = 1600;
 constexpr Index rows_per_column = 3;
 // Samples at each end of a piece of log that its differences and averages spoil.
 constexpr Index settled = 2;
-// Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so few of them.
+// Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so
+// few of them.
 constexpr double little_noise = 0.01;
 constexpr Index noise_samples = 2000;  // in the middle of a log, for its noise
 constexpr Index least_windows = 40;
@@ -35,8 +36,8 @@ constexpr Index some_step = 4;
 constexpr Index poses = 32;
 constexpr unsigned probe_seed = 1687;
 
-// Samples that the windows are apart if they stand half over each other: as in the rows of the estimate, but no less than
-// noise asks for.
+// Samples that the windows are apart if they stand half over each other: as in the rows of the estimate, but
+// no less than noise asks for.
 Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
   Index shortest = logs.front().samples();
   for (const Log& log : logs) {

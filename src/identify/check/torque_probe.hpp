@@ -63,7 +63,8 @@ struct ProbeScore {
   [[nodiscard]] Index faults() const { return std::ranges::count(wrong, 1); }
 };
 
-// Torques of some logs beside what the model can make of their motion, under one reading of the logs or another.
+// Torques of some logs beside what the model can make of their motion, under one reading of the logs or
+// another.
 class TorqueProbe {
  public:
   // Robot and base parameters are referred to, not copied.
@@ -77,8 +78,8 @@ class TorqueProbe {
   [[nodiscard]] const std::vector<JointFactor>& told_factors() const { return told_factors_; }
   [[nodiscard]] ProbeScore score(const Reading& reading, const std::vector<JointFactor>& factors) const;
   [[nodiscard]] ProbeScore score(const Reading& reading) const { return score(reading, factors(reading)); }
-  // The score by those rows if its total is below `most`. What each joint leaves with parameters of its own bounds it from below, so
-  // that most readings cost the factor of one joint or two.
+  // The score by those rows if its total is below `most`. What each joint leaves with parameters of its own
+  // bounds it from below, so that most readings cost the factor of one joint or two.
   //
   // order  joints, those that leave most first
   [[nodiscard]] std::optional<ProbeScore> score_below(const Reading& reading, Part part, double most,
@@ -86,14 +87,15 @@ class TorqueProbe {
   // The same by factors that are there.
   [[nodiscard]] std::optional<ProbeScore> score_below(const Reading& reading, double most,
                                                       const std::vector<JointFactor>& factors) const;
-  // Squared part of the torques that each half of the logs leaves with the parameters of the other one, mean over joints.
+  // Squared part of the torques that each half of the logs leaves with the parameters of the other one, mean
+  // over joints.
   [[nodiscard]] double left_of_other_half(const Reading& reading) const;
-  // Squared part of its torque that each joint leaves by itself, mean over joints, for torques that come `shift` samples
-  // later; a number for each shift.
+  // Squared part of its torque that each joint leaves by itself, mean over joints, for torques that come
+  // `shift` samples later; a number for each shift.
   [[nodiscard]] Vector left_at(const Reading& reading, const std::vector<Index>& shifts) const;
   [[nodiscard]] const std::vector<ProbedLog>& logs() const { return probed_; }
-  // W at some instants of a log, averaged by the window as the torques are; `log.motion` goes through the model averaged, which is the
-  // same but for curvature.
+  // W at some instants of a log, averaged by the window as the torques are; `log.motion` goes through the
+  // model averaged, which is the same but for curvature.
   [[nodiscard]] Observation averaged_observation(const ProbedLog& log, std::span<const Index> instants) const;
   // Mean of M(q) over random poses, (n × n).
   [[nodiscard]] Matrix inertias(const Vector& chi) const;
@@ -127,7 +129,8 @@ class TorqueProbe {
   Index half_width_ =
       1;  // samples from the middle of a window to its end, and of the differences and averages at both ends
   Vector window_;
-  // What window, averages and differences make of the samples around an instant, at 1 Hz, (2 half_width_ + 1).
+  // What window, averages and differences make of the samples around an instant, at 1 Hz, (2 half_width_ +
+  // 1).
   Vector position_kernel_;
   Vector velocity_kernel_;
   Vector acceleration_kernel_;

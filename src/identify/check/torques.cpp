@@ -1,5 +1,6 @@
-// Torques against what one set of parameters can make of the motion; and, where that fails, against motions and torques
-// with one thing changed: the change that mends the fit, or makes inertia and friction positive, is what was wrong.
+// Torques against what one set of parameters can make of the motion; and, where that fails, against motions
+// and torques with one thing changed: the change that mends the fit, or makes inertia and friction positive,
+// is what was wrong.
 
 #include <algorithm>
 #include <array>
@@ -16,11 +17,12 @@ namespace rivid::detail {
 
 namespace {
 
-// Squared part of a joint's torque that the model leaves: from here on something is looked for, and from there on it is
-// reported even where nothing is found.
+// Squared part of a joint's torque that the model leaves: from here on something is looked for, and from
+// there on it is reported even where nothing is found.
 constexpr double suspicious = 0.003;
 constexpr double hopeless = 0.5;
-// A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing worse.
+// A change is believed where it leaves this part of what was left, or where it mends signs and makes nothing
+// worse.
 constexpr double convincing = 0.5;
 constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
 constexpr double no_worse = 1.05;
@@ -175,7 +177,8 @@ void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector
   }
 }
 
-// Every single change of a reading that is looked at. Those that change torques alone come first: they win ties.
+// Every single change of a reading that is looked at. Those that change torques alone come first: they win
+// ties.
 std::vector<Change> changes(const Robot& robot, const Reading& reading) {
   std::vector<Change> out;
   add_sign_changes(robot, reading, out);
@@ -221,7 +224,8 @@ void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& 
   Reading other = reading;
   other.gravity *= -1.0;
   const ProbeScore upside_down = probe.score(other);
-  // Each half of the logs with the other's parameters must say so too: where little is excited, either way fits.
+  // Each half of the logs with the other's parameters must say so too: where little is excited, either way
+  // fits.
   if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total &&
       probe.left_of_other_half(other) < clearly_better * probe.left_of_other_half(reading)) {
     out.add("gravity_direction", base_name(robot),
@@ -280,8 +284,9 @@ struct Read {
   ProbeScore score;
 };
 
-// Looks for changes of the reading that mend what is wrong, one after the other; the reading that is believed at last. A change is
-// believed where all rows, and each half of the logs with the parameters of the other one, say so.
+// Looks for changes of the reading that mend what is wrong, one after the other; the reading that is believed
+// at last. A change is believed where all rows, and each half of the logs with the parameters of the other
+// one, say so.
 Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
   Reading reading = probe.as_told();
   ProbeScore now = probe.score(reading, probe.told_factors());

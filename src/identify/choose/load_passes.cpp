@@ -21,7 +21,8 @@ constexpr int most_passes = 100;
 constexpr double small_step = 0.02;
 // … or relative to the largest parameter, where there is no noise.
 constexpr double rounding_step = 1e-9;
-// Steps that do not get smaller go round in a circle, where a load is hardly more than noise: they are shortened.
+// Steps that do not get smaller go round in a circle, where a load is hardly more than noise: they are
+// shortened.
 constexpr double least_part = 0.1;
 // A tangent at a larger part of the load would divide by almost nothing.
 constexpr double largest_slope = 0.9;
@@ -77,8 +78,9 @@ Vector residuals(const RowFactors& data, const Vector& chi) {
   return out;
 }
 
-// The estimate without friction that follows the load, as parameters of the robot. What it leaves is where the kink of the tangents is
-// rounded: a sharp one would let rows whose load is hardly more than noise jump to and fro.
+// The estimate without friction that follows the load, as parameters of the robot. What it leaves is where
+// the kink of the tangents is rounded: a sharp one would let rows whose load is hardly more than noise jump
+// to and fro.
 LoadPoint first_point(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
                       const BaseParameters& base) {
   const Robot plain = without_load(robot);

@@ -23,28 +23,29 @@ constexpr double pilot_share = 1e-3;
 // Largest expected bias of a parameter in σ, and of the noise in the mean square of a joint's residual.
 constexpr double most_bias = 0.15;
 constexpr double most_noise = 0.25;
-// Largest bias in σ that errors of the torques could cause if all of them moved the arm; a window that serves this alone leaves enough rows,
-// and this part of the mean square acceleration of each joint.
+// Largest bias in σ that errors of the torques could cause if all of them moved the arm; a window that serves
+// this alone leaves enough rows, and this part of the mean square acceleration of each joint.
 constexpr double most_disturbance = 0.5;
 constexpr double kept_motion = 0.9;
 // Rows slower than this part of a joint's rms velocity are left out.
 constexpr double slow_part = 0.05;
-// Rows for each parameter that a window leaves at least, if any does: below, the estimate errs more than noise of the positions would
-// make it. And rows for each column of the joint that has the fewest, below which residuals say too little about the errors to be
-// worth less noise.
+// Rows for each parameter that a window leaves at least, if any does: below, the estimate errs more than
+// noise of the positions would make it. And rows for each column of the joint that has the fewest, below
+// which residuals say too little about the errors to be worth less noise.
 constexpr double fewest_rows = 10.0;
 constexpr double enough_rows = 10.0;
 // Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
-// Samples that a window is chosen by: of longer logs a part stands for all, if each joint moves there at least so much of what it would
-// if it moved evenly all the time.
+// Samples that a window is chosen by: of longer logs a part stands for all, if each joint moves there at
+// least so much of what it would if it moved evenly all the time.
 constexpr Index most_samples = 30000;
 constexpr double even_motion = 0.5;
 // Windows that the longest and the shortest log have room for at least.
 constexpr Index many_windows = 20;
 constexpr Index some_windows = 4;
-// A lag of the torques agrees with none or half a sample within so many deviations. Where it agrees with both, odds of held ones
-// decide along: signals that a controller computed are held as a rule, torques are measured more often than not.
+// A lag of the torques agrees with none or half a sample within so many deviations. Where it agrees with
+// both, odds of held ones decide along: signals that a controller computed are held as a rule, torques are
+// measured more often than not.
 constexpr double lag_sigmas = 3.0;
 constexpr double odds_of_control = 10.0;
 constexpr double odds_of_torque = 0.5;
@@ -82,8 +83,9 @@ Vector motion(const Log& log, Index span, Index first, Index count) {
   return difference.colwise().squaredNorm().transpose() / static_cast<double>(std::max<Index>(m, 1));
 }
 
-// So many samples of a log that stand for it: its middle, or where a joint hardly moves there, the stretch in which the joint that moves least
-// moves most. Nothing where a joint hardly moves in that one either, as in logs that move one joint after the other.
+// So many samples of a log that stand for it: its middle, or where a joint hardly moves there, the stretch in
+// which the joint that moves least moves most. Nothing where a joint hardly moves in that one either, as in
+// logs that move one joint after the other.
 std::optional<Log> part_of(const Log& log, Index count) {
   const Index span = motion_span(log);
   const Vector whole = motion(log, span, 0, log.samples());
@@ -288,8 +290,8 @@ class Chooser {
     }
   }
 
-  // The longest window, from the one `at` on, that leaves enough rows and determines all parameters; nothing where none does, and the
-  // longest one that leaves enough rows.
+  // The longest window, from the one `at` on, that leaves enough rows and determines all parameters; nothing
+  // where none does, and the longest one that leaves enough rows.
   std::optional<Pilot> tried(std::size_t& at) {
     std::optional<std::size_t> longest;
     for (std::size_t w = at;;) {

@@ -8,7 +8,8 @@
 // Before the stages rows → estimate → infer → judge → describe: what the caller left open.
 namespace rivid::detail {
 
-// Chooses window, velocity threshold and, where it is open, whether torques are held, and writes them into the signal of `estimation`.
+// Chooses window, velocity threshold and, where it is open, whether torques are held, and writes them into
+// the signal of `estimation`.
 //
 // The window is the shortest with which noise of the positions, as far as they show it, moves no parameter by
 // more than a small part of its σ and makes up no more than a small part of any joint's residual.

@@ -42,7 +42,8 @@ LogErrors errors_of(const ComparedModel& model, const Log& log, const SignalOpti
   return out;
 }
 
-// Which rows a joint has depends on the motors that it turns, whose reversals leave rows out: only those count that all models have.
+// Which rows a joint has depends on the motors that it turns, whose reversals leave rows out: only those
+// count that all models have.
 void keep_common(std::vector<LogErrors>& models) {
   for (std::size_t j = 0; j < models.front().size(); ++j) {
     for (LogErrors& model : models) {

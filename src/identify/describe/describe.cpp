@@ -61,7 +61,8 @@ void add_largest_shift(const std::vector<ParameterEstimate>& parameters, RobustR
   }
 }
 
-// Uncertain by more than a row, or ten samples, a lag says nothing; the rows were chosen with what little it does.
+// Uncertain by more than a row, or ten samples, a lag says nothing; the rows were chosen with what little it
+// does.
 bool says_something(const TorqueLag& lag, const SignalOptions& signal) {
   constexpr Index few = 10;
   return lag.sigma <= static_cast<double>(std::max(few, stride_of(signal)));

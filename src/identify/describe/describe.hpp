@@ -10,7 +10,8 @@
 #include "identify/infer/findings.hpp"
 #include "identify/infer/infer.hpp"
 
-// The last stage: rows → estimate → infer → judge → describe. An Identification is made here, and nowhere else.
+// The last stage: rows → estimate → infer → judge → describe. An Identification is made here, and nowhere
+// else.
 namespace rivid::detail {
 
 // A problem that leaves nothing open, what was chosen for it, and all that is known of it.
@@ -34,8 +35,8 @@ struct Answer {
 // The result, or what a judge is to see of it where there is no judgement yet.
 [[nodiscard]] Identification described(const Answer& answer, const Judgement& judgement = {});
 
-// Verdict and advice of parameters with deviations and intervals, from their correlations in C, and what the regressor says about the
-// motion that shows them.
+// Verdict and advice of parameters with deviations and intervals, from their correlations in C, and what the
+// regressor says about the motion that shows them.
 //
 // velocities  of the logs that the estimate is from: joints that hardly move there are named
 void judge_parameters(const Robot& robot, const BaseParameters& base, const Matrix& C,

@@ -84,8 +84,8 @@ Ways ways(const Robot& robot, const BaseParameters& base) {
 
 bool holds_zero(const ParameterEstimate& p) { return p.interval_95[0] <= 0.0 && p.interval_95[1] >= 0.0; }
 
-// Largest value that is seen, or known a priori, among the parameters of a unit that belong to the same joint. Friction,
-// unlike inertia, does not shrink towards the tip: there all joints count.
+// Largest value that is seen, or known a priori, among the parameters of a unit that belong to the same
+// joint. Friction, unlike inertia, does not shrink towards the tip: there all joints count.
 double usual_size(const BaseParameters& base, const std::vector<ParameterEstimate>& all, std::size_t i) {
   const StandardParameter& own = base.parameters[i].leading;
   double size = std::abs(all[i].value);

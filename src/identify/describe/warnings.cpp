@@ -9,13 +9,13 @@ namespace rivid::detail {
 
 namespace {
 
-// Part of a joint's rows with less than half their weight from which these are no outliers any more: normal errors have
-// 0.7 % of them (Huber) or 1.1 % (bisquare).
+// Part of a joint's rows with less than half their weight from which these are no outliers any more: normal
+// errors have 0.7 % of them (Huber) or 1.1 % (bisquare).
 constexpr double too_many = 0.1;
 // First-stage F statistic below which instruments count as weak, after Staiger & Stock (1997).
 constexpr double least_F = 10.0;
-// The assumed loop is in doubt where the law rebuilds the control signal worse than this, or the simulated motion lies
-// farther from the measured one than this part of the tracking error.
+// The assumed loop is in doubt where the law rebuilds the control signal worse than this, or the simulated
+// motion lies farther from the measured one than this part of the tracking error.
 constexpr double doubtful_control = 0.2;
 constexpr double doubtful_tracking = 0.5;
 // The bandwidth is doubtful where the residual with V is so much of Y, and so many times the one with W.

@@ -23,7 +23,8 @@ namespace rivid::detail {
 
 namespace {
 
-// Stretch of the log from which its first position and velocity are estimated [s], and the samples it takes at least.
+// Stretch of the log from which its first position and velocity are estimated [s], and the samples it takes
+// at least.
 constexpr double start_stretch = 0.05;
 constexpr Index fewest_samples = 7;
 
@@ -45,7 +46,8 @@ Matrix filtered(const Log& log, double cutoff_hz, const SignalOptions& signal) {
   return cutoff_hz > 0.0 ? zero_phase(log.q, log.f_m, cutoff_hz, signal.order, signal.convention) : log.q;
 }
 
-// Time of the simulation: from zero, at the sampling rate of the log, whose own time stamps may begin at an epoch.
+// Time of the simulation: from zero, at the sampling rate of the log, whose own time stamps may begin at an
+// epoch.
 Vector instants(const Log& log) {
   return Vector::NullaryExpr(log.samples(), [&](Index k) { return static_cast<double>(k) / log.f_m; });
 }
@@ -64,8 +66,8 @@ std::unique_ptr<Reference> reference_of(const Log& log, const SignalOptions& sig
   return std::make_unique<LoggedReference>(instants(log), log.q_r);
 }
 
-// Steps that the integrator may take with one iterate: so many times the most that an earlier one took, and so many a
-// sample. Near a mass matrix that is not positive definite there is no end to them.
+// Steps that the integrator may take with one iterate: so many times the most that an earlier one took, and
+// so many a sample. Near a mass matrix that is not positive definite there is no end to them.
 constexpr Index most_times_the_steps = 20;
 constexpr Index most_steps_a_sample = 10;
 
@@ -87,7 +89,8 @@ constexpr double dead_band_probe = 1e-6;
 // A joint that moves in a smaller part of the samples counts as locked.
 constexpr double locked_part = 0.05;
 
-// How far a joint's position must be off before a proportional law overcomes its friction: Fc / (ω_n² J) for PD (40).
+// How far a joint's position must be off before a proportional law overcomes its friction: Fc / (ω_n² J) for
+// PD (40).
 std::string dead_band(const Robot& robot, const SimulatedLoops& loops, Index j) {
   const Index n = robot.size();
   const Vector none = Vector::Zero(n);
@@ -121,9 +124,10 @@ Direction opposite(Direction direction) {
   return Direction::both;
 }
 
-// Standard parameters whose friction brakes: where Fv or Fc of a joint is negative it becomes zero, and the other one
-// takes over its torque as well as it can along a motion, by least squares over Fv |q̇| + Fc. (Early iterates trade one for
-// the other; the simulation could only leave the negative one out, and the positive one alone may hold the joint fast.)
+// Standard parameters whose friction brakes: where Fv or Fc of a joint is negative it becomes zero, and the
+// other one takes over its torque as well as it can along a motion, by least squares over Fv |q̇| + Fc.
+// (Early iterates trade one for the other; the simulation could only leave the negative one out, and the
+// positive one alone may hold the joint fast.)
 //
 // chi_st      (N_s) values of base.standard
 // mean_speed  mean |q̇| of each joint along the motion, (n)

@@ -12,7 +12,8 @@
 
 namespace rivid::detail {
 
-// The closed loop of one log, to be simulated with any parameters: the auxiliary model of Eq. (27) of [RIV], section 3.
+// The closed loop of one log, to be simulated with any parameters: the auxiliary model of Eq. (27) of [RIV],
+// section 3.
 class AuxiliaryLoop {
  public:
   // The log is referred to, not copied.
@@ -53,7 +54,8 @@ struct SimulatedLoops {
   SimulationEffort effort;
 };
 
-// The closed loops of all logs, to be simulated with any parameters. Where the problem has its logs elsewhere, these are asked.
+// The closed loops of all logs, to be simulated with any parameters. Where the problem has its logs
+// elsewhere, these are asked.
 class ClosedLoops {
  public:
   // throws InputError where a log lacks what its loop follows
@@ -104,7 +106,8 @@ class ClosedLoops {
   Vector mean_square_;
 };
 
-// Parameters of which one is changed by its step, for differences: the parameters `first` … `first` + `count` − 1 one by one.
+// Parameters of which one is changed by its step, for differences: the parameters `first` … `first` + `count`
+// − 1 one by one.
 [[nodiscard]] std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, Index first,
                                                      Index count);
 

@@ -84,7 +84,8 @@ struct EstimateScores {
   std::vector<BlockSums> blocks;
 };
 
-// An estimate χ̂ of Zᵀ Ω⁻¹ (Y − W χ) = 0, with Z the instruments V or W itself, and what its statistics are made of.
+// An estimate χ̂ of Zᵀ Ω⁻¹ (Y − W χ) = 0, with Z the instruments V or W itself, and what its statistics are
+// made of.
 struct Estimate {
   Vector chi;                   // (b)
   std::vector<double> weights;  // 1/σ of each joint's rows, Ω = diag σ²
@@ -128,11 +129,12 @@ void instrumental_estimate(const EstimationProblem& problem, Estimated& out);
 void didim_estimate(const EstimationProblem& problem, Estimated& out);
 void output_error_estimate(const EstimationProblem& problem, Estimated& out);
 
-// Where the methods begin that compare something else of the simulated loop: chi_0, or the estimate of IDIM-IV, which `out` tells of;
-// nothing where there is none.
+// Where the methods begin that compare something else of the simulated loop: chi_0, or the estimate of
+// IDIM-IV, which `out` tells of; nothing where there is none.
 [[nodiscard]] std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Estimated& out);
 
-// A covariance without the infinite deviations of what is not determined, and these: zero where there are none, (b).
+// A covariance without the infinite deviations of what is not determined, and these: zero where there are
+// none, (b).
 [[nodiscard]] Matrix finite_part(Matrix covariance);
 [[nodiscard]] Vector undetermined(const Matrix& covariance);
 
@@ -147,7 +149,8 @@ void output_error_estimate(const EstimationProblem& problem, Estimated& out);
 // 1/σ of a joint's rows, σ being the deviation of what `chi` leaves of them; nothing where it leaves nothing.
 [[nodiscard]] std::optional<double> residual_weight(const RowGroup& group, const Vector& chi);
 
-// Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by `what`".
+// Status and reasons of an estimate that does not determine some sets of parameters, "… is not excited by
+// `what`".
 void explain_rank(const BaseParameters& base, Index rank, const std::vector<std::vector<Index>>& undetermined,
                   const std::string& what, Estimated& out);
 

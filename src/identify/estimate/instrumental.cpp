@@ -85,7 +85,8 @@ Estimate with_statistics(const EstimationProblem& problem, Estimate estimate, co
   return estimate;
 }
 
-// The M-estimate by instruments, Σ V_tᵀ ω² s ψ_t = 0, with out.robust: weights on rows and instruments in turn.
+// The M-estimate by instruments, Σ V_tᵀ ω² s ψ_t = 0, with out.robust: weights on rows and instruments in
+// turn.
 //
 // solver  that has settled at the estimate `plain_chi`
 std::optional<Estimate> robust_estimate(const EstimationProblem& problem, const Robust& options,

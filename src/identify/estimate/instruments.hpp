@@ -45,8 +45,8 @@ class Instruments {
   void reweight(Reweighting* by) { reweighting_ = by; }
   [[nodiscard]] Reweighting* reweighting() const { return reweighting_; }
 
-  // Of the last factors: [W Y] with the columns that they took, whitened or weighted; rows and ‖Y‖ of all joints together; and the
-  // columns, within each joint's own, that were taken from V.
+  // Of the last factors: [W Y] with the columns that they took, whitened or weighted; rows and ‖Y‖ of all
+  // joints together; and the columns, within each joint's own, that were taken from V.
   [[nodiscard]] const std::vector<RowGroup>& used() const {
     return used_.empty() ? problem_.data.groups : used_;
   }

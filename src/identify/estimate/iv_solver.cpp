@@ -212,8 +212,8 @@ SimulatedLoops IvSolver::loops_of(Vector& chi, std::string& remark) {
   return done ? std::move(loops) : safeguarded(std::move(loops), chi, remark);
 }
 
-// In place of loops that could not be simulated: those with the nearest physical parameters, or on the way back to the
-// last ones.
+// In place of loops that could not be simulated: those with the nearest physical parameters, or on the way
+// back to the last ones.
 SimulatedLoops IvSolver::safeguarded(SimulatedLoops loops, Vector& chi, std::string& remark) {
   const std::string first_failure = loops.failure;
   loops = simulated(nearest_physical(chi));
@@ -242,19 +242,21 @@ SimulatedLoops IvSolver::safeguarded(SimulatedLoops loops, Vector& chi, std::str
   return loops;
 }
 
-// The physically consistent parameters that give the torques nearest to those of an iterate, along the measured motion.
+// The physically consistent parameters that give the torques nearest to those of an iterate, along the
+// measured motion.
 Vector IvSolver::nearest_physical(const Vector& chi) const {
   const Matrix root = combined(instruments_.used(), base().size(), weights_).R();
-  // The motion only has to be near the actual one: a body twice as heavy or half as heavy as described may cost some
-  // per cent of the residual. Without that pull a link may end with next to no inertia, and gains that follow it.
+  // The motion only has to be near the actual one: a body twice as heavy or half as heavy as described may
+  // cost some per cent of the residual. Without that pull a link may end with next to no inertia, and gains
+  // that follow it.
   constexpr double share_of_rows = 0.01;
   Physical options = problem_.estimation.physical.value_or(Physical{});
   options.weight = std::max(options.weight, share_of_rows * static_cast<double>(instruments_.rows()));
   return physical(problem_.robot, base(), chi, root, options).chi;
 }
 
-// Solves for the next iterate with the instruments of these loops. Rows that are weighted by their residuals are weighted
-// and solved in turn, for these instruments.
+// Solves for the next iterate with the instruments of these loops. Rows that are weighted by their residuals
+// are weighted and solved in turn, for these instruments.
 //
 // weighted_by  parameters whose residual gives the weights by joint; nullptr keeps these as they are
 std::vector<InstrumentalGroup> IvSolver::solve(const SimulatedLoops& loops, const Vector* weighted_by) {
@@ -454,8 +456,9 @@ Matrix bread_of(const InstrumentalVariables& solution) {
                solution.R_VV.transpose().triangularView<Eigen::Lower>().solve(Matrix::Identity(b, b)));
 }
 
-// Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares would have on
-// the same rows over that of the instrumental variables, as the F statistic of a first stage. Empty where W is V itself.
+// Strength of the instruments, parameter by parameter: R² of Shea (1997), the variance that least squares
+// would have on the same rows over that of the instrumental variables, as the F statistic of a first stage.
+// Empty where W is V itself.
 Vector IvSolver::first_stage_F() const {
   if (from_V() == FromV::all) {
     return {};

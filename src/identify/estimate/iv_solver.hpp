@@ -14,8 +14,9 @@ namespace rivid::detail {
 // (Vᵀ Ω⁻¹ W)⁻¹ of instruments with full rank.
 [[nodiscard]] Matrix bread_of(const InstrumentalVariables& solution);
 
-// The iteration (29) with its stop rule and its safeguards; or that of DIDIM, where W is V: its steps are Newton's, with the derivative
-// of V χ by differences of simulations. Plain steps, as if V did not depend on χ, lead away from the fixed point of many loops.
+// The iteration (29) with its stop rule and its safeguards; or that of DIDIM, where W is V: its steps are
+// Newton's, with the derivative of V χ by differences of simulations. Plain steps, as if V did not depend on
+// χ, lead away from the fixed point of many loops.
 class IvSolver {
  public:
   // out       its status and reasons tell why an iteration did not settle
@@ -31,7 +32,8 @@ class IvSolver {
   // Iterates from `chi` on; whether it settled.
   bool iterate(Vector chi);
 
-  // Goes on from the last iterate once rows are made otherwise, with the loops that were simulated last; whether it settled.
+  // Goes on from the last iterate once rows are made otherwise, with the loops that were simulated last;
+  // whether it settled.
   //
   // what  the instruments are called where they lack rank
   bool iterate_again(const std::string& what);

@@ -1,4 +1,5 @@
-// Closed-loop output error: parameters with which the simulated loops move as the logs say, by Gauss-Newton steps.
+// Closed-loop output error: parameters with which the simulated loops move as the logs say, by Gauss-Newton
+// steps.
 
 #include <algorithm>
 #include <cmath>
@@ -17,16 +18,18 @@ namespace rivid::detail {
 
 namespace {
 
-// Parameters are moved by this part of the deviation that least squares has, for differences: far above what tolerances of the
-// integration leave, far below what the simulation is curved over.
+// Parameters are moved by this part of the deviation that least squares has, for differences: far above what
+// tolerances of the integration leave, far below what the simulation is curved over.
 constexpr double difference_step = 0.1;
-// Instants of all logs that are compared at most, of more every second, third … : b matrices of so many rows are kept.
+// Instants of all logs that are compared at most, of more every second, third … : b matrices of so many rows
+// are kept.
 constexpr Index most_compared = 20000;
 // Halvings of a step that does not lead closer.
 constexpr int most_shorter = 5;
 // Part of the parameter tolerance below which a step is none.
 constexpr double at_rest = 0.2;
-// Part of the sum of squares that a step promises and need not keep: joints that stick and break away make the simulation jump.
+// Part of the sum of squares that a step promises and need not keep: joints that stick and break away make
+// the simulation jump.
 constexpr double promised_in_vain = 0.005;
 // Measured less simulated positions, one matrix a log, (instants × n).
 using PositionErrors = std::vector<Matrix>;
@@ -174,7 +177,8 @@ class OutputError {
     return (step.array() / (sigma() * solution_.unit_covariance.diagonal().array().sqrt())).abs().maxCoeff();
   }
 
-  // Derivatives of the positions at chi_ by all parameters, and the step that they ask for; false where there are none.
+  // Derivatives of the positions at chi_ by all parameters, and the step that they ask for; false where there
+  // are none.
   bool linearise() {
     const Index b = base().size();
     const Index n = problem_.joints();

@@ -10,8 +10,8 @@ namespace rivid::detail {
 
 namespace {
 
-// Scale of the residuals that weights are made of next. Never zero: rows that fit to rounding have the rounding error of
-// Y.
+// Scale of the residuals that weights are made of next. Never zero: rows that fit to rounding have the
+// rounding error of Y.
 double scale_of(ReweightedJoint& joint) {
   if (joint.residuals.empty()) {
     return 1.0;
@@ -173,8 +173,8 @@ RobustInformation robust_information(std::span<const RobustSums> sums, const Row
     const auto rows = static_cast<double>(joint.rows);
     const double slope = joint.slopes / rows;
     const double variance = joint.slope_squares / rows - slope * slope;
-    // The parameters take their share of the residuals, and what they take depends on the slopes of the others:
-    // [Huber 1981], (6.2) and (6.5).
+    // The parameters take their share of the residuals, and what they take depends on the slopes of the
+    // others: [Huber 1981], (6.2) and (6.5).
     const double correction = 1.0 + share * variance / (slope * slope);
     const double psi_square = correction * correction * joint.psi_squares / (rows * (1.0 - share));
     const double error = weights[j] * loss.scales[j];

@@ -40,12 +40,14 @@ class Reweighting {
   // chi  (b) that the first residuals are of
   Reweighting(const Robust& options, Vector chi, std::size_t joints);
 
-  // Parameters that weighted rows have for their solution, and their deviations; not finite where there is none.
+  // Parameters that weighted rows have for their solution, and their deviations; not finite where there is
+  // none.
   struct Solution {
     Vector chi;
     Vector sigma;
   };
-  // Makes the rows of all logs, by way of ReweightedSinks, and solves for what these determine, again and again.
+  // Makes the rows of all logs, by way of ReweightedSinks, and solves for what these determine, again and
+  // again.
   void settle(const std::function<void()>& make_rows, const std::function<Solution()>& solve);
 
   // Of the last pass.
@@ -74,7 +76,8 @@ class Reweighting {
   bool settled_ = false;
 };
 
-// Weights the rows [V W Y] or [W Y] of a joint on their way to another sink by the square roots of their weights.
+// Weights the rows [V W Y] or [W Y] of a joint on their way to another sink by the square roots of their
+// weights.
 class ReweightedSink final : public RowSink {
  public:
   // chi    of the joint's own columns
@@ -112,9 +115,9 @@ class ReweightedSinks {
   std::vector<RowSink*> sinks_;
 };
 
-// What a loss makes of the information in the rows of each joint, [Huber 1981], section 7.6: an estimate errs by
-// A⁻¹ Σ_t Z_tᵀ ω² s ψ_t with A = Σ_j ω² E[ψ'] Z_jᵀ W_j, where ω are the weights by joint, and the variance of the sum is
-// B = Σ_j ω⁴ s² E[ψ²] Z_jᵀ Z_j if the errors of rows are independent of each other and of Z.
+// What a loss makes of the information in the rows of each joint, [Huber 1981], section 7.6: an estimate errs
+// by A⁻¹ Σ_t Z_tᵀ ω² s ψ_t with A = Σ_j ω² E[ψ'] Z_jᵀ W_j, where ω are the weights by joint, and the variance
+// of the sum is B = Σ_j ω⁴ s² E[ψ²] Z_jᵀ Z_j if the errors of rows are independent of each other and of Z.
 struct RobustInformation {
   std::vector<double> bread;  // by which the rows of each joint are scaled for A …
   std::vector<double> meat;   // … and for B

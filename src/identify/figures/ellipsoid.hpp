@@ -13,7 +13,8 @@ struct SolidEllipsoid {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // semi-axes as columns
 };
 
-// With the mass and the inertia of a link, in its frame; nothing for a link without mass, or whose inertia no body can have.
+// With the mass and the inertia of a link, in its frame; nothing for a link without mass, or whose inertia no
+// body can have.
 [[nodiscard]] std::optional<SolidEllipsoid> solid_ellipsoid(const Inertial& inertial);
 
 }  // namespace rivid::detail

@@ -60,8 +60,8 @@ struct StackedRows {
 // Correlation of the estimates, C_ij / √(C_ii C_jj); not a number where a deviation is not one or is zero.
 [[nodiscard]] Matrix correlation(const Matrix& covariance);
 
-// Root mean square of the torque that each parameter causes, W_i χ_i, in deviations of the residual: of the joint that shows it
-// best, (b).
+// Root mean square of the torque that each parameter causes, W_i χ_i, in deviations of the residual: of the
+// joint that shows it best, (b).
 [[nodiscard]] Vector excitation(const Identification& result, std::span<const Prediction> predictions);
 
 }  // namespace rivid::detail

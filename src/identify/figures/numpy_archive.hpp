@@ -9,7 +9,8 @@
 
 namespace rivid::detail {
 
-// Arrays in one file of NumPy (.npz): a zip archive whose members are stored as they are. Equal arrays are equal files.
+// Arrays in one file of NumPy (.npz): a zip archive whose members are stored as they are. Equal arrays are
+// equal files.
 class NumpyArchive {
  public:
   void add(const std::string& name, const Vector& values);

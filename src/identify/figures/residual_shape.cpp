@@ -136,8 +136,8 @@ Spectrum amplitude_spectrum(const Vector& x, const Vector& values, double most, 
     }
   }
   out.amplitude = (squares / static_cast<double>(stretches)).cwiseSqrt();
-  // Of white noise N (a² + b²) / (2 σ²) is χ² with 2 degrees of freedom a stretch; 2.326 is the 99 % quantile of the normal
-  // distribution in the cube-root approximation of χ² by Wilson and Hilferty.
+  // Of white noise N (a² + b²) / (2 σ²) is χ² with 2 degrees of freedom a stretch; 2.326 is the 99 % quantile
+  // of the normal distribution in the cube-root approximation of χ² by Wilson and Hilferty.
   const double freedom = 2.0 * static_cast<double>(stretches);
   const double cube = 1.0 - 2.0 / (9.0 * freedom) + 2.326 * std::sqrt(2.0 / (9.0 * freedom));
   const double chi_squared = freedom * cube * cube * cube;

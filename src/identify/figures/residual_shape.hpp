@@ -22,8 +22,8 @@ struct ResidualShape {
 
 [[nodiscard]] ResidualShape residual_shape(std::span<const Prediction> predictions, std::size_t joint);
 
-// Amplitudes of sinusoids that fit a series best, one by one: √(a² + b²) of a cos ωt + b sin ωt, root mean square over
-// stretches of equal length. Rows need not be evenly spaced [Lomb 1976].
+// Amplitudes of sinusoids that fit a series best, one by one: √(a² + b²) of a cos ωt + b sin ωt, root mean
+// square over stretches of equal length. Rows need not be evenly spaced [Lomb 1976].
 struct Spectrum {
   Vector frequency;    // cycles per unit of the abscissa
   Vector amplitude;    // unit of the series

@@ -30,7 +30,8 @@ TestResult chi_square_test(double statistic, double freedom) {
   return {.statistic = statistic, .freedom = freedom, .p = chi_square_tail(statistic, freedom)};
 }
 
-// Variances of the parameters by what they are without each block; some are not finite where a block determines one alone.
+// Variances of the parameters by what they are without each block; some are not finite where a block
+// determines one alone.
 Vector jackknife_variance(std::span<const BlockSums> blocks, const Matrix& bread) {
   const Index b = bread.rows();
   const auto G = static_cast<Index>(blocks.size());
@@ -43,8 +44,9 @@ Vector jackknife_variance(std::span<const BlockSums> blocks, const Matrix& bread
     left_out.col(g) = -solve(Matrix::Identity(b, b) - bread * block.ZW, influence.col(g));
   }
   left_out.colwise() -= left_out.rowwise().mean().eval();
-  // A block draws the estimate towards itself: its influence is too small by one minus its leverage, and what the estimate without
-  // it moves by too large by as much. With errors that last the larger one is the better one by far.
+  // A block draws the estimate towards itself: its influence is too small by one minus its leverage, and what
+  // the estimate without it moves by too large by as much. With errors that last the larger one is the better
+  // one by far.
   constexpr double of_left_out = 1.5;
   const auto count = static_cast<double>(G);
   return (count - 1.0) / count * left_out.rowwise().norm().array().pow(of_left_out) *

@@ -41,11 +41,12 @@ struct Uncertainty {
 [[nodiscard]] Uncertainty hac_covariance(std::span<const Matrix> series, double interval, const Matrix& bread,
                                          const CovarianceOptions& options, double freedom);
 
-// What the scatter of the blocks of time tells of an estimate beside its HAC covariance: estimates without one block each (delete-a-block jackknife). Errors of
-// the model last longer than any lag, and what the parameters take up of errors that last no residual shows.
+// What the scatter of the blocks of time tells of an estimate beside its HAC covariance: estimates without
+// one block each (delete-a-block jackknife). Errors of the model last longer than any lag, and what the
+// parameters take up of errors that last no residual shows.
 //
-// Deviations of the covariance are scaled to those of the jackknife, all alike by the ratio of all parameters and each by its own in part, for ten
-// blocks tell a deviation to a quarter of itself only.
+// Deviations of the covariance are scaled to those of the jackknife, all alike by the ratio of all parameters
+// and each by its own in part, for ten blocks tell a deviation to a quarter of itself only.
 void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Uncertainty& uncertainty);
 
 [[nodiscard]] std::vector<ResidualTests> residual_tests(const Robot& robot, const Scores& scores);
@@ -60,7 +61,8 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
                                        std::span<const Matrix> by_ls, const Matrix& bread_ls, double interval,
                                        const CovarianceOptions& options, const Vector& sigma);
 
-// One lag of all joints, and what it does to the estimate; its deviation is widened where the joints do not agree.
+// One lag of all joints, and what it does to the estimate; its deviation is widened where the joints do not
+// agree.
 //
 // scores   of the estimate, its own the first
 // options  of its covariance

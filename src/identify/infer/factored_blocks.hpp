@@ -8,7 +8,8 @@
 
 namespace rivid::detail {
 
-// Sums over blocks of time from their factors: some ten of all logs together, and of more logs one each as far as there are so many.
+// Sums over blocks of time from their factors: some ten of all logs together, and of more logs one each as
+// far as there are so many.
 [[nodiscard]] std::vector<BlockSums> block_sums(const LogFactors& factors, const Estimate& estimate);
 
 }  // namespace rivid::detail

@@ -46,8 +46,8 @@ HausmanTest hausman(const EstimationProblem& problem, const Estimate& estimate, 
   Matrix bread_ls = ls.unit_covariance;
   Vector shift = estimate.chi - ls.chi;
   if (estimate.loss) {
-    // Least squares with the weights that the instruments' residuals gave is brought to its own M-estimate by one
-    // step of Newton's.
+    // Least squares with the weights that the instruments' residuals gave is brought to its own M-estimate by
+    // one step of Newton's.
     bread_ls = bread_from_slopes(scores.curvature[1], bread_ls);
     shift = bread_ls * (ls.R.transpose() * (ls.R * shift));
   }

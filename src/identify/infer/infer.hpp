@@ -42,8 +42,8 @@ struct Inference {
 
 [[nodiscard]] Inference inferred(const EstimationProblem& problem, const Estimated& found);
 
-// The model against the rows, unweighted. Each joint is charged its share of the `estimated` parameters; a validation
-// charges none.
+// The model against the rows, unweighted. Each joint is charged its share of the `estimated` parameters; a
+// validation charges none.
 [[nodiscard]] Fit fit_to(const Robot& robot, const RowFactors& data, const Vector& chi, Index estimated,
                          Convention convention);
 
@@ -53,9 +53,11 @@ struct Inference {
 // The parameters that the estimate can not do without, and their fit, where they are wanted.
 void add_essential(const EstimationProblem& problem, const Estimate& estimate, Inference& out);
 
-// The physically consistent model of an estimate, where it is wanted; else a warning where the data leave much open that it would settle.
+// The physically consistent model of an estimate, where it is wanted; else a warning where the data leave
+// much open that it would settle.
 //
-// blocks  of time that the weight of the prior is validated on, one by one; none leave it to what the prior costs
+// blocks  of time that the weight of the prior is validated on, one by one; none leave it to what the prior
+//         costs
 void add_physical(const EstimationProblem& problem, const Estimated& found, std::span<const BlockSums> blocks,
                   Inference& out);
 

@@ -14,7 +14,8 @@ namespace {
 
 // Samples of a log that stand for all.
 constexpr Index most_samples = 150;
-// Step of a velocity, of which W is quadratic but for friction that is none of the laws' columns left out [rad/s | m/s].
+// Step of a velocity, of which W is quadratic but for friction that is none of the laws' columns left out
+// [rad/s | m/s].
 constexpr double velocity_step = 1e-3;
 
 // Some samples of a log, and how fast the joints move there.

@@ -11,14 +11,15 @@ namespace rivid::detail {
 // Noise of the positions of all logs, one for each joint of each log.
 [[nodiscard]] std::vector<std::vector<PositionNoise>> position_noise(std::span<const Log> logs);
 
-// What noise of the positions does to an estimate by least squares. Its rows are W + ΔW, and while ΔW has the mean zero, that of
-// ΔWᵀ Ω⁻¹ ΔW = D is not:
+// What noise of the positions does to an estimate by least squares. Its rows are W + ΔW, and while ΔW has the
+// mean zero, that of ΔWᵀ Ω⁻¹ ΔW = D is not:
 //
 //   χ̂ − χ ≈ −(Wᵀ Ω⁻¹ W)⁻¹ D χ
 //
-// W is linear in accelerations and, but for signs, at most quadratic in velocities; with E_j and F_j its derivatives by q̈_j and q̇_j, D is Σ_j var(q̈_j) E_jᵀ E_j +
-// var(q̇_j) F_jᵀ F_j, summed over the rows. That of positions in gravity's columns is left out: it is smaller by the square
-// of what a row's duration has in radians of the motion.
+// W is linear in accelerations and, but for signs, at most quadratic in velocities; with E_j and F_j its
+// derivatives by q̈_j and q̇_j, D is Σ_j var(q̈_j) E_jᵀ E_j + var(q̇_j) F_jᵀ F_j, summed over the rows. That
+// of positions in gravity's columns is left out: it is smaller by the square of what a row's duration has in
+// radians of the motion.
 class NoiseSensitivity {
  public:
   // data  rows of each joint, that the estimate χ is from
@@ -35,8 +36,8 @@ class NoiseSensitivity {
   [[nodiscard]] Effect effect(std::span<const std::vector<DerivativeNoise>> noise, const Vector& chi,
                               std::span<const double> weights) const;
 
-  // What E[Wᵀ Ω⁻¹ ρ] is at most, (b), where the errors ρ of the rows are torques that move the arm, which accelerates by M⁻¹ ρ: feedback
-  // takes away what is slower than the loop.
+  // What E[Wᵀ Ω⁻¹ ρ] is at most, (b), where the errors ρ of the rows are torques that move the arm, which
+  // accelerates by M⁻¹ ρ: feedback takes away what is slower than the loop.
   //
   // mean_squares  of the errors of each joint's rows
   [[nodiscard]] Vector disturbance(std::span<const double> mean_squares,

@@ -18,8 +18,8 @@ namespace {
 // part of a parameter's variance that must come from such directions for it to suffer.
 constexpr double severe = 100.0;
 constexpr double most_of_the_variance = 0.5;
-// They suffer where the index takes a residual of this part of the torques to that size: small errors of the model are
-// multiplied by it at most.
+// They suffer where the index takes a residual of this part of the torques to that size: small errors of the
+// model are multiplied by it at most.
 constexpr double harmful = 10.0;
 
 void warn_of_weak_excitation(const BaseParameters& base, const Matrix& root, Inference& out) {
@@ -57,8 +57,8 @@ constexpr double worth_it = 0.9;
 // Weights of the prior that are validated, over the one that was given.
 constexpr std::array<double, 7> tried_weights = {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3};
 
-// By what the sum of squares of each block grows when parameters come from the other blocks, with the prior's weight: for each block one
-// entry; none where the others do not determine the parameters.
+// By what the sum of squares of each block grows when parameters come from the other blocks, with the prior's
+// weight: for each block one entry; none where the others do not determine the parameters.
 std::vector<double> validated(const EstimationProblem& problem, const Physical& options,
                               const Estimate& estimate, std::span<const BlockSums> blocks) {
   const Index b = problem.base.size();
@@ -82,8 +82,8 @@ std::vector<double> validated(const EstimationProblem& problem, const Physical& 
   return out;
 }
 
-// The weight with which blocks of time are predicted best by the others; the largest one of those that do hardly worse. Nothing where
-// blocks can not say.
+// The weight with which blocks of time are predicted best by the others; the largest one of those that do
+// hardly worse. Nothing where blocks can not say.
 std::optional<double> weight_by_prediction(const EstimationProblem& problem, const Physical& options,
                                            const Estimated& found, std::span<const BlockSums> blocks) {
   if (blocks.size() < 4 || found.status != Status::identified) {

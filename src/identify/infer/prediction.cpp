@@ -44,8 +44,8 @@ class PredictionSink final : public detail::RowSink {
   std::vector<double> measured_;
 };
 
-// Splits torques of rows [V_static V_still W Y], where V_static are the columns of a robot that rests at the positions of
-// the log, and V_still those of one that begins to move there.
+// Splits torques of rows [V_static V_still W Y], where V_static are the columns of a robot that rests at the
+// positions of the log, and V_still those of one that begins to move there.
 class FittedRowsSink final : public detail::RowSink {
  public:
   struct Parameters {

@@ -10,10 +10,12 @@ namespace rivid::detail {
 
 namespace {
 
-// Leverage that is corrected for at most: a row that determines a parameter alone has no residual to speak of.
+// Leverage that is corrected for at most: a row that determines a parameter alone has no residual to speak
+// of.
 constexpr double most_leverage = 0.9;
 
-// Rows of a joint, in a log, that the products of a block are summed over; of more every second, third … stands for all.
+// Rows of a joint, in a log, that the products of a block are summed over; of more every second, third …
+// stands for all.
 constexpr Index most_products = 4000;
 
 // Takes the rows [V W Y] or [W Y] of a joint and keeps the sums over them.
@@ -106,7 +108,8 @@ class ScoreSink final : public RowSink {
   }
 
   [[nodiscard]] const ResidualMoments& moments() const { return moments_; }
-  // Adds what LagSums has found to the sums of all joints; `at` is the joint, and the last sums by time are those of this log.
+  // Adds what LagSums has found to the sums of all joints; `at` is the joint, and the last sums by time are
+  // those of this log.
   void add_rates_to(RateSums& all, const std::vector<Index>& columns, Index at) const {
     const double w = weight_ * weight_;
     all.WP(columns, at) += w * lag_.WP;

@@ -13,14 +13,15 @@
 
 namespace rivid::detail {
 
-// The solution χ of Zᵀ Ω⁻¹ (Y − W χ) = 0, where Z are the instruments V or W itself; of an M-estimate with ψ of the residual
-// in its place.
+// The solution χ of Zᵀ Ω⁻¹ (Y − W χ) = 0, where Z are the instruments V or W itself; of an M-estimate with ψ
+// of the residual in its place.
 struct Estimator {
   Vector chi;  // (b)
   bool instrumental = false;
-  // A⁻¹ = (Zᵀ Ω⁻¹ W)⁻¹, (b × b), of an M-estimate that of RobustInformation, where residuals are to be corrected for the leverage of their rows: a row draws the
-  // estimate towards itself, and its residual falls short of its error by 1 − wᵀ A⁻¹ z / σ², with ψ' before the last term
-  // where a loss has one. Empty for none.
+  // A⁻¹ = (Zᵀ Ω⁻¹ W)⁻¹, (b × b), of an M-estimate that of RobustInformation, where residuals are to be
+  // corrected for the leverage of their rows: a row draws the estimate towards itself, and its residual falls
+  // short of its error by 1 − wᵀ A⁻¹ z / σ², with ψ' before the last term where a loss has one. Empty for
+  // none.
   Matrix bread;
 };
 
@@ -42,9 +43,9 @@ struct ResidualMoments {
   void merge(const ResidualMoments& other);
 };
 
-// Whether the torques are as old as the motion. Torques that are d samples late are Y = W χ − d D with their rate D, and
-// what is left of an estimate with the instruments Z is ρ = −d (D − W B Zᵀ D), B = (Zᵀ W)⁻¹. The rate P of Z χ̂, which knows
-// no noise of the torques, picks d out of it: Pᵀ ρ = −d H.
+// Whether the torques are as old as the motion. Torques that are d samples late are Y = W χ − d D with their
+// rate D, and what is left of an estimate with the instruments Z is ρ = −d (D − W B Zᵀ D), B = (Zᵀ W)⁻¹. The
+// rate P of Z χ̂, which knows no noise of the torques, picks d out of it: Pᵀ ρ = −d H.
 
 // Sums over the rows of a joint.
 class LagSums {
@@ -56,8 +57,8 @@ class LagSums {
   // intervals  of time that sums are told for
   LagSums(Index own, Index stride, Index intervals, double samples_per_interval);
 
-  // Rows lead … lead + samples.size() − 1; those before them are the last of the call before. The last two are
-  // counted with the next call.
+  // Rows lead … lead + samples.size() − 1; those before them are the last of the call before. The last two
+  // are counted with the next call.
   //
   // Z, W    (lead + count × own)
   // Y, rho  torques and residual, (lead + count)
@@ -76,7 +77,8 @@ class LagSums {
 
   // Whether no row is missing from so many before row i to so many after it.
   [[nodiscard]] bool beside(Index i, Index before, Index after) const;
-  // Rate at row i, from one row to the next: by two rows on each side where they are, else by one, or by two on one side.
+  // Rate at row i, from one row to the next: by two rows on each side where they are, else by one, or by two
+  // on one side.
   [[nodiscard]] double rate(const Eigen::Ref<const Vector>& x, Index i) const;
   // Slope of the straight line through five rows, 0 where they are not there.
   [[nodiscard]] double slope(const Eigen::Ref<const Vector>& x, Index i) const;
@@ -98,7 +100,8 @@ struct RateSums {
 
 // What a second look at the rows finds once an estimate is known.
 struct Scores {
-  // Σ Z_tᵀ Ω⁻¹ ρ_t over the rows of each interval of time, (intervals × b): for each estimator one of each log.
+  // Σ Z_tᵀ Ω⁻¹ ρ_t over the rows of each interval of time, (intervals × b): for each estimator one of each
+  // log.
   std::vector<std::vector<Matrix>> series;
   double interval = 0.0;  // [s]
   // Σ Z_tᵀ Ω⁻¹ ψ'_t W_t of each estimator, (b × b); empty without a loss.

@@ -16,8 +16,8 @@ struct Known {
 //
 //   χ̂ = χ + Σ_j G_j (1 − 1/r_j) + e,   cov e = C,
 //
-// G_j the slopes of χ̂ with the gains: weighted least squares are linear in the torques, and those of joint j are 1/r_j times what it
-// was estimated from.
+// G_j the slopes of χ̂ with the gains: weighted least squares are linear in the torques, and those of joint j
+// are 1/r_j times what it was estimated from.
 class ArmPrior {
  public:
   // places    of each parameter of the arm among the unknowns

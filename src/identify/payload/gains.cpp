@@ -19,8 +19,8 @@ using detail::PayloadProblem;
 using detail::Uncertainty;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// Deviation of the logarithm of an inverse gain of which nothing is known: weak enough to move no gain that is identifiable by a part of
-// its deviation, and enough to hold one that is not.
+// Deviation of the logarithm of an inverse gain of which nothing is known: weak enough to move no gain that
+// is identifiable by a part of its deviation, and enough to hold one that is not.
 constexpr double nothing_known = 1.5;
 // A gain is identifiable where its interval is narrower than this part of it.
 constexpr double visible_gain = 0.3;

@@ -13,7 +13,8 @@ namespace rivid {
 
 namespace {
 
-// What a fit with other logs leaves of a joint, beside what one of these logs alone leaves; and as a part of its torque.
+// What a fit with other logs leaves of a joint, beside what one of these logs alone leaves; and as a part of
+// its torque.
 constexpr double much_more = 2.0;
 constexpr double most_left = 0.3;
 

@@ -11,8 +11,8 @@
 
 namespace rivid::detail {
 
-// What speaks against logs with a payload that a fit has in common with others: examined() by themselves, with the gains that were found,
-// and by what that fit leaves of them.
+// What speaks against logs with a payload that a fit has in common with others: examined() by themselves,
+// with the gains that were found, and by what that fit leaves of them.
 //
 // name       of the logs, before the subjects of findings
 // sigma_rho  that the common fit leaves of each joint, at nominal gains, (n)

@@ -71,7 +71,8 @@ PayloadReport fitted(const PayloadProblem& problem, const PayloadOptions& option
   return out;
 }
 
-// Bodies, then points in place of those whose inertia the motion does not show. Where there may be no mass at all a point has no place.
+// Bodies, then points in place of those whose inertia the motion does not show. Where there may be no mass at
+// all a point has no place.
 PayloadReport fitted_by_what_is_seen(PayloadProblem& problem, const PayloadOptions& options,
                                      std::span<const LoadedLogs> with) {
   PayloadReport out = fitted(problem, options, with);

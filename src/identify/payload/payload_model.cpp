@@ -312,7 +312,8 @@ bool PayloadFit::solve() {
     hidden_ = inverse.hidden;
     Vector step = bread_ * at.a;
     if (gains_at_ >= 0) {
-      // What is linear follows the gains, whose steps are short: both at once would overshoot where the rows say little of a gain.
+      // What is linear follows the gains, whose steps are short: both at once would overshoot where the rows
+      // say little of a gain.
       auto of_gains = step.tail(n);
       of_gains =
           of_gains.cwiseMax(-most_gain_step * theta_.tail(n)).cwiseMin(most_gain_step * theta_.tail(n));

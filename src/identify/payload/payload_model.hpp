@@ -36,7 +36,8 @@ struct PayloadProblem {
 // The same of a relative covariance.
 [[nodiscard]] Matrix gain_information_of(const Matrix& C);
 
-// The unknowns θ = [χ, π_1 … π_K, Fl, r] of arm, payloads, friction by load and relative inverse gains, and the fit of them.
+// The unknowns θ = [χ, π_1 … π_K, Fl, r] of arm, payloads, friction by load and relative inverse gains, and
+// the fit of them.
 class PayloadFit {
  public:
   explicit PayloadFit(const PayloadProblem& problem);

@@ -11,7 +11,8 @@
 
 namespace rivid::detail {
 
-// Columns of the arm's base parameters, and of those standard parameters of its last link that are none of them.
+// Columns of the arm's base parameters, and of those standard parameters of its last link that are none of
+// them.
 struct PayloadColumns : BodyColumns {
   explicit PayloadColumns(const Robot& robot) : PayloadColumns(robot, base_parameters(robot)) {}
   PayloadColumns(const Robot& robot, const BaseParameters& of_arm)
@@ -46,8 +47,8 @@ struct PayloadLog {
 [[nodiscard]] PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
                                       const SignalOptions& signal, Index load, ThreadTeam& team);
 
-// The rows of logs without and with payloads. Where the signal leaves them open they are chosen by the noise of those without, if there
-// are any, else of the first with one; `estimation` has them then.
+// The rows of logs without and with payloads. Where the signal leaves them open they are chosen by the noise
+// of those without, if there are any, else of the first with one; `estimation` has them then.
 [[nodiscard]] std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
                                                    std::span<const Log> without,
                                                    std::span<const LoadedLogs> with, Estimation& estimation);

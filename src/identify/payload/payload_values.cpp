@@ -13,8 +13,9 @@ namespace {
 
 // An inertia is reported where no principal moment's deviation exceeds this part of the largest moment.
 constexpr double visible_inertia = 0.5;
-// A centre of mass is a moment over a mass, which must be this many of its deviations; nor is a mass seen that weighs less than this part
-// of what the model leaves of the torques, whose errors are not those of chance alone.
+// A centre of mass is a moment over a mass, which must be this many of its deviations; nor is a mass seen
+// that weighs less than this part of what the model leaves of the torques, whose errors are not those of
+// chance alone.
 constexpr double visible_mass = 4.0;
 constexpr double visible_part_of_rest = 0.1;
 

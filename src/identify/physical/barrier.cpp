@@ -153,8 +153,8 @@ class Newton {
   }
 
  private:
-  // step = −hessian⁻¹ gradient, with all diagonal entries of the Hessian brought to one. It has full rank, if not always
-  // to rounding.
+  // step = −hessian⁻¹ gradient, with all diagonal entries of the Hessian brought to one. It has full rank, if
+  // not always to rounding.
   void solve() {
     const Vector scale = hessian_.diagonal().cwiseSqrt().cwiseInverse();
     hessian_ = scale.asDiagonal() * hessian_ * scale.asDiagonal();

@@ -19,7 +19,8 @@ struct LinearBound {
 //
 //   min ½ ‖target − rows x‖² + linearᵀ x − log_weight Σ_j log det P_j(x),   P_j(x) ≻ 0, bounds
 //
-// with the pseudo-inertias P_j of its links. It has an answer where `rows` and the logarithms leave no direction free.
+// with the pseudo-inertias P_j of its links. It has an answer where `rows` and the logarithms leave no
+// direction free.
 struct BarrierProblem {
   Matrix rows;
   Vector target;
@@ -42,18 +43,18 @@ struct BarrierSolution {
   bool reached = true;  // whether the gap is as small as was asked for
 };
 
-// Newton's method on the logarithmic barrier, whose weight falls until gap ≤ tolerance (1 + cost + offset). All iterates are
-// inside. Along a step the barrier is a sum of logarithms of eigenvalues, so the line search is exact, and the way
-// from any start is short.
+// Newton's method on the logarithmic barrier, whose weight falls until gap ≤ tolerance (1 + cost + offset).
+// All iterates are inside. Along a step the barrier is a sum of logarithms of eigenvalues, so the line search
+// is exact, and the way from any start is short.
 //
 // start   strictly inside
 // offset  added to the problem's cost to give one that is not negative
 [[nodiscard]] BarrierSolution minimise(const BarrierProblem& problem, const Vector& start, double offset,
                                        double tolerance, int max_steps);
 
-// Columns svec(L⁻¹ E_i L⁻ᵀ) of the ten inertial parameters, P = L Lᵀ and E_i the pseudo-inertia of parameter i alone: for
-// a change p of the parameters ‖G p‖ is that of P in units of P itself. svec puts the diagonal first, and the others
-// times √2.
+// Columns svec(L⁻¹ E_i L⁻ᵀ) of the ten inertial parameters, P = L Lᵀ and E_i the pseudo-inertia of parameter
+// i alone: for a change p of the parameters ‖G p‖ is that of P in units of P itself. svec puts the diagonal
+// first, and the others times √2.
 using BodyMatrix = Eigen::Matrix<double, 10, 10>;
 [[nodiscard]] BodyMatrix whitened_parameters(const Eigen::Matrix4d& P);
 

@@ -13,8 +13,8 @@ namespace {
 constexpr double flat = 1e-4;
 // What they are raised to.
 constexpr double round_enough = 0.1;
-// A body whose radius of gyration is below this part of the other bodies' is a point mass, and becomes a ball of ten
-// times that size.
+// A body whose radius of gyration is below this part of the other bodies' is a point mass, and becomes a ball
+// of ten times that size.
 constexpr double point = 1e-2;
 constexpr double ball = 0.1;
 constexpr double unknown_mass = 1.0;    // kg

@@ -13,8 +13,8 @@ namespace {
 
 using enum ParameterKind;
 
-// Pull on friction and rotors towards the robot description, in units of what the data say of each: it only decides what
-// they leave open altogether.
+// Pull on friction and rotors towards the robot description, in units of what the data say of each: it only
+// decides what they leave open altogether.
 constexpr double faint = 1e-12;
 
 // Where a parameter is in base.standard.

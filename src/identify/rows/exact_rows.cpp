@@ -11,21 +11,23 @@ namespace rivid::detail {
 
 namespace {
 
-// A velocity stands out of its noise from so many standard deviations on, which should be no more than this part of its rms …
+// A velocity stands out of its noise from so many standard deviations on, which should be no more than this
+// part of its rms …
 constexpr double outstanding = 4.0;
 constexpr double small_part = 0.01;
-// … to which a low-pass brings it, whose cut-off falls by this factor, but not below so many times the end of the motion's
-// spectrum: a velocity that is no longer that of the joint has no direction.
-// A stretch of motion goes further than so many standard deviations of the position: less is a joint that sticks.
+// … to which a low-pass brings it, whose cut-off falls by this factor, but not below so many times the end of
+// the motion's spectrum: a velocity that is no longer that of the joint has no direction. A stretch of motion
+// goes further than so many standard deviations of the position: less is a joint that sticks.
 constexpr double least_travel = 12.0;
 constexpr double cutoff_step = 1.4;
 constexpr double least_cutoff = 0.5;
-// … and above this part of the joint's own rms velocity, below which the rounding of a log without noise decides.
+// … and above this part of the joint's own rms velocity, below which the rounding of a log without noise
+// decides.
 constexpr double least_velocity = 1e-3;
 // Two central differences in a row reach over two samples to each side.
 constexpr Index difference_reach = 2;
-// Part of the differences that measures the noise, the small ones: the others contain reversals. And the mean square of a
-// Gaussian within the quantile of that part, in units of its variance.
+// Part of the differences that measures the noise, the small ones: the others contain reversals. And the mean
+// square of a Gaussian within the quantile of that part, in units of its variance.
 constexpr double quiet_part = 0.95;
 constexpr double quiet_square = 0.7588;
 // Σ of the squared binomial coefficients of the fourth difference.

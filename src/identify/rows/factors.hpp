@@ -74,7 +74,8 @@ void merge_groups(std::vector<Group>& into, std::vector<Group> groups) {
   }
 }
 
-// Blocks of time, each the groups of all joints, of which neighbours with the fewest rows are merged until at most so many are left.
+// Blocks of time, each the groups of all joints, of which neighbours with the fewest rows are merged until at
+// most so many are left.
 template <typename Group>
 [[nodiscard]] std::vector<std::vector<Group>> fewer_blocks(std::vector<std::vector<Group>> blocks,
                                                            Index most) {
@@ -100,7 +101,8 @@ template <typename Group>
 // The factors of the rows of all logs.
 //
 // signals  one a log
-// kept     gets the rows on the way, one entry a log, nullptr for logs whose rows are made anew; or is nullptr
+// kept     gets the rows on the way, one entry a log, nullptr for logs whose rows are made anew; or is
+//          nullptr
 [[nodiscard]] RowFactors all_factors(const Robot& robot, const BaseParameters& base,
                                      std::span<const Log> logs, std::span<const SignalOptions> signals,
                                      ThreadTeam& team, const Progress& progress,

@@ -9,12 +9,13 @@
 
 namespace rivid::detail {
 
-/// The rows of a log for several passes: [W Y] is made and decimated by the first one and held, so that later ones make V alone. To
-/// decimate costs more than all else in a pass; rows that are not decimated are made anew in less time than memory takes to give them
-/// back, and are many more.
+/// The rows of a log for several passes: [W Y] is made and decimated by the first one and held, so that later
+/// ones make V alone. To decimate costs more than all else in a pass; rows that are not decimated are made
+/// anew in less time than memory takes to give them back, and are many more.
 class KeptRows {
  public:
-  /// Memory of the kept rows of all logs of an identification [bytes]. Logs that it does not suffice for are read again in each pass.
+  /// Memory of the kept rows of all logs of an identification [bytes]. Logs that it does not suffice for are
+  /// read again in each pass.
   static constexpr std::size_t budget = std::size_t{64} << 20U;
 
   /// Whether rows of these options are worth it.

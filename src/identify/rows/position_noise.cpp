@@ -17,8 +17,8 @@ constexpr double pi = std::numbers::pi;
 constexpr double fourth_difference_power = 70.0;
 // An octave with fewer means is ignored.
 constexpr std::size_t fewest_means = 24;
-// Power that rises by more than this factor from one octave to the next lower one is motion: that of the arm, or stiction and
-// vibration, which is in the torques as well.
+// Power that rises by more than this factor from one octave to the next lower one is motion: that of the arm,
+// or stiction and vibration, which is in the torques as well.
 constexpr double clear_rise = 2.0;
 // Frequencies of a band, evenly over the logarithm.
 constexpr Index grid = 256;
@@ -175,7 +175,8 @@ PositionNoise::PositionNoise(const Eigen::Ref<const Vector>& q, double f_m) : f_
     }
   }
   valley_ = 0.25 * f_m * std::exp2(-static_cast<double>(lowest));
-  // A position that stands still between the steps of its encoder hides its noise from differences of neighbours.
+  // A position that stands still between the steps of its encoder hides its noise from differences of
+  // neighbours.
   const auto seen = repeats(q) > many_repeats ? static_cast<std::ptrdiff_t>(lowest) + 1 : 1;
   deviation_ = std::sqrt(*std::max_element(quiet.begin(), quiet.begin() + seen));
   motion_ = accelerations[std::min(lowest + 1, accelerations.size() - 1)];

@@ -14,8 +14,8 @@ struct DerivativeNoise {
   double acceleration = 0.0;
 };
 
-// What makes rows of positions, as gains over frequency: differences, averages, position filter and the window of the
-// decimation.
+// What makes rows of positions, as gains over frequency: differences, averages, position filter and the
+// window of the decimation.
 class RowBand {
  public:
   // The band of rows; of paper rows too, whose decimation filter is taken for an ideal one.
@@ -35,13 +35,14 @@ class RowBand {
   explicit RowBand(double f_m);
 };
 
-// What of a joint's logged positions is no motion, by octaves of frequency: white noise, quantisation, jitter of the clock,
-// repeated samples, vibrations.
+// What of a joint's logged positions is no motion, by octaves of frequency: white noise, quantisation, jitter
+// of the clock, repeated samples, vibrations.
 //
-// Fourth differences of the series, of its means over 2 samples, over 4, …, each see an octave and next to nothing of what is slower. The
-// motion takes the low octaves, where accelerations are the larger the lower the frequency; noise takes the high ones, where it is
-// the other way round. The first valley of the acceleration's spectrum, from the highest octave on, parts them; below it noise is taken
-// for as large as there, which overestimates it: the octave of the valley has some of the motion in it.
+// Fourth differences of the series, of its means over 2 samples, over 4, …, each see an octave and next to
+// nothing of what is slower. The motion takes the low octaves, where accelerations are the larger the lower
+// the frequency; noise takes the high ones, where it is the other way round. The first valley of the
+// acceleration's spectrum, from the highest octave on, parts them; below it noise is taken for as large as
+// there, which overestimates it: the octave of the valley has some of the motion in it.
 class PositionNoise {
  public:
   // q  positions, (n_m) [rad | m]

@@ -25,7 +25,8 @@ namespace {
 constexpr Index difference_border = 2;
 // Filters run over at least so many samples.
 constexpr Index shortest_series = 25;
-// Samples that a decimation gets at a time for each thread of several: enough that waiting for each other costs little.
+// Samples that a decimation gets at a time for each thread of several: enough that waiting for each other
+// costs little.
 constexpr Index decimated_share = 320;
 // Samples of a stretch at least: so many that the merging of their factors costs little.
 constexpr Index least_stretch = 16384;
@@ -510,8 +511,8 @@ void RowSource::fill_loads(std::size_t j, const RowsRoom& room, const Parts& par
   }
 }
 
-// The sign of a noisy velocity is no linear function of the noise, and no average mends it: where the mask had to smooth the
-// velocity, the columns of W that are signs take their direction from it.
+// The sign of a noisy velocity is no linear function of the noise, and no average mends it: where the mask
+// had to smooth the velocity, the columns of W that are signs take their direction from it.
 void RowSource::fill_signs(std::size_t j, Index sample, Index count, double* W, Index ld) const {
   if (masks_.empty()) {
     return;

@@ -20,7 +20,8 @@ namespace rivid::detail {
 /// Samples from one row to the next, where none is left out.
 [[nodiscard]] Index stride_of(const SignalOptions& signal);
 
-/// Logs cut to SignalOptions::window, as if nothing else had been recorded. A log without a sample in the window stays whole.
+/// Logs cut to SignalOptions::window, as if nothing else had been recorded. A log without a sample in the
+/// window stays whole.
 ///
 /// @param room  holds them where there is a window
 [[nodiscard]] std::span<const Log> within_window(std::span<const Log> logs, const SignalOptions& signal,
@@ -89,14 +90,14 @@ class HeldRows final : public RowSink {
   std::vector<Index> samples_;
 };
 
-/// The rows of a log, Eqs. (10–14): the one way from samples to rows, for whoever holds them and for whoever factors
-/// them. They come joint by joint in pieces that stay in the cache, and memory does not grow with the log: positions are
-/// filtered as a whole, derivatives and regressor are made for a piece at a time, decimated in a stream, and rows of slow
-/// samples left out.
+/// The rows of a log, Eqs. (10–14): the one way from samples to rows, for whoever holds them and for whoever
+/// factors them. They come joint by joint in pieces that stay in the cache, and memory does not grow with the
+/// log: positions are filtered as a whole, derivatives and regressor are made for a piece at a time,
+/// decimated in a stream, and rows of slow samples left out.
 ///
-/// W comes from the motion of the log. Other motions of the same samples may go along, such as the simulated one of the
-/// instruments: their columns are decimated alike, and the log decides which rows are left out. So the rows of a joint
-/// are [V_1 … V_k W Y].
+/// W comes from the motion of the log. Other motions of the same samples may go along, such as the simulated
+/// one of the instruments: their columns are decimated alike, and the log decides which rows are left out. So
+/// the rows of a joint are [V_1 … V_k W Y].
 ///
 /// Convention `matlab` decimates whole series, as MATLAB's function does, and holds all rows meanwhile.
 class RowSource {
@@ -130,24 +131,25 @@ class RowSource {
   /// What RowScheme::exact leaves out, (n); empty otherwise.
   [[nodiscard]] const std::vector<MotionMask>& masks() const { return masks_; }
 
-  /// Stretches of samples whose rows may be sent apart from each other, on several threads: 1 where rows are decimated,
-  /// since these know of their neighbours. They do not depend on the size of the team.
+  /// Stretches of samples whose rows may be sent apart from each other, on several threads: 1 where rows are
+  /// decimated, since these know of their neighbours. They do not depend on the size of the team.
   [[nodiscard]] Index stretches() const;
-  /// Sends the rows of one stretch to the sinks, (n), by the calling thread alone. Other threads may send other
-  /// stretches to other sinks meanwhile.
+  /// Sends the rows of one stretch to the sinks, (n), by the calling thread alone. Other threads may send
+  /// other stretches to other sinks meanwhile.
   ///
   /// @param progress  called with the number of samples that were sent since the last call
   void send_stretch(Index stretch, std::span<RowSink* const> sinks,
                     const std::function<void(Index)>& progress) const;
 
-  /// Sends all rows to the sinks, (n). A sink is only called by one thread at a time. The rows are the same, bit by bit,
-  /// whatever the size of the team.
+  /// Sends all rows to the sinks, (n). A sink is only called by one thread at a time. The rows are the same,
+  /// bit by bit, whatever the size of the team.
   ///
   /// @param others    motions V_1 … V_k, each (n_m × n) at the samples of the log
   /// @param progress  called with the fraction done, by the calling thread
   void send(std::span<RowSink* const> sinks, std::span<const Motion> others = {},
             const std::function<void(double)>& progress = {});
-  /// The same without the rows of the log itself, [V_1 … V_k], with the bits that these columns have beside W and Y.
+  /// The same without the rows of the log itself, [V_1 … V_k], with the bits that these columns have beside W
+  /// and Y.
   void send_others(std::span<RowSink* const> sinks, std::span<const Motion> others);
 
  private:

@@ -31,9 +31,9 @@ std::vector<RowGroup> groups_of(const detail::RowSource& source) {
   return out;
 }
 
-// Threads that meet for every piece wait for each other at each of them, and on a busy machine for the processor as
-// well. So each takes a stretch, then another one; their factors are merged in the order of the stretches, whoever had
-// them, as soon as it is their turn.
+// Threads that meet for every piece wait for each other at each of them, and on a busy machine for the
+// processor as well. So each takes a stretch, then another one; their factors are merged in the order of the
+// stretches, whoever had them, as soon as it is their turn.
 std::vector<RowGroup> factored_in_stretches(const detail::RowSource& source, detail::ThreadTeam& team,
                                             const std::function<void(double)>& progress) {
   const Index stretches = source.stretches();

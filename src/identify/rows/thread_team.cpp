@@ -8,8 +8,8 @@ namespace rivid::detail {
 
 namespace {
 
-// Waits until the value is another one. The next piece of work usually comes within microseconds, and sleeping costs
-// more than that; where it takes longer, the processor is left to others.
+// Waits until the value is another one. The next piece of work usually comes within microseconds, and
+// sleeping costs more than that; where it takes longer, the processor is left to others.
 template <typename T>
 void wait_while(const std::atomic<T>& value, T old) {
   constexpr int patience = 2000;

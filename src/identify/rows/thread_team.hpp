@@ -9,7 +9,8 @@
 
 namespace rivid::detail {
 
-/// Threads that stay, for work that comes in pieces of a few microseconds: making a thread costs as much as such a piece.
+/// Threads that stay, for work that comes in pieces of a few microseconds: making a thread costs as much as
+/// such a piece.
 class ThreadTeam {
  public:
   using Work = std::function<void(int member)>;
@@ -24,8 +25,8 @@ class ThreadTeam {
 
   [[nodiscard]] int size() const { return static_cast<int>(others_.size()) + 1; }
 
-  /// Calls work(0) … work(size() − 1), each on a thread of its own, and returns when all are done. What one of them
-  /// throws is thrown here; of several, what the first member threw.
+  /// Calls work(0) … work(size() − 1), each on a thread of its own, and returns when all are done. What one
+  /// of them throws is thrown here; of several, what the first member threw.
   void run(const Work& work);
 
  private:

@@ -30,8 +30,8 @@ struct Duration {
   return out;
 }
 
-// The time of all logs divided into blocks of about the same length, between which errors count as independent: each log has as many
-// as its duration asks for, and one at least.
+// The time of all logs divided into blocks of about the same length, between which errors count as
+// independent: each log has as many as its duration asks for, and one at least.
 class TimeBlocks {
  public:
   TimeBlocks(std::vector<Duration> logs, Index wanted) : logs_(std::move(logs)) {
@@ -76,8 +76,8 @@ class TimeBlocks {
   Index count_ = 0;
 };
 
-// Intervals of time that scores are summed over: finer than any correlation from which a covariance could still be estimated, and
-// little memory.
+// Intervals of time that scores are summed over: finer than any correlation from which a covariance could
+// still be estimated, and little memory.
 class TimeIntervals {
  public:
   // shortest  [s]

@@ -39,8 +39,8 @@ class LaggedResidualSink final : public RowSink {
   Index last_ = -1;
 };
 
-// Sends rows x_t − Σ_i ar_i x_{t−i} on to another sink. The filter starts anew after each gap between rows, where the first
-// p rows of a stretch only fill it.
+// Sends rows x_t − Σ_i ar_i x_{t−i} on to another sink. The filter starts anew after each gap between rows,
+// where the first p rows of a stretch only fill it.
 class WhitenedSink final : public RowSink {
  public:
   // columns  of the rows

@@ -97,7 +97,8 @@ void add_if_any(Section section, std::vector<Section>& out) {
   }
 }
 
-// Those parts of a result that are there, in the order in which they are read. Without evidence there are no pictures.
+// Those parts of a result that are there, in the order in which they are read. Without evidence there are no
+// pictures.
 std::vector<Section> sections_of(const Identification& result, const Evidence* evidence) {
   std::vector<Section> out;
   if (evidence != nullptr) {

@@ -81,7 +81,8 @@ Table noise_table(const Identification& result, const PrefilterReport& report) {
         }}});
 }
 
-// The estimate beside another one, in deviations of that one; marked where they are apart by more than both intervals.
+// The estimate beside another one, in deviations of that one; marked where they are apart by more than both
+// intervals.
 Table shift_table(const Identification& result, const PrefilterReport& plain) {
   const auto shift = [&](std::size_t i) { return std::abs(result.parameters[i].value - at(plain.chi, i)); };
   const auto sigma = [&](std::size_t i) { return at(plain.sigma, i); };

@@ -68,8 +68,8 @@ Table parameters_table(const Parameters& parameters) {
                   mark_of);
 }
 
-// The same on a page, those that are known best first; what is narrow stands before what is wide. Deviations by the residuals
-// alone only where they differ.
+// The same on a page, those that are known best first; what is narrow stands before what is wide. Deviations
+// by the residuals alone only where they differ.
 Table page_table(Parameters parameters, Fold fold) {
   using P = ParameterEstimate;
   std::ranges::stable_sort(parameters, [](const P& a, const P& b) {

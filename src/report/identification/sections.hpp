@@ -2,7 +2,8 @@
 
 #include "report/identification/evidence.hpp"
 
-// The sections of the document of an identification. Those of the evidence are for pages alone; one without blocks has nothing to say.
+// The sections of the document of an identification. Those of the evidence are for pages alone; one without
+// blocks has nothing to say.
 namespace rivid::detail {
 
 // The joints at a glance, and the torque of the one with the largest error.
