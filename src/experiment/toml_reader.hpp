@@ -279,7 +279,7 @@ class TomlReader {
       fail(node, wanted.key, "must be " + std::string(wanted.details.must_be));
     }
     for (const toml::node* const item : items(node)) {
-      out.push_back(as<Value>(*item, wanted));
+      take(*item, wanted, out.emplace_back());
     }
   }
   template <typename Number>

@@ -50,12 +50,13 @@ Vector known_sigmas(const Robot& robot, const GainOptions& options) {
   return out;
 }
 
-// Slopes of log K_j − log K_k.
-Vector ratio_slopes(const PayloadFit& fit, Index j, Index k) {
-  Vector out = Vector::Zero(fit.theta().size());
-  out[fit.gains_at() + j] = -1.0 / fit.theta()[fit.gains_at() + j];
-  out[fit.gains_at() + k] = 1.0 / fit.theta()[fit.gains_at() + k];
-  return out;
+// Of log K_j − log K_k.
+double ratio_variance(const PayloadFit& fit, const Matrix& C, Index j, Index k) {
+  const Index a = fit.gains_at() + j;
+  const Index b = fit.gains_at() + k;
+  const double by_a = -1.0 / fit.theta()[a];
+  const double by_b = 1.0 / fit.theta()[b];
+  return by_a * by_a * C(a, a) + 2.0 * by_a * by_b * C(a, b) + by_b * by_b * C(b, b);
 }
 
 // The joint to which the gains of the others are determined best, by the median of their deviations.
@@ -66,8 +67,7 @@ Index best_reference(const PayloadFit& fit, const Matrix& C, Index n) {
     std::vector<double> sigmas;
     for (Index j = 0; j < n; ++j) {
       if (j != k) {
-        const Vector c = ratio_slopes(fit, j, k);
-        sigmas.push_back(std::sqrt(c.dot(C * c)));
+        sigmas.push_back(std::sqrt(ratio_variance(fit, C, j, k)));
       }
     }
     std::ranges::sort(sigmas);
