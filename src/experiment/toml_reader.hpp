@@ -221,7 +221,7 @@ class TomlReader {
           return;
         }
         if (!field.details.word.empty() && node->value_exact<std::string_view>() == field.details.word) {
-          value = std::decay_t<decltype(value)>();
+          value = Record().*field.member;
         } else {
           take(*node, {field.key, field.details}, value);
         }
