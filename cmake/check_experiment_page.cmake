@@ -17,20 +17,12 @@ string(REGEX REPLACE "[][;]" " " code "${code}")
 string(REGEX REPLACE "[][;]" " " page "${page}")
 
 # A key is the first thing in quotes of a call, perhaps behind names: keys.number("rate_hz"), cutoff(keys,
-# "cutoff_hz"), file_at(inner, *table, "table", folder). Messages have blanks and so are no keys. The quantities of `units` stand in one array.
+# "cutoff_hz"), file_at(inner, *table, "table", folder). Messages have blanks and so are no keys.
 set(known "")
 string(REGEX MATCHALL "[a-z_]+(<[a-z_:<>0-9, ]+>)?\\([ \n]*(\\*?[a-z_]+, *)*\"[A-Za-z_0-9]+\"" calls "${code}")
 foreach(call IN LISTS calls)
   string(REGEX REPLACE ".*\"([A-Za-z_0-9]+)\"" "\\1" key "${call}")
   list(APPEND known ${key})
-endforeach()
-if(NOT code MATCHES "quantities = {([^}]+)}")
-  message(FATAL_ERROR "check_experiment_page: the array of quantities is not where this script looks for it")
-endif()
-string(REGEX MATCHALL "\"[a-z_]+\"" quantities "${CMAKE_MATCH_1}")
-foreach(quantity IN LISTS quantities)
-  string(REPLACE "\"" "" quantity "${quantity}")
-  list(APPEND known ${quantity})
 endforeach()
 list(REMOVE_DUPLICATES known)
 list(LENGTH known count)

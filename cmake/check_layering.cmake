@@ -22,16 +22,17 @@ set(export_may_include model regressor data identify simulate online experiment 
 
 include(${CMAKE_CURRENT_LIST_DIR}/RividHeaders.cmake)
 
-# The rooms of src/identify/: rows → estimate → infer → choose.
-set(rooms rows physical estimate infer choose check compare merge payload figures)
+# The rooms of src/identify/: rows → estimate → infer → choose → check → describe.
+set(rooms rows physical estimate infer choose check describe compare merge payload figures)
 set(rows_may_see "")
 set(physical_may_see "")
 set(estimate_may_see rows)
 set(infer_may_see rows estimate)
 set(choose_may_see rows estimate infer)
 set(check_may_see rows infer)
+set(describe_may_see rows estimate infer choose check)
 set(compare_may_see rows infer choose)
-set(merge_may_see rows estimate infer choose)
+set(merge_may_see rows estimate infer choose describe)
 set(payload_may_see rows infer choose)
 set(figures_may_see "")
 

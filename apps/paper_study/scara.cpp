@@ -104,7 +104,8 @@ Log Scara::log(const PointToPointReference& reference, std::uint64_t seed,
 Estimation Scara::iv(const SignalOptions& signal, double bandwidth) const {
   return {.method = Iv{.control = PdControl{.omega_n = bandwidth * control.omega_n, .zeta = control.zeta},
                        .sampling = sampling},
-          .signal = signal};
+          .signal = signal,
+          .judge = false};
 }
 
 Estimation Scara::iv_of_section_3_4(const SignalOptions& signal, double bandwidth) const {

@@ -64,7 +64,7 @@ struct Scara {
                         const Conditions& conditions) const;
   [[nodiscard]] Log log(double size, std::uint64_t seed) const { return log(moves(size), seed, {}); }
 
-  /// IDIM-IV that knows the control law, its bandwidth scaled. The simulation starts in the measured state,
+  /// IDIM-IV that knows the control law, its bandwidth scaled; not judged, as the study shows what fails. The simulation starts in the measured state,
   /// and all samples count.
   [[nodiscard]] Estimation iv(const SignalOptions& signal, double bandwidth = 1.0) const;
   /// The same by section 3.4: the simulation starts on the reference, and samples with t < 5 / min ω_n are
@@ -77,7 +77,7 @@ struct Scara {
 };
 
 [[nodiscard]] inline Estimation ols(const SignalOptions& signal) {
-  return {.method = Ols{}, .signal = signal};
+  return {.method = Ols{}, .signal = signal, .judge = false};
 }
 
 /// True values in the units of the paper, which has L MX2 and L MY2 where rivid has MX2 and MY2.

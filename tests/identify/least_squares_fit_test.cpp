@@ -38,8 +38,9 @@ template <typename Method>
 class LeastSquaresFit : public ::testing::Test {
  public:
   static Identification identified(const Log& log) {
-    return identify(test::scara(), log,
-                    {.method = Method{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}});
+    return identify(
+        test::scara(), log,
+        {.method = Method{}, .signal = {.rows = RowScheme::paper, .trim = {{2, 2}}}, .judge = false});
   }
 };
 using Methods = ::testing::Types<Ols, Wls>;

@@ -29,12 +29,23 @@ constexpr Index settled = 2;
 // Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so
 // few of them.
 constexpr double little_noise = 0.01;
-constexpr Index noise_samples = 2000;  // in the middle of a log, for its noise
+constexpr Index noise_samples = 2000;  // in the middle of a joint's motion, for its noise
 constexpr Index least_windows = 40;
+constexpr Index steps_of_motion = 200;
 // Of the instants one in so many serves for a first look.
 constexpr Index some_step = 4;
 constexpr Index poses = 32;
 constexpr unsigned probe_seed = 1687;
+
+// The sample before which half of the squares of a joint's steps are made: no pause, however long, holds it.
+Index middle_of_motion(const Eigen::Ref<const Vector>& q) {
+  const Index step = std::max<Index>(q.size() / steps_of_motion, 1);
+  std::vector<double> done = {0.0};
+  for (Index k = step; k < q.size(); k += step) {
+    done.push_back(done.back() + std::pow(q[k] - q[k - step], 2));
+  }
+  return step * (std::ranges::lower_bound(done, 0.5 * done.back()) - done.begin());
+}
 
 // Samples that the windows are apart if they stand half over each other: as in the rows of the estimate, but
 // no less than noise asks for.
@@ -51,7 +62,9 @@ Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
         continue;
       }
       const Index some = std::min(log.samples(), noise_samples);
-      const PositionNoise noise(log.q.col(j).segment((log.samples() - some) / 2, some), log.f_m);
+      const Index first =
+          std::clamp<Index>(middle_of_motion(log.q.col(j)) - some / 2, 0, log.samples() - some);
+      const PositionNoise noise(log.q.col(j).segment(first, some), log.f_m);
       const auto share = [&](Index n_d) {
         SignalOptions windowed;
         windowed.decimation = {static_cast<int>(n_d)};
@@ -71,6 +84,38 @@ std::vector<Index> rows_that(const Eigen::Ref<const Eigen::Array<bool, Eigen::Dy
     if (hold[k]) {
       out.push_back(k);
     }
+  }
+  return out;
+}
+
+// Where a joint moves one way throughout a window.
+class OneWay {
+ public:
+  OneWay(std::vector<std::int8_t> direction, Index window)
+      : direction_(std::move(direction)), lasts_(direction_.size(), 0), window_(window) {
+    for (std::size_t k = 0; k < lasts_.size(); ++k) {
+      const bool goes_on = k > 0 && direction_[k] == direction_[k - 1];
+      lasts_[k] = direction_[k] == 0 ? 0 : (goes_on ? lasts_[k - 1] : 0) + 1;
+    }
+  }
+
+  // Around sample k.
+  [[nodiscard]] bool at(Index k) const {
+    return lasts_[static_cast<std::size_t>(k - window_ / 2 + window_ - 1)] >= window_;
+  }
+
+ private:
+  std::vector<std::int8_t> direction_;
+  std::vector<Index> lasts_;  // samples for which the direction has been the same
+  Index window_;
+};
+
+// At most about so many, evenly spread.
+std::vector<Index> spread(const std::vector<Index>& samples, Index most) {
+  const std::size_t step = std::max<std::size_t>(1, samples.size() / static_cast<std::size_t>(most));
+  std::vector<Index> out;
+  for (std::size_t i = 0; i < samples.size(); i += step) {
+    out.push_back(samples[i]);
   }
   return out;
 }
@@ -126,19 +171,26 @@ Robot TorqueProbe::robot_with(const Eigen::Vector3d& gravity) const {
 void TorqueProbe::add(const Log& log, const SignalOptions& signal) {
   ProbedLog out;
   out.log = &log;
-  const Index count = log.samples() - 2 * half_width_;
-  const Index stride = std::max<Index>(1, count / samples_of_log_);
-  for (Index k = half_width_; k < half_width_ + count; k += stride) {
-    out.samples.push_back(k);
-  }
   const Index n = robot_.size();
   const Index inner = window_.size();
-  out.motion = {Matrix(out.size(), n), Matrix(out.size(), n), Matrix(out.size(), n)};
-  out.moves.resize(out.size(), n);
   SignalOptions masking;
   masking.velocity_threshold = signal.velocity_threshold;
   masking.decimation = {static_cast<int>((inner + 1) / 2)};
-  const std::vector<MotionMask> masks = motion_masks(robot_, log.q, log.q, log.f_m, masking);
+  std::vector<OneWay> one_way;
+  for (MotionMask& mask : motion_masks(robot_, log.q, log.q, log.f_m, masking)) {
+    one_way.emplace_back(std::move(mask.direction), inner);
+  }
+  std::vector<Index> all;
+  std::vector<Index> moving;  // a pause tells of holding alone, however long it is
+  for (Index k = half_width_; k < log.samples() - half_width_; ++k) {
+    all.push_back(k);
+    if (std::ranges::any_of(one_way, [&](const OneWay& joint) { return joint.at(k); })) {
+      moving.push_back(k);
+    }
+  }
+  out.samples = spread(moving.empty() ? all : moving, samples_of_log_);
+  out.motion = {Matrix(out.size(), n), Matrix(out.size(), n), Matrix(out.size(), n)};
+  out.moves.resize(out.size(), n);
   for (Index i = 0; i < out.size(); ++i) {
     const Index k = out.samples[static_cast<std::size_t>(i)];
     const auto around = log.q.middleRows(k - half_width_, 2 * half_width_ + 1);
@@ -146,10 +198,7 @@ void TorqueProbe::add(const Log& log, const SignalOptions& signal) {
     out.motion.qd.row(i).noalias() = log.f_m * (velocity_kernel_.transpose() * around);
     out.motion.qdd.row(i).noalias() = log.f_m * log.f_m * (acceleration_kernel_.transpose() * around);
     for (Index j = 0; j < n; ++j) {
-      const std::vector<std::int8_t>& direction = masks[static_cast<std::size_t>(j)].direction;
-      const auto first = direction.begin() + (k - inner / 2);
-      out.moves(i, j) =
-          *first != 0 && std::all_of(first, first + inner, [&](std::int8_t d) { return d == *first; });
+      out.moves(i, j) = one_way[static_cast<std::size_t>(j)].at(k);
     }
   }
   out.tau = torques_at(out, 0);
