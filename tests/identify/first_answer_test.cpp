@@ -126,8 +126,7 @@ TEST_F(FirstAnswer, IsNotSpoiledByAPauseThatIsLongerThanTheMotion) {
   paused.q_r = held(moving.q_r, 0.0, 23);
   const Identification alone = identify(robot, moving, Estimation{});
   const Identification found = identify(robot, paused, Estimation{});
-  ASSERT_EQ(found.status, Status::identified)
-      << (found.warnings.empty() ? "" : found.warnings.front().text);
+  ASSERT_EQ(found.status, Status::identified) << (found.warnings.empty() ? "" : found.warnings.front().text);
   EXPECT_GE(found.row_choice->decimation, alone.row_choice->decimation / 2);
   EXPECT_LE(found.row_choice->decimation, alone.row_choice->decimation * 2);
   for (Index i = 0; i < base.size(); ++i) {
