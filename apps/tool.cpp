@@ -284,6 +284,18 @@ bool is_table(const PlannedFile& file) {
   return std::ranges::find(tables, file.extension) != tables.end();
 }
 
+// Documents of a run that was killed before they took their place. Its tables had, for they are the first to.
+std::vector<InputText> unfinished_documents(const std::filesystem::path& folder) {
+  std::vector<InputText> out;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (is_temporary_output(entry.path()) && entry.is_regular_file(error)) {
+      out.push_back(read_input(entry.path()));
+    }
+  }
+  return out;
+}
+
 void expect_own(const std::vector<PlannedFile>& files) {
   std::vector<InputText> marked;
   std::error_code error;
@@ -309,7 +321,9 @@ void expect_own(const std::vector<PlannedFile>& files) {
       const auto names_it = [&](const InputText& text) {
         return text.bytes().find(digest, text.bytes().find("\"outputs\"")) != std::string_view::npos;
       };
-      if (std::ranges::none_of(marked, names_it)) {
+      const std::filesystem::path folder = file.path.parent_path();
+      if (std::ranges::none_of(marked, names_it) &&
+          std::ranges::none_of(unfinished_documents(folder.empty() ? "." : folder), names_it)) {
         refuse(file, "was not written by the last run that wrote here, or was edited since");
       }
     }
@@ -322,8 +336,12 @@ Outputs planned(const std::vector<std::filesystem::path>& inputs, const std::vec
                 bool force) {
   force = force || replaces_foreign_files();
   Outputs out(inputs, force);
-  for (const PlannedFile& file : files) {
-    out.plan(file.path, file.extension);
+  for (const bool tables : {true, false}) {
+    for (const PlannedFile& file : files) {
+      if (is_table(file) == tables) {
+        out.plan(file.path, file.extension);
+      }
+    }
   }
   if (!force) {
     expect_own(files);

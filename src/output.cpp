@@ -109,12 +109,6 @@ Path followed(const Path& named) {
 constexpr std::string_view temporary_prefix = ".rivid-";
 constexpr std::size_t temporary_letters = 6;
 
-bool is_temporary(const std::string& name) {
-  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '2' && c <= '7'); };
-  return name.size() == temporary_prefix.size() + temporary_letters && name.starts_with(temporary_prefix) &&
-         std::all_of(name.begin() + temporary_prefix.size(), name.end(), is_letter);
-}
-
 std::string temporary_name() {
   static constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyz234567";
   std::random_device random;
@@ -129,7 +123,7 @@ std::string temporary_name() {
 void sweep(const Path& folder) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (!is_temporary(entry.path().filename().string())) {
+    if (!is_temporary_output(entry.path())) {
       continue;
     }
     const int file = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -427,6 +421,13 @@ void Outputs::commit() {
     refuse_write(failed->named, error);
   }
   plan_->files.clear();
+}
+
+bool is_temporary_output(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '2' && c <= '7'); };
+  return name.size() == temporary_prefix.size() + temporary_letters && name.starts_with(temporary_prefix) &&
+         std::all_of(name.begin() + temporary_prefix.size(), name.end(), is_letter);
 }
 
 void write_file(const std::filesystem::path& path, std::string_view content) {

@@ -56,6 +56,9 @@ class Outputs {
 /// @throws InputError where the place can not be written to; what stood there before is untouched
 void write_file(const std::filesystem::path& path, std::string_view content);
 
+/// Whether a file has a name that Outputs give to files that have not taken their place yet.
+[[nodiscard]] bool is_temporary_output(const std::filesystem::path& path);
+
 /// Makes SIGINT, SIGTERM and SIGHUP end the program with exit code 128 + signal, without temporary files left
 /// behind; not those that were ignored when it started. A write beyond the limit of the file size becomes an
 /// error instead of a signal. For main() of a program; may be called in a handler of a signal.

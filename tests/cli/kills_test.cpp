@@ -146,6 +146,21 @@ TEST_F(Kills, OfASimulation) {
   expect_old_or_new(with(tool, {"1"}), with(tool, {"2"}));
 }
 
+// The moment that few kills meet: the table of a run has taken its place, its document has not.
+TEST_F(Kills, BetweenATableAndItsDocumentLeaveTheTableARivids) {
+  const Command tool = {RIVID_SIMULATE, "simulate_s1.toml",        "--output", "out",
+                        "--set",        "reference.durations=0.5", "--seed"};
+  (void)seconds_of(with(tool, {"1"}));
+  const std::string before = folder().read("out/simulation.json");
+  (void)seconds_of(with(tool, {"2"}));
+  folder().write("out/.rivid-abcdef", folder().read("out/simulation.json"));
+  folder().write("out/simulation.json", before);
+  (void)seconds_of(with(tool, {"3"}));
+  EXPECT_EQ(files_of("out").size(), 2U);
+  folder().write("out/simulation.json", before);
+  EXPECT_EQ(outcome_of(with(tool, {"3"}), folder().path()).exit_code, 2) << "nobody's table";
+}
+
 TEST_F(Kills, OfAReplay) {
   const Command tool = {RIVID_ONLINE, "scara_s2.csv", "--result", "model/result.json",
                         "--output",   "out",          "--gains"};

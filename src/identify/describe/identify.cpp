@@ -76,10 +76,10 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   std::optional<RowChoice> rows;
   for (const std::span<const Log> some : {logs, validation}) {
     for (const Log& log : some) {
-      detail::require_joints("position", log.q, robot, log);
       if (const auto complaint = log.complaint()) {
         throw InputError(*complaint);
       }
+      detail::require_joints("position", log.q, robot, log);
     }
   }
   if (!logs.empty() && asked.signal.automatic() && !asked.complaint(robot)) {
