@@ -358,6 +358,10 @@ constexpr std::array codes = {
         "clearance_fixed", note, "The first link stands nearer to an obstacle than the clearance.",
         "No joint changes that distance: the base is there.",
         "Nothing, if the robot stands there; else correct [excitation.space] or the link's capsule."},
+    DiagnosticCode{
+        "polishing_lost", warning, "A designed motion determines less than the search promised.",
+        "The best search leaves its limits between its instants, and little of it could be mended.",
+        "Try another seed, more starts, or more samples in [excitation]."},
     DiagnosticCode{"noise_assumed", note, "Forecast standard deviations rest on an assumed noise.",
                    "No torque noise is given, so 1 % of the torque limits is used.",
                    "Give noise in [excitation]: sigma_rho of an earlier identification."},

@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <thread>
 
@@ -31,6 +32,8 @@ using detail::Task;
 constexpr double first_rho = 300.0;
 constexpr double last_rho = 1000.0;
 constexpr int polishings = 3;
+// What polishing may lose of the criterion without a word; one is a factor e of all deviations' ellipsoid.
+constexpr double told_loss = 1.0;
 // Part of a limit that is kept free for peaks that move between polishing and check.
 constexpr double reserve = 2e-4;
 // Of a motion, as it is played.
@@ -122,13 +125,15 @@ class Designer {
  public:
   Designer(const Robot& robot, const ExcitationOptions& options);
 
-  // Starts of all seeds on some threads, then the best of them brought to its limits.
+  // Starts of all seeds on some threads, each brought to its limits, then the best of them once more.
   Excitation designed();
 
  private:
   struct Found {
     Vector rest;  // variables of the pose that the motion grew from
-    detail::MmaResult result;
+    Vector z;
+    Vector kept;  // what of it keeps all limits on the dense grid
+    double objective = std::numeric_limits<double>::infinity();  // of what is kept
     StartReport report;
   };
 
@@ -136,9 +141,11 @@ class Designer {
   Vector pose_at_rest(DenseCheck& check, std::mt19937_64& random) const;
   Vector random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const;
   detail::MmaResult improved(Problem& problem, const Vector& z, int evaluations, std::string_view stage);
-  Vector polished(const Found& best);
-  Vector shrunk(DenseCheck& check, const Vector& rest, const Vector& z) const;
+  void polish(Found& found, int rounds);
+  Vector mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const;
+  [[noreturn]] void refuse(const Found& best) const;
   void check(Excitation& found) const;
+  void tell_loss(double kept, Excitation& found) const;
   void tell(std::string_view stage, double objective);
   [[nodiscard]] bool is_stopped();
   [[nodiscard]] Index samples() const {
@@ -187,7 +194,9 @@ void Designer::tell(std::string_view stage, double objective) {
   if (!options_.progress) {
     return;
   }
-  const double total = (options_.starts + 1.0) * options_.evaluations;
+  // Of each start its search and the first polishing, of the best start the others.
+  const double total =
+      (options_.starts + (options_.starts + polishings - 1.0) / polishings) * options_.evaluations;
   const std::scoped_lock lock(telling_);
   best_ = std::min(best_, objective);
   options_.progress(std::string(stage) + ", " + number(-best_, 5),
@@ -296,17 +305,62 @@ Designer::Found Designer::search(std::uint64_t seed) {
   const Vector begin = random_motion(problem, out.rest, random);
   out.report.seed = seed;
   out.report.objective_begin = problem(begin).objective;
-  out.result = improved(problem, begin, options_.evaluations, "start " + std::to_string(seed));
-  out.report.objective_end = out.result.objective;
-  out.report.evaluations = out.result.evaluations;
+  const detail::MmaResult result =
+      improved(problem, begin, options_.evaluations, "start " + std::to_string(seed));
+  out.z = result.z;
+  out.report.objective_end = result.objective;
+  out.report.evaluations = result.evaluations;
+  polish(out, 1);
   return out;
 }
 
-// The largest part of a motion that keeps all limits on the dense grid; at rest it does.
-Vector Designer::shrunk(DenseCheck& check, const Vector& rest, const Vector& z) const {
+// The nearest motion, by Newton's steps along the gradients of the limits that are exceeded, that keeps those of
+// the problem; nothing where the steps do not come to one.
+std::optional<Vector> within_limits(Problem& problem, Vector z) {
+  constexpr int steps = 12;
+  constexpr double inner = 0.5 * reserve;
+  Vector gradient;
+  Matrix jacobian;
+  for (int k = 0; k < steps; ++k) {
+    const Problem::Value value = problem(z, &gradient, &jacobian);
+    std::vector<Index> exceeded;
+    for (Index l = 0; l < value.limits.size(); ++l) {
+      if (value.limits[l] > -inner) {
+        exceeded.push_back(l);
+      }
+    }
+    if (value.limits.maxCoeff() <= 0.0) {
+      return z;
+    }
+    if (!value.defined) {
+      return std::nullopt;
+    }
+    const Vector beyond = value.limits(exceeded).array() + inner;
+    z -= detail::minimum_norm_solution(jacobian(Eigen::all, exceeded).transpose(), beyond, 1e-9);
+  }
+  return std::nullopt;
+}
+
+// A motion near this one that keeps all limits on the dense grid: mended where it exceeds them, and where that
+// fails, as large a part of it as does. At rest it does.
+Vector Designer::mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const {
+  constexpr int rounds = 6;
+  const Vector whole = z;
+  for (int k = 0; k < rounds; ++k) {
+    const Vector found = check(z);
+    if (found.maxCoeff() <= 0.0) {
+      return z;
+    }
+    problem.shift(z, found.array() + reserve);
+    std::optional<Vector> inside = within_limits(problem, z);
+    if (!inside) {
+      break;
+    }
+    z = *std::move(inside);
+  }
   double part = 1.0;
   for (double step = 1e-4; part > 0.0; part -= step, step *= 1.3) {
-    const Vector at = rest + part * (z - rest);
+    const Vector at = rest + part * (whole - rest);
     if (check(at).maxCoeff() <= 0.0) {
       return at;
     }
@@ -314,36 +368,43 @@ Vector Designer::shrunk(DenseCheck& check, const Vector& rest, const Vector& z) 
   return rest;
 }
 
-Vector Designer::polished(const Found& best) {
+// Brings a start to its limits, in so many rounds, with sharper maxima.
+void Designer::polish(Found& found, int rounds) {
   Problem problem(task_, *curve_, samples(), last_rho);
   DenseCheck check(task_, *curve_, dense());
-  Vector z = best.result.z;
-  Vector kept = shrunk(check, best.rest, z);
-  double objective = problem(kept).objective;
-  for (int k = 0; k < polishings && !is_stopped(); ++k) {
-    problem.shift(z, check(z).array() + reserve);
-    z = improved(problem, z, std::max(options_.evaluations / polishings, 1), "polishing").z;
-    const Vector candidate = shrunk(check, best.rest, z);
+  const auto keep = [&](Vector candidate) {
     const Problem::Value value = problem(candidate);
-    if (value.defined && value.objective < objective) {
-      kept = candidate;
-      objective = value.objective;
+    if (value.defined && value.objective < found.objective) {
+      found.kept = std::move(candidate);
+      found.objective = value.objective;
     }
+  };
+  keep(mended(problem, check, found.rest, found.z));
+  for (int k = 0; k < rounds && !is_stopped(); ++k) {
+    // Not mended: a start beyond the limits lets the method of asymptotes leave a poor optimum.
+    problem.shift(found.z, check(found.z).array() + reserve);
+    const int evaluations = std::max(options_.evaluations / polishings, 1);
+    const detail::MmaResult result = improved(problem, found.z, evaluations, "polishing");
+    found.z = result.z;
+    found.report.evaluations += result.evaluations;
+    keep(mended(problem, check, found.rest, found.z));
   }
-  if (!problem(kept).defined) {
-    // Dry friction that is more than the torque may be lets a joint rest, but not move.
-    constexpr double little = 0.01;
-    Index at = 0;
-    const double excess = check(best.rest + little * (z - best.rest)).maxCoeff(&at);
-    if (excess > 0.0) {
-      throw InputError("design: no motion within the limits was found: in a small one " +
-                       excess_in_words(task_, at, excess));
-    }
-    const double whole = check(z).maxCoeff(&at);
-    throw InputError("design: no motion within the limits was found: between the instants of the search " +
-                     excess_in_words(task_, at, whole) + "; try another seed, or more samples");
+}
+
+// What keeps the best of the starts from any motion.
+void Designer::refuse(const Found& best) const {
+  DenseCheck check(task_, *curve_, dense());
+  // Dry friction that is more than the torque may be lets a joint rest, but not move.
+  constexpr double little = 0.01;
+  Index at = 0;
+  const double excess = check(best.rest + little * (best.z - best.rest)).maxCoeff(&at);
+  if (excess > 0.0) {
+    throw InputError("design: no motion within the limits was found: in a small one " +
+                     excess_in_words(task_, at, excess));
   }
-  return kept;
+  const double whole = check(best.z).maxCoeff(&at);
+  throw InputError("design: no motion within the limits was found: between the instants of the search " +
+                   excess_in_words(task_, at, whole) + "; try another seed, or more samples");
 }
 
 // The finished motion, as it is played, by code that shares nothing with the search, on instants twice as
@@ -376,6 +437,19 @@ void Designer::check(Excitation& found) const {
   }
 }
 
+// What keeping the limits on the dense grid cost against the best that the searches found.
+void Designer::tell_loss(double kept, Excitation& found) const {
+  const double searched = std::ranges::min(found.starts, {}, &StartReport::objective_end).objective_end;
+  const double lost = kept - searched;
+  if (lost > told_loss) {
+    found.forecast.findings.push_back(Finding{
+        "polishing_lost",
+        {},
+        "the best search came to " + number(-searched, 5) + ", within all limits between its instants " +
+            number(-kept, 5) + " are left; another seed, more starts or more samples may keep more"});
+  }
+}
+
 Excitation Designer::designed() {
   const auto starts = static_cast<std::size_t>(options_.starts);
   std::vector<Found> found(starts);
@@ -400,7 +474,7 @@ Excitation Designer::designed() {
     work();
   }
   Excitation out;
-  std::vector<const Found*> order;
+  std::vector<Found*> order;
   for (std::size_t k = 0; k < starts; ++k) {
     if (!faults[k] && found[k].rest.size() > 0) {  // the latter: begun before the search was stopped
       out.starts.push_back(found[k].report);
@@ -410,25 +484,19 @@ Excitation Designer::designed() {
   if (order.empty()) {
     std::rethrow_exception(faults.front());
   }
-  // The best start, and where nothing is left of it within the limits, the next one.
-  std::ranges::stable_sort(order, {}, [](const Found* each) { return each->result.objective; });
-  Vector z;
-  for (std::size_t k = 0; z.size() == 0; ++k) {
-    try {
-      z = polished(*order[k]);
-      out.best_start =
-          std::ranges::find(out.starts, order[k]->report.seed, &StartReport::seed) - out.starts.begin();
-    } catch (const InputError&) {
-      if (k + 1 == order.size()) {
-        throw;
-      }
-    }
+  Found& best = **std::ranges::min_element(order, {}, [](const Found* each) { return each->objective; });
+  if (best.kept.size() == 0) {
+    refuse(best);
   }
+  polish(best, polishings - 1);
+  const Vector& z = best.kept;
+  out.best_start = std::ranges::find(out.starts, best.report.seed, &StartReport::seed) - out.starts.begin();
   out.stopped = stopped_;
   out.series = curve_->series(z);
   out.t = Vector::LinSpaced(played(), 0.0, static_cast<double>(played() - 1) / options_.rate_hz);
   out.motion = curve_->motion(curve_->tables(out.t), curve_->coefficients(z));
   out.forecast = forecast(task_.robot, out.motion, options_.rate_hz, options_);
+  tell_loss(best.objective, out);
   check(out);
   return out;
 }

@@ -195,6 +195,21 @@ TEST_P(Obstacles, AreKeptAwayFromOrTheirPairIsNamed) {
   }
 }
 
+// A search that ends beyond its limits between the instants: what is left was a motion half as large.
+TEST(ObstaclesOfASixAxisArm, CostTheFinishedMotionLittle) {
+  const Arm arm{"six_axis", std::filesystem::path(RIVID_DATA) / "six_axis/six_axis.urdf", 0.0, 0.5};
+  const Robot robot = read_urdf(arm.file.string());
+  ExcitationOptions options{.duration = 10.0, .rate_hz = 200.0, .starts = 1, .seed = 800, .evaluations = 400};
+  options.limits.acceleration = Vector::Constant(robot.size(), 8.0);
+  options.noise.sigma = Vector::Constant(robot.size(), 1.0);
+  options.space = cell(arm);
+  const Excitation found = design(robot, options);
+  EXPECT_GE(found.forecast.log_det, -found.starts.front().objective_end - 1.0);
+  EXPECT_TRUE(std::ranges::none_of(found.forecast.findings, [](const Finding& each) {
+    return each.code == std::string_view("polishing_lost");
+  }));
+}
+
 const std::filesystem::path data = RIVID_DATA;
 const std::filesystem::path real = RIVID_REAL_DATA;
 

@@ -77,7 +77,7 @@ struct ExcitationOptions {
   Matrix known = {};       ///< information of earlier logs, Σ Wᵀ W / σ², (b × b); empty: none
   int starts = 4;          ///< random motions that the search begins with
   std::uint64_t seed = 1;  ///< of the first one; the others have the next numbers
-  int evaluations = 800;   ///< of each start, at most; the best gets as many again
+  int evaluations = 800;   ///< of a search, at most; polishing takes a third of it, of the best start as many
   int samples = 0;  ///< instants at which limits are kept while searching; 0: 40 a harmonic, 16 a point
   int threads = 1;  ///< that share the starts; the result is the same whatever their number
   std::function<void(std::string_view stage, double fraction)> progress = {};
@@ -131,7 +131,8 @@ struct ExcitationOptions {
               {.range = seed_range}},
         Field{"evaluations",
               &E::evaluations,
-              "of each start, at most; the best start gets as many again",
+              "of the search of each start, at most; polishing takes a third as many, of the best start as "
+              "many",
               {.range = Range::from(1, 1e6)}},
         Field{"samples",
               &E::samples,
