@@ -30,9 +30,9 @@ if(count LESS 25)
   message(FATAL_ERROR "check_experiment_page: only ${count} keys found in the readers, which look up more than 25")
 endif()
 
-# Rows of the page's tables: | `key` | …
+# Items of the lists of the pages: - `key` (…
 set(told "")
-string(REGEX MATCHALL "\n\\| `[A-Za-z_0-9]+` \\|" rows "${page}")
+string(REGEX MATCHALL "\n- `[A-Za-z_0-9]+` \\(" rows "${page}")
 foreach(row IN LISTS rows)
   string(REGEX REPLACE ".*`([A-Za-z_0-9]+)`.*" "\\1" key "${row}")
   list(APPEND told ${key})

@@ -99,7 +99,7 @@ inline constexpr auto gain_keys =
 inline constexpr auto iv_keys = std::tuple(
     Field{"simulation",
           Key<SimulationOptions>(),
-          "integration of the simulated loop: keys of [`[simulation]`](#simulation) from "
+          "integration of the simulated loop: keys of [`[simulation]`](experiment_more.md#simulation) from "
           "`dry_friction` to `max_velocity`; `max_seconds` is for all simulations of a log together",
           {.otherwise = "as there"}});
 

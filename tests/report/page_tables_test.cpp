@@ -150,22 +150,22 @@ TEST(PageTables, TakeTypesFromMembers) {
   EXPECT_EQ(type("robot", "gravity"), "three numbers");
   EXPECT_EQ(type("robot", "gear_matrix"), "list of lists");
   EXPECT_EQ(type("robot", "coupling"), "list of tables");
-  EXPECT_EQ(type("log", "files"), "file or list");
+  EXPECT_EQ(type("log", "files"), "files");
   EXPECT_EQ(type("log", "position"), "columns");
   EXPECT_EQ(type("log", "time"), "column");
   EXPECT_EQ(type("log", "max_gap"), "number") << "a key of an embedded record";
   EXPECT_EQ(type("log.column", "column"), "string or integer");
   EXPECT_EQ(type("signal", "cutoff_hz"), "number or `\"off\"`");
   EXPECT_EQ(type("signal", "torque_held"), "boolean or `\"auto\"`");
-  EXPECT_EQ(type("signal", "decimation"), "integer, list or `\"auto\"`");
+  EXPECT_EQ(type("signal", "decimation"), "integers or `\"auto\"`");
   EXPECT_EQ(type("signal", "window"), "two numbers");
   EXPECT_EQ(type("method", "physical"), "boolean or table");
   EXPECT_EQ(type("method", "gains"), "word or table");
   EXPECT_EQ(type("method.iv", "prefilter"), "boolean or integer");
   EXPECT_EQ(type("method.iv", "initial_state"), "word");
-  EXPECT_EQ(type("control", "omega_n"), "number or list");
-  EXPECT_EQ(type("control", "velocity_filter"), "word, number or list");
-  EXPECT_EQ(type("simulation", "record"), "word or list");
+  EXPECT_EQ(type("control", "omega_n"), "numbers");
+  EXPECT_EQ(type("control", "velocity_filter"), "word or numbers");
+  EXPECT_EQ(type("simulation", "record"), "words");
 }
 
 TEST(PageTables, AreAllOnAPage) {
