@@ -17,7 +17,7 @@ rivid_script_test(public_face ${PROJECT_SOURCE_DIR}/cmake/check_public_face.cmak
 
 rivid_script_test(
   experiment_page ${PROJECT_SOURCE_DIR}/cmake/check_experiment_page.cmake unit
-  -DREADERS=${PROJECT_SOURCE_DIR}/src/experiment -DPAGE=${PROJECT_SOURCE_DIR}/docs/experiment.md)
+  -DREADERS=${PROJECT_SOURCE_DIR}/src/experiment -DDOCS=${PROJECT_SOURCE_DIR}/docs)
 rivid_script_test(equations ${PROJECT_SOURCE_DIR}/cmake/check_equations.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 rivid_script_test(named_tests ${PROJECT_SOURCE_DIR}/cmake/check_named_tests.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 if(RIVID_BUILD_APPS)

@@ -1,4 +1,4 @@
-// The tables of docs/experiment.md, docs/result.md, docs/excite.md and docs/reliability.md are those of the
+// The lists of docs/experiment.md, docs/experiment_more.md, docs/result.md and docs/excite.md are those of the
 // fields, and the reader knows their keys.
 //
 // After a change of a field: RIVID_WRITE_PAGES=1 build/test/tests/report_page_tables_test
@@ -47,7 +47,10 @@ void expect_tables(const std::string& name) {
   EXPECT_EQ(page, wanted);
 }
 
-TEST(PageTables, OfTheExperimentFileAreThoseOfItsFields) { expect_tables("experiment.md"); }
+TEST(PageTables, OfTheExperimentFileAreThoseOfItsFields) {
+  expect_tables("experiment.md");
+  expect_tables("experiment_more.md");
+}
 TEST(PageTables, OfTheResultAreThoseOfItsFields) { expect_tables("result.md"); }
 
 TEST(PageTables, OfThePlanAreThoseOfItsFields) { expect_tables("excite.md"); }
@@ -169,15 +172,16 @@ TEST(PageTables, TakeTypesFromMembers) {
 }
 
 TEST(PageTables, AreAllOnAPage) {
-  const std::string pages = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/result.md") +
-                            text_of(RIVID_DOCS "/excite.md") + text_of(RIVID_DOCS "/reliability.md");
+  const std::string pages = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/experiment_more.md") +
+                            text_of(RIVID_DOCS "/result.md") + text_of(RIVID_DOCS "/excite.md") +
+                            text_of(RIVID_DOCS "/reliability.md");
   for (const auto& [name, table] : page_tables()) {
     EXPECT_NE(pages.find("<!-- table: " + name + " -->"), std::string::npos) << name;
   }
 }
 
 TEST(PageTables, ExplainEachWordThatAKeyCanBeSetTo) {
-  const std::string page = text_of(RIVID_DOCS "/experiment.md");
+  const std::string page = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/experiment_more.md");
   for (const std::string& word : words_of_keys()) {
     EXPECT_NE(page.find("`\"" + word + "\"`"), std::string::npos) << word;
   }
