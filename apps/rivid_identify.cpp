@@ -321,16 +321,20 @@ int identify_robot(Arguments arguments, const RobotAndLogs& given) {
   if (!given.tip.empty()) {
     words.insert(words.end(), {"--tip", given.tip});
   }
+  if (arguments.dry_run) {
+    words.emplace_back("--print");
+  }
   std::vector<char*> argv;
   for (std::string& word : words) {
     argv.push_back(word.data());
   }
   arguments.experiment = std::filesystem::path(given.robot).filename().replace_extension(".toml");
-  if (std::filesystem::exists(arguments.experiment)) {
+  if (!arguments.dry_run && std::filesystem::exists(arguments.experiment)) {
     throw InputError(arguments.experiment.string() + ": is there already; rivid_identify " +
                      arguments.experiment.string() + " identifies from it, or remove it");
   }
-  if (const int drafted = init_command(static_cast<int>(argv.size()), argv.data()); drafted != success) {
+  if (const int drafted = init_command(static_cast<int>(argv.size()), argv.data());
+      drafted != success || arguments.dry_run) {
     return drafted;
   }
   const int identified = identify_from(arguments);
