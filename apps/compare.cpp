@@ -183,8 +183,8 @@ int compare_models(const CompareArguments& arguments, const std::string& program
     }
     outputs.commit();
   }
+  print_answer(arguments, json, in_words(comparison, changes, doubts, options.level, screen_width()));
   if (!arguments.quiet) {
-    print(arguments.json ? json : in_words(comparison, changes, doubts, options.level, screen_width()));
     if (arguments.json) {
       tell(doubts);
     }

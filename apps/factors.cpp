@@ -182,8 +182,8 @@ int identify_merged(const MergeArguments& arguments) {
     outputs.put(files.back().path, html_report(experiment.robot, result, {}, provenance));
   }
   outputs.commit();
+  print_answer(arguments, json, in_words(result, screen_width()));
   if (!arguments.quiet) {
-    print(arguments.json ? json : in_words(result, screen_width()));
     tell("note", result.notes);
     if (arguments.json) {
       tell(result.warnings);

@@ -200,8 +200,8 @@ int payload(const PayloadArguments& arguments) {
   const std::string json = to_json(found, options);
   outputs.put(file, json);
   outputs.commit();
+  print_answer(arguments, json, in_words(found, screen_width()));
   if (!arguments.quiet) {
-    print(arguments.json ? json : in_words(found, screen_width()));
     tell_written(files);
   }
   return found.identified ? success : no_success;

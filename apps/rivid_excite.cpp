@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "programs.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/excitation.hpp"
@@ -235,8 +236,8 @@ int design_from(const Arguments& arguments) {
     outputs.put(report, html_report(plan, found, provenance));
   }
   outputs.commit();
+  print_answer(arguments, json, summary(found, screen_width()));
   if (!arguments.quiet) {
-    print(arguments.json ? json : summary(found, screen_width()));
     tell_written(files);
   }
   return success;
@@ -273,8 +274,8 @@ int forecast_from(const Arguments& arguments) {
     }
     outputs.commit();
   }
+  print_answer(arguments, json, summary(found, screen_width()));
   if (!arguments.quiet) {
-    print(arguments.json ? json : summary(found, screen_width()));
     tell_written(files);
   }
   return success;
@@ -288,7 +289,9 @@ int compare_plans(const Arguments& arguments) {
   return success;
 }
 
-int tool(int argc, char** argv) {
+}  // namespace
+
+int rivid::apps::excite_tool(int argc, char** argv) {
   Arguments arguments;
   if (argc > 1 && std::string_view(argv[1]) == "compare") {
     return run_command(compare_command(arguments), argc - 1, argv + 1,
@@ -300,7 +303,3 @@ int tool(int argc, char** argv) {
   }
   return run_command(command_of(arguments), argc, argv, [&] { return design_from(arguments); });
 }
-
-}  // namespace
-
-int main(int argc, char** argv) { return run_tool("rivid_excite", tool, argc, argv); }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <sstream>
 
+#include "programs.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/friction_curves.hpp"
@@ -210,16 +211,13 @@ Destination destination_of(const Arguments& arguments) {
   return out;
 }
 
-// @param table  of the result
-void tell_result(const Arguments& arguments, const Identification& result, const std::string& json,
-                 const std::string& table) {
-  print(arguments.json ? json : table);
+void tell_result(const Arguments& arguments, const Identification& result) {
   tell("note", result.notes);
   if (arguments.json) {
     tell(result.warnings);
   }
   if (result.status != Status::identified) {
-    std::cerr << "rivid_identify explain " << name(result.status) << " prints cause and cure\n";
+    tell("rivid_identify explain " + std::string(name(result.status)) + " prints cause and cure\n");
   }
 }
 
@@ -287,8 +285,9 @@ int identify_from(const Arguments& arguments) {
     outputs.put(to.report, html_report(experiment.robot, result, predicted.predictions, provenance));
   }
   outputs.commit();
+  print_answer(arguments, json, table);
   if (!arguments.quiet) {
-    tell_result(arguments, result, json, table);
+    tell_result(arguments, result);
     for (const std::string& log : predicted.left_out) {
       tell("note",
            std::vector<std::string>{
@@ -299,49 +298,66 @@ int identify_from(const Arguments& arguments) {
   return result.status == Status::identified ? success : no_success;
 }
 
-struct Subcommand {
-  const char* name;
-  int (*run)(int argc, char** argv);
-};
-constexpr std::array<Subcommand, 9> subcommands = {{{"check", check_command},
-                                                    {"compare", compare_command},
-                                                    {"explain", explain_command},
-                                                    {"export", export_command},
-                                                    {"factors", factors_command},
-                                                    {"init", init_command},
-                                                    {"merge", merge_command},
-                                                    {"payload", payload_command},
-                                                    {"validate", validate_command}}};
-
 // A word that is no file and looks like a subcommand is one that was mistyped.
 void expect_no_mistyped_command(const std::string& word) {
   if (word.empty() || word.find_first_of("-./") != std::string::npos || std::filesystem::exists(word)) {
     return;
   }
-  if (word == "help") {
-    throw InputError("rivid_identify --help prints the usage");
-  }
-  std::vector<std::string> names;
-  for (const Subcommand& each : subcommands) {
-    names.emplace_back(each.name);
-  }
-  if (const std::string guess = did_you_mean(word, names); !guess.empty()) {
+  if (const std::string guess = did_you_mean(word, subcommands_of("rivid_identify")); !guess.empty()) {
     throw InputError(in_quotes(word) + " is neither a file nor a subcommand" + guess);
   }
 }
 
-int tool(int argc, char** argv) {
-  const std::string first = argc > 1 ? argv[1] : "";
-  for (const Subcommand& each : subcommands) {
-    if (first == each.name) {
-      return each.run(argc - 1, argv + 1);
-    }
+// ROBOT.urdf LOG.csv…: the experiment file is drafted first.
+struct RobotAndLogs {
+  std::string robot;
+  std::vector<std::string> logs;
+  std::string tip;
+};
+
+int identify_robot(Arguments arguments, const RobotAndLogs& given) {
+  std::vector<std::string> words = {"init", given.robot};
+  words.insert(words.end(), given.logs.begin(), given.logs.end());
+  if (!given.tip.empty()) {
+    words.insert(words.end(), {"--tip", given.tip});
   }
-  expect_no_mistyped_command(first);
-  Arguments arguments;
-  return run_command(command_of(arguments), argc, argv, [&] { return identify_from(arguments); });
+  if (arguments.dry_run) {
+    words.emplace_back("--print");
+  }
+  std::vector<char*> argv;
+  for (std::string& word : words) {
+    argv.push_back(word.data());
+  }
+  arguments.experiment = std::filesystem::path(given.robot).filename().replace_extension(".toml");
+  if (!arguments.dry_run && std::filesystem::exists(arguments.experiment)) {
+    throw InputError(arguments.experiment.string() + ": is there already; rivid_identify " +
+                     arguments.experiment.string() + " identifies from it, or remove it");
+  }
+  if (const int drafted = init_command(static_cast<int>(argv.size()), argv.data());
+      drafted != success || arguments.dry_run) {
+    return drafted;
+  }
+  const int identified = identify_from(arguments);
+  if (arguments.report && !arguments.quiet) {
+    show_page(destination_of(arguments).report);
+  }
+  return identified;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) { return run_tool("rivid_identify", tool, argc, argv); }
+int rivid::apps::identify_tool(int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  Arguments arguments;
+  Command command = command_of(arguments);
+  if (argc > 2 && is_robot(first)) {
+    RobotAndLogs given;
+    command.arguments[0] = {.name = "robot", .value = "ROBOT.urdf", .target = &given.robot, .required = true};
+    command.arguments.push_back(
+        {.name = "logs", .value = "LOG.csv", .target = &given.logs, .required = true});
+    command.arguments.push_back({"--tip", "LINK", "Last link of the arm", &given.tip});
+    return run_command(command, argc, argv, [&] { return identify_robot(arguments, given); });
+  }
+  expect_no_mistyped_command(first);
+  return run_command(command, argc, argv, [&] { return identify_from(arguments); });
+}

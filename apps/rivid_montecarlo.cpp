@@ -4,6 +4,7 @@
 #include <map>
 #include <thread>
 
+#include "programs.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/monte_carlo.hpp"
@@ -168,8 +169,8 @@ int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const
     outputs.put(to.page(), html_report(plan, found, rows, provenance));
   }
   outputs.commit();
+  print_answer(to, json, in_words(found, screen_width()));
   if (!to.quiet) {
-    print(to.json ? json : in_words(found, screen_width()));
     tell_written(to.files());
   }
   const auto is_empty = [](const MonteCarloSummary& trial) { return trial.identified == 0; };
@@ -283,14 +284,12 @@ int merge_command(int argc, char** argv) {
       argc, argv, [&] { return merge(to); });
 }
 
-int tool(int argc, char** argv) {
+}  // namespace
+
+int rivid::apps::montecarlo_tool(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "merge") {
     return merge_command(argc - 1, argv + 1);
   }
   Arguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return run_from(arguments); });
 }
-
-}  // namespace
-
-int main(int argc, char** argv) { return run_tool("rivid_montecarlo", tool, argc, argv); }

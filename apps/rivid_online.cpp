@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "programs.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/result_file.hpp"
@@ -70,7 +71,9 @@ int run(const Arguments& arguments) {
   return found.warnings.empty() ? success : no_success;
 }
 
-int tool(int argc, char** argv) {
+}  // namespace
+
+int rivid::apps::online_tool(int argc, char** argv) {
   Arguments to;
   return run_command(
       {.name = "rivid_online",
@@ -101,7 +104,3 @@ int tool(int argc, char** argv) {
                  "docs/online.md describes the estimators."},
       argc, argv, [&] { return run(to); });
 }
-
-}  // namespace
-
-int main(int argc, char** argv) { return run_tool("rivid_online", tool, argc, argv); }

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "paper_study/study.hpp"
+#include "programs.hpp"
 #include "tool.hpp"
 
 namespace {
@@ -34,7 +35,9 @@ int study_in(const std::filesystem::path& folder, std::uint64_t seeds) {
   return report.all_hold() ? success : no_success;
 }
 
-int tool(int argc, char** argv) {
+}  // namespace
+
+int rivid::apps::paper_study_tool(int argc, char** argv) {
   std::filesystem::path folder = "paper_study";
   std::uint64_t seeds = 20;
   return run_command(
@@ -46,7 +49,3 @@ int tool(int argc, char** argv) {
        .footer = "Exit codes: 0 all that it claims holds, 1 a claim does not, 2 bad input or usage."},
       argc, argv, [&] { return study_in(folder, seeds); });
 }
-
-}  // namespace
-
-int main(int argc, char** argv) { return run_tool("rivid_paper_study", tool, argc, argv); }

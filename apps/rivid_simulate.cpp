@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "programs.hpp"
 #include "rivid/data/csv.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/output.hpp"
@@ -118,19 +119,17 @@ int simulate_from(const Arguments& arguments) {
   const std::string json = to_json(experiment.robot, record, provenance);
   outputs.put(file, json);
   outputs.commit();
+  print_answer(arguments, json, summary(experiment.robot, record, screen_width()));
   if (!arguments.quiet) {
-    print(arguments.json ? json : summary(experiment.robot, record, screen_width()));
     tell(record.warnings);
     tell_written(files);
   }
   return record.simulation.outcome == Outcome::completed ? success : no_success;
 }
 
-int tool(int argc, char** argv) {
+}  // namespace
+
+int rivid::apps::simulate_tool(int argc, char** argv) {
   Arguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return simulate_from(arguments); });
 }
-
-}  // namespace
-
-int main(int argc, char** argv) { return run_tool("rivid_simulate", tool, argc, argv); }

@@ -69,9 +69,7 @@ int check(const CheckArguments& arguments) {
   expect_experiment(arguments.experiment);
   const Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const std::vector<Finding> findings = check(experiment, arguments.threads);
-  if (!arguments.quiet) {
-    print(arguments.json ? to_json(findings) : in_words(findings));
-  }
+  print_answer(arguments, to_json(findings), in_words(findings));
   const bool useless = std::ranges::any_of(
       findings, [](const Finding& finding) { return severity(finding) == Severity::error; });
   return useless ? no_success : success;

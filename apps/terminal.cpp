@@ -87,12 +87,31 @@ constexpr int bar_width = 30;
 
 std::string& when_coloured() { return colours().when; }
 
+std::vector<std::pair<std::string, std::string>>& spoken_names() {
+  static std::vector<std::pair<std::string, std::string>> names;
+  return names;
+}
+
+std::string spoken(std::string text) {
+  if (text.starts_with('{')) {
+    return text;
+  }
+  for (const auto& [old_name, name] : spoken_names()) {
+    for (std::size_t at = text.find(old_name); at != std::string::npos;
+         at = text.find(old_name, at + name.size())) {
+      text.replace(at, old_name.size(), name);
+    }
+  }
+  return text;
+}
+
 void complain(std::string_view name, std::string_view kind, std::string_view what) {
-  std::cerr << name << ": " << coloured(kind, STDERR_FILENO) << ": " << on_one_line(what) << '\n';
+  std::cerr << name << ": " << coloured(kind, STDERR_FILENO) << ": " << on_one_line(spoken(std::string(what)))
+            << '\n';
 }
 
 void print(const std::string& text) {
-  if (!(std::cout << with_colours(printable(text), STDOUT_FILENO) << std::flush)) {
+  if (!(std::cout << with_colours(printable(spoken(text)), STDOUT_FILENO) << std::flush)) {
     throw InputError("standard output can not be written to");
   }
 }
@@ -104,17 +123,17 @@ std::size_t screen_width() {
   return known ? std::max<std::size_t>(window.ws_col, narrowest) : 0;
 }
 
-void tell(const std::string& text) { std::cerr << with_colours(printable(text), STDERR_FILENO); }
+void tell(const std::string& text) { std::cerr << with_colours(printable(spoken(text)), STDERR_FILENO); }
 
 void tell(std::string_view kind, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
-    std::cerr << coloured(kind, STDERR_FILENO) << ": " << on_one_line(line) << '\n';
+    std::cerr << coloured(kind, STDERR_FILENO) << ": " << on_one_line(spoken(line)) << '\n';
   }
 }
 
 void tell(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
-    std::cerr << with_colours(on_one_line(in_words(finding)), STDERR_FILENO) << '\n';
+    std::cerr << with_colours(on_one_line(spoken(in_words(finding))), STDERR_FILENO) << '\n';
   }
 }
 
@@ -122,6 +141,17 @@ void tell_written(const std::vector<PlannedFile>& files) {
   for (const PlannedFile& file : files) {
     tell("wrote " + file.path.string() + "\n");
   }
+}
+
+void show_page(const std::filesystem::path& page) {
+  const std::string file = std::filesystem::absolute(page).string();
+  tell("open " + file + "\n");
+  const bool screen = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+  if (!screen || ::isatty(STDOUT_FILENO) == 0 || ::fork() != 0) {
+    return;
+  }
+  ::execlp("xdg-open", "xdg-open", file.c_str(), nullptr);
+  ::_exit(1);
 }
 
 ProgressBar::ProgressBar(bool wanted)

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "rivid/finding.hpp"
@@ -14,6 +15,12 @@ namespace rivid::apps {
 
 /// The value of --color: "auto", "always" or "never".
 [[nodiscard]] std::string& when_coloured();
+
+/// Old names of programs and subcommands, and what is printed in their place: what the user has typed.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>>& spoken_names();
+
+/// A text with these names. JSON stays as it is.
+[[nodiscard]] std::string spoken(std::string text);
 
 /// One line on standard error: "rivid_identify: error: what".
 void complain(std::string_view name, std::string_view kind, std::string_view what);
@@ -43,6 +50,9 @@ struct PlannedFile {
 
 /// "wrote FILE" on standard error, one line each.
 void tell_written(const std::vector<PlannedFile>& files);
+
+/// Names a page on standard error and, where a person sits at a screen, opens it in a browser.
+void show_page(const std::filesystem::path& page);
 
 /// A progress bar on standard error: on a terminal only, and only for work that takes longer than a second.
 class ProgressBar {

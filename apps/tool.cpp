@@ -149,15 +149,23 @@ void declare(CLI::App& app, const Argument& argument) {
   }
 }
 
-bool is_robot(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending == ".urdf" || ending == ".xacro";
-}
-
 std::string robot_instead(const std::string& robot, const std::string& log) {
   return robot + ": is a robot, an experiment file is required; rivid_identify init " + robot + " " + log +
          " writes one";
+}
+
+// Word processors make one of two hyphens.
+void refuse_long_dash(const std::string& argument) {
+  for (const std::string_view dash : {"–", "—", "−"}) {
+    if (argument.starts_with(dash)) {
+      const std::string rest = argument.substr(dash.size());
+      throw InputError(
+          in_quotes(argument) + " begins with a long dash; did you mean " +
+          in_quotes((rest.size() > 1 && std::isalpha(static_cast<unsigned char>(rest[0])) != 0 ? "--" : "-") +
+                    rest) +
+          "?");
+    }
+  }
 }
 
 // An exit code where help or version were asked for.
@@ -168,9 +176,6 @@ std::optional<int> parse(CLI::App& app, const Command& command, int argc, char**
     // The first one that is an option: what follows it may be its value.
     const std::vector<std::string> extras = app.remaining();
     const auto option = std::ranges::find_if(extras, [](const std::string& e) { return e.starts_with('-'); });
-    if (command.name == "rivid_identify" && option == extras.end() && is_robot(argv[1])) {
-      throw InputError(robot_instead(argv[1], extras.front()));
-    }
     throw InputError(unknown_argument(command, option == extras.end() ? extras.front() : *option) +
                      "; --help prints the usage");
   } catch (const CLI::ParseError& e) {
@@ -187,7 +192,16 @@ std::optional<int> parse(CLI::App& app, const Command& command, int argc, char**
 
 }  // namespace
 
+bool is_robot(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".urdf" || ending == ".xacro";
+}
+
 int run_command(const Command& command, int argc, char** argv, const std::function<int()>& run) {
+  for (int i = 1; i < argc; ++i) {
+    refuse_long_dash(argv[i]);
+  }
   CLI::App app(command.description, command.name);
   for (const Argument& argument : command.arguments) {
     declare(app, argument);
@@ -267,6 +281,10 @@ void expect_experiment(const std::filesystem::path& file) {
   if (std::ranges::find(logs, ending) != logs.end()) {
     throw InputError(name + ": is a log, an experiment file is required; rivid_identify init ROBOT.urdf " +
                      name + " writes one");
+  }
+  if (ending == ".yaml" || ending == ".yml") {
+    throw InputError(
+        name + ": is YAML, experiment files are TOML; rivid_identify init ROBOT.urdf LOG.csv writes one");
   }
   if (ending == ".json") {
     throw InputError(name +

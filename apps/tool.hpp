@@ -65,6 +65,17 @@ void expect_experiment(const std::filesystem::path& file);
 /// @param name  of the tool, for messages
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv);
 
+/// Prints an answer: as JSON with --json, whether --quiet or not; else in words, unless --quiet.
+template <typename Arguments>
+void print_answer(const Arguments& arguments, const std::string& json, const std::string& words) {
+  if (arguments.json || !arguments.quiet) {
+    print(arguments.json ? json : words);
+  }
+}
+
+/// Whether a file is a robot's description by its name.
+[[nodiscard]] bool is_robot(const std::filesystem::path& file);
+
 /// --set of a tool: settings that are laid over the experiment file.
 [[nodiscard]] Argument set_argument(std::vector<std::string>& to);
 

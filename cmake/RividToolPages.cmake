@@ -22,14 +22,14 @@ function(rivid_tool_pages)
   set(pages "")
   foreach(tool IN LISTS ARGN)
     set(made ${folder}/${tool}.1 ${folder}/completions/${tool} ${folder}/completions/_${tool})
-    set(ask ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${tool}>)
+    set(ask ${CMAKE_COMMAND} -DPROGRAM=${folder}/${tool})
     add_custom_command(
       OUTPUT ${made}
       COMMAND ${ask} -DVERSION=${PROJECT_VERSION} -DTOOLS=${tools} -DOUTPUT=${folder}/${tool}.1 -P
               ${scripts}/man_page.cmake
       COMMAND ${ask} -DOUTPUT=${folder}/completions/${tool} -P ${scripts}/bash_completion.cmake
       COMMAND ${ask} -DOUTPUT=${folder}/completions/_${tool} -P ${scripts}/zsh_completion.cmake
-      DEPENDS ${tool} ${scripts}/help_text.cmake ${scripts}/man_page.cmake ${scripts}/bash_completion.cmake
+      DEPENDS rivid_program ${scripts}/help_text.cmake ${scripts}/man_page.cmake ${scripts}/bash_completion.cmake
               ${scripts}/zsh_completion.cmake
       COMMENT "Man page and completions of ${tool}"
       VERBATIM)

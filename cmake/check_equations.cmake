@@ -1,17 +1,17 @@
 # cmake -DSOURCE_DIR=… -P check_equations.cmake
 #
-# docs/equations.md has a row for each of the equations (1) to (52), and two for (22) and (27), which the paper numbers twice.
+# tests/paper/equations.md has a row for each of the equations (1) to (52), and two for (22) and (27), which the paper numbers twice.
 # A row is theory, or it names functions that a public header has, and tests, whose existence check_named_tests.cmake looks at.
 
 cmake_minimum_required(VERSION 3.25)
 
-file(READ ${SOURCE_DIR}/docs/equations.md page)
+file(READ ${SOURCE_DIR}/tests/paper/equations.md page)
 # These mean something in a CMake list.
 string(REGEX REPLACE "[][;]" " " page "${page}")
 set(faults 0)
 macro(fault what)
   math(EXPR faults "${faults} + 1")
-  message(NOTICE "docs/equations.md: ${what}")
+  message(NOTICE "tests/paper/equations.md: ${what}")
 endmacro()
 
 foreach(number RANGE 1 52)

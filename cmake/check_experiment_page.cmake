@@ -1,7 +1,7 @@
-# cmake -DREADERS=src/experiment -DPAGE=docs/experiment.md -P check_experiment_page.cmake
+# cmake -DREADERS=src/experiment -DDOCS=docs -P check_experiment_page.cmake
 #
-# Every key that the readers of experiment files in that folder look up by name stands in a table of the page, or as a section in a
-# heading. Those that they take from the fields of a record are checked by tests/report/page_tables_test.cpp.
+# Every key that the readers of experiment files in that folder look up by name stands in a list or a table of experiment.md or
+# experiment_more.md, or as a section in a heading. Those that they take from the fields of a record are checked by tests/report/page_tables_test.cpp.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -11,7 +11,9 @@ foreach(reader IN LISTS readers)
   file(READ ${reader} text)
   string(APPEND code "${text}")
 endforeach()
-file(READ ${PAGE} page)
+file(READ ${DOCS}/experiment.md page)
+file(READ ${DOCS}/experiment_more.md more)
+string(APPEND page "${more}")
 # These mean something in a CMake list.
 string(REGEX REPLACE "[][;]" " " code "${code}")
 string(REGEX REPLACE "[][;]" " " page "${page}")
@@ -30,9 +32,9 @@ if(count LESS 25)
   message(FATAL_ERROR "check_experiment_page: only ${count} keys found in the readers, which look up more than 25")
 endif()
 
-# Rows of the page's tables: | `key` | …
+# Items of lists and rows of tables: - `key` (…, | `key` | …
 set(told "")
-string(REGEX MATCHALL "\n\\| `[A-Za-z_0-9]+` \\|" rows "${page}")
+string(REGEX MATCHALL "\n[-|] `[A-Za-z_0-9]+` [(|]" rows "${page}")
 foreach(row IN LISTS rows)
   string(REGEX REPLACE ".*`([A-Za-z_0-9]+)`.*" "\\1" key "${row}")
   list(APPEND told ${key})
@@ -44,7 +46,7 @@ foreach(key IN LISTS known)
   string(FIND "${page}" "\n## ` ${key} `\n" heading)
   if(NOT key IN_LIST told AND heading EQUAL -1)
     math(EXPR faults "${faults} + 1")
-    message(NOTICE "${PAGE}: no table and no heading has the key ${key}, which the reader knows")
+    message(NOTICE "docs/experiment.md: no list, no table and no heading has the key ${key}, which the reader knows")
   endif()
 endforeach()
 if(faults)

@@ -1,4 +1,4 @@
-# cmake -DSOURCE_DIR=… -DPROGRAM=<rivid_identify> -DDATA=<real data> -DC_COMPILER=… -DOUTPUT=<folder> -P check_guide.cmake
+# cmake -DSOURCE_DIR=… -DPROGRAM=<rivid> -DDATA=<real data> -DC_COMPILER=… -DOUTPUT=<folder> -P check_guide.cmake
 #
 # The commands of docs/guide.md, on its experiment file and its data, print every line that the page shows.
 
@@ -33,7 +33,7 @@ function(blocks language out)
   set(${out} ${count} PARENT_SCOPE)
 endfunction()
 
-# run(ARGUMENTS…): rivid_identify, what it prints appended to `printed`
+# run(ARGUMENTS…): rivid, what it prints appended to `printed`
 macro(run)
   execute_process(
     COMMAND ${PROGRAM} ${ARGN}
@@ -49,12 +49,12 @@ if(NOT settings EQUAL 2)
   message(FATAL_ERROR "docs/guide.md should have an experiment file and the lines that mend it")
 endif()
 file(WRITE ${OUTPUT}/ur10e.toml "${settings_1}")
-run(--dry-run ur10e.toml)
+run(identify --dry-run ur10e.toml)
 string(REPLACE "\n[signal]" "${settings_2}\n[signal]" mended "${settings_1}")
 file(WRITE ${OUTPUT}/ur10e.toml "${mended}")
-run(--dry-run ur10e.toml)
-run(ur10e.toml)
-run(ur10e.toml --physical)
+run(identify --dry-run ur10e.toml)
+run(identify ur10e.toml)
+run(identify ur10e.toml --physical)
 run(export ur10e_result --to urdf --output ur10e_identified.urdf --diff)
 run(export ur10e_result --to header --output ur10e.h)
 

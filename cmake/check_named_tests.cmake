@@ -13,7 +13,7 @@ endforeach()
 
 set(faults 0)
 set(found 0)
-file(GLOB pages RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/*.md ${SOURCE_DIR}/*.md)
+file(GLOB pages RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/*.md ${SOURCE_DIR}/*.md ${SOURCE_DIR}/tests/paper/*.md)
 foreach(page IN LISTS pages)
   file(READ ${SOURCE_DIR}/${page} text)
   # These mean something in a CMake list.

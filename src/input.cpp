@@ -146,7 +146,13 @@ int opened_input(const std::filesystem::path& path, bool pipe) {
 
 void check_kind(const std::filesystem::path& path, const struct stat& status, bool pipe) {
   if (S_ISDIR(status.st_mode)) {
-    refuse_input(path, "is a directory, a file is required");
+    const std::string name = path.has_filename() ? path.string() : path.parent_path().string();
+    refuse_input(path,
+                 std::filesystem::exists(path / "metadata.yaml")
+                     ? "is the folder of a bag, a CSV file is required; the Python package rivid[ros] makes "
+                       "one: rivid convert " +
+                           name + " " + name + ".csv"
+                     : "is a directory, a file is required");
   }
   const bool is_pipe = S_ISFIFO(status.st_mode) || S_ISSOCK(status.st_mode);
   if (is_pipe && !pipe) {

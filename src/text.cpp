@@ -7,6 +7,7 @@
 #include <iomanip>
 #include <numeric>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 namespace rivid {
@@ -122,7 +123,29 @@ std::string quoted_list(std::span<const std::string> names) {
   return cut_short(std::move(out), names.size());
 }
 
+namespace {
+
+// What other programs call what rivid has, and its name here.
+constexpr auto other_words =
+    std::to_array<std::pair<std::string_view, std::string_view>>({{"filter_hz", "cutoff_hz"},
+                                                                  {"lowpass_hz", "cutoff_hz"},
+                                                                  {"current", "control"},
+                                                                  {"effort", "torque"},
+                                                                  {"downsample", "decimation"},
+                                                                  {"gazebo", "sdf"},
+                                                                  {"mujoco", "mjcf"},
+                                                                  {"--plot", "--report"},
+                                                                  {"--plots", "--report"},
+                                                                  {"--html", "--report"}});
+
+}  // namespace
+
 std::string did_you_mean(std::string_view word, std::span<const std::string> names) {
+  for (const auto& [other, name] : other_words) {
+    if (other == word && std::ranges::find(names, name) != names.end()) {
+      return "; did you mean " + in_quotes(name) + "?";
+    }
+  }
   const std::string* nearest = nullptr;
   std::size_t least = 1 + std::max<std::size_t>(1, word.size() / 3);
   for (const std::string& name : names) {

@@ -17,16 +17,16 @@ rivid_script_test(public_face ${PROJECT_SOURCE_DIR}/cmake/check_public_face.cmak
 
 rivid_script_test(
   experiment_page ${PROJECT_SOURCE_DIR}/cmake/check_experiment_page.cmake unit
-  -DREADERS=${PROJECT_SOURCE_DIR}/src/experiment -DPAGE=${PROJECT_SOURCE_DIR}/docs/experiment.md)
+  -DREADERS=${PROJECT_SOURCE_DIR}/src/experiment -DDOCS=${PROJECT_SOURCE_DIR}/docs)
 rivid_script_test(equations ${PROJECT_SOURCE_DIR}/cmake/check_equations.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 rivid_script_test(named_tests ${PROJECT_SOURCE_DIR}/cmake/check_named_tests.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR})
 if(RIVID_BUILD_APPS)
   rivid_script_test(
     readme ${PROJECT_SOURCE_DIR}/cmake/check_readme.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
-    -DPROGRAM=$<TARGET_FILE:rivid_identify> -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/readme)
+    -DPROGRAM=${PROJECT_BINARY_DIR}/apps/rivid_identify -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/readme)
   rivid_script_test(
     guide ${PROJECT_SOURCE_DIR}/cmake/check_guide.cmake real -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
-    -DPROGRAM=$<TARGET_FILE:rivid_identify> -DDATA=${RIVID_REAL_DATA}
+    -DPROGRAM=$<TARGET_FILE:rivid_program> -DDATA=${RIVID_REAL_DATA}
     -DC_COMPILER=$<$<BOOL:${RIVID_C_COMPILER}>:${RIVID_C_COMPILER}> -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/guide)
 endif()
 
@@ -56,28 +56,26 @@ if(TARGET tool_pages)
   find_program(RIVID_BASH bash DOC "bash, for the test of its completions")
   find_program(RIVID_ZSH zsh DOC "zsh, for the test of its completions")
   mark_as_advanced(RIVID_BASH RIVID_ZSH)
-  foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_paper_study rivid_simulate)
+  foreach(tool IN ITEMS rivid rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_paper_study rivid_simulate)
     set(pages ${PROJECT_BINARY_DIR}/apps)
     rivid_script_test(man_page_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/tool_pages/check_man_page.cmake cli
-                      -DPROGRAM=$<TARGET_FILE:${tool}> -DPAGE=${pages}/${tool}.1)
+                      -DPROGRAM=${pages}/${tool} -DPAGE=${pages}/${tool}.1)
     if(RIVID_BASH)
       add_test(NAME bash_completes_${tool} COMMAND ${RIVID_BASH} ${CMAKE_CURRENT_SOURCE_DIR}/completion/bash.sh
-                                                   $<TARGET_FILE:${tool}> ${pages}/completions/${tool})
+                                                   ${pages}/${tool} ${pages}/completions/${tool})
       set_tests_properties(bash_completes_${tool} PROPERTIES LABELS cli)
     endif()
     if(RIVID_ZSH)
       add_test(NAME zsh_completes_${tool} COMMAND ${RIVID_ZSH} -f ${CMAKE_CURRENT_SOURCE_DIR}/completion/zsh.zsh
-                                                  $<TARGET_FILE:${tool}> ${pages}/completions/_${tool})
+                                                  ${pages}/${tool} ${pages}/completions/_${tool})
       set_tests_properties(zsh_completes_${tool} PROPERTIES LABELS cli SKIP_REGULAR_EXPRESSION "skipped: ")
     endif()
   endforeach()
 endif()
 
 if(RIVID_BUILD_APPS AND RIVID_HARDEN AND NOT RIVID_SANITIZE AND CMAKE_READELF)
-  foreach(tool IN ITEMS rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_simulate)
-    rivid_script_test(hardening_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
-                      -DREADELF=${CMAKE_READELF} -DOBJDUMP=${CMAKE_OBJDUMP} -DPROGRAM=$<TARGET_FILE:${tool}>)
-  endforeach()
+  rivid_script_test(hardening_of_rivid ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
+                    -DREADELF=${CMAKE_READELF} -DOBJDUMP=${CMAKE_OBJDUMP} -DPROGRAM=$<TARGET_FILE:rivid_program>)
   if(TARGET _rivid)
     rivid_script_test(hardening_of_the_python_package ${PROJECT_SOURCE_DIR}/cmake/check_hardening.cmake package
                       -DREADELF=${CMAKE_READELF} -DOBJDUMP=${CMAKE_OBJDUMP} -DPROGRAM=$<TARGET_FILE:_rivid>)

@@ -54,7 +54,7 @@ class Report {
   void print(const std::string& text);
   void figure(const std::string& file, const Figure& figure);
 
-  /// A claim of the paper, or of docs/paper.md, that must hold in every log.
+  /// A claim of the paper, or of rivid, that must hold in every log.
   void expect(bool holds, const std::string& claim);
 
   /// Names the figures, and writes what was printed beside them.

@@ -4,7 +4,7 @@
     history.py record PROGRAMS NAME     measures them and writes NAME.json beside this file
     history.py check PROGRAMS           fails where one has fallen by more than 30 % against the last record of a machine with
                                         the same vector registers; exit code 77 where there is none
-    history.py page PERFORMANCE.md      fails where the table of the page is not that of the records; --write puts it there
+    history.py page README.md           fails where the table of the page is not that of the records; --write puts it there
 
 PROGRAMS is the folder of the programs, build/release/benchmarks. A ratio compares two ways to do the same thing within one
 process, in turns: other work on the machine meets both. Seconds are not kept.

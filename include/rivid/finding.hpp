@@ -22,7 +22,7 @@ template <>
 inline constexpr std::array names_of<Severity> =
     std::to_array<std::string_view>({"note", "warning", "error"});
 
-/// What a Finding or the status of a result can be: docs/diagnostics.md shows the same table.
+/// What a Finding or the status of a result can be: docs/diagnostics.md lists them.
 struct DiagnosticCode {
   std::string_view code;  ///< "torque_sign"
   Severity severity = Severity::note;

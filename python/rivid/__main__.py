@@ -1,4 +1,4 @@
-"""The program `rivid`: logs of other formats as CSV for the command line tools."""
+"""The program `rivid` of the package: `rivid convert` writes logs of other formats as CSV; all else is the program in bin/."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from rivid._rivid import InputError, version, write_file
+from rivid._tools import PROGRAM
+from rivid._tools import main as become_the_program
 from rivid.formats import beyond_numbers, contents, is_text, limit_inputs, read
 from rivid.formats.columns import complete, printable, with_seconds
 
@@ -74,6 +76,8 @@ def _arguments() -> argparse.ArgumentParser:
 
 def main() -> int:
     """Runs the command line; the exit code is 2 for what can not be used."""
+    if sys.argv[1:2] != ["convert"] and PROGRAM.is_file():
+        become_the_program()
     parser = _arguments()
     arguments = parser.parse_args()
     if not arguments.list and arguments.target is None:

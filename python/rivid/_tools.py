@@ -1,12 +1,12 @@
-"""The command line tools, which lie in bin/ of the package."""
+"""The program `rivid`, which lies in bin/ of the package, and by its old names the tools that became subcommands of it."""
 
 import os
 import sys
 from pathlib import Path
 
+PROGRAM = Path(__file__).parent / "bin" / "rivid"
+
 
 def main() -> None:
-    """Becomes the tool that this program is called after."""
-    name = Path(sys.argv[0]).stem
-    tool = Path(__file__).parent / "bin" / name
-    os.execv(tool, [name, *sys.argv[1:]])
+    """Becomes that program, under the name that this one is called by."""
+    os.execv(PROGRAM, [Path(sys.argv[0]).stem, *sys.argv[1:]])

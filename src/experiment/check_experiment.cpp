@@ -4,6 +4,7 @@
 #include <functional>
 #include <variant>
 
+#include "experiment/from_program.hpp"
 #include "experiment/target_gains.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/check.hpp"
@@ -65,6 +66,7 @@ std::vector<Finding> check(const Experiment& experiment, int threads) {
                                    {.signal = experiment.estimation.signal,
                                     .instrumental = std::holds_alternative<Iv>(experiment.estimation.method),
                                     .threads = threads});
+  detail::name_lines(experiment, logs.front(), out);
   if (logs.front().v_tau.size() > 0 && experiment.log.columns.torque.empty()) {
     check_drive_gains(experiment, out);
   }

@@ -1,6 +1,7 @@
 #include "rivid/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <variant>
 
@@ -185,8 +186,40 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
   Estimation estimation = detail::estimation_of(experiment);
   estimation.progress = progress;
   Identification out = identify(experiment.robot, logs, estimation, validation);
+  detail::name_lines(experiment, logs.front(), out.warnings);
   out.gains = experiment.gain_report;
   return out;
+}
+
+void detail::name_lines(const Experiment& experiment, const Log& log, std::vector<Finding>& findings) {
+  const LogOptions& from = experiment.log.columns;
+  for (Finding& finding : findings) {
+    const bool position = finding.code == "position_sign";
+    if (!position && finding.code != "torque_sign") {
+      continue;
+    }
+    const bool measured = log.tau.size() > 0;
+    const std::string key = position ? "position" : measured ? "torque" : "control";
+    const std::string usual = position ? "q" : measured ? "tau" : "v";
+    std::vector<Column> columns = position ? from.position : measured ? from.torque : from.control;
+    std::string line;
+    for (std::size_t j = 0; j < experiment.robot.joints.size(); ++j) {
+      if (columns.size() == j) {
+        columns.push_back({usual + std::to_string(j + 1)});
+      }
+      const std::string& name = columns[j].name;
+      const std::string cell = name.starts_with('#') ? name.substr(1) : "\"" + name + "\"";
+      const bool turned =
+          finding.subject == experiment.robot.joints[j].name || finding.subject == "all joints";
+      const bool negative = (columns[j].scale < 0.0) != turned;
+      line += (j == 0 ? "" : ", ") + (negative ? "{ column = " + cell + ", sign = -1 }" : cell);
+    }
+    const bool plain = std::ranges::all_of(
+        columns, [](const Column& c) { return std::abs(c.scale) == 1.0 && c.offset == 0.0; });
+    if (plain) {
+      finding.text += "; in [log]: " + key + " = [" + line + "]";
+    }
+  }
 }
 
 void detail::take_friction(Experiment& experiment, std::span<const Log> logs, const Progress& progress) {

@@ -19,6 +19,34 @@ constexpr auto of_monte_carlo =
     std::to_array<std::string_view>({"robot", "control", "reference", "simulation", "montecarlo"});
 constexpr auto of_excitation = std::to_array<std::string_view>({"robot", "excitation"});
 
+// "; did you mean "signal.decimation"?", of a key that stands in no section.
+template <Described Record>
+void look_for(std::string_view key, std::string_view section, std::string& guess) {
+  for_each_field<Record>([&](const auto& field) {
+    using Value = KeyValue<std::decay_t<decltype(field.member)>, Record>;
+    if constexpr (Described<Value>) {
+      if (field.key.empty()) {
+        look_for<Value>(key, section, guess);
+      }
+    }
+    if (field.key == key) {
+      guess = "; did you mean \"" + std::string(section) + "." + std::string(key) + "\"?";
+    }
+  });
+}
+
+std::string with_section(std::string_view key) {
+  std::string guess;
+  look_for<ControlLoop>(key, "control", guess);
+  look_for<Joint>(key, "robot", guess);
+  look_for<LogSource>(key, "log", guess);
+  look_for<CovarianceOptions>(key, "method", guess);
+  look_for<Robust>(key, "method", guess);
+  look_for<Iv>(key, "method", guess);
+  look_for<SignalOptions>(key, "signal", guess);
+  return guess;
+}
+
 // The sections of a file, looked up before one can be missing, so that a mistyped name is reported first.
 struct FileSections {
   FileSections(const toml::table& table, const std::filesystem::path& path,
@@ -31,6 +59,12 @@ struct FileSections {
           std::pair("montecarlo", &montecarlo), std::pair("excitation", &excitation)}) {
       if (auto found = keys.section(name)) {
         section->emplace(std::move(*found));
+      }
+    }
+    for (const auto& [key, node] : table) {
+      const std::string guess = node.is_table() ? "" : with_section(key.str());
+      if (!guess.empty()) {
+        keys.refuse_unknown(key, guess);
       }
     }
     keys.finish();

@@ -44,13 +44,14 @@ inline constexpr auto robot_keys = std::tuple(
           {.otherwise = "`[0, 0, -9.80665]`", .unit = "m/s²"}},
     Field{"base_tolerance",
           &Robot::base_tolerance,
-          "parameters count as one where their columns of the regressor differ by less than this fraction of "
-          "the largest column of the same unit, see [rounded angles](#rounded-angles)",
+          "relative difference of columns of the regressor below which parameters count as one, see "
+          "[rounded angles](#rounded-angles)",
           {.range = Range::between(0.0, 1.0)}},
     Field{"gear_matrix",
           [](const Robot& robot) -> const Matrix& { return robot.gear_matrix; },
-          "R of q_motor = R q and τ = Rᵀ τ_motor where gears mix the joints, one list a motor; without "
-          "`gear_ratio`. See [coupled motors and gears](coupling.md#gears).",
+          "R of q_motor = R q and τ = Rᵀ τ_motor where [gears mix the joints](coupling.md#gears), one list a "
+          "motor; "
+          "without `gear_ratio`",
           {.otherwise = "diagonal of `gear_ratio`"}},
     Field{"coupling",
           Key<std::vector<Coupling>>(),
@@ -62,35 +63,29 @@ inline constexpr auto robot_keys = std::tuple(
           {.otherwise = "–"}});
 
 /// Of [method], beside the fields of its records.
-inline constexpr auto method_keys =
-    std::tuple(Field{"name",
-                     Key<Word>(),
-                     "`\"ols\"`: ordinary least squares (15–19). `\"wls\"`: each joint's rows weighted by "
-                     "one over the deviation of a fit to these rows alone (20). `\"iv\"`: instrumental "
-                     "variables from the simulated closed loop (27–34), which needs `[control]`. `\"auto\"`: "
-                     "`\"iv\"` with "
-                     "`[control]` and a reference, else, or where that gives no answer, `\"wls\"`. "
-                     "`\"didim\"` and `\"output_error\"` compare the torques and the positions of that loop "
-                     "with the log, see [statistics](statistics.md#didim-and-output-error).",
-                     {.otherwise = "`\"auto\"`"}},
-               Field{"physical",
-                     Key<std::variant<bool, Physical>>(),
-                     "whether the nearest physically consistent standard parameters are reported beside "
-                     "the plain estimate, by any method; a table gives options, see [below](#methodphysical)",
-                     {.otherwise = "`false`"}},
-               Field{"essential",
-                     Key<std::variant<bool, Essential>>(),
-                     "whether the essential parameters, those that the data need, are reported beside all "
-                     "of them, by any method, see [statistics](statistics.md#the-parameters-that-matter). A "
-                     "table gives options, see [below](#methodessential).",
-                     {.otherwise = "`false`"}},
-               Field{"gains",
-                     Key<std::variant<bool, GainOptions>>(),
-                     "`\"known\"`: those of `[robot]` are exact; `\"estimate\"`: they are estimated before "
-                     "the parameters, whose standard deviations then contain those of the gains, see "
-                     "[drive gains](payload.md#drive-gains). A table gives what is known, see "
-                     "[below](#methodgains).",
-                     {.otherwise = "`\"known\"`", .words = {"known", "estimate"}}});
+inline constexpr auto method_keys = std::tuple(
+    Field{"name",
+          Key<Word>(),
+          "`\"ols\"`: ordinary least squares (15–19); `\"wls\"`: weighted by joint (20); `\"iv\"`: "
+          "instrumental variables (27–34), which need `[control]`; `\"auto\"`: `\"iv\"` with "
+          "`[control]` and a reference, else, or where that gives no answer, `\"wls\"`; "
+          "`\"didim\"` and `\"output_error\"`: see "
+          "[statistics](statistics.md#didim-and-output-error)",
+          {.otherwise = "`\"auto\"`"}},
+    Field{"physical",
+          Key<std::variant<bool, Physical>>(),
+          "reports physically consistent parameters too; a table gives [options](#methodphysical)",
+          {.otherwise = "`false`"}},
+    Field{"essential",
+          Key<std::variant<bool, Essential>>(),
+          "reports [essential parameters](statistics.md#the-parameters-that-matter) too; a table "
+          "gives [options](#methodessential)",
+          {.otherwise = "`false`"}},
+    Field{"gains",
+          Key<std::variant<bool, GainOptions>>(),
+          "`\"known\"`: those of `[robot]` are exact; `\"estimate\"`: they are estimated, see "
+          "[drive gains](payload.md#drive-gains); a table gives [what is known](#methodgains)",
+          {.otherwise = "`\"known\"`", .words = {"known", "estimate"}}});
 inline constexpr auto gain_keys =
     std::tuple(Field{"loaded",
                      Key<std::vector<std::filesystem::path>>(),
@@ -99,7 +94,7 @@ inline constexpr auto gain_keys =
 inline constexpr auto iv_keys = std::tuple(
     Field{"simulation",
           Key<SimulationOptions>(),
-          "integration of the simulated loop: keys of [`[simulation]`](#simulation) from "
+          "integration of the simulated loop: keys of [`[simulation]`](experiment_more.md#simulation) from "
           "`dry_friction` to `max_velocity`; `max_seconds` is for all simulations of a log together",
           {.otherwise = "as there"}});
 

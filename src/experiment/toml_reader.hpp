@@ -182,6 +182,8 @@ class TomlReader {
 
   /// Refuses keys that nobody asked for.
   void finish() const;
+  /// @param guess  "; did you mean …?"
+  [[noreturn]] void refuse_unknown(const toml::key& key, const std::string& guess) const;
 
   /// Where one of these keys, which must be there, seems to be there under a mistyped name, reports that.
   void look_for_mistyped(const std::vector<std::string>& wanted) const;
@@ -325,7 +327,6 @@ class TomlReader {
   // A factor to SI.
   [[nodiscard]] std::optional<double> unit(std::string_view key);
   [[nodiscard]] std::string place(const toml::source_region& at) const;
-  [[noreturn]] void refuse_unknown(const toml::key& key, const std::string& guess) const;
 
   const toml::table& table_;
   std::string file_;

@@ -88,11 +88,15 @@ void add_words(std::vector<std::string>& out, const std::type_identity<std::vari
   (add_words(out, std::type_identity<Values>()), ...);
 }
 
-// "integer, list or `"auto"`".
+// "integers or `"auto"`": one for all joints, or a list.
 std::string in_words(const std::vector<ValueKind>& kinds, std::string_view word) {
   std::vector<std::string> parts;
   for (const ValueKind kind : kinds) {
-    parts.emplace_back(rivid::name(kind));
+    if (kind == ValueKind::list) {
+      parts.back() += 's';
+    } else {
+      parts.emplace_back(rivid::name(kind));
+    }
   }
   if (!word.empty()) {
     parts.push_back("`\"" + std::string(word) + "\"`");
@@ -127,6 +131,26 @@ std::string line_of(std::initializer_list<std::string_view> cells) {
 
 std::string in_code(std::string_view text) { return "`" + std::string(text) + "`"; }
 
+// "number, Hz; from the stamps", or a default that shows its type: "`600` s".
+std::string value_of(const KeyRow& row) {
+  const bool shows_type = row.type == rivid::name(row.kinds.front()) && row.kinds.front() < ValueKind::file &&
+                          row.otherwise.starts_with('`') &&
+                          row.otherwise.find('`', 1) + 1 == row.otherwise.size();
+  if (shows_type) {
+    return row.otherwise + (row.unit.empty() ? "" : " " + row.unit);
+  }
+  const std::string or_default = " or " + row.otherwise;
+  const bool twice = row.type.ends_with(or_default);
+  return row.type.substr(0, row.type.size() - (twice ? or_default.size() : 0)) +
+         (row.unit.empty() ? "" : ", " + row.unit) + (row.otherwise == "–" ? "" : "; " + row.otherwise);
+}
+
+// An item of a list: "- `max_gap` (`10` periods): a longer gap splits a log that is resampled".
+std::string item_of(std::string_view name, const std::string& in_brackets, std::string_view meaning) {
+  return "- " + in_code(name) + (in_brackets.empty() ? "" : " (" + in_brackets + ")") + ": " +
+         std::string(meaning) + '\n';
+}
+
 // Lines of a table of keys.
 class KeyTable {
  public:
@@ -141,9 +165,9 @@ class KeyTable {
   }
 
   [[nodiscard]] std::string text() const {
-    std::string out = "| key | type | default | unit | meaning |\n|---|---|---|---|---|\n";
+    std::string out;
     for (const KeyRow& row : rows_) {
-      out += line_of({in_code(row.key), row.type, row.otherwise, row.unit, row.meaning});
+      out += item_of(row.key, value_of(row), row.meaning);
     }
     return out;
   }
@@ -196,43 +220,34 @@ std::string in_digits_or_power(double value) {
   return short_enough ? number(value, 6) : number(value, 3);
 }
 
-// Least and most of what is counted or measured in seconds, and of all other numbers that a user can set.
+// What the numbers of command lines and the files may be. The interval of a key is in the message that refuses its value.
 std::string limits_table() {
-  std::string out = "| where | number | least | most | unit |\n|---|---|---|---|---|\n";
-  const auto add = [&](const std::string& where, std::string_view name, const Range& range,
-                       std::string_view unit) {
-    const std::string excluded = range.open ? "above " : "";
-    out += line_of({where, in_code(name), excluded + in_digits_or_power(range.least),
-                    (range.open && !range.budget ? "below " : "") + in_digits_or_power(range.most), unit});
-  };
+  std::string out = "| where | numbers |\n|---|---|\n";
   for (const CommandLineNumber& number : command_line_numbers()) {
-    add(std::string(number.tools), number.option, number.range, number.unit);
+    const Range& range = number.range;
+    out += line_of(
+        {number.tools, in_code(number.option) + (range.open ? " (" : " [") + in_digits_or_power(range.least) +
+                           ", " + in_digits_or_power(range.most) + (range.open && !range.budget ? ")" : "]") +
+                           (number.unit.empty() ? "" : " " + std::string(number.unit))});
   }
-  for (const auto& [name, rows] : key_rows()) {
-    for (const KeyRow& row : rows) {
-      if (std::isfinite(row.range.most)) {
-        add("`[" + name + "]`", row.key, row.range, row.unit);
-      }
-    }
-  }
-  out +=
-      line_of({"experiment files", "any other number", number(-largest_number), number(largest_number), ""});
+  out += line_of({"experiment files", "numbers without another limit: up to " + number(largest_number)});
   const auto size = [&](const std::string& what, std::uintmax_t bytes) {
-    out += line_of({what, "size of the file", "", std::to_string(bytes >> 20U), "MiB"});
+    out += line_of({what, "files of up to " + std::to_string(bytes >> 20U) + " MiB"});
   };
   size("URDF; TOML of experiments and parameters", robot_limit);
   size("JSON and tables of results, plans and parameters", result_limit);
-  const std::string nesting = std::to_string(deepest_nesting);
-  out += line_of({"TOML", "parts of a key; lists and tables within each other", "", nesting, ""});
-  out += line_of({"JSON", "lists and objects within each other", "", nesting, ""});
+  out += line_of({"TOML, JSON", "lists and tables within each other, parts of a key: up to " +
+                                    std::to_string(deepest_nesting)});
   return out;
 }
 
 template <Described Record>
 std::string member_table() {
-  std::string out = "| member | unit | meaning |\n|---|---|---|\n";
-  for_each_field<Record>(
-      [&](const auto& field) { out += line_of({in_code(field.key), field.details.unit, field.meaning}); });
+  std::string out;
+  for_each_field<Record>([&](const auto& field) {
+    const std::string unit(field.details.unit == "1" ? "" : field.details.unit);
+    out += item_of(field.key, unit, field.meaning);
+  });
   return out;
 }
 
@@ -328,7 +343,7 @@ std::string with_tables(const std::string& page) {
   bool skips = false;
   std::istringstream lines(page);
   for (std::string line; std::getline(lines, line);) {
-    skips = skips && line.starts_with('|');
+    skips = skips && (line.starts_with('|') || line.starts_with("- `"));
     if (!skips) {
       out += line + "\n";
     }

@@ -8,7 +8,7 @@
 
 #include "rivid/fields.hpp"
 
-// The tables of keys in docs/experiment.md, of members in docs/result.md and of limits in
+// The lists of keys in docs/experiment.md, of members in docs/result.md and the table of limits in
 // docs/reliability.md, made from the fields.
 namespace rivid::detail {
 
@@ -58,7 +58,7 @@ struct KeyRow {
 /// Rows of the tables of keys by the names of the tables: "signal", "method.iv".
 [[nodiscard]] std::map<std::string, std::vector<KeyRow>> key_rows();
 
-/// Markdown tables by their names: "signal", "result.fit".
+/// Markdown lists and tables by their names: "signal", "result.fit".
 [[nodiscard]] std::map<std::string, std::string> page_tables();
 
 /// A page with each table that follows a line "<!-- table: NAME -->" as it must be.

@@ -114,6 +114,8 @@ TEST_F(Check, NamesExchangedJoints) {
 TEST_F(Check, NamesATorqueWithTheWrongSign) {
   replace("\"v1\"", "{ column = \"v1\", sign = -1 }");
   expect_error("torque_sign", "joint_1");
+  EXPECT_NE(identify({"check", "scara.toml"}).out.find("; in [log]: control = [\"v1\", \"v2\"]"),
+            std::string::npos);
 }
 
 TEST_F(Check, NamesAllTorquesWithTheWrongSign) {
@@ -122,8 +124,12 @@ TEST_F(Check, NamesAllTorquesWithTheWrongSign) {
 }
 
 TEST_F(Check, NamesAPositionWithTheWrongSign) {
-  replace("\"q2\"", "{ column = \"q2\", sign = -1 }");
+  rewrite([](std::vector<double>& row) { row[2] *= -1.0; });
   expect_error("position_sign", "joint_2");
+  const Outcome run = identify({"check", "scara.toml"});
+  EXPECT_NE(run.out.find("; in [log]: position = [\"q1\", { column = \"q2\", sign = -1 }]"),
+            std::string::npos)
+      << run.out;
 }
 
 TEST_F(Check, NamesDegreesThatAreTakenForRadians) {

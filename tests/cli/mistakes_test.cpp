@@ -33,11 +33,32 @@ TEST_F(Mistake, InTheNameOfAFileOrASubcommand) {
   expect_answer({"exprot", "scara_result", "--to", "mjcf"},
                 "\"exprot\" is neither a file nor a subcommand; did you mean \"export\"?");
   expect_answer({"validat", "scara_result", "scara_s2.csv"}, "did you mean \"validate\"?");
-  expect_answer({"help"}, "rivid_identify --help prints the usage");
   expect_answer({"scara.toml", "second.toml"}, "\"second.toml\" is one argument too many");
   expect_answer({"scara.toml", "--log", "scara_s3.csv"}, "scara_s3.csv: there is no such file");
   expect_answer({"export", "scara.toml", "--to", "header"},
                 "scara.toml: is no result.json of rivid_identify");
+}
+
+TEST_F(Mistake, InAWordOfOtherPrograms) {
+  EXPECT_EQ(identify({"scara.toml", "--quiet"}).exit_code, 0);
+  expect_answer({"scara.toml", "--set", "decimation=5"},
+                "unknown key \"decimation\"; did you mean \"signal.decimation\"?");
+  expect_answer({"scara.toml", "--set", "signal.filter_hz=5"},
+                "unknown key \"filter_hz\" in [signal]; did you mean \"cutoff_hz\"?");
+  expect_answer({"scara.toml", "--plot"}, "did you mean \"--report\"?");
+  expect_answer({"export", "scara_result", "--to", "gazebo"}, "did you mean \"sdf\"?");
+  expect_answer({"scara.toml", "—report"}, "begins with a long dash; did you mean \"--report\"?");
+  expect_answer({"scara.toml", "–q"}, "did you mean \"-q\"?");
+  folder().write("scara.yaml", "robot: scara.urdf\n");
+  expect_answer({"scara.yaml"}, "scara.yaml: is YAML, experiment files are TOML; rivid_identify init");
+  expect_answer({"validate", "scara.toml", "scara_s2.csv"},
+                "scara.toml: is an experiment file, a result or parameters are required; rivid_identify "
+                "scara.toml writes the result");
+  folder().write("bag/metadata.yaml", "rosbag2_bagfile_information:\n");
+  expect_answer(
+      {"scara.toml", "--log", "bag"},
+      "bag: is the folder of a bag, a CSV file is required; the Python package rivid[ros] makes one: "
+      "rivid convert bag bag.csv");
 }
 
 TEST_F(Mistake, InTheNameOfAnOption) {

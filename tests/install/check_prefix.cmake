@@ -15,7 +15,7 @@ foreach(file IN LISTS package_files)
 endforeach()
 
 # A tool that looks for a shared library where it was built is found out as well.
-file(GLOB tools ${PREFIX}/bin/rivid_*)
+file(GLOB tools ${PREFIX}/bin/rivid*)
 foreach(tool IN LISTS tools)
   execute_process(COMMAND ${tool} --version OUTPUT_VARIABLE said COMMAND_ERROR_IS_FATAL ANY)
   cmake_path(GET tool FILENAME name)

@@ -1,4 +1,4 @@
-// The tables of docs/experiment.md, docs/result.md, docs/excite.md and docs/reliability.md are those of the
+// The lists of docs/experiment.md, docs/experiment_more.md, docs/result.md and docs/excite.md are those of the
 // fields, and the reader knows their keys.
 //
 // After a change of a field: RIVID_WRITE_PAGES=1 build/test/tests/report_page_tables_test
@@ -47,7 +47,10 @@ void expect_tables(const std::string& name) {
   EXPECT_EQ(page, wanted);
 }
 
-TEST(PageTables, OfTheExperimentFileAreThoseOfItsFields) { expect_tables("experiment.md"); }
+TEST(PageTables, OfTheExperimentFileAreThoseOfItsFields) {
+  expect_tables("experiment.md");
+  expect_tables("experiment_more.md");
+}
 TEST(PageTables, OfTheResultAreThoseOfItsFields) { expect_tables("result.md"); }
 
 TEST(PageTables, OfThePlanAreThoseOfItsFields) { expect_tables("excite.md"); }
@@ -150,34 +153,35 @@ TEST(PageTables, TakeTypesFromMembers) {
   EXPECT_EQ(type("robot", "gravity"), "three numbers");
   EXPECT_EQ(type("robot", "gear_matrix"), "list of lists");
   EXPECT_EQ(type("robot", "coupling"), "list of tables");
-  EXPECT_EQ(type("log", "files"), "file or list");
+  EXPECT_EQ(type("log", "files"), "files");
   EXPECT_EQ(type("log", "position"), "columns");
   EXPECT_EQ(type("log", "time"), "column");
   EXPECT_EQ(type("log", "max_gap"), "number") << "a key of an embedded record";
   EXPECT_EQ(type("log.column", "column"), "string or integer");
   EXPECT_EQ(type("signal", "cutoff_hz"), "number or `\"off\"`");
   EXPECT_EQ(type("signal", "torque_held"), "boolean or `\"auto\"`");
-  EXPECT_EQ(type("signal", "decimation"), "integer, list or `\"auto\"`");
+  EXPECT_EQ(type("signal", "decimation"), "integers or `\"auto\"`");
   EXPECT_EQ(type("signal", "window"), "two numbers");
   EXPECT_EQ(type("method", "physical"), "boolean or table");
   EXPECT_EQ(type("method", "gains"), "word or table");
   EXPECT_EQ(type("method.iv", "prefilter"), "boolean or integer");
   EXPECT_EQ(type("method.iv", "initial_state"), "word");
-  EXPECT_EQ(type("control", "omega_n"), "number or list");
-  EXPECT_EQ(type("control", "velocity_filter"), "word, number or list");
-  EXPECT_EQ(type("simulation", "record"), "word or list");
+  EXPECT_EQ(type("control", "omega_n"), "numbers");
+  EXPECT_EQ(type("control", "velocity_filter"), "word or numbers");
+  EXPECT_EQ(type("simulation", "record"), "words");
 }
 
 TEST(PageTables, AreAllOnAPage) {
-  const std::string pages = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/result.md") +
-                            text_of(RIVID_DOCS "/excite.md") + text_of(RIVID_DOCS "/reliability.md");
+  const std::string pages = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/experiment_more.md") +
+                            text_of(RIVID_DOCS "/result.md") + text_of(RIVID_DOCS "/excite.md") +
+                            text_of(RIVID_DOCS "/reliability.md");
   for (const auto& [name, table] : page_tables()) {
     EXPECT_NE(pages.find("<!-- table: " + name + " -->"), std::string::npos) << name;
   }
 }
 
 TEST(PageTables, ExplainEachWordThatAKeyCanBeSetTo) {
-  const std::string page = text_of(RIVID_DOCS "/experiment.md");
+  const std::string page = text_of(RIVID_DOCS "/experiment.md") + text_of(RIVID_DOCS "/experiment_more.md");
   for (const std::string& word : words_of_keys()) {
     EXPECT_NE(page.find("`\"" + word + "\"`"), std::string::npos) << word;
   }

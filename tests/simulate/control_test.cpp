@@ -636,7 +636,7 @@ TEST(ControlLaws, RefuseKnownGainsWhereGearsCoupleTheJoints) {
   EXPECT_NO_THROW(static_cast<void>(ComputedTorqueControl{.k_p = ones, .k_d = ones}(plant_of(robot, model))));
 }
 
-// docs/control.md shows this law.
+// docs/control.md names this law as an example.
 class FilteredPd : public ControlLaw {
  public:
   explicit FilteredPd(Vector k_v) : k_v_(std::move(k_v)) {}

@@ -81,10 +81,11 @@ struct LoggedMotion {
               Key<std::filesystem::path>(),
               "file with the reference columns",
               {.otherwise = "the first of `[log]`"}},
-        Field{"position",
-              [](const L& l) { return l.columns.reference; },
-              "its columns, as in [`[log]`](#columns-and-units); with `file`, like the next three",
-              {.otherwise = "`qref1`, …", .unit = "rad, m"}},
+        Field{
+            "position",
+            [](const L& l) { return l.columns.reference; },
+            "its columns, as in [`[log]`](experiment.md#columns-and-units); with `file`, like the next three",
+            {.otherwise = "`qref1`, …", .unit = "rad, m"}},
         Field{"time",
               [](const L& l) { return l.columns.time; },
               "time stamps",
@@ -120,12 +121,14 @@ struct SimulationPlan {
     template <typename A = AddedControl>
     static constexpr auto fields() {
       constexpr std::string_view named = "must name file and columns";
-      return std::tuple(
-          Field{"file",
-                &A::file,
-                "one row a control period, or a sample where the law is continuous",
-                {.required = named}},
-          Field{"columns", &A::columns, "as in [`[log]`](#columns-and-units)", {.required = named}});
+      return std::tuple(Field{"file",
+                              &A::file,
+                              "one row a control period, or a sample where the law is continuous",
+                              {.required = named}},
+                        Field{"columns",
+                              &A::columns,
+                              "as in [`[log]`](experiment.md#columns-and-units)",
+                              {.required = named}});
     }
   };
   /// Series that the log may hold beside time and positions.
