@@ -30,8 +30,8 @@ struct Program {
 constexpr auto programs = std::to_array<Program>({
     {"init", "rivid_identify init", init_command, "ROBOT.urdf LOG.csv", "an experiment file to begin with"},
     {"check", "rivid_identify check", check_command, "EXPERIMENT.toml", "faults of robot, logs and settings"},
-    {"identify", "rivid_identify", identify_tool, "EXPERIMENT.toml | ROBOT.urdf LOG.csv",
-     "the parameters, with intervals"},
+    {"identify", "rivid_identify", identify_tool, "EXPERIMENT.toml",
+     "the parameters, with intervals; or ROBOT.urdf LOG.csv"},
     {"payload", "rivid_identify payload", payload_command, "EXPERIMENT.toml --loaded LOG.csv",
      "a payload, or drive gains"},
     {"validate", "rivid_identify validate", validate_command, "RESULT LOG.csv",

@@ -131,18 +131,22 @@ std::string line_of(std::initializer_list<std::string_view> cells) {
 
 std::string in_code(std::string_view text) { return "`" + std::string(text) + "`"; }
 
+// Of what has a unit.
+std::string shown_unit(std::string_view unit) { return unit == "1" ? "" : std::string(unit); }
+
 // "number, Hz; from the stamps", or a default that shows its type: "`600` s".
 std::string value_of(const KeyRow& row) {
+  const std::string unit = shown_unit(row.unit);
   const bool shows_type = row.type == rivid::name(row.kinds.front()) && row.kinds.front() < ValueKind::file &&
                           row.otherwise.starts_with('`') &&
                           row.otherwise.find('`', 1) + 1 == row.otherwise.size();
   if (shows_type) {
-    return row.otherwise + (row.unit.empty() ? "" : " " + row.unit);
+    return row.otherwise + (unit.empty() ? "" : " " + unit);
   }
   const std::string or_default = " or " + row.otherwise;
   const bool twice = row.type.ends_with(or_default);
   return row.type.substr(0, row.type.size() - (twice ? or_default.size() : 0)) +
-         (row.unit.empty() ? "" : ", " + row.unit) + (row.otherwise == "–" ? "" : "; " + row.otherwise);
+         (unit.empty() ? "" : ", " + unit) + (row.otherwise == "–" ? "" : "; " + row.otherwise);
 }
 
 // An item of a list: "- `max_gap` (`10` periods): a longer gap splits a log that is resampled".
@@ -244,10 +248,8 @@ std::string limits_table() {
 template <Described Record>
 std::string member_table() {
   std::string out;
-  for_each_field<Record>([&](const auto& field) {
-    const std::string unit(field.details.unit == "1" ? "" : field.details.unit);
-    out += item_of(field.key, unit, field.meaning);
-  });
+  for_each_field<Record>(
+      [&](const auto& field) { out += item_of(field.key, shown_unit(field.details.unit), field.meaning); });
   return out;
 }
 
