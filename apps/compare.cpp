@@ -48,19 +48,27 @@ JudgedModel opened(const Path& given) {
                           : std::nullopt};
 }
 
-// That of the flag, else that of the first result.
-Path experiment_file(const CompareArguments& arguments, const std::vector<JudgedModel>& models) {
+// How logs are read: by the file of the flag, else by that of the first result. A result of a program without one
+// has the usual names of columns.
+Experiment experiment_of(const CompareArguments& arguments, const std::vector<JudgedModel>& models) {
   if (!arguments.experiment.empty()) {
-    return arguments.experiment;
+    return read_experiment(arguments.experiment, Use::identification, arguments.set);
   }
   for (const JudgedModel& model : models) {
+    if (model.result && !model.result->experiment && arguments.set.empty()) {
+      Experiment out;
+      out.file = out.robot_file = model.file;
+      out.robot = model.result->robot;
+      out.log.irregular = Irregular::resample;
+      return out;
+    }
     if (model.result && model.result->experiment) {
       const Path file = found_again(model.result->experiment->path, model.file);
       if (!std::filesystem::exists(file)) {
         throw InputError(model.file.string() + ": its experiment file " + file.string() +
                          " is not there; --experiment says how logs are read");
       }
-      return file;
+      return read_experiment(file, Use::identification, arguments.set);
     }
   }
   throw InputError("none of the models is a result that knows how logs are read; --experiment says it");
@@ -141,8 +149,7 @@ int compare_models(const CompareArguments& arguments, const std::string& program
   for (const Path& given : arguments.models) {
     models.push_back(opened(given));
   }
-  Experiment experiment =
-      read_experiment(experiment_file(arguments, models), Use::identification, arguments.set);
+  Experiment experiment = experiment_of(arguments, models);
   experiment.log.files = arguments.logs;
   experiment.validation.files.clear();
   std::vector<PlannedFile> files;

@@ -57,8 +57,8 @@ Path urdf_of(const IdentifiedRobot& identified, const ExportArguments& arguments
     return arguments.urdf;
   }
   if (!identified.urdf) {
-    throw InputError(result.string() + ": its robot does not come from a URDF, which --to " + arguments.to +
-                     " needs; --to header does without");
+    throw InputError(result.string() + ": does not say which URDF its robot comes from, which --to " +
+                     arguments.to + " needs; --urdf ROBOT.urdf names it, --to header does without");
   }
   const Path path = found_again(identified.urdf->path, result);
   if (!std::filesystem::exists(path)) {

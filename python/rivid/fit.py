@@ -6,6 +6,7 @@ import html
 import json
 from collections.abc import Iterable
 from functools import cached_property
+from hashlib import sha256
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -195,8 +196,9 @@ class Fit:
 
     @cached_property
     def _inputs(self) -> list[tuple[str, str]]:
-        """Sources of the logs and SHA-256 of their numbers."""
-        return [(log.source, log.digest()) for log in self._training()]
+        """Sources of the logs and SHA-256 of their numbers; the file of the robot and its own."""
+        robot = [(str(file), sha256(file.read_bytes()).hexdigest()) for file in files_of(self.robot) if file.is_file()]
+        return [(log.source, log.digest()) for log in self._training()] + robot
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -202,11 +202,11 @@ Vector values(const JsonNode& file, const BaseParameters& base, const Identified
   return out.standard(base);
 }
 
-// The input of the run that has this name, or the first one where the name is empty.
+// The input of the run that has this name, or the first one that ends so where it begins with a point.
 std::optional<IdentifiedRobot::Source> input_of_run(const JsonNode& provenance, const std::string& name) {
   for (const JsonNode& input : provenance.at("inputs").list()) {
     const std::string path = input.at("path").text();
-    if (name.empty() || path == name) {
+    if (path == name || (name.starts_with('.') && std::filesystem::path(path).extension() == name)) {
       return IdentifiedRobot::Source{path, input.at("sha256").text()};
     }
   }
@@ -220,11 +220,13 @@ void take_provenance(const JsonNode& file, IdentifiedRobot& to) {
   }
   const JsonNode provenance = file.at("provenance");
   to.run = provenance.at("run").text();
-  to.experiment = input_of_run(provenance, "");
+  to.experiment = input_of_run(provenance, ".toml");
   const JsonNode options = provenance.at("options");
-  if (options.has("robot") && options.at("robot").has("urdf")) {
-    const JsonNode urdf = options.at("robot").at("urdf");
-    to.urdf = urdf.json().is_string() ? input_of_run(provenance, urdf.text()) : std::nullopt;
+  const bool named = options.has("robot") && options.at("robot").has("urdf");
+  if (!named) {
+    to.urdf = input_of_run(provenance, ".urdf");
+  } else if (const JsonNode urdf = options.at("robot").at("urdf"); urdf.json().is_string()) {
+    to.urdf = input_of_run(provenance, urdf.text());
   }
 }
 

@@ -187,7 +187,8 @@ TEST_F(Export, NeedsARobotThatComesFromAUrdf) {
   folder().write("table.csv", "joint,type,alpha,a,d,theta\njoint_1,R,0,0,0,0\njoint_2,R,0,0.5,0,0\n");
   edit("scara.toml", "urdf = \"scara.urdf\"", "mdh = \"table.csv\"");
   EXPECT_EQ(identify({"scara.toml", "--physical", "--quiet"}).exit_code, 0);
-  expect_refused({"its robot does not come from a URDF", "--to header does without"},
+  expect_refused({"does not say which URDF its robot comes from",
+                  "--urdf ROBOT.urdf names it, --to header does without"},
                  {"export", "scara_result", "--to", "sdf"});
 }
 
