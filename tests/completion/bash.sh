@@ -2,7 +2,7 @@
 # usage: bash.sh TOOL COMPLETION
 #   Every option that TOOL --help has is completed, with its choices and files; so are those of its subcommands.
 set -euo pipefail
-tool=$(realpath "$1")
+tool=$(realpath -s "$1")
 name=$(basename "$tool")
 faults=0
 fault() { echo "$name: $1" >&2; faults=$((faults + 1)); }
@@ -56,7 +56,7 @@ trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 mkdir runs
 touch 'my robot.toml' run.csv
-if "$tool" --help | grep -q 'EXPERIMENT.toml'; then
+if "$tool" --help | grep -q " experiment EXPERIMENT.toml"; then
   expect 'my robot.toml' "$name" ''
   expect runs "$name" ''
   refuse run.csv "$name" ''

@@ -3,7 +3,7 @@
 #   A shell of its own, in a terminal of its own, is asked for the completions of TOOL: every option that --help has,
 #   and the choices of those that have some.
 zmodload zsh/zpty || { print 'skipped: zsh has no zpty'; exit 0 }
-tool=${1:A} completion=${2:A} name=${1:t} faults=0
+tool=${1:a} completion=${2:A} name=${1:t} faults=0
 folder=$(mktemp -d)
 trap 'rm -rf $folder' EXIT
 cp $completion $folder/_$name
@@ -57,7 +57,7 @@ for line in ${(f)"$($tool --help | grep -E '^ +--[a-z-]+ [a-z_]+[|]')"}; do
   told=$'\n'"$(completions "$name $option ")"$'\n'
   for choice in ${(s:|:)words[2]}; do expect $choice "$name $option "; done
 done
-if $tool --help | grep -q EXPERIMENT.toml; then
+if $tool --help | grep -q " experiment EXPERIMENT.toml"; then
   told=$'\n'"$(completions "$name ")"$'\n'
   expect robot.toml "$name "
   [[ $told != *run.csv* ]] || { print -u2 "$name: completes an experiment with run.csv"; ((++faults)) }
