@@ -30,7 +30,6 @@ set(rivid_header_names
     regressor/vec3
     simulate/control
     simulate/control_laws
-    simulate/control_laws_inline
     simulate/design_inertia
     simulate/dynamic_model
     simulate/dynamic_model_inline

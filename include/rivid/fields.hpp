@@ -34,6 +34,18 @@ consteval bool is_enumerator() {
   return shown[shown.find_last_not_of("0123456789")] != ')';
 }
 
+// Whether rows are in the order of their enumeration, and there is one for each of its values.
+template <const auto& rows, auto member>
+constexpr bool complete() {
+  using Enum = std::remove_cvref_t<decltype(rows[0].*member)>;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].*member != static_cast<Enum>(i)) {
+      return false;
+    }
+  }
+  return !is_enumerator<static_cast<Enum>(rows.size())>();
+}
+
 template <typename Enum>
 consteval bool has_names() {
   if constexpr (std::is_enum_v<Enum> && names_of<Enum>.size() > 0) {

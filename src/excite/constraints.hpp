@@ -64,6 +64,7 @@ struct LimitedMotion {
 
   [[nodiscard]] Eigen::Ref<const Vector> of(const SideLimit& limit) const {
     const std::array all = {&motion.q, &motion.qd, &motion.qdd, &jerk, &torque};
+    static_assert(all.size() == limited_rows.size());
     return all[static_cast<std::size_t>(limit.quantity)]->col(limit.joint);
   }
 };

@@ -321,7 +321,7 @@ class SlopesPass {
     const Vec3<Scalar> p = constant<Scalar>(link.p);
     for (std::size_t i = first; i < j; ++i) {
       const Screw<Scalar>& s = screw(i, j);
-      Vec3<Scalar> w = wrenches_[i].w;
+      Vec3<Scalar> w = wrenches_[i].w;  // NOLINT(misc-const-correctness): prismatic joints change it
       const Vec3<Scalar> v = wrenches_[i].v;
       if constexpr (revolute) {
         by_q = by_q + w.x * s.w.y - w.y * s.w.x + v.x * s.v.y - v.y * s.v.x;

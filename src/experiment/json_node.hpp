@@ -21,11 +21,11 @@ namespace rivid::detail {
 /// A JSON file.
 ///
 /// @param what  the file as messages name it: "the result"
-/// @param else_ what it is not, where it is no JSON: "is no result.json of rivid_identify: "
+/// @param other what it is not, where it is no JSON: "is no result.json of rivid_identify: "
 /// @throws InputError  where it can not be read, is larger than result_limit, no JSON or more than
 ///                     deepest_nesting lists within each other
 [[nodiscard]] inline nlohmann::json parsed_json(const std::filesystem::path& path, std::string_view what,
-                                                const std::string& else_) {
+                                                const std::string& other) {
   try {
     return nlohmann::json::parse(
         description_text(path, what, result_limit), [&](int depth, auto /*event*/, const auto& /*parsed*/) {
@@ -36,7 +36,7 @@ namespace rivid::detail {
           return true;
         });
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(path.string() + ": " + else_ + e.what());
+    throw InputError(path.string() + ": " + other + e.what());
   }
 }
 

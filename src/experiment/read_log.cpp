@@ -41,7 +41,7 @@ LogSource read_log_source(TomlReader keys, LogSource out) {
                           .details = {.must_be = "a list of tables: [{ joint = \"joint_2\", table = "
                                                  "\"counterbalance.csv\" }]"}});
   if (auto reference = keys.section("reference_file")) {
-    LogSource::Reference& of_file = out.reference.emplace();
+    LogSource::Reference& of_file = out.reference.emplace(LogSource::Reference{});
     of_file.columns.reference = columns.reference;
     of_file.columns.reference_velocity = columns.reference_velocity;
     of_file.columns.table = columns.table;

@@ -51,11 +51,13 @@ struct Wanted {
 /// Whether a record can do without any key.
 template <typename Value>
 [[nodiscard]] constexpr bool is_switch() {
-  bool out = Described<Value>;
   if constexpr (Described<Value>) {
+    bool out = true;
     for_each_field<Value>([&](const auto& field) { out = out && field.details.required.empty(); });
+    return out;
+  } else {
+    return false;
   }
-  return out;
 }
 
 /// One table of an experiment file. Every key that is read is remembered, and finish() refuses the others, so

@@ -28,11 +28,6 @@ Simd usable(const BatchOptions& options) {
 
 }  // namespace
 
-std::string_view name(Simd simd) {
-  constexpr std::array<std::string_view, 4> names = {"best", "baseline", "avx2", "avx512"};
-  return names[static_cast<std::size_t>(simd)];
-}
-
 bool supported(Simd simd) { return detail::available(simd); }
 
 void detail::require_finite(std::string_view who, const Motion& motion) {

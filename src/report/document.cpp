@@ -10,19 +10,17 @@ namespace rivid::detail {
 namespace {
 
 struct MarkWords {
+  Mark mark;
   std::string_view sign;
   std::string_view name;
 };
 
-constexpr std::array<MarkWords, static_cast<std::size_t>(Mark::bad) + 1> marks = {{{"", ""},
-                                                                                   {"?", "weak"},
-                                                                                   {"x", "unseen"},
-                                                                                   {"!", "apart"},
-                                                                                   {"-", "gone"},
-                                                                                   {"", "sum"},
-                                                                                   {"✓", "good"},
-                                                                                   {"✗", "mixed"},
-                                                                                   {"✗", "bad"}}};
+constexpr std::array marks = {MarkWords{Mark::none, "", ""},          MarkWords{Mark::weak, "?", "weak"},
+                              MarkWords{Mark::unseen, "x", "unseen"}, MarkWords{Mark::apart, "!", "apart"},
+                              MarkWords{Mark::gone, "-", "gone"},     MarkWords{Mark::sum, "", "sum"},
+                              MarkWords{Mark::good, "✓", "good"},     MarkWords{Mark::mixed, "✗", "mixed"},
+                              MarkWords{Mark::bad, "✗", "bad"}};
+static_assert(complete<marks, &MarkWords::mark>(), "one row for each Mark, in its order");
 
 // A value shows as many decimals as its deviation has four significant digits; more would be noise.
 int decimals_for(double sigma) {

@@ -210,6 +210,18 @@ struct Series {
   bool in_legend = true;
 };
 
+}  // namespace rivid::detail
+
+namespace rivid {
+
+template <>
+inline constexpr std::array names_of<detail::Series::Kind> =
+    std::to_array<std::string_view>({"line", "points", "band", "bars"});
+
+}  // namespace rivid
+
+namespace rivid::detail {
+
 // A line over the whole width or height of a chart.
 struct Rule {
   bool upright = true;

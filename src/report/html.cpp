@@ -55,14 +55,14 @@ std::string cell_markup(const Column& column, const Cell& cell) {
         "span", "",
         "class=\"pivot\" style=\"width:" + fixed(width * std::get<double>(cell.value), 1) + "px\"");
   }
-  const std::string text = escaped(shown(column, cell));
+  const auto text = [&] { return escaped(shown(column, cell)); };
   switch (column.format.kind) {
     case Format::Kind::name:
-      return element("b", text);
+      return element("b", text());
     case Format::Kind::code:
-      return element("code", text);
+      return element("code", text());
     default:
-      return text;
+      return text();
   }
 }
 

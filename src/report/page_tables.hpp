@@ -66,6 +66,9 @@ struct KeyRow {
 /// @throws InputError  where a name is unknown
 [[nodiscard]] std::string with_tables(const std::string& page);
 
+/// JSON Schema of experiment files, from which editors complete and check keys: docs/experiment.schema.json.
+[[nodiscard]] std::string experiment_schema();
+
 /// Words that keys of an experiment file can be set to.
 [[nodiscard]] std::vector<std::string> words_of_keys();
 

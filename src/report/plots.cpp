@@ -44,11 +44,10 @@ std::string encoded(const Vector& values, bool exact) {
 
 // Series that share their abscissa have it once: the number of the series that has it stands in its place.
 PlotJson data_of(const Chart& chart, std::size_t index) {
-  constexpr std::array<std::string_view, 4> kinds = {"line", "points", "band", "bars"};
   const Series& series = chart.series[index];
   PlotJson out = {{"name", series.name},
                   {"style", series.style},
-                  {"kind", kinds[static_cast<std::size_t>(series.kind)]},
+                  {"kind", rivid::name(series.kind)},
                   {"exact", series.exact}};
   std::size_t same = 0;
   while (chart.series[same].x.size() != series.x.size() || chart.series[same].x != series.x) {
@@ -148,6 +147,7 @@ void for_each_plot(const std::vector<Block>& blocks, const Take& take) {
 std::string markup_of(const Plot& plot) {
   return std::visit(
       [](const auto& of) {
+        // NOLINTNEXTLINE(misc-const-correctness): that of bars has no `log`
         std::string attributes = "class=\"" + std::string(of.style()) + "\" id=\"" + escaped(of.id) + "\"";
         if constexpr (requires { of.log; }) {
           attributes += of.log ? " data-log=\"" + std::to_string(*of.log) + "\"" : "";

@@ -345,6 +345,26 @@ TEST(Forecast, NamesWhatAMotionDoesNotShow) {
   EXPECT_NE(prospect("Fv1"), ForecastParameter::Prospect::unseen);
 }
 
+TEST(Forecast, TellsHowEstimatesHoldTogether) {
+  const Robot robot = arm();
+  const Forecast found = forecast(robot, sampled(*usual().series, 2001), 250.0, quick());
+  const Matrix C = found.information.inverse();
+  constexpr double tolerance = 1e-6;  // of inverses of other algorithms, by the condition of the information
+  for (std::size_t i = 0; i < found.parameters.size(); ++i) {
+    const ForecastParameter& p = found.parameters[i];
+    const auto at = static_cast<Index>(i);
+    EXPECT_NEAR(p.sigma_alone * std::sqrt(found.information(at, at)), 1.0, tolerance);
+    double most = 0.0;
+    for (Index k = 0; k < C.rows(); ++k) {
+      const double r = C(at, k) / std::sqrt(C(at, at) * C(k, k));
+      most = k != at && std::abs(r) > std::abs(most) ? r : most;
+    }
+    EXPECT_NEAR(p.correlation, most, tolerance) << p.name;
+  }
+  // Each sample counts with the information that it adds; all of them determine as many parameters as there are.
+  EXPECT_NEAR(found.leverage.sum(), static_cast<double>(found.parameters.size()), tolerance * 1e2);
+}
+
 TEST(Forecast, FallsWithTheRootOfTheRateOfIndependentErrors) {
   const Robot robot = arm();
   ExcitationOptions options = quick();

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -120,6 +121,29 @@ TEST(MonteCarlo, EfficiencyComparesWithTheBoundAndNeedsOne) {
   const MonteCarloSummary without =
       summary_of(plan, rows_with(plan, label, [](int run, Index i) { return normal_error(run, i, runs); }));
   EXPECT_EQ(without.verdict.efficient, std::nullopt);
+}
+
+TEST(MonteCarlo, FiguresAreThoseOfTheErrors) {
+  MonteCarlo plan = scara_plan(4);
+  constexpr std::array errors = {1.0, 2.0, 3.0, 6.0};  // in the deviations that the runs report
+  const auto figures = [&] {
+    return summary_of(plan, rows_with(plan, label,
+                                      [&](int run, Index) { return errors[static_cast<std::size_t>(run)]; }))
+        .parameters.front();
+  };
+  const MonteCarloParameter found = figures();
+  const double spread = std::sqrt((4.0 + 1.0 + 0.0 + 9.0) / 3.0);
+  constexpr double tolerance = 1e-9;  // values of order 1 whose errors are of order 0.01
+  EXPECT_NEAR(found.bias, 0.03, tolerance);
+  EXPECT_NEAR(found.rmse, 0.01 * std::sqrt(50.0 / 4.0), tolerance);
+  EXPECT_NEAR(found.spread, 0.01 * spread, tolerance);
+  EXPECT_NEAR(found.bias_in_spreads, 3.0 / spread, 1e2 * tolerance);
+  EXPECT_NEAR(found.sigma_over_spread, 1.0 / spread, 1e2 * tolerance);
+  // Noise of the torques beside their disturbance: the bound is that of both.
+  ASSERT_TRUE(plan.experiment.simulation);
+  NoiseOptions& noise = plan.experiment.simulation->noise;
+  noise.torque = 2.0 * noise.disturbance;
+  EXPECT_NEAR(found.rmse_over_bound / figures().rmse_over_bound, std::sqrt(5.0), 1e-6);
 }
 
 TEST(MonteCarlo, TheBoundDoesNotTakeRoundedPositionsForExcitation) {

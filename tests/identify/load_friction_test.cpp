@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "rivid/identify/check.hpp"
@@ -189,6 +190,61 @@ TEST(FrictionChoice, FindsTheLawOfEachJoint) {
   EXPECT_LT(found[2].error, found[2].symmetric_error);
   EXPECT_TRUE(found[2].text(open).starts_with("joint_3: load_root friction (Fv Fc off Fl Fr)"));
   EXPECT_EQ(with_friction(open, found).joints[1].friction, Friction::load);
+}
+
+// A joint of dry and viscous friction that has √|q̇| by the part of the log.
+Log with_root_friction(Study& study, const std::function<double(double part)>& Fr, double noise,
+                       std::uint64_t seed) {
+  for (std::size_t i = 0; i < study.base.parameters.size(); ++i) {
+    if (study.base.parameters[i].leading.kind == ParameterKind::Fr) {
+      study.truth[static_cast<Index>(i)] = 1.0;
+    }
+  }
+  const Rows made = rows(study.robot, study.base, study.log, Study::signal());
+  for (std::size_t j = 0; j < made.Y.size(); ++j) {
+    const JointRows& joint = made.W.joints[j];
+    for (Index k = 0; k < made.Y[j].size(); ++k) {
+      const Index sample = made.samples[j][static_cast<std::size_t>(k)];
+      double tau = 0.0;
+      for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+        const bool root = study.base.parameters[static_cast<std::size_t>(joint.columns[c])].leading.kind ==
+                          ParameterKind::Fr;
+        tau += joint.W(k, static_cast<Index>(c)) * study.truth[joint.columns[c]] *
+               (root ? Fr(static_cast<double>(sample) / static_cast<double>(study.log.samples())) : 1.0);
+      }
+      study.log.tau(sample, static_cast<Index>(j)) = tau;
+    }
+  }
+  return study.noisy(noise, seed);
+}
+
+std::vector<FrictionChoice> choice_of(const Study& study, const Log& log) {
+  Robot open = study.robot;
+  for (Joint& joint : open.joints) {
+    joint.friction = Friction::automatic;
+  }
+  return choose_friction(open, std::span(&log, 1), {.method = Wls{}, .signal = Study::signal()});
+}
+
+TEST(FrictionChoice, AsksForAGainThatLasts) {
+  // In three of eight stretches: √|q̇| predicts those so much better that it wins on the whole, and the others worse.
+  Study study(1, Friction::root, 41, 3000);
+  const Log log = with_root_friction(study, [](double part) { return part < 0.375 ? 5.0 : 0.0; }, 0.05, 42);
+  EXPECT_EQ(choice_of(study, log).front().law, Friction::symmetric);
+  const Log lasting = with_root_friction(study, [](double) { return 5.0; }, 0.05, 42);
+  EXPECT_EQ(choice_of(study, lasting).front().law, Friction::root);
+}
+
+TEST(FrictionChoice, LeavesGainsThatAreSmall) {
+  // The simple law is worse everywhere, and by two per cent of the error only.
+  Study study(1, Friction::root, 43, 3000);
+  const auto errors = [&](double Fr) {
+    return choice_of(study, with_root_friction(study, [&](double) { return Fr; }, 1.0, 44)).front();
+  };
+  const FrictionChoice small = errors(1.0);
+  EXPECT_EQ(small.law, Friction::symmetric);
+  const FrictionChoice large = errors(4.0);
+  EXPECT_EQ(large.law, Friction::root);
 }
 
 TEST(FrictionChoice, LeavesLawsThatAreGiven) {

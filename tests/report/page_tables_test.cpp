@@ -57,6 +57,15 @@ TEST(PageTables, OfThePlanAreThoseOfItsFields) { expect_tables("excite.md"); }
 
 TEST(PageTables, OfLimitsAreThoseOfTheFieldsAndCommandLines) { expect_tables("reliability.md"); }
 
+TEST(ExperimentSchema, IsThatOfTheFields) {
+  const std::string path = RIVID_DOCS "/experiment.schema.json";
+  if (std::getenv("RIVID_WRITE_PAGES") != nullptr) {
+    std::ofstream(path) << experiment_schema();
+  }
+  EXPECT_TRUE(text_of(path) == experiment_schema())
+      << path << ": RIVID_WRITE_PAGES=1 with this program writes it anew";
+}
+
 // What is a count, a size, a tolerance or a time by its type, unit or name.
 bool wants_limits(const KeyRow& row) {
   constexpr auto units = std::to_array<std::string_view>({"s", "Hz", "periods", "samples"});

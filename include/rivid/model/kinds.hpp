@@ -189,18 +189,6 @@ constexpr KindRow inertial_row(ParameterKind kind, std::string_view symbol, Join
   return {kind, symbol, unit, Basis::body, Bound::none, APriori::inertials};
 }
 
-// Whether rows are in the order of their enumeration, and one is there for each of its names.
-template <const auto& rows, auto member>
-constexpr bool complete() {
-  using Enum = std::remove_cvref_t<decltype(rows[0].*member)>;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].*member != static_cast<Enum>(i)) {
-      return false;
-    }
-  }
-  return !is_enumerator<static_cast<Enum>(rows.size())>();
-}
-
 }  // namespace detail
 
 inline constexpr auto kind_rows = [] {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "rivid/fields.hpp"
 #include "rivid/regressor/base.hpp"
 #include "rivid/regressor/regressor.hpp"
 #include "rivid/types.hpp"
@@ -22,8 +24,9 @@ enum class Simd {
   avx512     ///< AVX-512F
 };
 
-/// "best", "baseline", "avx2", "avx512".
-[[nodiscard]] std::string_view name(Simd simd);
+template <>
+inline constexpr std::array names_of<Simd> =
+    std::to_array<std::string_view>({"best", "baseline", "avx2", "avx512"});
 
 /// Whether this machine can run it.
 [[nodiscard]] bool supported(Simd simd);

@@ -238,7 +238,8 @@ void check_reference(const Robot& robot, std::span<const Log> logs, const Log& l
     return;
   }
   const std::string subject = logs.size() == 1 ? "all joints" : log.source;
-  out.add(leads ? "reference_leads" : "reference_delay", subject, "motion behind reference: " + delays);
+  out.add(std::string_view(leads ? "reference_leads" : "reference_delay"), subject,
+          "motion behind reference: " + delays);
 }
 
 }  // namespace rivid::detail

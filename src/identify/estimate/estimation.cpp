@@ -64,6 +64,7 @@ ParameterKind about_axis(const Chain::Link& link) {
 }
 
 // Among method_names.
+static_assert(method_names.size() == std::variant_size_v<Method> + 2);
 std::size_t place_of(const Method& method) {
   const Iv* const iv = std::get_if<Iv>(&method);
   if (iv == nullptr || iv->compares == Iv::Compares::instruments) {

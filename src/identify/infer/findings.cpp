@@ -7,22 +7,23 @@
 
 namespace rivid::detail {
 
-void Findings::add(std::string_view code, std::string subject, std::string text) {
-  assert(diagnostic_code(code));
-  all_.push_back(Finding{std::string(code), std::move(subject), std::move(text)});
+void Findings::add(FindingCode code, std::string subject, std::string text) {
+  assert(diagnostic_code(code.text()));
+  all_.push_back(Finding{std::string(code.text()), std::move(subject), std::move(text)});
 }
 
-bool Findings::has(std::string_view code, std::string_view subject) const {
-  return std::ranges::any_of(
-      all_, [&](const Finding& f) { return f.code == code && (subject.empty() || f.subject == subject); });
+bool Findings::has(FindingCode code, std::string_view subject) const {
+  return std::ranges::any_of(all_, [&](const Finding& f) {
+    return f.code == code.text() && (subject.empty() || f.subject == subject);
+  });
 }
 
 bool Findings::any(Severity of) const {
   return std::ranges::any_of(all_, [&](const Finding& f) { return severity(f) == of; });
 }
 
-void Findings::drop(std::string_view code) {
-  std::erase_if(all_, [&](const Finding& f) { return f.code == code; });
+void Findings::drop(FindingCode code) {
+  std::erase_if(all_, [&](const Finding& f) { return f.code == code.text(); });
 }
 
 std::vector<Finding> Findings::sorted() && {

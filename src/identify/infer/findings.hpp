@@ -4,19 +4,19 @@
 #include <string_view>
 #include <vector>
 
-#include "rivid/finding.hpp"
+#include "finding_codes.hpp"
 
 namespace rivid::detail {
 
 // What has been found so far, in the order in which it came.
 class Findings {
  public:
-  void add(std::string_view code, std::string subject, std::string text);
+  void add(FindingCode code, std::string subject, std::string text);
   void add(const std::vector<Finding>& some) { all_.insert(all_.end(), some.begin(), some.end()); }
 
-  [[nodiscard]] bool has(std::string_view code, std::string_view subject = {}) const;
+  [[nodiscard]] bool has(FindingCode code, std::string_view subject = {}) const;
   [[nodiscard]] bool any(Severity of) const;
-  void drop(std::string_view code);
+  void drop(FindingCode code);
   [[nodiscard]] const std::vector<Finding>& all() const { return all_; }
   // The gravest first.
   [[nodiscard]] std::vector<Finding> sorted() &&;

@@ -1,15 +1,20 @@
-#include "rivid/finding.hpp"
+#pragma once
 
 #include <algorithm>
 #include <array>
+#include <concepts>
+#include <string_view>
 
-namespace rivid {
+#include "rivid/finding.hpp"
 
-namespace {
+namespace rivid::detail {
+
+namespace codes_of_findings {
 
 using enum Severity;
 
-constexpr std::array codes = {
+// The table behind diagnostic_codes().
+inline constexpr std::array codes = {
     DiagnosticCode{"robot_doubt", note, "The robot description has something doubtful.",
                    "A link without inertial, a physically inconsistent inertia, or joints without limits.",
                    "Correct the file where a-priori values matter (physically consistent parameters); the "
@@ -395,31 +400,28 @@ constexpr std::array codes = {
                    "in [method]."},
 };
 
-}  // namespace
+}  // namespace codes_of_findings
 
-std::span<const DiagnosticCode> diagnostic_codes() { return codes; }
+using codes_of_findings::codes;
 
-std::optional<DiagnosticCode> diagnostic_code(std::string_view code) {
-  const auto* const at = std::ranges::find(codes, code, &DiagnosticCode::code);
-  return at == codes.end() ? std::nullopt : std::optional<DiagnosticCode>(*at);
-}
+// The code of a finding. One that is written down and that the table does not hold does not compile.
+// A choice between two of one length is no literal: std::string_view(leads ? "reference_leads" : …).
+class FindingCode {
+ public:
+  template <std::size_t size>
+  consteval FindingCode(const char (&code)[size]) : code_(code) {  // NOLINT(google-explicit-constructor)
+    if (std::ranges::find(codes, code_, &DiagnosticCode::code) == codes.end()) {
+      throw "codes, above, does not hold this one";
+    }
+  }
+  // One that was chosen or read when the program ran.
+  template <std::convertible_to<std::string_view> Text>
+  FindingCode(const Text& code) : code_(code) {}  // NOLINT(google-explicit-constructor)
 
-Severity severity(const Finding& finding) {
-  const std::optional<DiagnosticCode> known = diagnostic_code(finding.code);
-  return known ? known->severity : Severity::warning;
-}
+  [[nodiscard]] constexpr std::string_view text() const { return code_; }
 
-std::string_view cure(const Finding& finding) {
-  const std::optional<DiagnosticCode> known = diagnostic_code(finding.code);
-  return known ? known->cure : std::string_view();
-}
+ private:
+  std::string_view code_;
+};
 
-std::string sentence(const Finding& finding) {
-  return finding.subject.empty() ? finding.text : finding.subject + ": " + finding.text;
-}
-
-std::string in_words(const Finding& finding) {
-  return std::string(name(severity(finding))) + " [" + finding.code + "] " + sentence(finding);
-}
-
-}  // namespace rivid
+}  // namespace rivid::detail
