@@ -89,6 +89,10 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
                       ? answered_by_suitable_method(robot, logs, estimation)
                       : answered(robot, logs, estimation);
   answer.rows = std::move(rows);
+  if (asked.judge && !logs.empty()) {
+    answer.inference.fit.reference_error =
+        detail::reference_error(robot, answer.problem->base, logs, answer.inference.chi, asked.threads);
+  }
   answer.notes = robot.notes;
   add_notes(logs, answer.notes);
   add_notes(validation, answer.notes);
