@@ -15,7 +15,7 @@ namespace rivid::detail {
 namespace {
 
 // Instants that stand for a motion, and what they are drawn by.
-constexpr Index instants = 300;
+constexpr Index drawn_instants = 300;
 constexpr unsigned motion_seed = 1805;
 
 // Mean square of the accelerations of each joint, that of the noise left out.
@@ -46,8 +46,8 @@ Motion random_motion(std::span<const Log> logs, Index n) {
   std::mt19937_64 random(motion_seed);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   std::normal_distribution<double> normal;
-  Motion out{Matrix(instants, n), Matrix(instants, n), Matrix(instants, n)};
-  for (Index k = 0; k < instants; ++k) {
+  Motion out{Matrix(drawn_instants, n), Matrix(drawn_instants, n), Matrix(drawn_instants, n)};
+  for (Index k = 0; k < drawn_instants; ++k) {
     for (Index j = 0; j < n; ++j) {
       out.q(k, j) = low[j] + uniform(random) * (high[j] - low[j]);
       out.qd(k, j) = qd[j] * normal(random);

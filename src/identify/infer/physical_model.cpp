@@ -69,7 +69,7 @@ struct LeftOut {
 
 // Of the estimate, or with options of the physically consistent parameters. Empty where the other blocks do
 // not determine the parameters.
-LeftOut left_out(const EstimationProblem& problem, const Estimate& estimate,
+LeftOut without_blocks(const EstimationProblem& problem, const Estimate& estimate,
                  std::span<const BlockSums> blocks, const Physical* options = nullptr) {
   const Index b = problem.base.size();
   const double sigma = estimate.sigma;
@@ -96,7 +96,7 @@ LeftOut left_out(const EstimationProblem& problem, const Estimate& estimate,
   return out;
 }
 
-double sum(const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); }
+double total(const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); }
 
 // By what the blocks are predicted better than by another set, over what the sum of these differences
 // scatters by.
@@ -121,7 +121,7 @@ Matrix covariance_by_blocks(const LeftOut& found, std::span<const BlockSums> blo
   for (const BlockSums& block : blocks) {
     expected += 2.0 * block.ZW.cwiseProduct(C).sum() / (sigma * sigma);
   }
-  return std::max(sum(found.growth) / expected, 1.0) * C;
+  return std::max(total(found.growth) / expected, 1.0) * C;
 }
 
 // The physically consistent parameters, and what the blocks say of them.
@@ -143,9 +143,9 @@ Consistent by_prediction(const EstimationProblem& problem, const Physical& optio
   };
   for (const double factor : tried_weights) {
     const Physical tried = with(factor);
-    found.push_back(left_out(problem, estimate, blocks, &tried));
+    found.push_back(without_blocks(problem, estimate, blocks, &tried));
   }
-  const auto best = std::ranges::min_element(found, {}, [](const LeftOut& one) { return sum(one.growth); });
+  const auto best = std::ranges::min_element(found, {}, [](const LeftOut& one) { return total(one.growth); });
   std::size_t chosen = static_cast<std::size_t>(best - found.begin());
   for (std::size_t w = chosen + 1; w < found.size(); ++w) {
     chosen = advantage(*best, found[w]) <= 1.0 ? w : chosen;
@@ -173,7 +173,7 @@ PhysicalModel found_model(const EstimationProblem& problem, const Physical& opti
     if (options.weight_may_fall) {
       out = by_prediction(problem, options, estimate, blocks);
     } else {
-      out.blocks = left_out(problem, estimate, blocks, &options);
+      out.blocks = without_blocks(problem, estimate, blocks, &options);
     }
     out.model.better = advantage(out.blocks, plain) > 1.0;
     out.model.C_chi = covariance_by_blocks(out.blocks, blocks, estimate.sigma);
@@ -202,13 +202,13 @@ void add_physical(const EstimationProblem& problem, const Estimated& found, std:
                   Inference& out) {
   const std::optional<Physical>& options = problem.estimation.physical;
   const bool says = blocks.size() >= 4 && found.status == Status::identified;
-  const LeftOut plain = says ? left_out(problem, *found.estimate, blocks) : LeftOut();
+  const LeftOut plain = says ? without_blocks(problem, *found.estimate, blocks) : LeftOut();
   if (!options) {
     if (found.status != Status::rank_deficient) {
       warn_of_weak_excitation(problem.base, found.estimate->root / found.estimate->sigma, out);
     }
     const auto rows = static_cast<double>(found.estimate->rows);
-    if (problem.estimation.judge && !plain.growth.empty() && sum(plain.growth) > loose * rows) {
+    if (problem.estimation.judge && !plain.growth.empty() && total(plain.growth) > loose * rows) {
       PhysicalModel model = found_model(problem, Physical{}, found, blocks, plain);
       if (model.better) {
         out.physical = std::move(model);
