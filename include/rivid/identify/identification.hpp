@@ -509,7 +509,19 @@ struct [[nodiscard]] Identification {
       diagnostics;  ///< where the covariance is that of CovarianceKind::hac or CovarianceKind::blocks
   /// Where the method was asked for it and all parameters are determined.
   std::optional<EssentialModel> essential;
-  std::optional<PhysicalModel> physical;  ///< where the method was asked for it
+  std::optional<PhysicalModel> physical;  ///< where the method was asked for it, and where it is the answer
+
+  /// Whether the answer is the physically consistent set rather than chi; and of the answer its parameters and
+  /// its errors, of the fit and of a validation.
+  [[nodiscard]] bool physical_answers() const { return physical && physical->better; }
+  [[nodiscard]] const Vector& answer() const { return physical_answers() ? physical->parameters.chi : chi; }
+  [[nodiscard]] const Fit& answer_fit() const { return physical_answers() ? physical->fit : fit; }
+  [[nodiscard]] const Fit& answer_fit(const Validation& found) const {
+    return physical_answers() && found.physical ? *found.physical : found.fit;
+  }
+  [[nodiscard]] const Matrix& answer_covariance() const {
+    return physical_answers() ? physical->C_chi : C_chi;
+  }
 };
 
 /// Identifies the base parameters from logs of one robot; their rows are stacked.

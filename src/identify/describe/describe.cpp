@@ -212,10 +212,8 @@ Identification described(const Answer& answer, const Judgement& judgement) {
   }
   out.physical = inference.physical;
   if (found.estimate && !problem.logs.empty() && out.chi.allFinite()) {
-    const bool physical = out.physical && out.physical->better;
-    out.forecast = expected_error(
-        problem.robot, out.base, problem.logs, physical ? out.physical->parameters.chi : out.chi,
-        physical ? out.physical->C_chi : out.C_chi, physical ? out.physical->fit : out.fit);
+    out.forecast = expected_error(problem.robot, out.base, problem.logs, out.answer(),
+                                  out.answer_covariance(), out.answer_fit());
   }
   out.essential = inference.essential;
   if (out.essential) {

@@ -94,12 +94,19 @@ void find_predictions(const Identification& result, Findings& out) {
   // of a torque is in the fit as well.
   constexpr double counting = 0.01;
   constexpr double worse = 2.0;
+  if (result.forecast && std::isfinite(result.forecast->relative_error) &&
+      result.forecast->relative_error > useless) {
+    out.add("prediction_fails", "all joints",
+            "of random motion within the range of the logs, as fast as they are, an error of " +
+                number_that_says(100.0 * result.forecast->relative_error, 3) +
+                " % of the torques is forecast: the model is good for the motion of its logs at most");
+  }
   for (const Validation& validation : result.validation) {
-    const Fit& found = validation.fit;
+    const Fit& found = result.answer_fit(validation);
     const auto torque = [](const JointFit& joint) { return joint.sigma_rho / joint.relative_error; };
     for (std::size_t j = 0; j < found.joints.size(); ++j) {
       const JointFit& there = found.joints[j];
-      const JointFit& here = result.fit.joints[j];
+      const JointFit& here = result.answer_fit().joints[j];
       const bool counts = std::ranges::all_of(found.joints, [&](const JointFit& other) {
         return other.unit != there.unit || other.rows == 0 || torque(there) > counting * torque(other);
       });

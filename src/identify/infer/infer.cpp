@@ -241,10 +241,8 @@ Validation validate(const Robot& robot, const Identification& identification, co
                : detail::fit_to(robot, data, chi, 0, signal.convention);
   };
   Validation out{log.source, fit(identification.chi), {}, {}, {}};
-  const std::optional<PhysicalModel>& physical = identification.physical;
-  const bool answers = physical && physical->better;
-  out.forecast = detail::expected_error(data.groups, answers ? physical->C_chi : identification.C_chi,
-                                        answers ? physical->fit : identification.fit);
+  out.forecast =
+      detail::expected_error(data.groups, identification.answer_covariance(), identification.answer_fit());
   out.fit.reference_error =
       detail::reference_error(robot, identification.base, std::span(&log, 1), identification.chi, threads);
   if (identification.physical) {

@@ -70,7 +70,7 @@ struct LeftOut {
 // Of the estimate, or with options of the physically consistent parameters. Empty where the other blocks do
 // not determine the parameters.
 LeftOut without_blocks(const EstimationProblem& problem, const Estimate& estimate,
-                 std::span<const BlockSums> blocks, const Physical* options = nullptr) {
+                       std::span<const BlockSums> blocks, const Physical* options = nullptr) {
   const Index b = problem.base.size();
   const double sigma = estimate.sigma;
   Matrix all = Matrix::Zero(b, b);
@@ -121,7 +121,7 @@ Matrix covariance_by_blocks(const LeftOut& found, std::span<const BlockSums> blo
   for (const BlockSums& block : blocks) {
     expected += 2.0 * block.ZW.cwiseProduct(C).sum() / (sigma * sigma);
   }
-  return std::max(total(found.growth) / expected, 1.0) * C;
+  return expected > 0.0 ? std::max(total(found.growth) / expected, 1.0) * C : C;
 }
 
 // The physically consistent parameters, and what the blocks say of them.

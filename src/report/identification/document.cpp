@@ -37,16 +37,10 @@ std::string known_of_all(const Identification& result) {
   return std::to_string(known) + " of " + std::to_string(result.columns);
 }
 
-// Of the set of parameters that is the answer.
-const Fit& found_error(const Identification& result, const Validation& validation) {
-  return result.physical && result.physical->better && validation.physical ? *validation.physical
-                                                                           : validation.fit;
-}
-
 // What the model will do on other motion, and what it does.
 std::vector<std::string> predictions_of(const Identification& result) {
   std::vector<std::string> out;
-  if (result.physical && result.physical->better) {
+  if (result.physical_answers()) {
     out.emplace_back(
         "answer: the physically consistent parameters, which predict blocks of time that are left out "
         "better");
@@ -59,7 +53,7 @@ std::vector<std::string> predictions_of(const Identification& result) {
   }
   for (const Validation& validation : result.validation) {
     out.push_back("torque error on " + std::filesystem::path(validation.file).filename().string() + ": " +
-                  percent(found_error(result, validation).relative_error) + ", forecast " +
+                  percent(result.answer_fit(validation).relative_error) + ", forecast " +
                   in_words(validation.forecast.relative_error));
   }
   return out;
@@ -75,7 +69,7 @@ KeyFigures figures_of(const Identification& result) {
     out.figures.emplace_back(percent(result.forecast->relative_error), "forecast for random motion");
   }
   for (const Validation& validation : result.validation) {
-    out.figures.emplace_back(percent(found_error(result, validation).relative_error),
+    out.figures.emplace_back(percent(result.answer_fit(validation).relative_error),
                              "torque error on " + std::filesystem::path(validation.file).filename().string());
   }
   return out;

@@ -69,7 +69,7 @@ void add_occasional(const Identification& result, Columns& fields) {
   if (std::ranges::any_of(result.parameters, [](const P& p) { return !widening(p).empty(); })) {
     fields.push_back({{"widened by"}, widening});
   }
-  if (result.physical && result.physical->better) {
+  if (result.physical_answers()) {
     const Vector& chi = result.physical->parameters.chi;
     // Tables of the page are sorted.
     const auto place = [&result](const P& p) {
