@@ -265,10 +265,11 @@ constexpr std::array codes = {
                    "temperature, or a motion that the fit did not contain.",
                    "Compare the two logs; identify from both."},
     DiagnosticCode{
-        "prediction_fails", error, "The model does not predict the torques of a validation log.",
-        "Of a joint it leaves ten times what it leaves of the fit, more than all of the torque, or "
-        "three times what residual and intervals forecast: a motion that shows what the fit did not, "
-        "another load, another temperature, an error of the model.",
+        "prediction_fails", error, "The model does not predict the torques of other motion.",
+        "Of a joint of a validation log it leaves ten times what it leaves of the fit, more than all "
+        "of the torque, or three times what residual and intervals forecast; or these forecast more "
+        "than all torques for random motion within the range of the logs: a motion that shows what "
+        "the fit did not, another load, another temperature, an error of the model.",
         "Identify from both logs, or record a more exciting motion; validate on a third one."},
     DiagnosticCode{"unexplained_torque", warning, "No parameters explain the torque of a joint.",
                    "The model leaves most of it: columns of another log, wrong geometry, a missing coupling, "

@@ -139,7 +139,6 @@ void find_doubts(const Answer& answer, const Identification& result, Findings& o
     out.add(answer.inference.warnings);
     find_prefilter(result, out);
     find_loop(answer.found.error_with_V, result, out);
-    find_predictions(result, out);
   }
 }
 

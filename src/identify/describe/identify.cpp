@@ -101,7 +101,15 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
     answer.validation.push_back(validate(robot, seen, log, asked.threads));
   }
   seen.validation = answer.validation;
-  return asked.judge ? described(answer, detail::judged(robot, logs, validation, seen)) : seen;
+  if (!asked.judge) {
+    return seen;
+  }
+  detail::Judgement judgement = detail::judged(robot, logs, validation, seen);
+  detail::Findings of_predictions;
+  detail::find_predictions(seen, of_predictions);
+  judgement.findings.insert(judgement.findings.end(), of_predictions.all().begin(),
+                            of_predictions.all().end());
+  return described(answer, judgement);
 }
 
 Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {
