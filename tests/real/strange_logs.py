@@ -170,6 +170,8 @@ def judged(case, sweep):
             "fit": fit["relative_error"], "codes": sorted({w["code"] for w in result["warnings"]}), "answer": "physical" if (result.get("physical") or {}).get("better") else "estimate",
             "identified": sum(p["verdict"] == "identified" for p in result["parameters"])}
     if validation:
+        if out["answer"] == "physical":
+            fit, validation = result["physical"]["fit"], validation["physical"] | {"forecast": validation["forecast"]}
         out |= {"found": validation["relative_error"], "forecast": (validation.get("forecast") or {}).get("relative_error"),
                 "ratio": max((v["sigma_rho"] or 0.0) / f["sigma_rho"] for v, f in zip(validation["joints"], fit["joints"]) if f["sigma_rho"]),
                 "worst": max(v["relative_error"] or 0.0 for v in validation["joints"])}

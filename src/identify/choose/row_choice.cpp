@@ -1,3 +1,5 @@
+#include <cstdio>
+#include <cstdlib>
 #include "identify/choose/row_choice.hpp"
 
 #include <algorithm>
@@ -34,6 +36,7 @@ constexpr double slow_part = 0.05;
 // so many rows for each parameter.
 constexpr double many_rows = 10.0;
 constexpr double fewest_rows = 2.0;
+constexpr double plenty = 40.0;
 // Rows for each column of the joint that has the fewest, below which residuals say too little about the errors
 // to be worth less noise.
 constexpr double enough_rows = 10.0;
@@ -341,6 +344,7 @@ class Chooser {
   // by the bias of noise, squared, and by the variance.
   std::optional<std::size_t> best_prediction(std::size_t longest) {
     std::optional<std::size_t> best;
+    Vector chi;  // of the best one: shorter windows are the more biased
     try {
       const std::vector<RowGroup> judged = judged_rows();
       double least = std::numeric_limits<double>::infinity();
@@ -352,11 +356,16 @@ class Chooser {
         if (!fit || rows_a_parameter_ < fewest_rows || fit->estimate.rank < most) {
           continue;
         }
-        const double error = expected_squares(judged, fit->estimate);
+        if (best && rows_a_parameter_ > plenty) {
+          break;
+        }
+        const double error = expected_squares(judged, fit->estimate, best ? chi : fit->estimate.chi);
+        if (std::getenv("RIVID_DEBUG")) std::fprintf(stderr, "n %d R/p %.1f rank %ld error %g\n", windows_[w], rows_a_parameter_, long(fit->estimate.rank), error);
         if (fit->estimate.rank > most || error < least) {
           most = fit->estimate.rank;
           least = error;
           best = w;
+          chi = fit->estimate.chi;
         } else if (error > hopeless * least) {
           break;
         }
@@ -367,8 +376,9 @@ class Chooser {
   }
 
   // Σ_j a_j (tr(G_j C) + bᵀ G_j b) with G_j of the judged rows, bias b and covariance C.
-  [[nodiscard]] double expected_squares(std::span<const RowGroup> judged, const Estimate& estimate) const {
-    const Vector bias = noise_bias(*problem_, estimate);
+  [[nodiscard]] double expected_squares(std::span<const RowGroup> judged, const Estimate& estimate,
+                                        const Vector& chi) const {
+    const Vector bias = noise_bias(*problem_, estimate, chi);
     const Vector open = undetermined(estimate.unit_covariance);
     double torques = 0.0;
     for (const RowGroup& joint : judged) {
@@ -460,14 +470,14 @@ class Chooser {
 
   void compare(const Pilot& fit, std::size_t at, RowChoice& out) {
     const Vector sigma = fit.sigma();
-    const Vector bias = noise_bias(*problem_, fit.estimate);
+    const Vector bias = noise_bias(*problem_, fit.estimate, fit.estimate.chi);
     const auto moved_at = [&](int n_d) {
       const auto other = n_d == windows_[at] ? std::nullopt : fitted_with(n_d, false);
       if (!other || other->estimate.rank < bias.size()) {
         return WindowShift{};
       }
       const Vector change = other->estimate.chi - fit.estimate.chi;
-      const Vector by_noise = noise_bias(*problem_, other->estimate) - bias;
+      const Vector by_noise = noise_bias(*problem_, other->estimate, fit.estimate.chi) - bias;
       const Vector beyond = (change.cwiseAbs() - by_noise.cwiseAbs()).cwiseMax(0.0);
       Index worst = 0;
       WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst),

@@ -73,7 +73,7 @@ std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix&
   const Vector& plain = inference.uncertainty.plain_sigma;
   std::string codes;
   for (const ModelTest& test : alternatives.believed) {
-    if (diagnostic_code(test.code)->severity == Severity::warning) {
+    if (diagnostic_code(test.code)->severity == Severity::warning && codes.find(test.code) == std::string::npos) {
       codes += (codes.empty() ? "" : ", ") + test.code;
     }
   }

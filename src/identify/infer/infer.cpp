@@ -188,7 +188,7 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
     out.unfiltered = statistics_of(problem, *found.unfiltered).uncertainty;
   }
   if (!found.iv && !estimate.loss && problem.factors == nullptr) {
-    out.noise_bias = noise_bias(problem, estimate);
+    out.noise_bias = noise_bias(problem, estimate, estimate.chi);
   }
   add_physical(problem, found, statistics.blocks, out);
   add_essential(problem, estimate, out);

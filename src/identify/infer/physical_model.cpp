@@ -56,7 +56,7 @@ constexpr double worth_it = 0.9;
 
 // Blocks that are left out err by so much more than with them, of all squared residuals, where physically
 // consistent parameters may predict better than the estimate.
-constexpr double loose = 0.3;
+constexpr double loose = 1.0;
 
 // Weights of the prior that are validated, over the one that was given.
 constexpr std::array<double, 7> tried_weights = {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3};
