@@ -75,7 +75,7 @@ inline constexpr std::array codes = {
                    "All their positions are equal. In the fit they count twice, which makes the standard "
                    "deviations too small.",
                    "Leave one of them out."},
-    DiagnosticCode{"validation_log_used", note, "A validation log is also a log of the fit.",
+    DiagnosticCode{"validation_log_used", warning, "A validation log is also a log of the fit.",
                    "All their positions are equal; its error validates nothing.",
                    "Validate on a log of another motion."},
     DiagnosticCode{"dead_torque", error, "A torque does not change.",
@@ -127,6 +127,11 @@ inline constexpr std::array codes = {
                    "the noise of the log.",
                    "Widen the window of the rows ([signal] decimation), or give controller and reference and "
                    "use method \"iv\". Where decimation is \"auto\" only a faster or larger motion helps."},
+    DiagnosticCode{
+        "window_shift", warning, "Parameters depend on the spacing of the rows.",
+        "Rows at half or double the spacing that was chosen move a parameter by more than 3 σ, what "
+        "noise does taken off: an error of the model or weak excitation. Intervals are wider by it.",
+        "Look at the friction laws and the other findings; record a more exciting motion."},
     DiagnosticCode{"torque_lag", warning, "Torques have a small time offset from the motion.",
                    "The residual is correlated with the rate of the torques, enough to move a parameter out "
                    "of its interval: a torque that acts until the next sample, a filter in its measurement, "
@@ -264,6 +269,13 @@ inline constexpr std::array codes = {
                    "The residual of a joint is more than twice that of the fit: another load, another "
                    "temperature, or a motion that the fit did not contain.",
                    "Compare the two logs; identify from both."},
+    DiagnosticCode{
+        "prediction_fails", error, "The model does not predict the torques of other motion.",
+        "Of a joint of a validation log it leaves ten times what it leaves of the fit, more than all "
+        "of the torque, or three times what residual and intervals forecast; or these forecast more "
+        "than all torques for random motion within the range of the logs: a motion that shows what "
+        "the fit did not, another load, another temperature, an error of the model.",
+        "Identify from both logs, or record a more exciting motion; validate on a third one."},
     DiagnosticCode{"unexplained_torque", warning, "No parameters explain the torque of a joint.",
                    "The model leaves most of it: columns of another log, wrong geometry, a missing coupling, "
                    "or a delay that changes.",

@@ -71,6 +71,8 @@ Json physical(const Robot& robot, const BaseParameters& base, const PhysicalMode
   out["links"] = links(robot, base, model.parameters.chi_st);
   out["fit"] = json_of(model.fit);
   out["options"] = json_of(model.options);
+  out["better"] = model.better;
+  out["sigma"] = json_of(Vector(model.C_chi.diagonal().cwiseSqrt()));
   return out;
 }
 
@@ -153,6 +155,7 @@ Json fit_members(const Identification& result) {
 Json validation(const Validation& v) {
   Json out = {{"file", v.file}};
   out.update(json_of(v.fit));
+  out["forecast"] = json_of(v.forecast);
   add(out, "physical", v.physical);
   add(out, "essential", v.essential);
   return out;
@@ -290,6 +293,7 @@ std::string to_json(const Robot& robot, const Identification& result, const Prov
               {"fit", fit_members(result)},
               {"validation", json_list(result.validation, validation)},
               {"provenance", members(provenance, std::move(options))}};
+  add(out, "forecast", result.forecast);
   add(out, "tests", result.diagnostics);
   if (!result.alternatives.empty()) {
     out["alternatives"] = json_of(result.alternatives);

@@ -305,6 +305,7 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.alternatives", member_table<ModelTest>()},
                                             {"result.fit", member_table<Fit>()},
                                             {"result.fit.joints", member_table<JointFit>()},
+                                            {"result.forecast", member_table<TorqueForecast>()},
                                             {"result.gains", member_table<GainReport>()},
                                             {"result.gains.joints", member_table<GainEstimate>()},
                                             {"result.prefilter", member_table<PrefilterReport>()},

@@ -311,30 +311,58 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
 
 namespace {
 
-// A group with hardly more rows than its own fit takes away fits itself, and its weight would be without
-// bounds: it is given the relative error that other groups have, which counts as so many degrees of freedom.
-void pool_poor(std::span<const RowGroup> groups, const std::vector<double>& freedoms,
-               std::vector<double>& sigmas) {
-  constexpr double enough = 12.0;
-  const auto rms = [&](std::size_t g) {
-    return groups[g].qr.y_norm() / std::sqrt(static_cast<double>(groups[g].qr.rows()));
-  };
-  std::vector<double> relative;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (freedoms[g] >= enough && rms(g) > 0.0) {
-      relative.push_back(sigmas[g] / rms(g));
+// A group with fewer rows for each of its columns fits itself in part, or altogether: its deviation is told by
+// the fit to all groups, which leaves it the degrees of freedom that the others do not determine for it.
+bool fits_itself(const RowGroup& group) {
+  constexpr Index enough = 5;
+  return group.qr.rows() > 0 && group.qr.rows() < enough * group.qr.columns();
+}
+
+double rms(const RowGroup& group) {
+  return group.qr.y_norm() / std::sqrt(static_cast<double>(group.qr.rows()));
+}
+
+// The covariance on what is determined, zero elsewhere.
+Matrix determined(Matrix covariance) {
+  for (Index i = 0; i < covariance.rows(); ++i) {
+    if (!std::isfinite(covariance(i, i))) {
+      covariance.row(i).setZero();
+      covariance.col(i).setZero();
     }
   }
-  if (relative.empty()) {
-    return;
-  }
-  std::ranges::nth_element(relative, relative.begin() + std::ssize(relative) / 2);
-  const double typical = relative[relative.size() / 2];
+  return covariance;
+}
+
+// Deviations of groups that fit themselves, and the fit to all groups that these make, in turn.
+void refit_by_all(std::span<const RowGroup> groups, Index columns, std::vector<double>& sigmas) {
+  constexpr double first = 0.05;         // of the rms of Y
+  constexpr double least = 1e-3;         // the same, that a group which nothing else determines ends at
+  constexpr double least_freedom = 0.1;  // of the rows
+  constexpr int most_rounds = 8;
+  constexpr double settled = 0.01;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (groups[g].qr.rows() > 0 && freedoms[g] < enough) {
-      const double pooled = typical * rms(g);
-      sigmas[g] = std::sqrt((freedoms[g] * sigmas[g] * sigmas[g] + enough * pooled * pooled) /
-                            (freedoms[g] + enough));
+    sigmas[g] = fits_itself(groups[g]) ? std::max(first * rms(groups[g]), sigmas[g]) : sigmas[g];
+  }
+  double step = 1.0;
+  for (int round = 0; round < most_rounds && step > settled; ++round) {
+    std::vector<double> weights = sigmas;
+    std::ranges::transform(weights, weights.begin(), [](double sigma) { return 1.0 / sigma; });
+    const LeastSquares all = least_squares(groups, columns, weights);
+    const Matrix C = determined(all.unit_covariance);
+    step = 0.0;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      if (!fits_itself(groups[g])) {
+        continue;
+      }
+      const RowGroup& group = groups[g];
+      const Matrix R = weights[g] * group.qr.R();
+      const double leverage = (R * C(group.columns, group.columns)).cwiseProduct(R).sum();
+      const auto rows = static_cast<double>(group.qr.rows());
+      const double freedom = std::max({rows - leverage, least_freedom * rows, 1.0});
+      const double sigma = std::max(group.qr.residual_norm(all.chi(group.columns)) / std::sqrt(freedom),
+                                    least * rms(group) + std::numeric_limits<double>::min());
+      step = std::max(step, std::abs(std::log(sigma / sigmas[g])));
+      sigmas[g] = sigma;
     }
   }
 }
@@ -345,12 +373,10 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
   require_groups("group_sigmas", groups, std::numeric_limits<Index>::max(), groups.size());
   const Vector norms = column_norms(groups);
   std::vector<double> out;
-  std::vector<double> freedoms;
   for (const RowGroup& group : groups) {
     const Index rows = group.qr.rows();
     if (rows == 0) {
       out.push_back(1.0);
-      freedoms.push_back(0.0);
       continue;
     }
     Matrix R = group.qr.R();
@@ -377,9 +403,10 @@ std::vector<double> group_sigmas(std::span<const RowGroup> groups) {
     const double rounding =
         std::numeric_limits<double>::epsilon() * group.qr.y_norm() + std::numeric_limits<double>::min();
     out.push_back(std::max(norm, rounding) / std::sqrt(freedom));
-    freedoms.push_back(rows > rank ? freedom : 0.0);
   }
-  pool_poor(groups, freedoms, out);
+  if (std::ranges::any_of(groups, fits_itself)) {
+    refit_by_all(groups, norms.size(), out);
+  }
   return out;
 }
 

@@ -42,7 +42,7 @@ TEST_F(Identify, FindsTheTruthOfTheScaraWithinItsIntervals) {
 TEST_F(Identify, PrintsTheTableAndSaysWhatItWrote) {
   const Outcome run = identify({"scara.toml"});
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_TRUE(run.out.starts_with("IDIM-WLS: identified, 8 base parameters from 353 rows")) << run.out;
+  EXPECT_TRUE(run.out.starts_with("IDIM-WLS: identified, 8 of 8 base parameters from 353 rows")) << run.out;
   EXPECT_NE(run.out.find("Validation on scara_validation.csv"), std::string::npos) << run.out;
   EXPECT_TRUE(run.err.ends_with("wrote scara_result/result.json\n")) << run.err;
 }

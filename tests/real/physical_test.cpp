@@ -105,7 +105,18 @@ TEST_F(PhysicalKuka, CarriesOneLogOverToAnotherByTheDescriptionAlone) {
 }
 
 TEST_F(PhysicalKuka, WarnsOfOneLogWithoutTheDescription) {
-  EXPECT_TRUE(warns_of_weak_excitation(result({"--log", "kuka_kr300/kr300_A.csv"}, 1)));
+  EXPECT_TRUE(warns_of_weak_excitation(result({"--log", "kuka_kr300/kr300_A.csv"})));
+}
+
+// Neither set was asked for: blocks of time of the log say which one predicts better.
+TEST_F(PhysicalKuka, IsTheAnswerOfOneLog) {
+  for (const auto& [log, other] : {std::pair("kuka_kr300/kr300_A.csv", 1U), {"kuka_kr300/kr300_B.csv", 0U}}) {
+    const Json found = result({"--log", log});
+    ASSERT_TRUE(found.contains("physical"));
+    EXPECT_TRUE(found["physical"]["better"]);
+    const Json& there = found["validation"][other];
+    EXPECT_LT(there["physical"]["relative_error"], 0.5 * there["relative_error"].get<double>()) << log;
+  }
 }
 
 }  // namespace

@@ -148,19 +148,47 @@ TEST(GroupSigmas, TakeColumnsOfRoundingErrorsForZero) {
   EXPECT_NEAR(group_sigmas(groups)[0], (Y - independent * own).norm() / std::sqrt(48.0), 1e-12);
 }
 
-// Five rows of four columns leave one degree of freedom, which can come out as small as it likes.
-TEST(GroupSigmas, OfAGroupWithHardlyMoreRowsThanColumnsArePooledWithTheOthers) {
-  const Matrix W = random_matrix(205, 4, 71);
-  const Vector Y = W * Vector::Ones(4) + 0.1 * random_matrix(205, 1, 72);
+// Rows of one truth, of two groups with these deviations of the noise; the second one has few rows.
+std::vector<RowGroup> unequal_groups(Index few, double first, double second, unsigned seed) {
+  constexpr Index many = 400;
+  const Matrix W = random_matrix(many + few, 4, seed);
+  const Matrix noise = random_matrix(many + few, 1, seed + 1);
+  const Vector truth = W * Vector::Ones(4);
   std::vector<RowGroup> groups = {{{0, 1, 2, 3}, StreamingQr(4)}, {{0, 1, 2, 3}, StreamingQr(4)}};
-  groups[0].qr.add(W.topRows(200), Y.head(200));
-  // Rows that fit themselves to rounding.
-  const Matrix few = W.bottomRows(5);
-  groups[1].qr.add(few, few * Vector::Constant(4, 2.0));
-  const std::vector<double> sigmas = group_sigmas(groups);
-  const double relative = sigmas[0] * std::sqrt(200.0) / Y.head(200).norm();
-  const double rms = (few * Vector::Constant(4, 2.0)).norm() / std::sqrt(5.0);
-  EXPECT_NEAR(sigmas[1], std::sqrt(12.0 / 13.0) * relative * rms, 1e-9 * sigmas[1]);
+  groups[0].qr.add(W.topRows(many), truth.head(many) + first * noise.topRows(many));
+  groups[1].qr.add(W.bottomRows(few), truth.tail(few) + second * noise.bottomRows(few));
+  return groups;
+}
+
+// Four rows of four columns fit themselves to rounding: their own fit would weight them by 1e15.
+TEST(GroupSigmas, OfAGroupThatFitsItselfAreThoseThatTheFitToAllLeaves) {
+  constexpr double noise = 0.1;
+  for (const Index few : {3, 4, 5, 12}) {
+    double squares = 0.0;
+    constexpr unsigned runs = 200;
+    for (unsigned run = 0; run < runs; ++run) {
+      squares += std::pow(group_sigmas(unequal_groups(few, noise, noise, 1000 + 2 * run))[1] / noise, 2.0);
+    }
+    const double scatter = random_matrix(1000, 1, 5).squaredNorm() / 1000.0;  // of the noise's unit
+    // Four deviations of the mean of as many squares.
+    EXPECT_NEAR(squares / runs / scatter, 1.0, 4.0 * std::sqrt(2.0 / (static_cast<double>(few) * runs)))
+        << few;
+  }
+}
+
+// Arms exist whose joints err by such different torques.
+TEST(GroupSigmas, KeepARatioOfSevenHundred) {
+  const std::vector<double> sigmas = group_sigmas(unequal_groups(12, 0.7, 0.001, 77));
+  EXPECT_GT(sigmas[0] / sigmas[1], 250.0);
+  EXPECT_LT(sigmas[0] / sigmas[1], 2500.0);
+}
+
+// A column that this group alone has, in as many rows as it has columns: nothing tells its error.
+TEST(GroupSigmas, OfAGroupThatNothingElseDeterminesStayBounded) {
+  std::vector<RowGroup> groups = unequal_groups(4, 0.1, 0.1, 91);
+  groups[1].columns = {4, 5, 6, 7};
+  const double rms = groups[1].qr.y_norm() / 2.0;
+  EXPECT_NEAR(group_sigmas(groups)[1], 1e-3 * rms, 1e-9 * rms);
 }
 
 TEST(GroupSigmas, AreNeverZero) {

@@ -57,11 +57,15 @@ struct ParameterEstimate {
   double relative_sigma_percent = 0.0;  ///< 100 σ / |value|
   double plain_sigma = 0.0;  ///< σ of CovarianceKind::hac, where `sigma` is that of `blocks`; else the same
   std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
-  /// Expected bias by the noise of the positions, in σ. Not a number where instruments know none of that
+  /// Expected bias by the noise of the positions, in the σ of errors in the rows. Not a number where instruments know none of that
   /// noise, and for robust estimates.
   double noise_bias = std::numeric_limits<double>::quiet_NaN();
   /// By what those Identification::alternatives that are warnings move it together, which is part of `sigma`.
   double model_shift = 0.0;
+  std::string widened_by = {};  ///< codes of these; empty where there is none
+  /// By what the choice of the rows moves it, which is part of `sigma`: the bias that noise is expected to
+  /// leave, and what neighbouring windows say where one moves a parameter by more than 3 σ.
+  double row_shift = 0.0;
   double a_priori = 0.0;  ///< the same base parameter from the robot description
   Verdict verdict = Verdict::identified;
   std::string advice;  ///< why it is not `identified`, and the motion that would help; else empty
@@ -96,6 +100,14 @@ struct ParameterEstimate {
               "by what those `alternatives` that are warnings move it together, which is part of `sigma`; 0 "
               "where there is none",
               {.unit = "`unit`"}},
+        Field{"widened_by", &R::widened_by, "codes of these `alternatives`; empty where there is none"},
+        Field{
+            "row_shift",
+            &R::row_shift,
+            "by what the choice of the rows moves it, which is part of `sigma`: the expected bias by noise, "
+            "and what neighbouring windows say where one moves a parameter by more than 3 σ; 0 of rows "
+            "that were given",
+            {.unit = "`unit`"}},
         Field{"regrouped", &R::regrouped, "the group as a person writes it (6): `\"ZZ1 + 0.25 M2\"`"},
         Field{"regrouping",
               nullptr,
@@ -149,7 +161,10 @@ struct JointFit {
 struct Fit {
   double relative_error = 0.0;          ///< ‖Y − W χ‖ / ‖Y‖
   double centred_relative_error = 0.0;  ///< the mean of each joint's Y taken off in the denominator
-  double error_norm = 0.0;              ///< ‖Y − W χ‖
+  /// ‖Y − W χ‖ / ‖Y‖ on rows that do not depend on the signal options: the paper's, every 20 ms, of positions
+  /// low-passed at 10 Hz, or what the sampling rate allows. Not a number where there is no log.
+  double reference_error = std::numeric_limits<double>::quiet_NaN();
+  double error_norm = 0.0;  ///< ‖Y − W χ‖
   /// Standard deviation of the residual, (17). Of the weighted residual for WLS, where it is near 1. Of
   /// robust estimates that of the inliers.
   double sigma_rho = 0.0;
@@ -165,6 +180,13 @@ struct Fit {
               "‖Y − W χ‖ over the norm of Y with each joint's mean taken off: a heavy constant torque no "
               "longer hides the error",
               {.unit = "1"}},
+        Field{
+            "reference_error",
+            &R::reference_error,
+            "the relative error on rows that are the same whatever `[signal]` says, to compare results with "
+            "each other: the paper's rows, every 20 ms, of positions low-passed at 10 Hz (at slow sampling "
+            "rates a fifth of these). Null where there is no log, and of `physical` and `essential`",
+            {.unit = "1"}},
         Field{"error_norm", &R::error_norm, "‖Y − W χ‖ (13)", {.unit = "N·m, N"}},
         Field{"sigma_rho",
               &R::sigma_rho,
@@ -176,10 +198,28 @@ struct Fit {
   }
 };
 
+/// Expected ‖Y − W χ̂‖ / ‖Y‖ on rows that take no part in a fit: the residual of the fit, and what errors of
+/// the parameters by their covariance make of these rows. Infinite where they show what is not determined.
+struct TorqueForecast {
+  double relative_error = 0.0;  ///< of all joints
+  Vector joints;                ///< of each joint, (n)
+
+  template <typename R = TorqueForecast>
+  static constexpr auto fields() {
+    return std::tuple(Field{"relative_error",
+                            &R::relative_error,
+                            "expected relative error, by the residual of the fit and the covariance of the "
+                            "parameters; null where the rows show what is not determined",
+                            {.unit = "1"}},
+                      Field{"joints", &R::joints, "the same of each joint", {.unit = "1"}});
+  }
+};
+
 /// Cross-validation: the identified model on a log that took no part in the fit.
 struct Validation {
   std::string file;
   Fit fit;
+  TorqueForecast forecast;       ///< of the error of the answer on this log
   std::optional<Fit> physical;   ///< of the physically consistent model, where there is one
   std::optional<Fit> essential;  ///< of the essential parameters, where they were asked for
 };
@@ -189,6 +229,10 @@ struct PhysicalModel {
   Physical options;
   PhysicalParameters parameters;
   Fit fit;  ///< on the rows of the identification
+  /// Whether blocks of time that are left out one by one are predicted better than by the estimate, beyond what
+  /// that scatters by: then this set is the answer.
+  bool better = false;
+  Matrix C_chi;  ///< covariance of `parameters.chi` by the blocks, (b × b); empty where they can not say
 };
 
 /// The model of the parameters that matter, and what it costs in fit.
@@ -362,6 +406,8 @@ struct OutputErrorReport {
 struct WindowShift {
   double largest = std::numeric_limits<double>::quiet_NaN();  ///< change of a parameter in its σ
   std::string parameter;                                      ///< that it is of
+  Vector change = {};        ///< of each parameter, (b); empty where there is no other estimate
+  Vector beyond_noise = {};  ///< the same less the change of the expected bias, (b)
 
   template <typename R = WindowShift>
   static constexpr auto fields() {
@@ -375,7 +421,10 @@ struct RowChoice {
   int decimation = 1;        ///< n_d: samples from one row to the next; half of what a row reaches over
   double row_spacing = 0.0;  ///< the same in time [s]
   bool torque_held = false;  ///< what was found of the torques, or was given
-  WindowShift foretold;      ///< the largest expected bias by noise, see ParameterEstimate::noise_bias
+  /// Whether noise alone would have left too few rows, or rows that do not determine all parameters: the
+  /// window is then that with the least expected squared error of predicted torques.
+  bool by_prediction = false;
+  WindowShift foretold;   ///< the largest expected bias by noise, see ParameterEstimate::noise_bias
   WindowShift at_half;    ///< the estimate by least squares at half that window, against that at the window
   WindowShift at_double;  ///< the same at twice the window
   std::string reason;     ///< one sentence: what was chosen and why
@@ -386,6 +435,10 @@ struct RowChoice {
         Field{"decimation", &R::decimation, "samples from one row to the next"},
         Field{"row_spacing", &R::row_spacing, "the same in time", {.unit = "s"}},
         Field{"torque_held", &R::torque_held, "what was found of the torques, or was given"},
+        Field{
+            "by_prediction", &R::by_prediction,
+            "whether noise alone would have left fewer than ten rows a parameter, or not determined all: the "
+            "window is then that with the least expected squared error of predicted torques"},
         Field{"foretold", &R::foretold, "`largest` expected bias by noise in σ, and the `parameter`"},
         Field{"at_half", &R::at_half,
               "`largest` change of the estimate by least squares at half that window in σ, and the "
@@ -442,6 +495,9 @@ struct [[nodiscard]] Identification {
   Vector R_diagonal;
   std::vector<double> weights;  ///< 1/σ of each joint's rows; ones for OLS
   std::vector<Validation> validation;
+  /// Of random motion within the range of the logs, as fast and with as large accelerations, all joints
+  /// independent of each other; nothing where there are no parameters, or no logs but their factors.
+  std::optional<TorqueForecast> forecast;
   std::optional<RowChoice> row_choice;            ///< where SignalOptions::automatic() asked for it
   std::optional<MethodChoice> method_choice;      ///< where Auto asked for it
   std::optional<GainReport> gains;                ///< where the experiment asked for it
@@ -453,7 +509,19 @@ struct [[nodiscard]] Identification {
       diagnostics;  ///< where the covariance is that of CovarianceKind::hac or CovarianceKind::blocks
   /// Where the method was asked for it and all parameters are determined.
   std::optional<EssentialModel> essential;
-  std::optional<PhysicalModel> physical;  ///< where the method was asked for it
+  std::optional<PhysicalModel> physical;  ///< where the method was asked for it, and where it is the answer
+
+  /// Whether the answer is the physically consistent set rather than chi; and of the answer its parameters and
+  /// its errors, of the fit and of a validation.
+  [[nodiscard]] bool physical_answers() const { return physical && physical->better; }
+  [[nodiscard]] const Vector& answer() const { return physical_answers() ? physical->parameters.chi : chi; }
+  [[nodiscard]] const Fit& answer_fit() const { return physical_answers() ? physical->fit : fit; }
+  [[nodiscard]] const Fit& answer_fit(const Validation& found) const {
+    return physical_answers() && found.physical ? *found.physical : found.fit;
+  }
+  [[nodiscard]] const Matrix& answer_covariance() const {
+    return physical_answers() ? physical->C_chi : C_chi;
+  }
 };
 
 /// Identifies the base parameters from logs of one robot; their rows are stacked.

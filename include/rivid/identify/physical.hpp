@@ -122,6 +122,14 @@ struct PhysicalParameters {
         Field{"options", nullptr,
               "`prior`, `weight`, `masses` (kg by link), `total_mass` (kg, null without) and the rest of "
               "[`[method.physical]`](experiment.md#methodphysical), as they were used"},
+        Field{
+            "better", nullptr,
+            "whether blocks of time that are left out one by one are predicted better than by `parameters`: "
+            "then this set is the answer"},
+        Field{"sigma",
+              nullptr,
+              "deviations of `chi` by these blocks; empty where they can not say",
+              {.unit = "SI"}},
         Field{"cost", &R::cost, "distance + weight × divergence", {.unit = "1"}},
         Field{"distance", &R::distance, "½ (χ̂ − χ)ᵀ C_χχ⁻¹ (χ̂ − χ)", {.unit = "1"}},
         Field{"divergence", &R::divergence, "of the prior", {.unit = "1"}},

@@ -55,8 +55,9 @@ struct LeastSquares {
 
 /// Standard deviation of the error of each group's rows, from a fit to this group alone, Eq. (20) of [RIV];
 /// the rank of the group's own columns counts for the degrees of freedom. Never zero: rows that fit to
-/// rounding get the rounding error of Y, and a group without rows gets 1. A group with fewer than twelve
-/// degrees of freedom nearly fits itself: it is pooled with the relative error of the others.
+/// rounding get the rounding error of Y, and a group without rows gets 1. A group with fewer than five rows
+/// for each of its columns nearly fits itself: its deviation is what the fit to all groups leaves of it, with
+/// the degrees of freedom that this fit has there, a thousandth of the rms of its Y at least.
 ///
 /// @throws InputError  where a group's columns are not those of its factor
 [[nodiscard]] std::vector<double> group_sigmas(std::span<const RowGroup> groups);

@@ -235,7 +235,7 @@ void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const
 void check_poor_validation(const TorqueProbe& probe, const Robot& robot, const Validation& found,
                            const Identification& result, Findings& out) {
   const std::string where = found.file + ": ";
-  const Explained explained(probe, result.chi);
+  const Explained explained(probe, result.answer());
   add_useless(explained, where, out);
   for (Index j = 0; j < robot.size(); ++j) {
     add_poor(robot, explained, j, poor, where, out);

@@ -58,14 +58,15 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
                       Findings& out) {
   for (std::size_t l = 0; l < std::min(validation.size(), result.validation.size()); ++l) {
     const Validation& found = result.validation[l];
+    const Fit& there = result.answer_fit(found);
     const auto suspicious = [&](std::size_t j) {
-      return found.fit.joints[j].sigma_rho > much_worse * result.fit.joints[j].sigma_rho;
+      return there.joints[j].sigma_rho > much_worse * result.answer_fit().joints[j].sigma_rho;
     };
     bool any = false;
-    for (std::size_t j = 0; j < found.fit.joints.size(); ++j) {
+    for (std::size_t j = 0; j < there.joints.size(); ++j) {
       any = any || suspicious(j);
     }
-    const bool poor = looks_poor(found.fit);
+    const bool poor = looks_poor(there);
     if (!any && !poor) {
       continue;
     }
@@ -77,7 +78,7 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
     if (!rows) {
       continue;
     }
-    const Vector residual = rows->Y - rows->W * result.chi;
+    const Vector residual = rows->Y - rows->W * result.answer();
     for (const ProbedRows::Piece& piece : rows->pieces) {
       const auto j = static_cast<std::size_t>(piece.joint);
       if (piece.size() == 0 || !suspicious(j)) {
@@ -85,7 +86,8 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
       }
       // What errors of the parameters make of this motion.
       const auto of_joint = rows->W.middleRows(piece.first, piece.size());
-      const double by_parameters = (of_joint * result.C_chi).cwiseProduct(of_joint).rowwise().sum().mean();
+      const double by_parameters =
+          (of_joint * result.answer_covariance()).cwiseProduct(of_joint).rowwise().sum().mean();
       const auto mean_square = [&](const Vector& x) {
         return x.segment(piece.first, piece.size()).squaredNorm() / static_cast<double>(piece.size());
       };

@@ -1,3 +1,5 @@
+#include <cstdio>
+#include <cstdlib>
 #include "identify/choose/row_choice.hpp"
 
 #include <algorithm>
@@ -29,11 +31,21 @@ constexpr double most_disturbance = 0.5;
 constexpr double kept_motion = 0.9;
 // Rows slower than this part of a joint's rms velocity are left out.
 constexpr double slow_part = 0.05;
-// Rows for each parameter that a window leaves at least, if any does: below, the estimate errs more than
-// noise of the positions would make it. And rows for each column of the joint that has the fewest, below
-// which residuals say too little about the errors to be worth less noise.
-constexpr double fewest_rows = 10.0;
+// Rows for each parameter with which the window that noise asks for is taken as it is. With fewer the estimate
+// errs more than noise would make it, and windows are chosen by what both do to the predicted torques, down to
+// so many rows for each parameter.
+constexpr double many_rows = 10.0;
+constexpr double fewest_rows = 2.0;
+constexpr double plenty = 40.0;
+// Rows for each column of the joint that has the fewest, below which residuals say too little about the errors
+// to be worth less noise.
 constexpr double enough_rows = 10.0;
+// Rows on which predicted torques are compared: long enough for noise to count as little, short enough for the
+// motion [s]. And the part of all squared torques that each joint's are taken for at least.
+constexpr double judged_spacing = 0.08;
+constexpr double least_torque = 0.05;
+// Shorter windows are no longer tried once one is so many times worse than the best.
+constexpr double hopeless = 4.0;
 // Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
 // Samples that a window is chosen by: of longer logs a part stands for all, if each joint moves there at
@@ -155,6 +167,7 @@ class Chooser {
         parts_(parts_of(logs)),
         logs_(parts_.empty() ? logs : std::span<const Log>(parts_)),
         part_of_samples_(static_cast<double>(samples_of(logs_)) / static_cast<double>(samples_of(logs))),
+        still_(hardly_moving(robot, squared_velocities(logs_, robot.size()))),
         noise_(position_noise(logs_)),
         windows_(windows(longest_window(logs_))) {
     options_ = {.method = Wls{},
@@ -168,20 +181,29 @@ class Chooser {
 
   RowChoice chosen() {
     std::size_t at = first();
+    std::size_t longest = at;
     std::optional<Pilot> fit = tried(at);
-    for (int round = 0; fit && round < most_rounds; ++round) {
-      const std::size_t better = wanted(*fit, at);
+    bool enough = fit && rows_a_parameter_ >= many_rows;
+    for (int round = 0; enough && round < most_rounds; ++round) {
+      const std::size_t better = longest = wanted(*fit, at);
       if (better == at) {
         break;
       }
       std::optional<Pilot> next = identified_with(windows_[better]);
-      if (!next) {
-        break;
+      enough = next && rows_a_parameter_ >= many_rows;
+      if (enough) {
+        fit = std::move(next);
+        at = better;
       }
-      fit = std::move(next);
-      at = better;
+    }
+    if (!enough) {
+      if (const auto best = best_prediction(longest)) {
+        at = *best;
+      }
+      fit = identified_with(windows_[at]);
     }
     RowChoice out;
+    out.by_prediction = !enough;
     if (fit && !options_.signal.torque_held && held(*fit)) {
       options_.signal.torque_held = true;
       fit = identified_with(windows_[at]);
@@ -223,14 +245,14 @@ class Chooser {
     return out;
   }
 
-  // Noise of all joints' rows in all logs.
+  // Noise of all joints' rows in all logs; joints that stand still have no vote.
   [[nodiscard]] std::vector<std::vector<DerivativeNoise>> noise_with(int n_d) const {
     std::vector<std::vector<DerivativeNoise>> out;
     for (std::size_t l = 0; l < logs_.size(); ++l) {
       const RowBand band(with(n_d), logs_[l].f_m);
       std::vector<DerivativeNoise>& joints = out.emplace_back();
-      for (const PositionNoise& one : noise_[l]) {
-        joints.push_back(one.in(band));
+      for (std::size_t j = 0; j < noise_[l].size(); ++j) {
+        joints.push_back(still_[j] != 0 ? DerivativeNoise{} : noise_[l][j].in(band));
       }
     }
     return out;
@@ -248,8 +270,7 @@ class Chooser {
           noisy += noise[l][j].acceleration * static_cast<double>(logs_[l].samples());
           moving += noise_[l][j].motion() * static_cast<double>(logs_[l].samples());
         }
-        worst = std::max(worst,
-                         options_.signal.velocity_threshold[j] > 0.0 && moving > 0.0 ? noisy / moving : 0.0);
+        worst = std::max(worst, moving > 0.0 ? noisy / moving : 0.0);
       }
       if (worst <= pilot_share) {
         return w;
@@ -264,47 +285,117 @@ class Chooser {
     for (std::size_t l = 0; l < logs_.size(); ++l) {
       const RowBand all(with(1), logs_[l].f_m);
       const RowBand band(with(n_d), logs_[l].f_m);
-      for (const PositionNoise& joint : noise_[l]) {
-        const double whole = joint.motion_in(all);
-        out = std::min(out, whole > 0.0 ? joint.motion_in(band) / whole : 1.0);
+      for (std::size_t j = 0; j < noise_[l].size(); ++j) {
+        const double whole = noise_[l][j].motion_in(all);
+        out = std::min(out, still_[j] == 0 && whole > 0.0 ? noise_[l][j].motion_in(band) / whole : 1.0);
       }
     }
     return out;
   }
 
-  // Nothing where a window leaves too few rows, or these do not determine all parameters.
-  std::optional<Pilot> identified_with(int n_d) {
+  // Nothing where a window leaves too few rows.
+  //
+  // whole  with statistics
+  std::optional<Pilot> fitted_with(int n_d, bool whole) {
     pilot_ = options_;
     pilot_.signal = with(n_d);
+    pilot_.covariance.kind = whole ? CovarianceKind::hac : CovarianceKind::classical;
     rows_a_parameter_ = 0.0;
     try {
       problem_ = std::make_unique<EstimationProblem>(robot_, logs_, pilot_);
-      Estimated found = estimated(*problem_);
-      Pilot out{.estimate = *std::move(found.estimate), .statistics = {}, .fit = {}};
-      out.statistics = statistics_of(*problem_, out.estimate);
-      out.fit = fit_to(robot_, problem_->data, out.estimate.chi, out.estimate.rank, pilot_.signal.convention);
+      Pilot out{.estimate = *estimated(*problem_).estimate, .statistics = {}, .fit = {}};
+      if (whole) {
+        out.statistics = statistics_of(*problem_, out.estimate);
+        out.fit =
+            fit_to(robot_, problem_->data, out.estimate.chi, out.estimate.rank, pilot_.signal.convention);
+      }
       rows_a_parameter_ = rows_a_parameter(out);
-      return found.status == Status::identified ? std::optional(std::move(out)) : std::nullopt;
+      return out;
     } catch (const InputError&) {
       return std::nullopt;
     }
   }
 
-  // The longest window, from the one `at` on, that leaves enough rows and determines all parameters; nothing
-  // where none does, and the longest one that leaves enough rows.
+  // Nothing either where the rows do not determine all parameters.
+  std::optional<Pilot> identified_with(int n_d) {
+    std::optional<Pilot> out = fitted_with(n_d, true);
+    return out && out->estimate.rank == out->estimate.chi.size() ? std::move(out) : std::nullopt;
+  }
+
+  // At the longest window, up to the one `at`, that leaves many rows.
   std::optional<Pilot> tried(std::size_t& at) {
-    std::optional<std::size_t> longest;
-    for (std::size_t w = at;;) {
-      std::optional<Pilot> fit = identified_with(windows_[w]);
-      if (rows_a_parameter_ >= fewest_rows || w == 0) {
-        longest = longest.value_or(w);
-        at = fit ? w : *longest;
-        if (fit || w == 0) {
-          return fit;
+    for (;; --at) {
+      std::optional<Pilot> fit = identified_with(windows_[at]);
+      if (rows_a_parameter_ >= many_rows || at == 0) {
+        return fit;
+      }
+    }
+  }
+
+  // Factors of rows that estimates from all windows are compared on.
+  [[nodiscard]] std::vector<RowGroup> judged_rows() const {
+    const int n_d = std::max(static_cast<int>(std::lround(judged_spacing * logs_.front().f_m)), 1);
+    const std::vector<SignalOptions> signals(logs_.size(), with(n_d));
+    ThreadTeam team(options_.threads);
+    return all_factors(robot_, base_parameters(robot_), logs_, signals, team, {}).groups;
+  }
+
+  // Of the windows up to this one that determine most, that whose estimate is expected to predict torques best:
+  // by the bias of noise, squared, and by the variance.
+  std::optional<std::size_t> best_prediction(std::size_t longest) {
+    std::optional<std::size_t> best;
+    Vector chi;  // of the best one: shorter windows are the more biased
+    try {
+      const std::vector<RowGroup> judged = judged_rows();
+      double least = std::numeric_limits<double>::infinity();
+      Index most = 0;
+      constexpr std::size_t step = 2;  // some 40 %
+      for (std::size_t k = 0; k <= longest; k += step) {
+        const std::size_t w = longest - k;
+        const std::optional<Pilot> fit = fitted_with(windows_[w], false);
+        if (!fit || rows_a_parameter_ < fewest_rows || fit->estimate.rank < most) {
+          continue;
+        }
+        if (best && rows_a_parameter_ > plenty) {
+          break;
+        }
+        const double error = expected_squares(judged, fit->estimate, best ? chi : fit->estimate.chi);
+        if (std::getenv("RIVID_DEBUG")) std::fprintf(stderr, "n %d R/p %.1f rank %ld error %g\n", windows_[w], rows_a_parameter_, long(fit->estimate.rank), error);
+        if (fit->estimate.rank > most || error < least) {
+          most = fit->estimate.rank;
+          least = error;
+          best = w;
+          chi = fit->estimate.chi;
+        } else if (error > hopeless * least) {
+          break;
         }
       }
-      w -= std::min<std::size_t>(w, longest ? 3 : 1);
+    } catch (const InputError&) {  // the logs have no room for such rows
     }
+    return best;
+  }
+
+  // Σ_j a_j (tr(G_j C) + bᵀ G_j b) with G_j of the judged rows, bias b and covariance C.
+  [[nodiscard]] double expected_squares(std::span<const RowGroup> judged, const Estimate& estimate,
+                                        const Vector& chi) const {
+    const Vector bias = noise_bias(*problem_, estimate, chi);
+    const Vector open = undetermined(estimate.unit_covariance);
+    double torques = 0.0;
+    for (const RowGroup& joint : judged) {
+      torques += joint.qr.y_norm() * joint.qr.y_norm();
+    }
+    double out = 0.0;
+    for (const RowGroup& joint : judged) {
+      Matrix R = joint.qr.R();
+      for (Index c = 0; c < R.cols(); ++c) {
+        R.col(c) *= open[joint.columns[static_cast<std::size_t>(c)]] > 0.0 ? 0.0 : 1.0;
+      }
+      const Matrix C = finite_part(estimate.unit_covariance)(joint.columns, joint.columns);
+      const double variance = estimate.sigma * estimate.sigma * (R * C).cwiseProduct(R).sum();
+      out += (variance + (R * bias(joint.columns)).squaredNorm()) /
+             (joint.qr.y_norm() * joint.qr.y_norm() + least_torque * torques);
+    }
+    return out;
   }
 
   // Of all logs, also where a part stands for them.
@@ -324,9 +415,12 @@ class Chooser {
     // Of a window of one sample, as far as stretches of motion do not end within.
     const double of_samples = rows_a_parameter(fit) * windows_[at];
     double rows_a_column = std::numeric_limits<double>::infinity();
-    for (const RowGroup& joint : problem_->data.groups) {
-      rows_a_column = std::min(rows_a_column, static_cast<double>(joint.qr.rows()) * windows_[at] /
-                                                  static_cast<double>(joint.columns.size()));
+    for (std::size_t j = 0; j < still_.size(); ++j) {
+      const RowGroup& joint = problem_->data.groups[j];
+      rows_a_column = still_[j] != 0
+                          ? rows_a_column
+                          : std::min(rows_a_column, static_cast<double>(joint.qr.rows()) * windows_[at] /
+                                                        static_cast<double>(joint.columns.size()));
     }
     std::size_t best = 0;
     for (std::size_t w = 0; w < windows_.size(); ++w) {
@@ -376,38 +470,32 @@ class Chooser {
 
   void compare(const Pilot& fit, std::size_t at, RowChoice& out) {
     const Vector sigma = fit.sigma();
-    const auto shift = [&](const Vector& change) {
-      Index worst = 0;
-      WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst), .parameter = {}};
-      found.largest *= change[worst] < 0.0 ? -1.0 : 1.0;
-      found.parameter = problem_->base.parameters[static_cast<std::size_t>(worst)].name;
-      return found;
-    };
+    const Vector bias = noise_bias(*problem_, fit.estimate, fit.estimate.chi);
     const auto moved_at = [&](int n_d) {
-      const auto other = n_d == windows_[at] ? std::nullopt : estimate_with(n_d);
-      return other ? shift(*other - fit.estimate.chi) : WindowShift{};
+      const auto other = n_d == windows_[at] ? std::nullopt : fitted_with(n_d, false);
+      if (!other || other->estimate.rank < bias.size()) {
+        return WindowShift{};
+      }
+      const Vector change = other->estimate.chi - fit.estimate.chi;
+      const Vector by_noise = noise_bias(*problem_, other->estimate, fit.estimate.chi) - bias;
+      const Vector beyond = (change.cwiseAbs() - by_noise.cwiseAbs()).cwiseMax(0.0);
+      Index worst = 0;
+      WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst),
+                        .parameter = problem_->base.parameters[static_cast<std::size_t>(worst)].name,
+                        .change = change,
+                        .beyond_noise = beyond.cwiseProduct(change.cwiseSign())};
+      found.largest *= change[worst] < 0.0 ? -1.0 : 1.0;
+      return found;
     };
     out.at_half = moved_at(std::max(windows_[at] / 2, 1));
     out.at_double = moved_at(2 * windows_[at]);
   }
 
-  [[nodiscard]] std::optional<Vector> estimate_with(int n_d) const {
-    Estimation estimation = options_;
-    estimation.signal = with(n_d);
-    try {
-      const EstimationProblem problem(robot_, logs_, estimation);
-      const LeastSquares found =
-          least_squares(problem.data.groups, problem.base.size(), joint_weights(problem));
-      return found.full_rank() ? std::optional(found.chi) : std::nullopt;
-    } catch (const InputError&) {
-      return std::nullopt;
-    }
-  }
-
   const Robot& robot_;
   std::vector<Log> parts_;  // empty where the logs are taken whole
   std::span<const Log> logs_;
-  double part_of_samples_;  // that these have of all
+  double part_of_samples_;           // that these have of all
+  std::vector<std::uint8_t> still_;  // joints that stand, one a joint
   std::vector<std::vector<PositionNoise>> noise_;
   std::vector<int> windows_;
   Estimation options_;                          // of all fits, but for the window
@@ -417,9 +505,11 @@ class Chooser {
 };
 
 std::string reason(const RowChoice& choice) {
-  std::string out = "a row every " + number(1e3 * choice.row_spacing, 3) +
-                    " ms (decimation = " + std::to_string(choice.decimation) + ")" +
-                    (choice.torque_held ? ", torques held between samples" : "");
+  std::string out =
+      "a row every " + number(1e3 * choice.row_spacing, 3) +
+      " ms (decimation = " + std::to_string(choice.decimation) + ")" +
+      (choice.torque_held ? ", torques held between samples" : "") +
+      (choice.by_prediction ? ", where few rows and noise together make the least of torque errors" : "");
   if (std::isfinite(choice.foretold.largest)) {
     out += ": noise of the positions is expected to move no parameter by more than " +
            number(std::abs(choice.foretold.largest), 2) + " σ (" + choice.foretold.parameter + ")";
@@ -440,6 +530,21 @@ std::string reason(const RowChoice& choice) {
 }  // namespace
 
 void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& choice) {
+  // In the deviations that are told.
+  for (WindowShift* const shift : {&choice.at_half, &choice.at_double}) {
+    if (shift->change.size() != std::ssize(parameters)) {
+      continue;
+    }
+    shift->largest = 0.0;
+    for (Index i = 0; i < shift->change.size(); ++i) {
+      const ParameterEstimate& parameter = parameters[static_cast<std::size_t>(i)];
+      if (const double change = shift->change[i] / parameter.sigma;
+          std::abs(change) > std::abs(shift->largest)) {
+        shift->largest = change;
+        shift->parameter = parameter.name;
+      }
+    }
+  }
   for (const ParameterEstimate& parameter : parameters) {
     if (std::isfinite(parameter.noise_bias) &&
         !(std::abs(parameter.noise_bias) <= std::abs(choice.foretold.largest))) {

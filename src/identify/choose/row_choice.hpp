@@ -12,7 +12,9 @@ namespace rivid::detail {
 // the signal of `estimation`.
 //
 // The window is the shortest with which noise of the positions, as far as they show it, moves no parameter by
-// more than a small part of its σ and makes up no more than a small part of any joint's residual.
+// more than a small part of its σ and makes up no more than a small part of any joint's residual. Where that
+// leaves few rows a parameter, or does not determine all, it is the window up to there whose estimate is
+// expected to predict torques best.
 [[nodiscard]] RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
 
 // Fills in what parameters from these rows say of their noise, and the sentence.

@@ -9,17 +9,74 @@
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/regressor/load.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
 namespace {
 
-std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix& C, const Vector& shift) {
+// By what the choice of the rows moves the parameters, (b × shifts): the bias that noise is expected to leave,
+// and estimates at neighbouring windows where these are too far away for chance. Instruments see no such
+// noise, and have windows of their own.
+Matrix row_shifts(const Answer& answer, Findings& out) {
+  const EstimationProblem& problem = *answer.problem;
+  const Inference& inference = answer.inference;
+  const Index b = problem.base.size();
+  Matrix shifts(b, 0);
+  const bool knows_model = inference.uncertainty.report.kind == CovarianceKind::blocks;
+  if (!answer.rows || answer.found.iv || !knows_model) {
+    return shifts;
+  }
+  const auto add = [&](const Vector& shift) {
+    shifts.conservativeResize(b, shifts.cols() + 1);
+    shifts.col(shifts.cols() - 1) = shift;
+  };
+  if (inference.noise_bias.size() > 0) {
+    add(inference.noise_bias);
+  }
+  const Vector sigma = inference.uncertainty.C.diagonal().cwiseSqrt();
+  // The windows were chosen with friction that does not follow the load.
+  const BaseParameters chosen = base_parameters(without_load(problem.robot));
+  for (const auto& [window, where] :
+       {std::pair(&answer.rows->at_half, "half"), {&answer.rows->at_double, "double"}}) {
+    constexpr double beyond_chance = 3.0;
+    if (window->beyond_noise.size() != chosen.size()) {
+      continue;
+    }
+    Vector shift = Vector::Zero(b);
+    for (Index i = 0, k = 0; i < b && k < chosen.size(); ++i) {
+      if (problem.base.parameters[static_cast<std::size_t>(i)].name ==
+          chosen.parameters[static_cast<std::size_t>(k)].name) {
+        shift[i] = window->beyond_noise[k++];
+      }
+    }
+    Index most = 0;
+    if (const double largest = shift.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&most);
+        largest > beyond_chance) {
+      add(shift);
+      out.add("window_shift", {},
+              std::string("rows at ") + where + " their spacing move " +
+                  problem.base.parameters[static_cast<std::size_t>(most)].name + " by " + number(largest, 2) +
+                  " σ more than noise does: intervals are that much wider");
+    }
+  }
+  return shifts;
+}
+
+std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix& C, const Vector& by_rows,
+                                             const Alternatives& alternatives) {
+  const Vector& shift = alternatives.shift;
   const EstimationProblem& problem = *answer.problem;
   const Inference& inference = answer.inference;
   const Vector a_priori = problem.base.from_standard(problem.robot.chi_st());
   const double t = inference.uncertainty.report.quantile_975;
   const Vector& plain = inference.uncertainty.plain_sigma;
+  std::string codes;
+  for (const ModelTest& test : alternatives.believed) {
+    if (diagnostic_code(test.code)->severity == Severity::warning && codes.find(test.code) == std::string::npos) {
+      codes += (codes.empty() ? "" : ", ") + test.code;
+    }
+  }
   std::vector<ParameterEstimate> out;
   for (Index i = 0; i < problem.base.size(); ++i) {
     const BaseParameter& p = problem.base.parameters[static_cast<std::size_t>(i)];
@@ -36,10 +93,12 @@ std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix&
     one.interval_95 = {value - t * sigma, value + t * sigma};
     one.a_priori = a_priori[i];
     if (inference.noise_bias.size() > 0) {
-      one.noise_bias = inference.noise_bias[i] / sigma;
+      one.noise_bias = inference.noise_bias[i] / std::sqrt(inference.uncertainty.C(i, i));
     }
+    one.row_shift = by_rows[i];
     if (shift.size() > 0) {
       one.model_shift = shift[i];
+      one.widened_by = codes;
     }
   }
   const SquaredVelocities velocities = problem.factors != nullptr
@@ -103,10 +162,13 @@ Identification described(const Answer& answer, const Judgement& judgement) {
     out.base.load.chi = inference.chi;
   }
   out.chi = inference.chi;
-  out.C_chi = inference.uncertainty.C;
+  Findings findings;
+  const Matrix by_rows = row_shifts(answer, findings);
+  const Vector row_shift = by_rows.rowwise().norm();
+  out.C_chi = inference.uncertainty.C + by_rows * by_rows.transpose();
   out.gain_slopes = inference.gain_slopes;
   out.covariance = inference.uncertainty.report;
-  out.parameters = parameters_of(answer, out.C_chi, {});
+  out.parameters = parameters_of(answer, out.C_chi, row_shift, {});
   out.fit = inference.fit;
   out.columns = problem.base.size();
   out.condition = inference.condition;
@@ -138,7 +200,6 @@ Identification described(const Answer& answer, const Judgement& judgement) {
   }
   out.diagnostics = inference.diagnostics;
   // By the deviations that errors in the rows make, which the other model does not widen.
-  Findings findings;
   find_doubts(answer, out, findings);
   if (out.diagnostics && out.diagnostics->torque_lag &&
       !says_something(*out.diagnostics->torque_lag, out.estimation.signal)) {
@@ -146,9 +207,13 @@ Identification described(const Answer& answer, const Judgement& judgement) {
   }
   if (shift.size() > 0) {
     out.C_chi += shift * shift.transpose();
-    out.parameters = parameters_of(answer, out.C_chi, shift);
+    out.parameters = parameters_of(answer, out.C_chi, row_shift, judgement.alternatives);
   }
   out.physical = inference.physical;
+  if (found.estimate && !problem.logs.empty() && out.chi.allFinite()) {
+    out.forecast = expected_error(problem.robot, out.base, problem.logs, out.answer(),
+                                  out.answer_covariance(), out.answer_fit());
+  }
   out.essential = inference.essential;
   if (out.essential) {
     EssentialParameters& those = out.essential->parameters;

@@ -46,6 +46,8 @@ void judge_parameters(const Robot& robot, const BaseParameters& base, const Matr
 void find_noise(const Identification& result, Findings& out);
 void find_outliers(const Identification& result, Findings& out);
 void find_torque_lag(const Identification& result, Findings& out);
+// A validation that is far off what the fit and its forecast say.
+void find_predictions(const Identification& result, Findings& out);
 void find_prefilter(const Identification& result, Findings& out);
 // with_V  relative error with the simulated motion; that with the measured one is result.fit's
 void find_loop(double with_V, const Identification& result, Findings& out);

@@ -89,6 +89,10 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
                       ? answered_by_suitable_method(robot, logs, estimation)
                       : answered(robot, logs, estimation);
   answer.rows = std::move(rows);
+  if (asked.judge && !logs.empty()) {
+    answer.inference.fit.reference_error =
+        detail::reference_error(robot, answer.problem->base, logs, answer.inference.chi, asked.threads);
+  }
   answer.notes = robot.notes;
   add_notes(logs, answer.notes);
   add_notes(validation, answer.notes);
@@ -97,7 +101,15 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
     answer.validation.push_back(validate(robot, seen, log, asked.threads));
   }
   seen.validation = answer.validation;
-  return asked.judge ? described(answer, detail::judged(robot, logs, validation, seen)) : seen;
+  if (!asked.judge) {
+    return seen;
+  }
+  detail::Judgement judgement = detail::judged(robot, logs, validation, seen);
+  detail::Findings of_predictions;
+  detail::find_predictions(seen, of_predictions);
+  judgement.findings.insert(judgement.findings.end(), of_predictions.all().begin(),
+                            of_predictions.all().end());
+  return described(answer, judgement);
 }
 
 Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {

@@ -28,21 +28,6 @@ constexpr double small = 0.1;
 constexpr Index random_poses = 24;
 constexpr unsigned pose_seed = 1961;
 
-std::vector<std::uint8_t> hardly_moving(const Robot& robot, const SquaredVelocities& velocities) {
-  const Vector v = (velocities.sums / std::max(velocities.count, 1.0)).cwiseSqrt();
-  std::vector<std::uint8_t> out;
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    double fastest = 0.0;
-    for (std::size_t k = 0; k < robot.joints.size(); ++k) {
-      if (robot.joints[k].type == robot.joints[j].type) {
-        fastest = std::max(fastest, v[static_cast<Index>(k)]);
-      }
-    }
-    out.push_back(v[static_cast<Index>(j)] <= hardly * fastest ? 1 : 0);
-  }
-  return out;
-}
-
 // How strongly motions of one kind show each base parameter: rms of its column over random poses, (b).
 Vector strength(const Robot& robot, const BaseParameters& base, const Motion& motion) {
   const Observation W = observation(robot, base, motion);
@@ -182,6 +167,18 @@ std::string helpful_motion(const Robot& robot, const StandardParameter& leading,
   return inertial_motion(robot, ways, i, leading.joint, still);
 }
 
+// What an alternative to the model would make of a parameter whose deviation is mostly its doing; empty for
+// others.
+std::string by_alternative(const ParameterEstimate& p) {
+  const double own = p.sigma * p.sigma - p.model_shift * p.model_shift;
+  if (p.widened_by.empty() || !(own < 0.5 * p.sigma * p.sigma)) {
+    return {};
+  }
+  return "wide by " + p.widened_by + ": with it about " + number(p.value + p.model_shift, 4) + " ± " +
+         number(std::sqrt(own), 2) + ", without it " + number(p.value, 4) +
+         "; what that finding says to do settles it";
+}
+
 std::string reason(const BaseParameters& base, const std::vector<ParameterEstimate>& all, std::size_t i) {
   const ParameterEstimate& p = all[i];
   if (!std::isfinite(p.sigma)) {
@@ -199,6 +196,21 @@ std::string reason(const BaseParameters& base, const std::vector<ParameterEstima
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> hardly_moving(const Robot& robot, const SquaredVelocities& velocities) {
+  const Vector v = (velocities.sums / std::max(velocities.count, 1.0)).cwiseSqrt();
+  std::vector<std::uint8_t> out;
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    double fastest = 0.0;
+    for (std::size_t k = 0; k < robot.joints.size(); ++k) {
+      if (robot.joints[k].type == robot.joints[j].type) {
+        fastest = std::max(fastest, v[static_cast<Index>(k)]);
+      }
+    }
+    out.push_back(v[static_cast<Index>(j)] <= hardly * fastest ? 1 : 0);
+  }
+  return out;
+}
 
 SquaredVelocities squared_velocities(std::span<const Log> logs, Index n) {
   SquaredVelocities out = {.sums = Vector::Zero(n)};
@@ -226,7 +238,11 @@ void judge_parameters(const Robot& robot, const BaseParameters& base, const Matr
   const Ways found = ways(robot, base);
   const std::vector<std::uint8_t> still = hardly_moving(robot, velocities);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (!good(parameters[i])) {
+    if (good(parameters[i])) {
+      continue;
+    }
+    parameters[i].advice = by_alternative(parameters[i]);
+    if (parameters[i].advice.empty()) {
       parameters[i].advice =
           reason(base, parameters, i) + partner(C, parameters, i) + "; needs " +
           helpful_motion(robot, base.parameters[i].leading, found, static_cast<Index>(i), still);

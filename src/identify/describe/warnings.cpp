@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -12,6 +13,8 @@ namespace {
 // Part of a joint's rows with less than half their weight from which these are no outliers any more: normal
 // errors have 0.7 % of them (Huber) or 1.1 % (bisquare).
 constexpr double too_many = 0.1;
+// Parameters that one sentence names.
+constexpr std::size_t most_named = 5;
 // First-stage F statistic below which instruments count as weak, after Staiger & Stock (1997).
 constexpr double least_F = 10.0;
 // The assumed loop is in doubt where the law rebuilds the control signal worse than this, or the simulated
@@ -68,7 +71,6 @@ void find_noise(const Identification& result, Findings& out) {
     return;
   }
   std::ranges::sort(biased, {}, [](const ParameterEstimate* p) { return -std::abs(p->noise_bias); });
-  constexpr std::size_t most_named = 5;
   std::string text;
   for (std::size_t k = 0; k < std::min(biased.size(), most_named); ++k) {
     const double bias = biased[k]->noise_bias;
@@ -79,6 +81,48 @@ void find_noise(const Identification& result, Findings& out) {
       "noise_bias", {},
       "noise of the positions is expected to bias " + text +
           (biased.size() > most_named ? " and " + std::to_string(biased.size() - most_named) + " more" : ""));
+}
+
+void find_predictions(const Identification& result, Findings& out) {
+  // Of the residual of the fit, of the torque, and of the error that was to be expected.
+  constexpr double too_much_worse = 10.0;
+  constexpr double useless = 1.0;
+  constexpr double forecast_missed = 3.0;
+  // Where a model leaves less, it is good whatever the fit leaves.
+  constexpr double good = 1e-3;
+  // A joint whose torque is below this part of the largest one of its unit carries none that counts; and noise
+  // of a torque is in the fit as well.
+  constexpr double counting = 0.01;
+  constexpr double worse = 2.0;
+  if (result.forecast && std::isfinite(result.forecast->relative_error) &&
+      result.forecast->relative_error > useless) {
+    out.add("prediction_fails", "all joints",
+            "of random motion within the range of the logs, as fast as they are, an error of " +
+                number_that_says(100.0 * result.forecast->relative_error, 3) +
+                " % of the torques is forecast: the model is good for the motion of its logs at most");
+  }
+  for (const Validation& validation : result.validation) {
+    const Fit& found = result.answer_fit(validation);
+    const auto torque = [](const JointFit& joint) { return joint.sigma_rho / joint.relative_error; };
+    for (std::size_t j = 0; j < found.joints.size(); ++j) {
+      const JointFit& there = found.joints[j];
+      const JointFit& here = result.answer_fit().joints[j];
+      const bool counts = std::ranges::all_of(found.joints, [&](const JointFit& other) {
+        return other.unit != there.unit || other.rows == 0 || torque(there) > counting * torque(other);
+      });
+      const double ratio = there.sigma_rho / here.sigma_rho;
+      const double missed = there.relative_error / validation.forecast.joints[static_cast<Index>(j)];
+      if (here.rows == 0 || there.rows == 0 || !counts || !(there.relative_error > good) ||
+          !(ratio > too_much_worse || (there.relative_error > useless && ratio > worse) ||
+            missed > forecast_missed)) {
+        continue;
+      }
+      out.add("prediction_fails", there.name,
+              validation.file + ": the model leaves " + number_that_says(100.0 * there.relative_error, 3) +
+                  " % of its torque, " + number_that_says(ratio, 2) + " times what it leaves of the fit's; " +
+                  number_that_says(100.0 * there.relative_error / missed, 3) + " % were forecast");
+    }
+  }
 }
 
 void find_torque_lag(const Identification& result, Findings& out) {
@@ -106,12 +150,20 @@ void find_torque_lag(const Identification& result, Findings& out) {
 }
 
 std::string weakness_of_instruments(const IvHistory& iv, const BaseParameters& base) {
-  std::string weak;
+  std::vector<Index> ones;
   for (Index i = 0; i < iv.first_stage_F.size(); ++i) {
     if (!(iv.first_stage_F[i] > least_F)) {
-      weak += (weak.empty() ? "" : ", ") + base.parameters[static_cast<std::size_t>(i)].name +
-              " (F = " + number(iv.first_stage_F[i], 3) + ")";
+      ones.push_back(i);
     }
+  }
+  std::ranges::stable_sort(ones, {}, [&](Index i) { return iv.first_stage_F[i]; });
+  std::string weak;
+  for (std::size_t k = 0; k < std::min(ones.size(), most_named); ++k) {
+    weak += (k == 0 ? "" : ", ") + base.parameters[static_cast<std::size_t>(ones[k])].name +
+            " (F = " + number(iv.first_stage_F[ones[k]], 3) + ")";
+  }
+  if (ones.size() > most_named) {
+    weak += " and " + std::to_string(ones.size() - most_named) + " more";
   }
   return weak.empty() ? weak
                       : "the simulated motion says too little about " + weak + ", which need F above " +

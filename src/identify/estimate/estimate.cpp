@@ -177,7 +177,8 @@ std::optional<double> residual_weight(const RowGroup& group, const Vector& chi) 
   if (!(norm > 0.0)) {
     return std::nullopt;
   }
-  const Index freedom = std::max<Index>(group.qr.rows() - group.qr.columns(), 1);
+  // At least a part of the rows: other joints determine parameters of this one too.
+  const Index freedom = std::max<Index>({group.qr.rows() - group.qr.columns(), group.qr.rows() / 10, 1});
   return std::sqrt(static_cast<double>(freedom)) / norm;
 }
 

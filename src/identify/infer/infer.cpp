@@ -188,7 +188,7 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
     out.unfiltered = statistics_of(problem, *found.unfiltered).uncertainty;
   }
   if (!found.iv && !estimate.loss && problem.factors == nullptr) {
-    out.noise_bias = noise_bias(problem, estimate);
+    out.noise_bias = noise_bias(problem, estimate, estimate.chi);
   }
   add_physical(problem, found, statistics.blocks, out);
   add_essential(problem, estimate, out);
@@ -240,7 +240,11 @@ Validation validate(const Robot& robot, const Identification& identification, co
                ? detail::fit_to(robot, rows(at_load(identification.base, chi)), chi, 0, signal.convention)
                : detail::fit_to(robot, data, chi, 0, signal.convention);
   };
-  Validation out{log.source, fit(identification.chi), {}, {}};
+  Validation out{log.source, fit(identification.chi), {}, {}, {}};
+  out.forecast =
+      detail::expected_error(data.groups, identification.answer_covariance(), identification.answer_fit());
+  out.fit.reference_error =
+      detail::reference_error(robot, identification.base, std::span(&log, 1), identification.chi, threads);
   if (identification.physical) {
     out.physical = fit(identification.physical->parameters.chi);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -49,6 +50,23 @@ struct Inference {
 
 // Of differences over so long a time that the noise of encoders does not count.
 [[nodiscard]] SquaredVelocities squared_velocities(std::span<const Log> logs, Index n);
+// Joints whose rms velocity is next to nothing beside the fastest joint's of the same type, one a joint.
+[[nodiscard]] std::vector<std::uint8_t> hardly_moving(const Robot& robot,
+                                                      const SquaredVelocities& velocities);
+
+// Error to be expected on rows of other motion.
+//
+// C    covariance of the parameters, (b × b)
+// fit  whose residual is to be expected
+[[nodiscard]] TorqueForecast expected_error(std::span<const RowGroup> rows, const Matrix& C, const Fit& fit);
+// That of random motion as far, as fast and with as large accelerations as these logs, all joints independent.
+[[nodiscard]] TorqueForecast expected_error(const Robot& robot, const BaseParameters& base,
+                                            std::span<const Log> logs, const Vector& chi, const Matrix& C,
+                                            const Fit& fit);
+// ‖Y − W χ‖ / ‖Y‖ on rows that no option changes, see Fit::reference_error; not a number where the logs have
+// none.
+[[nodiscard]] double reference_error(const Robot& robot, const BaseParameters& base,
+                                     std::span<const Log> logs, const Vector& chi, int threads);
 
 // The parameters that the estimate can not do without, and their fit, where they are wanted.
 void add_essential(const EstimationProblem& problem, const Estimate& estimate, Inference& out);

@@ -213,10 +213,10 @@ Vector NoiseSensitivity::disturbance(std::span<const double> mean_squares,
   return out;
 }
 
-Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate) {
+Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate, const Vector& chi) {
   const std::vector<std::vector<PositionNoise>> noise = position_noise(problem.logs);
   const NoiseSensitivity sensitivity(problem.robot, problem.base, problem.logs, estimate.signals,
-                                     problem.data, estimate.chi);
+                                     problem.data, chi);
   std::vector<std::vector<DerivativeNoise>> in_rows;
   for (std::size_t l = 0; l < noise.size(); ++l) {
     const RowBand band(estimate.signals[l], problem.logs[l].f_m);
@@ -225,7 +225,7 @@ Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate) {
       joints.push_back(one.in(band));
     }
   }
-  return -(finite_part(estimate.bread) * sensitivity.effect(in_rows, estimate.chi, estimate.weights).D_chi);
+  return -(finite_part(estimate.bread) * sensitivity.effect(in_rows, chi, estimate.weights).D_chi);
 }
 
 }  // namespace rivid::detail

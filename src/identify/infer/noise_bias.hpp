@@ -58,7 +58,8 @@ class NoiseSensitivity {
   std::vector<std::vector<std::vector<Means>>> means_;  // [log][joint of the row][joint of the noise]
 };
 
-// Expected bias of an estimate by least squares, (b) [SI].
-[[nodiscard]] Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate);
+// Expected bias of an estimate by least squares where chi is about the truth, (b) [SI].
+[[nodiscard]] Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate,
+                                const Vector& chi);
 
 }  // namespace rivid::detail

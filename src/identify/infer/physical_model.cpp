@@ -54,98 +54,146 @@ constexpr double least_weight = 1e-6;
 // Where a tenth of the weight does not lower the price by so much, it is not the pull that costs.
 constexpr double worth_it = 0.9;
 
+// Blocks that are left out err by so much more than with them, of all squared residuals, where physically
+// consistent parameters may predict better than the estimate.
+constexpr double loose = 1.0;
+
 // Weights of the prior that are validated, over the one that was given.
 constexpr std::array<double, 7> tried_weights = {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3};
 
-// By what the sum of squares of each block grows when parameters come from the other blocks, with the prior's
-// weight: for each block one entry; none where the others do not determine the parameters.
-std::vector<double> validated(const EstimationProblem& problem, const Physical& options,
-                              const Estimate& estimate, std::span<const BlockSums> blocks) {
+// What is left out one by one of the blocks of time, by what is left.
+struct LeftOut {
+  std::vector<double> growth;  // of each block's sum of squares over that with the estimate, in σ²
+  Matrix chi;                  // without each block, (b × blocks)
+};
+
+// Of the estimate, or with options of the physically consistent parameters. Empty where the other blocks do
+// not determine the parameters.
+LeftOut without_blocks(const EstimationProblem& problem, const Estimate& estimate,
+                       std::span<const BlockSums> blocks, const Physical* options = nullptr) {
   const Index b = problem.base.size();
   const double sigma = estimate.sigma;
   Matrix all = Matrix::Zero(b, b);
   for (const BlockSums& block : blocks) {
     all += 0.5 * (block.ZW + block.ZW.transpose());
   }
-  std::vector<double> out;
+  LeftOut out{.growth = {}, .chi = Matrix(b, std::ssize(blocks))};
   for (const BlockSums& block : blocks) {
     const Matrix own = 0.5 * (block.ZW + block.ZW.transpose());
     const SymmetricEigen others = symmetric_eigen(all - own);
     if (!(others.values[0] > 0.0)) {
       return {};
     }
-    const Matrix root = others.values.cwiseSqrt().asDiagonal() * others.vectors.transpose() / sigma;
-    const Vector chi = estimate.chi - solve(all - own, block.Z_rho);
-    const Vector change = physical(problem.robot, problem.base, chi, root, options).chi - estimate.chi;
-    out.push_back((change.dot(own * change) - 2.0 * change.dot(block.Z_rho)) / (sigma * sigma));
+    Vector chi = estimate.chi - solve(all - own, block.Z_rho);
+    if (options != nullptr) {
+      const Matrix root = others.values.cwiseSqrt().asDiagonal() * others.vectors.transpose() / sigma;
+      chi = physical(problem.robot, problem.base, chi, root, *options).chi;
+    }
+    const Vector change = chi - estimate.chi;
+    out.chi.col(std::ssize(out.growth)) = chi;
+    out.growth.push_back((change.dot(own * change) - 2.0 * change.dot(block.Z_rho)) / (sigma * sigma));
   }
   return out;
 }
 
-// The weight with which blocks of time are predicted best by the others; the largest one of those that do
-// hardly worse. Nothing where blocks can not say.
-std::optional<double> weight_by_prediction(const EstimationProblem& problem, const Physical& options,
-                                           const Estimated& found, std::span<const BlockSums> blocks) {
-  if (blocks.size() < 4 || found.status != Status::identified) {
-    return std::nullopt;
+double total(const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); }
+
+// By what the blocks are predicted better than by another set, over what the sum of these differences
+// scatters by.
+double advantage(const LeftOut& of, const LeftOut& over) {
+  double difference = 0.0;
+  double squares = 0.0;
+  for (std::size_t g = 0; g < of.growth.size(); ++g) {
+    const double d = over.growth[g] - of.growth[g];
+    difference += d;
+    squares += d * d;
   }
-  std::vector<std::vector<double>> errors;
+  return squares > 0.0 ? difference / std::sqrt(squares) : 0.0;
+}
+
+// Covariance by the jackknife, as large at least as what the blocks that were left out err by: half of the
+// growth is what the estimate with the block takes up of its errors.
+Matrix covariance_by_blocks(const LeftOut& found, std::span<const BlockSums> blocks, double sigma) {
+  const auto G = static_cast<double>(blocks.size());
+  const Matrix apart = found.chi.colwise() - found.chi.rowwise().mean();
+  const Matrix C = (G - 1.0) / G * apart * apart.transpose();
+  double expected = 0.0;
+  for (const BlockSums& block : blocks) {
+    expected += 2.0 * block.ZW.cwiseProduct(C).sum() / (sigma * sigma);
+  }
+  return expected > 0.0 ? std::max(total(found.growth) / expected, 1.0) * C : C;
+}
+
+// The physically consistent parameters, and what the blocks say of them.
+struct Consistent {
+  PhysicalModel model;
+  LeftOut blocks;  // empty where they can not say
+};
+
+// The options with the weight with which blocks of time are predicted best by the others: the largest one of
+// those that do hardly worse.
+Consistent by_prediction(const EstimationProblem& problem, const Physical& options, const Estimate& estimate,
+                         std::span<const BlockSums> blocks) {
+  std::vector<LeftOut> found;
+  const auto with = [&](double factor) {
+    Physical out = options;
+    out.weight *= factor;
+    out.weight_may_fall = false;
+    return out;
+  };
   for (const double factor : tried_weights) {
-    Physical tried = options;
-    tried.weight = factor * options.weight;
-    errors.push_back(validated(problem, tried, *found.estimate, blocks));
-    if (errors.back().empty()) {
-      return std::nullopt;
-    }
+    const Physical tried = with(factor);
+    found.push_back(without_blocks(problem, estimate, blocks, &tried));
   }
-  const auto sum = [](const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); };
-  const auto best = std::ranges::min_element(errors, {}, sum);
-  std::size_t chosen = static_cast<std::size_t>(best - errors.begin());
-  for (std::size_t w = chosen + 1; w < errors.size(); ++w) {
-    // The differences of the blocks, and what their sum scatters by.
-    double difference = 0.0;
-    double squares = 0.0;
-    for (std::size_t g = 0; g < blocks.size(); ++g) {
-      const double d = errors[w][g] - (*best)[g];
-      difference += d;
-      squares += d * d;
-    }
-    if (difference <= std::sqrt(squares)) {
-      chosen = w;
-    }
+  const auto best = std::ranges::min_element(found, {}, [](const LeftOut& one) { return total(one.growth); });
+  std::size_t chosen = static_cast<std::size_t>(best - found.begin());
+  for (std::size_t w = chosen + 1; w < found.size(); ++w) {
+    chosen = advantage(*best, found[w]) <= 1.0 ? w : chosen;
   }
-  return tried_weights[chosen] * options.weight;
+  Consistent out;
+  out.model.options = with(tried_weights[chosen]);
+  out.blocks = std::move(found[chosen]);
+  return out;
 }
 
 // The parameters, and the options with the weight that they were found with.
-PhysicalModel found_model(const EstimationProblem& problem, Physical options, const Estimated& found,
-                          std::span<const BlockSums> blocks) {
-  const Matrix root = found.estimate->root / found.estimate->sigma;
+//
+// plain  what the blocks say of the estimate; empty where they can not say
+PhysicalModel found_model(const EstimationProblem& problem, const Physical& options, const Estimated& found,
+                          std::span<const BlockSums> blocks, const LeftOut& plain) {
+  const Estimate& estimate = *found.estimate;
+  const Matrix root = estimate.root / estimate.sigma;
   const auto freedom = static_cast<double>(rows_of(problem.data.groups) - problem.base.size());
   const auto with = [&](const Physical& some) {
-    return physical(problem.robot, problem.base, found.estimate->chi, root, some);
+    return physical(problem.robot, problem.base, estimate.chi, root, some);
   };
-  PhysicalModel out;
-  if (options.weight_may_fall) {
-    if (const auto weight = weight_by_prediction(problem, options, found, blocks)) {
-      options.weight = *weight;
-      options.weight_may_fall = false;
+  Consistent out;
+  out.model.options = options;
+  if (!plain.growth.empty()) {
+    if (options.weight_may_fall) {
+      out = by_prediction(problem, options, estimate, blocks);
+    } else {
+      out.blocks = without_blocks(problem, estimate, blocks, &options);
     }
+    out.model.better = advantage(out.blocks, plain) > 1.0;
+    out.model.C_chi = covariance_by_blocks(out.blocks, blocks, estimate.sigma);
   }
-  out.options = options;
-  out.parameters = with(options);
-  while (options.weight_may_fall && out.parameters.distance > 0.5 * tolerable_price * freedom &&
-         out.options.weight > least_weight) {
-    Physical lower = out.options;
+  PhysicalModel& model = out.model;
+  model.parameters = with(model.options);
+  while (model.options.weight_may_fall && model.parameters.distance > 0.5 * tolerable_price * freedom &&
+         model.options.weight > least_weight) {
+    Physical lower = model.options;
     lower.weight *= 0.1;
     PhysicalParameters weaker = with(lower);
-    if (weaker.distance > worth_it * out.parameters.distance) {
+    if (weaker.distance > worth_it * model.parameters.distance) {
       break;
     }
-    out.options = lower;
-    out.parameters = std::move(weaker);
+    model.options = lower;
+    model.parameters = std::move(weaker);
   }
-  return out;
+  model.fit = fit_to(problem.robot, problem.rows_to_judge(), model.parameters.chi, problem.base.size(),
+                     problem.estimation.signal.convention);
+  return std::move(out.model);
 }
 
 }  // namespace
@@ -153,13 +201,22 @@ PhysicalModel found_model(const EstimationProblem& problem, Physical options, co
 void add_physical(const EstimationProblem& problem, const Estimated& found, std::span<const BlockSums> blocks,
                   Inference& out) {
   const std::optional<Physical>& options = problem.estimation.physical;
+  const bool says = blocks.size() >= 4 && found.status == Status::identified;
+  const LeftOut plain = says ? without_blocks(problem, *found.estimate, blocks) : LeftOut();
   if (!options) {
     if (found.status != Status::rank_deficient) {
       warn_of_weak_excitation(problem.base, found.estimate->root / found.estimate->sigma, out);
     }
+    const auto rows = static_cast<double>(found.estimate->rows);
+    if (problem.estimation.judge && !plain.growth.empty() && total(plain.growth) > loose * rows) {
+      PhysicalModel model = found_model(problem, Physical{}, found, blocks, plain);
+      if (model.better) {
+        out.physical = std::move(model);
+      }
+    }
     return;
   }
-  PhysicalModel model = found_model(problem, *options, found, blocks);
+  PhysicalModel model = found_model(problem, *options, found, blocks, plain);
   if (model.options.weight != options->weight && model.options.weight_may_fall) {
     out.notes.push_back(
         "the robot description is far from what the data say: the physically consistent "
@@ -171,8 +228,6 @@ void add_physical(const EstimationProblem& problem, const Estimated& found, std:
                         number(model.options.weight, 3) +
                         ", with which the logs predict their own blocks of time best");
   }
-  model.fit = fit_to(problem.robot, problem.rows_to_judge(), model.parameters.chi, problem.base.size(),
-                     problem.estimation.signal.convention);
   out.notes.insert(out.notes.end(), model.parameters.notes.begin(), model.parameters.notes.end());
   if (!model.parameters.reached) {
     out.warnings.push_back(Finding{"physical_unsettled",

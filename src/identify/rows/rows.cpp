@@ -94,6 +94,25 @@ std::vector<double> thresholds_of(const detail::RowSource& source, const SignalO
   return out;
 }
 
+// A position that is nowhere near the others, as a corrupt line leaves it, for a message; empty where there is
+// none.
+std::string stray_position(const Robot& robot, const Log& log) {
+  constexpr double far = 1e3;
+  constexpr double least = 1e-3;  // rad | m
+  for (Index j = 0; j < log.q.cols(); ++j) {
+    Vector sizes = log.q.col(j).cwiseAbs();
+    Index at = 0;
+    const double most = sizes.maxCoeff(&at);
+    const auto tenth = sizes.end() - 1 - sizes.size() / 10;
+    std::nth_element(sizes.begin(), tenth, sizes.end());
+    if (most > far * std::max(*tenth, least)) {
+      return "; " + log.place(at) + " has joint \"" + robot.joints[static_cast<std::size_t>(j)].name +
+             "\" at " + number(log.q(at, j)) + ", far from all others: repair or cut the log";
+    }
+  }
+  return {};
+}
+
 void require_usable(const std::vector<Seen>& joints, const std::vector<double>& thresholds,
                     const Robot& robot, const Log& log, const SignalOptions& options) {
   double total = 0.0;
@@ -106,7 +125,8 @@ void require_usable(const std::vector<Seen>& joints, const std::vector<double>& 
     // Finite cells may overflow once they are multiplied.
     if (!joints[j].finite) {
       throw InputError(joint +
-                       ": positions or torques are so large that they overflow; check columns and units");
+                       ": positions or torques are so large that they overflow; check columns and units" +
+                       stray_position(robot, log));
     }
     total += joints[j].y_norm;
   }
@@ -116,7 +136,8 @@ void require_usable(const std::vector<Seen>& joints, const std::vector<double>& 
         log.source +
         ": no joint moves for long enough in one direction, fast enough to stand out of the noise "
         "of its positions; no row is left (rows = \"paper\" keeps all, a lower cutoff_hz lets less "
-        "noise through)");
+        "noise through)" +
+        stray_position(robot, log));
   }
   if (total == 0.0) {
     throw InputError(log.source + ": the torques are zero in every row; check the columns");

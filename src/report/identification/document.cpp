@@ -32,16 +32,44 @@ std::vector<std::string> choices_of(const Identification& result) {
   return out;
 }
 
-KeyFigures figures_of(const Identification& result) {
+std::string known_of_all(const Identification& result) {
   const auto known = std::ranges::count(result.parameters, Verdict::identified, &ParameterEstimate::verdict);
+  return std::to_string(known) + " of " + std::to_string(result.columns);
+}
+
+// What the model will do on other motion, and what it does.
+std::vector<std::string> predictions_of(const Identification& result) {
+  std::vector<std::string> out;
+  if (result.physical_answers()) {
+    out.emplace_back(
+        "answer: the physically consistent parameters, which predict blocks of time that are left out "
+        "better");
+  }
+  const auto in_words = [](double error) {
+    return std::isfinite(error) ? percent(error) : "unknown, it shows what is not determined";
+  };
+  if (result.forecast) {
+    out.push_back("torque error forecast for random motion: " + in_words(result.forecast->relative_error));
+  }
+  for (const Validation& validation : result.validation) {
+    out.push_back("torque error on " + std::filesystem::path(validation.file).filename().string() + ": " +
+                  percent(result.answer_fit(validation).relative_error) + ", forecast " +
+                  in_words(validation.forecast.relative_error));
+  }
+  return out;
+}
+
+KeyFigures figures_of(const Identification& result) {
   KeyFigures out{
-      {{std::to_string(known) + " of " + std::to_string(result.columns), "base parameters identified"},
-       {std::to_string(result.fit.rows), "rows"}}};
+      {{known_of_all(result), "base parameters identified"}, {std::to_string(result.fit.rows), "rows"}}};
   if (predicted(result)) {
     out.figures.emplace_back(percent(result.fit.relative_error), "torque error of the fit");
   }
+  if (result.forecast && std::isfinite(result.forecast->relative_error)) {
+    out.figures.emplace_back(percent(result.forecast->relative_error), "forecast for random motion");
+  }
   for (const Validation& validation : result.validation) {
-    out.figures.emplace_back(percent(validation.fit.relative_error),
+    out.figures.emplace_back(percent(result.answer_fit(validation).relative_error),
                              "torque error on " + std::filesystem::path(validation.file).filename().string());
   }
   return out;
@@ -77,13 +105,17 @@ Document verdict_of(const Identification& result) {
                  : result.status == Status::doubtful
                      ? "Doubtful: " + std::string(why_not(result.status))
                      : "Not identified: " + std::string(why_not(result.status));
-  out.line = result.title + ": " + std::string(name(result.status)) + ", " + std::to_string(result.columns) +
+  out.line = result.title + ": " + std::string(name(result.status)) + ", " + known_of_all(result) +
              " base parameters from " + std::to_string(result.fit.rows) + " rows, relative error " +
              percent(result.fit.relative_error) +
+             (std::isfinite(result.fit.reference_error)
+                  ? " (" + percent(result.fit.reference_error) + " by the paper's rows)"
+                  : "") +
              (std::isfinite(result.condition) ? ", condition " + number(result.condition, 4) : "");
   // The reasons of a doubtful result are findings, which say what to do as well.
   const bool told_below = result.status == Status::doubtful;
-  out.opening = {{list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},
+  out.opening = {{list_of("choices", predictions_of(result))},
+                 {list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},
                  {FindingList{told_once(result.warnings)}},
                  {list_of("choices", choices_of(result))},
                  {figures_of(result), page}};

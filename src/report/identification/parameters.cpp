@@ -54,23 +54,50 @@ Cell interval_bar(const ParameterEstimate& p) {
 
 std::string group_words(const ParameterEstimate& p) { return p.regrouped == p.name ? "" : p.regrouped; }
 
-// One line a column.
-Table parameters_table(const Parameters& parameters) {
+// What makes most of a deviation, where that is not the errors in the rows.
+std::string widening(const ParameterEstimate& p) {
+  const double half = 0.5 * p.sigma * p.sigma;
+  return p.model_shift * p.model_shift > half ? p.widened_by : p.row_shift * p.row_shift > half ? "rows" : "";
+}
+
+using Columns = std::vector<ColumnOf<ParameterEstimate>>;
+
+// Columns that are there only if they say anything: what widens deviations, and behind the physically
+// consistent parameters, which are the answer then, the estimate.
+void add_occasional(const Identification& result, Columns& fields) {
   using P = ParameterEstimate;
-  return table_of(parameters,
-                  {{{"parameter", format::name}, &P::name},
-                   {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
-                   {{"unit"}, &P::unit},
-                   {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
-                   {{"%sigma", format::fixed(3)}, &P::relative_sigma_percent},
-                   {{"95 % interval"}, interval_words},
-                   {{"grouped from"}, group_words}},
-                  mark_of);
+  if (std::ranges::any_of(result.parameters, [](const P& p) { return !widening(p).empty(); })) {
+    fields.push_back({{"widened by"}, widening});
+  }
+  if (result.physical_answers()) {
+    const Vector& chi = result.physical->parameters.chi;
+    // Tables of the page are sorted.
+    const auto place = [&result](const P& p) {
+      return std::ranges::find(result.parameters, p.name, &P::name) - result.parameters.begin();
+    };
+    fields.insert(fields.begin() + 1, {{"physical", format::deviation},
+                                       [=, &chi](const P& p) { return Cell(chi[place(p)], p.sigma); }});
+    fields[2].column.heading = "estimate";
+  }
+}
+
+// One line a column.
+Table parameters_table(const Identification& result) {
+  using P = ParameterEstimate;
+  Columns fields = {{{"parameter", format::name}, &P::name},
+                    {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
+                    {{"unit"}, &P::unit},
+                    {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
+                    {{"%sigma", format::fixed(3)}, &P::relative_sigma_percent},
+                    {{"95 % interval"}, interval_words}};
+  add_occasional(result, fields);
+  fields.push_back({{"grouped from"}, group_words});
+  return table_of(result.parameters, fields, mark_of);
 }
 
 // The same on a page, those that are known best first; what is narrow stands before what is wide. Deviations
 // by the residuals alone only where they differ.
-Table page_table(Parameters parameters, Fold fold) {
+Table page_table(const Identification& result, Parameters parameters, Fold fold) {
   using P = ParameterEstimate;
   std::ranges::stable_sort(parameters, [](const P& a, const P& b) {
     const auto key = [](const P& p) {
@@ -81,20 +108,20 @@ Table page_table(Parameters parameters, Fold fold) {
   });
   const bool plain_differs =
       std::ranges::any_of(parameters, [](const P& p) { return p.plain_sigma != p.sigma; });
-  std::vector<ColumnOf<P>> fields = {
-      {{"parameter", format::name}, &P::name},
-      {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
-      {{"", format::interval}, interval_bar},
-      {{"unit"}, &P::unit},
-      {{"%sigma", format::fixed(3)}, &P::relative_sigma_percent},
-      {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
-      {{"95 % interval"}, interval_words},
-      {{"a priori", format::significant(4)}, &P::a_priori},
-      {{"bias", format::fixed(2), "σ"}, &P::noise_bias}};
+  Columns fields = {{{"parameter", format::name}, &P::name},
+                    {{"value", format::deviation}, [](const P& p) { return Cell(p.value, p.sigma); }},
+                    {{"", format::interval}, interval_bar},
+                    {{"unit"}, &P::unit},
+                    {{"%sigma", format::fixed(3)}, &P::relative_sigma_percent},
+                    {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
+                    {{"95 % interval"}, interval_words},
+                    {{"a priori", format::significant(4)}, &P::a_priori},
+                    {{"bias", format::fixed(2), "σ"}, &P::noise_bias}};
   if (plain_differs) {
     fields.push_back(
         {{"HAC", format::deviation}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }});
   }
+  add_occasional(result, fields);
   fields.push_back({{"grouped from"}, group_words});
   Table out = table_of(parameters, fields, mark_of);
   out.fold = std::move(fold);
@@ -102,19 +129,19 @@ Table page_table(Parameters parameters, Fold fold) {
 }
 
 // Parameters that are known, and those that are not, folded.
-void add_page_tables(const Parameters& parameters, Section& out) {
+void add_page_tables(const Identification& result, Section& out) {
   Parameters known;
   Parameters others;
-  for (const ParameterEstimate& p : parameters) {
+  for (const ParameterEstimate& p : result.parameters) {
     (p.verdict == Verdict::identified ? known : others).push_back(p);
   }
   if (!known.empty()) {
-    out.blocks.push_back({page_table(std::move(known), {}), page});
+    out.blocks.push_back({page_table(result, std::move(known), {}), page});
   }
   if (!others.empty()) {
     const std::string title =
         counted(std::ssize(others), "parameter") + " that the data leave weak or do not excite";
-    out.blocks.push_back({page_table(std::move(others), {title}), page});
+    out.blocks.push_back({page_table(result, std::move(others), {title}), page});
   }
 }
 
@@ -163,9 +190,9 @@ Section parameters_section(const Identification& result) {
               "The parameter known best comes first. Each bar has a scale of its own; it is red where the "
               "parameter is weak. Click a heading to sort."},
        page},
-      {parameters_table(result.parameters), screen},
+      {parameters_table(result), screen},
       {verdicts(result.parameters), screen}};
-  add_page_tables(result.parameters, out);
+  add_page_tables(result, out);
   if (result.covariance.quantile_975 != 0.0) {
     out.blocks.push_back({Sentence{"sigma: " + in_words(result.covariance, result.diagnostics.has_value())}});
     out.blocks.push_back(

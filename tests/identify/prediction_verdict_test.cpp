@@ -1,0 +1,105 @@
+// What is said of torques that a model has not seen.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "rivid/data/log.hpp"
+#include "rivid/identify/identification.hpp"
+#include "rivid/identify/prediction.hpp"
+#include "support/scara_study.hpp"
+
+namespace rivid {
+namespace {
+
+class PredictionVerdict : public testing::Test, public test::ScaraStudy {
+ protected:
+  static bool has(const Identification& found, const std::string& code) {
+    return std::ranges::any_of(found.warnings, [&](const Finding& f) { return f.code == code; });
+  }
+};
+
+// Few rows, so that errors of the parameters are most of the error on a log of twice the motion.
+TEST_F(PredictionVerdict, ForecastIsTheErrorThatIsFound) {
+  constexpr int runs = 24;
+  double found_squares = 0.0;
+  double forecast_squares = 0.0;
+  double of_residual = 0.0;
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    const Log piece = excerpt(log(1.0, seed), 300, 700);
+    const Identification found = identify(robot, piece, {.judge = false});
+    ASSERT_EQ(found.status, Status::identified) << seed;
+    const Validation other = validate(robot, found, log(2.0, 100 + seed));
+    found_squares += std::pow(other.fit.relative_error, 2);
+    forecast_squares += std::pow(other.forecast.relative_error, 2);
+    for (const JointFit& joint : other.fit.joints) {
+      const JointFit& own = found.fit.joints[static_cast<std::size_t>(&joint - other.fit.joints.data())];
+      const double y = joint.sigma_rho / joint.relative_error;
+      of_residual += std::pow(own.sigma_rho / y, 2) / static_cast<double>(other.fit.joints.size());
+    }
+  }
+  EXPECT_GT(forecast_squares, 1.2 * of_residual) << "errors of parameters count in this test";
+  // Squares of eight parameters' errors in each of 24 runs: the mean scatters by 10 %, intervals by as much.
+  EXPECT_NEAR(std::sqrt(found_squares / forecast_squares), 1.0, 0.3);
+}
+
+TEST_F(PredictionVerdict, AValidationWithAnotherArmIsDoubtful) {
+  const Log one = log(1.0, 3);
+  const std::vector<Log> same = {log(2.0, 4)};
+  const Identification good = identify(robot, std::span(&one, 1), Estimation{}, same);
+  EXPECT_EQ(good.status, Status::identified) << good.warnings.front().text;
+  EXPECT_FALSE(has(good, "prediction_fails"));
+  ASSERT_TRUE(good.forecast);
+  EXPECT_LT(good.forecast->relative_error, 3.0 * good.fit.relative_error);
+
+  set("MX2", 5.0 * 0.242);
+  set("ZZ2", 5.0 * 0.062);
+  const std::vector<Log> other = {log(2.0, 4)};
+  const Identification bad = identify(robot, std::span(&one, 1), Estimation{}, other);
+  EXPECT_EQ(bad.status, Status::doubtful);
+  EXPECT_TRUE(has(bad, "prediction_fails"));
+}
+
+TEST_F(PredictionVerdict, AValidationOnALogOfTheFitIsAWarning) {
+  const std::vector<Log> one = {log(1.0, 3)};
+  EXPECT_TRUE(has(identify(robot, one, Estimation{}, one), "validation_log_used"));
+}
+
+// The error on rows that no option changes.
+TEST_F(PredictionVerdict, ReferenceErrorDoesNotDependOnTheWindow) {
+  const Log one = log(1.0, 3);
+  const auto with = [&](int n_d) {
+    return identify(robot, one, {.method = Wls{}, .signal = {.torque_held = true, .decimation = {n_d}}}).fit;
+  };
+  const Fit narrow = with(8);
+  const Fit wide = with(30);
+  EXPECT_GT(narrow.relative_error, 1.3 * wide.relative_error);
+  EXPECT_NEAR(narrow.reference_error, wide.reference_error, 0.05 * wide.reference_error);
+  EXPECT_NEAR(validate(robot, identify(robot, one, Estimation{}), one).fit.reference_error,
+              wide.reference_error, 0.05 * wide.reference_error);
+}
+
+// Neighbouring windows of a log that friction of another kind moves by more than chance are within the intervals.
+TEST_F(PredictionVerdict, WhatNeighbouringWindowsSayIsInTheInterval) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Log one = log(1.0, seed);
+    // A torque that the model does not have, faster than rows are long.
+    for (Index k = 0; k < one.samples(); ++k) {
+      one.v_tau(k, 0) += 0.5 * std::sin(7.0 * one.q(k, 0));
+    }
+    const Identification found = identify(robot, one, Estimation{});
+    ASSERT_TRUE(found.row_choice);
+    for (const WindowShift& shift : {found.row_choice->at_half, found.row_choice->at_double}) {
+      ASSERT_EQ(shift.beyond_noise.size(), base.size());
+      for (Index i = 0; i < base.size(); ++i) {
+        const ParameterEstimate& p = found.parameters[static_cast<std::size_t>(i)];
+        EXPECT_LE(std::abs(shift.beyond_noise[i]), 3.0 * p.sigma) << seed << ' ' << p.name;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rivid
