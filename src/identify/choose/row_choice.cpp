@@ -1,5 +1,3 @@
-#include <cstdio>
-#include <cstdlib>
 #include "identify/choose/row_choice.hpp"
 
 #include <algorithm>
@@ -360,7 +358,6 @@ class Chooser {
           break;
         }
         const double error = expected_squares(judged, fit->estimate, best ? chi : fit->estimate.chi);
-        if (std::getenv("RIVID_DEBUG")) std::fprintf(stderr, "n %d R/p %.1f rank %ld error %g\n", windows_[w], rows_a_parameter_, long(fit->estimate.rank), error);
         if (fit->estimate.rank > most || error < least) {
           most = fit->estimate.rank;
           least = error;
