@@ -15,6 +15,7 @@
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/model/parameters.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace rivid::odd {
@@ -322,6 +323,49 @@ TEST(Judge, NamesTheLogOfAnotherTool) {
   }
   EXPECT_GE(named, 6U);
   EXPECT_EQ(accused, 0U);
+}
+
+TEST(Judge, NamesTorquesWithoutGravity) {
+  std::size_t named = 0;
+  for (Case one : cases("good", 8, 4)) {
+    const Identification whole = identify(one.robot, one.log, {.judge = false});
+    const Matrix none = Matrix::Zero(one.log.samples(), one.robot.size());
+    const Observation W = observation(one.robot, whole.base, {one.log.q, none, none});
+    for (std::size_t j = 0; j < W.joints.size(); ++j) {
+      Vector held = Vector::Zero(one.log.samples());
+      for (std::size_t c = 0; c < W.joints[j].columns.size(); ++c) {
+        const auto i = static_cast<std::size_t>(W.joints[j].columns[c]);
+        if (role(whole.base.parameters[i].leading.kind) == Role::inertial) {
+          held += W.joints[j].W.col(static_cast<Index>(c)) * whole.chi[W.joints[j].columns[c]];
+        }
+      }
+      one.log.tau.col(static_cast<Index>(j)) -= held;
+    }
+    const Identification result = identify(one.robot, one.log, {});
+    named += std::ranges::any_of(result.warnings,
+                                 [](const Finding& f) { return f.code == "torque_without_gravity"; });
+    one.robot.chain.gravity.setZero();
+    EXPECT_EQ(identify(one.robot, one.log, {}).status, Status::identified);
+  }
+  EXPECT_GE(named, 6U);
+}
+
+TEST(Judge, NamesARegisterThatGoesOverItsEnd) {
+  for (Case one : cases("good", 3, 2)) {
+    const auto named = [&] {
+      const Identification result = identify(one.robot, one.log, {});
+      return std::ranges::any_of(result.warnings,
+                                 [](const Finding& f) { return f.code == "register_wraps"; });
+    };
+    EXPECT_FALSE(named());
+    // Hundredths of a per mille of the largest torque in a signed number that is read as unsigned.
+    const double step = one.log.tau.col(0).cwiseAbs().maxCoeff() / 30000.0;
+    for (double& tau : one.log.tau.col(0)) {
+      const double counts = std::round(tau / step);
+      tau = step * (counts < 0.0 ? counts + 65536.0 : counts);
+    }
+    EXPECT_TRUE(named());
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "identify/check/reading_changes.hpp"
 #include "rivid/regressor/batch.hpp"
@@ -432,21 +433,45 @@ Eigen::Vector3d tilted_gravity(const Robot& robot, const Vector& angles) {
   return axis.norm() > 0.0 ? Eigen::Vector3d(Eigen::AngleAxisd(axis.norm(), axis.normalized()) * g) : g;
 }
 
-std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
-                                      const ProbedRows& rows) {
+std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
+                                      const std::set<std::string_view>& codes) {
   const Effects effects(robot, base, rows);
   std::vector<Alternative> out;
-  add_gains(robot, rows, effects, out);
-  add_gravity(robot, effects, out);
-  out.push_back({"clock_rate", "all joints", effects.of(faster(effects.motions()))});
-  add_scales(robot, effects, out);
-  add_delay(robot, base, rows, out);
-  add_geometry(robot, effects, out);
-  add_load_changes(robot, base, rows, out);
-  add_logs(base, rows, out);
-  add_elasticity(robot, base, rows, effects, out);
-  add_friction(robot, base, rows, out);
-  add_couplings(robot, rows, out);
+  const auto any = [&](std::initializer_list<std::string_view> some) {
+    return codes.empty() ||
+           std::ranges::any_of(some, [&](std::string_view code) { return codes.contains(code); });
+  };
+  if (any({"torque_gain"})) {
+    add_gains(robot, rows, effects, out);
+  }
+  if (any({"gravity_tilt"})) {
+    add_gravity(robot, effects, out);
+  }
+  if (any({"clock_rate"})) {
+    out.push_back({"clock_rate", "all joints", effects.of(faster(effects.motions()))});
+  }
+  if (any({"position_scale"})) {
+    add_scales(robot, effects, out);
+  }
+  if (any({"torque_delay"})) {
+    add_delay(robot, base, rows, out);
+  }
+  if (any({"zero_offset", "joint_origin"})) {
+    add_geometry(robot, effects, out);
+  }
+  if (any({"load_changed", "logs_differ"})) {
+    add_load_changes(robot, base, rows, out);
+    add_logs(base, rows, out);
+  }
+  if (any({"joint_elasticity"})) {
+    add_elasticity(robot, base, rows, effects, out);
+  }
+  if (any({"load_friction", "stribeck_friction", "direction_friction"})) {
+    add_friction(robot, base, rows, out);
+  }
+  if (any({"joint_coupling"})) {
+    add_couplings(robot, rows, out);
+  }
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "identify/check/alternative_kinds.hpp"
 #include "identify/check/alternative_tests.hpp"
@@ -196,8 +197,13 @@ struct TrialRows {
 };
 
 std::optional<TrialRows> trial_rows(const Robot& robot, std::span<const Log> validation,
-                                    const Identification& result) {
-  if (validation.empty()) {
+                                    const Identification& result, const std::vector<Alternative>& believed,
+                                    const std::vector<Taken>& taken) {
+  std::set<std::string_view> codes;
+  for (const Taken& one : taken) {
+    codes.insert(believed[one.of].code);
+  }
+  if (validation.empty() || codes.empty()) {
     return std::nullopt;
   }
   const TorqueProbe probe(robot, result.base, validation, result.estimation.signal);
@@ -206,7 +212,7 @@ std::optional<TrialRows> trial_rows(const Robot& robot, std::span<const Log> val
     return std::nullopt;
   }
   rows->chi = result.chi;
-  std::vector<Alternative> all = alternatives(robot, result.base, *rows);
+  std::vector<Alternative> all = alternatives(robot, result.base, *rows, codes);
   return TrialRows{std::move(*rows), std::move(all)};
 }
 
@@ -325,7 +331,7 @@ Alternatives check_model(const TorqueProbe& probe, const Robot& robot, std::span
   if (!taken.empty()) {
     report.shift = shift_by(*rows, beside_others(*rows, taken, taken.size()));
   }
-  const std::optional<TrialRows> trial = taken.empty() ? std::nullopt : trial_rows(robot, validation, result);
+  const std::optional<TrialRows> trial = trial_rows(robot, validation, result, all, taken);
   for (std::size_t i = 0; i < taken.size(); ++i) {
     const Alternative& named = all[taken[i].of];
     report.believed.push_back(in_report(named, result, taken[i].beside));
