@@ -9,10 +9,13 @@
 
 #include "odd/run.hpp"
 #include "odd/user_folder.hpp"
+#include "rivid/data/log.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/check.hpp"
+#include "rivid/model/parameters.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace rivid::odd {
@@ -188,6 +191,181 @@ TEST(Judge, WidensIntervalsByTheShiftOfTheLikeliestAlternative) {
     EXPECT_TRUE(result.chi == before.chi);
   }
   EXPECT_GE(widened, 4U);
+}
+
+// Joints that move one after the other: of each the rows are few and all at one time.
+TEST(Judge, NamesTheGainOfAJointThatMovesAlone) {
+  std::size_t named = 0;
+  for (Case one : cases("jog", 8, 4)) {
+    one.log.tau.col(1) *= 1.5;
+    const Identification result = identify(one.robot, one.log, {});
+    const ModelTest* const found = told(result, "torque_gain", second(one.robot));
+    const auto not_tested = [&](const std::string& note) { return note.starts_with("not tested: "); };
+    named += (found != nullptr && std::abs(found->estimate[0] - 0.5) < 0.15) ||
+                     result.status != Status::identified || std::ranges::any_of(result.notes, not_tested)
+                 ? 1U
+                 : 0U;
+  }
+  EXPECT_GE(named, 7U);
+}
+
+// A pause of two and a half times the motion takes no test away.
+TEST(Judge, NamesAGainBesideAPause) {
+  std::size_t named = 0;
+  for (Case one : cases("good", 8, 4)) {
+    one.log.tau.col(1) *= 1.3;
+    const Index moving = one.log.samples();
+    const Index all = moving + 5 * moving / 2;
+    for (Matrix Log::* const part : {&Log::q, &Log::tau, &Log::q_r}) {
+      Matrix& x = one.log.*part;
+      if (x.size() > 0) {
+        x.conservativeResize(all, Eigen::NoChange);
+        x.bottomRows(all - moving).rowwise() = x.row(moving - 1).eval();
+      }
+    }
+    one.log.t = Vector::LinSpaced(all, 0.0, static_cast<double>(all - 1) / one.log.f_m);
+    named += told(identify(one.robot, one.log, {}), "torque_gain", second(one.robot)) != nullptr ? 1U : 0U;
+  }
+  EXPECT_GE(named, 6U);
+}
+
+TEST(Judge, SaysWhichJointIsNotTested) {
+  Case one = cases("good", 1, 4).front();
+  // The last joint moves for a moment: few of the instants are its own.
+  const Index brief = one.log.samples() / 100;
+  const double rests = one.log.q(brief, one.log.q.cols() - 1);
+  one.log.q.col(one.log.q.cols() - 1).tail(one.log.samples() - brief).setConstant(rests);
+  const Identification result = identify(one.robot, one.log, {});
+  EXPECT_TRUE(std::ranges::any_of(result.notes, [&](const std::string& note) {
+    return note.find("not tested: " + one.robot.joints.back().name) != std::string::npos &&
+           note.find("because it moves at ") != std::string::npos;
+  }));
+}
+
+// What stands in the place of the masses makes no right log doubtful.
+TEST(Judge, BelievesNoDescriptionThatIsNone) {
+  const std::vector<std::function<void(std::vector<Inertial>&)>> descriptions = {
+      [](std::vector<Inertial>&) {},
+      [](std::vector<Inertial>& links) {
+        for (std::size_t j = 0; j < links.size(); ++j) {
+          links[j] *= j % 2 == 0 ? 3.0 : 1.0 / 3.0;
+        }
+      },
+      [](std::vector<Inertial>& links) {
+        for (Inertial& i : links) {
+          i = inertial_from_com(1.0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity());
+        }
+      },
+      [](std::vector<Inertial>& links) {
+        for (Inertial& i : links) {
+          i = inertial_from_com(0.001, Eigen::Vector3d::Zero(), 1e-6 * Eigen::Matrix3d::Identity());
+        }
+      },
+      [](std::vector<Inertial>& links) { std::ranges::fill(links, Inertial::Zero()); },
+      [](std::vector<Inertial>& links) {
+        for (std::size_t j = 0; j < links.size(); ++j) {
+          links[j] = inertial_from_com(0.001 * static_cast<double>(j + 1), Eigen::Vector3d(0.01, 0.0, 0.0),
+                                       1e-6 * Eigen::Matrix3d::Identity());
+        }
+      },
+      [](std::vector<Inertial>& links) { std::ranges::fill(links, Inertial(links.front())); },
+      [](std::vector<Inertial>& links) {
+        // Inertias in g·mm², say.
+        for (Inertial& i : links) {
+          i.head<6>() *= 1e9;
+        }
+      }};
+  constexpr std::size_t tried = 40;
+  std::vector<std::size_t> doubtful(descriptions.size(), 0);
+  for (const Case& one : cases("good", tried, 2)) {
+    for (std::size_t d = 0; d < descriptions.size(); ++d) {
+      Robot robot = one.robot;
+      descriptions[d](robot.inertials);
+      const Identification result = identify(robot, one.log, {});
+      doubtful[d] += result.status == Status::doubtful ? 1U : 0U;
+    }
+  }
+  EXPECT_LE(doubtful[0], 1U);
+  for (std::size_t d = 1; d < descriptions.size(); ++d) {
+    EXPECT_LE(doubtful[d], doubtful[0]) << "description " << d;
+  }
+}
+
+TEST(Judge, NamesTheLogOfAnotherTool) {
+  std::size_t named = 0;
+  std::size_t accused = 0;
+  constexpr std::size_t tried = 8;
+  for (std::uint64_t number = 0; number < tried; ++number) {
+    // The second log of this kind is without the load that the first one has from some time on.
+    const test::TemporaryFolder folder;
+    static_cast<void>(write_experiment({seed, kinds_of("payload_mid").front(), number}, folder.path()));
+    const std::vector<std::filesystem::path> logs = {folder.path() / "log_1.csv",
+                                                     folder.path() / "log_2.csv"};
+    folder.write(
+        "experiment.toml",
+        draft_experiment(folder.path() / "experiment.toml", folder.path() / "robot.urdf", {}, logs).text);
+    Experiment experiment = read_experiment(folder.path() / "experiment.toml");
+    experiment.log.files = logs;
+    std::vector<Log> both = read_logs(experiment.log, experiment.robot);
+    const auto says = [](const Identification& result) {
+      return std::ranges::any_of(result.warnings, [](const Finding& f) {
+        return f.code == "logs_differ" || f.code == "load_changed";
+      });
+    };
+    const Index half = both[0].samples() / 2;
+    // Its end alone, with the load, beside the other one.
+    both[0] = excerpt(both[0], both[0].samples() - half / 2, half / 2);
+    named += says(identify(experiment.robot, both, {})) ? 1U : 0U;
+    // Two stretches of one log belong together.
+    const std::vector<Log> one = {excerpt(both[1], 0, both[1].samples() / 2),
+                                  excerpt(both[1], both[1].samples() / 2, both[1].samples() / 2)};
+    accused += says(identify(experiment.robot, one, {})) ? 1U : 0U;
+  }
+  EXPECT_GE(named, 6U);
+  EXPECT_EQ(accused, 0U);
+}
+
+TEST(Judge, NamesTorquesWithoutGravity) {
+  std::size_t named = 0;
+  for (Case one : cases("good", 8, 4)) {
+    const Identification whole = identify(one.robot, one.log, {.judge = false});
+    const Matrix none = Matrix::Zero(one.log.samples(), one.robot.size());
+    const Observation W = observation(one.robot, whole.base, {one.log.q, none, none});
+    for (std::size_t j = 0; j < W.joints.size(); ++j) {
+      Vector held = Vector::Zero(one.log.samples());
+      for (std::size_t c = 0; c < W.joints[j].columns.size(); ++c) {
+        const auto i = static_cast<std::size_t>(W.joints[j].columns[c]);
+        if (role(whole.base.parameters[i].leading.kind) == Role::inertial) {
+          held += W.joints[j].W.col(static_cast<Index>(c)) * whole.chi[W.joints[j].columns[c]];
+        }
+      }
+      one.log.tau.col(static_cast<Index>(j)) -= held;
+    }
+    const Identification result = identify(one.robot, one.log, {});
+    named += std::ranges::any_of(result.warnings,
+                                 [](const Finding& f) { return f.code == "torque_without_gravity"; });
+    one.robot.chain.gravity.setZero();
+    EXPECT_EQ(identify(one.robot, one.log, {}).status, Status::identified);
+  }
+  EXPECT_GE(named, 6U);
+}
+
+TEST(Judge, NamesARegisterThatGoesOverItsEnd) {
+  for (Case one : cases("good", 3, 2)) {
+    const auto named = [&] {
+      const Identification result = identify(one.robot, one.log, {});
+      return std::ranges::any_of(result.warnings,
+                                 [](const Finding& f) { return f.code == "register_wraps"; });
+    };
+    EXPECT_FALSE(named());
+    // Hundredths of a per mille of the largest torque in a signed number that is read as unsigned.
+    const double step = one.log.tau.col(0).cwiseAbs().maxCoeff() / 30000.0;
+    for (double& tau : one.log.tau.col(0)) {
+      const double counts = std::round(tau / step);
+      tau = step * (counts < 0.0 ? counts + 65536.0 : counts);
+    }
+    EXPECT_TRUE(named());
+  }
 }
 
 }  // namespace

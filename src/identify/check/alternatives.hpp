@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,7 +26,10 @@ struct Alternative {
 
 // All that are looked at: gains and zeros of joints, the direction of gravity, the clock, the geometry, a
 // load that changes, friction laws, elastic joints, motors that two joints turn.
+//
+// codes  those that are asked for, others may come along; empty: all
 [[nodiscard]] std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
-                                                    const ProbedRows& rows);
+                                                    const ProbedRows& rows,
+                                                    const std::set<std::string_view>& codes = {});
 
 }  // namespace rivid::detail
