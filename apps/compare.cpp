@@ -11,6 +11,7 @@
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/identify/comparison.hpp"
+#include "rivid/input.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/report/comparison.hpp"
 #include "rivid/text.hpp"
@@ -43,6 +44,11 @@ struct JudgedModel {
 
 JudgedModel opened(const Path& given) {
   const Path file = result_file(given);
+  if (file.extension() == ".toml" && read_input(file).bytes().find("[robot]") != std::string_view::npos) {
+    throw InputError(file.string() +
+                     ": is an experiment file, a result or parameters are required; rivid_identify " +
+                     file.string() + " writes the result");
+  }
   const bool is_result = file.extension() == ".json";
   return {file, is_result ? std::optional(read_identified_robot(file, {.parameters = {}, .force = true}))
                           : std::nullopt};

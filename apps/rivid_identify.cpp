@@ -325,6 +325,9 @@ int identify_robot(Arguments arguments, const RobotAndLogs& given) {
   if (arguments.dry_run) {
     words.emplace_back("--print");
   }
+  if (arguments.quiet) {
+    words.emplace_back("--quiet");
+  }
   std::vector<char*> argv;
   for (std::string& word : words) {
     argv.push_back(word.data());

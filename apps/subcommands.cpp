@@ -26,6 +26,7 @@ struct InitArguments {
   UrdfOptions options;
   bool print_only = false;
   bool force = false;
+  bool quiet = false;
 };
 
 int init(InitArguments arguments) {
@@ -49,6 +50,9 @@ int init(InitArguments arguments) {
   } else {
     outputs.put(output, draft.text);
     outputs.commit();
+  }
+  if (arguments.quiet) {
+    return draft.complete ? success : no_success;
   }
   tell("note", draft.doubts);
   if (!arguments.print_only) {
@@ -137,7 +141,8 @@ int init_command(int argc, char** argv) {
             {"--tip", "LINK", "Last link of the arm; needed where the robot branches", &to.options.tip},
             {"--output", "FILE.toml", "The experiment file; default: ROBOT.toml in this folder", &to.output},
             {"--print", "", "Print it instead", &to.print_only},
-            {"--force", "", "Write it over a file that is there", &to.force}},
+            {"--force", "", "Write it over a file that is there", &to.force},
+            {"--quiet", "", "Print nothing but errors; the exit code is the answer", &to.quiet}},
        .footer = "Columns are recognised by their names: q1 or actual_q_0 or elbow_joint/position [deg].\n"
                  "Exit codes: 0 complete; 1 something is left to be filled in; 2 bad input or usage."},
       argc, argv, [&] { return init(to); });

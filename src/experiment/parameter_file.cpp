@@ -126,11 +126,6 @@ void read_toml(NamedValues& out, const Path& path) {
   if (section) {
     top.finish();
   }
-  if (table.contains("robot") || table.contains("log")) {
-    throw InputError(path.string() +
-                     ": is an experiment file, a result or parameters are required; rivid_identify " +
-                     path.string() + " writes the result");
-  }
   const detail::TomlReader& keys = section ? *section : top;
   for (const auto& [name, node] : keys.table()) {
     out.add(std::string(name.str()), keys.as<double>(node, name.str()));

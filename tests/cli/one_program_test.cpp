@@ -86,6 +86,16 @@ TEST_F(OneProgram, IdentifiesFromARobotAndItsLogs) {
   EXPECT_TRUE(std::filesystem::exists(folder().path() / "scara_result/report.html"));
 }
 
+TEST_F(OneProgram, KeepsQuietAndWritesNothingWhereThatIsAsked) {
+  std::filesystem::remove(folder().path() / "scara.toml");
+  const Outcome dry = rivid({"identify", "scara.urdf", "scara_s2.csv", "--dry-run"});
+  EXPECT_NE(dry.out.find("urdf = \"scara.urdf\""), std::string::npos) << dry.out;
+  EXPECT_FALSE(std::filesystem::exists(folder().path() / "scara.toml"));
+  const Outcome quiet = rivid({"identify", "scara.urdf", "scara_s2.csv", "--quiet"});
+  EXPECT_EQ(quiet.out + quiet.err, "");
+  EXPECT_TRUE(std::filesystem::exists(folder().path() / "scara_result/result.json"));
+}
+
 TEST_F(OneProgram, ShowsADemo) {
   const Outcome run = rivid({"demo", "shown"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
