@@ -180,7 +180,7 @@ def main():
     arguments.add_argument("--only", default="", help="faults with this in their name or file")
     arguments.add_argument("--jobs", type=int, default=os.cpu_count())
     arguments.add_argument("--check", action="store_true", help="only look whether the texts are found")
-    arguments.add_argument("--table", type=pathlib.Path, help="file for a table of what was caught, as Markdown")
+    arguments.add_argument("--table", type=pathlib.Path, help="page whose end becomes a table of what was caught, as README.md")
     options = arguments.parse_args()
 
     faults = read_faults(options.list, options.only)
@@ -212,7 +212,9 @@ def main():
     print(f"{caught} of {len(faults)} faults caught in {time.monotonic() - begin:.0f} s"
           + "".join(f"\nsurvived: {name}" for name in survivors))
     if options.table:
-        options.table.write_text("\n".join(table(faults, survivors)) + "\n", encoding="utf-8")
+        above = options.table.read_text(encoding="utf-8").partition("| planted in")[0]
+        survived = [f"\nSurvived: {'; '.join(survivors)}."] if survivors else []
+        options.table.write_text(above + "\n".join(table(faults, survivors) + survived) + "\n", encoding="utf-8")
     return 0 if caught >= ENOUGH * len(faults) else 1
 
 

@@ -108,6 +108,26 @@ TEST(ClosedLoop, TheMotionObeysTheInverseDynamicModel) {
   }
 }
 
+// Of fourth order: half the step leaves no more than a sixteenth of the error.
+TEST(ClosedLoop, RungeKuttaWithFixedStepsIsOfFourthOrder) {
+  const Scara scara;
+  const rivid::DynamicModel model(scara.robot, scara.base, scara.truth);
+  const auto run = [&](Integrator integrator, double period) {
+    SimulationOptions options{.f_m = 25.0, .samples = 51};
+    options.integrator = integrator;
+    options.sampling.period = period;
+    options.friction = rivid::DryFrictionScheme::smooth;
+    options.smooth_velocity = 1.0;
+    options.rtol = 1e-12;
+    options.atol = 1e-14;
+    return simulate(scara.robot, model, Open([](double) { return 2.0; }), rest(2, 2.0), options);
+  };
+  const Simulation exact = run(Integrator::dormand_prince, 0.02);
+  const double coarse = farthest(run(Integrator::rk4, 0.01), exact);
+  const double fine = farthest(run(Integrator::rk4, 0.005), exact);
+  EXPECT_GT(coarse / fine, 15.0);
+}
+
 TEST(ClosedLoop, WithoutFrictionItAgreesWithAnIntegrationOfHighOrder) {
   Scara scara;
   scara.set("Fc1", 0.0);

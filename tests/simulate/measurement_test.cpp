@@ -68,6 +68,15 @@ TEST_F(Measurement, IsRoundedToTheQuantumLast) {
   }
 }
 
+TEST_F(Measurement, IsRoundedToTheNearestStep) {
+  options_.sampling.quantum = Vector{{0.01}};
+  const Simulation simulation = run({});
+  const Vector error = measured_log(simulation, options_, {}).q - simulation.motion.q;
+  EXPECT_LE(error.cwiseAbs().maxCoeff(), 0.005 * (1.0 + 1e-9));
+  EXPECT_GT(error.maxCoeff(), 0.002);
+  EXPECT_LT(error.minCoeff(), -0.002);
+}
+
 TEST_F(Measurement, TorqueNoiseIsInTheRecordAlone) {
   const Simulation simulation = run({.torque = sd});
   EXPECT_EQ(simulation.motion.q, run({}).motion.q);

@@ -117,6 +117,32 @@ TEST(StickSlip, HoldsCoupledMotorsAtRest) {
   EXPECT_TRUE(all_stuck);
 }
 
+// Released in one direction sooner than in the other: how far from either, in parts of both together.
+TEST(StickSlip, KnowsHowFarItIsFromBothLimits) {
+  const Robot robot = rivid::test::slider(rivid::Friction::asymmetric);
+  const rivid::BaseParameters base = rivid::base_parameters(robot);
+  Vector chi(5);
+  chi << 2.0, 0.0, 3.0, 0.0, 1.0;  // M Fv+ Fc+ Fv− Fc−
+  const DynamicModel model(robot, base, chi);
+  Dynamics<double> dynamics(model);
+  StickSlip friction(model);
+  Vector q = Vector::Zero(1);
+  Vector qd = Vector::Zero(1);
+  ASSERT_TRUE(dynamics.set_state(all(q), all(qd)));
+  friction.reset(all(qd));
+  for (const auto& [force, margin] :
+       {std::pair(0.0, 0.25), std::pair(0.8, 0.45), std::pair(2.6, 0.1), std::pair(-0.8, 0.05)}) {
+    Vector net = Vector::Constant(1, force);
+    friction.settle(dynamics, -1, all(qd), all(net));
+    Vector f = Vector::Constant(1, force);
+    Vector qdd(1);
+    friction.accelerate(dynamics, all(qd), all(f), all(qdd));
+    ASSERT_EQ(friction.mode(0), FrictionMode::stick);
+    EXPECT_NEAR(friction.margin(0, all(qd)), margin, 1e-9)
+        << force;  // elements give way by 1e-9 of their limits
+  }
+}
+
 TEST(StickSlip, CountsChangesOfMode) {
   const Robot robot = rivid::test::slider();
   AtRest carriage(robot, robot.chi_st() + (Vector(13) << Vector::Zero(9), 2.0, 0.0, 3.0, 0.0).finished(),
