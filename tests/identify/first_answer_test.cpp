@@ -126,13 +126,23 @@ TEST_F(FirstAnswer, IsNotSpoiledByAPauseThatIsLongerThanTheMotion) {
   paused.q_r = held(moving.q_r, 0.0, 23);
   const Identification alone = identify(robot, moving, Estimation{});
   const Identification found = identify(robot, paused, Estimation{});
-  ASSERT_EQ(found.status, Status::identified)
-      << (found.warnings.empty() ? "" : found.warnings.front().text);
+  ASSERT_EQ(found.status, Status::identified) << (found.warnings.empty() ? "" : found.warnings.front().text);
   EXPECT_GE(found.row_choice->decimation, alone.row_choice->decimation / 2);
   EXPECT_LE(found.row_choice->decimation, alone.row_choice->decimation * 2);
   for (Index i = 0; i < base.size(); ++i) {
     EXPECT_LT(std::abs(z(found, i)), 5.0);
   }
+}
+
+// Its noise would ask for rows ten times as long, which leave the other joint too few.
+TEST_F(FirstAnswer, AJointThatStandsHasNoVoteOnTheRows) {
+  Log one = log(1.0, 5);
+  const int both = identify(robot, one, {.judge = false}).row_choice->decimation;
+  constexpr double noise = 1e-3;
+  one.q.col(1) = white_noise(5, 31, one.samples(), Vector::Constant(1, noise));
+  const Identification found = identify(robot, one, {.judge = false});
+  ASSERT_TRUE(found.row_choice);
+  EXPECT_LE(found.row_choice->decimation, 2 * both);
 }
 
 TEST_F(FirstAnswer, LeavesWhatWasAskedForAlone) {
