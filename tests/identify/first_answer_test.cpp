@@ -134,6 +134,17 @@ TEST_F(FirstAnswer, IsNotSpoiledByAPauseThatIsLongerThanTheMotion) {
   }
 }
 
+// Its noise would ask for rows ten times as long, which leave the other joint too few.
+TEST_F(FirstAnswer, AJointThatStandsHasNoVoteOnTheRows) {
+  Log one = log(1.0, 5);
+  const int both = identify(robot, one, {.judge = false}).row_choice->decimation;
+  constexpr double noise = 1e-3;
+  one.q.col(1) = white_noise(5, 31, one.samples(), Vector::Constant(1, noise));
+  const Identification found = identify(robot, one, {.judge = false});
+  ASSERT_TRUE(found.row_choice);
+  EXPECT_LE(found.row_choice->decimation, 2 * both);
+}
+
 TEST_F(FirstAnswer, LeavesWhatWasAskedForAlone) {
   const Log one = log(1.0, 4);
   for (const SignalOptions& signal : {SignalOptions{.decimation = {1}}, SignalOptions{.cutoff_hz = 20.0},
