@@ -304,9 +304,16 @@ void add_untested(const Robot& robot, const std::vector<UntestedJoint>& joints,
                 std::to_string(it.instants) + " of the instants that are looked at, " +
                 std::to_string(it.wanted) + " are needed");
   }
+  std::map<std::string_view, std::vector<std::string>> subjects;
   for (const std::size_t a : alternatives) {
-    out.add("not_tested", all[a].subject,
-            std::string(all[a].code) + ", because what would tell of it lies in too few blocks of time");
+    std::vector<std::string>& of_code = subjects[all[a].code];
+    if (std::ranges::find(of_code, all[a].subject) == of_code.end()) {
+      of_code.push_back(all[a].subject);
+    }
+  }
+  for (const auto& [code, of_code] : subjects) {
+    out.add("not_tested", std::string(code),
+            "of " + listed(of_code) + ", because what would tell of it lies in too few blocks of time");
   }
 }
 
