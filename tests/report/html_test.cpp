@@ -253,8 +253,11 @@ TEST(HtmlReport, ShowsWhichParametersAreEssentialBesideAllOfThem) {
   EXPECT_NE(study.page().find("All 8 are needed"), std::string::npos);
   study.result.essential->parameters.eliminated = {{.name = "MY2", .F = 0.75, .p = 0.3125}};
   study.result.essential->parameters.held = {"ZZ2"};
-  study.result.validation = {
-      {.file = "other.csv", .fit = study.result.fit, .physical = std::nullopt, .essential = model.fit}};
+  study.result.validation = {{.file = "other.csv",
+                              .fit = study.result.fit,
+                              .forecast = {},
+                              .physical = std::nullopt,
+                              .essential = model.fit}};
   const std::string page = study.page();
   EXPECT_NE(page.find("href=\"#essential\""), std::string::npos);
   EXPECT_NE(page.find("7 of 8 parameters are enough"), std::string::npos);
