@@ -96,7 +96,8 @@ bool warns_of_weak_excitation(const Json& result) {
 }
 
 TEST_F(PhysicalKuka, CarriesOneLogOverToAnotherByTheDescriptionAlone) {
-  const Json found = result({"--log", "kuka_kr300/kr300_A.csv", "--physical"}, 1);
+  // The set that is the answer is the one that is judged.
+  const Json found = result({"--log", "kuka_kr300/kr300_A.csv", "--physical"});
   ASSERT_EQ(found["validation"].size(), 2U);
   const Json& on_B = found["validation"][1];
   EXPECT_GT(on_B["relative_error"], 0.1);
