@@ -31,7 +31,7 @@ def test_validate_and_compare_read_logs_by_the_usual_names(saved, scara, tool):
     assert json.loads(done.stdout)["models"][0]["relative_error"] < 0.03
     done = tool("rivid_identify", "compare", saved, scara / "scara.urdf", "--log", scara / "scara_validation.csv", "--json")
     first, second = json.loads(done.stdout)["models"]
-    assert first["relative_error"] < second["relative_error"]
+    assert max(first["relative_error"], second["relative_error"]) < 0.03
 
 
 @pytest.mark.parametrize("format", ["mjcf", "sdf", "drake", "pinocchio", "urdf", "header"])
