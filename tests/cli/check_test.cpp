@@ -27,7 +27,9 @@ class Check : public rivid::test::IdentifyTool {
 
   // A finding that makes an identification useless.
   void expect_error(std::string_view code, std::string_view subject) const {
-    expect_finding(findings(1), "error", code, subject);
+    const Json report = findings(1);
+    EXPECT_EQ(report.at("usable"), false);
+    expect_finding(report, "error", code, subject);
     // The identification alone says so too, where it does not refuse the log.
     const Outcome run = identify({"scara.toml", "--quiet"});
     EXPECT_NE(run.exit_code, 0) << run.err;

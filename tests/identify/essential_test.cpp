@@ -93,9 +93,14 @@ TEST_F(EssentialScara, LoseWhatIsNotThere) {
     }
     // What went is chance, one by one and all together.
     EXPECT_GE(found.essential->parameters.p, 0.05) << "seed " << seed;
+    double F = 0.0;
     for (const EliminatedParameter& p : found.essential->parameters.eliminated) {
       EXPECT_GE(p.p, 0.05) << p.name << ", seed " << seed;
+      F += p.F;
     }
+    // Each step costs its own loss, all together their sum.
+    const auto steps = static_cast<double>(found.essential->parameters.eliminated.size());
+    EXPECT_NEAR(steps * found.essential->parameters.F, F, 1e-8 * (1.0 + F));
   }
   // 5 % of 80 removals are refused on average; 4 binomial deviations above that.
   EXPECT_GE(lost, 80 - 4 - 8);

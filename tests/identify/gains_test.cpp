@@ -97,6 +97,26 @@ TEST(Gains, FollowWhereAJointStands) {
   }
 }
 
+TEST(Gains, HaveTheUnitOfTheCurrent) {
+  const Currents currents;
+  const Log amperes = currents.unloaded(0.05, 3);
+  const std::string known = currents.bench.robot.joints[1].name;
+  const GainOptions options{.known = {{known, 0.02}}};
+  const GainReport once = estimated(currents, amperes, options);
+  Currents other = currents;
+  for (Joint& joint : other.bench.robot.joints) {
+    joint.drive_gain *= 1000.0;
+  }
+  Log thousands = amperes;
+  thousands.v_tau /= 1000.0;
+  const GainReport scaled = estimated(other, thousands, options);
+  ASSERT_TRUE(once.identified && scaled.identified);
+  for (std::size_t j = 0; j < once.joints.size(); ++j) {
+    EXPECT_NEAR(scaled.joints[j].value / once.joints[j].value, 1000.0, 1e-3);
+    EXPECT_NEAR(scaled.joints[j].sigma / once.joints[j].sigma, 1000.0, 1e-3);
+  }
+}
+
 TEST(Gains, FollowFromOneThatIsKnown) {
   const Currents currents(2500, six(1.1, 1.0, 1.05, 0.8, 1.25, 0.5));
   const std::string known = currents.bench.robot.joints[1].name;

@@ -5,6 +5,8 @@
 
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
+#include "rivid/identify/instruments.hpp"
+#include "rivid/identify/rows.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "support/complaint.hpp"
@@ -70,6 +72,31 @@ TEST_F(IvOfTheScara, WithoutNoiseAndFilterFindsTheInertias) {
     // Rows where a joint sticks or reverses obey no model; that floor is the same at any noise.
     constexpr double floor = 0.01;
     EXPECT_NEAR(found.chi[index(name)], truth[index(name)], floor * truth[index(name)]) << name;
+  }
+}
+
+// R² of Shea (1997): what least squares knows of a parameter over what the instruments do.
+TEST_F(IvOfTheScara, TellsTheStrengthOfItsInstruments) {
+  Estimation estimation = iv();
+  Iv& method = std::get<Iv>(estimation.method);
+  method.weights = Iv::Weights::none;
+  method.signs = Iv::Signs::measured;
+  method.max_iterations = 50;
+  estimation.judge = false;
+  const rivid::Log log = this->log(1.0, 1);
+  const auto found = identify(robot, log, estimation);
+  ASSERT_EQ(found.status, Status::identified) << found.reasons.front();
+  const Matrix W = rivid::rows(robot, base, log, found.estimation.signal).W.dense();
+  const Matrix V = rivid::instrument_rows(robot, found, std::span(&log, 1)).front().dense();
+  ASSERT_EQ(V.rows(), W.rows());
+  const Matrix by_ls = (W.transpose() * W).inverse();
+  const Matrix VW = (V.transpose() * W).inverse();
+  const Matrix by_iv = VW * (V.transpose() * V) * VW.transpose();
+  const auto freedom = static_cast<double>(W.rows() - base.size());
+  for (Index i = 0; i < base.size(); ++i) {
+    const double R2 = by_ls(i, i) / by_iv(i, i);
+    EXPECT_LT(R2, 1.0);
+    EXPECT_NEAR(found.iv->first_stage_F[i] / (freedom * R2 / (1.0 - R2)), 1.0, 1e-3) << i;
   }
 }
 

@@ -60,6 +60,7 @@ TEST(Verdict, IsIdentifiedExactlyWhereTheIntervalIsNarrowAndExcludesZero) {
       EXPECT_EQ(p.verdict == Verdict::identified, excludes_zero && p.relative_sigma_percent <= 30.0)
           << p.name << " at " << noise;
       EXPECT_EQ(p.advice.empty(), p.verdict == Verdict::identified) << p.name << " at " << noise;
+      EXPECT_DOUBLE_EQ(p.relative_sigma_percent, 100.0 * p.sigma / std::abs(p.value)) << p.name;
     }
   }
 }

@@ -70,11 +70,14 @@ TEST_F(Measurement, IsRoundedToTheQuantumLast) {
 
 TEST_F(Measurement, IsRoundedToTheNearestStep) {
   options_.sampling.quantum = Vector{{0.01}};
-  const Simulation simulation = run({});
-  const Vector error = measured_log(simulation, options_, {}).q - simulation.motion.q;
-  EXPECT_LE(error.cwiseAbs().maxCoeff(), 0.005 * (1.0 + 1e-9));
-  EXPECT_GT(error.maxCoeff(), 0.002);
-  EXPECT_LT(error.minCoeff(), -0.002);
+  for (const bool feedback : {true, false}) {
+    const NoiseOptions noise{.position = Vector{{1e-9}}, .feedback = feedback};
+    const Simulation simulation = run(noise);
+    const Vector error = measured_log(simulation, options_, noise).q - simulation.motion.q;
+    EXPECT_LE(error.cwiseAbs().maxCoeff(), 0.005 + 1e-8) << feedback;
+    EXPECT_GT(error.maxCoeff(), 0.002) << feedback;
+    EXPECT_LT(error.minCoeff(), -0.002) << feedback;
+  }
 }
 
 TEST_F(Measurement, TorqueNoiseIsInTheRecordAlone) {
