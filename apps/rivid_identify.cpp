@@ -92,8 +92,7 @@ Command command_of(Arguments& to) {
           "controller.\n"
           "Many logs: rivid_identify factors EXPERIMENT.toml --log LOG.csv reduces them one by one, and\n"
           "rivid_identify merge FILES identifies from what it wrote.\n"
-          "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status,\n"
-          "rivid_identify try CODE EXPERIMENT.toml applies its hint and says whether it helps.\n"
+          "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status.\n"
           "The keys of an experiment file are listed in docs/experiment.md."};
 }
 

@@ -9,7 +9,6 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
-#include "rivid/experiment/hint.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
@@ -78,24 +77,6 @@ int check(const CheckArguments& arguments) {
   const bool useless = std::ranges::any_of(
       findings, [](const Finding& finding) { return severity(finding) == Severity::error; });
   return useless ? no_success : success;
-}
-
-struct TryArguments {
-  std::string code;
-  std::filesystem::path experiment;
-  std::string of;
-  std::vector<std::string> set;
-};
-
-int try_one(const TryArguments& arguments) {
-  expect_experiment(arguments.experiment);
-  Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
-  Reading reading;
-  take_friction(experiment, reading);
-  take_gains(experiment, reading);
-  const HintTrial trial = try_hint(experiment, arguments.code, arguments.of, reading);
-  print(in_words(trial));
-  return trial.helps() ? success : no_success;
 }
 
 int explain(const std::string& code) {
@@ -167,31 +148,6 @@ int check_command(int argc, char** argv) {
            "or usage; 3 numerical failure.\n"
            "rivid_identify explain CODE prints cause and cure of a finding."},
       argc, argv, [&] { return check(to); });
-}
-
-int try_command(int argc, char** argv) {
-  TryArguments to;
-  return run_command(
-      {.name = "rivid_identify try",
-       .description = "Applies the hint of a finding: errors before and after, and the lines to paste.",
-       .arguments = {{.name = "code",
-                      .value = "CODE",
-                      .text = "Code of a finding of the identification, as torque_gain",
-                      .target = &to.code,
-                      .required = true},
-                     {.name = "experiment",
-                      .value = "EXPERIMENT.toml",
-                      .text = "Experiment file (TOML), which is not changed",
-                      .target = &to.experiment,
-                      .required = true},
-                     {"--of", "NAME", "Joint or joints that the finding is about; default: the first one",
-                      &to.of},
-                     set_argument(to.set)},
-       .footer =
-           "Held out are the validation logs; without any, each half of the logs with the parameters of "
-           "the other half.\n"
-           "Exit codes: 0 it helps; 1 it does not; 2 bad input or usage; 3 numerical failure."},
-      argc, argv, [&] { return try_one(to); });
 }
 
 int explain_command(int argc, char** argv) {

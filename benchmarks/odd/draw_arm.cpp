@@ -87,13 +87,6 @@ void add_oddities(const Recipe& recipe, const Load& load, Machine& out, Random& 
       out.Ia[j] = std::max(out.Ia[j], 0.1 * link);
     }
   }
-  if (recipe.spring > 0.0) {
-    out.spring = Numbers::Zero(n);
-    out.spring_middle = Numbers::Zero(n);
-    const int j = random.integer(0, static_cast<int>(n) - 1);
-    out.spring[j] = recipe.spring * load.rms[j];
-    out.spring_middle[j] = random.uniform(-1.0, 1.0);
-  }
   if (recipe.ripple > 0.0) {
     out.ripple = recipe.ripple * load.rms;
     out.ripple_cycles.resize(n);
@@ -110,10 +103,6 @@ void add_oddities(const Recipe& recipe, const Load& load, Machine& out, Random& 
     Body body{.mass = recipe.payload * mass, .com = 0.15 * random.direction(), .inertia_com = {}};
     body.inertia_com = 0.4 * body.mass * r * r * Matrix3d::Identity();
     out.payload = Machine::Payload{.body = body, .from = random.uniform(0.3, 0.7) * recipe.duration};
-    if (recipe.put_down) {
-      out.payload->from *= 0.5;
-      out.payload->until = 2.0 * out.payload->from;
-    }
   }
 }
 
@@ -125,12 +114,6 @@ Arm drawn_arm(const Recipe& recipe, Random& random) {
   double mass = random.uniform(6.0, 20.0) * size * size;
   for (int j = 0; j < recipe.joints; ++j) {
     out.joints.push_back(drawn_joint(j == 0, random));
-    if (recipe.gantry && j < 3) {
-      // x, y and z of a portal.
-      out.joints.back().prismatic = true;
-      out.joints.back().rpy.setZero();
-      out.joints.back().axis = Vector3d::Unit(j);
-    }
     out.joints.back().xyz *= size;
   }
   for (int j = 0; j < recipe.joints; ++j) {

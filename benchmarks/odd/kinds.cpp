@@ -16,33 +16,6 @@ void sampled_beside_the_controller(Recipe& r) { r.continuous = true; }
 constexpr std::array all = {
     Kind{"good", "good", [](Random&, Recipe&) {}},
 
-    Kind{"jog", "ways",
-         [](Random& x, Recipe& r) {
-           r.motion = Recipe::Motion::jog;
-           r.duration = x.uniform(5.0, 7.0) * r.joints;
-         }},
-    Kind{"waits", "ways",
-         [](Random& x, Recipe& r) {
-           r.motion = Recipe::Motion::moves;
-           r.dwell = x.uniform(2.0, 4.0);
-           r.duration *= 2.0;
-         }},
-    Kind{"raster", "ways", [](Random&, Recipe& r) { r.motion = Recipe::Motion::raster; }},
-    Kind{"hand", "ways",
-         [](Random& x, Recipe& r) {
-           r.motion = Recipe::Motion::moves;
-           r.uneven = x.uniform(2.0, 4.0);
-         }},
-    Kind{"periodic", "ways",
-         [](Random& x, Recipe& r) {
-           r.motion = Recipe::Motion::fourier;
-           r.pace = x.uniform(2.5, 4.0);
-           r.amplitude *= 0.5;
-         }},
-    Kind{"short", "ways", [](Random& x, Recipe& r) { r.duration = x.uniform(3.0, 5.0); }},
-
-    Kind{"many_joints", "hard", [](Random& x, Recipe& r) { r.joints = x.integer(8, 9); }},
-    Kind{"gantry", "hard", [](Random&, Recipe& r) { r.gantry = true; }},
     Kind{"coarse_encoder", "hard", [](Random& x, Recipe& r) { r.quantum = x.log_uniform(1e-4, 1e-3); }},
     Kind{"fine_noise_encoder", "hard",
          [](Random& x, Recipe& r) {
@@ -111,8 +84,6 @@ constexpr std::array all = {
            r.dropped = x.log_uniform(0.005, 0.1);
            r.stamped = false;
          }},
-    Kind{"late_stamps", "log",
-         [](Random& x, Recipe& r) { r.late = x.uniform(0.005, 0.02); }},
     Kind{"clock_1pct", "log", [](Random& x, Recipe& r) { r.clock = 1.0 + 0.01 * x.sign(); }},
     Kind{"torque_filtered", "log", [](Random& x, Recipe& r) { r.torque_filter_hz = x.log_uniform(5.0, 20.0); }},
     Kind{"position_filtered", "log",
@@ -126,19 +97,6 @@ constexpr std::array all = {
     Kind{"elastic", "physics", [](Random& x, Recipe& r) { r.elastic_hz = x.log_uniform(12.0, 40.0); }},
     Kind{"ripple", "physics", [](Random& x, Recipe& r) { r.ripple = x.log_uniform(0.02, 0.1); }},
     Kind{"payload_mid", "physics", [](Random& x, Recipe& r) { r.payload = x.uniform(0.2, 0.6); }},
-    Kind{"payload_on_off", "physics",
-         [](Random& x, Recipe& r) {
-           r.payload = x.uniform(0.2, 0.6);
-           r.put_down = true;
-         }},
-    Kind{"link_encoders", "physics",
-         [](Random& x, Recipe& r) {
-           r.elastic_hz = x.log_uniform(12.0, 40.0);
-           r.link_encoders = true;
-         }},
-    Kind{"eccentric", "physics", [](Random& x, Recipe& r) { r.eccentric = x.log_uniform(1e-4, 2e-3); }},
-    Kind{"gain_drift", "physics", [](Random& x, Recipe& r) { r.gain_drift = x.uniform(0.03, 0.1) * x.sign(); }},
-    Kind{"spring", "physics", [](Random& x, Recipe& r) { r.spring = x.uniform(0.05, 0.3); }},
 
     Kind{"torque_sign", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::torque_sign; }},
     Kind{"swapped", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::swapped; }},
@@ -148,13 +106,6 @@ constexpr std::array all = {
          [](Random& x, Recipe& r) {
            r.belief = Recipe::Belief::gain;
            r.gain_factor = 1.0 + 0.2 * x.sign();
-         }},
-    Kind{"gain_and_zero", "user",
-         [](Random& x, Recipe& r) {
-           r.belief = Recipe::Belief::gain;
-           r.gain_factor = 1.0 + 0.2 * x.sign();
-           r.turn = x.log_uniform(0.02, 0.15) * x.sign();
-           r.second_fault = true;
          }},
     Kind{"geometry_5mm", "user",
          [](Random&, Recipe& r) {

@@ -12,7 +12,7 @@ Plant::Plant(const Machine& machine) : machine_(machine), dynamics_(machine.arm)
 }
 
 const ArmDynamics& Plant::dynamics(double t) const {
-  return machine_.payload && t >= machine_.payload->from && t < machine_.payload->until ? loaded_ : dynamics_;
+  return machine_.payload && t >= machine_.payload->from ? loaded_ : dynamics_;
 }
 
 void Plant::equation(double t, const Numbers& x, const Numbers& v, const Numbers& torque,
@@ -36,9 +36,6 @@ void Plant::equation(double t, const Numbers& x, const Numbers& v, const Numbers
     b -= warm * (direction[i] > 0.0 ? friction.Fv_plus : friction.Fv_minus) * v[i];
     if (machine_.ripple.size() > 0) {
       b -= machine_.ripple[j] * std::sin(2.0 * std::numbers::pi * machine_.ripple_cycles[j] * x[i]);
-    }
-    if (machine_.spring.size() > 0) {
-      b -= machine_.spring[j] * (x[i] - machine_.spring_middle[j]);
     }
     if (machine_.elastic()) {
       const double spring = machine_.stiffness[j] * (x[i] - x[j]) + machine_.damping[j] * (v[i] - v[j]);

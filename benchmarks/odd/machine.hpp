@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <optional>
 
 #include "odd/arm.hpp"
@@ -32,15 +31,12 @@ struct Machine {
   double drift_time = 1.0;  ///< [s]
   Numbers stiffness;        ///< of elastic joints; empty: rigid
   Numbers damping;          ///< beside the springs
-  Numbers spring;           ///< torque at a radian against the middle of a motion; empty: none
-  Numbers spring_middle;    ///< [rad | m]
   Numbers ripple;           ///< amplitude of a torque that is periodic in the position; empty: none
   Numbers ripple_cycles;    ///< periods a radian or metre
   /// What the last link carries from some time on.
   struct Payload {
     Body body;
     double from = 0.0;  ///< [s]
-    double until = std::numeric_limits<double>::infinity();
   };
   std::optional<Payload> payload;
 

@@ -1,7 +1,6 @@
 #include "odd/motion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -57,44 +56,14 @@ void RandomMotion::draw_moves(const Recipe& recipe, Random& random) {
   Numbers here = centre_;
   double t = 0.1;
   while (t < duration_) {
-    Move move{.start = t,
-              .length = random.uniform(0.8, 1.8) / recipe.pace,
-              .from = here,
-              .to = next_target(recipe, random)};
-    if (recipe.uneven > 1.0) {
-      move.length *= random.log_uniform(1.0 / recipe.uneven, recipe.uneven);
+    Move move{.start = t, .length = random.uniform(0.8, 1.8) / recipe.pace, .from = here, .to = centre_};
+    for (Index j = 0; j < centre_.size(); ++j) {
+      move.to[j] += amplitude_[j] * random.uniform(-1.0, 1.0);
     }
     here = move.to;
     t += move.length * (1.0 + recipe.dwell * random.uniform(0.5, 1.5));
     moves_.push_back(std::move(move));
   }
-}
-
-Numbers RandomMotion::next_target(const Recipe& recipe, Random& random) const {
-  const Index n = centre_.size();
-  const auto move = std::ssize(moves_);
-  Numbers out = moves_.empty() ? centre_ : moves_.back().to;
-  if (recipe.motion == Recipe::Motion::jog) {
-    // Up, down and back to the middle, some moves a joint.
-    constexpr std::array ways = {1.0, -1.0, 0.0};
-    const Index j = (move / std::ssize(ways)) % n;
-    out[j] = centre_[j] + ways[static_cast<std::size_t>(move % std::ssize(ways))] * amplitude_[j];
-    return out;
-  }
-  if (recipe.motion == Recipe::Motion::raster) {
-    constexpr double small = 0.25;
-    const Index swept = std::min<Index>(1, n - 1);
-    for (Index j = 0; j < n; ++j) {
-      out[j] = std::clamp(out[j] + small * amplitude_[j] * random.uniform(-1.0, 1.0),
-                          centre_[j] - amplitude_[j], centre_[j] + amplitude_[j]);
-    }
-    out[swept] = centre_[swept] + (move % 2 == 0 ? amplitude_[swept] : -amplitude_[swept]);
-    return out;
-  }
-  for (Index j = 0; j < n; ++j) {
-    out[j] = centre_[j] + amplitude_[j] * random.uniform(-1.0, 1.0);
-  }
-  return out;
 }
 
 ReferencePoint RandomMotion::at(double t) const {

@@ -31,8 +31,6 @@ class RandomMotion {
 
   void draw_series(const Recipe& recipe, Random& random);
   void draw_moves(const Recipe& recipe, Random& random);
-  // Where the next move ends.
-  [[nodiscard]] Numbers next_target(const Recipe& recipe, Random& random) const;
 
   double duration_;
   double omega_ = 0.0;  // of the series [rad/s]

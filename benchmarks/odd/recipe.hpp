@@ -10,12 +10,7 @@ namespace rivid::odd {
 
 /// What one experiment is made of, beside what is random in its arm. Zero means "none" throughout.
 struct Recipe {
-  enum class Motion {
-    fourier,
-    moves,
-    jog,    ///< one joint after the other, there and back
-    raster  ///< one joint to and fro, the others by small steps
-  };
+  enum class Motion { fourier, moves };
   /// Deviations of what the user believes from what is.
   enum class Belief {
     right,
@@ -33,14 +28,12 @@ struct Recipe {
 
   // Robot
   int joints = 3;
-  bool gantry = false;  ///< the first joints, up to three, slide
   bool rotors = true;
   double friction = 1.0;  ///< factor of the dry friction
   // Motion
   Motion motion = Motion::fourier;
   double amplitude = 1.0;  ///< [rad]; a quarter of it in metres for prismatic joints
   double pace = 1.0;       ///< of the time axis
-  double uneven = 1.0;     ///< of moves: the longest over the usual one, beside as much shorter ones
   double dwell = 0.3;      ///< of moves: time at rest over time in motion
   bool one_still = false;  ///< whether one joint stands still
   double duration = 10.0;  ///< of one log [s]
@@ -67,18 +60,12 @@ struct Recipe {
   double drift = 0.0;          ///< share of friction lost in the log
   double elastic_hz = 0.0;     ///< frequency of the joints with their motors held
   double ripple = 0.0;         ///< over the rms torque
-  bool link_encoders = false;  ///< of elastic joints
-  double eccentric = 0.0;      ///< amplitude of an error of the positions with one period a turn [rad]
-  double gain_drift = 0.0;     ///< of the torques over a log
-  double spring = 0.0;         ///< of a joint against its middle: torque at a radian, over the rms torque
-  bool put_down = false;       ///< the payload, after as long again
   double payload = 0.0;        ///< over the mass of the last three links
   // Faults of the log
   bool held_known = true;  ///< whether the user says torque_held where torques are
   int misaligned = 0;      ///< samples that torques are late
   double jitter = 0.0;     ///< deviation of the sampling instants, in periods
   double dropped = 0.0;    ///< share of the samples that were lost
-  double late = 0.0;       ///< share of the stamps that are up to 40 ms late
   bool stamped = true;     ///< whether the stamps tell of jitter and drops
   double clock = 1.0;      ///< factor of the stamps
   double torque_filter_hz = 0.0;
@@ -87,9 +74,8 @@ struct Recipe {
   // Errors of the user
   Belief belief = Belief::right;
   double gain_factor = 1.0;
-  bool second_fault = false;  ///< the zero of another joint, by turn
-  double shift = 0.0;         ///< of an origin [m]
-  double turn = 0.0;          ///< of a joint, of the base, or of a zero [rad]
+  double shift = 0.0;  ///< of an origin [m]
+  double turn = 0.0;   ///< of a joint, of the base, or of a zero [rad]
 };
 
 /// One kind of experiment.

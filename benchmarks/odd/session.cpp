@@ -214,7 +214,7 @@ Recording recorded(const Recipe& recipe, const Plant& plant, const Controller& c
     if (k % recipe.control_every == 0) {
       const Index row = k / recipe.control_every;
       log.t[row] = recipe.stamped ? t : nominal;
-      log.q.row(row) = (recipe.link_encoders ? sensors.positions(simulation.links()) : y).transpose();
+      log.q.row(row) = y.transpose();
       log.q_r.row(row) = motion.at(t).q.transpose();
       log.tau.row(row) = sensors.torques(tau).transpose();
     }
@@ -230,16 +230,6 @@ void spoil(const Recipe& recipe, Recording& log, Random& random) {
       later[static_cast<std::size_t>(k)] = std::max<Index>(0, k - recipe.misaligned);
     }
     log.tau = Matrix(log.tau(later, Eigen::all));
-  }
-  if (recipe.eccentric > 0.0) {
-    for (Index j = 0; j < log.q.cols(); ++j) {
-      const double phase = random.uniform(0.0, 2.0 * std::numbers::pi);
-      log.q.col(j).array() += recipe.eccentric * (log.q.col(j).array() + phase).sin();
-    }
-  }
-  if (recipe.gain_drift != 0.0) {
-    const Vector gain = Vector::LinSpaced(log.t.size(), 1.0, 1.0 + recipe.gain_drift);
-    log.tau = gain.asDiagonal() * log.tau;
   }
   if (recipe.torque_filter_hz > 0.0) {
     low_pass(log.tau, recipe.torque_filter_hz, rate_hz);
@@ -269,16 +259,6 @@ void spoil(const Recipe& recipe, Recording& log, Random& random) {
     keep_rows(kept, log);
     if (!recipe.stamped) {
       log.t = before.head(log.t.size());
-    }
-  }
-  if (recipe.late > 0.0) {
-    // Samples that wait for a late one arrive with it.
-    constexpr double longest = 0.04;  // [s]
-    double arrived = log.t[0];
-    for (double& stamp : log.t) {
-      const double late = random.chance(recipe.late) ? random.uniform(0.0, longest) : 0.0;
-      arrived = std::max(arrived + 1e-6, stamp + late);
-      stamp = arrived;
     }
   }
   log.t *= recipe.clock;

@@ -140,10 +140,6 @@ class Belief {
         break;
       case Recipe::Belief::gain:
         log.tau.col(joint_) *= recipe_.gain_factor;
-        if (recipe_.second_fault) {
-          log.q.col(other_).array() += recipe_.turn;
-          log.q_r.col(other_).array() += recipe_.turn;
-        }
         break;
       case Recipe::Belief::zero_offset:
         log.q.col(joint_).array() += recipe_.turn;
@@ -186,13 +182,6 @@ Truth attempt(const Name& name, const std::filesystem::path& folder, Random& ran
     write_text(folder / ("log_" + std::to_string(k + 1) + ".csv"), csv_of(log, recipe.has_reference));
   }
   Arm described = belief.believed(arm);
-  // Nobody knows the masses: those of the URDF are wrong in every experiment.
-  Random masses(name.seed, "masses", name.number);
-  for (ArmJoint& joint : described.joints) {
-    const double factor = masses.log_uniform(1.0 / 3.0, 3.0);
-    joint.body.mass *= factor;
-    joint.body.inertia_com *= factor;
-  }
   write_text(folder / "robot.urdf", urdf_of(described, largest));
   return out;
 }

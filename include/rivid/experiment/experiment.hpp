@@ -250,16 +250,9 @@ struct LogSource {
   /// Side of the gears that angles and torques of the files belong to; see joint_side().
   enum class Side { joint, motor };
 
-  /// What the recorded torques do not hold.
-  enum class Without {
-    nothing,
-    gravity  ///< some drivers take the weight off: the robot then has none
-  };
-
   std::vector<std::filesystem::path> files;
   LogOptions columns;
   Side side = Side::joint;
-  Without torque_without = Without::nothing;
   Irregular irregular = Irregular::refuse;
   ResampleOptions resample;
   double torque_lag = 0.0;  ///< see shift_torque() [samples]
@@ -276,9 +269,6 @@ struct LogSource {
         Field{"side", &L::side,
               "`\"motor\"`: positions, velocities, references and torques of the files are those of the "
               "motors, and are turned by `gear_matrix` or `gear_ratio`; `\"joint\"`"},
-        Field{"torque_without", &L::torque_without,
-              "`\"gravity\"`: the torques do not hold what carries the weight, so the model has no gravity; "
-              "`\"nothing\"`"},
         Field{"irregular", &L::irregular,
               "what to do with irregular time stamps: `\"refuse\"`, `\"resample\"`, `\"ignore\"`, see "
               "[below](#time-stamps)"},
@@ -303,9 +293,6 @@ struct LogSource {
 };
 template <>
 inline constexpr std::array names_of<LogSource::Side> = std::to_array<std::string_view>({"joint", "motor"});
-template <>
-inline constexpr std::array names_of<LogSource::Without> =
-    std::to_array<std::string_view>({"nothing", "gravity"});
 
 /// What an experiment file is read for, which decides the sections that it must have.
 enum class Use {

@@ -118,18 +118,6 @@ constexpr std::array alternative_kinds = {
             },
     },
     AlternativeKind{
-        .code = "logs_differ",
-        .fault = true,
-        .least = 0.4,
-        .words =
-            [](const Robot&, const Alternative&, const AlternativeTest&) {
-              return AlternativeWords{
-                  "the bodies of the arm look other ones in this log than in the others, as with another "
-                  "tool",
-                  "identify it apart: one fit averages both"};
-            },
-    },
-    AlternativeKind{
         .code = "load_friction",
         .positive = true,
         .words =

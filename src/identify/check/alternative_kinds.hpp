@@ -18,7 +18,6 @@ struct AlternativeKind {
   std::string_view code;
   bool fault = false;     // of robot or log, which makes parameters wrong; else what the model lacks
   bool positive = false;  // exists with positive coefficients alone
-  double least = 0.05;    // part of the sum of squares that it has to explain on blocks that took no part
   double large =
       0.0;  // norm of the estimate above which it is no small error that something else looks like; 0: none
   AlternativeWords (*words)(const Robot&, const Alternative&, const AlternativeTest&) = nullptr;

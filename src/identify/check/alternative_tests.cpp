@@ -1,8 +1,6 @@
 #include "identify/check/alternative_tests.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "dense.hpp"
 #include "rivid/solve/inference.hpp"
@@ -92,151 +90,17 @@ Matrix told_directions(const Matrix& gram) {
   return directions.vectors.rightCols(k);
 }
 
-// What of an alternative no parameter reaches, beside the residual, added up by blocks.
-struct BlockScores {
-  std::vector<Matrix> A;  // squares, (k × k)
-  Matrix s;               // scores, (k × blocks)
-  Matrix whole;           // sum of A
-  Vector score;           // of s
-  Index counting = 0;     // blocks that hold some of it
-
-  // X  columns, (rows × k)
-  BlockScores(const ProbedRows& rows, const Matrix& X)
-      : A(static_cast<std::size_t>(rows.blocks), Matrix::Zero(X.cols(), X.cols())),
-        s(Matrix::Zero(X.cols(), rows.blocks)),
-        whole(Matrix::Zero(X.cols(), X.cols())) {
-    // A block with less than this part of the mean has no say.
-    constexpr double least_part = 0.1;
-    for (const Segment& segment : segments_of(rows.block_of)) {
-      const auto some = X.middleRows(segment.first, segment.count);
-      A[static_cast<std::size_t>(segment.block)].noalias() += some.transpose() * some;
-      s.col(segment.block).noalias() +=
-          some.transpose() * rows.residual.segment(segment.first, segment.count);
-    }
-    for (const Matrix& one : A) {
-      whole += one;
-    }
-    score = s.rowwise().sum();
-    const double mean = whole.trace() / static_cast<double>(rows.blocks);
-    counting = std::ranges::count_if(A, [&](const Matrix& one) { return one.trace() > least_part * mean; });
-  }
-
-  // Of A⁻¹ of the whole times the score, by the scatter of the blocks.
-  [[nodiscard]] Matrix covariance(const Matrix& inverted, const Vector& delta) const {
-    Matrix scatter = Matrix::Zero(delta.size(), delta.size());
-    for (std::size_t g = 0; g < A.size(); ++g) {
-      const Vector rest = s.col(static_cast<Index>(g)) - A[g] * delta;
-      scatter.noalias() += rest * rest.transpose();
-    }
-    const auto G = static_cast<double>(counting);
-    return inverted * (G / (G - 1.0) * scatter) * inverted;
-  }
-
-  // Part of the sum of squares that goes with what the other blocks say, added up.
-  [[nodiscard]] double held_out() const {
-    double out = 0.0;
-    for (std::size_t g = 0; g < A.size(); ++g) {
-      const Vector own = s.col(static_cast<Index>(g));
-      const Vector without = solve(whole - A[g], score - own).col(0);
-      out += 2.0 * without.dot(own) - without.dot(Vector(A[g] * without));
-    }
-    return out;
-  }
-
-  // Fewer than these say nothing of a covariance.
-  [[nodiscard]] bool enough() const { return counting > whole.rows() + 2; }
-};
-
-// What one half of the motion says of an alternative, with parameters of its own.
-struct Half {
-  Matrix A;
-  Vector score;
-  Vector delta;
-  Matrix V;  // of delta; empty where there are too few blocks
-  double squares = 0.0;
-
-  // E  columns of the alternative, (rows × k)
-  Half(const ProbedRows& rows, const Matrix& E) : squares(rows.residual.squaredNorm()) {
-    const auto R = rows.R.triangularView<Eigen::Upper>();
-    const Matrix absorbed = R.solve(R.transpose().solve(rows.W.transpose() * E));
-    const BlockScores blocks(rows, E - rows.W * absorbed);
-    A = blocks.whole;
-    score = blocks.score;
-    const SymmetricEigen own = symmetric_eigen(A);
-    const Index k = (own.values.array() > told_apart * std::max(E.squaredNorm(), 1e-300)).count();
-    const Matrix directions = own.vectors.rightCols(k);
-    const Matrix inverted =
-        directions * own.values.tail(k).cwiseInverse().asDiagonal() * directions.transpose();
-    delta = inverted * score;
-    if (blocks.enough()) {
-      V = blocks.covariance(inverted, delta);
-    }
-  }
-
-  // Of the sum of squares, what goes with a value.
-  [[nodiscard]] double gone_with(const Vector& value) const {
-    return 2.0 * value.dot(score) - value.dot(Vector(A * value));
-  }
-};
-
 }  // namespace
 
-bool replicates(const ProbedRows& rows, const Alternative& alternative) {
-  // Part of what a half explains by itself that the value of the other half must explain as well, part of its
-  // sum of squares that it must be, and difference of both: in deviations, or in part of the effect.
-  constexpr double as_well = 0.5;
-  constexpr double notable = 0.2;
-  constexpr double deviations = 3.0;
-  constexpr double small_difference = 0.1;
-  const UnitColumns unit = unit_columns(rows, std::span(&alternative, 1));
-  const auto R = rows.R.triangularView<Eigen::Upper>();
-  const Matrix X = unit.E - rows.W * R.solve(R.transpose().solve(products(rows, unit.E)));
-  const Matrix T = told_directions(X.transpose() * X);
-  if (T.cols() == 0) {
-    return false;
-  }
-  // Halves of what tells of it, not of the time: a joint may have its turn at the end.
-  const BlockScores blocks(rows, X * T);
-  Index middle = 0;
-  for (double sum = 0.0; middle < rows.blocks && sum < 0.5 * blocks.whole.trace(); ++middle) {
-    sum += blocks.A[static_cast<std::size_t>(middle)].trace();
-  }
-  if (middle < 2 || rows.blocks - middle < 2) {
-    return false;
-  }
-  std::vector<Half> halves;
-  for (const auto& [first, count] : {std::pair(Index{0}, middle), std::pair(middle, rows.blocks - middle)}) {
-    std::vector<Index> kept;
-    const ProbedRows part = rows.of_blocks(first, count, kept);
-    halves.emplace_back(part, Matrix(unit.E(kept, Eigen::all) * T));
-  }
-  for (std::size_t h = 0; h < 2; ++h) {
-    const double own = halves[h].gone_with(halves[h].delta);
-    if (own < notable * halves[h].squares || halves[h].gone_with(halves[1 - h].delta) < as_well * own) {
-      return false;
-    }
-  }
-  const Vector difference = halves[0].delta - halves[1].delta;
-  const Vector mean = 0.5 * (halves[0].delta + halves[1].delta);
-  if (difference.dot(Vector(blocks.whole * difference)) <
-      small_difference * mean.dot(Vector(blocks.whole * mean))) {
-    return true;
-  }
-  if (halves[0].V.size() == 0 || halves[1].V.size() == 0) {
-    return false;
-  }
-  const Vector whitened = solve(halves[0].V + halves[1].V, difference).col(0);
-  return difference.dot(whitened) < deviations * deviations * static_cast<double>(T.cols());
-}
-
-std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alternative> alternatives,
-                                   std::vector<std::size_t>* untested) {
+std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alternative> alternatives) {
   const auto R = rows.R.triangularView<Eigen::Upper>();
   const double squares = rows.residual.squaredNorm();
+  const std::vector<Segment> segments = segments_of(rows.block_of);
   const UnitColumns unit = unit_columns(rows, alternatives);
   // Qᵀ E, what of the columns base parameters reach, (b × columns).
   const Matrix reached = R.transpose().solve(products(rows, unit.E));
   const Vector scores = unit.E.transpose() * rows.residual;
+  const auto G = static_cast<double>(rows.blocks);
   std::vector<AlternativeTest> out;
   for (std::size_t a = 0, first = 0; a < alternatives.size(); ++a) {
     const Index columns = alternatives[a].effect.cols();
@@ -246,7 +110,7 @@ std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alter
     const Matrix gram = E.transpose() * E - reached(Eigen::all, at).transpose() * reached(Eigen::all, at);
     const Matrix T = told_directions(gram);
     const Index k = T.cols();
-    if (k == 0) {
+    if (k == 0 || rows.blocks <= k + 2) {
       continue;
     }
     // Most alternatives explain next to nothing: what of them no parameter reaches is made for the others
@@ -257,31 +121,43 @@ std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alter
       continue;
     }
     const Matrix absorbed = R.solve(reached(Eigen::all, at));
-    const BlockScores blocks(rows, (E - rows.W * absorbed) * T);
-    // So many parameters as those of all bodies have no covariance by blocks: left-out blocks judge them.
-    const bool by_blocks = alternatives[a].code != "logs_differ";
-    if (by_blocks && !blocks.enough()) {
-      if (untested != nullptr) {
-        untested->push_back(a);
-      }
-      continue;
+    const Matrix X = (E - rows.W * absorbed) * T;
+    std::vector<Matrix> A(static_cast<std::size_t>(rows.blocks), Matrix::Zero(k, k));
+    Matrix s = Matrix::Zero(k, rows.blocks);
+    for (const Segment& segment : segments) {
+      const auto some = X.middleRows(segment.first, segment.count);
+      A[static_cast<std::size_t>(segment.block)].noalias() += some.transpose() * some;
+      s.col(segment.block).noalias() +=
+          some.transpose() * rows.residual.segment(segment.first, segment.count);
     }
-    const Matrix inverted = inverse(blocks.whole);
-    const Vector delta = inverted * blocks.score;
+    Matrix whole = Matrix::Zero(k, k);
+    for (const Matrix& one : A) {
+      whole += one;
+    }
+    const Vector score = s.rowwise().sum();
+    const Matrix inverted = inverse(whole);
+    const Vector delta = inverted * score;
+    Matrix scatter = Matrix::Zero(k, k);
+    double held_out = 0.0;
+    for (Index g = 0; g < rows.blocks; ++g) {
+      const Matrix& of_block = A[static_cast<std::size_t>(g)];
+      const Vector rest = s.col(g) - of_block * delta;
+      scatter.noalias() += rest * rest.transpose();
+      const Vector without = solve(whole - of_block, score - s.col(g)).col(0);
+      held_out += 2.0 * without.dot(s.col(g)) - without.dot(Vector(of_block * without));
+    }
+    const Matrix V = inverted * (G / (G - 1.0) * scatter) * inverted;
     const auto freedom = static_cast<double>(k);
-    const auto rest = static_cast<double>(rows.Y.size() - rows.W.cols() - k);
-    const auto G = by_blocks ? static_cast<double>(blocks.counting) : rest + freedom;
-    const Matrix V = by_blocks ? blocks.covariance(inverted, delta)
-                               : Matrix(inverted * ((1.0 - fit) * squares / std::max(rest, 1.0)));
+    const Vector whitened = solve(V, delta).col(0);
     const auto per_unit = unit.per_unit(at);
     AlternativeTest found;
     found.of = a;
     found.freedom = freedom;
     found.estimate = per_unit.cwiseProduct(T * delta);
     found.sigma = per_unit.cwiseProduct((T * V * T.transpose()).diagonal().cwiseSqrt());
-    found.statistic = delta.dot(solve(V, delta).col(0)) * (G - freedom) / (freedom * (G - 1.0));
+    found.statistic = delta.dot(whitened) * (G - freedom) / (freedom * (G - 1.0));
     found.p = f_tail(found.statistic, freedom, G - freedom);
-    found.held_out = blocks.held_out() / squares;
+    found.held_out = held_out / squares;
     found.shift = (-absorbed * (T * delta)).head(rows.chi.size());
     found.columns = E * T;
     out.push_back(std::move(found));

@@ -22,14 +22,7 @@ struct AlternativeTest {
 
 // The score test of each alternative that explains anything, with a covariance of its scores by blocks of
 // time.
-//
-// untested  those that explain something in too few blocks to tell by, for whoever asks
 [[nodiscard]] std::vector<AlternativeTest> tests(const ProbedRows& rows,
-                                                 std::span<const Alternative> alternatives,
-                                                 std::vector<std::size_t>* untested = nullptr);
-
-// Whether two halves of the motion, each with parameters of its own, say the same of an alternative: each
-// explains by the value of the other what it explains by its own, and both agree within their deviations.
-[[nodiscard]] bool replicates(const ProbedRows& rows, const Alternative& alternative);
+                                                 std::span<const Alternative> alternatives);
 
 }  // namespace rivid::detail

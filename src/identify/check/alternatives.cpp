@@ -3,9 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 
-#include "identify/check/reading_changes.hpp"
 #include "rivid/regressor/batch.hpp"
 
 namespace rivid::detail {
@@ -22,6 +20,8 @@ constexpr double stribeck_part = 0.2;
 bool is_revolute(const Robot& robot, Index j) {
   return robot.joints[static_cast<std::size_t>(j)].type == JointType::revolute;
 }
+
+std::string joint_of(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
 
 // Torques that the same parameters make in another robot or of another motion, less those of the
 // experiment's.
@@ -98,7 +98,7 @@ void add_gravity(const Robot& robot, const Effects& effects, std::vector<Alterna
   for (Index i = 0; i < 2; ++i) {
     effect.col(i) = effects.of(with_gravity(robot, tilted_gravity(robot, small_step * Vector::Unit(2, i))));
   }
-  out.push_back({"gravity_tilt", base_name(robot), std::move(effect)});
+  out.push_back({"gravity_tilt", robot.base.empty() ? "base" : robot.base, std::move(effect)});
 }
 
 void add_geometry(const Robot& robot, const Effects& effects, std::vector<Alternative>& out) {
@@ -106,7 +106,7 @@ void add_geometry(const Robot& robot, const Effects& effects, std::vector<Altern
     const Eigen::Vector3d none = Eigen::Vector3d::Zero();
     const Eigen::Vector3d z = small_step * Eigen::Vector3d::UnitZ();
     const bool revolute = is_revolute(robot, j);
-    out.push_back({"zero_offset", joint_name(robot, j),
+    out.push_back({"zero_offset", joint_of(robot, j),
                    effects.of(revolute ? moved(robot, j, none, z) : moved(robot, j, z, none)), revolute});
     Matrix origin(effects.fitted().size(), 5);
     origin << effects.of(moved(robot, j, small_step * Eigen::Vector3d::UnitX(), none)),
@@ -114,7 +114,7 @@ void add_geometry(const Robot& robot, const Effects& effects, std::vector<Altern
         effects.of(revolute ? moved(robot, j, z, none) : moved(robot, j, none, z)),
         effects.of(moved(robot, j, none, small_step * Eigen::Vector3d::UnitX())),
         effects.of(moved(robot, j, none, small_step * Eigen::Vector3d::UnitY()));
-    out.push_back({"joint_origin", joint_name(robot, j), std::move(origin)});
+    out.push_back({"joint_origin", joint_of(robot, j), std::move(origin)});
   }
 }
 
@@ -140,7 +140,7 @@ void add_gains(const Robot& robot, const ProbedRows& rows, const Effects& effect
             effects.fitted().segment(piece.first, piece.size());
       }
     }
-    out.push_back({"torque_gain", joint_name(robot, j), std::move(effect)});
+    out.push_back({"torque_gain", joint_of(robot, j), std::move(effect)});
   }
 }
 
@@ -171,14 +171,14 @@ void add_friction(const Robot& robot, const BaseParameters& base, const ProbedRo
       }
     }
     const double falls = stribeck_part * std::sqrt(squares / std::max(count, 1.0));
-    out.push_back({"load_friction", joint_name(robot, j),
+    out.push_back({"load_friction", joint_of(robot, j),
                    of_joint(rows, j, 1,
                             [&](const auto& piece) -> Matrix {
                               const auto own = load.segment(piece.first, piece.size());
                               return own.cwiseAbs().cwiseProduct(speed(piece).cwiseSign()) / rows.weights[j];
                             }),
                    is_revolute(robot, j)});
-    out.push_back({"stribeck_friction", joint_name(robot, j),
+    out.push_back({"stribeck_friction", joint_of(robot, j),
                    of_joint(rows, j, 1,
                             [&](const auto& piece) -> Matrix {
                               const Vector v = speed(piece);
@@ -187,7 +187,7 @@ void add_friction(const Robot& robot, const BaseParameters& base, const ProbedRo
                             }),
                    is_revolute(robot, j)});
     out.push_back(
-        {"direction_friction", joint_name(robot, j), of_joint(rows, j, 2, [&](const auto& piece) -> Matrix {
+        {"direction_friction", joint_of(robot, j), of_joint(rows, j, 2, [&](const auto& piece) -> Matrix {
            const Vector v = speed(piece);
            Matrix E(v.size(), 2);
            E << v.cwiseMax(0.0), Vector((v.array() > 0.0).template cast<double>());
@@ -213,39 +213,27 @@ void add_couplings(const Robot& robot, const ProbedRows& rows, std::vector<Alter
         });
       };
       out.push_back(
-          {"joint_coupling", joint_name(robot, j) + " and " + joint_name(robot, k), half(j, k) + half(k, j)});
+          {"joint_coupling", joint_of(robot, j) + " and " + joint_of(robot, k), half(j, k) + half(k, j)});
     }
   }
 }
 
-// First or second derivatives by differences over the instants of a log, zero at both ends and where an
-// instant beside is far: at pauses.
-Matrix rate(const Matrix& x, const ProbedLog& log, int order) {
+// Derivatives by central differences over the instants of a log, with the first and the last one zero.
+Matrix rate(const Matrix& x, double per_instant) {
   Matrix out = Matrix::Zero(x.rows(), x.cols());
-  const auto step = [&](Index k) {
-    return static_cast<double>(log.samples[static_cast<std::size_t>(k + 1)] -
-                               log.samples[static_cast<std::size_t>(k)]);
-  };
-  std::vector<double> steps;
-  for (Index k = 0; k + 1 < x.rows(); ++k) {
-    steps.push_back(step(k));
+  const Index inner = x.rows() - 2;
+  if (inner > 0) {
+    out.middleRows(1, inner) = (x.bottomRows(inner) - x.topRows(inner)) * (0.5 * per_instant);
   }
-  if (steps.size() < 2) {
-    return out;
-  }
-  std::ranges::nth_element(steps, steps.begin() + std::ssize(steps) / 2);
-  const double far = 1.5 * steps[steps.size() / 2];
-  const double f_m = log.log->f_m;
-  for (Index k = 1; k + 1 < x.rows(); ++k) {
-    const double before = step(k - 1);
-    const double after = step(k);
-    if (before > far || after > far) {
-      continue;
-    }
-    const auto rises = (x.row(k) - x.row(k - 1)) * (f_m / before);
-    const auto goes_on = (x.row(k + 1) - x.row(k)) * (f_m / after);
-    out.row(k) = order == 1 ? Matrix((after * rises + before * goes_on) / (before + after))
-                            : Matrix((goes_on - rises) * (2.0 * f_m / (before + after)));
+  return out;
+}
+
+Matrix second_rate(const Matrix& x, double per_instant) {
+  Matrix out = Matrix::Zero(x.rows(), x.cols());
+  const Index inner = x.rows() - 2;
+  if (inner > 0) {
+    out.middleRows(1, inner) =
+        (x.bottomRows(inner) - 2.0 * x.middleRows(1, inner) + x.topRows(inner)) * (per_instant * per_instant);
   }
   return out;
 }
@@ -268,10 +256,11 @@ void add_delay(const Robot& robot, const BaseParameters& base, const ProbedRows&
     }
     RegressorBlock block(batch, log.size());
     batch.fill(log.motion, 0, log.size(), block);
+    const double per_instant = log.log->f_m / static_cast<double>(log.samples[1] - log.samples[0]);
     for (const ProbedRows::Piece& piece : rows.pieces) {
       if (piece.log == l) {
         const auto j = static_cast<std::size_t>(piece.joint);
-        const Matrix late = -rate(block.W(j) * chi(batch.of_joint(j)), log, 1)(rows.logs[l].instants, 0);
+        const Matrix late = -rate(block.W(j) * chi(batch.of_joint(j)), per_instant)(rows.logs[l].instants, 0);
         effect.col(0).segment(piece.first, piece.size()) =
             rows.weights[piece.joint] * late.col(0)(piece.instants);
       }
@@ -325,11 +314,12 @@ void add_elasticity(const Robot& robot, const BaseParameters& base, const Probed
         continue;
       }
       const Matrix own = load[l].col(j);
+      const double per_instant = log.log->f_m / static_cast<double>(log.samples[1] - log.samples[0]);
       motions[l].q.col(j) -= small_step * own(picked, 0);
-      motions[l].qd.col(j) -= small_step * rate(own, log, 1)(picked, 0);
-      motions[l].qdd.col(j) -= small_step * rate(own, log, 2)(picked, 0);
+      motions[l].qd.col(j) -= small_step * rate(own, per_instant)(picked, 0);
+      motions[l].qdd.col(j) -= small_step * second_rate(own, per_instant)(picked, 0);
     }
-    out.push_back({"joint_elasticity", joint_name(robot, j), effects.of(motions), is_revolute(robot, j), 0.0,
+    out.push_back({"joint_elasticity", joint_of(robot, j), effects.of(motions), is_revolute(robot, j), 0.0,
                    link_inertia(robot, base, loads, j, effects.motions())});
   }
 }
@@ -344,7 +334,7 @@ void add_scales(const Robot& robot, const Effects& effects, std::vector<Alternat
         x->middleCols(all ? 0 : j, all ? j : 1) *= 1.0 + small_step;
       }
     }
-    out.push_back({"position_scale", all ? "all joints" : joint_name(robot, j), effects.of(motions)});
+    out.push_back({"position_scale", all ? "all joints" : joint_of(robot, j), effects.of(motions)});
   }
 }
 
@@ -356,71 +346,27 @@ std::vector<Motion> faster(std::vector<Motion> motions) {
   return motions;
 }
 
-// Effects of rows alone that a condition holds of.
-template <typename Holds>
-Matrix of_rows(Matrix effect, const Holds& holds) {
-  for (Index r = 0; r < effect.rows(); ++r) {
-    if (!holds(r)) {
-      effect.row(r).setZero();
-    }
-  }
-  return effect;
-}
-
-// Mass and first moments that come to the last link at some instant, or with a log.
+// Another load from some instant on.
 void add_load_changes(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
                       std::vector<Alternative>& out) {
   constexpr Index instants = 5;
-  std::vector<Vector> loads;
-  for (std::size_t i = 0; i < base.standard.size(); ++i) {
-    const StandardParameter& p = base.standard[i];
-    if (p.joint == robot.size() - 1 && p.kind >= ParameterKind::MX && p.kind <= ParameterKind::M) {
-      loads.push_back(base.from_standard(Vector::Unit(std::ssize(base.standard), static_cast<Index>(i))));
-    }
-  }
-  // What was taken stands behind the parameters.
-  Matrix effect(rows.Y.size(), std::ssize(loads));
-  for (std::size_t c = 0; c < loads.size(); ++c) {
-    effect.col(static_cast<Index>(c)) = rows.W.leftCols(base.size()) * loads[c];
-  }
-  std::vector<Index> begins;
-  for (Index k = 1; k <= instants; ++k) {
-    begins.push_back(k * rows.blocks / (instants + 1));
-  }
-  for (std::size_t l = 1; l < rows.logs.size(); ++l) {
-    Index first = rows.blocks;
-    for (const ProbedRows::Piece& piece : rows.pieces) {
-      if (piece.log == l && piece.size() > 0) {
-        first = std::min(first, rows.block_of[static_cast<std::size_t>(piece.first)]);
-      }
-    }
-    begins.push_back(first);
-  }
-  for (const Index from : begins) {
-    out.push_back(
-        {"load_changed", robot.joints.back().link,
-         of_rows(effect, [&](Index r) { return rows.block_of[static_cast<std::size_t>(r)] >= from; }), true,
-         static_cast<double>(from) / static_cast<double>(rows.blocks)});
-  }
-}
-
-// Other bodies in one log than in the others.
-void add_logs(const BaseParameters& base, const ProbedRows& rows, std::vector<Alternative>& out) {
-  std::vector<Index> bodies;
+  std::vector<Index> last;
   for (Index i = 0; i < base.size(); ++i) {
-    if (role(base.parameters[static_cast<std::size_t>(i)].leading.kind) == Role::inertial) {
-      bodies.push_back(i);
+    const StandardParameter& p = base.parameters[static_cast<std::size_t>(i)].leading;
+    if (p.joint == robot.size() - 1 && role(p.kind) == Role::inertial) {
+      last.push_back(i);
     }
   }
-  // Of two logs it is the same which one is another.
-  for (std::size_t l = rows.logs.size() == 2 ? 1 : 0; rows.logs.size() > 1 && l < rows.logs.size(); ++l) {
-    Matrix effect = Matrix::Zero(rows.Y.size(), std::ssize(bodies));
-    for (const ProbedRows::Piece& piece : rows.pieces) {
-      if (piece.log == l) {
-        effect.middleRows(piece.first, piece.size()) = rows.W(Eigen::seqN(piece.first, piece.size()), bodies);
+  for (Index k = 1; k <= instants; ++k) {
+    const Index from = k * rows.blocks / (instants + 1);
+    Matrix effect = rows.W(Eigen::all, last);
+    for (Index r = 0; r < effect.rows(); ++r) {
+      if (rows.block_of[static_cast<std::size_t>(r)] < from) {
+        effect.row(r).setZero();
       }
     }
-    out.push_back({"logs_differ", rows.logs[l].log->log->source, std::move(effect)});
+    out.push_back({"load_changed", robot.joints.back().link, std::move(effect), true,
+                   static_cast<double>(k) / (instants + 1)});
   }
 }
 
@@ -433,45 +379,20 @@ Eigen::Vector3d tilted_gravity(const Robot& robot, const Vector& angles) {
   return axis.norm() > 0.0 ? Eigen::Vector3d(Eigen::AngleAxisd(axis.norm(), axis.normalized()) * g) : g;
 }
 
-std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
-                                      const std::set<std::string_view>& codes) {
+std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
+                                      const ProbedRows& rows) {
   const Effects effects(robot, base, rows);
   std::vector<Alternative> out;
-  const auto any = [&](std::initializer_list<std::string_view> some) {
-    return codes.empty() ||
-           std::ranges::any_of(some, [&](std::string_view code) { return codes.contains(code); });
-  };
-  if (any({"torque_gain"})) {
-    add_gains(robot, rows, effects, out);
-  }
-  if (any({"gravity_tilt"})) {
-    add_gravity(robot, effects, out);
-  }
-  if (any({"clock_rate"})) {
-    out.push_back({"clock_rate", "all joints", effects.of(faster(effects.motions()))});
-  }
-  if (any({"position_scale"})) {
-    add_scales(robot, effects, out);
-  }
-  if (any({"torque_delay"})) {
-    add_delay(robot, base, rows, out);
-  }
-  if (any({"zero_offset", "joint_origin"})) {
-    add_geometry(robot, effects, out);
-  }
-  if (any({"load_changed", "logs_differ"})) {
-    add_load_changes(robot, base, rows, out);
-    add_logs(base, rows, out);
-  }
-  if (any({"joint_elasticity"})) {
-    add_elasticity(robot, base, rows, effects, out);
-  }
-  if (any({"load_friction", "stribeck_friction", "direction_friction"})) {
-    add_friction(robot, base, rows, out);
-  }
-  if (any({"joint_coupling"})) {
-    add_couplings(robot, rows, out);
-  }
+  add_gains(robot, rows, effects, out);
+  add_gravity(robot, effects, out);
+  out.push_back({"clock_rate", "all joints", effects.of(faster(effects.motions()))});
+  add_scales(robot, effects, out);
+  add_delay(robot, base, rows, out);
+  add_geometry(robot, effects, out);
+  add_load_changes(robot, base, rows, out);
+  add_elasticity(robot, base, rows, effects, out);
+  add_friction(robot, base, rows, out);
+  add_couplings(robot, rows, out);
   return out;
 }
 

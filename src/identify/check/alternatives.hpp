@@ -1,6 +1,5 @@
 #pragma once
 
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,10 +25,7 @@ struct Alternative {
 
 // All that are looked at: gains and zeros of joints, the direction of gravity, the clock, the geometry, a
 // load that changes, friction laws, elastic joints, motors that two joints turn.
-//
-// codes  those that are asked for, others may come along; empty: all
 [[nodiscard]] std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
-                                                    const ProbedRows& rows,
-                                                    const std::set<std::string_view>& codes = {});
+                                                    const ProbedRows& rows);
 
 }  // namespace rivid::detail

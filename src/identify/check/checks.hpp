@@ -33,9 +33,7 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
                   Findings& out);
 
 // The motion of a log against its reference, with the delay between them.
-//
-// used  whether the estimate follows the reference; else it can be what it likes
-void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, bool used, Findings& out);
+void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out);
 
 // Torques against the motion.
 void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, Findings& out);
@@ -75,10 +73,9 @@ struct Alternatives {
   Vector shift;                     // of the parameters by that one, (b); empty where there is none
 };
 
-// The model behind a result against its nearest alternatives, which the validation logs are asked about too.
+// The model behind a result against its nearest alternatives.
 [[nodiscard]] Alternatives check_model(const TorqueProbe& probe, const Robot& robot,
-                                       std::span<const Log> validation, const Identification& result,
-                                       Findings& out);
+                                       const Identification& result, Findings& out);
 
 // Robot, logs and model, as far as a result can be wrong by them; the alternatives to the model that are
 // believed.
@@ -89,9 +86,6 @@ struct Alternatives {
 // What the result says of itself.
 void check_result(const Robot& robot, std::span<const Log> validation, const Identification& result,
                   Findings& out);
-
-// A number with as many digits, from `digits` on, as tell it from another one.
-[[nodiscard]] std::string number_beside(double value, double other, int digits);
 
 // Figures of single columns of a log.
 

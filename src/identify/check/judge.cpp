@@ -73,7 +73,7 @@ Alternatives check_logs(const Robot& robot, std::span<const Log> logs, std::span
     return {};
   }
   const auto by = [&](const TorqueProbe& own) {
-    Alternatives believed = check_model(own, robot, validation, result, out);
+    Alternatives believed = check_model(own, robot, result, out);
     // check() makes a quick fit by least squares, whatever the method.
     if (result.iv || !options.instrumental) {
       check_physics(own, robot, logs, result, out);

@@ -21,10 +21,9 @@ constexpr double poor_where_clipped = 0.1;
 constexpr double useless = 1.0;
 // A joint whose torque is below this part of the largest one of its type carries none that counts.
 constexpr double counting = 0.01;
-// A value is beyond doubt from so many σ on, of ten blocks and many parameters; and the worst of many poses from
-// so many.
-constexpr double sure = 4.5;
-constexpr double sure_of_many = 4.5;
+// A value is beyond doubt from so many σ on, and the worst of many poses from so many.
+constexpr double sure = 3.0;
+constexpr double sure_of_many = 4.0;
 constexpr Index most_poses = 100;
 
 // A of Σ c_k π_k = ∫ [r; 1]ᵀ A [r; 1] dm, with coefficients c of the inertial parameters π of a body.
@@ -124,35 +123,12 @@ void add_useless(const Explained& explained, const std::string& where, Findings&
   }
 }
 
-// Whether friction as a whole takes power from a joint, as where it falls with speed: its columns, which have
-// the sign of the velocity, against each other.
-bool brakes(const Identification& result, const Explained& explained, int joint) {
-  const JointFactor& f = explained.factors[static_cast<std::size_t>(joint)];
-  Vector dry = Vector::Zero(f.R.rows());
-  Vector all = dry;
-  for (std::size_t c = 0; c < f.columns.size(); ++c) {
-    const StandardParameter& p = result.base.parameters[static_cast<std::size_t>(f.columns[c])].leading;
-    const Vector torque = f.R.col(static_cast<Index>(c)) * result.chi[f.columns[c]];
-    if (p.joint != joint || !is_friction(p.kind) || about(p.kind).coupled) {
-      continue;
-    }
-    all += torque;
-    if (role(p.kind) == Role::dry) {
-      dry += f.R.col(static_cast<Index>(c));
-    }
-  }
-  return dry.dot(all) > 0.0;
-}
-
 // Values below zero that more of the torques depends on than the model leaves unexplained: what is smaller
 // may be an error of the model.
 void check_parameters(const Identification& result, const Explained& explained, Findings& out) {
   for (Index i = 0; i < result.base.size(); ++i) {
     const ParameterEstimate& p = result.parameters[static_cast<std::size_t>(i)];
-    const StandardParameter& leading = result.base.parameters[static_cast<std::size_t>(i)].leading;
-    const bool friction = is_friction(leading.kind);
-    if (!(p.value < -sure * p.sigma) || !always_positive(result.base, i) ||
-        (friction && brakes(result, explained, leading.joint))) {
+    if (!(p.value < -sure * p.sigma) || !always_positive(result.base, i)) {
       continue;
     }
     for (std::size_t j = 0; j < explained.factors.size(); ++j) {

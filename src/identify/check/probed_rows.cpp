@@ -4,71 +4,36 @@
 #include <cmath>
 #include <utility>
 
-#include "rivid/regressor/batch.hpp"
+#include "identify/rows/time_blocks.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 
 namespace rivid::detail {
 
 namespace {
 
-// Blocks of motion that errors are independent between; more where a joint moves in some of them alone, so
-// that it has a few.
+// Blocks of time that errors are independent between.
 constexpr Index wanted_blocks = 20;
-constexpr Index most_blocks = 120;
 // Instants of all logs that are compared.
 constexpr Index most_instants = 400;
 constexpr Index rows_of_a_column = 3;
-// Of the norm of a column: what the rows tell less of stays with the result.
-constexpr double hardly_determined = 1e-6;
 
 }  // namespace
 
-void ProbedRows::pick_instants(const TorqueProbe& probe, std::span<const Index> wanted) {
+void ProbedRows::pick_instants(const TorqueProbe& probe) {
   Index instants = 0;
   for (const ProbedLog& log : probe.logs()) {
     instants += log.size();
   }
   const Index every = std::max<Index>(1, instants / most_instants);
-  std::vector<std::vector<bool>> picked;
   for (const ProbedLog& log : probe.logs()) {
-    std::vector<bool>& of_log = picked.emplace_back(static_cast<std::size_t>(log.size()), false);
-    for (std::size_t i = 0; i < of_log.size(); i += static_cast<std::size_t>(every)) {
-      of_log[i] = true;
+    PickedLog picked;
+    picked.log = &log;
+    for (Index i = 0; i < log.size(); i += every) {
+      picked.instants.push_back(i);
     }
-  }
-  for (std::size_t j = 0; j < wanted.size(); ++j) {
-    std::vector<std::pair<std::size_t, std::size_t>> others;  // at which the joint moves
-    Index have = 0;
-    for (std::size_t l = 0; l < picked.size(); ++l) {
-      for (std::size_t i = 0; i < picked[l].size(); ++i) {
-        if (!probe.logs()[l].moves(static_cast<Index>(i), static_cast<Index>(j))) {
-          continue;
-        }
-        if (picked[l][i]) {
-          ++have;
-        } else {
-          others.emplace_back(l, i);
-        }
-      }
-    }
-    const Index missing = std::min(wanted[j] - have, static_cast<Index>(others.size()));
-    for (Index k = 0; k < missing; ++k) {
-      const auto [l, i] = others[static_cast<std::size_t>(k * std::ssize(others) / missing)];
-      picked[l][i] = true;
-    }
-  }
-  for (std::size_t l = 0; l < picked.size(); ++l) {
-    const ProbedLog& log = probe.logs()[l];
-    PickedLog out;
-    out.log = &log;
-    for (std::size_t i = 0; i < picked[l].size(); ++i) {
-      if (picked[l][i]) {
-        out.instants.push_back(static_cast<Index>(i));
-      }
-    }
-    out.motion = {log.motion.q(out.instants, Eigen::all), log.motion.qd(out.instants, Eigen::all),
-                  log.motion.qdd(out.instants, Eigen::all)};
-    logs.push_back(std::move(out));
+    picked.motion = {log.motion.q(picked.instants, Eigen::all), log.motion.qd(picked.instants, Eigen::all),
+                     log.motion.qdd(picked.instants, Eigen::all)};
+    logs.push_back(std::move(picked));
   }
 }
 
@@ -97,6 +62,12 @@ Index ProbedRows::rows_of(Index joint) const {
 }
 
 void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters) {
+  std::vector<Duration> lasting;
+  for (const PickedLog& log : logs) {
+    lasting.push_back({log.log->log->samples(), log.log->log->f_m});
+  }
+  const TimeBlocks time_blocks(std::move(lasting), wanted_blocks);
+  blocks = time_blocks.count();
   const Index rows = pieces.back().first + pieces.back().size();
   W = Matrix::Zero(rows, parameters);
   Y = Vector(rows);
@@ -112,123 +83,56 @@ void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters
       const Index instant =
           log.instants[static_cast<std::size_t>(piece.instants[static_cast<std::size_t>(i)])];
       Y[piece.first + i] = weight * log.log->tau(instant, piece.joint);
-    }
-  }
-}
-
-void ProbedRows::divide() {
-  std::vector<Index> before;  // instants of earlier logs
-  Index instants = 0;
-  for (const PickedLog& log : logs) {
-    before.push_back(instants);
-    instants += static_cast<Index>(log.instants.size());
-  }
-  Index fewest = instants;
-  for (const Piece& piece : pieces) {
-    if (const Index rows = rows_of(piece.joint); rows > 0) {
-      fewest = std::min(fewest, rows);
-    }
-  }
-  blocks = std::min({std::max(wanted_blocks, wanted_blocks * instants / (2 * std::max<Index>(fewest, 1))),
-                     most_blocks, instants});
-  block_of.clear();
-  for (const Piece& piece : pieces) {
-    for (const Index i : piece.instants) {
-      block_of.push_back((before[piece.log] + i) * blocks / instants);
+      block_of.push_back(time_blocks.of(piece.log, log.log->samples[static_cast<std::size_t>(instant)]));
     }
   }
 }
 
 std::optional<ProbedRows> ProbedRows::of(const TorqueProbe& probe, const Robot& robot,
-                                         const Identification& result, std::vector<UntestedJoint>* untested) {
+                                         const Identification& result) {
   const Index n = robot.size();
-  const RegressorBatch batch(robot, result.base.columns());
-  std::vector<Index> wanted;
-  for (std::size_t j = 0; j < batch.joints(); ++j) {
-    wanted.push_back(rows_of_a_column * static_cast<Index>(batch.of_joint(j).size()));
-  }
   ProbedRows out;
   out.weights = Eigen::Map<const Vector>(result.weights.data(), n);
-  out.of_result_ = result.chi.unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
-  out.pick_instants(probe, wanted);
+  out.pick_instants(probe);
   out.cut_pieces(n);
-  for (Index j = 0; j < n; ++j) {
-    const Index needed = wanted[static_cast<std::size_t>(j)];
-    const Index found = out.rows_of(j);
-    if (found < needed || !std::isfinite(out.weights[j])) {
-      std::erase_if(out.pieces, [&](const Piece& piece) { return piece.joint == j; });
-      if (untested != nullptr) {
-        untested->push_back({j, found, needed});
-      }
-    }
-  }
-  if (out.pieces.empty()) {
-    return std::nullopt;
-  }
-  Index row = 0;
-  for (Piece& piece : out.pieces) {
-    piece.first = row;
-    row += piece.size();
-  }
   std::vector<Observation> of_logs;
   for (const PickedLog& log : out.logs) {
     of_logs.push_back(probe.averaged_observation(*log.log, log.instants));
   }
-  out.stack(of_logs, result.base.size());
-  out.divide();
-  out.fit(true);
-  return out.residual.squaredNorm() > 0.0 ? std::optional(std::move(out)) : std::nullopt;
-}
-
-void ProbedRows::fit(bool with_chi) {
-  const Index b = of_result_.size();
-  const Vector told = Y - W.leftCols(b) * of_result_;
-  const Vector norms = W.colwise().norm();
-  StreamingQr qr(W.cols(), 1);
-  qr.add(W, told);
-  const Matrix ridge =
-      (hardly_determined * norms.cwiseMax(hardly_determined * norms.maxCoeff())).asDiagonal();
-  qr.add(ridge, Vector::Zero(W.cols()));
-  R = qr.R();
-  const Vector solution = R.triangularView<Eigen::Upper>().solve(qr.qty());
-  residual = told - W * solution;
-  beside = of_result_ + solution.head(b);
-  if (with_chi) {
-    chi = beside;
+  for (Index j = 0; j < n; ++j) {
+    if (out.rows_of(j) < rows_of_a_column * of_logs.front().joints[static_cast<std::size_t>(j)].W.cols()) {
+      return std::nullopt;
+    }
   }
+  out.stack(of_logs, result.base.size());
+  if (!out.fit(true) || !(out.residual.squaredNorm() > 0.0)) {
+    return std::nullopt;
+  }
+  return out;
 }
 
-void ProbedRows::take(const Matrix& columns) {
+bool ProbedRows::fit(bool with_chi) {
+  constexpr double independent = 1e-12;
+  StreamingQr qr(W.cols(), 1);
+  qr.add(W, Y);
+  R = qr.R();
+  const Vector diagonal = R.diagonal().cwiseAbs();
+  if (!(diagonal.minCoeff() > independent * diagonal.maxCoeff())) {
+    return false;
+  }
+  const Vector solution = R.triangularView<Eigen::Upper>().solve(qr.qty());
+  residual = Y - W * solution;
+  if (with_chi) {
+    chi = solution;
+  }
+  return true;
+}
+
+bool ProbedRows::take(const Matrix& columns) {
   const Index before = W.cols();
   W.conservativeResize(Eigen::NoChange, before + columns.cols());
   W.rightCols(columns.cols()) = columns * (W.leftCols(before).norm() / columns.norm());
-  fit(false);
-}
-
-ProbedRows ProbedRows::of_blocks(Index first, Index count, std::vector<Index>& kept) const {
-  ProbedRows out;
-  out.weights = weights;
-  out.of_result_ = of_result_;
-  out.logs = logs;
-  out.blocks = count;
-  kept.clear();
-  for (const Piece& piece : pieces) {
-    Piece part{piece.joint, piece.log, {}, std::ssize(kept)};
-    for (Index i = 0; i < piece.size(); ++i) {
-      const Index block = block_of[static_cast<std::size_t>(piece.first + i)] - first;
-      if (block >= 0 && block < count) {
-        part.instants.push_back(piece.instants[static_cast<std::size_t>(i)]);
-        out.block_of.push_back(block);
-        kept.push_back(piece.first + i);
-      }
-    }
-    out.pieces.push_back(std::move(part));
-  }
-  out.W = W(kept, Eigen::all);
-  out.Y = Y(kept);
-  out.chi = chi;
-  out.fit(false);
-  return out;
+  return fit(false);
 }
 
 }  // namespace rivid::detail

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "dense.hpp"
 #include "identify/check/alternatives.hpp"
 #include "identify/check/checks.hpp"
 #include "rivid/text.hpp"
@@ -55,35 +54,6 @@ void check_rows(const Identification& result, Findings& out) {
   }
 }
 
-namespace {
-
-// The alternative with few parameters that explains most of what is left of a validation log, where that is
-// most of it.
-std::string explanation(const Robot& robot, const Identification& result, ProbedRows rows,
-                        const Vector& residual) {
-  constexpr double most_of_it = 0.5;
-  constexpr Index few = 2;
-  rows.chi = result.answer();
-  double best = most_of_it;
-  std::string out;
-  for (const Alternative& it : alternatives(robot, result.base, rows)) {
-    if (it.effect.cols() > few || !(it.effect.norm() > 0.0)) {
-      continue;
-    }
-    const Vector size = least_squares_solution(it.effect, residual);
-    const double explained = 1.0 - (residual - it.effect * size).squaredNorm() / residual.squaredNorm();
-    if (explained > best) {
-      best = explained;
-      out = "; " + std::string(it.code) + " of " + it.subject + " in that log, by " +
-            number(size.size() == 1 ? size[0] : size.norm(), 3) + ", would explain " +
-            number(std::round(100.0 * explained), 3) + " % of the squared residual";
-    }
-  }
-  return out;
-}
-
-}  // namespace
-
 void check_validation(const Robot& robot, std::span<const Log> validation, const Identification& result,
                       Findings& out) {
   for (std::size_t l = 0; l < std::min(validation.size(), result.validation.size()); ++l) {
@@ -109,7 +79,6 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
       continue;
     }
     const Vector residual = rows->Y - rows->W * result.answer();
-    const std::string by = explanation(robot, result, *rows, residual);
     for (const ProbedRows::Piece& piece : rows->pieces) {
       const auto j = static_cast<std::size_t>(piece.joint);
       if (piece.size() == 0 || !suspicious(j)) {
@@ -129,7 +98,7 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
         const std::string& unit = result.fit.joints[j].unit;
         std::string text = found.file + ": the model leaves " + number(seen, 3) + " " + unit;
         text += " there; by a fit to that log and the uncertainty of the parameters " + number(expected, 3);
-        text += " " + unit + " were to be expected" + by;
+        text += " " + unit + " were to be expected";
         out.add("validation_worse", result.fit.joints[j].name, std::move(text));
       }
     }

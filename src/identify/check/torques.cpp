@@ -3,12 +3,13 @@
 // is what was wrong.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <numeric>
 
 #include "identify/check/checks.hpp"
-#include "identify/check/reading_changes.hpp"
 #include "identify/check/torque_probe.hpp"
 #include "rivid/text.hpp"
 
@@ -24,10 +25,6 @@ constexpr double hopeless = 0.5;
 // worse.
 constexpr double convincing = 0.5;
 constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
-// Where most of the torques is explained already, something else than a reading may be wrong with them.
-constexpr double mostly_explained = 0.25;
-constexpr double convincing_then = 0.25;
-constexpr double convincing_elsewhere_then = 0.3;
 constexpr double no_worse = 1.05;
 constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
 // A delay is believed where it leaves this part of what was left (squared), and is so many samples long.
@@ -38,7 +35,159 @@ constexpr double longest_torque_delay = 0.3;  // [s]
 constexpr double harmless_delay = 0.01;
 constexpr double harmful_gain = 0.4;
 
-bool only_signs(std::string_view code) { return code == "torque_sign" || code == "position_sign"; }
+// A change of a reading and what it would be called.
+struct Change {
+  std::string_view code;
+  std::string subject;
+  std::string text;
+  Reading reading;
+};
+
+std::string joint_name(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
+
+std::string base_name(const Robot& robot) { return robot.base.empty() ? "base" : robot.base; }
+
+void add_sign_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    Reading r = reading;
+    r.torque_sign[j] *= -1.0;
+    out.push_back({"torque_sign", joint_name(robot, j), "its torque has the other sign", std::move(r)});
+  }
+  if (robot.size() > 1) {
+    Reading all = reading;
+    all.torque_sign *= -1.0;
+    out.push_back({"torque_sign", "all joints", "all torques have the other sign", std::move(all)});
+  }
+  for (Index j = 0; j < robot.size(); ++j) {
+    Reading r = reading;
+    r.position_scale[j] *= -1.0;
+    Reading both = r;
+    both.torque_sign[j] *= -1.0;
+    out.push_back({"position_sign", joint_name(robot, j), "its position has the other sign", std::move(r)});
+    out.push_back({"position_sign", joint_name(robot, j), "its position and its torque have the other sign",
+                   std::move(both)});
+  }
+}
+
+// Zeros that are a quarter or half a turn away.
+void add_zero_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  constexpr double quarter = 0.5 * std::numbers::pi;
+  for (Index j = 0; j < robot.size(); ++j) {
+    if (robot.joints[static_cast<std::size_t>(j)].type != JointType::revolute) {
+      continue;
+    }
+    for (const double turns : {1.0, -1.0, 2.0}) {
+      Reading r = reading;
+      r.position_offset[j] += turns * quarter;
+      out.push_back({"zero_offset", joint_name(robot, j),
+                     "its zero is " + number(90.0 * turns) + "° away, offset = " +
+                         number(turns * quarter, 6) + " for its column in [log] position",
+                     std::move(r)});
+    }
+  }
+}
+
+void add_order_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    for (Index i = 0; i < j; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      const auto b = static_cast<std::size_t>(j);
+      const std::string pair = joint_name(robot, i) + " and " + joint_name(robot, j);
+      Reading torques = reading;
+      std::swap(torques.torque[a], torques.torque[b]);
+      std::swap(torques.torque_sign[i], torques.torque_sign[j]);
+      Reading positions = reading;
+      std::swap(positions.position[a], positions.position[b]);
+      std::swap(positions.position_scale[i], positions.position_scale[j]);
+      Reading both = torques;
+      both.position = positions.position;
+      both.position_scale = positions.position_scale;
+      out.push_back({"torque_order", pair, "their torques are exchanged", std::move(torques)});
+      out.push_back({"position_order", pair, "their positions are exchanged", std::move(positions)});
+      out.push_back({"joint_order", pair, "positions and torques are exchanged", std::move(both)});
+    }
+  }
+  if (robot.size() > 2) {
+    Reading reversed = reading;
+    std::ranges::reverse(reversed.position);
+    std::ranges::reverse(reversed.torque);
+    reversed.position_scale.reverseInPlace();
+    reversed.torque_sign.reverseInPlace();
+    out.push_back({"joint_order", "all joints", "the columns run from tip to base", std::move(reversed)});
+  }
+}
+
+void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  constexpr double degree = std::numbers::pi / 180.0;
+  for (const double scale : {degree, 1.0 / degree}) {
+    const bool degrees = scale < 1.0;
+    Reading every = reading;
+    for (Index j = 0; j < robot.size(); ++j) {
+      if (robot.joints[static_cast<std::size_t>(j)].type == JointType::revolute) {
+        Reading r = reading;
+        r.position_scale[j] *= scale;
+        every.position_scale[j] *= scale;
+        out.push_back({"position_unit", joint_name(robot, j),
+                       degrees ? "its position is in degrees" : "its position was turned from degrees twice",
+                       std::move(r)});
+      }
+    }
+    out.push_back({"position_unit", "all joints",
+                   degrees ? "positions are in degrees" : "positions were turned from degrees twice",
+                   std::move(every)});
+  }
+  for (const double scale : {0.5, 2.0, 1e-3, 1e3}) {
+    const std::string times = number(1.0 / scale) + " times what it should be";
+    Reading every = reading;
+    every.position_scale *= scale;
+    for (Index j = 0; robot.size() > 1 && j < robot.size(); ++j) {
+      Reading r = reading;
+      r.position_scale[j] *= scale;
+      out.push_back({"position_scale", joint_name(robot, j), "its position is " + times, std::move(r)});
+    }
+    out.push_back({"position_scale", "all joints", "each position is " + times, std::move(every)});
+  }
+  for (Index j = 0; robot.size() > 1 && j < robot.size(); ++j) {
+    for (const double scale : {1e-3, 1e3}) {
+      Reading r = reading;
+      r.torque_sign[j] *= scale;
+      out.push_back({"torque_unit", joint_name(robot, j),
+                     scale < 1.0 ? "its torque is a thousand times that of the others, as N·mm would be"
+                                 : "its torque is a thousandth of that of the others, as kN·m would be",
+                     std::move(r)});
+    }
+  }
+}
+
+void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+  constexpr double standard_gravity = 9.80665;  // [m/s²]
+  constexpr std::array axes = {"x", "y", "z"};
+  const double g = reading.gravity.norm() > 0.0 ? reading.gravity.norm() : standard_gravity;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      Reading r = reading;
+      r.gravity = sign * g * Eigen::Vector3d::Unit(axis);
+      if (!r.gravity.isApprox(reading.gravity)) {
+        out.push_back({"gravity_direction", base_name(robot),
+                       std::string("gravity points along ") + (sign < 0.0 ? "-" : "+") +
+                           axes[static_cast<std::size_t>(axis)] + " of the base",
+                       std::move(r)});
+      }
+    }
+  }
+}
+
+// Every single change of a reading that is looked at. Those that change torques alone come first: they win
+// ties.
+std::vector<Change> changes(const Robot& robot, const Reading& reading) {
+  std::vector<Change> out;
+  add_sign_changes(robot, reading, out);
+  add_order_changes(robot, reading, out);
+  add_unit_changes(robot, reading, out);
+  add_gravity_changes(robot, reading, out);
+  add_zero_changes(robot, reading, out);
+  return out;
+}
 
 bool only_torques(std::string_view code) {
   return code == "torque_sign" || code == "torque_order" || code == "torque_unit";
@@ -78,7 +227,7 @@ void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& 
   // Each half of the logs with the other's parameters must say so too: where little is excited, either way
   // fits.
   if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total &&
-      probe.halves(other).left < clearly_better * probe.halves(reading).left) {
+      probe.left_of_other_half(other) < clearly_better * probe.left_of_other_half(reading)) {
     out.add("gravity_direction", base_name(robot),
             "gravity points the other way: the model then leaves " +
                 number(100.0 * std::sqrt(upside_down.total), 2) + " % of the torques instead of " +
@@ -129,13 +278,6 @@ std::optional<Mending> likeliest(const TorqueProbe& probe, const Robot& robot, c
   return best;
 }
 
-// "12 % of the torques instead of 34 %", of squared parts.
-std::string instead(double now, double before, const std::string& of) {
-  const double a = 100.0 * std::sqrt(now);
-  const double b = 100.0 * std::sqrt(before);
-  return number_beside(a, b, 2) + " %" + of + " instead of " + number_beside(b, a, 2) + " %";
-}
-
 // A way to read the logs and how well it fits.
 struct Read {
   Reading reading;
@@ -157,17 +299,10 @@ Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
       break;
     }
     best->score = probe.score(best->change.reading);
-    const HalfScores before = probe.halves(reading);
-    const HalfScores after = probe.halves(best->change.reading);
-    // Signs alone are those of columns, and are told by halves that foretell each other.
-    const bool mends_signs = best->score.faults() < now.faults() && after.faults < before.faults &&
-                             only_signs(best->change.code) && after.left < mostly_explained &&
-                             after.left < no_worse * before.left;
-    const bool doubted = before.left < mostly_explained;
-    const bool mends_fit =
-        best->score.total < (doubted ? convincing_then : convincing) * now.total &&
-        after.left < (doubted ? convincing_elsewhere_then : convincing_elsewhere) * before.left;
-    if (!mends_fit && !mends_signs) {
+    const double before = probe.left_of_other_half(reading);
+    const double after = probe.left_of_other_half(best->change.reading);
+    const bool mends_signs = best->score.faults() < now.faults();
+    if (!(after < (mends_signs ? no_worse : convincing_elsewhere) * before)) {
       break;
     }
     const Change& change = best->change;
@@ -175,11 +310,12 @@ Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
     const bool told =
         change.code == "position_unit" ? out.has(change.code) : out.has(change.code, change.subject);
     if (!told) {
+      const auto percent = [](double left) { return number(100.0 * std::sqrt(left), 2) + " %"; };
       out.add(change.code, change.subject,
-              change.text + ": the model then leaves " +
-                  instead(best->score.total, now.total, " of the torques") +
-                  ", of each half with the other's parameters " + instead(after.left, before.left, "") +
-                  (mends_signs ? ", and inertia and friction are positive" : "") +
+              change.text + ": the model then leaves " + percent(best->score.total) +
+                  " of the torques instead of " + percent(now.total) +
+                  ", of each half with the other's parameters " + percent(after) + " instead of " +
+                  percent(before) + (mends_signs ? ", and inertia and friction are positive" : "") +
                   rival(probe, change, best->score, reading));
     }
     reading = change.reading;
@@ -204,37 +340,18 @@ struct Delay {
   double left = 0.0;
 };
 
-Delay least_left(const TorqueProbe& probe, const Reading& reading, const std::vector<Index>& shifts,
-                 Part part) {
-  const Vector left = probe.left_at(reading, shifts, part);
+Delay least_left(const TorqueProbe& probe, const Reading& reading, const std::vector<Index>& shifts) {
+  const Vector left = probe.left_at(reading, shifts);
   Index at = 0;
   const double least = left.minCoeff(&at);
   return {shifts[static_cast<std::size_t>(at)], least};
 }
 
-// Whether each half of the logs says so by itself.
-bool halves_agree(const TorqueProbe& probe, const Reading& reading, const std::vector<Index>& shifts,
-                  Index samples) {
-  constexpr double same = 0.2;
-  for (const Part part : {Part::first_half, Part::second_half}) {
-    const double now = probe.left_at(reading, {0}, part)[0];
-    const Delay found = least_left(probe, reading, shifts, part);
-    const auto difference = static_cast<double>(std::abs(found.samples - samples));
-    if (found.left > delay_convincing * now ||
-        difference > std::max(least_delay_samples, same * std::abs(static_cast<double>(samples)))) {
-      return false;
-    }
-  }
-  return true;
-}
-
 void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out) {
   const double f_m = probe.logs().front().log->f_m;
-  const double now = probe.left_at(reading, {0}, Part::some)[0];
-  const std::vector<Index> shifts = shifts_for(f_m);
-  const Delay coarse = least_left(probe, reading, shifts, Part::some);
-  if (coarse.samples == 0 || coarse.left > delay_convincing * now ||
-      !halves_agree(probe, reading, shifts, coarse.samples)) {
+  const double now = probe.left_at(reading, {0})[0];
+  const Delay coarse = least_left(probe, reading, shifts_for(f_m));
+  if (coarse.samples == 0 || coarse.left > delay_convincing * now) {
     return;
   }
   std::vector<Index> around;
@@ -242,7 +359,7 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
   for (Index s = coarse.samples - width; s <= coarse.samples + width; ++s) {
     around.push_back(s);
   }
-  const Delay found = least_left(probe, reading, around, Part::some);
+  const Delay found = least_left(probe, reading, around);
   if (std::abs(static_cast<double>(found.samples)) < least_delay_samples) {
     return;
   }

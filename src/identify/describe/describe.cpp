@@ -234,11 +234,6 @@ Identification described(const Answer& answer, const Judgement& judgement) {
     findings.drop("torque_lag");
   }
   out.warnings = std::move(findings).sorted();
-  for (const Finding& finding : out.warnings) {
-    if (finding.code == "not_tested") {
-      out.notes.push_back("not tested: " + sentence(finding));
-    }
-  }
   std::erase_if(out.warnings, [](const Finding& f) { return severity(f) == Severity::note; });
   for (const Finding& finding : out.warnings) {
     if (severity(finding) == Severity::error &&
