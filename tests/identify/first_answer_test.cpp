@@ -24,7 +24,9 @@ class FirstAnswer : public testing::Test, public test::ScaraStudy {
 
 TEST_F(FirstAnswer, RefusesALogOfAnotherRobot) {
   Log one = log(1.0, 1);
-  one.q.conservativeResize(Eigen::NoChange, 1);
+  for (Matrix* const each : {&one.q, &one.tau, &one.v_tau, &one.q_r}) {
+    each->conservativeResize(Eigen::NoChange, std::min<Index>(each->cols(), 1));
+  }
   try {
     static_cast<void>(identify(robot, one, Estimation{}));
     FAIL();

@@ -266,6 +266,14 @@ void result_is(const Robot& robot, const Identification& result) {
   numbers.are("/covariance/decimation_factor", result.covariance.decimation_factor);
   numbers.are("/covariance/quantile_975", result.covariance.quantile_975);
   fit_is(numbers, "/fit", result.fit);
+  numbers.are("/fit/reference_error", result.fit.reference_error);
+  if (result.forecast) {
+    numbers.are("/forecast/relative_error", result.forecast->relative_error);
+    numbers.are("/forecast/joints", result.forecast->joints);
+  }
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    numbers.are(at("/parameters", i) + "/row_shift", result.parameters[i].row_shift);
+  }
   numbers.are("/fit/columns", result.columns);
   numbers.are("/fit/condition", result.condition);
   numbers.are("/fit/R_diagonal", result.R_diagonal);

@@ -35,6 +35,8 @@ Matrix row_shifts(const Answer& answer, Findings& out) {
     add(inference.noise_bias);
   }
   const Vector sigma = inference.uncertainty.C.diagonal().cwiseSqrt();
+  std::string moved;
+  double most_moved = 0.0;
   // The windows were chosen with friction that does not follow the load.
   const BaseParameters chosen = base_parameters(without_load(problem.robot));
   for (const auto& [window, where] :
@@ -54,11 +56,16 @@ Matrix row_shifts(const Answer& answer, Findings& out) {
     if (const double largest = shift.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&most);
         largest > beyond_chance) {
       add(shift);
-      out.add("window_shift", {},
-              std::string("rows at ") + where + " their spacing move " +
-                  problem.base.parameters[static_cast<std::size_t>(most)].name + " by " + number(largest, 2) +
-                  " σ more than noise does: intervals are that much wider");
+      if (largest > most_moved) {
+        most_moved = largest;
+        moved = std::string("rows at ") + where + " their spacing move " +
+                problem.base.parameters[static_cast<std::size_t>(most)].name + " by " + number(largest, 2) +
+                " σ more than noise does: intervals are that much wider";
+      }
     }
+  }
+  if (!moved.empty()) {
+    out.add("window_shift", {}, std::move(moved));
   }
   return shifts;
 }
@@ -73,7 +80,8 @@ std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix&
   const Vector& plain = inference.uncertainty.plain_sigma;
   std::string codes;
   for (const ModelTest& test : alternatives.believed) {
-    if (diagnostic_code(test.code)->severity == Severity::warning && codes.find(test.code) == std::string::npos) {
+    if (diagnostic_code(test.code)->severity == Severity::warning &&
+        codes.find(test.code) == std::string::npos) {
       codes += (codes.empty() ? "" : ", ") + test.code;
     }
   }

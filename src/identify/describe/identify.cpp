@@ -90,8 +90,8 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
                       : answered(robot, logs, estimation);
   answer.rows = std::move(rows);
   if (asked.judge && !logs.empty()) {
-    answer.inference.fit.reference_error =
-        detail::reference_error(robot, answer.problem->base, logs, answer.inference.chi, asked.threads);
+    answer.inference.fit.reference_error = detail::reference_error(
+        robot, answer.problem->base, logs, answer.inference.chi, *answer.problem->team);
   }
   answer.notes = robot.notes;
   add_notes(logs, answer.notes);

@@ -94,8 +94,9 @@ void find_predictions(const Identification& result, Findings& out) {
   // of a torque is in the fit as well.
   constexpr double counting = 0.01;
   constexpr double worse = 2.0;
+  // Rows that hold the noise of accelerations leave as much in the fit.
   if (result.forecast && std::isfinite(result.forecast->relative_error) &&
-      result.forecast->relative_error > useless) {
+      result.forecast->relative_error > std::max(useless, worse * result.answer_fit().relative_error)) {
     out.add("prediction_fails", "all joints",
             "of random motion within the range of the logs, as fast as they are, an error of " +
                 number_that_says(100.0 * result.forecast->relative_error, 3) +

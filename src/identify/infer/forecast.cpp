@@ -60,7 +60,10 @@ Motion random_motion(std::span<const Log> logs, Index n) {
 }  // namespace
 
 TorqueForecast expected_error(std::span<const RowGroup> rows, const Matrix& C, const Fit& fit) {
-  TorqueForecast out{.joints = Vector(std::ssize(rows))};
+  TorqueForecast out{.joints = Vector::Constant(std::ssize(rows), std::numeric_limits<double>::quiet_NaN())};
+  if (fit.joints.size() != rows.size()) {
+    return out;  // of a model that was not fitted to rows of this robot
+  }
   double errors = 0.0;
   double torques = 0.0;
   for (std::size_t j = 0; j < rows.size(); ++j) {
@@ -91,7 +94,7 @@ TorqueForecast expected_error(const Robot& robot, const BaseParameters& base, st
 }
 
 double reference_error(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-                       const Vector& chi, int threads) {
+                       const Vector& chi, ThreadTeam& team) {
   constexpr double cutoff_hz = 10.0;
   constexpr double rows_hz = 50.0;
   constexpr double of_rate = 0.2;  // at most
@@ -107,7 +110,6 @@ double reference_error(const Robot& robot, const BaseParameters& base, std::span
     return std::numeric_limits<double>::quiet_NaN();
   }
   const BaseParameters torques = has_load(robot) ? at_load(base, chi) : base;
-  ThreadTeam team(threads);
   try {
     const RowFactors data = all_factors(robot, torques, logs, signals, team, {});
     const Residual all = residual(data.groups, chi, std::vector<double>(data.groups.size(), 1.0));

@@ -243,8 +243,9 @@ Validation validate(const Robot& robot, const Identification& identification, co
   Validation out{log.source, fit(identification.chi), {}, {}, {}};
   out.forecast =
       detail::expected_error(data.groups, identification.answer_covariance(), identification.answer_fit());
+  detail::ThreadTeam team(threads);
   out.fit.reference_error =
-      detail::reference_error(robot, identification.base, std::span(&log, 1), identification.chi, threads);
+      detail::reference_error(robot, identification.base, std::span(&log, 1), identification.chi, team);
   if (identification.physical) {
     out.physical = fit(identification.physical->parameters.chi);
   }

@@ -66,7 +66,7 @@ struct Inference {
 // ‖Y − W χ‖ / ‖Y‖ on rows that no option changes, see Fit::reference_error; not a number where the logs have
 // none.
 [[nodiscard]] double reference_error(const Robot& robot, const BaseParameters& base,
-                                     std::span<const Log> logs, const Vector& chi, int threads);
+                                     std::span<const Log> logs, const Vector& chi, ThreadTeam& team);
 
 // The parameters that the estimate can not do without, and their fit, where they are wanted.
 void add_essential(const EstimationProblem& problem, const Estimate& estimate, Inference& out);
