@@ -1,6 +1,8 @@
 #include "tool.hpp"
 
 #include <fcntl.h>
+#include <malloc.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -233,8 +235,24 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
   return ended ? *ended : run();
 }
 
+namespace {
+
+// An arena of the allocator reserves 64 MB of addresses for each thread, of which a limit may leave too few for
+// the work itself.
+void share_arenas_within_limits() {
+#ifdef M_ARENA_MAX
+  rlimit addresses{};
+  if (::getrlimit(RLIMIT_AS, &addresses) == 0 && addresses.rlim_cur != RLIM_INFINITY) {
+    ::mallopt(M_ARENA_MAX, 1);
+  }
+#endif
+}
+
+}  // namespace
+
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv) {
   occupy_standard_streams();
+  share_arenas_within_limits();
   exit_on_signals();
   const InputScope inputs;
   // What goes wrong while the command line is read is coloured as it says, too.

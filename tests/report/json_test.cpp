@@ -159,6 +159,7 @@ void physical_is(Numbers& numbers, const Robot& robot, const BaseParameters& bas
   const PhysicalParameters& found = model.parameters;
   numbers.are("/physical/chi", found.chi);
   fit_is(numbers, "/physical/fit", model.fit);
+  numbers.are("/physical/sigma", Vector(model.C_chi.diagonal().cwiseSqrt()));
   numbers.are("/physical/cost", found.cost);
   numbers.are("/physical/distance", found.distance);
   numbers.are("/physical/divergence", found.divergence);
@@ -279,12 +280,16 @@ void result_is(const Robot& robot, const Identification& result) {
   numbers.are("/fit/R_diagonal", result.R_diagonal);
   numbers.are("/fit/weights", result.weights);
   for (std::size_t k = 0; k < result.validation.size(); ++k) {
-    fit_is(numbers, at("/validation", k), result.validation[k].fit);
-    if (result.validation[k].physical) {
-      fit_is(numbers, at("/validation", k) + "/physical", *result.validation[k].physical);
+    const Validation& one = result.validation[k];
+    fit_is(numbers, at("/validation", k), one.fit);
+    numbers.are(at("/validation", k) + "/reference_error", one.fit.reference_error);
+    numbers.are(at("/validation", k) + "/forecast/relative_error", one.forecast.relative_error);
+    numbers.are(at("/validation", k) + "/forecast/joints", one.forecast.joints);
+    if (one.physical) {
+      fit_is(numbers, at("/validation", k) + "/physical", *one.physical);
     }
-    if (result.validation[k].essential) {
-      fit_is(numbers, at("/validation", k) + "/essential", *result.validation[k].essential);
+    if (one.essential) {
+      fit_is(numbers, at("/validation", k) + "/essential", *one.essential);
     }
   }
   if (result.diagnostics) {
