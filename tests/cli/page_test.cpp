@@ -66,10 +66,16 @@ setTimeout(async () => {
 }, 1000);
 </script>)");
     folder().write("asked.html", page);
-    const Outcome run = opened("asked.html", flags);
-    EXPECT_EQ(run.err.find("CONSOLE"), std::string::npos) << run.err;
     const std::string key = "data-answer=\"";
-    const std::size_t at = run.out.find(key);
+    Outcome run;
+    std::size_t at = std::string::npos;
+    // A browser that waits for a processor ends its virtual time before the page is drawn.
+    constexpr int most_attempts = 3;
+    for (int attempt = 0; attempt < most_attempts && at == std::string::npos; ++attempt) {
+      run = opened("asked.html", flags);
+      EXPECT_EQ(run.err.find("CONSOLE"), std::string::npos) << run.err;
+      at = run.out.find(key);
+    }
     if (at == std::string::npos) {
       ADD_FAILURE() << "the script gave no answer: " << run.err;
       return "null";
