@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -102,6 +103,7 @@ void take_flange(const std::string& text, PayloadOptions& to) {
 struct NamedLogs {
   std::string name;
   std::vector<std::filesystem::path> files;
+  std::vector<std::optional<double>> since = {};  // of each file, time at which it is taken up [s]
   std::vector<Log> logs = {};
   std::optional<double> mass = {};
 };
@@ -120,12 +122,24 @@ std::vector<NamedLogs> loads_of(const PayloadArguments& arguments) {
   };
   for (const std::string& word : arguments.loaded) {
     // A file may have = in its name.
-    const auto [name, file] =
-        std::filesystem::exists(word) ? std::pair(std::string(), word) : name_and_rest(word);
+    auto [name, file] = std::filesystem::exists(word) ? std::pair(std::string(), word) : name_and_rest(word);
+    std::optional<double> since;
+    if (const std::size_t at = file.rfind('@'); at != std::string::npos && !std::filesystem::exists(file)) {
+      const char* const end = file.data() + file.size();
+      const auto [read, fault] = std::from_chars(file.data() + at + 1, end, since.emplace());
+      if (fault != std::errc() || read != end || !std::isfinite(*since)) {
+        throw InputError(
+            "--loaded " + word +
+            ": a time in s must follow @, at which the payload is taken up; and there is no file "
+            "of that name");
+      }
+      file.resize(at);
+    }
     if (named(name) == out.end()) {
       out.push_back({.name = name.empty() ? "payload" : name, .files = {}});
     }
     named(name)->files.emplace_back(file);
+    named(name)->since.push_back(since);
   }
   for (const std::string& word : arguments.masses) {
     const auto [name, text] = name_and_rest(word);
@@ -148,18 +162,42 @@ std::vector<NamedLogs> loads_of(const PayloadArguments& arguments) {
 
 PayloadReport found_on(const Robot& robot, const Experiment& experiment,
                        const std::optional<IdentifiedArm>& arm, const std::vector<NamedLogs>& loads,
-                       const PayloadOptions& options) {
+                       std::vector<Log> before, const PayloadOptions& options) {
   std::vector<LoadedLogs> with;
   for (const NamedLogs& load : loads) {
     with.push_back({.name = load.name, .logs = load.logs, .mass = load.mass});
   }
   Estimation estimation = experiment.estimation;
   estimation.method = Wls{};
-  const std::vector<Log> without = arm ? std::vector<Log>() : read_logs(experiment.log, robot);
+  std::vector<Log> without = arm ? std::vector<Log>() : read_logs(experiment.log, robot);
+  if (!arm) {
+    std::ranges::move(before, std::back_inserter(without));
+  }
   PayloadReport out = arm ? identify_payloads(*arm, with, estimation, options)
                           : identify_payloads(robot, without, with, estimation, options);
   examine(robot, without, with, estimation, out);
   return out;
+}
+
+// Reads the logs of a payload; what they have before it is taken up goes to `before`.
+void read_load(const LogSource& columns, const Robot& robot, NamedLogs& load, std::vector<Log>& before) {
+  for (std::size_t i = 0; i < load.files.size(); ++i) {
+    LogSource source = columns;
+    source.files = {load.files[i]};
+    for (Log& log : read_logs(source, robot)) {
+      const Index first =
+          load.since[i] ? std::lower_bound(log.t.begin(), log.t.end(), *load.since[i]) - log.t.begin() : 0;
+      if (first == log.samples()) {
+        throw InputError("--loaded: " + load.files[i].string() + " ends at " +
+                         number(log.t[log.samples() - 1]) + " s, before the payload is taken up at " +
+                         number(*load.since[i]) + " s");
+      }
+      if (first > 0) {
+        before.push_back(excerpt(log, 0, first));
+      }
+      load.logs.push_back(first > 0 ? excerpt(log, first, log.samples() - first) : std::move(log));
+    }
+  }
 }
 
 int payload(const PayloadArguments& arguments) {
@@ -172,6 +210,9 @@ int payload(const PayloadArguments& arguments) {
   std::optional<IdentifiedArm> arm;
   if (!arguments.arm.empty()) {
     arm = read_identified_arm(arguments.arm, experiment.robot);
+  } else {
+    Reading reading;
+    take_friction(experiment, reading);
   }
   const Robot& robot = arm ? arm->robot : experiment.robot;
   PayloadOptions options;
@@ -191,12 +232,11 @@ int payload(const PayloadArguments& arguments) {
   }
   const std::vector<PlannedFile> files = {{file, ".json"}};
   Outputs outputs = planned(inputs, files);
+  std::vector<Log> before;
   for (NamedLogs& load : loads) {
-    LogSource source = experiment.log;
-    source.files = load.files;
-    load.logs = read_logs(source, robot);
+    read_load(experiment.log, robot, load, before);
   }
-  const PayloadReport found = found_on(robot, experiment, arm, loads, options);
+  const PayloadReport found = found_on(robot, experiment, arm, loads, std::move(before), options);
   const std::string json = to_json(found, options);
   outputs.put(file, json);
   outputs.commit();
@@ -224,8 +264,7 @@ int payload_command(int argc, char** argv) {
             {.name = "--loaded",
              .value = "[NAME=]FILE",
              .text = "Logs with a payload, whose columns are those of the experiment file; of several "
-                     "payloads with "
-                     "their names",
+                     "payloads with their names. FILE@SECONDS: it is taken up at that time",
              .target = &to.loaded,
              .required = true},
             {"--log", "FILE", "Logs without it instead of the experiment file's", &to.logs},
@@ -238,7 +277,7 @@ int payload_command(int argc, char** argv) {
              &to.masses},
             {"--gains", "PERCENT",
              "Standard deviation of the drive gains in percent, or estimate; one, or one a joint: 1,1,2. "
-             "Default: they are exact",
+             "Default: 1",
              &to.gains},
             {"--flange", "POSE",
              "Flange in the frame of the last link: x,y,z,roll,pitch,yaw [m, rad]. Default: that frame",

@@ -95,6 +95,12 @@ Json json_of_body(const Payload& payload) {
           {"values", std::move(values)}};
 }
 
+std::string libfranka_or_why(const Payload& payload) {
+  return payload.model == PayloadModel::body
+             ? libfranka_line(payload)
+             : "no line for libfranka: setLoad() must be told the inertia, which the motion does not show";
+}
+
 }  // namespace
 
 std::string in_words(const PayloadReport& found, std::size_t screen) {
@@ -103,7 +109,7 @@ std::string in_words(const PayloadReport& found, std::size_t screen) {
     const std::string who = found.payloads.size() > 1 ? payload.name + ":\n" : "";
     const std::string untold = untold_reason(found, payload);
     out += '\n' + who +
-           (untold.empty() ? urscript_line(payload) + '\n' + libfranka_line(payload)
+           (untold.empty() ? urscript_line(payload) + '\n' + libfranka_or_why(payload)
                            : "no line for a controller: " + untold) +
            '\n';
   }
@@ -116,7 +122,8 @@ std::string to_json(const PayloadReport& found, const PayloadOptions& options) {
     const std::string untold = untold_reason(found, payload);
     out["least_mass"] = payload.least_mass;
     out["urscript"] = untold.empty() ? Json(urscript_line(payload)) : Json();
-    out["libfranka"] = untold.empty() ? Json(libfranka_line(payload)) : Json();
+    out["libfranka"] =
+        untold.empty() && payload.model == PayloadModel::body ? Json(libfranka_line(payload)) : Json();
     out["untold"] = untold;
     return out;
   };

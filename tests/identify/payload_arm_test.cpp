@@ -31,8 +31,11 @@ IdentifiedArm arm_of(const PayloadBench& bench, double sigma, std::uint64_t seed
                         identify(bench.robot, bench.log(Inertial::Zero(), sigma, seed, 1), estimation));
 }
 
-PayloadReport on_top_of(const IdentifiedArm& arm, const Log& with, const PayloadOptions& options,
+PayloadReport on_top_of(const IdentifiedArm& arm, const Log& with, PayloadOptions options,
                         std::optional<double> mass = {}) {
+  if (options.gain_sigma.size() == 0 && arm.gain_covariance.size() == 0) {
+    options.gain_sigma = Vector::Zero(arm.robot.size());  // which the default does not believe
+  }
   const LoadedLogs loaded{.logs = std::span(&with, 1), .mass = mass};
   return identify_payloads(arm, std::span(&loaded, 1), {.signal = PayloadBench::signal()}, options);
 }

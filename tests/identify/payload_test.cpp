@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -102,6 +103,54 @@ TEST(Payload, CarriesTheUncertaintyOfTheGains) {
   // Six independent gains, of which those that feel most of the weight count.
   EXPECT_GT(uncertain.payloads[0].values[0].sigma, 0.003 * box.mass);
   EXPECT_LT(uncertain.payloads[0].values[0].sigma, 0.011 * box.mass);
+}
+
+// What nobody says of the gains is 1 %, and the inertia that nobody sees is told to no controller.
+TEST(Payload, DoesNotBelieveGainsAndInertiasThatNobodyKnows) {
+  const Bench bench(six_axis());
+  const Box light{.mass = 1.0, .inertia = 1e-4 * Eigen::Matrix3d::Identity()};
+  const Log without = bench.log(Inertial::Zero(), 0.1, 1, 1);
+  const Log with = bench.log(light.inertial(), 0.1, 2, 2);
+  const LoadedLogs loaded{.logs = std::span(&with, 1)};
+  const auto identified = [&](const PayloadOptions& options) {
+    return identify_payloads(bench.robot, std::span(&without, 1), std::span(&loaded, 1),
+                             {.signal = Bench::signal()}, options);
+  };
+  PayloadOptions options{.model = PayloadModel::point};
+  const Payload by_default = identified(options).payloads[0];
+  options.gain_sigma = Vector::Constant(6, 0.01);
+  EXPECT_DOUBLE_EQ(by_default.values[0].sigma, identified(options).payloads[0].values[0].sigma);
+  options.gain_sigma.setZero();
+  EXPECT_GT(by_default.values[0].sigma, identified(options).payloads[0].values[0].sigma);
+  EXPECT_EQ(urscript_line(by_default).back(), ')');
+  EXPECT_EQ(std::ranges::count(urscript_line(by_default), '['), 1);
+}
+
+// Whatever inertia a payload has that the motion hardly shows: a point of no inertia would have the mass and
+// its centre off.
+TEST(Payload, HasMassAndCentreWithinTheirIntervalsWithoutItsInertia) {
+  constexpr int runs = 60;
+  std::mt19937_64 random(77);
+  std::uniform_real_distribution<double> part(0.2, 1.0);
+  int held = 0;
+  const Bench bench(six_axis(), 1200);
+  for (std::uint64_t run = 0; run < runs; ++run) {
+    const double mass = run % 3 == 0 ? 0.5 : run % 3 == 1 ? 3.0 : 8.0;
+    const double largest = mass * std::pow(mass / 300.0, 2.0 / 3.0) / 6.0;
+    const Box box{
+        .mass = mass,
+        .inertia = largest * Eigen::Vector3d(part(random), part(random), part(random)).asDiagonal()};
+    const PayloadReport found = bench.identified(box, 0.3, 4000 + run, {.model = PayloadModel::point});
+    ASSERT_TRUE(found.identified) << found.reason;
+    const auto truth = truth_of(box);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto [low, high] = found.payloads[0].values[k].interval_95;
+      held += low <= truth[k] && truth[k] <= high ? 1 : 0;
+    }
+  }
+  RecordProperty("coverage", std::to_string(held / (4.0 * runs)));
+  EXPECT_GE(held, 0.92 * 4 * runs) << held;
+  EXPECT_LE(held, 0.99 * 4 * runs) << held;
 }
 
 TEST(Payload, FindsTheGainsFromAKnownMass) {

@@ -103,13 +103,20 @@ class PayloadBench {
 
   // mass  of the box where it is known
   [[nodiscard]] PayloadReport identified(const Box& box, double sigma, std::uint64_t seed,
-                                         const PayloadOptions& options = {},
-                                         std::optional<double> mass = {}) const {
+                                         PayloadOptions options = {}, std::optional<double> mass = {}) const {
+    with_exact_gains(options);
     const Log without = log(Inertial::Zero(), sigma, 2 * seed, 1);
     const Log with = log(box.inertial(), sigma, 2 * seed + 1, 2);
     const LoadedLogs loaded{.logs = std::span(&with, 1), .mass = mass};
     return identify_payloads(robot, std::span(&without, 1), std::span(&loaded, 1), {.signal = signal()},
                              options);
+  }
+
+  // The arm's gains are exact, which the default does not believe.
+  void with_exact_gains(PayloadOptions& options) const {
+    if (options.gain_sigma.size() == 0) {
+      options.gain_sigma = Vector::Zero(robot.size());
+    }
   }
 
   static SignalOptions signal() { return {.rows = RowScheme::paper, .velocity_threshold = {}}; }

@@ -19,7 +19,7 @@ namespace rivid {
 /// Which parameters of a payload are estimated.
 enum class PayloadModel {
   automatic,  ///< ten, or four where the motion does not show the inertia
-  point,      ///< four: mass and centre of mass, all mass in that point
+  point,      ///< four: mass and centre of mass; the inertia is what bodies of that mass may have
   body        ///< ten: mass, centre of mass and inertia
 };
 
@@ -46,7 +46,7 @@ struct PayloadOptions {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   /// Relative standard deviation of each joint's drive gain, (n): 0, it is exact; infinite, nothing is known
-  /// of it and it is estimated. Empty: what IdentifiedArm::gain_covariance says; all exact without it.
+  /// of it and it is estimated. Empty: what IdentifiedArm::gain_covariance says; 1 % without it.
   Vector gain_sigma = {};
   /// Whether dry friction grows with the load of the gear, (Fc + Fl |M q̈ + N|) sign q̇, where a joint has
   /// Fc.
@@ -157,9 +157,10 @@ void examine(const Robot& robot, std::span<const Log> without, std::span<const L
 /// empty: it may be told.
 [[nodiscard]] std::string untold_reason(const PayloadReport& found, const Payload& payload);
 
-/// URScript: set_target_payload(m, [com], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]).
+/// URScript: set_target_payload(m, [com], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]), without the inertia of a point.
 [[nodiscard]] std::string urscript_line(const Payload& payload);
-/// libfranka: robot.setLoad(mass, {com}, {inertia, column by column}).
+/// libfranka: robot.setLoad(mass, {com}, {inertia, column by column}). Not of a point, whose inertia is not
+/// known and which that call must be told.
 [[nodiscard]] std::string libfranka_line(const Payload& payload);
 
 }  // namespace rivid

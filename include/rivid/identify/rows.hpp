@@ -40,6 +40,10 @@ struct SignalOptions {
   /// is what was measured at the sample. Nothing lets identify() find out where the rows are chosen by it,
   /// and is false elsewhere.
   std::optional<bool> torque_held = {};
+  /// Friction that follows the load, of rows that are averages: whether ripple of the recorded torque within
+  /// a row is load of the gear, which then wears on the mean of |τ_load|, or noise of the sensor, |τ_load|
+  /// being that of the mean. Nothing lets identify() find out, and is false elsewhere.
+  std::optional<bool> ripple_is_load = {};
   double cutoff_hz = 0.0;         ///< of the zero-phase low-pass of the positions [Hz]; 0 is none
   int order = 4;                  ///< of that Butterworth filter, for one direction
   double torque_cutoff_hz = 0.0;  ///< of a zero-phase low-pass of the torques [Hz]; 0 is none
@@ -83,6 +87,12 @@ struct SignalOptions {
               "the torque of a sample acts until the next one, as a sampled controller's does; else it was "
               "measured at the sample. `\"auto\"`: told by the log where `decimation` is `\"auto\"`, else "
               "false",
+              {.otherwise = "`\"auto\"`", .word = "auto"}},
+        Field{"ripple_is_load",
+              &S::ripple_is_load,
+              "friction `\"load\"`: ripple of the recorded torques within a row is load of the gear, as that "
+              "of motor torques under a noisy controller, or noise of a sensor. `\"auto\"`: which of the two "
+              "explains the torques better",
               {.otherwise = "`\"auto\"`", .word = "auto"}},
         Field{"cutoff_hz",
               &S::cutoff_hz,

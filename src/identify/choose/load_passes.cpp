@@ -10,6 +10,7 @@
 
 #include "identify/estimate/estimate.hpp"
 #include "identify/infer/infer.hpp"
+#include "identify/rows/row_source.hpp"
 #include "rivid/regressor/load.hpp"
 
 namespace rivid::detail {
@@ -19,6 +20,9 @@ namespace {
 constexpr int most_passes = 100;
 // Step of a parameter, in its deviations for independent errors, with which the passes end.
 constexpr double small_step = 0.02;
+// … and with which they end once so many of them went round in a circle, where a load turns with noise.
+constexpr double circle_step = 0.5;
+constexpr int circling_passes = 20;
 // … or relative to the largest parameter, where there is no noise.
 constexpr double rounding_step = 1e-9;
 // Steps that do not get smaller go round in a circle, where a load is hardly more than noise: they are
@@ -40,21 +44,6 @@ std::optional<Point> estimated_point(const EstimationProblem& problem) {
   }
   return Point{found.estimate->chi,
                found.estimate->sigma * finite_part(found.estimate->unit_covariance).diagonal().cwiseSqrt()};
-}
-
-// The same values for the parameters of another friction law, zero where they are new.
-Vector carried_over(const BaseParameters& from, const Vector& chi, const BaseParameters& to) {
-  Vector out = Vector::Zero(to.size());
-  for (Index i = 0; i < to.size(); ++i) {
-    const StandardParameter& wanted = to.parameters[static_cast<std::size_t>(i)].leading;
-    for (Index k = 0; k < from.size(); ++k) {
-      const StandardParameter& given = from.parameters[static_cast<std::size_t>(k)].leading;
-      if (given.kind == wanted.kind && given.joint == wanted.joint) {
-        out[i] = chi[k];
-      }
-    }
-  }
-  return out;
 }
 
 // A point that a tangent can be taken at.
@@ -96,20 +85,43 @@ LoadPoint first_point(const Robot& robot, std::span<const Log> logs, const Estim
 
 }  // namespace
 
-LoadPasses load_passes(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
-  const BaseParameters base = base_parameters(robot);
-  LoadPasses out = {.point = first_point(robot, logs, estimation, base),
-                    .fault = "the load of the joints and their friction do not settle on each other in " +
-                             std::to_string(most_passes) + " passes"};
+Vector carried_over(const BaseParameters& from, const Vector& chi, const BaseParameters& to) {
+  Vector out = Vector::Zero(to.size());
+  for (Index i = 0; i < to.size(); ++i) {
+    const StandardParameter& wanted = to.parameters[static_cast<std::size_t>(i)].leading;
+    for (Index k = 0; k < from.size(); ++k) {
+      const StandardParameter& given = from.parameters[static_cast<std::size_t>(k)].leading;
+      if (given.kind == wanted.kind && given.joint == wanted.joint) {
+        out[i] = chi[k];
+      }
+    }
+  }
+  return out;
+}
+
+namespace {
+
+// Steps from a point on; what the last one leaves: Σ N_j log ‖ρ_j‖².
+double settle(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
+              const BaseParameters& base, LoadPasses& out) {
+  out.fault = "the load of the joints and their friction do not settle on each other in " +
+              std::to_string(most_passes) + " passes";
   Vector& chi = out.point.chi;
+  double left = 0.0;
   double part = 1.0;
   double before = std::numeric_limits<double>::infinity();
   Vector unit;  // that steps are measured in
   for (int pass = 0; pass < most_passes; ++pass) {
-    const std::optional<Point> next = estimated_point(EstimationProblem(robot, logs, estimation, out.point));
+    const EstimationProblem problem(robot, logs, estimation, out.point);
+    const std::optional<Point> next = estimated_point(problem);
     if (!next) {
       out.fault.clear();  // the last step will say why
       break;
+    }
+    left = 0.0;
+    for (const RowGroup& group : problem.data.groups) {
+      const double norm = group.qr.residual_norm(next->chi(group.columns));
+      left += norm > 0.0 ? 2.0 * static_cast<double>(group.qr.rows()) * std::log(norm) : 0.0;
     }
     const Vector step = (next->chi - chi).cwiseAbs();
     unit = pass == 0 ? Vector(next->sigma.cwiseMax(1e-300)) : unit;
@@ -118,9 +130,30 @@ LoadPasses load_passes(const Robot& robot, std::span<const Log> logs, const Esti
     before = size;
     chi = bounded(base, chi + part * (next->chi - chi));
     const double rounding = rounding_step * chi.cwiseAbs().maxCoeff();
-    if ((step.array() <= (small_step * next->sigma).array().max(rounding)).all()) {
+    const double at_rest = pass < circling_passes ? small_step : circle_step;
+    if ((step.array() <= (at_rest * next->sigma).array().max(rounding)).all()) {
       out.fault.clear();
       break;
+    }
+  }
+  return left;
+}
+
+}  // namespace
+
+LoadPasses load_passes(const Robot& robot, std::span<const Log> logs, const Estimation& asked) {
+  const BaseParameters base = base_parameters(robot);
+  Estimation estimation = asked;
+  const std::optional<bool> said = asked.signal.ripple_is_load;
+  estimation.signal.ripple_is_load = said.value_or(false);
+  LoadPasses out = {.point = first_point(robot, logs, estimation, base), .fault = {}, .ripple = {}};
+  out.ripple = *estimation.signal.ripple_is_load;
+  const double left = settle(robot, logs, estimation, base, out);
+  if (!said && out.fault.empty() && asked.signal.exact_rows() && stride_of(asked.signal) > 1) {
+    LoadPasses other = out;
+    estimation.signal.ripple_is_load = other.ripple = true;
+    if (settle(robot, logs, estimation, base, other) < left && other.fault.empty()) {
+      return other;
     }
   }
   return out;

@@ -10,13 +10,20 @@ namespace rivid::detail {
 // the tangent at.
 struct LoadPasses {
   LoadPoint point;
-  std::string fault;  // where the passes did not settle
+  std::string fault;    // where the passes did not settle
+  bool ripple = false;  // SignalOptions::ripple_is_load, by the logs where it is open
 };
 
 // Steps of Gauss-Newton from the estimate without that friction on, each of them a whole estimate on the rows
 // of the tangent. The last one is left to the caller, who infers from it, so that covariances know that the
 // load is an estimate.
+//
+// Where it is open whether ripple of the recorded torques is load, both are tried, and the one stands that
+// leaves less of them.
 [[nodiscard]] LoadPasses load_passes(const Robot& robot, std::span<const Log> logs,
                                      const Estimation& estimation);
+
+// The same values for the parameters of another friction law, zero where they are new.
+[[nodiscard]] Vector carried_over(const BaseParameters& from, const Vector& chi, const BaseParameters& to);
 
 }  // namespace rivid::detail

@@ -15,11 +15,13 @@ namespace {
 using detail::Answer;
 using detail::EstimationProblem;
 
-Answer answered(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
+// estimation  in which what was open of the load is filled in
+Answer answered(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
   if (!has_load(robot)) {
     return Answer(std::make_unique<EstimationProblem>(robot, logs, estimation));
   }
   detail::LoadPasses passes = detail::load_passes(robot, logs, estimation);
+  estimation.signal.ripple_is_load = passes.ripple;
   auto problem = std::make_unique<EstimationProblem>(robot, logs, estimation, std::move(passes.point));
   detail::Estimated found = detail::estimated(*problem);
   if (!passes.fault.empty() && found.status == Status::identified) {

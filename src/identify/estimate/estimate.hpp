@@ -75,6 +75,7 @@ struct EstimateInstruments {
 struct BlockSums {
   Matrix ZW;     // Zᵀ Ω⁻¹ W, (b × b)
   Vector Z_rho;  // Zᵀ Ω⁻¹ ρ, (b)
+  Index log = 0;
 };
 
 // What a covariance is made of where rows of torques were not what was compared.

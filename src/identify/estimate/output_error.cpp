@@ -277,13 +277,14 @@ class OutputError {
     const TimeIntervals intervals(compared, *std::ranges::max_element(every_));
     const TimeBlocks blocks(compared, blocks_of_time);
     out.interval = intervals.seconds();
-    out.blocks.assign(static_cast<std::size_t>(blocks.count()), {Matrix::Zero(b, b), Vector::Zero(b)});
+    out.blocks.assign(static_cast<std::size_t>(blocks.count()), {Matrix::Zero(b, b), Vector::Zero(b), 0});
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       std::vector<Index> instants(static_cast<std::size_t>(errors_[k].rows()));
       std::iota(instants.begin(), instants.end(), Index{0});
       Matrix& series = out.series.emplace_back(Matrix::Zero(intervals.count(k), b));
       blocks.divide(k, instants, [&](Index at, Index first, Index count) {
         BlockSums& block = out.blocks[static_cast<std::size_t>(at)];
+        block.log = static_cast<Index>(k);
         for (Index j = 0; j < problem_.joints(); ++j) {
           const double w = weights_[j] * weights_[j];
           const auto J = derivatives_[k][static_cast<std::size_t>(j)].middleRows(first, count);

@@ -53,6 +53,62 @@ Vector jackknife_variance(std::span<const BlockSums> blocks, const Matrix& bread
          influence.rowwise().norm().array().pow(2.0 - of_left_out);
 }
 
+// Median over the parameters of by[i] / of[i], as the square of so many independent values would have it.
+double median_ratio(const Vector& by, const Vector& of, double freedom) {
+  std::vector<double> ratios;
+  for (Index i = 0; i < of.size(); ++i) {
+    if (std::isfinite(of[i]) && of[i] > 0.0) {
+      ratios.push_back(by[i] / of[i]);
+    }
+  }
+  if (ratios.empty()) {
+    return 0.0;
+  }
+  std::ranges::sort(ratios);
+  // Wilson & Hilferty: the median of a mean of squares over its mean.
+  const double root = 1.0 - 2.0 / (9.0 * freedom);
+  return ratios[ratios.size() / 2] / (root * root * root);
+}
+
+// The blocks of each log as one.
+std::vector<BlockSums> by_log(std::span<const BlockSums> blocks) {
+  std::vector<BlockSums> out;
+  for (const BlockSums& block : blocks) {
+    if (out.empty() || out.back().log != block.log) {
+      out.push_back(block);
+    } else {
+      out.back().ZW += block.ZW;
+      out.back().Z_rho += block.Z_rho;
+    }
+  }
+  return out;
+}
+
+// Widens a covariance to the scatter between three logs and more: what differs between them, as temperature
+// does, no block within one shows. Each parameter counts beside all together, as few logs tell little.
+void widen_to_logs(std::span<const BlockSums> logs, const Matrix& bread, Matrix& C) {
+  constexpr std::size_t fewest = 3;
+  constexpr double common = 3.0;
+  if (logs.size() < fewest) {
+    return;
+  }
+  const Vector variance = C.diagonal();
+  const Vector between = jackknife_variance(logs, bread);
+  if (!between.allFinite()) {
+    return;
+  }
+  const auto freedom = static_cast<double>(logs.size() - 1);
+  const double all = median_ratio(between, variance, freedom);
+  Vector scale = Vector::Ones(variance.size());
+  for (Index i = 0; i < scale.size(); ++i) {
+    if (std::isfinite(variance[i]) && variance[i] > 0.0) {
+      const double ratio = (common * all + freedom * between[i] / variance[i]) / (common + freedom);
+      scale[i] = std::sqrt(std::max(ratio, 1.0));
+    }
+  }
+  C = scale.asDiagonal() * C * scale.asDiagonal();
+}
+
 }  // namespace
 
 Index lag_of(std::span<const Matrix> series, double interval, const CovarianceOptions& options) {
@@ -119,18 +175,11 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
     return;
   }
   const auto usable = [&](Index i) { return std::isfinite(variance[i]) && variance[i] > 0.0; };
-  std::vector<double> ratios;
-  for (Index i = 0; i < by_blocks.size(); ++i) {
-    if (usable(i)) {
-      ratios.push_back(by_blocks[i] / variance[i]);
-    }
-  }
-  if (ratios.empty()) {
+  const double ratio = median_ratio(by_blocks, variance, common);
+  if (!(ratio > 0.0)) {
     return;
   }
-  std::ranges::sort(ratios);
-  // The median of a mean of nine squares is 0.927 of its mean.
-  const double all = std::max(ratios[ratios.size() / 2] / 0.927, least * least);
+  const double all = std::max(ratio, least * least);
   const auto freedom = static_cast<double>(G - 1);
   Vector scale = Vector::Ones(variance.size());
   for (Index i = 0; i < scale.size(); ++i) {
@@ -144,6 +193,7 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
   uncertainty.report.blocks = static_cast<int>(G);
   uncertainty.report.block_ratio = std::sqrt(all);
   uncertainty.C = scale.asDiagonal() * uncertainty.C * scale.asDiagonal();
+  widen_to_logs(by_log(blocks), bread, uncertainty.C);
   uncertainty.report.quantile_975 =
       std::max(uncertainty.report.quantile_975, student_quantile_975(common + freedom));
 }

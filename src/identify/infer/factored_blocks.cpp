@@ -27,7 +27,7 @@ std::vector<BlockSums> block_sums(const LogFactors& factors, const Estimate& est
   std::vector<BlockSums> out;
   const auto sum_up = [&](const auto& blocks, const auto& QtW) {
     for (const auto& block : fewer_blocks(blocks, most)) {
-      BlockSums& sums = out.emplace_back(Matrix::Zero(b, b), Vector::Zero(b));
+      BlockSums& sums = out.emplace_back(Matrix::Zero(b, b), Vector::Zero(b), Index{0});
       for (std::size_t j = 0; j < block.size(); ++j) {
         add_to(sums, block[j].columns, block[j].qr, QtW(block[j].qr), estimate,
                estimate.weights[j] * estimate.weights[j]);

@@ -283,7 +283,7 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
       out.series[e].push_back(std::move(all));
     }
     for (std::size_t g = 0; loss == nullptr && g < static_cast<std::size_t>(blocks.count(l)); ++g) {
-      BlockSums& all = out.blocks.emplace_back(Matrix::Zero(b, b), Vector::Zero(b));
+      BlockSums& all = out.blocks.emplace_back(Matrix::Zero(b, b), Vector::Zero(b), static_cast<Index>(l));
       for (std::size_t j = 0; j < joints.size(); ++j) {
         sinks[j].add_block_to(all, joints[j].columns, g);
       }

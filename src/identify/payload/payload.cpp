@@ -20,6 +20,9 @@ namespace {
 using detail::PayloadFit;
 using detail::PayloadProblem;
 
+// Relative deviation of drive gains of which nothing else is said: such as controllers have.
+constexpr double usual_gain = 0.01;
+
 void require(bool condition, const std::string& words) {
   if (!condition) {
     throw InputError("identify_payloads: " + words);
@@ -61,7 +64,7 @@ PayloadReport fitted(const PayloadProblem& problem, const PayloadOptions& option
   out.gains = detail::gain_estimates(problem.robot, fit, uncertainty);
   out.identified = true;
   for (std::size_t k = 0; k < with.size(); ++k) {
-    out.identified = out.identified && fit.determined(fit.payload_at(k), fit.payload_size(k));
+    out.identified = out.identified && fit.determined(fit.payload_at(k), inertial_count);
   }
   if (!out.identified) {
     out.reason = "the motion does not determine all parameters of arm and payload";
@@ -148,7 +151,9 @@ PayloadProblem problem_of(const Robot& robot, std::span<const LoadedLogs> with, 
          .mass = logs.mass,
          .mass_sigma = logs.mass_sigma});
   }
-  out.gain_information = detail::gain_information(options.gain_sigma);
+  out.gain_information = detail::gain_information(options.gain_sigma.size() > 0
+                                                      ? options.gain_sigma
+                                                      : Vector(Vector::Constant(robot.size(), usual_gain)));
   return out;
 }
 
@@ -236,7 +241,7 @@ PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const Loaded
   require(!fault, fault.value_or(""));
   require_usable(arm.robot, with, asked, options);
   PayloadProblem problem = problem_of(arm.robot, with, asked, options);
-  if (options.gain_sigma.size() == 0) {
+  if (options.gain_sigma.size() == 0 && arm.gain_covariance.size() > 0) {
     problem.gain_information = detail::gain_information_of(arm.gain_covariance);
   }
   problem.arm = &arm;
@@ -246,10 +251,13 @@ PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const Loaded
 std::string urscript_line(const Payload& payload) {
   const Eigen::Vector3d& c = payload.com;
   const Eigen::Matrix3d& I = payload.inertia;
-  return "set_target_payload(" + number(payload.mass, 5) + ", [" + number(c[0], 5) + ", " + number(c[1], 5) +
-         ", " + number(c[2], 5) + "], [" + number(I(0, 0), 5) + ", " + number(I(1, 1), 5) + ", " +
-         number(I(2, 2), 5) + ", " + number(I(0, 1), 5) + ", " + number(I(0, 2), 5) + ", " +
-         number(I(1, 2), 5) + "])";
+  const std::string out = "set_target_payload(" + number(payload.mass, 5) + ", [" + number(c[0], 5) + ", " +
+                          number(c[1], 5) + ", " + number(c[2], 5) + "]";
+  if (payload.model == PayloadModel::point) {
+    return out + ")";
+  }
+  return out + ", [" + number(I(0, 0), 5) + ", " + number(I(1, 1), 5) + ", " + number(I(2, 2), 5) + ", " +
+         number(I(0, 1), 5) + ", " + number(I(0, 2), 5) + ", " + number(I(1, 2), 5) + "])";
 }
 
 std::string libfranka_line(const Payload& payload) {

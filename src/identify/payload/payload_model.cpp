@@ -23,27 +23,30 @@ constexpr double least_error = 1e-7;
 // A known mass and a known gain without a deviation, relative.
 constexpr double exact_mass = 1e-5;
 constexpr double exact_gain = 1e-5;
+// Of what nobody knows of a payload's inertia: between none and that of a cube of this density [kg/m³], which
+// are one deviation to each side; for masses down to this one [kg].
+constexpr double least_density = 200.0;
+constexpr double least_mass = 0.01;
+constexpr Index tensor_count = 6;
 constexpr double most_leverage_of_row = 0.9;
 // Part of an inverse gain that it moves by at most in a step.
 constexpr double most_gain_step = 0.5;
 
 double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
-// Slopes of the ten parameters of a point by its first moments and mass, π = [h, m].
-Eigen::Matrix<double, inertial_count, 4> point_slopes(const Eigen::Ref<const Vector>& pi) {
+// Slopes of a point's inertia XX XY XZ YY YZ ZZ by its first moments and mass, [h, m].
+Eigen::Matrix<double, 6, 4> point_slopes(const Eigen::Ref<const Vector>& pi) {
   const Eigen::Vector3d h = pi.head<3>();
   const double m = pi[3];
-  Eigen::Matrix<double, inertial_count, 4> out = Eigen::Matrix<double, inertial_count, 4>::Zero();
-  out.bottomRows<4>().setIdentity();
+  Eigen::Matrix<double, 6, 4> out;
   const auto tensor = [](const Eigen::Matrix3d& I) {
     return Eigen::Vector<double, 6>(I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2));
   };
   for (int k = 0; k < 3; ++k) {
     const Eigen::Vector3d e = Eigen::Vector3d::Unit(k);
-    out.col(k).head<6>() =
-        tensor(2.0 * h[k] * Eigen::Matrix3d::Identity() - e * h.transpose() - h * e.transpose()) / m;
+    out.col(k) = tensor(2.0 * h[k] * Eigen::Matrix3d::Identity() - e * h.transpose() - h * e.transpose()) / m;
   }
-  out.col(3).head<6>() = -tensor(h.squaredNorm() * Eigen::Matrix3d::Identity() - h * h.transpose()) / (m * m);
+  out.col(3) = -tensor(h.squaredNorm() * Eigen::Matrix3d::Identity() - h * h.transpose()) / (m * m);
   return out;
 }
 
@@ -73,12 +76,12 @@ PayloadFit::PayloadFit(const PayloadProblem& problem)
   Index size = b_;
   for (std::size_t k = 0; k < problem.loads.size(); ++k) {
     payload_at_.push_back(size);
-    size += payload_size(k);
+    size += inertial_count;
   }
   theta_ = Vector::Zero(size);
   for (std::size_t k = 0; k < problem.loads.size(); ++k) {
     if (problem.loads[k].shape == PayloadModel::point) {
-      theta_[payload_at_[k] + 3] = problem.loads[k].mass.value_or(1.0);
+      theta_[payload_at_[k] + inertial_count - 1] = problem.loads[k].mass.value_or(1.0);
     }
   }
   place_load_friction();
@@ -137,19 +140,23 @@ Vector PayloadFit::load_friction() const {
   return out;
 }
 
-Inertial PayloadFit::body(std::size_t k, const Eigen::Ref<const Vector>& pi) const {
-  if (problem_.loads[k].shape == PayloadModel::body) {
-    return pi;
+void PayloadFit::add_usual_inertia(std::size_t k, Known& to) const {
+  const Index at = payload_at_[k];
+  Vector pi = theta_.segment(at + tensor_count, 4);  // first moments and mass
+  pi[3] = std::max(pi[3], least_mass);
+  const Inertial point = inertial_from_com(pi[3], pi.head<3>() / pi[3], Eigen::Matrix3d::Zero());
+  // A cube of side a has m a²/6 about each axis.
+  const double largest = std::pow(pi[3], 5.0 / 3.0) / (6.0 * std::pow(least_density, 2.0 / 3.0));
+  Matrix J = Matrix::Zero(tensor_count, inertial_count);
+  J.leftCols(tensor_count).setIdentity();
+  J.rightCols(4) = -point_slopes(pi);
+  Vector rho = point.head<tensor_count>() - theta_.segment(at, tensor_count);
+  for (const Index of_diagonal : {0, 3, 5}) {
+    rho[of_diagonal] += 0.5 * largest;
   }
-  const double m = pi[3];
-  return inertial_from_com(m, pi.head<3>() / m, Eigen::Matrix3d::Zero());
-}
-
-Matrix PayloadFit::slopes_of_body(std::size_t k) const {
-  if (problem_.loads[k].shape == PayloadModel::body) {
-    return Matrix::Identity(inertial_count, inertial_count);
-  }
-  return point_slopes(theta_.segment(payload_at_[k], payload_size(k)));
+  const double information = 4.0 / (largest * largest);
+  to.A.block(at, at, inertial_count, inertial_count) += information * J.transpose() * J;
+  to.a.segment(at, inertial_count) += information * J.transpose() * rho;
 }
 
 PayloadFit::Columns PayloadFit::columns_of(const PayloadLog& log, const PayloadRows& rows) const {
@@ -158,7 +165,7 @@ PayloadFit::Columns PayloadFit::columns_of(const PayloadLog& log, const PayloadR
   const bool loaded = log.load != PayloadLog::no_load;
   const auto which = static_cast<std::size_t>(std::max<Index>(log.load, 0));
   const Inertial load =
-      loaded ? body(which, theta_.segment(payload_at_[which], payload_size(which))) : Inertial::Zero();
+      loaded ? Inertial(theta_.segment(payload_at_[which], inertial_count)) : Inertial::Zero();
   for (Index c = 0; c < own; ++c) {
     const Index at = rows.columns[static_cast<std::size_t>(c)];
     out.value[c] = at < b_ ? theta_[at] : 0.0;
@@ -203,8 +210,7 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
   }
   if (log.load != PayloadLog::no_load) {
     const auto which = static_cast<std::size_t>(log.load);
-    auto by_payload = out.J.middleCols(payload_at_[which], payload_size(which));
-    by_payload = factor.asDiagonal() * columns.of_body * slopes_of_body(which);
+    out.J.middleCols(payload_at_[which], inertial_count) = factor.asDiagonal() * columns.of_body;
   }
   if (gains_at_ >= 0) {
     const Index at = gains_at_ + static_cast<Index>(rows.joint);
@@ -230,9 +236,12 @@ Known PayloadFit::known() const {
     const PayloadProblem::Load& load = problem_.loads[k];
     if (load.mass) {
       const double sigma = std::max(load.mass_sigma, exact_mass * *load.mass);
-      const Index at = payload_at_[k] + payload_size(k) - 1;
+      const Index at = payload_at_[k] + inertial_count - 1;
       out.A(at, at) += 1.0 / (sigma * sigma);
       out.a[at] += (*load.mass - theta_[at]) / (sigma * sigma);
+    }
+    if (load.shape == PayloadModel::point) {
+      add_usual_inertia(k, out);
     }
   }
   if (arm_) {
@@ -355,6 +364,7 @@ void PayloadFit::add_scores(std::size_t log, const TimeIntervals& intervals, con
     }
     time_blocks.divide(log, rows.samples, [&](Index at, Index first, Index count) {
       BlockSums& block = blocks[static_cast<std::size_t>(at)];
+      block.log = static_cast<Index>(log);
       const auto J = t.J.middleRows(first, count);
       block.Z_rho += w * w * (J.transpose() * rho.segment(first, count));
       add_gram(block.ZW, J, w * w);
@@ -375,7 +385,7 @@ Uncertainty PayloadFit::uncertainty() const {
   const TimeBlocks time_blocks(lasting, blocks_of_time);
   std::vector<Matrix> series;
   std::vector<BlockSums> blocks(static_cast<std::size_t>(time_blocks.count()),
-                                {Matrix::Zero(p, p), Vector::Zero(p)});
+                                {Matrix::Zero(p, p), Vector::Zero(p), 0});
   for (std::size_t l = 0; l < logs_.size(); ++l) {
     series.emplace_back(Matrix::Zero(intervals.count(l), p));
     add_scores(l, intervals, time_blocks, series.back(), blocks);

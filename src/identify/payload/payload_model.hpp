@@ -16,7 +16,7 @@ namespace rivid::detail {
 // Rows, and what is known beside them.
 struct PayloadProblem {
   struct Load {
-    PayloadModel shape = PayloadModel::body;  // or point: first moments and mass
+    PayloadModel shape = PayloadModel::body;  // or point: inertia by what bodies of its mass have
     std::optional<double> mass;               // where it is known, with its deviation
     double mass_sigma = 0.0;
   };
@@ -52,13 +52,8 @@ class PayloadFit {
   [[nodiscard]] Vector chi() const { return theta_.head(b_); }
   // Fl of each joint.
   [[nodiscard]] Vector load_friction() const;
-  // XX … M of payload k in the last link's frame for some π_k.
-  [[nodiscard]] Inertial body(std::size_t k, const Eigen::Ref<const Vector>& pi) const;
-  // Where π_k stands.
+  // Where π_k = XX … M in the last link's frame stands.
   [[nodiscard]] Index payload_at(std::size_t k) const { return payload_at_[k]; }
-  [[nodiscard]] Index payload_size(std::size_t k) const {
-    return problem_.loads[k].shape == PayloadModel::point ? 4 : inertial_count;
-  }
   // Where r begins; −1 where gains are exact.
   [[nodiscard]] Index gains_at() const { return gains_at_; }
   // Whether the data determine all unknowns, and so many of them from one on.
@@ -109,13 +104,13 @@ class PayloadFit {
   void follow_gains();
   [[nodiscard]] Columns columns_of(const PayloadLog& log, const PayloadRows& rows) const;
   [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows) const;
-  // ∂(XX … M)/∂π_k.
-  [[nodiscard]] Matrix slopes_of_body(std::size_t k) const;
   // Adds the scores of a log's rows to the sums over its intervals and over the blocks of all logs.
   void add_scores(std::size_t log, const TimeIntervals& intervals, const TimeBlocks& time_blocks,
                   Matrix& series, std::vector<BlockSums>& blocks) const;
   // What is known beforehand.
   [[nodiscard]] Known known() const;
+  // What is known of the inertia of payload k by its mass alone.
+  void add_usual_inertia(std::size_t k, Known& to) const;
   struct Inverse {
     Matrix matrix;  // zero along what A does not show
     Vector hidden;  // the part of each unknown's direction that A does not show, squared

@@ -31,7 +31,7 @@ Vector told(const Inertial& body) {
   return out;
 }
 
-// Some of the unknowns, and what they say of a body in the last link's frame.
+// Some of the unknowns, and the body in the last link's frame that they are.
 struct BodyOfUnknowns {
   std::vector<Index> unknowns;
   std::function<Inertial(const Vector&)> body;
@@ -39,7 +39,7 @@ struct BodyOfUnknowns {
 
 std::vector<Index> unknowns_of(const PayloadFit& fit, std::size_t k) {
   std::vector<Index> out;
-  for (Index i = 0; i < fit.payload_size(k); ++i) {
+  for (Index i = 0; i < inertial_count; ++i) {
     out.push_back(fit.payload_at(k) + i);
   }
   return out;
@@ -88,7 +88,7 @@ Payload with_intervals(const BodyOfUnknowns& of, const PayloadFit& fit, const Un
 
 Payload payload_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k, PayloadModel shape,
                    const PayloadOptions& options) {
-  Payload out = with_intervals({unknowns_of(fit, k), [&](const Vector& pi) { return fit.body(k, pi); }}, fit,
+  Payload out = with_intervals({unknowns_of(fit, k), [](const Vector& pi) { return Inertial(pi); }}, fit,
                                uncertainty, shape, options);
   const PayloadFit::Rest rest = fit.rest_with(k);
   out.sigma_rho = rest.sigma_rho;
@@ -99,11 +99,8 @@ Payload payload_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::s
 Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k, std::size_t from,
                       PayloadModel shape, const PayloadOptions& options) {
   BodyOfUnknowns of{unknowns_of(fit, k), {}};
-  const auto own = static_cast<Index>(of.unknowns.size());
   std::ranges::copy(unknowns_of(fit, from), std::back_inserter(of.unknowns));
-  of.body = [&](const Vector& pi) -> Inertial {
-    return fit.body(k, pi.head(own)) - fit.body(from, pi.tail(pi.size() - own));
-  };
+  of.body = [](const Vector& pi) -> Inertial { return pi.head(inertial_count) - pi.tail(inertial_count); };
   Payload out = with_intervals(of, fit, uncertainty, shape, options);
   if (out.none()) {
     tell_mass_alone(out);

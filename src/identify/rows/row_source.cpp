@@ -238,6 +238,73 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
     masks_ = motion_masks(robot, log.q, q_, log.f_m, options);
     find_sign_columns(robot, base);
   }
+  if (exact && load_by_row_ && options.ripple_is_load.value_or(false) && !load_.empty()) {
+    find_ripples(robot, base);
+  }
+}
+
+// The mean of |τ_load| over a row is above |mean| where ripple of the torque turns the load. Velocities are
+// differences over a row, so that noise of the positions makes no friction.
+void RowSource::find_ripples(const Robot& robot, const BaseParameters& base) {
+  const std::vector<StandardParameter> parameters = base.columns();
+  const Matrix tau = effort(robot, log_);
+  const Index h = std::min(stride_of(options_), std::max<Index>((q_.rows() - 1) / 2, 1));
+  ripples_.resize(joints());
+  for (std::size_t j = 0; j < joints(); ++j) {
+    Ripple& ripple = ripples_[j];
+    std::vector<const KindRow*> kinds;
+    for (std::size_t c = 0; c < columns(j).size(); ++c) {
+      const Index at = columns(j)[c];
+      const StandardParameter& p = parameters[static_cast<std::size_t>(at)];
+      if (about(p.kind).basis == Basis::load) {
+        ripple.load = static_cast<Index>(c);
+        ripple.Fl = base.load.chi[at];
+      } else if (is_friction(p.kind) && p.joint == static_cast<int>(j)) {
+        ripple.sign = p.kind == ParameterKind::Fc ? static_cast<Index>(c) : ripple.sign;
+        ripple.friction.push_back(static_cast<Index>(c));
+        ripple.value.push_back(base.load.chi[at]);
+        kinds.push_back(&about(p.kind));
+      }
+    }
+    if (ripple.load < 0) {
+      continue;
+    }
+    const auto joint = static_cast<Index>(j);
+    Matrix size(tau.rows(), 1);
+    for (Index k = 0; k < tau.rows(); ++k) {
+      const Index from = std::max<Index>(k - h, 0);
+      const Index to = std::min(k + h, q_.rows() - 1);
+      const double v = (q_(to, joint) - q_(from, joint)) * log_.f_m / static_cast<double>(to - from);
+      double without = tau(k, joint);
+      for (std::size_t f = 0; f < kinds.size(); ++f) {
+        without -= ripple.value[f] *
+                   friction_entry(kinds[f]->basis, kinds[f]->direction, v, robot.joints[j].sign_speed);
+      }
+      size(k, 0) = ripple.load_of(without, v);
+    }
+    average_torque(size, options_.held());
+    ripple.size = size.col(0);
+  }
+}
+
+Vector RowSource::take_ripple(std::size_t j, const RowsTarget& W, Index count) const {
+  if (ripples_.empty() || ripples_[j].load < 0) {
+    return {};
+  }
+  const Ripple& ripple = ripples_[j];
+  const double* const y = W.data + static_cast<Index>(columns(j).size()) * W.ld;
+  Vector out(count);
+  for (Index k = 0; k < count; ++k) {
+    double without = y[k];
+    for (std::size_t f = 0; f < ripple.friction.size(); ++f) {
+      without -= ripple.value[f] * W.data[ripple.friction[f] * W.ld + k];
+    }
+    const double s = W.data[ripple.sign * W.ld + k];
+    double& entry = W.data[ripple.load * W.ld + k];
+    out[k] = entry - s * ripple.load_of(without, s);
+    entry = s;
+  }
+  return out;
 }
 
 void RowSource::find_sign_columns(const Robot& robot, const BaseParameters& base) {
@@ -493,6 +560,12 @@ void RowSource::fill_log(Stream& stream, Index sample, Index at, Index count,
   for (std::size_t j = 0; j < joints(); ++j) {
     const RowsTarget& W = targets[j];
     fill_signs(j, sample, count, W.data + at, W.ld);
+    if (!ripples_.empty() && ripples_[j].load >= 0) {
+      double* const load = W.data + ripples_[j].load * W.ld + at;
+      for (Index k = 0; k < count; ++k) {
+        load[k] *= ripples_[j].size[sample + k];
+      }
+    }
     std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, count,
                 W.data + static_cast<Index>(columns(j).size()) * W.ld + at);
   }
@@ -507,7 +580,12 @@ void RowSource::fill_loads(std::size_t j, const RowsRoom& room, const Parts& par
     load_.complete(j, {next, target.ld}, count, nullptr);
   }
   if (parts.log) {
-    load_.complete(j, {next, target.ld}, count, next + own * target.ld);
+    const RowsTarget W{next, target.ld};
+    const Vector ripple = take_ripple(j, W, count);
+    load_.complete(j, W, count, next + own * target.ld);
+    for (Index k = 0; k < ripple.size(); ++k) {
+      W.data[ripples_[j].load * W.ld + k] += ripple[k];
+    }
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <span>
 #include <utility>
@@ -192,6 +193,10 @@ class RowSource {
   // The columns of friction that follows the load, of the rows [V … W Y] in a room.
   void fill_loads(std::size_t j, const RowsRoom& room, const Parts& parts, Index first, Index count) const;
   void fill_signs(std::size_t j, Index sample, Index count, double* W, Index ld) const;
+  void find_ripples(const Robot& robot, const BaseParameters& base);
+  // Leaves the signs in place of the mean loads in the load column, and returns how far these are above the
+  // load of the mean, signs included; empty where ripple is no load.
+  [[nodiscard]] Vector take_ripple(std::size_t j, const RowsTarget& W, Index count) const;
   void advance(Stream& stream, std::size_t j, Index count) const;
   void pump(Stream& stream, std::size_t j, std::size_t stage) const;
   void finish(Stream& stream, std::size_t j) const;
@@ -210,6 +215,21 @@ class RowSource {
   const Matrix* tau_ = nullptr;
   std::vector<MotionMask> masks_;
   std::vector<std::vector<SignColumn>> sign_columns_;  // of each joint, where the mask smoothed its velocity
+  // What ripple of the recorded torques needs, where it is load of the gears.
+  struct Ripple {
+    Index load = -1;              // column of Fl in the joint's rows; −1: none
+    double Fl = 0.0;              // its value …
+    Index sign = -1;              // … the column of Fc, and all other friction
+    std::vector<Index> friction;  // with its values
+    std::vector<double> value;
+    Vector size;  // |τ_load| by the recorded torques, averaged as these are, (n_m)
+
+    // |τ_load| of τ without other friction: u + Fl s |u| = τ.
+    [[nodiscard]] double load_of(double tau, double s) const {
+      return std::abs(tau) / (1.0 + Fl * (s * tau < 0.0 ? -1.0 : 1.0));
+    }
+  };
+  std::vector<Ripple> ripples_;  // (n), or none
   bool all_kept_ = false;
   bool load_by_row_ = false;  // the load is computed from decimated rows
 };
