@@ -281,7 +281,7 @@ std::vector<FrictionChoice> choice_of(const Study& study, const Log& log) {
   for (Joint& joint : open.joints) {
     joint.friction = Friction::automatic;
   }
-  return choose_friction(open, std::span(&log, 1), {.method = Wls{}, .signal = Study::signal()});
+  return choose_friction(open, std::span(&log, 1), {.method = Wls{}, .signal = Study::signal()}).kinds;
 }
 
 TEST(FrictionChoice, AsksForAGainThatLasts) {

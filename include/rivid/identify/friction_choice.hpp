@@ -44,7 +44,7 @@ struct FrictionChoices {
 /// The logs are cut into stretches of time; the model is fitted without one of them by weighted least
 /// squares, and judged by it, each in turn. A richer law is taken where it leaves less of the unseen torques
 /// of all these joints together, each relative to its own error, by more than one standard error of the
-/// difference from stretch to stretch.
+/// difference from stretch to stretch, and by 3 % of the error.
 ///
 /// @param validation  logs that take no part, but say what they leave of the law and of symmetric
 /// @return  no kinds where no joint has Friction::automatic

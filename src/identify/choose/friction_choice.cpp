@@ -25,7 +25,8 @@ namespace {
 // From simple to rich; the first is that of comparison.
 constexpr std::array candidates = {Friction::symmetric, Friction::root, Friction::load, Friction::load_root};
 constexpr Index wanted_stretches = 8;
-// By how many standard errors a richer law has to be better than a simpler one.
+// By how much of its error, and by how many standard errors, a richer law has to be better than a simpler one.
+constexpr double least_gain = 0.03;
 constexpr double least_deviations = 1.0;
 // Chance of being the better one from which on a law is named as hardly distinguished.
 constexpr double close_chance = 0.05;
@@ -243,6 +244,9 @@ class Stretches {
 struct Gain {
   double mean = 0.0;
   double sigma = 0.0;
+  double part = 0.0;  // of the error, root of the mean of all joints
+
+  [[nodiscard]] bool clear() const { return part > least_gain && mean > least_deviations * sigma; }
 
   // Chance that b is the better one on another log, by this scatter.
   [[nodiscard]] double chance() const {
@@ -252,16 +256,21 @@ struct Gain {
 
 Gain gain(const Matrix& a, const Matrix& b, const Matrix& torques, const std::vector<Index>& joints) {
   Vector by_stretch = Vector::Zero(a.cols());
+  double counted = 0.0;
   for (const Index j : joints) {
     const double size = std::min(a.row(j).sum(), b.row(j).sum());
     // A joint that nothing is known of without one of the stretches says nothing of its friction.
     if (size > 0.0 && size < torques.row(j).sum()) {
       by_stretch += (a.row(j) - b.row(j)).transpose() / size;
+      ++counted;
     }
   }
   const auto n = static_cast<double>(by_stretch.size());
   const double mean = by_stretch.mean();
-  return {mean, std::sqrt((by_stretch.array() - mean).square().sum() / std::max(n - 1.0, 1.0) / n)};
+  const double excess = counted > 0.0 ? by_stretch.sum() / counted : 0.0;
+  return {.mean = mean,
+          .sigma = std::sqrt((by_stretch.array() - mean).square().sum() / std::max(n - 1.0, 1.0) / n),
+          .part = excess > 0.0 ? 1.0 - 1.0 / std::sqrt(1.0 + excess) : 0.0};
 }
 
 // Laws of all joints, where the open ones have a candidate. Motors of several joints with dry friction of
@@ -290,7 +299,7 @@ Chosen chosen_law(std::span<const Matrix> errors, const Matrix& torques, const s
   Chosen out;
   for (std::size_t k = 1; k < candidates.size(); ++k) {
     const Gain by = gain(errors[out.law], errors[k], torques, joints);
-    out.law = by.mean > least_deviations * by.sigma ? k : out.law;
+    out.law = by.clear() ? k : out.law;
   }
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     out.chances.push_back(k == out.law ? 0.0 : gain(errors[out.law], errors[k], torques, joints).chance());
