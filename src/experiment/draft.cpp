@@ -310,7 +310,8 @@ std::string text_of(const Parts& found, const Path& file) {
   out.line("[method]");
   out.key("name", toml_string("auto"),
           "instrumental variables with [control] and a reference, else weighted least squares");
-  out.key("physical", "true", "the physically consistent model too, which tells more where motion tells little");
+  out.key("physical", "true",
+          "the physically consistent model too, which tells more where motion tells little");
   out.line();
   if (fitted < files.size()) {
     out.line("[validation]");
