@@ -236,10 +236,10 @@ class ContactObserver {
   static constexpr int half_octaves = 20;
   static constexpr int class_count = 1 + 2 * (1 + half_octaves);
   static constexpr int at_rest = 0;
-  // The square of the largest size of a second, in deviations: mean and deviation before any was seen, which count
-  // for so many seconds.
-  static constexpr double usual_peak = 9.0;
-  static constexpr double usual_spread = 6.0;
+  // The largest size of a second, in deviations: mean and deviation before any was seen, which count for so
+  // many seconds.
+  static constexpr double usual_peak = 3.0;
+  static constexpr double usual_spread = 1.0;
   static constexpr double usual_seconds = 5.0;
   // Length of the first stretch of learning [s].
   static constexpr double first_seconds = 2.0;
@@ -272,7 +272,7 @@ class ContactObserver {
     double mean = 0.0;
     double square = 0.0;  // Σ (x − mean)²
   };
-  // Squares of the largest sizes of seconds, in deviations. Those of the begin, when the moments were hardly known, are
+  // The largest sizes of seconds, in deviations. Those of the begin, when the moments were hardly known, are
   // left behind: a stretch of learning that is twice as long as the last one takes its place.
   struct Tail {
     Moments before;
@@ -485,7 +485,7 @@ void ContactObserver<Scalar>::learn(Index s) noexcept {
   if (tail.ticks < options_.f_m) {
     return;
   }
-  add(tail.now, tail.highest * tail.highest);
+  add(tail.now, tail.highest);
   tail.ticks = tail.highest = 0.0;
   if (tail.now.count >= std::max(2.0 * tail.before.count, first_seconds)) {
     tail.before = tail.now;
@@ -500,11 +500,10 @@ void ContactObserver<Scalar>::learn(Index s) noexcept {
     all.count = count;
   }
   // A largest value has Gumbel's distribution: exp(−e^((μ − x) / β)), with mean μ + 0.577 β and deviation β π
-  // / √6. The square of normal noise has it soon, for its tail is exponential; the noise itself only after hours.
+  // / √6.
   const double beta = std::sqrt(6.0 * all.square / all.count) / std::numbers::pi;
-  const double seconds_to_alarm = 3600.0 * static_cast<double>(levels_.size()) / options_.alarms_per_hour;
-  const double square = all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma);
-  levels_[s] = std::max(std::sqrt(square), least_level);
+  const double seconds_to_alarm = 3600.0 * static_cast<double>(model_.size()) / options_.alarms_per_hour;
+  levels_[s] = std::max(all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
 }
 
 // Of the class at hand; where that was hardly met, of all motion.
