@@ -78,6 +78,17 @@ Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
   return out;
 }
 
+std::vector<Index> instants_of(const ProbedLog& log, Part part) {
+  const Index half = log.size() / 2;
+  const Index end = part == Part::first_half ? half : log.size();
+  const Index step = part == Part::some ? some_step : 1;
+  std::vector<Index> out;
+  for (Index i = part == Part::second_half ? half : 0; i < end; i += step) {
+    out.push_back(i);
+  }
+  return out;
+}
+
 std::vector<Index> rows_that(const Eigen::Ref<const Eigen::Array<bool, Eigen::Dynamic, 1>>& hold) {
   std::vector<Index> out;
   for (Index k = 0; k < hold.size(); ++k) {
@@ -201,7 +212,7 @@ void TorqueProbe::add(const Log& log, const SignalOptions& signal) {
       out.moves(i, j) = one_way[static_cast<std::size_t>(j)].at(k);
     }
   }
-  out.tau = torques_at(out, 0);
+  out.tau = torques_at(out, 0, instants_of(out, Part::all));
   probed_.push_back(std::move(out));
 }
 
@@ -238,13 +249,14 @@ Observation TorqueProbe::averaged_observation(const ProbedLog& log, std::span<co
   return out;
 }
 
-Matrix TorqueProbe::torques_at(const ProbedLog& log, Index shift, Index every) const {
+Matrix TorqueProbe::torques_at(const ProbedLog& log, Index shift, std::span<const Index> instants) const {
   const Index last = log.log->samples() - half_width_ - 1;
   const bool measured = log.log->tau.size() > 0;
   const Matrix& signal = measured ? log.log->tau : log.log->v_tau;
-  Matrix out((log.size() + every - 1) / every, robot_.size());
+  Matrix out(static_cast<Index>(instants.size()), robot_.size());
   for (Index i = 0; i < out.rows(); ++i) {
-    const Index k = std::clamp(log.samples[static_cast<std::size_t>(i * every)] + shift, half_width_, last);
+    const Index instant = instants[static_cast<std::size_t>(i)];
+    const Index k = std::clamp(log.samples[static_cast<std::size_t>(instant)] + shift, half_width_, last);
     out.row(i).noalias() =
         torque_kernel_.transpose() * signal.middleRows(k - half_width_, 2 * half_width_ + 1);
   }
@@ -270,11 +282,7 @@ TorqueProbe::Rows TorqueProbe::rows(const Reading& reading, Part part) const {
   const Robot robot = robot_with(reading.gravity);
   Rows out;
   for (const ProbedLog& log : probed_) {
-    const Index half = log.size() / 2;
-    const Index first = part == Part::second_half ? half : 0;
-    const Index end = part == Part::first_half ? half : log.size();
-    const Index step = part == Part::some ? some_step : 1;
-    const auto instants = Eigen::seq(first, end - 1, step);
+    const std::vector<Index> instants = instants_of(log, part);
     const Motion motion = motion_at(log, reading);
     out.W.push_back(observation(
         robot, base_,
@@ -481,13 +489,14 @@ Matrix TorqueProbe::inertias(const Vector& chi) const {
   return M;
 }
 
-Vector TorqueProbe::left_at(const Reading& reading, const std::vector<Index>& shifts) const {
+Vector TorqueProbe::left_at(const Reading& reading, Part part, const std::vector<Index>& shifts) const {
   const auto count = static_cast<Index>(shifts.size());
-  const Rows some = rows(reading, Part::some);
+  const Rows some = rows(reading, part);
   std::vector<std::vector<Matrix>> shifted(probed_.size());  // torques of each log at each shift
   for (std::size_t l = 0; l < probed_.size(); ++l) {
+    const std::vector<Index> instants = instants_of(probed_[l], part);
     for (const Index shift : shifts) {
-      shifted[l].push_back(torques_at(probed_[l], shift, some_step));
+      shifted[l].push_back(torques_at(probed_[l], shift, instants));
     }
   }
   Vector out = Vector::Zero(count);
@@ -509,11 +518,11 @@ Vector TorqueProbe::left_at(const Reading& reading, const std::vector<Index>& sh
     }
     const double centred = square - sum * sum / static_cast<double>(std::max<Index>(qr.rows(), 1));
     if (qr.rows() >= rows_per_column * qr.columns() && centred > 0.0) {
-      out += qr.unreachable_norms().cwiseAbs2() / centred;
+      out += (qr.unreachable_norms().cwiseAbs2() / centred).array().log().matrix();
       joints += 1.0;
     }
   }
-  return out / std::max(joints, 1.0);
+  return (out / std::max(joints, 1.0)).array().exp();
 }
 
 }  // namespace rivid::detail

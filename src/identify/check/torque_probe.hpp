@@ -90,9 +90,10 @@ class TorqueProbe {
   // Squared part of the torques that each half of the logs leaves with the parameters of the other one, mean
   // over joints.
   [[nodiscard]] double left_of_other_half(const Reading& reading) const;
-  // Squared part of its torque that each joint leaves by itself, mean over joints, for torques that come
-  // `shift` samples later; a number for each shift.
-  [[nodiscard]] Vector left_at(const Reading& reading, const std::vector<Index>& shifts) const;
+  // Squared part of its torque that each joint leaves by itself, geometric mean over joints, for torques that
+  // come `shift` samples later; a number for each shift. So each joint says how much better a shift fits,
+  // however well it fits.
+  [[nodiscard]] Vector left_at(const Reading& reading, Part part, const std::vector<Index>& shifts) const;
   [[nodiscard]] const std::vector<ProbedLog>& logs() const { return probed_; }
   // W at some instants of a log, averaged by the window as the torques are; `log.motion` goes through the
   // model averaged, which is the same but for curvature.
@@ -119,8 +120,8 @@ class TorqueProbe {
   // Whether a joint has rows enough to be tested.
   [[nodiscard]] static bool usable(const JointFactor& factor, Index torque);
   void add(const Log& log, const SignalOptions& signal);
-  // Torques around every so-manieth instant, so many samples later, (instants × n).
-  [[nodiscard]] Matrix torques_at(const ProbedLog& log, Index shift, Index every = 1) const;
+  // Torques around some instants, so many samples later, (instants × n).
+  [[nodiscard]] Matrix torques_at(const ProbedLog& log, Index shift, std::span<const Index> instants) const;
   // Whether friction takes power from a joint's motion; a joint without friction does not say no.
   [[nodiscard]] bool dissipates(const Vector& chi, Index joint, const Reading& reading) const;
 

@@ -27,13 +27,14 @@ constexpr double convincing = 0.5;
 constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
 constexpr double no_worse = 1.05;
 constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
-// A delay is believed where it leaves this part of what was left (squared), and is so many samples long.
-constexpr double delay_convincing = 0.6;
+// A delay is believed where it leaves this part of what was left (squared), in each half of the logs too, is so
+// many samples long, and differs between the halves by no more than a part of itself.
+constexpr double delay_convincing = 0.7;
 constexpr double least_delay_samples = 2.0;
+constexpr double same_delay = 0.25;
 constexpr double longest_torque_delay = 0.3;  // [s]
-// It does harm where so much is left, or where it is behind most of what is left.
-constexpr double harmless_delay = 0.01;
-constexpr double harmful_gain = 0.4;
+// Where no more is left than this, a delay does no harm.
+constexpr double harmless_delay = 1e-4;
 
 // A change of a reading and what it would be called.
 struct Change {
@@ -340,18 +341,31 @@ struct Delay {
   double left = 0.0;
 };
 
-Delay least_left(const TorqueProbe& probe, const Reading& reading, const std::vector<Index>& shifts) {
-  const Vector left = probe.left_at(reading, shifts);
+Delay least_left(const TorqueProbe& probe, const Reading& reading, Part part,
+                 const std::vector<Index>& shifts) {
+  const Vector left = probe.left_at(reading, part, shifts);
   Index at = 0;
   const double least = left.minCoeff(&at);
   return {shifts[static_cast<std::size_t>(at)], least};
 }
 
+// Whether a half of the logs says so by itself.
+bool half_has_delay(const TorqueProbe& probe, const Reading& reading, Part half,
+                    const std::vector<Index>& shifts, const Delay& delay) {
+  const Delay own = least_left(probe, reading, half, shifts);
+  const auto apart = static_cast<double>(std::abs(own.samples - delay.samples));
+  return own.left <= delay_convincing * probe.left_at(reading, half, {0})[0] &&
+         apart <= std::max(same_delay * static_cast<double>(std::abs(delay.samples)), least_delay_samples);
+}
+
 void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out) {
   const double f_m = probe.logs().front().log->f_m;
-  const double now = probe.left_at(reading, {0})[0];
-  const Delay coarse = least_left(probe, reading, shifts_for(f_m));
-  if (coarse.samples == 0 || coarse.left > delay_convincing * now) {
+  const std::vector<Index> shifts = shifts_for(f_m);
+  const double now = probe.left_at(reading, Part::some, {0})[0];
+  const Delay coarse = least_left(probe, reading, Part::some, shifts);
+  const auto in = [&](Part half) { return half_has_delay(probe, reading, half, shifts, coarse); };
+  if (coarse.samples == 0 || coarse.left > delay_convincing * now || !in(Part::first_half) ||
+      !in(Part::second_half)) {
     return;
   }
   std::vector<Index> around;
@@ -359,12 +373,11 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
   for (Index s = coarse.samples - width; s <= coarse.samples + width; ++s) {
     around.push_back(s);
   }
-  const Delay found = least_left(probe, reading, around);
+  const Delay found = least_left(probe, reading, Part::some, around);
   if (std::abs(static_cast<double>(found.samples)) < least_delay_samples) {
     return;
   }
-  // Where the torques are explained well nevertheless, a delay changes little.
-  const bool harms = now > harmless_delay || found.left < harmful_gain * now;
+  const bool harms = now > harmless_delay;
   const std::string samples = counted(std::abs(found.samples), "sample");
   const bool behind = found.samples > 0;
   out.add(harms ? "torque_delay" : "small_torque_delay", "all joints",
