@@ -22,10 +22,7 @@ struct Word {};
 /// Keys of [robot] beside the fields of its joints, of [control], [reference] and [method] that choose what
 /// else is read.
 inline constexpr auto robot_keys = std::tuple(
-    Field{"urdf",
-          Key<std::filesystem::path>(),
-          "URDF file. Either `urdf` or `mdh` must be there, not both.",
-          {.otherwise = "–"}},
+    Field{"urdf", Key<std::filesystem::path>(), "URDF file; either this or `mdh`", {.otherwise = "–"}},
     Field{"mdh",
           Key<std::filesystem::path>(),
           "modified Denavit-Hartenberg table, see [below](#the-mdh-table)",

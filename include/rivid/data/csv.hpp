@@ -65,9 +65,8 @@ struct LogOptions {
     };
     return std::tuple(
         columns("position", &L::position, "`q1`, `q2`, …", "rad, m", "measured joint positions"),
-        columns(
-            "velocity", &L::velocity, "`qd1`, …", "rad/s, m/s",
-            "measured velocities. Read and resampled, but not used: q̇ and q̈ are derived from the positions."),
+        columns("velocity", &L::velocity, "`qd1`, …", "rad/s, m/s",
+                "measured velocities; not used: q̇ and q̈ come from the positions"),
         columns("torque", &L::torque, "`tau1`, …", "N·m, N", "joint-side torques"),
         columns("control", &L::control, "`v1`, …", "V, A, …",
                 "control signal or motor current; τ = g_τ v_τ (8). Used where there are no torques."),
@@ -78,8 +77,7 @@ struct LogOptions {
         Field{"time", &L::time, "time stamps", {.otherwise = "`t`, else `time`", .unit = "s"}},
         Field{"rate_hz",
               &L::rate_hz,
-              "measuring rate. Where it is stated the time stamps are inspected, told in the notes, and not "
-              "used. Required without a time column.",
+              "sampling rate, which replaces the time stamps. Required without a time column.",
               {.otherwise = "from the stamps", .unit = "Hz", .range = rate_range}},
         embedded(&L::table));
   }

@@ -95,9 +95,8 @@ struct ExcitationOptions {
               "of the motion, one period of its Fourier series",
               {.unit = "s", .range = Range::above(0.0, 1e6)}},
         Field{"curve", &E::curve,
-              "`\"fourier\"`: Fourier series, or `\"spline\"`: splines of fifth degree, which know more for "
-              "each "
-              "parameter and are written as a CSV file only"},
+              "`\"fourier\"`: Fourier series, or `\"spline\"`: splines of fifth degree, written as a CSV "
+              "file only"},
         Field{"harmonics", &E::harmonics, "of the Fourier series", {.range = Range::within(2, 50)}},
         Field{"points",
               &E::points,
@@ -111,11 +110,10 @@ struct ExcitationOptions {
               &E::rate_hz,
               "rate of the controller that plays the motion, and of the log",
               {.unit = "Hz", .range = rate_range}},
-        Field{
-            "criterion", &E::criterion,
-            "what is made small: `\"information\"`: the geometric mean of all standard deviations; "
-            "`\"torque\"`: the variance of predicted torques along other motions; `\"parameters\"`: the "
-            "standard deviations of those in `for`; `\"condition\"`: the condition number, to compare with"},
+        Field{"criterion", &E::criterion,
+              "what is minimised: `\"information\"`: geometric mean of all standard deviations; "
+              "`\"torque\"`: variance of predicted torques on other motions; `\"parameters\"`: standard "
+              "deviations of those in `for`; `\"condition\"`: condition number"},
         Field{"for",
               &E::parameters,
               "names of base parameters, for `criterion = \"parameters\"`",
@@ -126,18 +124,16 @@ struct ExcitationOptions {
               {.range = Range::from(1, 1e5)}},
         Field{"seed",
               &E::seed,
-              "of the random motions: the same seed gives the same motion with the same program on the same "
-              "kind of processor; others round otherwise, and find another motion of like worth",
+              "of the random motions; gives the same motion with the same program on the same kind of "
+              "processor",
               {.range = seed_range}},
         Field{"evaluations",
               &E::evaluations,
-              "of the search of each start, at most; polishing takes a third as many, of the best start as "
-              "many",
+              "of the search of each start, at most, polishing besides",
               {.range = Range::from(1, 1e6)}},
         Field{"samples",
               &E::samples,
-              "instants at which limits are kept while searching; the result is checked at every sample of "
-              "`rate_hz`, and at forty times as many instants as these",
+              "instants at which limits are kept while searching; the result is checked at every sample",
               {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0, 1e4)}},
         embedded(&E::noise),
         Field{"limits",

@@ -267,11 +267,10 @@ struct LogSource {
               "one log or several. Their rows are stacked: one fit for all.",
               {.required = "must name at least one file in files"}},
         Field{"side", &L::side,
-              "`\"motor\"`: positions, velocities, references and torques of the files are those of the "
-              "motors, and are turned by `gear_matrix` or `gear_ratio`; `\"joint\"`"},
+              "`\"joint\"`, or `\"motor\"`: the files hold motor quantities, which `gear_matrix` or "
+              "`gear_ratio` turn"},
         Field{"irregular", &L::irregular,
-              "what to do with irregular time stamps: `\"refuse\"`, `\"resample\"`, `\"ignore\"`, see "
-              "[below](#time-stamps)"},
+              "irregular time stamps: `\"refuse\"`, `\"resample\"`, `\"ignore\"`, see [below](#time-stamps)"},
         Field{"torque_lag",
               &L::torque_lag,
               "by how much the recorded torques are behind, see [below](#torque_lag)",

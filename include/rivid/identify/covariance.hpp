@@ -34,11 +34,10 @@ struct CovarianceOptions {
   static constexpr auto fields() {
     return std::tuple(
         Field{"covariance", &C::kind,
-              "where standard deviations come from, see [statistics](statistics.md). "
-              "`\"hac\"`: from the residuals, however these are correlated in time and among "
-              "joints; `\"blocks\"`: the same, scaled to what the estimate moves by without one tenth of "
-              "the time each; `\"classical\"`: (18), as if the errors of rows were independent; "
-              "`\"automatic\"`: classical with `convention = \"matlab\"`, else blocks"},
+              "of the estimate, see [statistics](statistics.md). `\"hac\"`: errors are correlated in time "
+              "and among joints; `\"blocks\"`: the same, scaled to the scatter of blocks of time; "
+              "`\"classical\"`: (18), errors of rows are independent; `\"automatic\"`: classical with "
+              "`convention = \"matlab\"`, else blocks"},
         Field{"covariance_lag",
               &C::lag,
               "time over which `\"hac\"` and `\"blocks\"` count residuals as correlated",
@@ -63,16 +62,13 @@ struct CovarianceReport {
   static constexpr auto fields() {
     return std::tuple(
         Field{"kind", &R::kind,
-              "`\"hac\"`: from the residuals, correlated as they are; `\"blocks\"`: scaled to the scatter of "
-              "blocks of "
-              "time; `\"classical\"`: (18), which takes the errors of rows for independent"},
+              "`\"hac\"`, `\"blocks\"` or `\"classical\"`, see [statistics](statistics.md)"},
         Field{"lag", &R::lag, "time over which residuals count as correlated", {.unit = "s"}},
         Field{"blocks", &R::blocks, "of time, of `\"blocks\"`; 0 where there were none"},
         Field{"block_ratio",
               &R::block_ratio,
-              "of the deviations that blocks tell over those of `\"hac\"`, the median of all parameters: far "
-              "above 1 where "
-              "errors of the model outweigh noise",
+              "of the deviations by blocks to those of `\"hac\"`, the median: far above 1 where errors of "
+              "the model outweigh noise",
               {.unit = "1"}},
         Field{"decimation_factor",
               &R::decimation_factor,

@@ -113,10 +113,7 @@ struct ModelTest {
         Field{"code", &R::code, "of the finding that it makes"},
         Field{"subject", &R::subject, "joint or joints"},
         Field{"test", &R::test, "score test as an F statistic"},
-        Field{"estimate",
-              &R::estimate,
-              "of its parameters: part of a gain or a rate, rad or m of a zero, rad of gravity, and so on",
-              {.unit = "by `code`"}},
+        Field{"estimate", &R::estimate, "of its parameters", {.unit = "by `code`"}},
         Field{"sigma", &R::sigma, "their standard deviations", {.unit = "by `code`"}},
         Field{"explained",
               &R::explained,
@@ -140,15 +137,11 @@ struct Diagnostics {
               "one a joint: `whiteness` (Ljung-Box over 20 rows) with the `autocorrelation` of neighbouring "
               "rows, `normality` (Jarque-Bera) with `skewness` and `excess_kurtosis`"},
         Field{"hausman", &R::hausman,
-              "of `\"iv\"`, else null: whether least squares on the same rows would have done. `p` of the "
-              "Durbin-Wu-Hausman test with a robust covariance; `largest_shift`, the largest difference of "
-              "the two estimates in σ, and the `parameter` that it is of"},
+              "of `\"iv\"`, else null: whether least squares on the same rows would have been enough "
+              "(Durbin-Wu-Hausman); `largest_shift` from it in σ, and its `parameter`"},
         Field{"torque_lag", &R::torque_lag,
-              "by how many `samples` the torques are late beside the motion, as `[log] torque_lag` counts "
-              "them, with its `sigma`; `largest_shift`, by how many σ that moves a parameter at most, and "
-              "the `parameter`. Null with the paper's rows, with `robust`, and where it is uncertain by more "
-              "than a row "
-              "and ten samples"});
+              "by how many `samples` the torques are late, with `sigma`; `largest_shift` by it in σ, and its "
+              "`parameter`. Null with the paper's rows, with `robust`, and where it is too uncertain"});
   }
 };
 

@@ -129,8 +129,8 @@ struct Iv {
               {.words = {"measured", "reference"}}},
         Field{"transient",
               &R::transient,
-              "beginning of each log that takes no part, for what the simulation remembers of its start; "
-              "[RIV] takes 5/min ω_n with `initial_state = \"reference\"`",
+              "beginning of each log that takes no part; [RIV] takes 5/min ω_n with `initial_state = "
+              "\"reference\"`",
               {.unit = "s", .range = Range::from(0.0, 1e6)}},
         Field{"tolerance",
               &R::tolerance,
@@ -151,10 +151,9 @@ struct Iv {
                 }
                 return iv.prefilter;
               },
-              "prefiltered instrumental variables, IDIM-PIV: the residual's autoregressive model, one a "
-              "joint, whitens the rows, see [statistics](statistics.md#prefiltered-instrumental-variables). "
-              "An integer is the order of the models, 1 to 30; `true` leaves it to BIC. Exact rows only; "
-              "`decimation` counts for the estimate that it begins with.",
+              "[prefiltered instrumental variables](statistics.md#prefiltered-instrumental-variables): "
+              "autoregressive models of the residual whiten the rows. An integer is their order, 1 to 30; "
+              "`true` leaves it to BIC. Exact rows only.",
               {.range = Range::within(1, most_prefilter_order)}});
   }
 };

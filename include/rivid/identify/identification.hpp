@@ -79,35 +79,30 @@ struct ParameterEstimate {
         Field{"unit", &R::unit, "SI, joint side"},
         Field{"sigma",
               &R::sigma,
-              "standard deviation (18), √C_χχ(i, i), of the covariance that `covariance` tells of; null "
-              "where undetermined",
+              "standard deviation (18), √C_χχ(i, i); null where undetermined",
               {.unit = "`unit`"}},
         Field{
             "relative_sigma_percent", &R::relative_sigma_percent, "100 σ / \\|value\\| (19)", {.unit = "%"}},
         Field{"plain_sigma",
               &R::plain_sigma,
-              "deviation by the residuals alone, HAC, where `sigma` knows blocks of time as well; else the "
-              "same",
+              "the same by the residuals alone, without blocks of time",
               {.unit = "`unit`"}},
         Field{"interval_95", &R::interval_95, "value ± `covariance.quantile_975` σ", {.unit = "`unit`"}},
         Field{"noise_bias",
               &R::noise_bias,
-              "expected bias by the noise of the positions, see [rows](rows.md#noise); null with instruments "
-              "that know nothing of it, and of robust estimates",
+              "expected bias by the noise of the positions, see [rows](rows.md#noise); null where it is not "
+              "known",
               {.unit = "σ"}},
         Field{"model_shift",
               &R::model_shift,
-              "by what those `alternatives` that are warnings move it together, which is part of `sigma`; 0 "
-              "where there is none",
+              "shift by those `alternatives` that are warnings, which is part of `sigma`",
               {.unit = "`unit`"}},
         Field{"widened_by", &R::widened_by, "codes of these `alternatives`; empty where there is none"},
-        Field{
-            "row_shift",
-            &R::row_shift,
-            "by what the choice of the rows moves it, which is part of `sigma`: the expected bias by noise, "
-            "and what neighbouring windows say where one moves a parameter by more than 3 σ; 0 of rows "
-            "that were given",
-            {.unit = "`unit`"}},
+        Field{"row_shift",
+              &R::row_shift,
+              "shift by the choice of the [rows](rows.md#noise), which is part of `sigma`; 0 of rows that "
+              "were given",
+              {.unit = "`unit`"}},
         Field{"regrouped", &R::regrouped, "the group as a person writes it (6): `\"ZZ1 + 0.25 M2\"`"},
         Field{"regrouping",
               nullptr,
@@ -146,11 +141,7 @@ struct JointFit {
               &R::centred_relative_error,
               "the same over the norm of Y without its mean",
               {.unit = "1"}},
-        Field{"sigma_rho",
-              &R::sigma_rho,
-              "deviation of this joint's residual (17); its share of the b parameters is taken off the "
-              "degrees of freedom, in a validation none",
-              {.unit = "`unit`"}},
+        Field{"sigma_rho", &R::sigma_rho, "deviation of this joint's residual (17)", {.unit = "`unit`"}},
         Field{"unit", &R::unit, "N·m or N"}, Field{"rows", &R::rows, "rows of this joint (14)"},
         Field{"left_out", &R::left_out, "rows left out: too slow, or near a reversal"},
         Field{"velocity_threshold", &R::velocity_threshold, "below which they are", {.unit = "rad/s, m/s"}});
@@ -177,16 +168,14 @@ struct Fit {
         Field{"relative_error", &R::relative_error, "‖Y − W χ‖ / ‖Y‖ over all joints (13)", {.unit = "1"}},
         Field{"centred_relative_error",
               &R::centred_relative_error,
-              "‖Y − W χ‖ over the norm of Y with each joint's mean taken off: a heavy constant torque no "
-              "longer hides the error",
+              "‖Y − W χ‖ over the norm of Y without each joint's mean",
               {.unit = "1"}},
-        Field{
-            "reference_error",
-            &R::reference_error,
-            "the relative error on rows that are the same whatever `[signal]` says, to compare results with "
-            "each other: the paper's rows, every 20 ms, of positions low-passed at 10 Hz (at slow sampling "
-            "rates a fifth of these). Null where there is no log, and of `physical` and `essential`",
-            {.unit = "1"}},
+        Field{"reference_error",
+              &R::reference_error,
+              "the relative error on rows that do not depend on `[signal]`, to compare results: the paper's "
+              "rows, every 20 ms, of positions low-passed at 10 Hz (at slow sampling rates a fifth of "
+              "these). Null without a log, and of `physical` and `essential`",
+              {.unit = "1"}},
         Field{"error_norm", &R::error_norm, "‖Y − W χ‖ (13)", {.unit = "N·m, N"}},
         Field{"sigma_rho",
               &R::sigma_rho,
@@ -208,8 +197,7 @@ struct TorqueForecast {
   static constexpr auto fields() {
     return std::tuple(Field{"relative_error",
                             &R::relative_error,
-                            "expected relative error, by the residual of the fit and the covariance of the "
-                            "parameters; null where the rows show what is not determined",
+                            "expected relative error; null where the rows show what is not determined",
                             {.unit = "1"}},
                       Field{"joints", &R::joints, "the same of each joint", {.unit = "1"}});
   }

@@ -75,8 +75,8 @@ struct Physical {
               {.range = Range::above(0.0, 1e12)}},
         Field{"weight_may_fall",
               &P::weight_may_fall,
-              "whether the weight is lowered by tens where the description is so far from the data that it "
-              "would cost more than a tenth of the residual sum of squares",
+              "whether the weight is lowered by tens where it would cost more than a tenth of the residual "
+              "sum of squares",
               {.otherwise = "`true` without `weight`"}},
         Field{"masses",
               [](const P& p) { return p.masses_by_link(); },

@@ -36,9 +36,8 @@ struct Robust {
     return std::tuple(
         Field{"robust",
               &R::kind,
-              "loss of a robust estimate against outliers in the torques, by any method: `\"huber\"`, "
-              "`\"bisquare\"`, or `\"off\"`, see [statistics](statistics.md#outliers). Not together with "
-              "`prefilter`. The flag `--robust` overrides it.",
+              "robust estimation against outliers in the torques: `\"huber\"`, `\"bisquare\"` or `\"off\"`, "
+              "see [statistics](statistics.md#outliers); not with `prefilter`",
               {.otherwise = "`\"off\"`", .word = "off"}},
         Field{"robust_tuning",
               &R::tuning,

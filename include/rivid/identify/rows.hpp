@@ -80,15 +80,13 @@ struct SignalOptions {
               {.otherwise = "see [rows](rows.md)"}},
         Field{"torque_held",
               &S::torque_held,
-              "the torque of a sample acts until the next one, as a sampled controller's does; else it was "
-              "measured at the sample. `\"auto\"`: told by the log where `decimation` is `\"auto\"`, else "
-              "false",
+              "the torque of a sample acts until the next one; else it was measured at the sample. "
+              "`\"auto\"`: decided by the log if `decimation` is `\"auto\"`, else false",
               {.otherwise = "`\"auto\"`", .word = "auto"}},
         Field{"cutoff_hz",
               &S::cutoff_hz,
-              "cut-off of the zero-phase Butterworth low-pass of the positions. `\"off\"` goes well with "
-              "exact rows, whose decimation averages the noise away; a cut-off should be some ten times the "
-              "highest frequency of the motion",
+              "cut-off of the zero-phase Butterworth low-pass of the positions, some ten times the highest "
+              "frequency of the motion; exact rows need none",
               {.otherwise = "`\"off\"`",
                .unit = "Hz",
                .range = rate_range,
@@ -109,10 +107,8 @@ struct SignalOptions {
               {.otherwise = "that of `order`", .range = Range::within(1, 20)}},
         Field{"decimation",
               &S::decimation,
-              "n_d of (13), or the factors of several stages, one after the other: `[10, 10]` keeps one "
-              "sample in 100. `\"auto\"`: chosen by the noise of the log, see [rows](rows.md); without exact "
-              "rows, or with "
-              "`cutoff_hz`, none",
+              "n_d of (13), or factors of stages: `[10, 10]` keeps one sample in 100. `\"auto\"`: by the "
+              "noise of the log, see [rows](rows.md); without exact rows, or with `cutoff_hz`, none",
               {.otherwise = "`\"auto\"`", .range = Range::from(1, 1e6), .word = "auto"}},
         Field{"trim",
               &S::trim,

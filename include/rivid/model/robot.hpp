@@ -184,15 +184,15 @@ struct Joint {
               "[friction](friction.md)"},
         Field{"sign_speed",
               &J::sign_speed,
-              "where it is not 0, tanh(q̇ / sign_speed) takes the place of sign q̇ in the model, regressor and "
-              "simulation alike, and nothing sticks: for data that were simulated so",
+              "if not 0, tanh(q̇ / sign_speed) replaces sign q̇, and nothing sticks: for data that were "
+              "simulated so",
               {.unit = "rad/s, m/s"}},
         Field{"rotor_inertia", &J::rotor_inertia,
               "whether the joint has a parameter Ia: τ += Ia q̈. Switch it off behind joint torque sensors "
               "and for direct drives."},
         Field{"drive_gain",
               &J::drive_gain,
-              "K_c K_τ of (9). Only used with `control`, not with `torque`.",
+              "K_c K_τ of (9), for `control`",
               {.unit = "N·m or N a unit of the control signal, on the motor's side of the gear"}},
         Field{"gear_ratio", &J::gear_ratio, "K_r of (9). g_τ = gear_ratio × drive_gain, τ = g_τ v_τ (8)."});
   }

@@ -29,11 +29,10 @@ constexpr auto integral_pole_field() {
 }
 template <typename Law>
 constexpr auto tuned_for_field() {
-  return Field{
-      "J_apriori",
-      &Law::J_apriori,
-      "inertias that known gains were tuned for: they are adapted by (46). Without it they stay as they are.",
-      {.otherwise = "none", .unit = "kg·m², kg"}};
+  return Field{"J_apriori",
+               &Law::J_apriori,
+               "inertias that known gains were tuned for, which are then adapted by (46)",
+               {.otherwise = "none", .unit = "kg·m², kg"}};
 }
 template <typename Law>
 constexpr auto tracking_time_field() {
