@@ -33,7 +33,7 @@ inline constexpr auto robot_keys = std::tuple(
           {.otherwise = "root of the tree"}},
     Field{"tip",
           Key<std::string>(),
-          "URDF only: link that the chain ends at. Required where the robot branches.",
+          "URDF only: last link of the chain; required where the robot branches",
           {.otherwise = "the only moving link with no moving link behind it"}},
     Field{"gravity",
           [](const Robot& robot) -> const Eigen::Vector3d& { return robot.chain.gravity; },

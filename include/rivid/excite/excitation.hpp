@@ -52,7 +52,7 @@ struct TorqueNoise {
     return std::tuple(
         Field{"noise",
               &N::sigma,
-              "standard deviation of each joint's torque errors, which decides how much each joint moves",
+              "standard deviation of each joint's torque errors",
               {.otherwise = "1 % of the torque limit", .unit = "N·m, N", .range = Range::above(0.0, 1e12)}},
         Field{"noise_rate_hz",
               &N::rate_hz,
@@ -133,7 +133,7 @@ struct ExcitationOptions {
               {.range = Range::from(1, 1e6)}},
         Field{"samples",
               &E::samples,
-              "instants at which limits are kept while searching; the result is checked at every sample",
+              "instants at which limits are kept while searching",
               {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0, 1e4)}},
         embedded(&E::noise),
         Field{"limits",

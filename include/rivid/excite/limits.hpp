@@ -182,9 +182,7 @@ struct Space {
                             {.otherwise = "between the joints", .unit = "m"}},
                       Field{"radius",
                             &S::radius,
-                            "of the capsules of links that none are given for: from the origin of the link's "
-                            "joint to that of "
-                            "the next",
+                            "of the capsules of links that none are given for, from joint to joint",
                             {.unit = "m", .range = Range::above(0.0, 1e3)}},
                       Field{"clearance",
                             &S::clearance,

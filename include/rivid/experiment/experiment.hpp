@@ -48,8 +48,7 @@ struct ControlLoop {
         Field{"design_inertia", &C::design_inertia,
               "design inertias (38): the largest M_jj over the positions of the `\"reference\"`, or over "
               "`\"all\"` positions within the limits"},
-        Field{"assumed", &C::assumed,
-              "law and gains are a guess, not those of the actual controller; told in the summary"});
+        Field{"assumed", &C::assumed, "law and gains are a guess, which the summary says"});
   }
 
   /// Design inertias J (38) that the gains of `control` are matched to, (n) [kg·m² | kg].

@@ -24,8 +24,7 @@ struct Essential {
   static constexpr auto fields() {
     return std::tuple(Field{"significance",
                             &R::significance,
-                            "probability of keeping a parameter that is zero: a removal whose F-test gives a "
-                            "smaller p is refused",
+                            "significance level: a removal whose F-test gives a smaller p is refused",
                             {.range = Range::within(0.0, 1.0)}});
   }
 };

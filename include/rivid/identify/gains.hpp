@@ -58,20 +58,18 @@ struct GainOptions {
 
   template <typename O = GainOptions>
   static constexpr auto fields() {
-    return std::tuple(
-        Field{"known",
-              &O::known,
-              "relative standard deviation of the gains that are known, by joint, 0 for exact: `known = { "
-              "joint_2 = 0.01 }`",
-              {.otherwise = "none is known", .unit = "1", .range = gain_sigma_range}},
-        Field{"mass",
-              &O::mass,
-              "of the payload in the logs of `loaded`",
-              {.otherwise = "–", .unit = "kg", .range = Range::above(0.0, 1e6)}},
-        Field{"mass_sigma",
-              &O::mass_sigma,
-              "its standard deviation",
-              {.unit = "kg", .range = Range::from(0.0, 1e6)}});
+    return std::tuple(Field{"known",
+                            &O::known,
+                            "relative standard deviation by joint, 0 for exact: `known = { joint_2 = 0.01 }`",
+                            {.otherwise = "none is known", .unit = "1", .range = gain_sigma_range}},
+                      Field{"mass",
+                            &O::mass,
+                            "of the payload in the logs of `loaded`",
+                            {.otherwise = "–", .unit = "kg", .range = Range::above(0.0, 1e6)}},
+                      Field{"mass_sigma",
+                            &O::mass_sigma,
+                            "its standard deviation",
+                            {.unit = "kg", .range = Range::from(0.0, 1e6)}});
   }
 };
 

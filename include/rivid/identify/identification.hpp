@@ -108,11 +108,10 @@ struct ParameterEstimate {
               nullptr,
               "the same as numbers: coefficient of each standard parameter",
               {.unit = "mixed"}},
-        Field{
-            "a_priori",
-            &R::a_priori,
-            "the same group from the robot description; friction and Ia count as 0 where nothing tells them",
-            {.unit = "`unit`"}},
+        Field{"a_priori",
+              &R::a_priori,
+              "the same group from the robot description; unknown friction and Ia count as 0",
+              {.unit = "`unit`"}},
         Field{
             "verdict", &R::verdict,
             "`\"identified\"`, `\"weak\"` or `\"not_excited\"`, see [diagnostics](diagnostics.md#verdicts)"},
@@ -179,8 +178,8 @@ struct Fit {
         Field{"error_norm", &R::error_norm, "‖Y − W χ‖ (13)", {.unit = "N·m, N"}},
         Field{"sigma_rho",
               &R::sigma_rho,
-              "standard deviation of the residual (17), see also [conventions](experiment.md#conventions). "
-              "In `fit` of `wls` that of the weighted residual, which is near 1 and has no unit",
+              "standard deviation of the residual (17), see [conventions](experiment.md#conventions); in "
+              "`fit` of `wls` that of the weighted residual, near 1 and without unit",
               {.unit = "N·m, N"}},
         Field{"rows", &R::rows, "r, rows of all joints (13)"},
         Field{"joints", &R::joints, "the same joint by joint (14), see below"});

@@ -70,8 +70,8 @@ struct Physical {
               "vanishing, or `\"ridge\"`, its quadratic part"},
         Field{"weight",
               &P::weight,
-              "of the prior, against half the squared deviations of the fit. 1 decides what the data leave "
-              "open; 10 to 1000 hold weakly exciting data to the description.",
+              "of the prior, against half the squared deviations of the fit; 10 to 1000 hold weakly exciting "
+              "data to the description",
               {.range = Range::above(0.0, 1e12)}},
         Field{"weight_may_fall",
               &P::weight_may_fall,
@@ -113,19 +113,16 @@ struct PhysicalParameters {
   static constexpr auto fields() {
     return std::tuple(
         Field{"links", nullptr,
-              "base to tip, each with `link`, `joint` that moves it, and `parameters`: all standard "
-              "parameters of the link in the order of (3), each with `name`, `value`, `unit`, `a_priori`"},
+              "base to tip, each with `link`, `joint`, and `parameters`: all standard parameters in the "
+              "order of (3), each with `name`, `value`, `unit`, `a_priori`"},
         Field{"chi", &R::chi, "their base parameters, in the order of `parameters`", {.unit = "SI"}},
         Field{"fit", nullptr,
               "the model on the rows of the identification, members as in "
-              "[`validation`](#fit-and-each-of-validation): the price is the difference to `fit`"},
-        Field{"options", nullptr,
-              "`prior`, `weight`, `masses` (kg by link), `total_mass` (kg, null without) and the rest of "
-              "[`[method.physical]`](experiment.md#methodphysical), as they were used"},
-        Field{
-            "better", nullptr,
-            "whether blocks of time that are left out one by one are predicted better than by `parameters`: "
-            "then this set is the answer"},
+              "[`validation`](#fit-and-each-of-validation)"},
+        Field{"options", nullptr, "[`[method.physical]`](experiment.md#methodphysical) as it was used"},
+        Field{"better", nullptr,
+              "whether left-out blocks of time are predicted better than by `parameters`: then this set is "
+              "the answer"},
         Field{"sigma",
               nullptr,
               "deviations of `chi` by these blocks; empty where they can not say",

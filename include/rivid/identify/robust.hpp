@@ -96,9 +96,8 @@ struct RobustReport {
               {.unit = "1"}},
         Field{"rounds", &R::rounds, "times that weights and parameters were found in turn"},
         Field{"joints", &R::joints,
-              "one a joint: `name`; `scale` of its residuals in N·m or N, their median magnitude over "
-              "0.6745; `rows`; of these `below_one` with a weight below 1 (of the bisquare nearly all), "
-              "`below_half` below 1/2, `rejected` without any"},
+              "one a joint: `name`; `scale` of its residuals in N·m or N; `rows`; of these with a weight "
+              "below 1 `below_one`, below 1/2 `below_half`, without any `rejected`"},
         Field{"largest_shift",
               &R::largest_shift,
               "the largest distance from the estimate without it, in σ",

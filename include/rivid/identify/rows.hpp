@@ -120,8 +120,7 @@ struct SignalOptions {
                .must_be = "one number of samples for both ends, [begin, end], or \"auto\""}},
         Field{"velocity_threshold",
               &S::velocity_threshold,
-              "rows of a joint that moves slower are left out; exact rows have a threshold of their own "
-              "besides",
+              "rows of a joint that moves slower are left out",
               {.otherwise = "0; a twentieth of the rms velocity where `decimation` is chosen",
                .unit = "rad/s, m/s",
                .range = Range::from(0, 1e6)}},

@@ -188,8 +188,7 @@ struct Joint {
               "simulated so",
               {.unit = "rad/s, m/s"}},
         Field{"rotor_inertia", &J::rotor_inertia,
-              "whether the joint has a parameter Ia: τ += Ia q̈. Switch it off behind joint torque sensors "
-              "and for direct drives."},
+              "whether there is Ia, τ += Ia q̈; `false` behind joint torque sensors and for direct drives"},
         Field{"drive_gain",
               &J::drive_gain,
               "K_c K_τ of (9), for `control`",
