@@ -95,8 +95,7 @@ struct ExcitationOptions {
               "of the motion, one period of its Fourier series",
               {.unit = "s", .range = Range::above(0.0, 1e6)}},
         Field{"curve", &E::curve,
-              "`\"fourier\"`: Fourier series, or `\"spline\"`: splines of fifth degree, written as a CSV "
-              "file only"},
+              "`\"fourier\"`: series, or `\"spline\"`: of fifth degree, written as a CSV file only"},
         Field{"harmonics", &E::harmonics, "of the Fourier series", {.range = Range::within(2, 50)}},
         Field{"points",
               &E::points,

@@ -79,10 +79,7 @@ struct PdControl {
   static constexpr auto fields() {
     return std::tuple(
         Field{"k_p", &Law::k_p, "known gain of the position loop", {.otherwise = "–", .unit = "1/s"}},
-        Field{"k_v",
-              &Law::k_v,
-              "known gain of the velocity loop; v is the unit of the control signal",
-              {.otherwise = "–", .unit = "v s/rad"}},
+        Field{"k_v", &Law::k_v, "known gain of the velocity loop", {.otherwise = "–", .unit = "v s/rad"}},
         detail::tuned_for_field<Law>(),
         Field{"reference_velocity", &Law::reference_velocity, "whether the velocity error is fed back"});
   }
@@ -175,10 +172,7 @@ struct CascadeControl {
     return std::tuple(
         detail::integral_pole_field<Law>(),
         Field{"k_p", &Law::k_p, "known gain of the position loop", {.otherwise = "–", .unit = "1/s"}},
-        Field{"k_v",
-              &Law::k_v,
-              "known gain of the velocity loop; v is the unit of the control signal",
-              {.otherwise = "–", .unit = "v s/rad"}},
+        Field{"k_v", &Law::k_v, "known gain of the velocity loop", {.otherwise = "–", .unit = "v s/rad"}},
         Field{"T_i",
               &Law::T_i,
               "known integral time",
