@@ -85,7 +85,7 @@ struct ParameterEstimate {
             "relative_sigma_percent", &R::relative_sigma_percent, "100 σ / \\|value\\| (19)", {.unit = "%"}},
         Field{"plain_sigma",
               &R::plain_sigma,
-              "the same by the residuals alone, without blocks of time",
+              "standard deviation by the residuals alone, without blocks of time",
               {.unit = "`unit`"}},
         Field{"interval_95", &R::interval_95, "value ± `covariance.quantile_975` σ", {.unit = "`unit`"}},
         Field{"noise_bias",
