@@ -182,6 +182,7 @@ struct List {
 };
 
 struct FindingList {
+  static constexpr std::size_t shown = 3;  // at once: who reads twenty mends nothing
   std::vector<Finding> findings;
 };
 
@@ -371,7 +372,7 @@ struct Document {
   return where == Shown::everywhere || where == place;
 }
 
-// How the documents look. The text is UTF-8; its sentences are at most 110 columns wide.
+// How the documents look. The text is UTF-8; its sentences are at most 100 columns wide.
 //
 // @param screen  columns of the terminal, in which tables go on below where they are wider; 0: there is none
 [[nodiscard]] std::string text_of(const Document& document, std::size_t screen = 0);
