@@ -350,6 +350,7 @@ struct Section {
   std::string heading;
   std::vector<Block> blocks = {};
   Shown shown = Shown::everywhere;
+  bool folded = false;  // on a page, below its heading
 };
 
 struct Document {

@@ -223,7 +223,10 @@ std::string html_of(const Document& document) {
       }
       const std::string title =
           element("h2", escaped(section.heading), section.id.empty() ? "" : attribute("id", section.id));
-      content += element("section", title + html.of(section.blocks)) + "\n";
+      const std::string blocks = html.of(section.blocks);
+      content += element("section", section.folded ? element("details", element("summary", title) + blocks)
+                                                   : title + blocks) +
+                 "\n";
     }
   }
   const std::string header =

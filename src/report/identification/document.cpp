@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -198,7 +199,13 @@ std::vector<Section> sections_of(const Identification& result, const Evidence* e
   }
   out.push_back(conditioning_section(result));
   if (!result.notes.empty()) {
-    out.push_back({"notes", "Notes", "Notes", {{list_of("notes", result.notes)}}, page});
+    out.push_back({"notes", "Notes", "Notes on the data", {{list_of("notes", result.notes)}}, page});
+  }
+  // What is read first stays open.
+  constexpr auto open =
+      std::to_array<std::string_view>({"friction", "torques", "parameters", "fit", "residual"});
+  for (Section& section : out) {
+    section.folded = std::ranges::find(open, section.id) == open.end();
   }
   return out;
 }
@@ -271,6 +278,7 @@ Document document_of(const Robot& robot, const Identification& result,
   }
   out.sections = sections_of(result, evidence.empty() ? nullptr : &evidence);
   out.sections.push_back(provenance_section(robot, result, provenance));
+  out.sections.back().folded = true;
   return out;
 }
 
