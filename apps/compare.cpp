@@ -66,6 +66,7 @@ Experiment experiment_of(const CompareArguments& arguments, const std::vector<Ju
       out.file = out.robot_file = model.file;
       out.robot = model.result->robot;
       out.log.irregular = Irregular::resample;
+      out.estimation.signal = model.result->signal;
       return out;
     }
     if (model.result && model.result->experiment) {

@@ -116,7 +116,7 @@ Export model_of(const IdentifiedRobot& identified, const ExportArguments& argume
 }
 
 int refused(const Path& file, const std::vector<Finding>& faults) {
-  tell(faults);
+  tell(told_once(faults));
   tell("rivid_identify: " + file.string() + " is not written; --force does it nevertheless\n");
   return no_success;
 }
@@ -128,8 +128,8 @@ int write(const ExportArguments& arguments, const Export& made, const std::vecto
   }
   outputs.commit();
   if (!arguments.quiet) {
-    tell(made.faults);
-    tell(made.warnings);
+    tell(told_once(made.faults));
+    tell(told_once(made.warnings));
     tell_written(files);
   }
   return success;

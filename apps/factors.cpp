@@ -92,6 +92,7 @@ struct MergeArguments {
   bool report = false;
   bool json = false;
   bool quiet = false;
+  bool verbose = false;
 };
 
 FactorsFile merged(const std::vector<Path>& files) {
@@ -182,13 +183,10 @@ int identify_merged(const MergeArguments& arguments) {
     outputs.put(files.back().path, html_report(experiment.robot, result, {}, provenance));
   }
   outputs.commit();
-  print_answer(arguments, json, in_words(result, screen_width()));
+  print_result({arguments.json, arguments.quiet, arguments.verbose}, experiment.robot, result, json);
   if (!arguments.quiet) {
-    tell("note", result.notes);
-    if (arguments.json) {
-      tell(result.warnings);
-    }
     tell_written(files);
+    tell("next: " + next_command(result, folder) + "\n");
   }
   return result.status == Status::identified ? success : no_success;
 }
@@ -243,7 +241,8 @@ int merge_command(int argc, char** argv) {
                       &to.output},
                      {"--report", "", "Write report.html beside result.json", &to.report},
                      {"--json", "", "Print the result as JSON instead of the table", &to.json},
-                     {"--quiet", "", "Print nothing but errors", &to.quiet}},
+                     {"--quiet", "", "Print nothing but errors", &to.quiet},
+                     {"--verbose", "", "Print all parameters and tests", &to.verbose}},
        .footer = "Exit codes: 0 identified or merged, 1 not identified, 2 bad input or usage, 3 numerical "
                  "failure."},
       argc, argv,

@@ -30,8 +30,7 @@ struct Program {
 constexpr auto programs = std::to_array<Program>({
     {"init", "rivid_identify init", init_command, "ROBOT.urdf LOG.csv", "an experiment file to begin with"},
     {"check", "rivid_identify check", check_command, "EXPERIMENT.toml", "faults of robot, logs and settings"},
-    {"identify", "rivid_identify", identify_tool, "EXPERIMENT.toml",
-     "the parameters, with intervals; or ROBOT.urdf LOG.csv"},
+    {"identify", "rivid_identify", identify_tool, "EXPERIMENT.toml", "the parameters; or ROBOT.urdf LOG.csv"},
     {"payload", "rivid_identify payload", payload_command, "EXPERIMENT.toml --loaded LOG.csv",
      "a payload, or drive gains"},
     {"validate", "rivid_identify validate", validate_command, "RESULT LOG.csv",
@@ -51,7 +50,7 @@ constexpr auto programs = std::to_array<Program>({
     {"convert", "rivid convert", convert_command, "LOG LOG.csv", "a bag, .mat, .npz or Parquet file as CSV"},
     {"explain", "rivid_identify explain", explain_command, "CODE", "cause and cure of a finding or a status"},
     {"paper", "rivid_paper_study", paper_study_tool, "DIR", "the case study of the paper"},
-    {"demo", "rivid demo", demo_command, "DIR", "a simulated robot, from its description to the report"},
+    {"demo", "rivid demo", demo_command, "DIR", "a simulated robot, from description to report"},
 });
 
 // That is called by a link of its old name, or by that and a subcommand.
@@ -70,8 +69,7 @@ std::string overview() {
     out += line + std::string(each.what) + "\n";
   }
   return out +
-         "rivid help COMMAND prints its options. The keys of an experiment file are listed in "
-         "docs/experiment.md.\n"
+         "rivid help COMMAND prints its options; docs/experiment.md lists the keys of an experiment file.\n"
          "Exit codes: 0 done, 1 no success, 2 bad input or usage, 3 numerical failure.";
 }
 

@@ -77,7 +77,8 @@ Command command_of(Arguments& to) {
             &to.threads},
            {"--json", "", "Print the result as JSON instead of the table", &to.json},
            {"--quiet", "", "Print nothing but errors", &to.quiet},
-           {"--verbose", "", "Print the plan of --dry-run before the work", &to.verbose},
+           {"--verbose", "", "Print all parameters and tests, and the plan of --dry-run before the work",
+            &to.verbose},
            {"--dry-run", "", "Read and check everything, print what would be done, write nothing",
             &to.dry_run}},
       .footer =
@@ -211,16 +212,6 @@ Destination destination_of(const Arguments& arguments) {
   return out;
 }
 
-void tell_result(const Arguments& arguments, const Identification& result) {
-  tell("note", result.notes);
-  if (arguments.json) {
-    tell(result.warnings);
-  }
-  if (result.status != Status::identified) {
-    tell("rivid_identify explain " + std::string(name(result.status)) + " prints cause and cure\n");
-  }
-}
-
 int identify_from(const Arguments& arguments) {
   expect_experiment(arguments.experiment);
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
@@ -262,7 +253,7 @@ int identify_from(const Arguments& arguments) {
 
   Provenance provenance =
       provenance_of("rivid_identify", experiment, Use::identification, overrides, arguments.set);
-  std::string table = in_words(result, screen_width());
+  std::string beside;
   if (!arguments.write_rows.empty()) {
     const RowTable rows = row_table(experiment.robot, result, reading.logs(experiment.log, experiment.robot));
     put_with_hash(arguments.write_rows,
@@ -277,7 +268,7 @@ int identify_from(const Arguments& arguments) {
   if (plan) {
     const PlanCheck check = check_against(*plan, experiment.robot, result);
     put_with_hash(to.check, to_json(*plan, check), outputs, provenance);
-    table += '\n' + in_words(*plan, check);
+    beside = '\n' + in_words(*plan, check);
   }
   const std::string json = to_json(experiment.robot, result, provenance);
   outputs.put(to.result, json);
@@ -285,15 +276,15 @@ int identify_from(const Arguments& arguments) {
     outputs.put(to.report, html_report(experiment.robot, result, predicted.predictions, provenance));
   }
   outputs.commit();
-  print_answer(arguments, json, table);
+  print_result({arguments.json, arguments.quiet, arguments.verbose}, experiment.robot, result, json, beside);
   if (!arguments.quiet) {
-    tell_result(arguments, result);
     for (const std::string& log : predicted.left_out) {
       tell("note",
            std::vector<std::string>{
                log + ": has no part in plots and friction curves, whose memory the logs before it take"});
     }
     tell_written(to.files);
+    tell("next: " + next_command(result, to.result.parent_path()) + "\n");
   }
   return result.status == Status::identified ? success : no_success;
 }

@@ -73,7 +73,7 @@ int check(const CheckArguments& arguments) {
   expect_experiment(arguments.experiment);
   const Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const std::vector<Finding> findings = check(experiment, arguments.threads);
-  print_answer(arguments, to_json(findings), in_words(findings));
+  print_answer(arguments, to_json(findings), in_words(findings, screen_width()));
   const bool useless = std::ranges::any_of(
       findings, [](const Finding& finding) { return severity(finding) == Severity::error; });
   return useless ? no_success : success;
@@ -101,6 +101,33 @@ int explain(const std::string& code) {
 }
 
 }  // namespace
+
+void print_result(const Printed& how, const Robot& robot, const Identification& result,
+                  const std::string& json, const std::string& beside) {
+  print_answer(
+      how, json,
+      (how.verbose ? in_words(result, screen_width()) : first_screen(robot, result, screen_width())) +
+          beside);
+  if (how.quiet) {
+    return;
+  }
+  constexpr std::size_t few = 2;
+  const std::vector<std::string> count = {std::to_string(result.notes.size()) +
+                                          " notes on the data are in the result; --verbose prints them"};
+  tell("note", how.verbose || result.notes.size() <= few ? result.notes : count);
+  if (how.json) {
+    tell(result.warnings);
+  }
+}
+
+std::string next_command(const Identification& result, const std::filesystem::path& folder) {
+  if (result.status != Status::identified) {
+    return "rivid_identify explain " + std::string(name(result.status)) + " prints cause and cure";
+  }
+  return result.validation.empty()
+             ? "rivid_identify validate " + folder.string() + " LOG.csv, with a log of another motion"
+             : "rivid_identify export " + folder.string() + " --to " + (result.physical ? "urdf" : "header");
+}
 
 int init_command(int argc, char** argv) {
   InitArguments to;

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+
+#include "rivid/identify/identification.hpp"
 
 // The subcommands of rivid_identify: what comes before an identification, and after one. argv[0] is the name
 // of the subcommand.
@@ -43,6 +46,24 @@ int validate_command(int argc, char** argv);
 /// Where a file is that a result names: as it was named then, or seen from where the result's folder stands.
 [[nodiscard]] std::filesystem::path found_again(const std::filesystem::path& named,
                                                 const std::filesystem::path& result);
+
+/// How identify and merge print a result.
+struct Printed {
+  bool json = false;
+  bool quiet = false;
+  bool verbose = false;
+};
+
+/// Prints a result: its first screen, or with --verbose all of it, and its notes.
+///
+/// @param beside  what is printed below it
+void print_result(const Printed& how, const Robot& robot, const Identification& result,
+                  const std::string& json, const std::string& beside = {});
+
+/// The command that comes after a result, with what it does.
+///
+/// @param folder  of the result
+[[nodiscard]] std::string next_command(const Identification& result, const std::filesystem::path& folder);
 
 /// rivid_identify explain [CODE].
 int explain_command(int argc, char** argv);

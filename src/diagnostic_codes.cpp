@@ -29,4 +29,28 @@ std::string in_words(const Finding& finding) {
   return std::string(name(severity(finding))) + " [" + finding.code + "] " + sentence(finding);
 }
 
+std::vector<Finding> told_once(std::span<const Finding> findings) {
+  std::vector<Finding> out;
+  std::vector<std::vector<std::string>> subjects;  // of each of them
+  for (const Finding& finding : findings) {
+    std::size_t k = finding.subject.empty() ? out.size() : 0;
+    while (k < out.size() && (out[k].code != finding.code ||
+                              std::ranges::find(subjects[k], finding.subject) != subjects[k].end())) {
+      ++k;
+    }
+    if (k == out.size()) {
+      out.push_back(finding);
+      subjects.emplace_back();
+    }
+    subjects[k].push_back(finding.subject);
+  }
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (subjects[k].size() > 1) {
+      subjects[k].erase(subjects[k].begin());
+      out[k].text += "; the same of " + listed(subjects[k]);
+    }
+  }
+  return out;
+}
+
 }  // namespace rivid

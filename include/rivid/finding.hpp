@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "rivid/fields.hpp"
 
@@ -54,6 +55,9 @@ struct Finding {
 
 /// "joint_1: its torque has the other sign", without the full stop.
 [[nodiscard]] std::string sentence(const Finding& finding);
+
+/// One finding of each code, which names the subjects of the others: "…; the same of joint_2 and joint_3".
+[[nodiscard]] std::vector<Finding> told_once(std::span<const Finding> findings);
 
 /// One line: "error [torque_sign] joint_1: its torque has the other sign".
 [[nodiscard]] std::string in_words(const Finding& finding);

@@ -28,9 +28,10 @@ from rivid._options import (
 )
 from rivid._rivid import Error, InputError, NumericsError
 from rivid._rivid import version as __version__
+from rivid.commands import compare, explain, export
 from rivid.experiment import Excitation, Experiment, Simulation, draft, excite, simulate
 from rivid.findings import Finding
-from rivid.fit import Fit, Prediction, check, identify
+from rivid.fit import Fit, Prediction, RividWarning, check, identify
 from rivid.formats import limit_inputs
 from rivid.log import Log, read_log, read_logs
 from rivid.montecarlo import MonteCarloResults, Study, montecarlo
@@ -71,6 +72,7 @@ __all__ = [
     "Pid",
     "PointToPoint",
     "Prediction",
+    "RividWarning",
     "Robot",
     "Simulation",
     "Study",
@@ -78,8 +80,11 @@ __all__ = [
     "Wls",
     "__version__",
     "check",
+    "compare",
     "draft",
     "excite",
+    "explain",
+    "export",
     "identify",
     "identify_payloads",
     "limit_inputs",

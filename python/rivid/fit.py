@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import html
+import base64
+import csv
+import io
 import json
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from hashlib import sha256
 from os import PathLike
@@ -13,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from rivid import _rivid
+from rivid import _rivid, plots
 from rivid._arrays import instance_of, path_of
 from rivid._keys import Method, text_of
 from rivid._options import Auto
@@ -27,7 +30,11 @@ if TYPE_CHECKING:
     from rivid.types import Booleans, Floats, Indices, LogSource, Progress
 
 _SHOWN = ("name", "value", "unit", "sigma", "relative_sigma_percent", "interval_95", "verdict", "regrouped")
-_MOST_BYTES_IN_NOTEBOOK = 4_000_000
+_WRITTEN = ("name", "value", "unit", "sigma", "low_95", "high_95", "verdict", "regrouped")
+
+
+class RividWarning(UserWarning):
+    """A fit that is not identified: an estimate that there are reasons not to trust, or none."""
 
 
 def identify(
@@ -45,14 +52,14 @@ def identify(
     ``Auto``, the default. ``identify("my_robot.toml")`` does what an experiment file says.
 
     ``validation`` takes no part in the fit: its errors are part of the result and of its judgement. No result depends on ``threads``. ``progress(stage, fraction)`` is called now and
-    then. Data that do not determine all parameters, and reasons not to trust an estimate, are no exception but a ``status``.
+    then. Data that do not determine all parameters, and reasons not to trust an estimate, are no exception but a ``status`` and a RividWarning.
 
     Raises InputError where robot, logs and options do not fit together.
     """
     if isinstance(robot, (str, PathLike, Experiment)):
         if log is not None or method is not None:
             raise TypeError("identify: an experiment says log and method itself; see Experiment.logs and Robot.from_urdf")
-        return _of_experiment(robot if isinstance(robot, Experiment) else Experiment(robot), threads, progress)
+        return _told(_of_experiment(robot if isinstance(robot, Experiment) else Experiment(robot), threads, progress))
     instance_of("identify: robot", robot, Robot)
     if log is None:
         raise TypeError("identify: a log is required beside the robot")
@@ -69,7 +76,14 @@ def identify(
         threads,
         progress,
     )
-    return Fit(Robot._of(chosen, robot._files) if chosen else robot, found, logs, others)
+    return _told(Fit(Robot._of(chosen, robot._files) if chosen else robot, found, logs, others))
+
+
+def _told(fit: Fit) -> Fit:
+    if fit._found.status != "identified":
+        reasons = "; ".join(fit._found.reasons)
+        warnings.warn(f"the result is {fit._found.status}: {reasons}", RividWarning, stacklevel=3)
+    return fit
 
 
 def _of_experiment(experiment: Experiment, threads: int, progress: Progress | None) -> Fit:
@@ -140,14 +154,10 @@ class Prediction:
 
         Sample by sample the noise of differentiated positions would hide both.
         """
-        import matplotlib.pyplot as plt
-
         window = self._row_window()
         border = len(window) // 2
         t = self.t[border : len(self.t) - border]
-        if axes is None:
-            _, axes = plt.subplots(len(self.joints), sharex=True, squeeze=False, layout="constrained")
-            axes = axes[:, 0]
+        axes = plots.panels(axes, len(self.joints), sharex=True)
         for j, (axis, joint) in enumerate(zip(axes, self.joints)):
             axis.plot(t, np.convolve(self.measured[:, j], window, mode="valid"), label="measured")
             axis.plot(t, np.convolve(self.predicted[:, j], window, mode="valid"), "--", label="predicted")
@@ -172,8 +182,15 @@ class Prediction:
 class Fit:
     """What an identification found.
 
-    ``document`` is all of it, the content of result.json, which docs/result.md describes; the members below are views of it.
+    ``document`` is all of it, the content of result.json, which docs/result.md describes; the members below are views of it. ``fit["ZZ1R"]`` is the row of a
+    parameter. A fit can be pickled: like one of ``load()`` it then has no logs of its own, and no a-priori values.
     """
+
+    plot_torques = plots.torques
+    plot_residuals = plots.residuals
+    plot_friction = plots.friction
+    plot_intervals = plots.intervals
+    plot_correlation = plots.correlation
 
     def __init__(
         self,
@@ -187,9 +204,27 @@ class Fit:
         self._logs = logs
         self._experiment = experiment
         self._others = validation
+        self._text: str | None = None
         self.robot = robot
 
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Fit:
+        """The fit of a result.json, whoever wrote it.
+
+        It predicts and validates as it did; what needs the logs of the fit, its predictions and residuals, asks for ``predict(log)``.
+        """
+        path = path_of("Fit.load: path", path)
+        return _loaded(_rivid.read_input(path / "result.json" if path.is_dir() else path), str(path))
+
+    def __reduce__(self) -> Any:
+        return _loaded, (self._json(), "a pickled fit")
+
+    def __getitem__(self, name: str) -> Mapping[str, Any]:
+        return self.parameters.row(name)
+
     def _json(self) -> str:
+        if self._text is not None:
+            return self._text
         if self._experiment is not None:
             return self._experiment._experiment.document(self._found, self._experiment._settings)
         return self._found.document(self.robot._robot, self._inputs)
@@ -198,6 +233,8 @@ class Fit:
     def _inputs(self) -> list[tuple[str, str]]:
         """Sources of the logs and SHA-256 of their numbers; the file of the robot and its own."""
         robot = [(str(file), sha256(file.read_bytes()).hexdigest()) for file in files_of(self.robot) if file.is_file()]
+        if self._text is not None:
+            return [(file["path"], file["sha256"]) for file in self.document["provenance"]["inputs"]]
         return [(log.source, log.digest()) for log in self._training()] + robot
 
     @cached_property
@@ -270,7 +307,9 @@ class Fit:
 
     @cached_property
     def predictions(self) -> list[Prediction]:
-        """Predictions of the logs of the fit."""
+        """Predictions of the logs of the fit. Raises InputError for a fit that was loaded."""
+        if not self._training():
+            raise _rivid.InputError("Fit: this one was loaded and has no logs; predict(log) takes them again")
         return [self.predict(log) for log in self._training()]
 
     @property
@@ -286,12 +325,15 @@ class Fit:
         return Prediction(self._found.predict(self.robot._robot, logs[0]._log), self.robot.joints)
 
     def validate(self, log: LogSource, *, threads: int = 1) -> dict[str, Any]:
-        """The fit on a log that took no part in it: members of ``fit`` in docs/result.md. It becomes part of the document."""
+        """The fit on a log that took no part in it: members of ``validation`` in docs/result.md. It becomes part of the document."""
         logs = read_logs(log, self.robot)
         out: dict[str, Any] = {}
         for one in logs:
             out = json.loads(self._found.validate(self.robot._robot, one._log, threads))
             self._others.append(one)
+            if self._text is not None:
+                self.document["validation"].append({"file": one.source, **out})
+                self._text = json.dumps(self.document, indent=2, ensure_ascii=False) + "\n"
         self.__dict__.pop("document", None)
         return out
 
@@ -304,8 +346,23 @@ class Fit:
         return DynamicModel(self._found.model(self.robot._robot, parameters or "", force))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Writes result.json. Raises InputError where ``path`` is a file that the fit was made from, or is there and no JSON."""
-        _rivid.write_file(path_of("Fit.save: path", path), self._json(), ".json", self._files())
+        """Writes result.json, or where ``path`` ends in .csv the table of the parameters, which ``Robot.model`` reads.
+
+        Raises InputError for another ending, and where ``path`` is a file that the fit was made from, or is there and of another kind.
+        """
+        path = path_of("Fit.save: path", path)
+        if path.suffix not in (".json", ".csv"):
+            raise _rivid.InputError(f"Fit.save: {path} must end in .json, or in .csv for the parameters alone; to_html() writes the report")
+        _rivid.write_file(path, self._json() if path.suffix == ".json" else self._csv(), path.suffix, self._files())
+
+    def _csv(self) -> str:
+        out = io.StringIO()
+        writer = csv.DictWriter(out, _WRITTEN, extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        for p in self.parameters:
+            low, high = p["interval_95"]
+            writer.writerow({**p, "low_95": low, "high_95": high})
+        return out.getvalue()
 
     def to_html(self, path: str | PathLike[str] | None = None) -> str:
         """The report as one page: written to ``path`` where there is one, and returned.
@@ -315,7 +372,7 @@ class Fit:
         if self._experiment is not None:
             page = self._experiment._experiment.html(self._found, self._experiment._settings)
         else:
-            shown = [p._prediction for p in self.predictions]
+            shown = [self.predict(log)._prediction for log in self._training()]
             for log in self._others:
                 shown.append(self.predict(log)._prediction)
                 shown[-1].validation = True
@@ -342,8 +399,22 @@ class Fit:
         return f"<Fit {self._found.title}: {self.status}, {len(self.chi)} base parameters>"
 
     def _repr_html_(self) -> str:
-        page = self.to_html()
-        if len(page) > _MOST_BYTES_IN_NOTEBOOK:
-            title = f"<p><b>{html.escape(self._found.title)}: {html.escape(self.status)}</b></p>"
-            return title + self.parameters._repr_html_()
-        return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: 40em; border: 0"></iframe>'
+        drawing = ""
+        try:
+            from matplotlib.figure import Figure
+        except ImportError:
+            pass
+        else:
+            figure = Figure(figsize=(6.0, 1.0 + 0.2 * len(self.chi)), dpi=72, layout="constrained")
+            self.plot_intervals(figure.subplots())
+            picture = io.BytesIO()
+            figure.savefig(picture, format="png")
+            drawing = f'<img alt="confidence intervals" src="data:image/png;base64,{base64.b64encode(picture.getvalue()).decode()}">'
+        return f"<p><b>{self._found.title}: {self.status}</b></p>{drawing}{self.parameters._repr_html_()}"
+
+
+def _loaded(text: str, source: str) -> Fit:
+    robot, found = _rivid.Identification.of_result(text, source)
+    out = Fit(Robot._of(robot), found, [], [])
+    out._text = text
+    return out

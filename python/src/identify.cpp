@@ -6,8 +6,10 @@
 #include "experiment/from_program.hpp"
 #include "experiment/json_fields.hpp"
 #include "logs.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/identify/check.hpp"
+#include "rivid/identify/friction_curves.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
 #include "rivid/report/html.hpp"
@@ -55,6 +57,14 @@ std::string findings(const Robot& robot, const std::vector<const Log*>& logs,
                         .threads = threads}));
 }
 
+std::vector<Prediction> copies(const std::vector<const Prediction*>& predictions) {
+  std::vector<Prediction> out;
+  for (const Prediction* const p : predictions) {
+    out.push_back(*p);
+  }
+  return out;
+}
+
 void bind_prediction(nb::module_& m) {
   nb::class_<Prediction> prediction(m, "Prediction", "Torques of a log, measured and predicted.");
   const auto columns = [](Vector JointPrediction::* member) {
@@ -98,6 +108,9 @@ void bind_identify(nb::module_& m) {
   bind_prediction(m);
   nb::class_<Identification> result(m, "Identification", "What an identification found.");
   result.def_prop_ro("status", [](const Identification& self) { return name(self.status); })
+      .def_static("of_result", &result_of, "text"_a, "source"_a, Unlocked(),
+                  "Its robot and it, of a result.json.")
+      .def_ro("reasons", &Identification::reasons)
       .def_ro("title", &Identification::title)
       .def(
           "document",
@@ -122,21 +135,26 @@ void bind_identify(nb::module_& m) {
       .def(
           "validate",
           [](Identification& self, const Robot& robot, const Log& log, int threads) {
-            self.validation.push_back(validate(robot, self, log, threads));
-            return detail::json_of(self.validation.back().fit).dump();
+            const Validation& found = self.validation.emplace_back(validate(robot, self, log, threads));
+            detail::Json out = detail::json_of(found.fit);
+            out["forecast"] = detail::json_of(found.forecast);
+            return out.dump();
           },
           "robot"_a, "log"_a, "threads"_a, Unlocked())
       .def(
           "html",
           [](const Identification& self, const Robot& robot,
              const std::vector<const Prediction*>& predictions, const Inputs& inputs) {
-            std::vector<Prediction> shown;
-            for (const Prediction* const p : predictions) {
-              shown.push_back(*p);
-            }
-            return html_report(robot, self, shown, provenance_of(self, inputs));
+            return html_report(robot, self, copies(predictions), provenance_of(self, inputs));
           },
           "robot"_a, "predictions"_a, "inputs"_a, Unlocked())
+      .def(
+          "friction",
+          [](const Identification& self, const Robot& robot,
+             const std::vector<const Prediction*>& predictions) {
+            return to_csv(friction_curves(robot, self, copies(predictions)));
+          },
+          "robot"_a, "predictions"_a, Unlocked(), "The table of --write-friction.")
       .def(
           "model",
           [](const Identification& self, const Robot& robot, const std::string& parameters, bool force) {

@@ -1,9 +1,14 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <concepts>
 #include <filesystem>
 #include <initializer_list>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ranges>
 #include <span>
 #include <string>
@@ -15,29 +20,37 @@
 #include "rivid/fields.hpp"
 #include "rivid/input.hpp"
 #include "rivid/text.hpp"
+#include "rivid/types.hpp"
 
 namespace rivid::detail {
 
-/// A JSON file.
+/// The JSON of a text.
 ///
-/// @param what  the file as messages name it: "the result"
+/// @param file  that it is the content of
 /// @param other what it is not, where it is no JSON: "is no result.json of rivid_identify: "
-/// @throws InputError  where it can not be read, is larger than result_limit, no JSON or more than
-///                     deepest_nesting lists within each other
-[[nodiscard]] inline nlohmann::json parsed_json(const std::filesystem::path& path, std::string_view what,
+/// @throws InputError  where it is no JSON, or more than deepest_nesting lists within each other
+[[nodiscard]] inline nlohmann::json parsed_json(std::string_view text, const std::string& file,
                                                 const std::string& other) {
   try {
-    return nlohmann::json::parse(
-        description_text(path, what, result_limit), [&](int depth, auto /*event*/, const auto& /*parsed*/) {
-          if (depth > deepest_nesting) {
-            throw InputError(path.string() + ": lists and objects within each other go deeper than " +
-                             std::to_string(deepest_nesting));
-          }
-          return true;
-        });
+    return nlohmann::json::parse(text, [&](int depth, auto /*event*/, const auto& /*parsed*/) {
+      if (depth > deepest_nesting) {
+        throw InputError(file + ": lists and objects within each other go deeper than " +
+                         std::to_string(deepest_nesting));
+      }
+      return true;
+    });
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(path.string() + ": " + other + e.what());
+    throw InputError(file + ": " + other + e.what());
   }
+}
+
+/// The same of a file.
+///
+/// @param what  the file as messages name it: "the result"
+/// @throws InputError  where it can not be read or is larger than result_limit as well
+[[nodiscard]] inline nlohmann::json parsed_json(const std::filesystem::path& path, std::string_view what,
+                                                const std::string& other) {
+  return parsed_json(description_text(path, what, result_limit), path.string(), other);
 }
 
 /// A member of a JSON file that knows where it stands: messages are "file: robot.joints[2].friction …".
@@ -109,22 +122,67 @@ class JsonNode {
     return out;
   }
 
-  /// Sets the plain members of a record, all of which must be there.
+  /// Sets the members of a record as json_of() writes them, all of which must be there; null is not a number.
   template <Described Record>
   void read(Record& out) const {
     for_each_field<Record>([&](const auto& field) {
       if constexpr (std::is_member_object_pointer_v<std::decay_t<decltype(field.member)>>) {
-        at(std::string(field.key).c_str()).take(out.*field.member);
+        at(std::string(field.key).c_str()).read(out.*field.member);
       }
     });
   }
-
- private:
-  void take(bool& out) const { out = boolean(); }
-  void take(double& out) const { out = number(); }
-  void take(std::vector<double>& out) const { out = numbers(); }
+  void read(bool& out) const { out = boolean(); }
+  void read(double& out) const {
+    out = json_.is_null() ? std::numeric_limits<double>::quiet_NaN() : number();
+  }
+  void read(std::integral auto& out) const {
+    const double value = number();
+    constexpr double most = 1e15;
+    if (value != std::floor(value) || std::abs(value) > most) {
+      fail("must be a whole number");
+    }
+    out = static_cast<std::remove_reference_t<decltype(out)>>(value);
+  }
+  void read(std::string& out) const { out = text(); }
+  template <typename Value>
+  void read(std::optional<Value>& out) const {
+    json_.is_null() ? out.reset() : read(out.emplace());
+  }
+  template <typename Value>
+  void read(std::vector<Value>& out) const {
+    out.clear();
+    for (const JsonNode& node : list()) {
+      node.read(out.emplace_back());
+    }
+  }
+  template <typename Value, std::size_t size>
+  void read(std::array<Value, size>& out) const {
+    std::vector<Value> values;
+    read(values);
+    if (values.size() != size) {
+      fail("has " + std::to_string(values.size()) + " entries, must have " + std::to_string(size));
+    }
+    std::ranges::copy(values, out.begin());
+  }
+  void read(Vector& out) const {
+    std::vector<double> values;
+    read(values);
+    out = Eigen::Map<const Vector>(values.data(), std::ssize(values));
+  }
+  void read(Matrix& out) const {
+    std::vector<Vector> rows;
+    read(rows);
+    out.resize(std::ssize(rows), rows.empty() ? 0 : rows.front().size());
+    for (Index i = 0; i < out.rows(); ++i) {
+      const Vector& row = rows[static_cast<std::size_t>(i)];
+      if (row.size() != out.cols()) {
+        fail("has rows of different lengths");
+      }
+      out.row(i) = row.transpose();
+    }
+  }
   template <Named Enum>
-  void take(Enum& out) const {
+  void read(Enum& out) const {
     const std::string word = text();
     const std::optional<Enum> value = named<Enum>(word);
     if (!value) {
@@ -134,6 +192,7 @@ class JsonNode {
     out = *value;
   }
 
+ private:
   const nlohmann::json& json_;
   std::string file_;
   std::string path_;

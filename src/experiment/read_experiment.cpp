@@ -29,8 +29,9 @@ void look_for(std::string_view key, std::string_view section, std::string& guess
         look_for<Value>(key, section, guess);
       }
     }
-    if (field.key == key) {
-      guess = "; did you mean \"" + std::string(section) + "." + std::string(key) + "\"?";
+    const std::string name(field.key);
+    if (name == key || (guess.empty() && !did_you_mean(key, std::span(&name, 1)).empty())) {
+      guess = "; did you mean \"" + std::string(section) + "." + name + "\"?";
     }
   });
 }

@@ -10,6 +10,7 @@
 #include "experiment/parameter_file.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "rivid/error.hpp"
+#include "rivid/experiment/experiment.hpp"
 
 namespace rivid {
 
@@ -38,19 +39,15 @@ JointType joint_type(const JsonNode& node) {
 
 Eigen::Vector3d vector3(const JsonNode& node) { return Eigen::Vector3d(node.numbers(3).data()); }
 
-Matrix matrix(const JsonNode& node, Index columns) {
-  const std::vector<JsonNode> rows = node.list();
-  Matrix out(static_cast<Index>(rows.size()), columns);
-  for (Index i = 0; i < out.rows(); ++i) {
-    const std::vector<double> row =
-        rows[static_cast<std::size_t>(i)].numbers(static_cast<std::size_t>(columns));
-    out.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), columns);
+// Each row as long as there are rows.
+Matrix square(const JsonNode& node) {
+  Matrix out;
+  node.read(out);
+  if (out.rows() != out.cols() || !out.allFinite()) {
+    node.fail("must be a square matrix of finite numbers");
   }
   return out;
 }
-
-// Each row as long as there are rows.
-Matrix square(const JsonNode& node) { return matrix(node, static_cast<Index>(node.list().size())); }
 
 Chain::Link link(const JsonNode& frame, JointType type) {
   Chain::Link out;
@@ -213,6 +210,14 @@ std::optional<IdentifiedRobot::Source> input_of_run(const JsonNode& provenance, 
   return std::nullopt;
 }
 
+// A member that may be absent.
+template <typename Value>
+void take(const JsonNode& from, const char* member, Value& to) {
+  if (from.has(member)) {
+    from.at(member).read(to);
+  }
+}
+
 // What the file says of its own origin. A file of another program may leave it out.
 void take_provenance(const JsonNode& file, IdentifiedRobot& to) {
   if (!file.has("provenance")) {
@@ -222,6 +227,7 @@ void take_provenance(const JsonNode& file, IdentifiedRobot& to) {
   to.run = provenance.at("run").text();
   to.experiment = input_of_run(provenance, ".toml");
   const JsonNode options = provenance.at("options");
+  take(options, "signal", to.signal);
   const bool named = options.has("robot") && options.at("robot").has("urdf");
   if (!named) {
     to.urdf = input_of_run(provenance, ".urdf");
@@ -258,24 +264,112 @@ IdentifiedRobot identified(const std::filesystem::path& path, const Robot* expec
   return out;
 }
 
-// One of the numbers of each joint's part of the fit.
-Vector of_joints(const JsonNode& file, const char* member, Index joints) {
-  const std::vector<JsonNode> parts = file.at("fit").at("joints").list();
-  if (static_cast<Index>(parts.size()) != joints) {
-    file.at("fit").at("joints").fail("must have one entry for each of the " + std::to_string(joints) +
-                                     " joints");
+// What a result says of a fit and of the chosen set beside it.
+void take_physical(const JsonNode& node, const BaseParameters& base, Identification& to) {
+  PhysicalModel& out = to.physical.emplace();
+  node.read(out.parameters);
+  NamedValues links(node.file());
+  for (const JsonNode& link : node.at("links").list()) {
+    for (const JsonNode& p : link.at("parameters").list()) {
+      links.add(p.at("name").text(), p.at("value").json());
+    }
   }
-  Vector out(joints);
-  for (std::size_t j = 0; j < parts.size(); ++j) {
-    out[static_cast<Index>(j)] = parts[j].at(member).number();
+  out.parameters.chi_st = links.standard(base);
+  node.at("fit").read(out.fit);
+  node.at("better").read(out.better);
+  Vector sigma;
+  node.at("sigma").read(sigma);
+  out.C_chi = sigma.cwiseAbs2().asDiagonal();
+  if (out.parameters.chi.size() != base.size() || (sigma.size() > 0 && sigma.size() != base.size())) {
+    node.fail("has another number of parameters than the robot");
   }
+}
+
+Validation validation(const JsonNode& node) {
+  Validation out;
+  node.read(out.fit);
+  node.at("file").read(out.file);
+  node.at("forecast").read(out.forecast);
+  take(node, "physical", out.physical);
+  take(node, "essential", out.essential);
   return out;
 }
 
-void expect_usable(const std::string& who, const OnlineModel& found) {
-  if (const auto fault = found.complaint()) {
+Finding warning(const JsonNode& node) {
+  return {node.at("code").text(), node.at("subject").text(), node.at("text").text()};
+}
+
+Identification identification(const JsonNode& file, const Robot& robot) {
+  Identification out;
+  file.at("method").read(out.method);
+  file.at("status").read(out.status);
+  file.at("reasons").read(out.reasons);
+  file.at("notes").read(out.notes);
+  for (const JsonNode& node : file.at("warnings").list()) {
+    out.warnings.push_back(warning(node));
+  }
+  out.base = base_parameters(robot);
+  file.at("parameters").read(out.parameters);
+  if (!std::ranges::equal(out.parameters, out.base.parameters, {}, &ParameterEstimate::name,
+                          &BaseParameter::name)) {
+    file.at("parameters").fail("are not the base parameters of its robot");
+  }
+  out.chi.resize(out.base.size());
+  std::ranges::transform(out.parameters, out.chi.begin(), &ParameterEstimate::value);
+  const JsonNode covariance = file.at("covariance");
+  covariance.read(out.covariance);
+  covariance.at("C_chi").read(out.C_chi);
+  take(covariance, "gain_slopes", out.gain_slopes);
+  if (out.C_chi.rows() != out.C_chi.cols() || out.C_chi.rows() != out.base.size()) {
+    covariance.at("C_chi").fail("must have a row and a column for each parameter");
+  }
+  const JsonNode fit = file.at("fit");
+  fit.read(out.fit);
+  if (std::ssize(out.fit.joints) != robot.size()) {
+    fit.at("joints").fail("must have one entry for each of the " + std::to_string(robot.size()) + " joints");
+  }
+  fit.at("columns").read(out.columns);
+  fit.at("condition").read(out.condition);
+  fit.at("R_diagonal").read(out.R_diagonal);
+  fit.at("weights").read(out.weights);
+  for (const JsonNode& node : file.at("validation").list()) {
+    out.validation.push_back(validation(node));
+  }
+  take(file, "forecast", out.forecast);
+  take(file, "tests", out.diagnostics);
+  take(file, "alternatives", out.alternatives);
+  take(file, "row_choice", out.row_choice);
+  take(file, "method_choice", out.method_choice);
+  if (file.has("physical")) {
+    take_physical(file.at("physical"), out.base, out);
+  }
+  if (file.has("gains") && file.at("gains").json().is_object()) {
+    file.at("gains").at("C").read(out.estimation.gain_covariance);
+  }
+  const JsonNode options = file.at("provenance").at("options");
+  options.at("signal").read(out.estimation.signal);
+  Experiment ran;
+  ran.take_method(out.method);
+  const JsonNode robust = options.at("method").at("robust");
+  out.title = std::string(title(ran.estimation.method)) + (robust.text() == "off"     ? ""
+                                                           : robust.text() == "huber" ? ", Huber"
+                                                                                      : ", bisquare");
+  return out;
+}
+
+OnlineModel online_model(const std::string& who, const Robot& robot, const Identification& result) {
+  OnlineModel out{robot, result.base, result.chi, result.C_chi, Vector(robot.size()), Vector(robot.size())};
+  if (static_cast<Index>(result.fit.joints.size()) != robot.size()) {
+    throw InputError(who + ": the result is that of another robot");
+  }
+  for (Index j = 0; j < robot.size(); ++j) {
+    out.sigma_rho[j] = result.fit.joints[static_cast<std::size_t>(j)].sigma_rho;
+    out.velocity_threshold[j] = result.fit.joints[static_cast<std::size_t>(j)].velocity_threshold;
+  }
+  if (const auto fault = out.complaint()) {
     throw InputError(who + ": " + *fault);
   }
+  return out;
 }
 
 }  // namespace
@@ -285,57 +379,41 @@ IdentifiedRobot read_identified_robot(const std::filesystem::path& path,
   return identified(path, nullptr, options);
 }
 
+std::pair<Robot, Identification> result_of(std::string_view text, const std::string& source) {
+  const nlohmann::json content = detail::parsed_json(text, source, not_a_result);
+  const JsonNode file(content, source);
+  expect_result(file, {.parameters = ParameterSet::estimate, .force = true});
+  Robot robot = result_robot(file.at("robot"));
+  Identification found = identification(file, robot);
+  return {std::move(robot), std::move(found)};
+}
+
 OnlineModel online_model(const Robot& robot, const Identification& result) {
   if (result.status != Status::identified) {
     throw InputError("online_model: the result is not identified");
   }
-  OnlineModel out{robot, result.base, result.chi, result.C_chi, Vector(robot.size()), Vector(robot.size())};
-  if (static_cast<Index>(result.fit.joints.size()) != robot.size()) {
-    throw InputError("online_model: the result is that of another robot");
-  }
-  for (Index j = 0; j < robot.size(); ++j) {
-    out.sigma_rho[j] = result.fit.joints[static_cast<std::size_t>(j)].sigma_rho;
-    out.velocity_threshold[j] = result.fit.joints[static_cast<std::size_t>(j)].velocity_threshold;
-  }
-  expect_usable("online_model", out);
-  return out;
+  return online_model("online_model", robot, result);
 }
 
 OnlineModel read_online_model(const std::filesystem::path& path, const IdentifiedModelOptions& options) {
   const nlohmann::json content = detail::parsed_json(path, "the result", not_a_result);
   const JsonNode file(content, path.string());
   expect_result(file, options);
-  OnlineModel out;
-  out.robot = result_robot(file.at("robot"));
-  out.base = base_parameters(out.robot);
-  out.chi = out.base.from_standard(
-      values(file, out.base, {.parameters = ParameterSet::estimate, .force = options.force}));
-  out.C_chi = square(file.at("covariance").at("C_chi"));
-  out.sigma_rho = of_joints(file, "sigma_rho", out.robot.size());
-  out.velocity_threshold = of_joints(file, "velocity_threshold", out.robot.size());
-  expect_usable(path.string(), out);
-  return out;
+  const Robot robot = result_robot(file.at("robot"));
+  return online_model(path.string(), robot, identification(file, robot));
 }
 
 IdentifiedArm read_identified_arm(const std::filesystem::path& path, const Robot& robot) {
   const nlohmann::json content = detail::parsed_json(path, "the result", not_a_result);
   const JsonNode file(content, path.string());
-  const IdentifiedModelOptions estimate{.parameters = ParameterSet::estimate};
-  expect_result(file, estimate);
-  IdentifiedArm out;
-  out.robot = result_robot(file.at("robot"));
-  expect_same_geometry(file.at("robot"), out.robot, robot);
-  const BaseParameters base = base_parameters(out.robot);
-  out.chi = base.from_standard(values(file, base, estimate));
-  const JsonNode covariance = file.at("covariance");
-  if (!covariance.has("gain_slopes")) {
+  expect_result(file, {});
+  const Robot own = result_robot(file.at("robot"));
+  expect_same_geometry(file.at("robot"), own, robot);
+  if (const JsonNode covariance = file.at("covariance"); !covariance.has("gain_slopes")) {
     covariance.fail("has no gain_slopes, what drive gains do to the parameters; identify the arm again");
   }
-  out.C_chi = square(covariance.at("C_chi"));
-  out.gain_slopes = matrix(covariance.at("gain_slopes"), out.robot.size());
-  if (file.has("gains") && file.at("gains").json().is_object()) {
-    out.gain_covariance = square(file.at("gains").at("C"));
-  }
+  const Identification found = identification(file, own);
+  const IdentifiedArm out{own, found.chi, found.C_chi, found.gain_slopes, found.estimation.gain_covariance};
   if (const auto fault = out.complaint()) {
     throw InputError(path.string() + ": " + *fault);
   }

@@ -182,6 +182,7 @@ struct List {
 };
 
 struct FindingList {
+  static constexpr std::size_t shown = 3;  // at once: who reads twenty mends nothing
   std::vector<Finding> findings;
 };
 
@@ -349,6 +350,7 @@ struct Section {
   std::string heading;
   std::vector<Block> blocks = {};
   Shown shown = Shown::everywhere;
+  bool folded = false;  // on a page, below its heading
 };
 
 struct Document {
@@ -371,7 +373,7 @@ struct Document {
   return where == Shown::everywhere || where == place;
 }
 
-// How the documents look. The text is UTF-8; its sentences are at most 110 columns wide.
+// How the documents look. The text is UTF-8; its sentences are at most 100 columns wide.
 //
 // @param screen  columns of the terminal, in which tables go on below where they are wider; 0: there is none
 [[nodiscard]] std::string text_of(const Document& document, std::size_t screen = 0);

@@ -24,7 +24,9 @@ namespace rivid::detail {
 
 // What a result says of itself.
 [[nodiscard]] Document document_of(const Identification& result);
-// The same with plots of its torques, its robot and where it comes from.
+// Its first screen: what it found and will predict, joint by joint, and the gravest findings.
+[[nodiscard]] Document first_screen_of(const Robot& robot, const Identification& result);
+// All of it with plots of its torques, its robot and where it comes from.
 [[nodiscard]] Document document_of(const Robot& robot, const Identification& result,
                                    std::span<const Prediction> predictions, const Provenance& provenance);
 

@@ -121,7 +121,6 @@ class HtmlRenderer {
 
   // The first ones are seen at once, many others on demand.
   std::string operator()(const FindingList& list) const {
-    constexpr std::size_t seen = 3;
     std::string out;
     std::string rest;
     for (std::size_t k = 0; k < list.findings.size(); ++k) {
@@ -131,12 +130,12 @@ class HtmlRenderer {
                             " " + escaped(sentence(finding)) + ". " +
                             element("span", escaped(advice(finding)), css_class("cure"))) +
           "\n";
-      (k < seen ? out : rest) += item;
+      (k < FindingList::shown ? out : rest) += item;
     }
     if (out.empty()) {
       return out;
     }
-    const auto more = std::ssize(list.findings) - static_cast<std::ptrdiff_t>(seen);
+    const auto more = std::ssize(list.findings) - static_cast<std::ptrdiff_t>(FindingList::shown);
     return element("h3", counted(std::ssize(list.findings), "finding")) +
            element("ul", out, css_class("warnings")) +
            (rest.empty()
@@ -224,7 +223,10 @@ std::string html_of(const Document& document) {
       }
       const std::string title =
           element("h2", escaped(section.heading), section.id.empty() ? "" : attribute("id", section.id));
-      content += element("section", title + html.of(section.blocks)) + "\n";
+      const std::string blocks = html.of(section.blocks);
+      content += element("section", section.folded ? element("details", element("summary", title) + blocks)
+                                                   : title + blocks) +
+                 "\n";
     }
   }
   const std::string header =

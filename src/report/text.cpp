@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t gap = 2;
 // Longer lines of words are hard to read; shorter ones are no lines.
-constexpr std::size_t longest_line = 110;
+constexpr std::size_t longest_line = 100;
 constexpr std::size_t narrowest = 30;
 
 // Words from the column `indent` on, in lines that end at a width, but never too narrow.
@@ -154,13 +154,12 @@ class TextRenderer {
     return out;
   }
 
-  // The gravest ones with their cures, the codes of all others: who reads twenty sentences mends nothing.
+  // The gravest ones with their cures, the codes of all others.
   std::string operator()(const FindingList& list) const {
-    constexpr std::size_t whole = 5;
     std::string out;
     std::vector<std::string> others;
     for (std::size_t k = 0; k < list.findings.size(); ++k) {
-      if (k < whole) {
+      if (k < FindingList::shown) {
         out += (*this)(Sentence{with_cure(list.findings[k])});
       } else {
         others.push_back(list.findings[k].code);
@@ -205,7 +204,8 @@ std::string text_of(const Document& document, std::size_t screen) {
   for (const Section& section : document.sections) {
     if (is_on(Shown::screen, section.shown)) {
       // What comes first needs no title under the verdict.
-      out += '\n' + (first ? std::string() : section.heading + '\n') + text.of(section.blocks);
+      out += '\n' + (first || section.heading.empty() ? std::string() : section.heading + '\n') +
+             text.of(section.blocks);
       first = false;
     }
   }
@@ -233,12 +233,13 @@ std::string with_cure(const Finding& finding) {
   return in_words(finding) + (known.empty() ? "." : ". " + std::string(known));
 }
 
-std::string in_words(std::span<const Finding> findings) {
+std::string in_words(std::span<const Finding> findings, std::size_t screen) {
   std::string out;
-  for (const Finding& f : findings) {
-    out.append(with_cure(f)).append("\n");
+  const std::vector<Finding> told = told_once(findings);
+  for (const Finding& f : told) {
+    out += detail::folded(with_cure(f), 2, screen == 0 ? detail::longest_line : screen) + '\n';
   }
-  return out + counts(findings) + '\n';
+  return out + counts(told) + '\n';
 }
 
 std::string in_one_line(const DiagnosticCode& code) {
@@ -256,6 +257,10 @@ std::string explained(const DiagnosticCode& code) {
 
 std::string in_words(const Identification& result, std::size_t screen) {
   return detail::text_of(detail::document_of(result), screen);
+}
+
+std::string first_screen(const Robot& robot, const Identification& result, std::size_t screen) {
+  return detail::text_of(detail::first_screen_of(robot, result), screen == 0 ? detail::longest_line : screen);
 }
 
 std::ostream& operator<<(std::ostream& out, const Identification& result) { return out << in_words(result); }

@@ -33,7 +33,7 @@ TEST_F(EssentialParametersOfTheTool, AreInResultAndTableBesideTheFullSet) {
   EXPECT_GT(essential["parameters"][0]["sigma"], 0.0);
   EXPECT_GT(essential["fit"]["relative_error"], result["fit"]["relative_error"]);
   EXPECT_EQ(result["validation"][0]["essential"]["joints"].size(), 2U);
-  const Outcome run = identify({"scara.toml"});
+  const Outcome run = identify({"scara.toml", "--verbose"});
   for (const char* const words :
        {"Essential parameters: ", " of 8", "eliminated", "Their price on scara_validation.csv"}) {
     EXPECT_NE(run.out.find(words), std::string::npos) << words << " is not in\n" << run.out;
@@ -58,7 +58,7 @@ TEST_F(EssentialParametersOfTheTool, PrefilterIsToldInResultAndTable) {
   EXPECT_EQ(prefilter["noise"][1]["ar"].size(), 12U);
   EXPECT_EQ(prefilter["without"]["chi"].size(), 8U);
   EXPECT_EQ(prefilter["without"]["sigma"].size(), 8U);
-  const Outcome run = identify({"scara.toml"});
+  const Outcome run = identify({"scara.toml", "--verbose"});
   EXPECT_NE(run.out.find("prefilter: autoregressive noise of order 12, 12 taken off"), std::string::npos)
       << run.out;
 }

@@ -21,7 +21,7 @@ TEST_F(Init, WritesAFileThatIsIdentifiedAsItIs) {
   EXPECT_NE(made.err.find("wrote new.toml\n"), std::string::npos) << made.err;
   const Outcome run = identify({"new.toml"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.out.find("Validation on scara_validation.csv"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("torque error on scara_validation.csv"), std::string::npos) << run.out;
 }
 
 TEST_F(Init, PrintsTheSameTextAndWritesNothing) {

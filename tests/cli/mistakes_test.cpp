@@ -45,6 +45,11 @@ TEST_F(Mistake, InAWordOfOtherPrograms) {
                 "unknown key \"decimation\"; did you mean \"signal.decimation\"?");
   expect_answer({"scara.toml", "--set", "signal.filter_hz=5"},
                 "unknown key \"filter_hz\" in [signal]; did you mean \"cutoff_hz\"?");
+  expect_answer({"scara.toml", "--set", "filter_hz=5"}, "did you mean \"signal.cutoff_hz\"?");
+  EXPECT_TRUE(identify({"help", "init"}).out.starts_with("Writes an experiment file"));
+  edit("scara.toml", "control = [\"v1\", \"v2\"]", "control = [\"v1\", { column = \"v2\", sign = -1 }]");
+  EXPECT_NE(identify({"check", "scara.toml"}).out.find("in [log]: control = [\"v1\", \"v2\"]"),
+            std::string::npos);
   expect_answer({"scara.toml", "--plot"}, "did you mean \"--report\"?");
   expect_answer({"export", "scara_result", "--to", "gazebo"}, "did you mean \"sdf\"?");
   expect_answer({"scara.toml", "—report"}, "begins with a long dash; did you mean \"--report\"?");

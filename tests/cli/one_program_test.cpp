@@ -82,7 +82,7 @@ TEST_F(OneProgram, IdentifiesFromARobotAndItsLogs) {
   EXPECT_NE(run.err.find("open " + (folder().path() / "scara_result/report.html").string()),
             std::string::npos)
       << run.err;
-  EXPECT_NE(run.out.find("Validation on scara_validation.csv"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("torque error on scara_validation.csv"), std::string::npos) << run.out;
   EXPECT_TRUE(std::filesystem::exists(folder().path() / "scara_result/report.html"));
 }
 

@@ -50,9 +50,10 @@ TEST_F(PhysicalModelOfTheTool, IsInTheResultLinkByLinkWithItsPrice) {
 }
 
 TEST_F(PhysicalModelOfTheTool, IsInTheTableWithItsPrice) {
-  const Outcome run = identify({"scara.toml", "--physical"});
-  for (const char* const words : {"Physically consistent parameters: prior log_det with weight 1",
-                                  "M2=", "Their price in fit", "Their price on scara_validation.csv"}) {
+  const Outcome run = identify({"scara.toml", "--physical", "--verbose"});
+  for (const char* const words :
+       {"Physically consistent parameters, near the robot description with weight 1",
+        "M2=", "Their price in fit", "Their price on scara_validation.csv"}) {
     EXPECT_NE(run.out.find(words), std::string::npos) << words << " is not in\n" << run.out;
   }
 }

@@ -26,7 +26,9 @@ TEST_F(Report, StandsBesideTheResultWhereItIsAskedFor) {
   EXPECT_FALSE(exists("scara_result/report.html"));
   const Outcome run = identify({"scara.toml", "--report"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(run.err.ends_with("wrote scara_result/result.json\nwrote scara_result/report.html\n"))
+  EXPECT_TRUE(
+      run.err.ends_with("wrote scara_result/result.json\nwrote scara_result/report.html\n"
+                        "next: rivid_identify export scara_result --to header\n"))
       << run.err;
   const std::string page = folder().read("scara_result/report.html");
   EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
@@ -51,11 +53,12 @@ TEST_F(Report, TablesFollowTheWidthOfTheTerminal) {
   }
   ::close(terminal);
   constexpr std::size_t columns = 60;
-  const Outcome run = rivid::test::outcome_of(
-      {"/usr/bin/script", "--quiet", "--return", "--command",
-       "stty cols " + std::to_string(columns) + "; " RIVID_IDENTIFY " scara.toml --color never 2>/dev/null",
-       "/dev/null"},
-      folder().path());
+  const Outcome run =
+      rivid::test::outcome_of({"/usr/bin/script", "--quiet", "--return", "--command",
+                               "stty cols " + std::to_string(columns) +
+                                   "; " RIVID_IDENTIFY " scara.toml --verbose --color never 2>/dev/null",
+                               "/dev/null"},
+                              folder().path());
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_NE(run.out.find("  parameter  95 % interval"), std::string::npos) << "goes on below: " << run.out;
   std::istringstream lines(run.out.substr(run.out.find("\n  parameter")));

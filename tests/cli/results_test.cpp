@@ -43,8 +43,13 @@ TEST_F(Identify, PrintsTheTableAndSaysWhatItWrote) {
   const Outcome run = identify({"scara.toml"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_TRUE(run.out.starts_with("IDIM-WLS: identified, 8 of 8 base parameters from 353 rows")) << run.out;
-  EXPECT_NE(run.out.find("Validation on scara_validation.csv"), std::string::npos) << run.out;
-  EXPECT_TRUE(run.err.ends_with("wrote scara_result/result.json\n")) << run.err;
+  EXPECT_EQ(run.out.find("Validation on scara_validation.csv"), std::string::npos) << run.out;
+  EXPECT_TRUE(
+      run.err.ends_with("wrote scara_result/result.json\n"
+                        "next: rivid_identify export scara_result --to header\n"))
+      << run.err;
+  const Outcome all = identify({"scara.toml", "--verbose"});
+  EXPECT_NE(all.out.find("Validation on scara_validation.csv"), std::string::npos) << all.out;
 }
 
 TEST_F(Identify, DryRunWritesNothingAndTellsThePlan) {

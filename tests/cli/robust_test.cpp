@@ -34,7 +34,7 @@ TEST_F(RobustEstimationByTheTool, IsInResultAndTable) {
   }
   EXPECT_TRUE(result.contains("physical"));
   EXPECT_TRUE(result.contains("essential"));
-  const Outcome run = identify({"scara.toml"});
+  const Outcome run = identify({"scara.toml", "--verbose"});
   for (const char* const words : {", bisquare: identified", "Weights of the rows", "no weight", "below 1/2",
                                   "Bisquare loss, tuning 5, in ", "moves the most, by "}) {
     EXPECT_NE(run.out.find(words), std::string::npos) << words << " is not in\n" << run.out;

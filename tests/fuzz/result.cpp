@@ -46,5 +46,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     expect_exports(*identified, urdf);
   }
   (void)fuzz::accepted([&] { return read_online_model(path, options); });
+  (void)fuzz::accepted([&] { return result_of(test::content_of(path), path.string()); });
   return 0;
 }

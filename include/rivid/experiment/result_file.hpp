@@ -48,6 +48,7 @@ struct IdentifiedRobot {
     std::string sha256;
   };
   std::vector<ParameterValue> estimates;  ///< base parameters as they were estimated, whichever set chi_st is
+  SignalOptions signal;                   ///< that made its rows
   std::optional<Source> experiment;       ///< the experiment file
   std::optional<Source> urdf;             ///< the URDF, where the robot comes from one
 };
@@ -57,6 +58,14 @@ struct IdentifiedRobot {
 /// @throws InputError  as read_identified_model()
 [[nodiscard]] IdentifiedRobot read_identified_robot(const std::filesystem::path& path,
                                                     const IdentifiedModelOptions& options = {});
+
+/// A result.json as its identification was, but for what only its logs show: predictions, weights of rows and
+/// the steps of a method on its way are not read. The robot has no a-priori values.
+///
+/// @param text    content of the file
+/// @param source  that messages name it by
+/// @throws InputError  "file: member …" for a text that is none
+[[nodiscard]] std::pair<Robot, Identification> result_of(std::string_view text, const std::string& source);
 
 /// The identified robot of a result.json, all that a controller needs, in one call:
 ///

@@ -332,7 +332,9 @@
     const [low, high, value, reference] = cell.dataset.values.split(" ").map(parseFloat);
     const [width, height] = [140, 18];
     const middle = 0.5 * height;
-    const x = scale_of(range_of([[low, high, reference]]), [margin, width - margin]);
+    // Shares of the value: zero at the left, twice the value at the right; what is farther ends there.
+    const end = (share) => margin + 0.5 * Math.min(Math.max(share, 0), 2) * (width - 2 * margin);
+    const x = { at: (v) => end(v / value) };
     const upright = (style, at, from) => line(style, [at, from], [at, height - from]);
     const zero = x.at(0);
     cell.innerHTML = picture(

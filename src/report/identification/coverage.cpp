@@ -110,7 +110,7 @@ Section friction_section(const Evidence& evidence) {
 }
 
 Section coverage_section(const Evidence& evidence) {
-  Section out{"coverage", "Coverage", "Coverage and excitation", {}, Shown::page};
+  Section out{"coverage", "Coverage", "Range and speed of the motion", {}, Shown::page};
   std::vector<Plot> plots;
   for (std::size_t j = 0; j < evidence.joints(); ++j) {
     plots.emplace_back(coverage_chart(evidence, j));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -75,27 +76,6 @@ KeyFigures figures_of(const Identification& result) {
   return out;
 }
 
-// One finding of each code, the others by their subjects.
-std::vector<Finding> told_once(const std::vector<Finding>& findings) {
-  std::vector<Finding> out;
-  std::vector<std::vector<std::string>> others;
-  for (const Finding& finding : findings) {
-    const auto at = std::ranges::find(out, finding.code, &Finding::code);
-    if (at == out.end() || finding.subject.empty()) {
-      out.push_back(finding);
-      others.emplace_back();
-    } else {
-      others[static_cast<std::size_t>(at - out.begin())].push_back(finding.subject);
-    }
-  }
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (!others[i].empty()) {
-      out[i].text += "; the same of " + listed(others[i]);
-    }
-  }
-  return out;
-}
-
 Document verdict_of(const Identification& result) {
   const bool identified = result.status == Status::identified;
   Document out;
@@ -120,6 +100,52 @@ Document verdict_of(const Identification& result) {
                  {list_of("choices", choices_of(result))},
                  {figures_of(result), page}};
   return out;
+}
+
+// The joints at a glance.
+Table joints_table(const Robot& robot, const Identification& result) {
+  constexpr std::size_t most_logs = 3;
+  const std::size_t logs = std::min(most_logs, result.validation.size());
+  Table out{{{"joint"}, {"fit", format::percent}}};
+  for (std::size_t k = 0; k < logs; ++k) {
+    out.columns.push_back({"validation" + (logs > 1 ? " " + std::to_string(k + 1) : ""), format::percent});
+  }
+  out.columns.insert(out.columns.end(), {{"residual", format::significant(3)}, {"unit"}, {"friction law"}});
+  const auto add = [&](const std::string& name, const auto& error, std::vector<Cell> more, Mark mark) {
+    Row& row = out.rows.emplace_back(Row{{name, error(result.answer_fit())}, mark});
+    for (std::size_t k = 0; k < logs; ++k) {
+      row.cells.emplace_back(error(result.answer_fit(result.validation[k])));
+    }
+    row.cells.insert(row.cells.end(), more.begin(), more.end());
+  };
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const JointFit& joint = result.fit.joints[j];
+    add(
+        joint.name, [j](const Fit& fit) { return fit.joints[j].relative_error; },
+        {joint.sigma_rho, joint.unit, name(robot.joints[j].friction).data()}, Mark::none);
+  }
+  if (robot.joints.size() > 1) {
+    add("all", [](const Fit& fit) { return fit.relative_error; }, {"", "", ""}, Mark::sum);
+  }
+  return out;
+}
+
+// "weak: 35; not excited: MX6 and MZ6; --verbose lists all parameters".
+std::string parameters_in_words(const Identification& result) {
+  constexpr std::size_t most_names = 8;
+  std::vector<std::string> unseen;
+  for (const ParameterEstimate& p : result.parameters) {
+    if (p.verdict == Verdict::not_excited) {
+      unseen.push_back(p.name);
+    }
+  }
+  const auto weak = std::ranges::count(result.parameters, Verdict::weak, &ParameterEstimate::verdict);
+  return (weak > 0 ? "weak: " + std::to_string(weak) + "; " : "") +
+         (unseen.empty()
+              ? ""
+              : "not excited: " +
+                    (unseen.size() > most_names ? std::to_string(unseen.size()) : listed(unseen)) + "; ") +
+         "--verbose lists all parameters";
 }
 
 // Section that is there only if it says anything.
@@ -173,7 +199,13 @@ std::vector<Section> sections_of(const Identification& result, const Evidence* e
   }
   out.push_back(conditioning_section(result));
   if (!result.notes.empty()) {
-    out.push_back({"notes", "Notes", "Notes", {{list_of("notes", result.notes)}}, page});
+    out.push_back({"notes", "Notes", "Notes on the data", {{list_of("notes", result.notes)}}, page});
+  }
+  // What is read first stays open.
+  constexpr auto open =
+      std::to_array<std::string_view>({"friction", "torques", "parameters", "fit", "residual"});
+  for (Section& section : out) {
+    section.folded = std::ranges::find(open, section.id) == open.end();
   }
   return out;
 }
@@ -202,6 +234,32 @@ std::string_view why_not(Status status) {
   return "a budget of steps or seconds was used up first";
 }
 
+Document first_screen_of(const Robot& robot, const Identification& result) {
+  Document out;
+  out.line = result.title + ": " + std::string(name(result.status)) + ", " + known_of_all(result) +
+             " base parameters from " + std::to_string(result.fit.rows) + " rows";
+  std::vector<std::string> predictions = predictions_of(result);
+  predictions.insert(predictions.begin(),
+                     "torque error of the fit: " + percent(result.answer_fit().relative_error));
+  constexpr std::size_t most = 5;
+  if (predictions.size() > most) {
+    predictions.resize(most);
+  }
+  out.opening = {{list_of("choices", predictions)}};
+  out.sections = {{"", "", "", {{joints_table(robot, result)}}}};
+  const bool told_below = result.status == Status::doubtful;
+  Section findings{"", "", "", {}};
+  if (!told_below && !result.reasons.empty()) {
+    findings.blocks.push_back({list_of("reasons", result.reasons)});
+  }
+  if (!result.warnings.empty()) {
+    findings.blocks.push_back({FindingList{told_once(result.warnings)}});
+  }
+  findings.blocks.push_back({Sentence{parameters_in_words(result)}});
+  out.sections.push_back(findings);
+  return out;
+}
+
 Document document_of(const Identification& result) {
   Document out = verdict_of(result);
   out.sections = sections_of(result, nullptr);
@@ -220,6 +278,7 @@ Document document_of(const Robot& robot, const Identification& result,
   }
   out.sections = sections_of(result, evidence.empty() ? nullptr : &evidence);
   out.sections.push_back(provenance_section(robot, result, provenance));
+  out.sections.back().folded = true;
   return out;
 }
 

@@ -48,8 +48,10 @@ Cell interval_bar(const ParameterEstimate& p) {
   if (!std::isfinite(p.sigma)) {
     return "";
   }
-  return Interval{p.interval_95[0], p.interval_95[1], p.value, p.a_priori,
-                  p.name + ": " + interval_words(p) + ", a priori " + number(p.a_priori, 4)};
+  // 0 stands for what the description does not tell.
+  const bool told = p.a_priori != 0.0;
+  return Interval{p.interval_95[0], p.interval_95[1], p.value, told ? p.a_priori : no_value,
+                  p.name + ": " + interval_words(p) + (told ? ", a priori " + number(p.a_priori, 4) : "")};
 }
 
 std::string group_words(const ParameterEstimate& p) { return p.regrouped == p.name ? "" : p.regrouped; }
@@ -115,7 +117,8 @@ Table page_table(const Identification& result, Parameters parameters, Fold fold)
                     {{"%sigma", format::fixed(3)}, &P::relative_sigma_percent},
                     {{"sigma", format::deviation}, [](const P& p) { return Cell(p.sigma, p.sigma); }},
                     {{"95 % interval"}, interval_words},
-                    {{"a priori", format::significant(4)}, &P::a_priori},
+                    {{"a priori", format::significant(4)},
+                     [](const P& p) { return Cell(p.a_priori != 0.0 ? p.a_priori : no_value); }},
                     {{"bias", format::fixed(2), "σ"}, &P::noise_bias}};
   if (plain_differs) {
     fields.push_back(
@@ -187,8 +190,8 @@ Section parameters_section(const Identification& result) {
       {Legend{{{"bar", "interval and value"},
                {"apriori", "a priori, from the robot description"},
                {"zero", "zero"}},
-              "The parameter known best comes first. Each bar has a scale of its own; it is red where the "
-              "parameter is weak. Click a heading to sort."},
+              "The parameter known best comes first. All bars have one scale, from zero to twice the value; "
+              "they are red where the parameter is weak. Click a heading to sort."},
        page},
       {parameters_table(result), screen},
       {verdicts(result.parameters), screen}};

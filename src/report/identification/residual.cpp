@@ -138,6 +138,8 @@ Chart autocorrelation_chart(const JointFit& fit, const ResidualShape& shape, std
 
 std::vector<Block> residual_charts(const Evidence& evidence) {
   Plots out{"panels"};
+  Plots others{"panels", {}, {"The other joints"}};
+  const std::size_t worst = worst_joint(evidence.result.fit);
   for (std::size_t j = 0; j < evidence.joints() && predicted(evidence.result); ++j) {
     const ResidualShape shape = residual_shape(evidence.logs, j);
     if (shape.counts.empty()) {
@@ -145,7 +147,8 @@ std::vector<Block> residual_charts(const Evidence& evidence) {
     }
     const JointFit& fit = evidence.result.fit.joints[j];
     const StackedRows rows = stacked_rows(evidence.fitted(), j);
-    Plots::Group& group = out.groups.emplace_back(Plots::Group{fit.name, joint_remark(shape)});
+    Plots::Group& group =
+        (j == worst ? out : others).groups.emplace_back(Plots::Group{fit.name, joint_remark(shape)});
     group.plots.emplace_back(residual_cloud(evidence, j, rows, true));
     group.plots.emplace_back(residual_cloud(evidence, j, rows, false));
     add_spectra(evidence, j, rows, group.plots);
@@ -153,10 +156,14 @@ std::vector<Block> residual_charts(const Evidence& evidence) {
     group.plots.emplace_back(autocorrelation_chart(fit, shape, j));
   }
   if (out.groups.empty()) {
+    std::swap(out.groups, others.groups);
+  }
+  if (out.groups.empty()) {
     return {};
   }
-  return {
-      {Sentence{"What the model leaves over, joint by joint; time is above. Over speed: a trend or a step "
+  std::vector<Block> blocks = {
+      {Sentence{"What the model leaves over, the joint with the largest error first; time is above. Over "
+                "speed: a trend or a step "
                 "is friction that the law lacks. Over position: a wave is the gear, gravity or a spring. "
                 "Spectra show amplitudes of sinusoids, dashed what white noise of the same size stays below "
                 "at 99 % of the frequencies: a peak over frequency is elasticity or the controller, a peak "
@@ -164,6 +171,10 @@ std::vector<Block> residual_charts(const Evidence& evidence) {
                 "autocorrelation stand beside the normal distribution and the 95 % bounds of white noise"},
        Shown::page},
       {std::move(out), Shown::page}};
+  if (!others.groups.empty()) {
+    blocks.push_back({std::move(others), Shown::page});
+  }
+  return blocks;
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ Section provenance_section(const Robot& robot, const Identification& result, con
   Settings settings = row_settings(result.estimation.signal);
   settings.insert(settings.begin(), {"Method", result.title});
   const Eigen::Vector3d& g = robot.chain.gravity;
-  Section out{"provenance", "Provenance", "Provenance", {}, Shown::page};
+  Section out{"provenance", "Provenance", "Settings and files", {}, Shown::page};
   out.blocks = {
       {run_table(provenance, settings)},
       {inputs_table(provenance)},

@@ -8,6 +8,8 @@ namespace rivid::detail {
 
 // The joints at a glance, and the torque of the one with the largest error.
 [[nodiscard]] std::vector<Block> first_look(const Evidence& evidence);
+// The joint with the largest relative error.
+[[nodiscard]] std::size_t worst_joint(const Fit& fit);
 [[nodiscard]] Section friction_section(const Evidence& evidence);
 // Measured and predicted torque and the residual, for each log and joint.
 [[nodiscard]] Section torques_section(const Evidence& evidence);

@@ -93,13 +93,6 @@ std::string shown_rows(Index rows, Index most) {
                       : "");
 }
 
-std::size_t worst_joint(const Fit& fit) {
-  const auto error = [](const JointFit& joint) {
-    return std::isfinite(joint.relative_error) && joint.rows > 0 ? joint.relative_error : -1.0;
-  };
-  return static_cast<std::size_t>(std::ranges::max_element(fit.joints, {}, error) - fit.joints.begin());
-}
-
 // ---------------------------------------------------------------------------------------------- at a glance
 
 // What the first screen says of a joint.
@@ -205,6 +198,13 @@ Plots torque_plots(const Evidence& evidence, std::size_t log, Index most_rows) {
 
 }  // namespace
 
+std::size_t worst_joint(const Fit& fit) {
+  const auto error = [](const JointFit& joint) {
+    return std::isfinite(joint.relative_error) && joint.rows > 0 ? joint.relative_error : -1.0;
+  };
+  return static_cast<std::size_t>(std::ranges::max_element(fit.joints, {}, error) - fit.joints.begin());
+}
+
 std::vector<Block> first_look(const Evidence& evidence) {
   // Of so many rows all are there, and in double precision: the error of what is drawn is that of the table.
   constexpr Index most_rows = 12'000;
@@ -246,11 +246,7 @@ Section torques_section(const Evidence& evidence) {
   for (std::size_t k = 0; k < evidence.logs.size(); ++k) {
     const Prediction& log = evidence.logs[k];
     Plots plots = torque_plots(evidence, k, most_rows);
-    if (log.validation) {
-      plots.fold.title = "Validation: " + log.source;
-    } else {
-      out.blocks.push_back({Heading{"Identification: " + log.source}});
-    }
+    plots.fold.title = (log.validation ? "Validation: " : "Identification: ") + log.source;
     out.blocks.push_back({std::move(plots)});
   }
   return out;
