@@ -303,7 +303,7 @@ TEST(Arguments, FactorsOfLoopsFitEachOther) {
 
 TEST(Arguments, WhatWasChosenForAJointIsOfTheRobot) {
   const Robot robot = test::scara();
-  const FrictionChoice choice{.joint = 9, .law = Friction::root};
+  const FrictionChoice choice{.joints = {9}, .law = Friction::root};
   const GainReport gains = changed(GainReport(), [](GainReport& report) { report.joints.resize(6); });
   expect_refused({{"with_friction: joint is 9, must be one of the 2 joints of robot \"scara\"",
                    [&] { static_cast<void>(with_friction(robot, std::span(&choice, 1))); }},

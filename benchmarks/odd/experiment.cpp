@@ -158,7 +158,9 @@ std::vector<Record> carried_out(const Name& name, const Asked& asked) {
     const double begin = seconds();
     guarded(record, [&] {
       const fs::path file = drafted(truth, folder.path());
-      const Experiment experiment = read_for(file, method);
+      Experiment experiment = read_for(file, method);
+      Reading reading;
+      take_friction(experiment, reading);
       const Identification result = run(experiment);
       record.identified_s = seconds() - begin;
       record.used = result.method;

@@ -203,7 +203,11 @@ Vector Truth::base_values(const BaseParameters& base) const {
         // Where directions differ these are no truth, only near it: friction is not judged there.
         0.5 * (friction.Fv_plus + friction.Fv_minus), 0.5 * (friction.Fc_plus + friction.Fc_minus),
         friction.offset + 0.5 * (friction.Fc_plus - friction.Fc_minus)};
-    chi_st[static_cast<Index>(i)] = values.at(static_cast<std::size_t>(kind));
+    const auto at = static_cast<std::size_t>(kind);
+    // No drive has friction that grows with the root of its speed.
+    chi_st[static_cast<Index>(i)] = kind == ParameterKind::Fl   ? friction.load
+                                    : kind == ParameterKind::Fr ? 0.0
+                                                                : values.at(at);
   }
   return base.from_standard(chi_st);
 }

@@ -41,9 +41,10 @@ std::pair<Identification, std::optional<Robot>> identified(
   experiment.estimation.threads = threads;
   const Logs own(logs);
   Reading reading{Listener(progress)};
-  detail::take_friction(experiment, own.all(), reading.progress());
+  const Logs others(validation);
+  detail::take_friction(experiment, own.all(), others.all(), reading.progress());
   detail::take_gains(experiment, own.all(), reading);
-  Identification found = identify_logs(experiment, own.all(), Logs(validation).all(), reading.progress());
+  Identification found = identify_logs(experiment, own.all(), others.all(), reading.progress());
   const bool as_it_was = experiment.friction.empty() && !experiment.gain_report;
   return {std::move(found), as_it_was ? std::nullopt : std::optional(experiment.robot)};
 }

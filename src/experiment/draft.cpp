@@ -133,7 +133,7 @@ void write_robot(Writer& out, const Robot& robot, const std::string& file, const
   if (!options.tip.empty()) {
     out.key("tip", toml_string(options.tip));
   }
-  out.key("friction", toml_string("symmetric"), "Fv q̇ + Fc sign q̇ + offset, for every joint");
+  out.key("friction", toml_string("auto"), "one law for all joints, by cross-validation (docs/friction.md)");
   out.key("rotor_inertia", "true", "false behind joint torque sensors and for direct drives");
   if (control) {
     std::vector<std::string> values;
@@ -148,6 +148,8 @@ void write_robot(Writer& out, const Robot& robot, const std::string& file, const
                 : "N·m (or N) for one unit of the control columns: fill in" +
                       std::string(gains && gains->any() ? " 1.0, the others are of the controller" : ""));
   }
+  out.key("tolerance", "{ length = 0.0005, angle = 0.0009 }",
+          "m, rad: standard deviations of lengths and joint zeros; these of calibrated arms");
   const Eigen::Vector3d& gravity = robot.chain.gravity;
   out.comment("gravity = [" + number(gravity.x()) + ", " + number(gravity.y()) + ", " + number(gravity.z()) +
               "]   # of the base frame; another one if the robot hangs or stands on a wall");

@@ -222,17 +222,21 @@ void detail::name_lines(const Experiment& experiment, const Log& log, std::vecto
   }
 }
 
-void detail::take_friction(Experiment& experiment, std::span<const Log> logs, const Progress& progress) {
+void detail::take_friction(Experiment& experiment, std::span<const Log> logs, std::span<const Log> validation,
+                           const Progress& progress) {
   Estimation estimation = experiment.estimation;
   estimation.progress = progress;
-  experiment.friction = choose_friction(experiment.robot, logs, estimation);
-  experiment.robot = with_friction(std::move(experiment.robot), experiment.friction);
+  FrictionChoices found = choose_friction(experiment.robot, logs, estimation, validation);
+  experiment.robot = with_friction(std::move(experiment.robot), found.kinds);
+  experiment.estimation.choice_covariance = std::move(found.C);
+  experiment.friction = std::move(found.kinds);
 }
 
 void take_friction(Experiment& experiment, Reading& reading) {
   const auto open = [](const Joint& joint) { return joint.friction == Friction::automatic; };
   if (std::ranges::any_of(experiment.robot.joints, open)) {
-    detail::take_friction(experiment, reading.logs(experiment.log, experiment.robot), reading.progress());
+    detail::take_friction(experiment, reading.logs(experiment.log, experiment.robot),
+                          reading.logs(experiment.validation, experiment.robot), reading.progress());
   }
 }
 

@@ -56,7 +56,8 @@ void name_lines(const Experiment& experiment, const Log& log, std::vector<Findin
 /// take_friction() by logs that are there.
 ///
 /// @throws InputError  as take_friction() does
-void take_friction(Experiment& experiment, std::span<const Log> logs, const Progress& progress);
+void take_friction(Experiment& experiment, std::span<const Log> logs, std::span<const Log> validation,
+                   const Progress& progress);
 
 /// take_gains() by logs that are there.
 ///

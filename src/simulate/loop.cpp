@@ -238,7 +238,10 @@ const Vector& SampledController::tick(double t, const Eigen::Ref<const Vector>& 
     qd_ = qd;
   } else {
     if (ticks_ == 0) {
-      measured_.colwise() = q_;
+      // The past of a loop that begins in motion is the same motion.
+      for (Index i = 0; i < taps; ++i) {
+        measured_.col((taps - i) % taps) = q_ - static_cast<double>(i) * sampling_.period * qd;
+      }
     }
     measured_.col(ticks_ % taps) = q_;
     qd_.setZero();

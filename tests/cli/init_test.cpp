@@ -22,6 +22,9 @@ TEST_F(Init, WritesAFileThatIsIdentifiedAsItIs) {
   const Outcome run = identify({"new.toml"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("torque error on scara_validation.csv"), std::string::npos) << run.out;
+  // The law that the logs chose, and what it leaves of the validation log.
+  EXPECT_NE(run.err.find("friction (Fv Fc off"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("of the validation logs"), std::string::npos) << run.err;
 }
 
 TEST_F(Init, PrintsTheSameTextAndWritesNothing) {

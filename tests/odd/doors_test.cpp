@@ -83,9 +83,11 @@ class Doors : public testing::Test {
 
   // By the functions that a program calls.
   [[nodiscard]] static Json by_library(const std::filesystem::path& at) {
-    const Experiment e = read_experiment(at / "arm.toml");
-    const std::vector<Log> logs = read_logs(e.log, e.robot);
-    const std::vector<Log> validation = read_logs(e.validation, e.robot);
+    Experiment e = read_experiment(at / "arm.toml");
+    Reading reading;
+    take_friction(e, reading);
+    const std::vector<Log>& logs = reading.logs(e.log, e.robot);
+    const std::vector<Log>& validation = reading.logs(e.validation, e.robot);
     return answer(to_json(e.robot, identify(e.robot, logs, e.estimation, validation), {}));
   }
 

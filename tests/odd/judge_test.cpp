@@ -37,7 +37,9 @@ std::vector<Case> cases(const char* kind, std::size_t wanted, Index joints) {
     folder.write(
         "experiment.toml",
         draft_experiment(folder.path() / "experiment.toml", folder.path() / "robot.urdf", {}, logs).text);
-    const Experiment experiment = read_experiment(folder.path() / "experiment.toml");
+    Experiment experiment = read_experiment(folder.path() / "experiment.toml");
+    Reading reading;
+    take_friction(experiment, reading);
     if (experiment.robot.size() >= joints) {
       out.push_back({experiment.robot, read_logs(experiment.log, experiment.robot).front()});
     }

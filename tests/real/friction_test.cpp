@@ -36,7 +36,7 @@ class Robots : public test::RealExperiment {
       }
       Estimation estimation = e.estimation;
       estimation.method = Wls{};
-      robot = with_friction(robot, choose_friction(robot, std::span(&of_fit, 1), estimation));
+      robot = with_friction(robot, choose_friction(robot, std::span(&of_fit, 1), estimation).kinds);
       const Identification found = identify(robot, of_fit, estimation);
       EXPECT_EQ(found.status, Status::identified) << name(law) << ' ' << of_fit.source;
       for (const Log& other : logs) {
@@ -67,7 +67,7 @@ TEST_F(Ur10e, IsPredictedBetterByFrictionThatFollowsTheLoad) {
 }
 
 TEST_F(Kuka, IsPredictedNoWorseByTheLawsThatAreChosen) {
-  EXPECT_LT(unseen(Friction::automatic), unseen(Friction::symmetric));
+  EXPECT_LE(unseen(Friction::automatic), unseen(Friction::symmetric));
 }
 
 }  // namespace

@@ -70,7 +70,8 @@ TEST(ExperimentSchema, IsThatOfTheFields) {
 bool wants_limits(const KeyRow& row) {
   constexpr auto units = std::to_array<std::string_view>({"s", "Hz", "periods", "samples"});
   const auto has = [&](ValueKind kind) { return std::ranges::find(row.kinds, kind) != row.kinds.end(); };
-  const bool column = has(ValueKind::column) || has(ValueKind::columns) || has(ValueKind::string);
+  const bool column =
+      has(ValueKind::column) || has(ValueKind::columns) || has(ValueKind::string) || has(ValueKind::table);
   return !column && (has(ValueKind::integer) || std::ranges::find(units, row.unit) != units.end() ||
                      row.key.find("tol") != std::string::npos || std::isfinite(row.range.least) ||
                      std::isfinite(row.range.most));

@@ -38,6 +38,15 @@ class Open final : public rivid::ControlLaw {
   std::function<double(double)> v_;
 };
 
+// A law that answers with the velocity it is told, on a drive of no gain.
+class Told final : public rivid::ControlLaw {
+ public:
+  void control(const rivid::ControlInput& input, const Eigen::Ref<const Vector>&, Eigen::Ref<Vector> v_tau,
+               Eigen::Ref<Vector>) const override {
+    v_tau = input.qd;
+  }
+};
+
 rivid::PointToPointReference rest(Index n, double duration) {
   return rivid::PointToPointReference(
       {.via = Matrix::Zero(2, n), .durations = Vector::Constant(1, duration)});
@@ -291,6 +300,24 @@ TEST(ClosedLoop, SamplingTendsToTheContinuousLaw) {
     const double error = farthest(scara.run(options), continuous);
     EXPECT_LT(error, 0.3 * last) << period;
     last = error;
+  }
+}
+
+TEST(ClosedLoop, ThePastOfALoopThatBeginsInMotionIsThatMotion) {
+  Robot robot = rivid::test::slider(rivid::Friction::none);
+  robot.joints[0].drive_gain = 1e-12;
+  robot.chain.gravity.setZero();
+  const rivid::DynamicModel model(
+      robot, Vector::Constant(1, 1.0).replicate(10, 1).cwiseProduct(Vector::Unit(10, 9)));
+  SimulationOptions options{.f_m = 1000.0, .samples = 20};
+  options.sampling.period = 1e-3;
+  options.sampling.velocity_filter = {0.5, -0.25, 0.0, 0.0, -0.25};
+  options.q_0 = Vector::Constant(1, 0.3);
+  options.qd_0 = Vector::Constant(1, 0.7);
+  // Σ w_i (q − i T q̇) / T = −q̇ Σ i w_i, for weights whose sum is zero.
+  const Simulation found = simulate(robot, model, Told(), rest(1, 1.0), options);
+  for (Index k = 0; k < 20; ++k) {
+    EXPECT_NEAR(found.v_tau(k, 0), 0.7 * 1.25, 1e-6) << k;
   }
 }
 

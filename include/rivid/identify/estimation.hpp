@@ -202,6 +202,9 @@ struct Estimation {
   /// Relative covariance of the drive gains, (n × n), which the covariance of the parameters then contains,
   /// see identify_gains(); empty: gains are exact.
   Matrix gain_covariance = {};
+  /// Covariance of the base parameters by what was chosen before, (b × b), which theirs then contains, see
+  /// choose_friction(); empty: none.
+  Matrix choice_covariance = {};
   std::optional<Physical> physical = {};    ///< the physically consistent model as well
   std::optional<Essential> essential = {};  ///< the parameters that matter as well
   std::optional<Robust> robust = {};  ///< robust against outliers in the torques; not with Iv::prefilter

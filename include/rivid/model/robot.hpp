@@ -211,6 +211,25 @@ struct Joint {
   }
 };
 
+/// How well the geometry of a description is known: standard deviations, which the covariance of an estimate
+/// then contains. Zero: exactly.
+struct GeometryTolerance {
+  double length = 0.0;  ///< of each coordinate of a joint's origin in the frame before it [m]
+  double angle = 0.0;   ///< of a joint's zero and of each turn of its axis [rad]
+
+  template <typename T = GeometryTolerance>
+  static constexpr auto fields() {
+    return std::tuple(Field{"length",
+                            &T::length,
+                            "standard deviation of each coordinate of a joint's origin",
+                            {.unit = "m", .range = Range::from(0.0, 1.0)}},
+                      Field{"angle",
+                            &T::angle,
+                            "standard deviation of a joint's zero and of each turn of its axis",
+                            {.unit = "rad", .range = Range::from(0.0, 1.0)}});
+  }
+};
+
 /// A serial robot: its chain, its joints and the a-priori inertial parameters of its links.
 ///
 /// Made by read_urdf(), from a KDL::Chain or from a modified Denavit-Hartenberg table; options of the joints
@@ -232,6 +251,7 @@ struct Robot {
   /// parameters that the robot does not: 1.5708 for π/2 by some 1e-6, 1.57 by some 2e-4. What geometry
   /// distinguishes is a few hundredths.
   double base_tolerance = 1e-5;
+  GeometryTolerance tolerance;
   std::vector<Finding> warnings;   ///< what the reader noticed and the user should know
   std::vector<std::string> notes;  ///< what was chosen for it
 

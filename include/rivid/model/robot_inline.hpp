@@ -416,6 +416,10 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
       return who + "the inertial parameters of link \"" + joint.link + "\" are not finite";
     }
   }
+  if (!(tolerance.length >= 0.0) || !(tolerance.angle >= 0.0)) {
+    return "tolerance has length " + number(tolerance.length) + " and angle " + number(tolerance.angle) +
+           ", must not be negative";
+  }
   if (std::isnan(base_tolerance) || base_tolerance <= 0.0 || base_tolerance >= 1.0) {
     return "base_tolerance is " + number(base_tolerance) + ", must lie between 0 and 1";
   }

@@ -7,6 +7,7 @@
 
 #include "identify/check/checks.hpp"
 #include "identify/check/torque_probe.hpp"
+#include "identify/figures/friction_curves.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/text.hpp"
 
@@ -125,10 +126,12 @@ void add_useless(const Explained& explained, const std::string& where, Findings&
 
 // Values below zero that more of the torques depends on than the model leaves unexplained: what is smaller
 // may be an error of the model.
-void check_parameters(const Identification& result, const Explained& explained, Findings& out) {
+void check_parameters(const Robot& robot, const Identification& result, const Explained& explained,
+                      Findings& out) {
   for (Index i = 0; i < result.base.size(); ++i) {
     const ParameterEstimate& p = result.parameters[static_cast<std::size_t>(i)];
-    if (!(p.value < -sure * p.sigma) || !always_positive(result.base, i)) {
+    const StandardParameter& leading = result.base.parameters[static_cast<std::size_t>(i)].leading;
+    if (!(p.value < -sure * p.sigma) || !always_positive(result.base, i) || bends(robot, leading)) {
       continue;
     }
     for (std::size_t j = 0; j < explained.factors.size(); ++j) {
@@ -140,6 +143,32 @@ void check_parameters(const Identification& result, const Explained& explained, 
         out.add("not_physical", p.name,
                 p.regrouped + " = " + number(p.value, 3) + " ± " + number(p.sigma, 2) + " " + p.unit +
                     ", is positive in every robot");
+        break;
+      }
+    }
+  }
+}
+
+// Friction whose law bends, as a whole: at no speed of the logs does it drive, beyond what the model leaves.
+void check_bent_friction(const TorqueProbe& probe, const Robot& robot, const Identification& result,
+                         const Explained& explained, Findings& out) {
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    double speed = 0.0;
+    for (const ProbedLog& log : probe.logs()) {
+      speed = std::max(speed, log.motion.qd.col(static_cast<Index>(j)).lpNorm<Eigen::Infinity>());
+    }
+    if (!bends(robot, {ParameterKind::Fr, static_cast<int>(j)}) || !(speed > 0.0)) {
+      continue;
+    }
+    const FrictionCurve curve = friction_law(robot, result, j, speed, 0.0);
+    // Half of the difference between both ways has no offset.
+    const Vector brakes = 0.5 * (curve.torque - curve.torque.reverse());
+    for (Index k = curve.velocity.size() / 2; k < curve.velocity.size(); ++k) {
+      if (brakes[k] < -sure_of_many * curve.sigma[k] &&
+          -brakes[k] > explained.residual[static_cast<Index>(j)]) {
+        out.add("not_physical", curve.joint,
+                "its friction is " + number(brakes[k], 3) + " ± " + number(curve.sigma[k], 2) + " at " +
+                    number(curve.velocity[k], 3) + " of its speed: it drives");
         break;
       }
     }
@@ -216,7 +245,8 @@ void check_mass_matrix(const TorqueProbe& probe, const Robot& robot, const Ident
 void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const Log> logs,
                    const Identification& result, Findings& out) {
   const Explained explained(probe, result.chi);
-  check_parameters(result, explained, out);
+  check_parameters(robot, result, explained, out);
+  check_bent_friction(probe, robot, result, explained, out);
   if (!out.has("not_physical")) {
     check_mass_matrix(probe, robot, result, explained, out);
   }

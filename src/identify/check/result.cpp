@@ -26,11 +26,16 @@ std::string value_of(const ParameterEstimate& p) {
 
 }  // namespace
 
+bool bends(const Robot& robot, const StandardParameter& of) {
+  const std::span law = parameters(robot.joints[static_cast<std::size_t>(of.joint)].friction);
+  return is_friction(of.kind) && std::ranges::find(law, ParameterKind::Fr) != law.end();
+}
+
 void check_signs(const Robot& robot, const Identification& result, Findings& out) {
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
     const ParameterEstimate& p = result.parameters[i];
     const StandardParameter& leading = result.base.parameters[i].leading;
-    if (about(leading.kind).coupled || !(p.value < -beyond_doubt * p.sigma) ||
+    if (about(leading.kind).coupled || bends(robot, leading) || !(p.value < -beyond_doubt * p.sigma) ||
         out.has("not_physical", p.name)) {
       continue;
     }

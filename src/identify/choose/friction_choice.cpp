@@ -1,13 +1,18 @@
 #include "rivid/identify/friction_choice.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "dense.hpp"
+#include "identify/choose/load_passes.hpp"
 #include "identify/choose/row_choice.hpp"
 #include "identify/rows/time_blocks.hpp"
 #include "rivid/error.hpp"
@@ -22,13 +27,22 @@ namespace {
 // From simple to rich; the first is that of comparison.
 constexpr std::array candidates = {Friction::symmetric, Friction::root, Friction::load, Friction::load_root};
 constexpr Index wanted_stretches = 8;
-// A richer law has to be better by this part of the error, and by so many standard errors.
+// By how much of its error, and by how many standard errors, a richer law has to be better than a simpler one.
 constexpr double least_gain = 0.03;
 constexpr double least_deviations = 2.0;
+// A joint whose Fl has a larger deviation than this, is negative by more deviations than that, or larger than
+// gears with which a robot moves, has friction that does not follow its load.
+constexpr double most_open_load = 0.05;
+constexpr double least_deviations_of_sign = 3.0;
+constexpr double most_load = 0.8;
+// Chance of being the better one from which on a law is named as hardly distinguished.
+constexpr double close_chance = 0.05;
 // Gauss-Newton of the load, and of the weights of the joints.
 constexpr int passes = 4;
 // Pivots of scaled columns below this part of the largest belong to parameters that the rows do not show.
 constexpr double not_seen = 3e-6;
+// No stretch.
+constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
 // The rows of one joint in one stretch of time.
 struct Stretch {
@@ -62,35 +76,57 @@ class Fits {
   [[nodiscard]] Matrix unseen_errors(const std::vector<Friction>& laws) {
     Matrix out = Matrix::Zero(weights_.size(), static_cast<Index>(folds_));
     for (std::size_t fold = 0; fold < folds_; ++fold) {
-      const Vector theta = solution(laws, fold);
-      for (const Stretch& s : stretches_) {
-        if (s.fold == fold) {
-          out(static_cast<Index>(s.joint), static_cast<Index>(fold)) += residual(s, theta).squaredNorm();
-        }
-      }
+      add_errors(fold, solution(laws, fold), out.col(static_cast<Index>(fold)));
     }
     return out;
   }
 
-  // The same of the torques themselves.
+  // Of rows that belong to no fit, which have the fold `folds`, by some unknowns, (n).
+  [[nodiscard]] Vector validation_errors(const Vector& theta) const {
+    Vector out = Vector::Zero(weights_.size());
+    add_errors(folds_, theta, out);
+    return out;
+  }
+
+  // Squared torques of each joint in each stretch of time, those of no fit last, (n × folds + 1).
   [[nodiscard]] Matrix torques() const {
-    Matrix out = Matrix::Zero(weights_.size(), static_cast<Index>(folds_));
+    Matrix out = Matrix::Zero(weights_.size(), static_cast<Index>(folds_) + 1);
     for (const Stretch& s : stretches_) {
       out(static_cast<Index>(s.joint), static_cast<Index>(s.fold)) += s.y.squaredNorm();
     }
     return out;
   }
 
- private:
-  [[nodiscard]] Vector residual(const Stretch& s, const Vector& theta) const {
-    const Vector own = theta(s.columns);
-    Vector out = s.y - s.W * own;
-    if (s.sign.size() > 0) {
-      out -= theta[b_ + static_cast<Index>(s.joint)] * s.sign.cwiseProduct((s.rigid * own).cwiseAbs());
+  // Values of unknowns as base parameters of the robot with some laws.
+  [[nodiscard]] Vector values(const Vector& theta, const BaseParameters& from,
+                              const BaseParameters& to) const {
+    Vector out = detail::carried_over(from, theta.head(b_), to);
+    for (Index i = 0; i < to.size(); ++i) {
+      const StandardParameter& p = to.parameters[static_cast<std::size_t>(i)].leading;
+      if (about(p.kind).basis == Basis::load) {
+        out[i] = theta[b_ + p.joint];
+      }
     }
     return out;
   }
 
+  // Covariance of values() of the fit to all rows, as if these were independent; zero where they say nothing.
+  [[nodiscard]] Matrix covariance(const std::vector<Friction>& laws, const BaseParameters& from,
+                                  const BaseParameters& to) {
+    static_cast<void>(solution(laws, none));
+    const Vector scale = R_.colwise().norm().unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
+    Eigen::CompleteOrthogonalDecomposition<Matrix> qr(R_.rows(), R_.cols());
+    qr.setThreshold(not_seen);
+    qr.compute(R_ * scale.asDiagonal());
+    const Matrix inverse = scale.asDiagonal() * Matrix(qr.pseudoInverse());
+    Matrix out(to.size(), inverse.cols());
+    for (Index c = 0; c < inverse.cols(); ++c) {
+      out.col(c) = values(inverse.col(c), from, to);
+    }
+    return out * out.transpose();
+  }
+
+  // [χ, Fl] of a fit without one stretch; to all of them where `without` is none.
   [[nodiscard]] Vector solution(const std::vector<Friction>& laws, std::size_t without) {
     const Index p = b_ + weights_.size();
     Vector theta = Vector::Zero(p);
@@ -110,7 +146,7 @@ class Fits {
       Vector squares = Vector::Zero(weights_.size());
       Vector counts = Vector::Zero(weights_.size());
       for (const Stretch& s : stretches_) {
-        if (s.fold != without) {
+        if (s.fold != without && s.fold < folds_) {
           const Vector rho = residual(s, theta);
           const double weight = weights_[static_cast<Index>(s.joint)];
           qr.add(weight * slopes(s, theta, wanted), weight * rho);
@@ -118,9 +154,9 @@ class Fits {
           counts[static_cast<Index>(s.joint)] += static_cast<double>(rho.size());
         }
       }
-      const Matrix R = qr.R();
-      const Vector scale = R.colwise().norm().unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
-      theta += scale.cwiseProduct(detail::minimum_norm_solution(R * scale.asDiagonal(), qr.qty(), not_seen));
+      R_ = qr.R();
+      const Vector scale = R_.colwise().norm().unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
+      theta += scale.cwiseProduct(detail::minimum_norm_solution(R_ * scale.asDiagonal(), qr.qty(), not_seen));
       if (pass > 0) {
         weights_ = squares.cwiseQuotient(counts.cwiseMax(1.0)).unaryExpr([](double x) {
           return x > 0.0 ? 1.0 / std::sqrt(x) : 1.0;
@@ -131,6 +167,40 @@ class Fits {
       }
     }
     return theta;
+  }
+
+  // Whether all rows show how the friction of a joint follows its load, and do not contradict any gear.
+  [[nodiscard]] std::vector<std::uint8_t> show_load(const std::vector<Friction>& laws) {
+    const Vector Fl = solution(laws, none).tail(weights_.size());
+    std::vector<std::uint8_t> out;
+    for (Index j = 0; j < Fl.size(); ++j) {
+      Matrix last = R_;  // with the column of this Fl behind all others
+      last.col(b_ + j).swap(last.rightCols<1>());
+      const double size =
+          std::abs(Eigen::HouseholderQR<Matrix>(last).matrixQR()(last.rows() - 1, last.cols() - 1));
+      const double sigma = 1.0 / size;
+      out.push_back(
+          sigma < most_open_load && Fl[j] > -least_deviations_of_sign * sigma && Fl[j] < most_load ? 1 : 0);
+    }
+    return out;
+  }
+
+ private:
+  [[nodiscard]] Vector residual(const Stretch& s, const Vector& theta) const {
+    const Vector own = theta(s.columns);
+    Vector out = s.y - s.W * own;
+    if (s.sign.size() > 0) {
+      out -= theta[b_ + static_cast<Index>(s.joint)] * s.sign.cwiseProduct((s.rigid * own).cwiseAbs());
+    }
+    return out;
+  }
+
+  void add_errors(std::size_t fold, const Vector& theta, Eigen::Ref<Vector> out) const {
+    for (const Stretch& s : stretches_) {
+      if (s.fold == fold) {
+        out[static_cast<Index>(s.joint)] += residual(s, theta).squaredNorm();
+      }
+    }
   }
 
   // Slopes of the torque by all unknowns, zero for those that are not wanted.
@@ -153,95 +223,201 @@ class Fits {
   std::size_t folds_;
   Vector weights_;
   std::vector<Index> root_at_;
+  Matrix R_;  // of the last step
 };
-
-// Motors of several joints with dry friction of their own do not go with every law.
-bool allowed(Robot robot, std::size_t joint, Friction law) {
-  robot.joints[joint].friction = law;
-  return !robot.complaint();
-}
 
 bool open_law(const Joint& joint) { return joint.friction == Friction::automatic; }
 
-// Rows of all logs, joint by joint and stretch by stretch; all open joints have √|q̇|.
-std::vector<Stretch> stretches_of(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
-                                  const SignalOptions& signal, const std::vector<std::uint8_t>& open,
-                                  std::size_t& folds) {
-  const std::vector<StandardParameter> parameters = base.columns();
-  const detail::TimeBlocks blocks(detail::durations(logs), wanted_stretches);
-  folds = static_cast<std::size_t>(blocks.count());
-  std::vector<Stretch> out;
-  for (std::size_t l = 0; l < logs.size(); ++l) {
-    const Rows made = rows(robot, base, logs[l], signal);
+// Rows of some logs, joint by joint and stretch by stretch; all open joints have √|q̇|.
+class Stretches {
+ public:
+  Stretches(const Robot& robot, const BaseParameters& base, const SignalOptions& signal,
+            const std::vector<std::uint8_t>& open)
+      : robot_(robot), base_(base), signal_(signal), open_(open), parameters_(base.columns()) {}
+
+  // Of a log whose stretches `at` says, (fold, first row, count).
+  template <typename Divide>
+  void add(const Log& log, const Divide& divide) {
+    const Rows made = rows(robot_, base_, log, signal_);
     for (std::size_t j = 0; j < made.Y.size(); ++j) {
-      const JointRows& joint = made.W.joints[j];
-      blocks.divide(l, made.samples[j], [&](Index fold, Index first, Index count) {
-        Stretch& piece = out.emplace_back();
-        piece.joint = j;
-        piece.fold = static_cast<std::size_t>(fold);
-        piece.columns = joint.columns;
-        piece.W = joint.W.middleRows(first, count);
-        piece.y = made.Y[j].segment(first, count);
-        if (open[j] != 0) {
-          piece.rigid = piece.W;
-          for (std::size_t c = 0; c < joint.columns.size(); ++c) {
-            const StandardParameter& p = parameters[static_cast<std::size_t>(joint.columns[c])];
-            if (p.kind == ParameterKind::Fc && p.joint == static_cast<int>(j)) {
-              piece.sign = piece.W.col(static_cast<Index>(c));
-            }
-            if (is_friction(p.kind)) {
-              piece.rigid.col(static_cast<Index>(c)).setZero();
-            }
-          }
-        }
-      });
+      divide(made.samples[j],
+             [&](Index fold, Index first, Index count) { add(made, j, fold, first, count); });
     }
+  }
+
+  [[nodiscard]] std::vector<Stretch> all() && { return std::move(all_); }
+
+ private:
+  void add(const Rows& made, std::size_t j, Index fold, Index first, Index count) {
+    const JointRows& joint = made.W.joints[j];
+    Stretch& piece = all_.emplace_back();
+    piece.joint = j;
+    piece.fold = static_cast<std::size_t>(fold);
+    piece.columns = joint.columns;
+    piece.W = joint.W.middleRows(first, count);
+    piece.y = made.Y[j].segment(first, count);
+    if (open_[j] == 0) {
+      return;
+    }
+    piece.rigid = piece.W;
+    for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+      const StandardParameter& p = parameters_[static_cast<std::size_t>(joint.columns[c])];
+      if (p.kind == ParameterKind::Fc && p.joint == static_cast<int>(j)) {
+        piece.sign = piece.W.col(static_cast<Index>(c));
+      }
+      if (is_friction(p.kind)) {
+        piece.rigid.col(static_cast<Index>(c)).setZero();
+      }
+    }
+  }
+
+  const Robot& robot_;
+  const BaseParameters& base_;
+  const SignalOptions& signal_;
+  const std::vector<std::uint8_t>& open_;
+  std::vector<StandardParameter> parameters_;
+  std::vector<Stretch> all_;
+};
+
+// By how much law b leaves less of the unseen torques than law a, of some joints together: mean over the
+// stretches, and its standard error. Each joint counts by its own error, so that no unit matters.
+struct Gain {
+  double mean = 0.0;
+  double sigma = 0.0;
+  double part = 0.0;  // of the error, root of the mean of all joints
+
+  [[nodiscard]] bool clear() const { return part > least_gain && mean > least_deviations * sigma; }
+
+  // Chance that b is the better one on another log, by this scatter.
+  [[nodiscard]] double chance() const {
+    return sigma > 0.0 ? 0.5 * std::erfc(-mean / sigma / std::numbers::sqrt2) : (mean > 0.0 ? 1.0 : 0.0);
+  }
+};
+
+Gain gain(const Matrix& a, const Matrix& b, const Matrix& torques, const std::vector<Index>& joints) {
+  Vector by_stretch = Vector::Zero(a.cols());
+  double counted = 0.0;
+  for (const Index j : joints) {
+    const double size = std::min(a.row(j).sum(), b.row(j).sum());
+    // A joint that nothing is known of without one of the stretches says nothing of its friction.
+    if (size > 0.0 && size < torques.row(j).sum()) {
+      by_stretch += (a.row(j) - b.row(j)).transpose() / size;
+      ++counted;
+    }
+  }
+  const auto n = static_cast<double>(by_stretch.size());
+  const double mean = by_stretch.mean();
+  const double excess = counted > 0.0 ? by_stretch.sum() / counted : 0.0;
+  return {.mean = mean,
+          .sigma = std::sqrt((by_stretch.array() - mean).square().sum() / std::max(n - 1.0, 1.0) / n),
+          .part = excess > 0.0 ? 1.0 - 1.0 / std::sqrt(1.0 + excess) : 0.0};
+}
+
+// The law without friction that follows the load.
+Friction without_load(Friction law) {
+  return law == Friction::load_root ? Friction::root : law == Friction::load ? Friction::symmetric : law;
+}
+
+// Laws of all joints, where the open ones have a candidate, without the load where that is not shown. Motors
+// of several joints with dry friction of their own do not go with every law, nor does a prefilter: such joints
+// keep the first.
+std::vector<Friction> laws_with(const Robot& linear, const Estimation& asked,
+                                const std::vector<std::uint8_t>& open,
+                                const std::vector<std::uint8_t>& shows_load, Friction law) {
+  const Iv* const iv = std::get_if<Iv>(&asked.method);
+  const bool prefiltered = iv != nullptr && iv->prefilter && has(law, Basis::load);
+  std::vector<Friction> out;
+  for (std::size_t j = 0; j < open.size(); ++j) {
+    Robot with = linear;
+    const Friction own = shows_load[j] == 0 ? without_load(law) : law;
+    with.joints[j].friction = own;
+    const bool goes = !with.complaint() && !prefiltered;
+    out.push_back(open[j] == 0 ? linear.joints[j].friction : goes ? own : candidates.front());
   }
   return out;
 }
 
-// Whether errors b, one a stretch, are clearly below a.
-bool clearly_below(const Vector& b, const Vector& a) {
-  const double root_a = std::sqrt(a.sum());
-  if (std::sqrt(b.sum()) > (1.0 - least_gain) * root_a) {
-    return false;
+// The law for some joints, with what is unseen of each candidate; the chance that each of them is better.
+struct Chosen {
+  std::size_t law = 0;
+  std::vector<double> chances;
+};
+
+Chosen chosen_law(std::span<const Matrix> errors, const Matrix& torques, const std::vector<Index>& joints) {
+  Chosen out;
+  for (std::size_t k = 1; k < candidates.size(); ++k) {
+    const Gain by = gain(errors[out.law], errors[k], torques, joints);
+    out.law = by.clear() ? k : out.law;
   }
-  const Vector gain = a - b;
-  const auto n = static_cast<double>(gain.size());
-  const double spread = std::sqrt((gain.array() - gain.mean()).square().sum() / std::max(n - 1.0, 1.0) / n);
-  return gain.mean() > least_deviations * spread;
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    out.chances.push_back(k == out.law ? 0.0 : gain(errors[out.law], errors[k], torques, joints).chance());
+  }
+  return out;
 }
 
-}  // namespace
+Matrix positive_part(const Matrix& C) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> of_C(C);
+  return of_C.eigenvectors() * of_C.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         of_C.eigenvectors().transpose();
+}
 
-namespace {
+// ‖Y − Ŷ‖ / ‖Y‖ of some joints.
+double relative_error(const Matrix& squares, const Matrix& torques, const std::vector<Index>& joints) {
+  const double size = torques(joints, Eigen::all).sum();
+  return size > 0.0 ? std::sqrt(squares(joints, Eigen::all).sum() / size) : 0.0;
+}
 
-void require_joint(std::string_view who, const Robot& robot, const FrictionChoice& choice) {
-  if (choice.joint < 0 || choice.joint >= robot.size()) {
-    throw InputError(std::string(who) + ": joint is " + std::to_string(choice.joint) +
-                     ", must be one of the " + std::to_string(robot.size()) + " joints of robot \"" +
-                     robot.name + "\", counted from 0");
+void require_joints(std::string_view who, const Robot& robot, const FrictionChoice& choice) {
+  for (const int joint : choice.joints) {
+    if (joint < 0 || joint >= robot.size()) {
+      throw InputError(std::string(who) + ": joint is " + std::to_string(joint) + ", must be one of the " +
+                       std::to_string(robot.size()) + " joints of robot \"" + robot.name +
+                       "\", counted from 0");
+    }
   }
 }
+
+std::string names_of_joints(const Robot& robot, const std::vector<int>& joints) {
+  if (std::ssize(joints) == robot.size() && joints.size() > 1) {
+    return "all joints";
+  }
+  std::vector<std::string> names;
+  for (const int joint : joints) {
+    names.push_back(robot.joints[static_cast<std::size_t>(joint)].name);
+  }
+  return listed(names);
+}
+
+std::string percent(double part) { return number(100.0 * part, 3) + " %"; }
 
 }  // namespace
 
 std::string FrictionChoice::text(const Robot& robot) const {
-  require_joint("FrictionChoice::text", robot, *this);
+  require_joints("FrictionChoice::text", robot, *this);
   std::string symbols;
   for (const ParameterKind kind : parameters(law)) {
     symbols.append(symbols.empty() ? "" : " ").append(symbol(kind));
   }
-  const std::string percent = number(100.0 * error, 3) + " %";
-  return robot.joints[static_cast<std::size_t>(joint)].name + ": " + std::string(name(law)) + " friction (" +
-         symbols + ") by cross-validation, " +
-         (law == Friction::symmetric ? "error of unseen torques " + percent
-                                     : percent + " of unseen torques instead of " +
-                                           number(100.0 * symmetric_error, 3) + " % with symmetric");
+  const auto instead = [&](double of_symmetric) {
+    return law == Friction::symmetric ? "" : " instead of " + percent(of_symmetric) + " with symmetric";
+  };
+  std::string out = names_of_joints(robot, joints) + ": " + std::string(name(law)) + " friction (" + symbols +
+                    ") by cross-validation, error of unseen torques " + percent(error) +
+                    instead(symmetric_error);
+  if (validation_error && symmetric_validation_error) {
+    out += "; of the validation logs " + percent(*validation_error) + instead(*symmetric_validation_error);
+  }
+  std::string others;
+  for (const Friction other : close) {
+    others += (others.empty() ? "" : ", ") + std::string(name(other));
+  }
+  return others.empty() ? out
+                        : out + "; hardly distinguished from " + others +
+                              ", by whose estimates the intervals are widened";
 }
 
-std::vector<FrictionChoice> choose_friction(const Robot& robot, std::span<const Log> logs,
-                                            const Estimation& asked) {
+FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
+                                std::span<const Log> validation) {
   std::vector<std::uint8_t> open;
   std::ranges::transform(robot.joints, std::back_inserter(open),
                          [](const Joint& joint) { return open_law(joint) ? 1 : 0; });
@@ -264,56 +440,106 @@ std::vector<FrictionChoice> choose_friction(const Robot& robot, std::span<const 
     linear.joints[j].friction = open[j] != 0 ? Friction::root : linear.joints[j].friction;
   }
   const BaseParameters base = base_parameters(linear);
-  std::size_t folds = 0;
-  std::vector<Stretch> stretches = stretches_of(linear, base, logs, estimation.signal, open, folds);
-  Fits fits(linear, base, std::move(stretches), folds);
-  const auto laws_with = [&](Friction law) {
-    std::vector<Friction> laws;
-    for (std::size_t j = 0; j < open.size(); ++j) {
-      laws.push_back(open[j] != 0 ? law : linear.joints[j].friction);
-    }
-    return laws;
-  };
-  std::vector<Matrix> errors;
-  errors.reserve(candidates.size());
-  for (const Friction law : candidates) {
-    errors.push_back(fits.unseen_errors(laws_with(law)));
+  const detail::TimeBlocks blocks(detail::durations(logs), wanted_stretches);
+  const auto folds = static_cast<std::size_t>(blocks.count());
+  Stretches stretches(linear, base, estimation.signal, open);
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    stretches.add(logs[l],
+                  [&](std::span<const Index> samples, const auto& take) { blocks.divide(l, samples, take); });
   }
-  const Matrix torques = fits.torques();
-  std::vector<FrictionChoice> out;
-  std::vector<Friction> chosen = laws_with(Friction::symmetric);
-  for (std::size_t j = 0; j < open.size(); ++j) {
-    if (open[j] == 0) {
-      continue;
-    }
-    const auto at = static_cast<Index>(j);
-    std::size_t best = 0;
-    for (std::size_t k = 1; k < candidates.size(); ++k) {
-      if (allowed(linear, j, candidates[k]) && clearly_below(errors[k].row(at), errors[best].row(at))) {
-        best = k;
+  for (const Log& log : validation) {
+    stretches.add(log, [&](std::span<const Index> samples, const auto& take) {
+      take(blocks.count(), 0, std::ssize(samples));
+    });
+  }
+  Fits fits(linear, base, std::move(stretches).all(), folds);
+  std::vector<std::vector<Friction>> laws;
+  std::vector<Matrix> errors;
+  const std::vector<std::uint8_t> shows_load = fits.show_load(
+      laws_with(linear, asked, open, std::vector<std::uint8_t>(open.size(), 1), Friction::load));
+  for (const Friction law : candidates) {
+    laws.push_back(laws_with(linear, asked, open, shows_load, law));
+    errors.push_back(fits.unseen_errors(laws.back()));
+  }
+  const Matrix all_torques = fits.torques();
+  const Matrix torques = all_torques.leftCols(blocks.count());
+  std::vector<Friction> best = laws.front();
+  std::vector<std::pair<std::vector<Index>, Chosen>> kinds;
+  for (const JointType type : {JointType::revolute, JointType::prismatic}) {
+    std::vector<Index> joints;
+    for (std::size_t j = 0; j < open.size(); ++j) {
+      if (open[j] != 0 && robot.joints[j].type == type) {
+        joints.push_back(static_cast<Index>(j));
       }
     }
-    chosen[j] = candidates[best];
-    const double size = torques.row(at).sum();
-    const auto relative = [&](const Matrix& of) {
-      return size > 0.0 ? std::sqrt(of.row(at).sum() / size) : 0.0;
-    };
-    out.push_back({static_cast<int>(j), candidates[best], relative(errors[best]), relative(errors[0])});
+    if (!joints.empty()) {
+      kinds.emplace_back(joints, chosen_law(errors, torques, joints));
+      for (const Index j : joints) {
+        best[static_cast<std::size_t>(j)] = laws[kinds.back().second.law][static_cast<std::size_t>(j)];
+      }
+    }
   }
-  // What each joint chose while all others had the same law.
-  const Matrix together = fits.unseen_errors(chosen);
-  for (FrictionChoice& choice : out) {
-    const auto at = static_cast<Index>(choice.joint);
-    const double size = torques.row(at).sum();
-    choice.error = size > 0.0 ? std::sqrt(together.row(at).sum() / size) : 0.0;
+  const Matrix unseen = fits.unseen_errors(best);
+  const Vector theta = fits.solution(best, none);
+  const Vector by_symmetric = fits.solution(laws.front(), none);
+  FrictionChoices out;
+  Robot with = linear;
+  for (std::size_t j = 0; j < best.size(); ++j) {
+    with.joints[j].friction = best[j];
+  }
+  const BaseParameters to = base_parameters(with);
+  out.C = Matrix::Zero(to.size(), to.size());
+  const Matrix own_C = fits.covariance(best, base, to);
+  for (const auto& [joints, chosen] : kinds) {
+    double sum = 1.0;
+    for (const double chance : chosen.chances) {
+      sum += chance;
+    }
+    std::vector<Friction> close;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      if (chosen.chances[k] > close_chance) {
+        close.push_back(candidates[k]);
+      }
+      std::vector<Friction> others = best;
+      for (const Index j : joints) {
+        others[static_cast<std::size_t>(j)] = laws[k][static_cast<std::size_t>(j)];
+      }
+      if (others != best) {
+        const Vector shift = fits.values(fits.solution(others, none) - theta, base, to);
+        out.C += chosen.chances[k] / sum *
+                 (shift * shift.transpose() + positive_part(fits.covariance(others, base, to) - own_C));
+      }
+    }
+    // Joints of the law, and those that have a simpler one.
+    for (const Friction law : candidates) {
+      FrictionChoice choice{.joints = {}, .law = law};
+      std::vector<Index> own;
+      std::ranges::copy_if(joints, std::back_inserter(own),
+                           [&](Index j) { return best[static_cast<std::size_t>(j)] == law; });
+      if (own.empty()) {
+        continue;
+      }
+      choice.joints.assign(own.begin(), own.end());
+      choice.error = relative_error(unseen, torques, own);
+      choice.symmetric_error = relative_error(errors.front(), torques, own);
+      if (!validation.empty()) {
+        const Matrix last = all_torques.rightCols(1);
+        choice.validation_error = relative_error(fits.validation_errors(theta), last, own);
+        choice.symmetric_validation_error = relative_error(fits.validation_errors(by_symmetric), last, own);
+      }
+      choice.close = close;
+      out.kinds.push_back(std::move(choice));
+    }
   }
   return out;
 }
 
 Robot with_friction(Robot robot, std::span<const FrictionChoice> choices) {
   for (const FrictionChoice& choice : choices) {
-    require_joint("with_friction", robot, choice);
-    robot.joints[static_cast<std::size_t>(choice.joint)].friction = choice.law;
+    require_joints("with_friction", robot, choice);
+    for (const int joint : choice.joints) {
+      robot.joints[static_cast<std::size_t>(joint)].friction = choice.law;
+    }
     robot.notes.push_back(choice.text(robot));
   }
   return robot;

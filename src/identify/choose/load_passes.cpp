@@ -42,21 +42,6 @@ std::optional<Point> estimated_point(const EstimationProblem& problem) {
                found.estimate->sigma * finite_part(found.estimate->unit_covariance).diagonal().cwiseSqrt()};
 }
 
-// The same values for the parameters of another friction law, zero where they are new.
-Vector carried_over(const BaseParameters& from, const Vector& chi, const BaseParameters& to) {
-  Vector out = Vector::Zero(to.size());
-  for (Index i = 0; i < to.size(); ++i) {
-    const StandardParameter& wanted = to.parameters[static_cast<std::size_t>(i)].leading;
-    for (Index k = 0; k < from.size(); ++k) {
-      const StandardParameter& given = from.parameters[static_cast<std::size_t>(k)].leading;
-      if (given.kind == wanted.kind && given.joint == wanted.joint) {
-        out[i] = chi[k];
-      }
-    }
-  }
-  return out;
-}
-
 // A point that a tangent can be taken at.
 Vector bounded(const BaseParameters& base, Vector chi) {
   for (Index i = 0; i < base.size(); ++i) {
@@ -95,6 +80,20 @@ LoadPoint first_point(const Robot& robot, std::span<const Log> logs, const Estim
 }
 
 }  // namespace
+
+Vector carried_over(const BaseParameters& from, const Vector& chi, const BaseParameters& to) {
+  Vector out = Vector::Zero(to.size());
+  for (Index i = 0; i < to.size(); ++i) {
+    const StandardParameter& wanted = to.parameters[static_cast<std::size_t>(i)].leading;
+    for (Index k = 0; k < from.size(); ++k) {
+      const StandardParameter& given = from.parameters[static_cast<std::size_t>(k)].leading;
+      if (given.kind == wanted.kind && given.joint == wanted.joint) {
+        out[i] = chi[k];
+      }
+    }
+  }
+  return out;
+}
 
 LoadPasses load_passes(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
   const BaseParameters base = base_parameters(robot);

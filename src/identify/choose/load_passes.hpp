@@ -19,4 +19,7 @@ struct LoadPasses {
 [[nodiscard]] LoadPasses load_passes(const Robot& robot, std::span<const Log> logs,
                                      const Estimation& estimation);
 
+// The same values for the parameters of another friction law, zero where they are new.
+[[nodiscard]] Vector carried_over(const BaseParameters& from, const Vector& chi, const BaseParameters& to);
+
 }  // namespace rivid::detail

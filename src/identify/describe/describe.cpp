@@ -152,7 +152,7 @@ void find_doubts(const Answer& answer, const Identification& result, Findings& o
 
 }  // namespace
 
-Identification described(const Answer& answer, const Judgement& judgement) {
+Identification described(const Answer& answer, const Judgement& judgement, bool of_geometry) {
   const EstimationProblem& problem = *answer.problem;
   const Estimated& found = answer.found;
   const Inference& inference = answer.inference;
@@ -203,9 +203,6 @@ Identification described(const Answer& answer, const Judgement& judgement) {
   }
   out.output_error = found.output_error;
   out.robust = found.robust;
-  if (out.robust && found.estimate) {
-    add_largest_shift(out.parameters, *out.robust);
-  }
   out.diagnostics = inference.diagnostics;
   // By the deviations that errors in the rows make, which the other model does not widen.
   find_doubts(answer, out, findings);
@@ -215,12 +212,18 @@ Identification described(const Answer& answer, const Judgement& judgement) {
   }
   if (shift.size() > 0) {
     out.C_chi += shift * shift.transpose();
-    out.parameters = parameters_of(answer, out.C_chi, row_shift, judgement.alternatives);
   }
   out.physical = inference.physical;
   if (found.estimate && !problem.logs.empty() && out.chi.allFinite()) {
     out.forecast = expected_error(problem.robot, out.base, problem.logs, out.answer(),
                                   out.answer_covariance(), out.answer_fit());
+  }
+  if (of_geometry && inference.of_geometry.size() > 0) {
+    out.C_chi += inference.of_geometry;
+  }
+  out.parameters = parameters_of(answer, out.C_chi, row_shift, judgement.alternatives);
+  if (out.robust && found.estimate) {
+    add_largest_shift(out.parameters, *out.robust);
   }
   out.essential = inference.essential;
   if (out.essential) {

@@ -33,7 +33,10 @@ struct Answer {
 };
 
 // The result, or what a judge is to see of it where there is no judgement yet.
-[[nodiscard]] Identification described(const Answer& answer, const Judgement& judgement = {});
+//
+// of_geometry  whether deviations have what is open of the geometry: it is the same in all logs of an arm, so
+//              that no forecast has it, and no fault is judged beside it
+[[nodiscard]] Identification described(const Answer& answer, const Judgement& judgement, bool of_geometry);
 
 // Verdict and advice of parameters with deviations and intervals, from their correlations in C, and what the
 // regressor says about the motion that shows them.

@@ -46,7 +46,7 @@ Answer answered_by_suitable_method(const Robot& robot, std::span<const Log> logs
   if (why.empty()) {
     estimation.method = iv;
     Answer out = answered(robot, logs, estimation);
-    const Identification seen = described(out);
+    const Identification seen = described(out, {}, false);
     if (seen.status == Status::identified) {
       out.method = {.reason = "instrumental variables: controller and reference are known",
                     .least_squares = seen.iv->least_squares};
@@ -96,7 +96,7 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   answer.notes = robot.notes;
   add_notes(logs, answer.notes);
   add_notes(validation, answer.notes);
-  Identification seen = described(answer);
+  Identification seen = described(answer, {}, !asked.judge);
   for (const Log& log : validation) {
     answer.validation.push_back(validate(robot, seen, log, asked.threads));
   }
@@ -109,7 +109,7 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   detail::find_predictions(seen, of_predictions);
   judgement.findings.insert(judgement.findings.end(), of_predictions.all().begin(),
                             of_predictions.all().end());
-  return described(answer, judgement);
+  return described(answer, judgement, true);
 }
 
 Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {

@@ -96,7 +96,10 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
   }
   for (const Joint& joint : robot.joints) {
     if (joint.friction == Friction::automatic) {
-      return "friction of joint \"" + joint.name + "\" is to be chosen; choose_friction() does that before";
+      return "friction of joint \"" + joint.name +
+             "\" is to be chosen; choose_friction() and rivid_identify do that before, by the logs; else "
+             "name a law, such as "
+             "\"load_root\"";
     }
   }
   if (iv != nullptr && iv->prefilter && has_load(robot)) {
@@ -113,6 +116,9 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
            std::to_string(gain_covariance.cols()) +
            ", must be n × n, finite, symmetric and positive semidefinite for the " +
            counted(robot.size(), "joint");
+  }
+  if (choice_covariance.rows() != choice_covariance.cols() || !choice_covariance.allFinite()) {
+    return "choice_covariance must be a square of finite numbers, as choose_friction() makes it";
   }
   if (auto fault = physical ? physical->complaint(robot) : std::nullopt) {
     return "physical: " + *fault;

@@ -7,6 +7,7 @@
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/factored_blocks.hpp"
 #include "identify/infer/gain_slopes.hpp"
+#include "identify/infer/geometry.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "identify/rows/factors.hpp"
@@ -183,6 +184,16 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
   out.fit.sigma_rho = estimate.sigma_rho;
   if (const Matrix& of_gains = problem.estimation.gain_covariance; of_gains.size() > 0) {
     out.uncertainty.C += out.gain_slopes * of_gains * out.gain_slopes.transpose();
+  }
+  if (const Matrix& of_choice = problem.estimation.choice_covariance; of_choice.rows() == out.chi.size()) {
+    out.uncertainty.C += of_choice;
+  }
+  out.of_geometry = geometry_covariance(problem, estimate);
+  // Errors of the model last in the positions of a simulated loop, and no interval of these knows them: both
+  // estimates of the loop differ by them.
+  if (found.output_error && problem.iv().chi_0.size() == 0) {
+    const Vector shift = out.chi - found.output_error->start;
+    out.uncertainty.C += shift * shift.transpose();
   }
   if (found.unfiltered) {
     out.unfiltered = statistics_of(problem, *found.unfiltered).uncertainty;

@@ -18,20 +18,6 @@ constexpr Index most_samples = 150;
 // [rad/s | m/s].
 constexpr double velocity_step = 1e-3;
 
-// Some samples of a log, and how fast the joints move there.
-Motion sampled(const Log& log, const SignalOptions& signal) {
-  const Index half = std::max<Index>(stride_of(signal), 1);
-  const Index count = std::clamp<Index>(log.samples() - 2 * half, 0, most_samples);
-  Motion out{Matrix(count, log.q.cols()), Matrix(count, log.q.cols()), Matrix::Zero(count, log.q.cols())};
-  for (Index k = 0; k < count; ++k) {
-    const Index at = half + k * (log.samples() - 2 * half) / count;
-    out.q.row(k) = log.q.row(at);
-    out.qd.row(k) =
-        (log.q.row(at + half) - log.q.row(at - half)) * (0.5 * log.f_m / static_cast<double>(half));
-  }
-  return out;
-}
-
 class Regressors {
  public:
   Regressors(const Robot& robot, const BaseParameters& base, Index samples)
@@ -111,6 +97,20 @@ Matrix mean_products(const Matrix& E, const std::vector<Index>& moving) {
 
 }  // namespace
 
+Motion some_motion(const Log& log, const SignalOptions& signal) {
+  const Index half = std::max<Index>(stride_of(signal), 1);
+  const Index count = std::clamp<Index>(log.samples() - 2 * half, 0, most_samples);
+  const double rate = log.f_m / static_cast<double>(half);
+  Motion out{Matrix(count, log.q.cols()), Matrix(count, log.q.cols()), Matrix(count, log.q.cols())};
+  for (Index k = 0; k < count; ++k) {
+    const Index at = half + k * (log.samples() - 2 * half) / count;
+    out.q.row(k) = log.q.row(at);
+    out.qd.row(k) = (log.q.row(at + half) - log.q.row(at - half)) * (0.5 * rate);
+    out.qdd.row(k) = (log.q.row(at + half) - 2.0 * log.q.row(at) + log.q.row(at - half)) * (rate * rate);
+  }
+  return out;
+}
+
 std::vector<std::vector<PositionNoise>> position_noise(std::span<const Log> logs) {
   std::vector<std::vector<PositionNoise>> out;
   for (const Log& log : logs) {
@@ -133,7 +133,8 @@ NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& bas
   }
   shares_.assign(n, {});
   for (std::size_t l = 0; l < logs.size(); ++l) {
-    const Motion motion = sampled(logs[l], signals[l]);
+    Motion motion = some_motion(logs[l], signals[l]);
+    motion.qdd.setZero();
     Regressors regressors(robot, base, motion.samples());
     std::vector<std::vector<Index>> moving(n);
     for (std::size_t i = 0; i < n; ++i) {

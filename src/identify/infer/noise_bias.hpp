@@ -11,6 +11,9 @@ namespace rivid::detail {
 // Noise of the positions of all logs, one for each joint of each log.
 [[nodiscard]] std::vector<std::vector<PositionNoise>> position_noise(std::span<const Log> logs);
 
+// Some samples of a log that stand for all, and how the joints move there, as rows of that signal see it.
+[[nodiscard]] Motion some_motion(const Log& log, const SignalOptions& signal);
+
 // What noise of the positions does to an estimate by least squares. Its rows are W + ΔW, and while ΔW has the
 // mean zero, that of ΔWᵀ Ω⁻¹ ΔW = D is not:
 //

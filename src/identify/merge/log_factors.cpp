@@ -153,7 +153,7 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
   }
   detail::Answer answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation));
   answer.method = std::move(choice);
-  return described(answer);
+  return described(answer, {}, true);
 }
 
 }  // namespace rivid

@@ -192,7 +192,8 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
     throw InputError("identify: " + *fault);
   }
   return described(
-      detail::Answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation, &ask)));
+      detail::Answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation, &ask)), {},
+      true);
 }
 
 }  // namespace rivid

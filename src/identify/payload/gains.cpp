@@ -22,6 +22,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // Deviation of the logarithm of an inverse gain of which nothing is known: weak enough to move no gain that
 // is identifiable by a part of its deviation, and enough to hold one that is not.
 constexpr double nothing_known = 1.5;
+// What is said of gains that no log determines: a nominal one is known to 10 % without better knowledge.
+constexpr double of_nominal_gain = 0.1;
 // A gain is identifiable where its interval is narrower than this part of it.
 constexpr double visible_gain = 0.3;
 
@@ -104,8 +106,16 @@ GainReport nominal_gains(const Robot& robot, std::string why) {
                           .sigma = infinity,
                           .interval_95 = {-infinity, infinity}});
   }
-  out.C = Matrix::Zero(robot.size(), robot.size());
+  out.C = of_nominal_gain * of_nominal_gain * Matrix::Identity(robot.size(), robot.size());
   return out;
+}
+
+// Relative deviation of a nominal gain that is used because its estimate is not good enough: how far the two
+// are apart and what is open of the estimate, but no less than what is known of any nominal gain, and no more
+// than what would have made the estimate the better one.
+double deviation_of_nominal(const GainEstimate& gain, double variance) {
+  const double apart = gain.value / gain.nominal - 1.0;
+  return std::clamp(std::sqrt(variance + apart * apart), of_nominal_gain, visible_gain);
 }
 
 // Why a fit came to nothing; empty where it did not.
@@ -230,8 +240,11 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
   out.warnings = judged(out.joints, with.empty() ? Vector() : fit.rest_with(0).sigma_rho);
   for (std::size_t j = 0; j < out.joints.size(); ++j) {
     if (!out.joints[j].identifiable) {
-      out.C.row(static_cast<Index>(j)).setZero();
-      out.C.col(static_cast<Index>(j)).setZero();
+      const auto at = static_cast<Index>(j);
+      const double deviation = deviation_of_nominal(out.joints[j], out.C(at, at));
+      out.C.row(at).setZero();
+      out.C.col(at).setZero();
+      out.C(at, at) = deviation * deviation;
     }
   }
   return out;
