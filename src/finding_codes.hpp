@@ -65,6 +65,14 @@ inline constexpr std::array codes = {
         "Recorded velocities, or inertia against gravity of the a-priori model, differ by the same factor "
         "for all joints, or no arm has such dynamics: a wrong rate_hz, or time stamps in another unit.",
         "Correct [log] rate_hz or the unit of time."},
+    DiagnosticCode{"late_stamps", warning, "Samples were stamped when they arrived.",
+                   "Some time stamps are late and none is early, while all others keep a clock: the samples "
+                   "were taken in time.",
+                   "irregular = \"ignore\" and rate_hz in [log], as the text says."},
+    DiagnosticCode{"register_wraps", error, "A register has gone over its end.",
+                   "A column jumps by 65536 of its steps: a counter of 16 bits, or a signed number that was "
+                   "read as unsigned.",
+                   "Take 65536 steps off behind each jump, or read the register as signed."},
     DiagnosticCode{"clock_jitter", warning, "The samples were not taken at the logged instants.",
                    "Position errors are correlated with the velocities of several joints: missing or rounded "
                    "time stamps, or lost samples.",
@@ -108,6 +116,10 @@ inline constexpr std::array codes = {
     DiagnosticCode{"reference_mismatch", error, "The motion does not follow the reference.",
                    "They match at no delay: the reference of another log, or columns in another order.",
                    "Check [log] reference or reference_file."},
+    DiagnosticCode{"reference_unlike", warning,
+                   "The reference is not that of the motion, or in another unit.",
+                   "Columns of another log or joint, or degrees. The method does not use it.",
+                   "Correct [log] reference before a method that follows it: IDIM-IV, DIDIM."},
     DiagnosticCode{"reference_unit", error, "The reference has another scale than the motion.",
                    "Same shape, but another size or sign: another unit.",
                    "State the unit in [log] units: reference or position."},
@@ -159,6 +171,10 @@ inline constexpr std::array codes = {
                    "With gravity along another axis of the base the torques of all joints agree: a robot on "
                    "a wall or ceiling, or a sign.",
                    "Correct [robot] gravity: the acceleration of free fall in the base frame."},
+    DiagnosticCode{"torque_without_gravity", error, "The torques do not hold what carries the weight.",
+                   "Without gravity the model leaves less of them, in each half of the logs too: the driver "
+                   "takes the weight off, as some drivers of Universal Robots and tau_J_d of Franka do.",
+                   "torque_without = \"gravity\" in [log], or log the whole torque."},
     DiagnosticCode{"torque_gain", error,
                    "The torque of a joint has another scale than those of the other joints.",
                    "A score test: the rows of the other joints agree with this one after a change of its "

@@ -85,6 +85,37 @@ class GridFit {
   Index count_ = 0;
 };
 
+// See TimeReport::late.
+Index late_stamps(const Eigen::Ref<const Vector>& t) {
+  constexpr Index least_samples = 100;
+  constexpr double in_time = 0.1;  // periods
+  constexpr double off = 0.3;
+  constexpr double nearly_all = 0.9;
+  if (t.size() < least_samples) {
+    return 0;
+  }
+  const Index half = t.size() / 2;
+  const auto median_of = [](const Vector& x) { return median(std::vector<double>(x.begin(), x.end())); };
+  const double period = median_of(t.tail(half) - t.head(half)) / static_cast<double>(t.size() - half);
+  if (!(period > 0.0)) {
+    return 0;
+  }
+  Vector late = (t.array() - t[0]) / period -
+                Vector::LinSpaced(t.size(), 0.0, static_cast<double>(t.size() - 1)).array();
+  late.array() -= median_of(late);
+  const bool kept = static_cast<double>((late.array().abs() < in_time).count()) >
+                    nearly_all * static_cast<double>(t.size());
+  return kept && late.minCoeff() > -off ? (late.array() > off).count() : 0;
+}
+
+// What to do about them.
+std::string cure_of_late_stamps(const TimeReport& report) {
+  return counted(report.late, "stamp") +
+         " late, none early: samples that were taken in time and stamped when "
+         "they arrived; irregular = \"ignore\" with rate_hz = " +
+         number(report.rate_hz, 6) + " takes them for samples of a clock";
+}
+
 Log on_grid(const Log& log, double rate_hz) {
   Log out;
   out.source = log.source;
@@ -151,7 +182,8 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
     throw InputError(log.place(report.reversed.row) + ": the time stamps go back, " +
                      counted(report.reversed.count, "time") +
                      ", first to t = " + number(report.reversed.time) +
-                     " s; such a log can not be resampled: repair or cut it, or state the rate");
+                     " s; such a log can not be resampled: repair or cut it, or state the rate" +
+                     (report.late > 0 ? "; " + cure_of_late_stamps(report) : ""));
   }
   if (report.period <= 0.0) {
     throw InputError(log.source + ": the time stamps do not go forward, or not by seconds; state the rate");
@@ -181,7 +213,8 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
   if (pieces.empty()) {
     throw InputError(log.source + ": no stretch of the log without a gap of more than " +
                      number(options.max_gap) + " periods has " + std::to_string(options.min_samples) +
-                     " samples at " + number(rate_hz) + " Hz; " + report.summary());
+                     " samples at " + number(rate_hz) + " Hz; " + report.summary() +
+                     (report.late > 0 ? "; " + cure_of_late_stamps(report) : ""));
   }
   std::vector<std::string> notes = {
       "time stamps: " + report.summary(),
@@ -208,6 +241,9 @@ std::vector<Log> resampled(const Log& log, const TimeReport& report, const Resam
                     " Hz is folded");
   }
   for (Log& piece : pieces) {
+    if (report.late > 0) {
+      piece.warnings.push_back(Finding{"late_stamps", log.source, cure_of_late_stamps(report)});
+    }
     piece.notes.insert(piece.notes.end(), notes.begin(), notes.end());
   }
   return pieces;
@@ -316,6 +352,7 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
     stamps.push_back(t[i]);
   }
   fit.add_piece(grid, stamps, report.period);
+  report.late = late_stamps(t);
   report.jitter_rms = fit.rms();
   report.jitter_max = fit.largest();
   report.regular = report.period > 0.0 && report.repeated.count == 0 && report.reversed.count == 0 &&
@@ -350,7 +387,8 @@ std::vector<Log> regularised(Log log, Irregular irregular, const ResampleOptions
   }
   if (!report.regular && irregular == Irregular::refuse) {
     throw InputError(first_place(log, report) + ": the time stamps are irregular: " + report.summary() +
-                     "; resample the log, state its rate, or ignore the time stamps if only they are wrong");
+                     "; resample the log, state its rate, or ignore the time stamps if only they are wrong" +
+                     (report.late > 0 ? "; " + cure_of_late_stamps(report) : ""));
   }
   if (irregular == Irregular::ignore && (!report.regular || options.rate_hz)) {
     const double rate_hz = options.rate_hz.value_or(report.rate_hz);

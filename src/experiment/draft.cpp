@@ -57,6 +57,7 @@ struct Clock {
   double rate_hz = 0.0;
   bool regular = true;
   bool forward = true;
+  Index late = 0;  // stamps, on a clock that the others keep
   std::string summary;
 };
 
@@ -85,9 +86,14 @@ Clock clock_of(const Path& log, const RecognisedColumns& time) {
   const TimeReport report = inspect_time(unit_scale(out.unit) * stamps);
   out.rate_hz = report.rate_hz;
   out.regular = report.regular;
-  out.forward = report.reversed.count == 0 && report.rate_hz > 0.0;
+  out.late = report.late;
+  out.forward = (report.reversed.count == 0 || report.late > 0) && report.rate_hz > 0.0;
   out.summary = report.summary();
   return out;
+}
+
+Irregular irregular_of(const Clock& clock) {
+  return clock.regular ? Irregular::refuse : clock.late > 0 ? Irregular::ignore : Irregular::resample;
 }
 
 // Whether a robot is a modified Denavit-Hartenberg table.
@@ -163,7 +169,9 @@ void write_log(Writer& out, const detail::RecognisedLog& columns, const std::vec
   if (clock) {
     out.key("time", toml_string(columns.time.columns.front()), clock->summary);
     if (!clock->regular) {
-      out.key("irregular", toml_string("resample"), "at a uniform sampling rate");
+      out.key("irregular", toml_string(name(irregular_of(*clock))),
+              clock->late > 0 ? counted(clock->late, "stamp") + " late, none early: stamped on arrival"
+                              : "at a uniform sampling rate");
     }
   } else {
     out.comment("time = \"…\"   # or rate_hz = 1000, where there is no column of time stamps");
@@ -253,7 +261,7 @@ LogSource source_of(const Parts& found) {
   out.columns.position = columns(found.columns.position);
   out.columns.control = columns(found.columns.control);
   out.columns.time = Column{found.columns.time.columns.front(), unit_scale(found.clock->unit)};
-  out.irregular = found.clock->regular ? Irregular::refuse : Irregular::resample;
+  out.irregular = irregular_of(*found.clock);
   return out;
 }
 

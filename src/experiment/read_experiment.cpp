@@ -88,6 +88,9 @@ void read_sections(FileSections& sections, Experiment& out) {
     }
   };
   read(sections.log, [&](TomlReader& keys) { out.log = detail::read_log_source(keys, {}); });
+  if (out.log.torque_without == LogSource::Without::gravity) {
+    out.robot.chain.gravity.setZero();
+  }
   read(sections.signal, [&](TomlReader& keys) { out.estimation.signal = detail::read_signal(keys); });
   read(sections.method, [&](TomlReader& keys) { detail::read_method(keys, out); });
   out.validation = out.log;

@@ -60,7 +60,8 @@ constexpr std::array meanings = {
     Meaning{" qd dq qdot dqm qvel jvel vel velocity velocities speed speeds omega ", Word::velocity},
     Meaning{" tau taum torque torques trq effort efforts moment moments force ", Word::torque},
     Meaning{" current currents curr cur i iq u v vtau control ctrl ", Word::control},
-    Meaning{" voltage ", Word::control, Word::strange},  // where there is a current it is that
+    // Where there is a current it is that.
+    Meaning{" voltage load pwm duty ", Word::control, Word::strange},
     Meaning{" ref reference target des desired d cmd command commanded set setpoint sp goal r ",
             Word::wanted},
     Meaning{" qref qdes qcmd qr ", Word::position, Word::wanted},

@@ -306,7 +306,7 @@ Identification identification(const JsonNode& file, const Robot& robot) {
   file.at("reasons").read(out.reasons);
   file.at("notes").read(out.notes);
   for (const JsonNode& node : file.at("warnings").list()) {
-    out.warnings.push_back(warning(node));
+    out.warnings.emplace_back(warning(node));
   }
   out.base = base_parameters(robot);
   file.at("parameters").read(out.parameters);

@@ -60,6 +60,13 @@ class Check : public rivid::test::IdentifyTool {
 
   void replace(std::string_view from, std::string_view to) const { edit("scara.toml", from, to); }
 
+  // Instrumental variables, by the controller that made the logs.
+  void follow_the_reference() const {
+    replace("name = \"wls\"",
+            "name = \"iv\"\n\n[control]\nlaw = \"pd\"\nomega_n = [1, 10]\nzeta = 1\nrate_hz = 200\n"
+            "velocity_filter = \"backward\"");
+  }
+
   // Changes the rows of the log; the columns are t q1 q2 v1 v2 qref1 qref2.
   void rewrite(const std::function<void(std::vector<double>&)>& change) const {
     std::istringstream in(folder().read("scara_s2.csv"));
@@ -201,13 +208,18 @@ TEST_F(Check, NamesARobotAtRest) {
 TEST_F(Check, NamesTheReferenceOfAnotherLog) {
   replace("reference = [\"qref1\", \"qref2\"]",
           "reference_file = { file = \"scara_validation.csv\", position = [\"qref1\", \"qref2\"] }");
-  expect_error("reference_mismatch", "joint_1");
-  expect_error("reference_mismatch", "joint_2");
+  // Least squares do not use it: no error of theirs.
+  expect_finding(findings(0), "warning", "reference_unlike", "joint_1");
+  follow_the_reference();
+  expect_finding(findings(1), "error", "reference_mismatch", "joint_1");
+  expect_finding(findings(1), "error", "reference_mismatch", "joint_2");
 }
 
 TEST_F(Check, NamesAReferenceInAnotherUnit) {
   rewrite([](std::vector<double>& row) { row[6] *= 180.0 / M_PI; });
-  expect_error("reference_unit", "joint_2");
+  expect_finding(findings(0), "warning", "reference_unlike", "joint_2");
+  follow_the_reference();
+  expect_finding(findings(1), "error", "reference_unit", "joint_2");
 }
 
 TEST_F(Check, NamesAReferenceThatComesAfterItsMotion) {

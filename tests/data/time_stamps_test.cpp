@@ -276,6 +276,30 @@ TEST(Regularised, RefusesReversedStampsEvenToResample) {
       "run1.csv:32: the time stamps go back, 1 time, first to t = 0.1 s; such a log can not be resampled"));
 }
 
+// One in a hundred comes up to 40 ms late, and what waits for it at the same time.
+TEST(TimeReport, KnowsStampsOfTheArrival) {
+  std::vector<double> t = uniform(2000);
+  EXPECT_EQ(inspect_time(vector(t)).late, 0);
+  std::vector<double> early = t;
+  double arrived = 0.0;
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    arrived = std::max(arrived + 1e-6, t[k] + (k % 97 == 50 ? 0.037 : 0.0));
+    t[k] = arrived;
+    early[k] -= k % 97 == 50 ? 0.004 : 0.0;
+  }
+  // Each with the three that come while it is late.
+  EXPECT_EQ(inspect_time(vector(t)).late, 4 * 21);
+  EXPECT_EQ(inspect_time(vector(early)).late, 0);
+  const std::vector<Log> out = regularised(log_at(vector(t)), Irregular::resample);
+  ASSERT_FALSE(out.front().warnings.empty());
+  EXPECT_EQ(out.front().warnings.front().code, "late_stamps");
+  EXPECT_TRUE(says(out.front().warnings.front().text, "84 stamps late, none early"));
+  EXPECT_TRUE(says(out.front().warnings.front().text, "rate_hz = 100"));
+  EXPECT_TRUE(
+      says(complaint_of([&] { static_cast<void>(regularised(log_at(vector(t)), Irregular::refuse)); }),
+           "irregular = \"ignore\" with rate_hz = 100"));
+}
+
 TEST(Regularised, RefusesOptionsAndLogsThatCanNotBeUsed) {
   const Log log = log_at(vector(uniform(50)));
   const auto message = [&](const ResampleOptions& options) {

@@ -53,7 +53,7 @@ TEST_F(Ur10eGains, AreInTheSummaryAndThePlan) {
   edit("name = \"wls\"", "name = \"wls\"\ngains = \"estimate\"");
   const test::Outcome plan = identify_run({"ur10e.toml", "--dry-run"});
   EXPECT_NE(plan.out.find("method.gains"), std::string::npos) << plan.out;
-  const test::Outcome run = identify_run({"ur10e.toml"});
+  const test::Outcome run = identify_run({"ur10e.toml", "--verbose"});
   EXPECT_NE(run.out.find("Drive gains"), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("Only ratios of the gains are determined"), std::string::npos) << run.out;
 }

@@ -83,7 +83,7 @@ TEST(OnlineReplay, SaysWhenAPayloadWasPickedUpAndWhatItIs) {
   EXPECT_TRUE(found.last.good);
   EXPECT_NEAR(found.last.mass, 5.0, 2.0 * found.last.mass_half_width());
   const std::string words = in_words(found);
-  EXPECT_NE(words.find(", good enough to send\n"), std::string::npos) << words;
+  EXPECT_NE(words.find(", good enough to\n  send\n"), std::string::npos) << words;
   EXPECT_NE(words.find("\nset_target_payload("), std::string::npos) << words;
 }
 

@@ -34,6 +34,9 @@ struct TimeReport {
   /// nothing twice: a missing row is no jitter.
   double jitter_rms = 0.0;
   double jitter_max = 0.0;
+  /// Stamps that are late on a clock that nearly all others keep, where none is early: those of the arrival of
+  /// samples, which were taken in time. 0 where stamps are off both ways.
+  Index late = 0;
 
   /// Whether the rows may be taken for samples of a uniform clock: nothing repeated, reversed, missing or
   /// jumped, jitter_rms below 1 % and jitter_max below 10 % of a period.

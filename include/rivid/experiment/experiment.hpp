@@ -249,9 +249,16 @@ struct LogSource {
   /// Side of the gears that angles and torques of the files belong to; see joint_side().
   enum class Side { joint, motor };
 
+  /// What the recorded torques do not hold.
+  enum class Without {
+    nothing,
+    gravity  ///< some drivers take the weight off: the robot then has none
+  };
+
   std::vector<std::filesystem::path> files;
   LogOptions columns;
   Side side = Side::joint;
+  Without torque_without = Without::nothing;
   Irregular irregular = Irregular::refuse;
   ResampleOptions resample;
   double torque_lag = 0.0;  ///< see shift_torque() [samples]
@@ -268,6 +275,9 @@ struct LogSource {
         Field{"side", &L::side,
               "`\"joint\"`, or `\"motor\"`: the files hold motor quantities, which `gear_matrix` or "
               "`gear_ratio` turn"},
+        Field{"torque_without", &L::torque_without,
+              "`\"gravity\"`: the torques do not hold what carries the weight, so the model has no gravity; "
+              "`\"nothing\"`"},
         Field{"irregular", &L::irregular,
               "irregular time stamps: `\"refuse\"`, `\"resample\"`, `\"ignore\"`, see [below](#time-stamps)"},
         Field{"torque_lag",
@@ -291,6 +301,9 @@ struct LogSource {
 };
 template <>
 inline constexpr std::array names_of<LogSource::Side> = std::to_array<std::string_view>({"joint", "motor"});
+template <>
+inline constexpr std::array names_of<LogSource::Without> =
+    std::to_array<std::string_view>({"nothing", "gravity"});
 
 /// What an experiment file is read for, which decides the sections that it must have.
 enum class Use {

@@ -21,6 +21,14 @@ std::string place(const Robot& robot, std::span<const Log> logs, const Log& log,
   return logs.size() == 1 ? name : log.source + ": " + name;
 }
 
+std::string number_beside(double value, double other, int digits) {
+  constexpr int most = 6;
+  while (digits < most && number(value, digits) == number(other, digits)) {
+    ++digits;
+  }
+  return number(value, digits);
+}
+
 namespace {
 
 // "Fv1 (32 %), XY2 (214 %)": weak parameters with the deviations to expect.

@@ -33,7 +33,9 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
                   Findings& out);
 
 // The motion of a log against its reference, with the delay between them.
-void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out);
+//
+// used  whether the estimate follows the reference; else it can be what it likes
+void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, bool used, Findings& out);
 
 // Torques against the motion.
 void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, Findings& out);
@@ -89,6 +91,9 @@ struct Alternatives {
 // What the result says of itself.
 void check_result(const Robot& robot, std::span<const Log> validation, const Identification& result,
                   Findings& out);
+
+// A number with as many digits, from `digits` on, as tell it from another one.
+[[nodiscard]] std::string number_beside(double value, double other, int digits);
 
 // Figures of single columns of a log.
 

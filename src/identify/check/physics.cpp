@@ -7,7 +7,6 @@
 
 #include "identify/check/checks.hpp"
 #include "identify/check/torque_probe.hpp"
-#include "identify/figures/friction_curves.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/text.hpp"
 
@@ -22,9 +21,8 @@ constexpr double poor_where_clipped = 0.1;
 constexpr double useless = 1.0;
 // A joint whose torque is below this part of the largest one of its type carries none that counts.
 constexpr double counting = 0.01;
-// A value is beyond doubt from so many σ on, and the worst of many poses from so many.
-constexpr double sure = 3.0;
-constexpr double sure_of_many = 4.0;
+// A value of many parameters, or the worst of many poses, is beyond doubt from so many σ on.
+constexpr double sure = 4.5;
 constexpr Index most_poses = 100;
 
 // A of Σ c_k π_k = ∫ [r; 1]ᵀ A [r; 1] dm, with coefficients c of the inertial parameters π of a body.
@@ -124,14 +122,33 @@ void add_useless(const Explained& explained, const std::string& where, Findings&
   }
 }
 
+// Whether friction as a whole takes power from a joint, as where it falls with speed: its columns, which have
+// the sign of the velocity, against each other.
+bool brakes(const Identification& result, const Explained& explained, int joint) {
+  const JointFactor& f = explained.factors[static_cast<std::size_t>(joint)];
+  Vector dry = Vector::Zero(f.R.rows());
+  Vector all = dry;
+  for (std::size_t c = 0; c < f.columns.size(); ++c) {
+    const StandardParameter& p = result.base.parameters[static_cast<std::size_t>(f.columns[c])].leading;
+    if (p.joint != joint || !is_friction(p.kind) || about(p.kind).coupled) {
+      continue;
+    }
+    all += f.R.col(static_cast<Index>(c)) * result.chi[f.columns[c]];
+    if (role(p.kind) == Role::dry) {
+      dry += f.R.col(static_cast<Index>(c));
+    }
+  }
+  return dry.dot(all) > 0.0;
+}
+
 // Values below zero that more of the torques depends on than the model leaves unexplained: what is smaller
 // may be an error of the model.
-void check_parameters(const Robot& robot, const Identification& result, const Explained& explained,
-                      Findings& out) {
+void check_parameters(const Identification& result, const Explained& explained, Findings& out) {
   for (Index i = 0; i < result.base.size(); ++i) {
     const ParameterEstimate& p = result.parameters[static_cast<std::size_t>(i)];
     const StandardParameter& leading = result.base.parameters[static_cast<std::size_t>(i)].leading;
-    if (!(p.value < -sure * p.sigma) || !always_positive(result.base, i) || bends(robot, leading)) {
+    if (!(p.value < -sure * p.sigma) || !always_positive(result.base, i) ||
+        (is_friction(leading.kind) && brakes(result, explained, leading.joint))) {
       continue;
     }
     for (std::size_t j = 0; j < explained.factors.size(); ++j) {
@@ -149,32 +166,6 @@ void check_parameters(const Robot& robot, const Identification& result, const Ex
   }
 }
 
-// Friction whose law bends, as a whole: at no speed of the logs does it drive, beyond what the model leaves.
-void check_bent_friction(const TorqueProbe& probe, const Robot& robot, const Identification& result,
-                         const Explained& explained, Findings& out) {
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    double speed = 0.0;
-    for (const ProbedLog& log : probe.logs()) {
-      speed = std::max(speed, log.motion.qd.col(static_cast<Index>(j)).lpNorm<Eigen::Infinity>());
-    }
-    if (!bends(robot, {ParameterKind::Fr, static_cast<int>(j)}) || !(speed > 0.0)) {
-      continue;
-    }
-    const FrictionCurve curve = friction_law(robot, result, j, speed, 0.0);
-    // Half of the difference between both ways has no offset.
-    const Vector brakes = 0.5 * (curve.torque - curve.torque.reverse());
-    for (Index k = curve.velocity.size() / 2; k < curve.velocity.size(); ++k) {
-      if (brakes[k] < -sure_of_many * curve.sigma[k] &&
-          -brakes[k] > explained.residual[static_cast<Index>(j)]) {
-        out.add("not_physical", curve.joint,
-                "its friction is " + number(brakes[k], 3) + " ± " + number(curve.sigma[k], 2) + " at " +
-                    number(curve.velocity[k], 3) + " of its speed: it drives");
-        break;
-      }
-    }
-  }
-}
-
 // The mass matrix along the logs, in the direction of accelerations where it is least, as far as that is
 // beyond doubt.
 void check_mass_matrix(const TorqueProbe& probe, const Robot& robot, const Identification& result,
@@ -185,7 +176,7 @@ void check_mass_matrix(const TorqueProbe& probe, const Robot& robot, const Ident
   const Index n = robot.size();
   const auto joints = static_cast<std::size_t>(n);
   RegressorBlock block(batch, n);
-  double least = -sure_of_many;
+  double least = -sure;
   std::string text;
   std::string subject;
   for (const ProbedLog& log : probe.logs()) {
@@ -245,8 +236,7 @@ void check_mass_matrix(const TorqueProbe& probe, const Robot& robot, const Ident
 void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const Log> logs,
                    const Identification& result, Findings& out) {
   const Explained explained(probe, result.chi);
-  check_parameters(robot, result, explained, out);
-  check_bent_friction(probe, robot, result, explained, out);
+  check_parameters(result, explained, out);
   if (!out.has("not_physical")) {
     check_mass_matrix(probe, robot, result, explained, out);
   }

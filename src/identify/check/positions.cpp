@@ -186,7 +186,8 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
   }
 }
 
-void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
+void check_reference(const Robot& robot, std::span<const Log> logs, const Log& log, bool used,
+                     Findings& out) {
   if (log.q_r.cols() != robot.size() || log.q_r.rows() != log.q.rows()) {
     return;
   }
@@ -207,7 +208,7 @@ void check_reference(const Robot& robot, std::span<const Log> logs, const Log& l
       any_follows = true;
       if (std::ranges::any_of(unit_factors,
                               [&](double unit) { return std::abs(std::log(factor / unit)) < like_a_unit; })) {
-        out.add("reference_unit", place(robot, logs, log, j),
+        out.add(used ? "reference_unit" : "reference_unlike", place(robot, logs, log, j),
                 "the motion is " + number(factor, 3) + " times its reference");
       }
     } else if (range(log.q.col(j)) > least_following * range(log.q_r.col(j))) {
@@ -229,7 +230,7 @@ void check_reference(const Robot& robot, std::span<const Log> logs, const Log& l
     }
     const double correlation = found.at_delay.correlation;
     if (!other.empty() || correlation < -much_alike || of_another_log) {
-      out.add("reference_mismatch", place(robot, logs, log, j),
+      out.add(used ? "reference_mismatch" : "reference_unlike", place(robot, logs, log, j),
               "correlation of motion and reference is " + number(correlation, 2) +
                   " at best, should be above " + number(alike) + other);
     }

@@ -112,6 +112,28 @@ void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log,
   }
 }
 
+// A column whose values are those of a register of 16 bits, over the whole of it, and which jumps from end to
+// end: it has gone over its end.
+void add_wrap(const Eigen::Ref<const Vector>& x, const std::string& what, const std::string& subject,
+              Findings& out) {
+  constexpr double values = 65536.0;
+  constexpr double nearly_all = 0.9;
+  const double extent = range(x);
+  const double step = extent > 0.0 ? quantum(x) : 0.0;
+  if (!(step > 0.0) || extent > values * step || extent < nearly_all * values * step) {
+    return;
+  }
+  Index jumps = 0;
+  for (Index k = 1; k < x.size(); ++k) {
+    jumps += std::abs(x[k] - x[k - 1]) > nearly_all * values * step ? 1 : 0;
+  }
+  if (jumps > 0) {
+    out.add(
+        "register_wraps", subject,
+        what + " jumps by " + number(values * step, 4) + ", 65536 of its steps, " + counted(jumps, "time"));
+  }
+}
+
 void check_columns(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
   const auto duplicates = [&](const Matrix& x, const char* what) {
     for (Index j = 0; j < x.cols(); ++j) {
@@ -129,6 +151,9 @@ void check_columns(const Robot& robot, std::span<const Log> logs, const Log& log
       out.add("duplicate_column", place(robot, logs, log, j),
               "position equals its reference to the last digit");
     }
+  }
+  for (Index j = 0; j < log.q.cols(); ++j) {
+    add_wrap(log.q.col(j), "position", place(robot, logs, log, j), out);
   }
   duplicates(log.tau, "torque");
   duplicates(log.v_tau, "control signal");
@@ -173,6 +198,7 @@ void check_torque_values(const Robot& robot, std::span<const Log> logs, const Lo
       out.add("dead_torque", subject, what + " is " + number(x(0, j), 4) + " throughout");
       continue;
     }
+    add_wrap(x.col(j), what, subject, out);
     const bool moves = !stands_still(log.q.col(j));
     for (const double extreme : {x.col(j).minCoeff(), x.col(j).maxCoeff()}) {
       const double share = static_cast<double>(clipped(x.col(j), extreme)) / static_cast<double>(x.rows());
@@ -449,7 +475,7 @@ void check_series(const Robot& robot, std::span<const Log> logs, const CheckOpti
     check_velocities(robot, logs, log, qd, out);
     check_clock(log, qd, logs.size() == 1 ? "all joints" : log.source, out);
     check_cutoff(robot, logs, log, options, out);
-    check_reference(robot, logs, log, out);
+    check_reference(robot, logs, log, options.instrumental, out);
   }
 }
 

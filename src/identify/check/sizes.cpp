@@ -4,6 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "dense.hpp"
 #include "identify/check/checks.hpp"
@@ -37,8 +42,36 @@ struct Sizes {
   double dry_friction = 0.0;
 };
 
-bool knows_inertias(const Robot& robot) {
-  return std::ranges::all_of(robot.inertials, [](const Inertial& i) { return i[inertial_count - 1] > 0.0; });
+// Whether the inertials of the URDF describe bodies, rather than fill their place: a link without mass, links
+// whose masses or inertias are all alike, masses of grams, or inertias of bodies larger than any link.
+bool describes_bodies(const Robot& robot) {
+  constexpr double next_to_nothing = 0.01;  // [kg]
+  constexpr double least_length = 0.5;      // of an arm [m]
+  constexpr double largest_gyration = 0.5;  // over the length
+  double length = 0.0;
+  for (const Chain::Link& link : robot.chain.links) {
+    length += link.p.norm();
+  }
+  std::vector<double> masses;
+  std::vector<double> inertias;  // half the trace about the centre of mass
+  for (const Inertial& i : robot.inertials) {
+    const double mass = i[inertial_count - 1];
+    if (!(mass > 0.0)) {
+      return false;
+    }
+    masses.push_back(mass);
+    inertias.push_back(0.5 * (i[0] + i[3] + i[5]) - i.segment<3>(6).squaredNorm() / mass);
+    if (inertias.back() > mass * std::pow(largest_gyration * std::max(length, least_length), 2)) {
+      return false;
+    }
+  }
+  const auto alike = [](const std::vector<double>& x) {
+    constexpr double rounding = 1e-9;
+    const auto [least, most] = std::ranges::minmax(x);
+    return x.size() > 1 && most - least <= rounding * std::abs(most);
+  };
+  return !alike(masses) && !alike(inertias) &&
+         std::reduce(masses.begin(), masses.end()) > next_to_nothing * static_cast<double>(masses.size());
 }
 
 // Columns of the fit of one joint beside gravity and inertia: q̇, sign q̇, 1, q̈.
@@ -50,10 +83,13 @@ struct SizeRows {
   Vector tau;
 };
 
-SizeRows size_rows(const ProbedLog& log, const Robot& robot, const Reading& reading, const Motion& motion,
-                   const Matrix& held, const Matrix& moved, Index j) {
+SizeRows size_rows(const ProbedLog& log, const std::vector<Index>& instants, const Robot& robot,
+                   const Reading& reading, const Motion& motion, const Matrix& held, const Matrix& moved,
+                   Index j) {
   const auto at = static_cast<std::size_t>(j);
-  const std::vector<Index> rows = TorqueProbe::moving_rows(log, reading.position[at]);
+  std::vector<Index> rows;
+  std::ranges::copy_if(instants, std::back_inserter(rows),
+                       [&](Index i) { return log.moves(i, reading.position[at]); });
   const auto count = static_cast<Index>(rows.size());
   SizeRows out{Matrix::Zero(count, 2 + own * robot.size()),
                reading.torque_sign[j] * log.tau.col(reading.torque[at])(rows)};
@@ -112,8 +148,8 @@ Vector solved(const StreamingQr& qr) {
 
 // One factor for the a-priori gravity and one for the a-priori inertia of all joints, beside friction and
 // rotor inertia of each joint.
-Sizes sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
-            const Reading& reading) {
+Sizes sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, const Reading& reading,
+            Part of_logs) {
   const Index n = robot.size();
   Robot frictionless = robot;
   for (Joint& joint : frictionless.joints) {
@@ -130,7 +166,8 @@ Sizes sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& 
     const Matrix held = torques(loaded, base, {motion.q, none, none}, chi);
     const Matrix moved = torques(loaded, base, motion, chi) - held;
     for (Index j = 0; j < n; ++j) {
-      const SizeRows rows = size_rows(log, robot, reading, motion, held, moved, j);
+      const SizeRows rows =
+          size_rows(log, probe.instants_of(log, of_logs), robot, reading, motion, held, moved, j);
       qr.add(rows.W, rows.tau);
       gravity += rows.W.col(0).squaredNorm();
       inertia += rows.W.col(1).squaredNorm();
@@ -147,6 +184,28 @@ Sizes sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& 
           .dry_friction = friction_size(robot, x)};
 }
 
+bool off_by(double factor, double limit) { return factor > limit || factor < 1.0 / limit; }
+
+// Those of all rows that each half of the logs says as well.
+Sizes agreed_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
+                   const Reading& reading) {
+  constexpr double alike = 1.5;
+  constexpr double harmless = 4.0;
+  Sizes out = sizes(probe, robot, base, reading, Part::all);
+  const auto fine = [](double size) { return size == 0.0 || (size > 0.0 && !off_by(size, harmless)); };
+  if (fine(out.gravity) && fine(out.inertia) && fine(out.dry_friction)) {
+    return out;
+  }
+  for (const Part part : {Part::first_half, Part::second_half}) {
+    const Sizes half = sizes(probe, robot, base, reading, part);
+    for (double Sizes::* const size : {&Sizes::gravity, &Sizes::inertia, &Sizes::dry_friction}) {
+      const double ratio = out.*size != 0.0 ? half.*size / (out.*size) : 0.0;
+      out.*size = ratio > 1.0 / alike && ratio < alike ? out.*size : 0.0;
+    }
+  }
+  return out;
+}
+
 bool mended_already(const Findings& found) {
   return std::ranges::any_of(std::array{"gravity_direction", "torque_sign", "position_sign", "torque_order",
                                         "position_order", "joint_order"},
@@ -154,28 +213,46 @@ bool mended_already(const Findings& found) {
 }
 
 // A joint carries all that the joints behind it carry, so its inertia is not many times smaller than theirs,
-// unless their torques have another unit. Returns whether one was found.
-bool check_inertias_in_order(const Robot& robot, const Matrix& M, Findings& out) {
-  double before = 0.0;  // largest inertia of a revolute joint nearer to the base
-  bool found = false;
+// unless their torques have another unit: the joint where this is not so, beside the largest inertia nearer to
+// the base.
+//
+// least, most  what the diagonal of the mass matrix can be
+std::optional<std::pair<Index, double>> out_of_order(const Robot& robot, const Vector& least,
+                                                     const Vector& most) {
+  double before = 0.0;
   for (Index j = 0; j < robot.size(); ++j) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-    if (joint.type != JointType::revolute || M(j, j) <= 0.0) {
+    if (robot.joints[static_cast<std::size_t>(j)].type != JointType::revolute || most[j] <= 0.0) {
       continue;
     }
-    if (before > 0.0 && M(j, j) > larger_behind * before) {
-      out.add("torque_unit", joint.name,
-              "its torque asks for an inertia of " + number(M(j, j), 2) +
-                  " kg·m², joints nearer to the base for " + number(before, 2) + " kg·m² at most");
-      found = true;
-    } else {
-      before = std::max(before, M(j, j));
+    if (before > 0.0 && least[j] > larger_behind * before) {
+      return std::pair(j, before);
     }
+    before = std::max(before, most[j]);
   }
-  return found;
+  return std::nullopt;
 }
 
-bool off_by(double factor, double limit) { return factor > limit || factor < 1.0 / limit; }
+// Whether such a joint was found, in both halves of the logs too: an inertia of few accelerations is any number.
+bool check_order(const TorqueProbe& probe, const Robot& robot, const Reading& reading, const Vector& inertias,
+                 Findings& out) {
+  if (!out_of_order(robot, inertias, inertias)) {
+    return false;
+  }
+  Vector least = inertias.cwiseMax(0.0);
+  Vector most = inertias;
+  for (const Part part : {Part::first_half, Part::second_half}) {
+    const Vector half = probe.inertias(probe.score(reading, probe.factors(reading, part)).chi).diagonal();
+    least = least.cwiseMin(half.cwiseMax(0.0));
+    most = most.cwiseMax(half);
+  }
+  const auto found = out_of_order(robot, least, most);
+  if (found) {
+    out.add("torque_unit", robot.joints[static_cast<std::size_t>(found->first)].name,
+            "its torque asks for an inertia of " + number(least[found->first], 2) +
+                " kg·m², joints nearer to the base for " + number(found->second, 2) + " kg·m² at most");
+  }
+  return found.has_value();
+}
 
 }  // namespace
 
@@ -185,8 +262,8 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
   if (out.has("torque_unit") || out.has("time_scale")) {
     return;
   }
-  if (knows_inertias(robot)) {
-    const Sizes found = sizes(probe, robot, base, reading);
+  if (describes_bodies(robot)) {
+    const Sizes found = agreed_sizes(probe, robot, base, reading);
     if (found.gravity < -visible && !mended_already(out)) {
       out.add("gravity_direction", (robot.base.empty() ? "base" : robot.base),
               "torques ask for " + number(found.gravity, 2) + " times the weight of the a-priori masses");
@@ -214,7 +291,7 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
     return;
   }
   const Matrix M = probe.inertias(chi);
-  if (check_inertias_in_order(robot, M, out)) {
+  if (check_order(probe, robot, reading, M.diagonal(), out)) {
     return;
   }
   double mass = 0.0;

@@ -22,8 +22,12 @@ namespace {
 
 // Samples of all logs that the model is compared with.
 constexpr Index probe_samples = 1600;
+// Of which each joint has this part at least, as far as it moves.
+constexpr Index fewest_part = 6;
 // A joint with fewer rows of motion than its columns times this is not tested.
 constexpr Index rows_per_column = 3;
+// A torque of which so much is left (squared) tells no sign of its joint.
+constexpr double mostly_noise = 0.5;
 // Samples at each end of a piece of log that its differences and averages spoil.
 constexpr Index settled = 2;
 // Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so
@@ -34,6 +38,8 @@ constexpr Index least_windows = 40;
 constexpr Index steps_of_motion = 200;
 // Of the instants one in so many serves for a first look.
 constexpr Index some_step = 4;
+// Of a log where joints have their turns, every other one makes a half.
+constexpr Index stretches_by_turns = 40;
 constexpr Index poses = 32;
 constexpr unsigned probe_seed = 1687;
 
@@ -74,17 +80,6 @@ Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
         out = std::min(out + std::max<Index>(out / 2, 1), widest);
       }
     }
-  }
-  return out;
-}
-
-std::vector<Index> instants_of(const ProbedLog& log, Part part) {
-  const Index half = log.size() / 2;
-  const Index end = part == Part::first_half ? half : log.size();
-  const Index step = part == Part::some ? some_step : 1;
-  std::vector<Index> out;
-  for (Index i = part == Part::second_half ? half : 0; i < end; i += step) {
-    out.push_back(i);
   }
   return out;
 }
@@ -155,6 +150,7 @@ TorqueProbe::TorqueProbe(const Robot& robot, const BaseParameters& base, std::sp
   for (const Log& log : logs) {
     add(log, signal);
   }
+  by_turns_ = by_turns();
   told_factors_ = factors(as_told());
 }
 
@@ -193,13 +189,32 @@ void TorqueProbe::add(const Log& log, const SignalOptions& signal) {
   }
   std::vector<Index> all;
   std::vector<Index> moving;  // a pause tells of holding alone, however long it is
+  std::vector<std::vector<Index>> of_joint(one_way.size());
   for (Index k = half_width_; k < log.samples() - half_width_; ++k) {
     all.push_back(k);
-    if (std::ranges::any_of(one_way, [&](const OneWay& joint) { return joint.at(k); })) {
+    bool any = false;
+    for (std::size_t j = 0; j < one_way.size(); ++j) {
+      if (one_way[j].at(k)) {
+        any = true;
+        of_joint[j].push_back(k);
+      }
+    }
+    if (any) {
       moving.push_back(k);
     }
   }
   out.samples = spread(moving.empty() ? all : moving, samples_of_log_);
+  // A joint that has its turn for a short time has more of it.
+  const Index fewest = samples_of_log_ / fewest_part;
+  for (std::size_t j = 0; j < one_way.size(); ++j) {
+    const Index have = std::ranges::count_if(out.samples, [&](Index k) { return one_way[j].at(k); });
+    if (have < fewest && have < std::ssize(of_joint[j])) {
+      const std::vector<Index> more = spread(of_joint[j], fewest);
+      out.samples.insert(out.samples.end(), more.begin(), more.end());
+    }
+  }
+  std::ranges::sort(out.samples);
+  out.samples.erase(std::ranges::unique(out.samples).begin(), out.samples.end());
   out.motion = {Matrix(out.size(), n), Matrix(out.size(), n), Matrix(out.size(), n)};
   out.moves.resize(out.size(), n);
   for (Index i = 0; i < out.size(); ++i) {
@@ -212,7 +227,7 @@ void TorqueProbe::add(const Log& log, const SignalOptions& signal) {
       out.moves(i, j) = one_way[static_cast<std::size_t>(j)].at(k);
     }
   }
-  out.tau = torques_at(out, 0, instants_of(out, Part::all));
+  out.tau = torques_at(out, instants_of(out, Part::all), 0);
   probed_.push_back(std::move(out));
 }
 
@@ -249,14 +264,14 @@ Observation TorqueProbe::averaged_observation(const ProbedLog& log, std::span<co
   return out;
 }
 
-Matrix TorqueProbe::torques_at(const ProbedLog& log, Index shift, std::span<const Index> instants) const {
+Matrix TorqueProbe::torques_at(const ProbedLog& log, std::span<const Index> instants, Index shift) const {
   const Index last = log.log->samples() - half_width_ - 1;
   const bool measured = log.log->tau.size() > 0;
   const Matrix& signal = measured ? log.log->tau : log.log->v_tau;
-  Matrix out(static_cast<Index>(instants.size()), robot_.size());
+  Matrix out(std::ssize(instants), robot_.size());
   for (Index i = 0; i < out.rows(); ++i) {
-    const Index instant = instants[static_cast<std::size_t>(i)];
-    const Index k = std::clamp(log.samples[static_cast<std::size_t>(instant)] + shift, half_width_, last);
+    const auto instant = static_cast<std::size_t>(instants[static_cast<std::size_t>(i)]);
+    const Index k = std::clamp(log.samples[instant] + shift, half_width_, last);
     out.row(i).noalias() =
         torque_kernel_.transpose() * signal.middleRows(k - half_width_, 2 * half_width_ + 1);
   }
@@ -274,8 +289,32 @@ Motion TorqueProbe::motion_at(const ProbedLog& log, const Reading& reading) cons
   return {std::move(q), picked(log.motion.qd), picked(log.motion.qdd)};
 }
 
-std::vector<Index> TorqueProbe::moving_rows(const ProbedLog& log, Index position_column) {
-  return rows_that(log.moves.col(position_column));
+std::vector<Index> TorqueProbe::instants_of(const ProbedLog& log, Part part) const {
+  const Index stretches = by_turns_ ? stretches_by_turns : 2;
+  std::vector<Index> out;
+  for (Index i = 0; i < log.size(); i += part == Part::some ? some_step : 1) {
+    const bool second = i * stretches / log.size() % 2 == 1;
+    if (part == Part::all || part == Part::some || second == (part == Part::second_half)) {
+      out.push_back(i);
+    }
+  }
+  return out;
+}
+
+bool TorqueProbe::by_turns() const {
+  constexpr double least_share = 0.15;
+  for (Index j = 0; j < robot_.size(); ++j) {
+    double first = 0.0;
+    double all = 0.0;
+    for (const ProbedLog& log : probed_) {
+      first += static_cast<double>(log.moves.col(j).head(log.size() / 2).count());
+      all += static_cast<double>(log.moves.col(j).count());
+    }
+    if (std::min(first, all - first) < least_share * all) {
+      return true;
+    }
+  }
+  return false;
 }
 
 TorqueProbe::Rows TorqueProbe::rows(const Reading& reading, Part part) const {
@@ -414,31 +453,53 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
     out.left[at] = (r.squaredNorm() / square + f.rest[reading.torque[j]]) / f.centred[reading.torque[j]];
     out.total += out.left[at];
     count += 1.0;
-    out.wrong[j] = M[at] < 0.0 && !dissipates(out.chi, at, reading) ? 1 : 0;
+    out.wrong[j] = out.left[at] < mostly_noise && M[at] < 0.0 && !dissipates(out.chi, at, reading) &&
+                           shows(M[at], at, reading, f)
+                       ? 1
+                       : 0;
   }
   out.total /= std::max(count, 1.0);
   return out;
 }
 
-double TorqueProbe::left_of_other_half(const Reading& reading) const {
-  const std::array halves = {factors(reading, Part::first_half), factors(reading, Part::second_half)};
-  double left = 0.0;
+HalfScores TorqueProbe::halves(const Reading& reading) const {
+  const std::array factors_of = {factors(reading, Part::first_half), factors(reading, Part::second_half)};
+  const std::array scores = {score(reading, factors_of[0]), score(reading, factors_of[1])};
+  HalfScores out;
   double joints = 0.0;
-  for (std::size_t half = 0; half < 2; ++half) {
-    const Vector chi = score(reading, halves[1 - half]).chi;
-    for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
-      const JointFactor& f = halves[half][j];
-      const Index column = reading.torque[j];
+  for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
+    out.faults += scores[0].wrong[j] == 1 && scores[1].wrong[j] == 1 ? 1 : 0;
+    const Index column = reading.torque[j];
+    for (std::size_t half = 0; half < 2; ++half) {
+      const JointFactor& f = factors_of[half][j];
       if (f.rows == 0 || !(f.centred[column] > 0.0)) {
         continue;
       }
-      const Vector r = f.Z.col(column) - f.R * chi(f.columns) / reading.torque_sign[static_cast<Index>(j)];
+      const Vector r = f.Z.col(column) -
+                       f.R * scores[1 - half].chi(f.columns) / reading.torque_sign[static_cast<Index>(j)];
       // A half that says nothing of what the other one needs counts as unexplained, not as worse than that.
-      left += std::min(1.0, (r.squaredNorm() + f.rest[column]) / f.centred[column]);
+      out.left += std::min(1.0, (r.squaredNorm() + f.rest[column]) / f.centred[column]);
       joints += 1.0;
     }
   }
-  return left / std::max(joints, 1.0);
+  out.left /= std::max(joints, 1.0);
+  return out;
+}
+
+bool TorqueProbe::shows(double inertia, Index joint, const Reading& reading,
+                        const JointFactor& factor) const {
+  constexpr double part = 0.03;
+  const auto j = static_cast<std::size_t>(joint);
+  const Index column = reading.position[j];
+  double squares = 0.0;
+  double count = 0.0;
+  for (const ProbedLog& log : probed_) {
+    squares += (reading.position_scale[joint] * log.motion.qdd.col(column)).squaredNorm();
+    count += static_cast<double>(log.size());
+  }
+  const double unit = reading.torque_sign[joint];
+  const double torque = unit * unit * factor.centred[reading.torque[j]] / static_cast<double>(factor.rows);
+  return inertia * inertia * squares / std::max(count, 1.0) > part * part * torque;
 }
 
 bool TorqueProbe::dissipates(const Vector& chi, Index joint, const Reading& reading) const {
@@ -489,14 +550,13 @@ Matrix TorqueProbe::inertias(const Vector& chi) const {
   return M;
 }
 
-Vector TorqueProbe::left_at(const Reading& reading, Part part, const std::vector<Index>& shifts) const {
+Vector TorqueProbe::left_at(const Reading& reading, const std::vector<Index>& shifts, Part part) const {
   const auto count = static_cast<Index>(shifts.size());
   const Rows some = rows(reading, part);
   std::vector<std::vector<Matrix>> shifted(probed_.size());  // torques of each log at each shift
   for (std::size_t l = 0; l < probed_.size(); ++l) {
-    const std::vector<Index> instants = instants_of(probed_[l], part);
     for (const Index shift : shifts) {
-      shifted[l].push_back(torques_at(probed_[l], shift, instants));
+      shifted[l].push_back(torques_at(probed_[l], instants_of(probed_[l], part), shift));
     }
   }
   Vector out = Vector::Zero(count);

@@ -63,6 +63,12 @@ struct ProbeScore {
   [[nodiscard]] Index faults() const { return std::ranges::count(wrong, 1); }
 };
 
+// How well a reading fits the halves of the logs.
+struct HalfScores {
+  double left = 0.0;  // squared part of the torques with the parameters of the other half, mean over joints
+  Index faults = 0;   // joints that are wrong in both
+};
+
 // Torques of some logs beside what the model can make of their motion, under one reading of the logs or
 // another.
 class TorqueProbe {
@@ -87,13 +93,11 @@ class TorqueProbe {
   // The same by factors that are there.
   [[nodiscard]] std::optional<ProbeScore> score_below(const Reading& reading, double most,
                                                       const std::vector<JointFactor>& factors) const;
-  // Squared part of the torques that each half of the logs leaves with the parameters of the other one, mean
-  // over joints.
-  [[nodiscard]] double left_of_other_half(const Reading& reading) const;
+  [[nodiscard]] HalfScores halves(const Reading& reading) const;
   // Squared part of its torque that each joint leaves by itself, geometric mean over joints, for torques that
   // come `shift` samples later; a number for each shift. So each joint says how much better a shift fits,
   // however well it fits.
-  [[nodiscard]] Vector left_at(const Reading& reading, Part part, const std::vector<Index>& shifts) const;
+  [[nodiscard]] Vector left_at(const Reading& reading, const std::vector<Index>& shifts, Part part) const;
   [[nodiscard]] const std::vector<ProbedLog>& logs() const { return probed_; }
   // W at some instants of a log, averaged by the window as the torques are; `log.motion` goes through the
   // model averaged, which is the same but for curvature.
@@ -102,8 +106,8 @@ class TorqueProbe {
   [[nodiscard]] Matrix inertias(const Vector& chi) const;
   [[nodiscard]] Robot robot_with(const Eigen::Vector3d& gravity) const;
   [[nodiscard]] Motion motion_at(const ProbedLog& log, const Reading& reading) const;
-  // Instants at which the joint of that column moves.
-  [[nodiscard]] static std::vector<Index> moving_rows(const ProbedLog& log, Index position_column);
+  // Places among the instants of a log that belong to a part of them.
+  [[nodiscard]] std::vector<Index> instants_of(const ProbedLog& log, Part part) const;
 
  private:
   // A part of the instants of each log, with W as a reading has it.
@@ -116,12 +120,17 @@ class TorqueProbe {
     [[nodiscard]] std::vector<Index> moving(std::size_t log, Index position_column) const;
   };
   [[nodiscard]] Rows rows(const Reading& reading, Part part) const;
+  // Whether a joint has its turn in one half of the logs: halves are then every other stretch of them.
+  [[nodiscard]] bool by_turns() const;
   [[nodiscard]] JointFactor factor(const Reading& reading, const Rows& rows, std::size_t joint) const;
   // Whether a joint has rows enough to be tested.
   [[nodiscard]] static bool usable(const JointFactor& factor, Index torque);
   void add(const Log& log, const SignalOptions& signal);
   // Torques around some instants, so many samples later, (instants × n).
-  [[nodiscard]] Matrix torques_at(const ProbedLog& log, Index shift, std::span<const Index> instants) const;
+  [[nodiscard]] Matrix torques_at(const ProbedLog& log, std::span<const Index> instants, Index shift) const;
+  // Whether a joint's inertia makes up a part of its torque that can be seen.
+  [[nodiscard]] bool shows(double inertia, Index joint, const Reading& reading,
+                           const JointFactor& factor) const;
   // Whether friction takes power from a joint's motion; a joint without friction does not say no.
   [[nodiscard]] bool dissipates(const Vector& chi, Index joint, const Reading& reading) const;
 
@@ -137,6 +146,7 @@ class TorqueProbe {
   Vector acceleration_kernel_;
   Vector torque_kernel_;
   Index samples_of_log_;
+  bool by_turns_ = false;
   std::vector<ProbedLog> probed_;
   std::vector<JointFactor> told_factors_;
 };

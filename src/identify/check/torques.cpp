@@ -25,6 +25,8 @@ constexpr double hopeless = 0.5;
 // worse.
 constexpr double convincing = 0.5;
 constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
+// Halves that leave less of each other foretell each other.
+constexpr double mostly_explained = 0.25;
 constexpr double no_worse = 1.05;
 constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
 // A delay is believed where it leaves this part of what was left (squared), in each half of the logs too, is so
@@ -164,6 +166,12 @@ void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector
   constexpr double standard_gravity = 9.80665;  // [m/s²]
   constexpr std::array axes = {"x", "y", "z"};
   const double g = reading.gravity.norm() > 0.0 ? reading.gravity.norm() : standard_gravity;
+  if (reading.gravity.norm() > 0.0) {
+    Reading r = reading;
+    r.gravity.setZero();
+    out.push_back(
+        {"torque_without_gravity", "all joints", "torques hold nothing of the weight", std::move(r)});
+  }
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {-1.0, 1.0}) {
       Reading r = reading;
@@ -189,6 +197,8 @@ std::vector<Change> changes(const Robot& robot, const Reading& reading) {
   add_zero_changes(robot, reading, out);
   return out;
 }
+
+bool only_signs(std::string_view code) { return code == "torque_sign" || code == "position_sign"; }
 
 bool only_torques(std::string_view code) {
   return code == "torque_sign" || code == "torque_order" || code == "torque_unit";
@@ -228,7 +238,7 @@ void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& 
   // Each half of the logs with the other's parameters must say so too: where little is excited, either way
   // fits.
   if (upside_down.faults() <= now.faults() && upside_down.total < clearly_better * now.total &&
-      probe.left_of_other_half(other) < clearly_better * probe.left_of_other_half(reading)) {
+      probe.halves(other).left < clearly_better * probe.halves(reading).left) {
     out.add("gravity_direction", base_name(robot),
             "gravity points the other way: the model then leaves " +
                 number(100.0 * std::sqrt(upside_down.total), 2) + " % of the torques instead of " +
@@ -279,6 +289,13 @@ std::optional<Mending> likeliest(const TorqueProbe& probe, const Robot& robot, c
   return best;
 }
 
+// "12 % of the torques instead of 34 %", of squared parts.
+std::string instead(double now, double before, const std::string& of) {
+  const double a = 100.0 * std::sqrt(now);
+  const double b = 100.0 * std::sqrt(before);
+  return number_beside(a, b, 2) + " %" + of + " instead of " + number_beside(b, a, 2) + " %";
+}
+
 // A way to read the logs and how well it fits.
 struct Read {
   Reading reading;
@@ -300,10 +317,15 @@ Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
       break;
     }
     best->score = probe.score(best->change.reading);
-    const double before = probe.left_of_other_half(reading);
-    const double after = probe.left_of_other_half(best->change.reading);
-    const bool mends_signs = best->score.faults() < now.faults();
-    if (!(after < (mends_signs ? no_worse : convincing_elsewhere) * before)) {
+    const HalfScores before = probe.halves(reading);
+    const HalfScores after = probe.halves(best->change.reading);
+    // Signs alone are those of columns, and are told by halves that foretell each other.
+    const bool mends_signs = best->score.faults() < now.faults() && after.faults < before.faults &&
+                             only_signs(best->change.code) && after.left < mostly_explained &&
+                             after.left < no_worse * before.left;
+    const bool mends_fit =
+        best->score.total < convincing * now.total && after.left < convincing_elsewhere * before.left;
+    if (!mends_fit && !mends_signs) {
       break;
     }
     const Change& change = best->change;
@@ -311,12 +333,11 @@ Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
     const bool told =
         change.code == "position_unit" ? out.has(change.code) : out.has(change.code, change.subject);
     if (!told) {
-      const auto percent = [](double left) { return number(100.0 * std::sqrt(left), 2) + " %"; };
       out.add(change.code, change.subject,
-              change.text + ": the model then leaves " + percent(best->score.total) +
-                  " of the torques instead of " + percent(now.total) +
-                  ", of each half with the other's parameters " + percent(after) + " instead of " +
-                  percent(before) + (mends_signs ? ", and inertia and friction are positive" : "") +
+              change.text + ": the model then leaves " +
+                  instead(best->score.total, now.total, " of the torques") +
+                  ", of each half with the other's parameters " + instead(after.left, before.left, "") +
+                  (mends_signs ? ", and inertia and friction are positive" : "") +
                   rival(probe, change, best->score, reading));
     }
     reading = change.reading;
@@ -343,7 +364,7 @@ struct Delay {
 
 Delay least_left(const TorqueProbe& probe, const Reading& reading, Part part,
                  const std::vector<Index>& shifts) {
-  const Vector left = probe.left_at(reading, part, shifts);
+  const Vector left = probe.left_at(reading, shifts, part);
   Index at = 0;
   const double least = left.minCoeff(&at);
   return {shifts[static_cast<std::size_t>(at)], least};
@@ -354,14 +375,14 @@ bool half_has_delay(const TorqueProbe& probe, const Reading& reading, Part half,
                     const std::vector<Index>& shifts, const Delay& delay) {
   const Delay own = least_left(probe, reading, half, shifts);
   const auto apart = static_cast<double>(std::abs(own.samples - delay.samples));
-  return own.left <= delay_convincing * probe.left_at(reading, half, {0})[0] &&
+  return own.left <= delay_convincing * probe.left_at(reading, {0}, half)[0] &&
          apart <= std::max(same_delay * static_cast<double>(std::abs(delay.samples)), least_delay_samples);
 }
 
 void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out) {
   const double f_m = probe.logs().front().log->f_m;
   const std::vector<Index> shifts = shifts_for(f_m);
-  const double now = probe.left_at(reading, Part::some, {0})[0];
+  const double now = probe.left_at(reading, {0}, Part::some)[0];
   const Delay coarse = least_left(probe, reading, Part::some, shifts);
   const auto in = [&](Part half) { return half_has_delay(probe, reading, half, shifts, coarse); };
   if (coarse.samples == 0 || coarse.left > delay_convincing * now || !in(Part::first_half) ||

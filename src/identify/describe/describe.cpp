@@ -215,8 +215,10 @@ Identification described(const Answer& answer, const Judgement& judgement, bool 
   }
   out.physical = inference.physical;
   if (found.estimate && !problem.logs.empty() && out.chi.allFinite()) {
-    out.forecast = expected_error(problem.robot, out.base, problem.logs, out.answer(),
-                                  out.answer_covariance(), out.answer_fit());
+    std::vector<Log> room;
+    const auto logs = within_window(problem.logs, problem.estimation.signal, room);
+    out.forecast = expected_error(problem.robot, out.base, logs, out.answer(), out.answer_covariance(),
+                                  out.answer_fit());
   }
   if (of_geometry && inference.of_geometry.size() > 0) {
     out.C_chi += inference.of_geometry;

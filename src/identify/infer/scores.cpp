@@ -245,7 +245,7 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
   const Index b = problem.base.size();
   Scores out;
   const TimeIntervals intervals(durations(logs), shortest_interval(logs, signals));
-  const TimeBlocks blocks(durations(logs), blocks_of_time);
+  const TimeBlocks blocks(durations(logs, problem.estimation.signal.window), blocks_of_time);
   out.interval = intervals.seconds();
   out.series.resize(estimators.size());
   out.residuals.resize(joints.size());

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,6 +21,7 @@ inline constexpr Index blocks_of_time = 10;
 struct Duration {
   Index samples = 0;
   double f_m = 0.0;  // [Hz]
+  Index first = 0;   // sample of it that counts, of a window
 
   [[nodiscard]] double seconds() const { return static_cast<double>(samples) / f_m; }
 };
@@ -27,6 +30,21 @@ struct Duration {
   std::vector<Duration> out;
   std::ranges::transform(logs, std::back_inserter(out),
                          [](const Log& log) { return Duration{log.samples(), log.f_m}; });
+  return out;
+}
+
+// Of the window that rows are taken from, where there is one.
+[[nodiscard]] inline std::vector<Duration> durations(std::span<const Log> logs,
+                                                     const std::optional<std::array<double, 2>>& window) {
+  std::vector<Duration> out = durations(logs);
+  for (std::size_t l = 0; window && l < logs.size(); ++l) {
+    const Vector& t = logs[l].t;
+    const Index first = std::ranges::lower_bound(t, (*window)[0]) - t.begin();
+    const Index last = std::ranges::upper_bound(t, (*window)[1]) - t.begin();
+    if (last > first) {
+      out[l] = {last - first, logs[l].f_m, first};
+    }
+  }
   return out;
 }
 
@@ -52,7 +70,8 @@ class TimeBlocks {
   [[nodiscard]] Index first(std::size_t log) const { return first_[log]; }
   // Where a sample of a log belongs, among the blocks of all.
   [[nodiscard]] Index of(std::size_t log, Index sample) const {
-    return first_[log] + std::min(sample * count(log) / logs_[log].samples, count(log) - 1);
+    const Index since = sample - logs_[log].first;
+    return first_[log] + std::clamp<Index>(since * count(log) / logs_[log].samples, 0, count(log) - 1);
   }
 
   // Divides rows by their blocks: take(block, first row, count).

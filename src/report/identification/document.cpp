@@ -122,7 +122,7 @@ Table joints_table(const Robot& robot, const Identification& result) {
     const JointFit& joint = result.fit.joints[j];
     add(
         joint.name, [j](const Fit& fit) { return fit.joints[j].relative_error; },
-        {joint.sigma_rho, joint.unit, name(robot.joints[j].friction).data()}, Mark::none);
+        {joint.sigma_rho, joint.unit, std::string(name(robot.joints[j].friction))}, Mark::none);
   }
   if (robot.joints.size() > 1) {
     add("all", [](const Fit& fit) { return fit.relative_error; }, {"", "", ""}, Mark::sum);
