@@ -7,7 +7,7 @@
 For the SCARA and for a TX40, torques at random states with a recursive Newton-Euler of its own, of a robot that is not
 physical (negative second moments, friction that drives), with noise. Then for each case
 
-    min 1/2 |(y - W x) / sigma|^2 - its least value + weight * prior(x)
+    min 1/2 |(y - W x) / sigma|^2 - its least value + 1/2 |pull x|^2 + weight * prior(x)
 
 over the standard parameters x with positive semidefinite pseudo-inertias, Ia, Fv, Fc >= 0 and bounds of masses, by
 Clarabel. States, torques, descriptions, and the least costs are written; rivid must find the same cost.
@@ -157,7 +157,7 @@ def least_cost(robot, data, case):
     rows, target = s[:rank, None] * Vt[:rank], U[:, :rank].T @ y
 
     x = cvxpy.Variable(len(robot.kinds))
-    constraints, prior = [], 0
+    constraints, pulls, prior = [], [], 0
     for j in range(robot.n):
         columns = robot.columns("inertial", j)
         P = sum(x[c] * pseudo_inertia(e) for c, e in zip(columns, np.eye(10)))
@@ -171,6 +171,8 @@ def least_cost(robot, data, case):
             prior += 0.5 * cvxpy.sum_squares(scaled - np.eye(4))
         for kind in ("Ia", "Fv", "Fc"):
             constraints += [x[c] >= 0 for c in robot.columns(kind, j)]
+            # Pulled to zero as if known to make as much torque as all parameters together.
+            pulls += [np.linalg.norm(rows[:, c]) / np.linalg.norm(target) * x[c] for c in robot.columns(kind, j)]
         if str(j) in case.get("masses", {}):
             least, most = case["masses"][str(j)]
             constraints += [x[columns[9]] >= least, x[columns[9]] <= most]
@@ -178,7 +180,12 @@ def least_cost(robot, data, case):
         total = sum(x[robot.columns("inertial", j)[9]] for j in range(robot.n))
         constraints += [total >= case["total_mass"][0], total <= case["total_mass"][1]]
     problem = cvxpy.Problem(
-        cvxpy.Minimize(0.5 * cvxpy.sum_squares(rows @ x - target) + case["weight"] * prior), constraints
+        cvxpy.Minimize(
+            0.5 * cvxpy.sum_squares(rows @ x - target)
+            + 0.5 * cvxpy.sum_squares(cvxpy.hstack(pulls))
+            + case["weight"] * prior
+        ),
+        constraints,
     )
     problem.solve(solver=cvxpy.CLARABEL, tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
     assert problem.status == cvxpy.OPTIMAL, problem.status

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <numbers>
 #include <random>
 
 #include "rivid/identify/identification.hpp"
@@ -99,6 +101,45 @@ TEST_F(PhysicalOfARandomRobot, HasOneAnswerWhereTheDataSayNothingOfSomeParameter
     // A gap of 1e-9 in the cost leaves its root in the parameters.
     EXPECT_LT((other.chi_st - first.chi_st).norm(), 1e-4 * first.chi_st.norm()) << "start " << start;
   }
+}
+
+// Bodies that are off by 15 %, and data that tell a part of the base parameters: what is open of the others.
+TEST_F(PhysicalOfARandomRobot, KnowsHowFarTheDescriptionIsOff) {
+  std::mt19937_64 random(73);
+  std::normal_distribution<double> normal;
+  const Robot description = robot_;
+  const Index told = base_.size() / 2;
+  root_.bottomRows(base_.size() - told).setZero();
+  constexpr double off = 0.15;
+  constexpr int draws = 120;
+  double squares = 0.0;
+  double count = 0.0;
+  for (int draw = 0; draw < draws; ++draw) {
+    robot_ = description;
+    for (Inertial& inertial : robot_.inertials) {
+      const Eigen::LLT<Eigen::Matrix4d> factor(pseudo_inertia(inertial));
+      Eigen::Matrix4d change = Eigen::Matrix4d::NullaryExpr([&] { return normal(random); });
+      change = 0.5 * off * std::numbers::sqrt2 * (change + change.transpose().eval());
+      const Eigen::Matrix4d L = factor.matrixL();
+      inertial = inertial_from_pseudo_inertia(L * (Eigen::Matrix4d::Identity() + change) * L.transpose());
+    }
+    const Vector truth = base_.from_standard(robot_.chi_st());
+    robot_ = description;
+    const Vector noise = Vector::NullaryExpr(told, [&] { return normal(random); });
+    chi_ = truth;
+    chi_.head(told) += noise / root_(0, 0);
+    const PhysicalParameters answer = found();
+    const Vector error = answer.chi - truth;
+    const Matrix& C = answer.C_prior;
+    for (Index i = told; i < base_.size(); ++i) {
+      if (base_.parameters[static_cast<std::size_t>(i)].leading.kind <= ParameterKind::M) {
+        squares += error[i] * error[i] / C(i, i);
+        ++count;
+      }
+    }
+  }
+  ASSERT_GT(count, 5 * draws);
+  EXPECT_NEAR(std::sqrt(squares / count), 1.0, 0.3);
 }
 
 TEST_F(PhysicalOfARandomRobot, BrakesAndHasNoNegativeRotors) {

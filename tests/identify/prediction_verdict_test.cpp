@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "rivid/data/log.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/prediction.hpp"
+#include "support/payload_bench.hpp"
 #include "support/scara_study.hpp"
 
 namespace rivid {
@@ -60,6 +62,35 @@ TEST_F(PredictionVerdict, AValidationWithAnotherArmIsDoubtful) {
   const Identification bad = identify(robot, std::span(&one, 1), Estimation{}, other);
   EXPECT_EQ(bad.status, Status::doubtful);
   EXPECT_TRUE(has(bad, "prediction_fails"));
+}
+
+// Joints that stand in the log of the fit, and bodies that are off by a tenth.
+TEST(RankDeficient, IsAnsweredByTheDescriptionWhereTheDataLeaveItOpen) {
+  const Robot description = test::six_axis();
+  Robot truth = description;
+  for (Inertial& inertial : truth.inertials) {
+    inertial *= 1.1;
+  }
+  Log rests = test::log_with_joints_at_rest(truth, Inertial::Zero(), 5, {3, 4});
+  const Log moves = test::log_with_joints_at_rest(truth, Inertial::Zero(), 6, {});
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> noise(0.0, 0.3);  // [N·m]
+  rests.tau += Matrix::NullaryExpr(rests.tau.rows(), rests.tau.cols(), [&] { return noise(random); });
+  const Identification found =
+      identify(description, std::span(&rests, 1), Estimation{}, std::span(&moves, 1));
+  ASSERT_EQ(found.status, Status::rank_deficient);
+  ASSERT_TRUE(found.physical_answers());
+  const Validation& other = found.validation.front();
+  EXPECT_LT(other.physical->relative_error, 0.1 * other.fit.relative_error);
+  EXPECT_LT(other.physical->relative_error, 0.05);
+  const Vector& forecast = other.forecast.joints;
+  for (const Index j : {0, 1, 2, 5}) {
+    EXPECT_LT(forecast[j], 0.2);
+    EXPECT_LT(other.physical->joints[static_cast<std::size_t>(j)].relative_error, 3.0 * forecast[j]);
+  }
+  // Friction that no row shows is anything.
+  EXPECT_TRUE(std::isinf(forecast[3]));
+  EXPECT_TRUE(std::isinf(forecast[4]));
 }
 
 TEST_F(PredictionVerdict, AValidationOnALogOfTheFitIsAWarning) {

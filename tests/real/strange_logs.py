@@ -121,13 +121,19 @@ class Case:
         except OSError:
             return done, None
 
-    def rows(self, log, n_d):
-        self.draft([log])
-        file = os.path.join(self.folder, "rows.npz")
-        if os.path.exists(file):
-            os.remove(file)
-        self.identify("--set", f"signal.decimation={n_d}", "--set", "signal.torque_held=false", "--write-rows", file)
-        return dict(np.load(file)) if os.path.exists(file) else None
+    def error(self, log, f):
+        """Mean over JUDGED rows of a log of the error of all joints, and of each joint, by the result that is there."""
+        total, joints = [], []
+        for spacing in JUDGED:
+            done = run([self.program, "validate", os.path.join(self.folder, "result"), log, "--json", "--set", f"signal.decimation={max(round(spacing * f), 1)}",
+                        "--set", "signal.torque_held=false"])
+            try:
+                model = json.loads(done.stdout)["models"][0]
+            except (ValueError, KeyError, IndexError):
+                continue
+            total.append(model["relative_error"])
+            joints.append([np.nan if e is None else e for e in model["joints"]])
+        return (float(np.mean(total)), np.mean(joints, axis=0)) if total else (None, None)
 
     def sampling(self, log):
         with open(log, encoding="utf-8") as text:
@@ -137,29 +143,9 @@ class Case:
         return 1.0 / np.median(np.diff(t))
 
 
-def error(rows, chi):
-    """Mean over the judged rows of the error of all joints, and of each joint."""
-    total, joints = [], []
-    for made in rows:
-        residual = made["Y"] - made["W"] @ chi
-        total.append(np.linalg.norm(residual) / np.linalg.norm(made["Y"]))
-        joints.append([np.linalg.norm(residual[made["joint"] == j]) / max(np.linalg.norm(made["Y"][made["joint"] == j]), 1e-12)
-                       for j in np.unique(made["joint"])])
-    smallest = min(len(j) for j in joints)
-    return float(np.mean(total)), np.mean([j[:smallest] for j in joints], axis=0)
-
-
-def values(result):
-    physical = result.get("physical")
-    if physical and physical["better"]:
-        return np.array(physical["chi"], float)
-    return np.array([np.nan if p["value"] is None else p["value"] for p in result["parameters"]], float)
-
-
 def judged(case, sweep):
     case.draft([case.train, case.test])
-    own = os.path.join(case.folder, "own.npz")
-    done, result = case.identify("--write-rows", own)
+    done, result = case.identify()
     out = {"case": case.name, "exit": done.returncode}
     if result is None:
         out["says"] = done.stderr.strip().splitlines()[-1][:200] if done.stderr.strip() else ""
@@ -178,23 +164,20 @@ def judged(case, sweep):
     if not sweep:
         return out
     f = case.sampling(case.test)
-    test = [made for made in (case.rows(case.test, max(round(s * f), 1)) for s in JUDGED) if made is not None]
-    chi = values(result)
-    if not test or not np.isfinite(chi).all():
+    out["E"], joints = case.error(case.test, f)
+    if out["E"] is None:
         return out
-    out["E"], joints = error(test, chi)
-    if result.get("physical"):
-        out["E_plain"] = error(test, np.array([p["value"] for p in result["parameters"]], float))[0]
-    made = dict(np.load(own))
-    out["E_ols"], of_ols = error(test, np.linalg.lstsq(made["W"], made["Y"], rcond=None)[0])
-    out["over_ols"] = float(np.max(joints / of_ols))
-    best, at = np.inf, None
+    _, ols = case.identify("--set", 'method.name="OLS"', "--set", f"signal.decimation={choice.get('decimation')}")
+    if ols:
+        out["E_ols"], of_ols = case.error(case.test, f)
+        out["over_ols"] = float(np.nanmax(joints / of_ols))
+    out["best"], out["at"] = np.inf, None
     for spacing in SPACINGS:
         case.draft([case.train])
         _, one = case.identify("--set", f"signal.decimation={max(round(spacing * f), 1)}")
-        if one and np.isfinite(values(one)).all() and (e := error(test, values(one))[0]) < best:
-            best, at = e, spacing
-    out |= {"best": best, "at": at}
+        e = case.error(case.test, f)[0] if one else None
+        if e is not None and e < out["best"]:
+            out["best"], out["at"] = e, spacing
     return out
 
 
@@ -226,7 +209,7 @@ def main():
     swept = [c for c in found if "best" in c]
     if swept:
         near = sum(c["E"] <= max(1.05 * c["best"], c["best"] + 0.0015) for c in swept)
-        over = [c["case"] for c in swept if c["over_ols"] > 2.0]
+        over = [c["case"] for c in swept if c.get("over_ols", 0.0) > 2.0]
         print(f"E within 0.15 points or 5 % of the best window: {near} of {len(swept)}; E over it {np.exp(np.mean([np.log(c['E'] / c['best']) for c in swept])):.3f} on average; a joint worse than OLS by 2: {over}")
     return 1 if wrong else 0
 

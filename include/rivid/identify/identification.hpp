@@ -217,9 +217,11 @@ struct PhysicalModel {
   PhysicalParameters parameters;
   Fit fit;  ///< on the rows of the identification
   /// Whether blocks of time that are left out one by one are predicted better than by the estimate, beyond what
-  /// that scatters by: then this set is the answer.
+  /// that scatters by, or the estimate is rank deficient: then this set is the answer.
   bool better = false;
-  Matrix C_chi;  ///< covariance of `parameters.chi` by the blocks, (b × b); empty where they can not say
+  /// Covariance of `parameters.chi` by the blocks, and by what the prior decided, (b × b); empty where the
+  /// blocks can not say.
+  Matrix C_chi;
 };
 
 /// The model of the parameters that matter, and what it costs in fit.

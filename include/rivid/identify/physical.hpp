@@ -99,8 +99,11 @@ inline constexpr std::array names_of<Physical::Prior> = std::to_array<std::strin
 
 /// Standard parameters of a robot of physical bodies.
 struct PhysicalParameters {
-  Vector chi_st;                   ///< values of BaseParameters::standard, (N_s) [SI, joint side]
-  Vector chi;                      ///< their base parameters, (b)
+  Vector chi_st;  ///< values of BaseParameters::standard, (N_s) [SI, joint side]
+  Vector chi;     ///< their base parameters, (b)
+  /// What is open of `chi` because the prior decided it, (b × b): the prior is off by as much as it is where
+  /// the data tell [MacKay 1992]. Infinite for friction and rotors that nothing shows.
+  Matrix C_prior;
   double cost = 0.0;               ///< distance + weight × divergence
   double distance = 0.0;           ///< ½ ‖root (χ̂ − χ)‖²
   double divergence = 0.0;         ///< of the prior
@@ -121,11 +124,13 @@ struct PhysicalParameters {
               "[`validation`](#fit-and-each-of-validation)"},
         Field{"options", nullptr, "[`[method.physical]`](experiment.md#methodphysical) as it was used"},
         Field{"better", nullptr,
-              "whether left-out blocks of time are predicted better than by `parameters`: then this set is "
+              "whether left-out blocks of time are predicted better than by `parameters`, or these are not "
+              "all determined: then this set is "
               "the answer"},
         Field{"sigma",
               nullptr,
-              "deviations of `chi` by these blocks; empty where they can not say",
+              "deviations of `chi` by these blocks and by what the prior decided; empty where the blocks can "
+              "not say",
               {.unit = "SI"}},
         Field{"cost", &R::cost, "distance + weight × divergence", {.unit = "1"}},
         Field{"distance", &R::distance, "½ (χ̂ − χ)ᵀ C_χχ⁻¹ (χ̂ − χ)", {.unit = "1"}},
@@ -144,8 +149,8 @@ struct PhysicalParameters {
 /// of every link is positive definite, whose friction brakes and whose rotors have no negative inertia: Ia,
 /// Fv, Fc, Fv+, Fv−, Fc+ + Fc−, Iam, Fvm, Fcm ≥ 0. (Fc+ and Fc− may be shifted by an offset; Fcm of
 /// Coulomb::single has either sign. Where a coupling leaves the diagonal of its terms to the joints, Ia_i ≥
-/// c_i² Iam and Fv_i ≥ c_i² Fvm.) Friction and rotors are pulled to the robot description only where the data
-/// do not determine them.
+/// c_i² Iam and Fv_i ≥ c_i² Fvm.) Friction and rotors are pulled to the robot description as if each were
+/// known to make as much torque as all parameters together, which decides only what the data leave open.
 ///
 /// The problem is convex. Newton's method on the logarithmic barrier of the constraints solves it; every
 /// iterate is physical.

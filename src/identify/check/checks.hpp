@@ -44,13 +44,7 @@ void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParam
 void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
                  const Reading& reading, const Vector& chi, Findings& out);
 
-// Friction that drives and inertias that are negative, beyond doubt.
-// Whether a parameter is of friction that bends with the speed: one of its coefficients may be negative where
-// the others make up for it.
-[[nodiscard]] bool bends(const Robot& robot, const StandardParameter& of);
-void check_signs(const Robot& robot, const Identification& result, Findings& out);
-
-// Values that physics forbids, beyond doubt; and where nothing else is wrong, torques that the result does
+// Values that physics forbids, beyond doubt or almost: friction that drives, inertias that are negative; and where nothing else is wrong, torques that the result does
 // not explain.
 //
 // logs  of the probe

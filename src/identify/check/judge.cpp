@@ -87,7 +87,6 @@ void check_result(const Robot& robot, std::span<const Log> validation, const Ide
                   Findings& out) {
   if (result.status == Status::identified) {
     check_rows(result, out);
-    check_signs(robot, result, out);
     check_validation(robot, validation, result, out);
   }
 }

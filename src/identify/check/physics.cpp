@@ -23,6 +23,8 @@ constexpr double useless = 1.0;
 constexpr double counting = 0.01;
 // A value of many parameters, or the worst of many poses, is beyond doubt from so many σ on.
 constexpr double sure = 4.5;
+// And of one drive likely.
+constexpr double likely = 3.0;
 constexpr Index most_poses = 100;
 
 // A of Σ c_k π_k = ∫ [r; 1]ᵀ A [r; 1] dm, with coefficients c of the inertial parameters π of a body.
@@ -166,6 +168,26 @@ void check_parameters(const Identification& result, const Explained& explained, 
   }
 }
 
+// Signs of drives that are hardly in doubt, however little of the torques depends on them.
+void check_signs(const Robot& robot, const Identification& result, const Explained& explained,
+                 Findings& out) {
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const ParameterEstimate& p = result.parameters[i];
+    const StandardParameter& leading = result.base.parameters[i].leading;
+    if (about(leading.kind).coupled || !(p.value < -likely * p.sigma) || out.has("not_physical", p.name)) {
+      continue;
+    }
+    const std::string& joint = robot.joints[static_cast<std::size_t>(leading.joint)].name;
+    const std::string value = p.name + " = " + number(p.value, 3) + " ± " + number(p.sigma, 2) + " " + p.unit;
+    const Role of = role(leading.kind);
+    if ((of == Role::viscous || of == Role::dry) && !brakes(result, explained, leading.joint)) {
+      out.add("friction_drives", joint, value + ", friction brakes");
+    } else if (of == Role::rotor) {
+      out.add("negative_rotor", joint, value + ", inertias are positive");
+    }
+  }
+}
+
 // The mass matrix along the logs, in the direction of accelerations where it is least, as far as that is
 // beyond doubt.
 void check_mass_matrix(const TorqueProbe& probe, const Robot& robot, const Identification& result,
@@ -237,6 +259,7 @@ void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const
                    const Identification& result, Findings& out) {
   const Explained explained(probe, result.chi);
   check_parameters(result, explained, out);
+  check_signs(robot, result, explained, out);
   if (!out.has("not_physical")) {
     check_mass_matrix(probe, robot, result, explained, out);
   }

@@ -12,42 +12,13 @@ namespace rivid::detail {
 
 namespace {
 
-// A sign is beyond doubt from so many σ on.
-constexpr double beyond_doubt = 3.0;
 // A residual of a joint on another log that is so many times the expected one contradicts the fit.
 constexpr double much_worse = 2.0;
 
 // Rows for each parameter from which deviations can be estimated.
 constexpr Index least_rows = 2;
 
-std::string value_of(const ParameterEstimate& p) {
-  return p.name + " = " + number(p.value, 3) + " ± " + number(p.sigma, 2) + " " + p.unit;
-}
-
 }  // namespace
-
-bool bends(const Robot& robot, const StandardParameter& of) {
-  const std::span law = parameters(robot.joints[static_cast<std::size_t>(of.joint)].friction);
-  return is_friction(of.kind) && std::ranges::find(law, ParameterKind::Fr) != law.end();
-}
-
-void check_signs(const Robot& robot, const Identification& result, Findings& out) {
-  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
-    const ParameterEstimate& p = result.parameters[i];
-    const StandardParameter& leading = result.base.parameters[i].leading;
-    if (about(leading.kind).coupled || bends(robot, leading) || !(p.value < -beyond_doubt * p.sigma) ||
-        out.has("not_physical", p.name)) {
-      continue;
-    }
-    const std::string& joint = robot.joints[static_cast<std::size_t>(leading.joint)].name;
-    const Role of = role(leading.kind);
-    if (of == Role::viscous || of == Role::dry) {
-      out.add("friction_drives", joint, value_of(p) + ", friction brakes");
-    } else if (of == Role::rotor) {
-      out.add("negative_rotor", joint, value_of(p) + ", inertias are positive");
-    }
-  }
-}
 
 void check_rows(const Identification& result, Findings& out) {
   const Index rows = result.fit.rows;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "dense.hpp"
 #include "identify/infer/infer.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
@@ -338,31 +339,30 @@ class Chooser {
     return all_factors(robot_, base_parameters(robot_), logs_, signals, team, {}).groups;
   }
 
-  // Of the windows up to this one that determine most, that whose estimate is expected to predict torques best:
-  // by the bias of noise, squared, and by the variance.
+  // Of the windows up to this one, that whose estimate is expected to predict torques best: by the bias of
+  // noise, squared, and by the variance.
   std::optional<std::size_t> best_prediction(std::size_t longest) {
     std::optional<std::size_t> best;
     Vector chi;  // of the best one: shorter windows are the more biased
     try {
       const std::vector<RowGroup> judged = judged_rows();
       double least = std::numeric_limits<double>::infinity();
-      Index most = 0;
       constexpr std::size_t step = 2;  // some 40 %
       for (std::size_t k = 0; k <= longest; k += step) {
         const std::size_t w = longest - k;
         const std::optional<Pilot> fit = fitted_with(windows_[w], false);
-        if (!fit || rows_a_parameter_ < fewest_rows || fit->estimate.rank < most) {
+        if (!fit || rows_a_parameter_ < fewest_rows) {
           continue;
         }
         if (best && rows_a_parameter_ > plenty) {
           break;
         }
-        const double error = expected_squares(judged, fit->estimate, best ? chi : fit->estimate.chi);
-        if (fit->estimate.rank > most || error < least) {
-          most = fit->estimate.rank;
+        const Estimate estimate = anchored(fit->estimate);
+        const double error = expected_squares(judged, estimate, best ? chi : estimate.chi);
+        if (!best || error < least) {
           least = error;
           best = w;
-          chi = fit->estimate.chi;
+          chi = estimate.chi;
         } else if (error > hopeless * least) {
           break;
         }
@@ -372,22 +372,37 @@ class Chooser {
     return best;
   }
 
+  // The estimate beside a prior by which each parameter alone makes about as much torque as all do together:
+  // what the rows hardly tell costs a prediction no more than that.
+  [[nodiscard]] static Estimate anchored(const Estimate& estimate) {
+    Estimate out = estimate;
+    const Vector norms =
+        estimate.root.colwise().norm().transpose().unaryExpr([](double x) { return x > 0.0 ? x : 1.0; });
+    const Vector scale = norms.cwiseInverse();
+    const double torques = (estimate.root * estimate.chi).norm();
+    const double pull = estimate.sigma * estimate.sigma / std::max(torques * torques, 1e-300);
+    const SymmetricEigen rows = symmetric_eigen(
+        scale.asDiagonal() * (estimate.root.transpose() * estimate.root) * scale.asDiagonal());
+    const Vector with_prior = (rows.values.cwiseMax(0.0).array() + pull).inverse();
+    out.bread = scale.asDiagonal() * rows.vectors * with_prior.asDiagonal() * rows.vectors.transpose() *
+                scale.asDiagonal();
+    out.unit_covariance = out.bread;
+    out.chi = out.bread * (estimate.root.transpose() * (estimate.root * estimate.chi));
+    return out;
+  }
+
   // Σ_j a_j (tr(G_j C) + bᵀ G_j b) with G_j of the judged rows, bias b and covariance C.
   [[nodiscard]] double expected_squares(std::span<const RowGroup> judged, const Estimate& estimate,
                                         const Vector& chi) const {
     const Vector bias = noise_bias(*problem_, estimate, chi);
-    const Vector open = undetermined(estimate.unit_covariance);
     double torques = 0.0;
     for (const RowGroup& joint : judged) {
       torques += joint.qr.y_norm() * joint.qr.y_norm();
     }
     double out = 0.0;
     for (const RowGroup& joint : judged) {
-      Matrix R = joint.qr.R();
-      for (Index c = 0; c < R.cols(); ++c) {
-        R.col(c) *= open[joint.columns[static_cast<std::size_t>(c)]] > 0.0 ? 0.0 : 1.0;
-      }
-      const Matrix C = finite_part(estimate.unit_covariance)(joint.columns, joint.columns);
+      const Matrix R = joint.qr.R();
+      const Matrix C = estimate.unit_covariance(joint.columns, joint.columns);
       const double variance = estimate.sigma * estimate.sigma * (R * C).cwiseProduct(R).sum();
       out += (variance + (R * bias(joint.columns)).squaredNorm()) /
              (joint.qr.y_norm() * joint.qr.y_norm() + least_torque * torques);

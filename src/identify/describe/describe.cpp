@@ -152,7 +152,7 @@ void find_doubts(const Answer& answer, const Identification& result, Findings& o
 
 }  // namespace
 
-Identification described(const Answer& answer, const Judgement& judgement, bool of_geometry) {
+Identification described(const Answer& answer, const Judgement& judgement, Widened widened) {
   const EstimationProblem& problem = *answer.problem;
   const Estimated& found = answer.found;
   const Inference& inference = answer.inference;
@@ -220,7 +220,10 @@ Identification described(const Answer& answer, const Judgement& judgement, bool 
     out.forecast = expected_error(problem.robot, out.base, logs, out.answer(), out.answer_covariance(),
                                   out.answer_fit());
   }
-  if (of_geometry && inference.of_geometry.size() > 0) {
+  if (widened != Widened::for_forecast && inference.of_choice.size() > 0) {
+    out.C_chi += inference.of_choice;
+  }
+  if (widened == Widened::whole && inference.of_geometry.size() > 0) {
     out.C_chi += inference.of_geometry;
   }
   out.parameters = parameters_of(answer, out.C_chi, row_shift, judgement.alternatives);

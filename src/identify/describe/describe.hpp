@@ -32,11 +32,14 @@ struct Answer {
   std::vector<std::string> notes;  // of robot and logs
 };
 
+// What deviations have beyond errors of the rows: forecasts of torques nothing, for a law of friction that was
+// nearly chosen moves its parameters together and hardly the torques; the judge that choice; the result also
+// what is open of the geometry, which is the same in all logs of an arm, so that no fault is judged beside it.
+enum class Widened { for_forecast, for_judge, whole };
+
 // The result, or what a judge is to see of it where there is no judgement yet.
 //
-// of_geometry  whether deviations have what is open of the geometry: it is the same in all logs of an arm, so
-//              that no forecast has it, and no fault is judged beside it
-[[nodiscard]] Identification described(const Answer& answer, const Judgement& judgement, bool of_geometry);
+[[nodiscard]] Identification described(const Answer& answer, const Judgement& judgement, Widened widened);
 
 // Verdict and advice of parameters with deviations and intervals, from their correlations in C, and what the
 // regressor says about the motion that shows them.

@@ -46,7 +46,7 @@ Answer answered_by_suitable_method(const Robot& robot, std::span<const Log> logs
   if (why.empty()) {
     estimation.method = iv;
     Answer out = answered(robot, logs, estimation);
-    const Identification seen = described(out, {}, false);
+    const Identification seen = described(out, {}, detail::Widened::for_judge);
     if (seen.status == Status::identified) {
       out.method = {.reason = "instrumental variables: controller and reference are known",
                     .least_squares = seen.iv->least_squares};
@@ -96,20 +96,22 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   answer.notes = robot.notes;
   add_notes(logs, answer.notes);
   add_notes(validation, answer.notes);
-  Identification seen = described(answer, {}, !asked.judge);
-  for (const Log& log : validation) {
-    answer.validation.push_back(validate(robot, seen, log, asked.threads));
+  if (!validation.empty()) {
+    const Identification forecasting = described(answer, {}, detail::Widened::for_forecast);
+    for (const Log& log : validation) {
+      answer.validation.push_back(validate(robot, forecasting, log, asked.threads));
+    }
   }
-  seen.validation = answer.validation;
   if (!asked.judge) {
-    return seen;
+    return described(answer, {}, detail::Widened::whole);
   }
+  const Identification seen = described(answer, {}, detail::Widened::for_judge);
   detail::Judgement judgement = detail::judged(robot, logs, validation, seen);
   detail::Findings of_predictions;
   detail::find_predictions(seen, of_predictions);
   judgement.findings.insert(judgement.findings.end(), of_predictions.all().begin(),
                             of_predictions.all().end());
-  return described(answer, judgement, true);
+  return described(answer, judgement, detail::Widened::whole);
 }
 
 Identification identify(const Robot& robot, const Log& log, const Estimation& estimation) {

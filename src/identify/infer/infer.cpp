@@ -186,7 +186,7 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
     out.uncertainty.C += out.gain_slopes * of_gains * out.gain_slopes.transpose();
   }
   if (const Matrix& of_choice = problem.estimation.choice_covariance; of_choice.rows() == out.chi.size()) {
-    out.uncertainty.C += of_choice;
+    out.of_choice = of_choice;
   }
   out.of_geometry = geometry_covariance(problem, estimate);
   // Errors of the model last in the positions of a simulated loop, and no interval of these knows them: both

@@ -28,8 +28,9 @@ struct Inference {
   Vector chi;                   // (b); not a number where there is no estimate
   std::vector<double> weights;  // 1/σ of each joint's rows
   double condition = 0.0;       // infinite where there is no estimate
-  Uncertainty uncertainty;      // of errors in the rows, of gains and choices
+  Uncertainty uncertainty;      // of errors in the rows and of gains
   Matrix gain_slopes = {};      // (b × n)
+  Matrix of_choice = {};        // covariance by Estimation::choice_covariance, (b × b) or empty
   Matrix of_geometry = {};      // covariance by Robot::tolerance, (b × b) or empty
   std::optional<Diagnostics> diagnostics = {};
   std::optional<Uncertainty> unfiltered = {};  // of the estimate before the prefilter

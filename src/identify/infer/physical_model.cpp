@@ -61,14 +61,18 @@ constexpr double loose = 1.0;
 // Weights of the prior that are validated, over the one that was given.
 constexpr std::array<double, 7> tried_weights = {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3};
 
+// Directions of the rows of all blocks but one, of columns of unit length, that these do not determine: their
+// part of the largest square.
+constexpr double undetermined_part = 1e-12;
+
 // What is left out one by one of the blocks of time, by what is left.
 struct LeftOut {
   std::vector<double> growth;  // of each block's sum of squares over that with the estimate, in σ²
   Matrix chi;                  // without each block, (b × blocks)
 };
 
-// Of the estimate, or with options of the physically consistent parameters. Empty where the other blocks do
-// not determine the parameters.
+// Of the estimate, or with options of the physically consistent parameters. What the other blocks leave open is
+// the least solution there, as of the estimate itself, or the description's.
 LeftOut without_blocks(const EstimationProblem& problem, const Estimate& estimate,
                        std::span<const BlockSums> blocks, const Physical* options = nullptr) {
   const Index b = problem.base.size();
@@ -77,16 +81,20 @@ LeftOut without_blocks(const EstimationProblem& problem, const Estimate& estimat
   for (const BlockSums& block : blocks) {
     all += 0.5 * (block.ZW + block.ZW.transpose());
   }
+  const Vector norms = all.diagonal().cwiseSqrt().unaryExpr([](double x) { return x > 0.0 ? x : 1.0; });
+  const Vector scale = norms.cwiseInverse();
   LeftOut out{.growth = {}, .chi = Matrix(b, std::ssize(blocks))};
   for (const BlockSums& block : blocks) {
     const Matrix own = 0.5 * (block.ZW + block.ZW.transpose());
-    const SymmetricEigen others = symmetric_eigen(all - own);
-    if (!(others.values[0] > 0.0)) {
-      return {};
-    }
-    Vector chi = estimate.chi - solve(all - own, block.Z_rho);
+    const SymmetricEigen others = symmetric_eigen(scale.asDiagonal() * (all - own) * scale.asDiagonal());
+    const double least = undetermined_part * others.values[b - 1];
+    const Vector inverse = others.values.unaryExpr([&](double x) { return x > least ? 1.0 / x : 0.0; });
+    const Vector seen =
+        others.vectors.transpose() * scale.asDiagonal() * ((all - own) * estimate.chi - block.Z_rho);
+    Vector chi = scale.asDiagonal() * (others.vectors * inverse.cwiseProduct(seen));
     if (options != nullptr) {
-      const Matrix root = others.values.cwiseSqrt().asDiagonal() * others.vectors.transpose() / sigma;
+      const Vector roots = others.values.unaryExpr([&](double x) { return x > least ? std::sqrt(x) : 0.0; });
+      const Matrix root = roots.asDiagonal() * others.vectors.transpose() * norms.asDiagonal() / sigma;
       chi = physical(problem.robot, problem.base, chi, root, *options).chi;
     }
     const Vector change = chi - estimate.chi;
@@ -141,7 +149,10 @@ Consistent by_prediction(const EstimationProblem& problem, const Physical& optio
     out.weight_may_fall = false;
     return out;
   };
-  for (const double factor : tried_weights) {
+  const bool open = estimate.rank < estimate.chi.size();
+  const std::span<const double> weights =
+      std::span(tried_weights).subspan(open ? tried_weights.size() / 2 : 0);
+  for (const double factor : weights) {
     const Physical tried = with(factor);
     found.push_back(without_blocks(problem, estimate, blocks, &tried));
   }
@@ -151,7 +162,7 @@ Consistent by_prediction(const EstimationProblem& problem, const Physical& optio
     chosen = advantage(*best, found[w]) <= 1.0 ? w : chosen;
   }
   Consistent out;
-  out.model.options = with(tried_weights[chosen]);
+  out.model.options = with(weights[chosen]);
   out.blocks = std::move(found[chosen]);
   return out;
 }
@@ -175,8 +186,8 @@ PhysicalModel found_model(const EstimationProblem& problem, const Physical& opti
     } else {
       out.blocks = without_blocks(problem, estimate, blocks, &options);
     }
-    out.model.better = advantage(out.blocks, plain) > 1.0;
-    out.model.C_chi = covariance_by_blocks(out.blocks, blocks, estimate.sigma);
+    // What rows leave open, the least solution says no better than the description does.
+    out.model.better = found.status == Status::rank_deficient || advantage(out.blocks, plain) > 1.0;
   }
   PhysicalModel& model = out.model;
   model.parameters = with(model.options);
@@ -191,6 +202,10 @@ PhysicalModel found_model(const EstimationProblem& problem, const Physical& opti
     model.options = lower;
     model.parameters = std::move(weaker);
   }
+  model.better = model.better && model.parameters.reached;
+  if (!out.blocks.growth.empty()) {
+    model.C_chi = covariance_by_blocks(out.blocks, blocks, estimate.sigma) + model.parameters.C_prior;
+  }
   model.fit = fit_to(problem.robot, problem.rows_to_judge(), model.parameters.chi, problem.base.size(),
                      problem.estimation.signal.convention);
   return std::move(out.model);
@@ -201,14 +216,15 @@ PhysicalModel found_model(const EstimationProblem& problem, const Physical& opti
 void add_physical(const EstimationProblem& problem, const Estimated& found, std::span<const BlockSums> blocks,
                   Inference& out) {
   const std::optional<Physical>& options = problem.estimation.physical;
-  const bool says = blocks.size() >= 4 && found.status == Status::identified;
+  const bool open = found.status == Status::rank_deficient;
+  const bool says = blocks.size() >= 4 && (open || found.status == Status::identified);
   const LeftOut plain = says ? without_blocks(problem, *found.estimate, blocks) : LeftOut();
   if (!options) {
-    if (found.status != Status::rank_deficient) {
+    if (!open) {
       warn_of_weak_excitation(problem.base, found.estimate->root / found.estimate->sigma, out);
     }
     const auto rows = static_cast<double>(found.estimate->rows);
-    if (problem.estimation.judge && !plain.growth.empty() && total(plain.growth) > loose * rows) {
+    if (problem.estimation.judge && !plain.growth.empty() && (open || total(plain.growth) > loose * rows)) {
       PhysicalModel model = found_model(problem, Physical{}, found, blocks, plain);
       if (model.better) {
         out.physical = std::move(model);

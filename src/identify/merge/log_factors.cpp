@@ -153,7 +153,7 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
   }
   detail::Answer answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation));
   answer.method = std::move(choice);
-  return described(answer, {}, true);
+  return described(answer, {}, detail::Widened::whole);
 }
 
 }  // namespace rivid

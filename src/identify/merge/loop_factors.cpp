@@ -193,7 +193,7 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
   }
   return described(
       detail::Answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation, &ask)), {},
-      true);
+      detail::Widened::whole);
 }
 
 }  // namespace rivid

@@ -105,6 +105,7 @@ PhysicalParameters physical(const Robot& robot, const BaseParameters& base,
   PhysicalParameters out;
   out.chi_st = solution.x;
   out.chi = base.from_standard(out.chi_st);
+  out.C_prior = detail::covariance_of_prior(problem, base, out.chi_st);
   out.cost = problem.barrier.cost(out.chi_st) + problem.offset;
   out.distance = 0.5 * (root * (chi - out.chi)).squaredNorm();
   out.divergence = (out.cost - out.distance) / options.weight;

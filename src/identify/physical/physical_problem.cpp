@@ -2,9 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 
+#include "dense.hpp"
 #include "rivid/model/parameters.hpp"
 
 namespace rivid::detail {
@@ -13,9 +16,8 @@ namespace {
 
 using enum ParameterKind;
 
-// Pull on friction and rotors towards the robot description, in units of what the data say of each: it only
-// decides what they leave open altogether.
-constexpr double faint = 1e-12;
+// Part of all squared columns of a root that roundings leave of a column without rows.
+constexpr double roundings = 1e-20;
 
 // Where a parameter is in base.standard.
 class Places {
@@ -156,6 +158,44 @@ Vector inside_near(const Robot& robot, const Physical& options, const BarrierPro
 
 }  // namespace
 
+Matrix covariance_of_prior(const PhysicalProblem& problem, const BaseParameters& base, const Vector& x) {
+  const BarrierProblem& barrier = problem.barrier;
+  const auto pulls = barrier.rows.bottomRows(barrier.rows.rows() - problem.data_rows);
+  std::array<Matrix, 2> priors = {pulls.transpose() * pulls, Matrix::Zero(x.size(), x.size())};
+  for (const Index at : barrier.bodies) {
+    constexpr Index n = inertial_count;
+    const BodyMatrix G = whitened_parameters(pseudo_inertia(x.segment<n>(at)));
+    priors[1].block<n, n>(at, at) = priors[0].block<n, n>(at, at) + barrier.log_weight * G.transpose() * G;
+    priors[0].block<n, n>(at, at).setZero();
+  }
+  const auto data = barrier.rows.topRows(problem.data_rows);
+  const Matrix H = data.transpose() * data + priors[0] + priors[1];
+  const Vector scale = H.diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix open =
+      scale.asDiagonal() * inverse(scale.asDiagonal() * H * scale.asDiagonal()) * scale.asDiagonal();
+  Matrix from_base = Matrix::Zero(x.size(), base.size());  // Aᵀ
+  from_base(base.leading, Eigen::all).setIdentity();
+  from_base(base.dependent, Eigen::all) = base.K.transpose();
+  const Matrix by_base = open * from_base;
+  const Vector away = x - problem.description;
+  Matrix out = Matrix::Zero(base.size(), base.size());
+  for (const Matrix& P : priors) {
+    const double told =
+        static_cast<double>((P.diagonal().array() > 0.0).count()) - open.cwiseProduct(P).sum();
+    const double size = away.dot(P * away) / std::max(told, 1.0);
+    out += size * by_base.transpose() * P * by_base;
+  }
+  // Of drives that no row shows nobody knows how far they are off.
+  for (Index i = 0; i < base.size(); ++i) {
+    const Index at = base.leading[static_cast<std::size_t>(i)];
+    const bool drive = role(base.standard[static_cast<std::size_t>(at)].kind) != Role::inertial;
+    if (drive && !(data.col(at).squaredNorm() > roundings * data.squaredNorm())) {
+      out(i, i) = std::numeric_limits<double>::infinity();
+    }
+  }
+  return out;
+}
+
 std::vector<LinearBound> sign_bounds(const Robot& robot, const BaseParameters& base) {
   const Places place(base);
   std::vector<LinearBound> out;
@@ -252,19 +292,29 @@ PhysicalProblem physical_problem(const Robot& robot, const BaseParameters& base,
   }
   NominalBodies nominal = nominal_bodies(robot, robot.inertials);
   out.notes = std::move(nominal.notes);
+  out.description = description;
+  for (std::size_t j = 0; j < barrier.bodies.size(); ++j) {
+    out.description.segment<inertial_count>(barrier.bodies[j]) =
+        inertial_from_pseudo_inertia(nominal.pseudo_inertias[j]);
+  }
 
   const Index ridge_rows = options.prior == Physical::Prior::ridge ? inertial_count * robot.size() : 0;
   const Index rows = root.rows() + ridge_rows + static_cast<Index>(others.size());
+  out.data_rows = root.rows();
   barrier.rows = Matrix::Zero(rows, size);
   barrier.target = Vector::Zero(rows);
   barrier.linear = Vector::Zero(size);
   barrier.rows(Eigen::seqN(0, root.rows()), base.leading) = root;
   barrier.rows(Eigen::seqN(0, root.rows()), base.dependent) = root * base.K;
   barrier.target.head(root.rows()) = root * chi;
+  // Friction and rotors are pulled to the description as if one were known that makes as much torque as all
+  // parameters do together: it decides what the data leave open, in rows that hardly tell it too.
+  const double torques = std::max(barrier.target.head(root.rows()).squaredNorm(), 1.0);
+  const double unseen = roundings * root.squaredNorm();
   for (std::size_t k = 0; k < others.size(); ++k) {
     const Index row = root.rows() + ridge_rows + static_cast<Index>(k);
     const double seen = barrier.rows.col(others[k]).head(root.rows()).squaredNorm();
-    const double pull = std::sqrt(seen > 0.0 ? faint * seen : 1.0);
+    const double pull = std::sqrt(seen > unseen ? seen / torques : 1.0);
     barrier.rows(row, others[k]) = pull;
     barrier.target[row] = pull * description[others[k]];
   }

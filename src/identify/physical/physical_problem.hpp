@@ -12,14 +12,23 @@ namespace rivid::detail {
 // The problem of physical() with its start.
 struct PhysicalProblem {
   BarrierProblem barrier;
+  Index data_rows = 0;  // of its first rows; the others are pulls
   double offset = 0.0;  // that makes the prior zero at the robot description
   Vector start;         // strictly inside
+  Vector description;   // of the robot, its bodies mended
   std::vector<std::string> notes;
 };
 
 [[nodiscard]] PhysicalProblem physical_problem(const Robot& robot, const BaseParameters& base,
                                                const Vector& chi, const Matrix& root,
                                                const Physical& options);
+
+// What is open of base parameters that the prior decided, at the standard parameters x: A H⁻¹ s² P H⁻¹ Aᵀ, of
+// bodies and of friction and rotors apart, with P the part of the prior in the curvature H of the cost. How far
+// the description is off, s², is what it is off where the data tell [MacKay 1992]. Infinite for
+// friction and rotors without a row.
+[[nodiscard]] Matrix covariance_of_prior(const PhysicalProblem& problem, const BaseParameters& base,
+                                         const Vector& x);
 
 // Friction that brakes and rotors without negative inertia, the coupled ones first.
 [[nodiscard]] std::vector<LinearBound> sign_bounds(const Robot& robot, const BaseParameters& base);

@@ -42,9 +42,10 @@ std::string known_of_all(const Identification& result) {
 std::vector<std::string> predictions_of(const Identification& result) {
   std::vector<std::string> out;
   if (result.physical_answers()) {
-    out.emplace_back(
-        "answer: the physically consistent parameters, which predict blocks of time that are left out "
-        "better");
+    out.push_back("answer: the physically consistent parameters, " +
+                  std::string(result.status == Status::rank_deficient
+                                  ? "for which the robot description settles what the data leave open"
+                                  : "which predict blocks of time that are left out better"));
   }
   const auto in_words = [](double error) {
     return std::isfinite(error) ? percent(error) : "unknown, it shows what is not determined";
