@@ -78,7 +78,9 @@ Experiment experiment_of(const CompareArguments& arguments, const std::vector<Ju
       return read_experiment(file, Use::identification, arguments.set);
     }
   }
-  throw InputError("none of the models is a result that knows how logs are read; --experiment says it");
+  static_cast<void>(read_input(models.front().file));
+  throw InputError(
+      "none of the models is a result, which knows how logs are read; --experiment EXPERIMENT.toml says it");
 }
 
 // What a URDF alone predicts: its bodies and its friction, without rotors.

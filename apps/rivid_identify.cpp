@@ -59,9 +59,7 @@ Command command_of(Arguments& to) {
             &to.method},
            {"--robust", "huber|bisquare|off",
             "Loss of robust estimation instead of the experiment file's, or off", &to.robust},
-           {"--physical", "",
-            "The physically consistent standard parameters as well, as [method] physical says or by default",
-            &to.physical},
+           {"--physical", "", "Also the physically consistent standard parameters", &to.physical},
            {"--log", "FILE", "Log files instead of the experiment file's; - is standard input", &to.logs},
            {"--validate", "FILE", "Validation logs instead of the experiment file's", &to.validate},
            set_argument(to.set),
@@ -69,9 +67,7 @@ Command command_of(Arguments& to) {
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
            {"--write-rows", "FILE", "Write the rows of the fit, .npz for NumPy or .csv", &to.write_rows},
            {"--write-friction", "FILE", "Write the friction curves of all joints, .csv", &to.write_friction},
-           {"--plan", "FILE",
-            "plan.json of rivid_excite: forecast beside reported standard deviations, plan_check.json beside "
-            "result.json",
+           {"--plan", "FILE", "plan.json of rivid_excite: writes plan_check.json, its forecast compared",
             &to.plan},
            {"--threads", "N", "Threads that share the work; 0: one a processor; no result depends on them",
             &to.threads},
@@ -84,17 +80,13 @@ Command command_of(Arguments& to) {
       .footer =
           "Exit codes: 0 identified, 1 doubtful or not identified, 2 bad input or usage, 3 numerical "
           "failure.\n"
-          "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
-          "rivid_identify check EXPERIMENT.toml looks for faults.\n"
-          "rivid_identify payload EXPERIMENT.toml --loaded LOG.csv identifies a payload.\n"
-          "After it: rivid_identify validate RESULT LOG.csv judges it on another log, and\n"
-          "rivid_identify compare MODELS --log LOG.csv says which of several models predicts better.\n"
-          "rivid_identify export RESULT --to FORMAT writes a model for a simulator or a "
-          "controller.\n"
-          "Many logs: rivid_identify factors EXPERIMENT.toml --log LOG.csv reduces them one by one, and\n"
-          "rivid_identify merge FILES identifies from what it wrote.\n"
-          "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status.\n"
-          "The keys of an experiment file are listed in docs/experiment.md."};
+          "Before it: rivid_identify init ROBOT.urdf LOG.csv, rivid_identify check EXPERIMENT.toml.\n"
+          "After it: rivid_identify validate RESULT LOG.csv, rivid_identify export RESULT --to FORMAT,\n"
+          "rivid_identify compare MODELS --log LOG.csv, rivid_identify payload EXPERIMENT.toml --loaded "
+          "LOG.csv.\n"
+          "Many logs: rivid_identify factors EXPERIMENT.toml --log LOG.csv, rivid_identify merge FILES.\n"
+          "rivid_identify explain CODE prints cause and cure; docs/experiment.md lists the keys of the "
+          "file."};
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
