@@ -202,10 +202,13 @@ class _FitOfFactors(Fit):
     def __init__(self, robot: Robot, found: _rivid.Identification, paths: list[Path], inputs: list[tuple[str, str]]) -> None:
         super().__init__(robot, found, None, [])
         self._paths = paths
-        self.__dict__["_inputs"] = inputs
+        self._read = inputs
 
     def _files(self) -> list[Path]:
         return super()._files() + self._paths
+
+    def _log_inputs(self) -> list[tuple[str, str]]:
+        return self._read
 
     def _training(self) -> list[Log]:
         if self._logs is None:

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <ranges>
 
 #include "identify/choose/row_choice.hpp"
 #include "rivid/error.hpp"
@@ -76,6 +77,52 @@ Comparison::Error summed_up(const AllErrors& errors, std::size_t model, std::siz
     measured += joint_measured;
   }
   out.relative_error = std::sqrt(squares / measured);
+  return out;
+}
+
+// The joint on which the largest relative error is farthest above the smallest one; of one model its worst.
+std::size_t telling_joint(const Comparison& comparison) {
+  std::size_t out = 0;
+  double widest = -1.0;
+  for (std::size_t j = 0; j < comparison.joints.size(); ++j) {
+    const auto [least, largest] = std::ranges::minmax(
+        comparison.models | std::views::transform([j](const Comparison::Error& m) { return m.joints[j]; }));
+    const double width = comparison.models.size() > 1 ? largest - least : largest;
+    if (width > widest) {
+      widest = width;
+      out = j;
+    }
+  }
+  return out;
+}
+
+// With a gap where rows are farther apart than most.
+Comparison::Trace trace_of(const std::vector<LogErrors>& models, std::size_t joint, const Log& log) {
+  std::vector<Index> samples;
+  Index stride = log.q.rows();
+  for (const auto& [sample, row] : models.front()[joint]) {
+    stride = samples.empty() ? stride : std::min(stride, sample - samples.back());
+    samples.push_back(sample);
+  }
+  for (std::size_t k = samples.size(); k-- > 1;) {
+    if (samples[k] - samples[k - 1] > 2 * stride) {
+      samples.insert(samples.begin() + static_cast<std::ptrdiff_t>(k), samples[k - 1] + stride);
+    }
+  }
+  Comparison::Trace out;
+  out.log = log.source;
+  out.time.resize(std::ssize(samples));
+  out.errors =
+      Matrix::Constant(out.time.size(), std::ssize(models), std::numeric_limits<double>::quiet_NaN());
+  for (Index k = 0; k < out.time.size(); ++k) {
+    const Index sample = samples[static_cast<std::size_t>(k)];
+    out.time[k] = static_cast<double>(sample) / log.f_m;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      if (const auto row = models[m][joint].find(sample); row != models[m][joint].end()) {
+        out.errors(k, static_cast<Index>(m)) = row->second.residual;
+      }
+    }
+  }
   return out;
 }
 
@@ -258,6 +305,11 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
           "compare: " + listed(out.logs) +
           ": the torques are zero in every row: no error is relative to them; check the columns");
     }
+  }
+  const std::size_t joint = telling_joint(out);
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    out.traces.push_back(trace_of(errors[l], joint, logs[l]));
+    out.traces.back().joint = out.joints[joint];
   }
   const double pairs = 0.5 * static_cast<double>(models.size() * (models.size() - 1));
   for (std::size_t a = 0; a < models.size(); ++a) {
