@@ -24,6 +24,11 @@ if(RIVID_BUILD_APPS)
   rivid_script_test(
     readme ${PROJECT_SOURCE_DIR}/cmake/check_readme.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
     -DPROGRAM=${PROJECT_BINARY_DIR}/apps/rivid_identify -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/readme)
+  if(RIVID_SIMULATORS_PYTHON)
+    add_test(NAME first_steps COMMAND ${RIVID_SIMULATORS_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/docs/transcript.py
+                                      ${PROJECT_SOURCE_DIR}/docs/first_steps.md $<TARGET_FILE_DIR:rivid_program>)
+    set_tests_properties(first_steps PROPERTIES LABELS cli)
+  endif()
   rivid_script_test(
     guide ${PROJECT_SOURCE_DIR}/cmake/check_guide.cmake real -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
     -DPROGRAM=$<TARGET_FILE:rivid_program> -DDATA=${RIVID_REAL_DATA}
