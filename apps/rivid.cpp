@@ -89,13 +89,17 @@ std::string instead_of(const std::string& word) {
   return did_you_mean(word, words) + "; rivid help lists them";
 }
 
-int rivid_tool(int argc, char** argv) {
+// The words of messages are those of the program.
+void speak_of_subcommands() {
   for (const Program& each : programs) {
     spoken_names().emplace_back(each.old_name, "rivid " + std::string(each.word));
   }
   // "rivid_identify init" before "rivid_identify".
   std::ranges::stable_sort(spoken_names(), std::ranges::greater(),
                            [](const auto& pair) { return pair.first.size(); });
+}
+
+int rivid_tool(int argc, char** argv) {
   const std::string word = argc > 1 ? argv[1] : "--help";
   const auto program = std::ranges::find(programs, word, &Program::word);
   if (program != programs.end()) {
@@ -134,7 +138,7 @@ int convert_command(int argc, char** argv) {
       {.name = "rivid convert",
        .description =
            "Writes a bag (MCAP, rosbag2, ROS 1), .mat, .npz, .npy, Parquet or Feather file as CSV.",
-       .arguments = {{.name = "log", .value = "LOG", .text = "The log", .target = &source, .required = true},
+       .arguments = {{"log", "LOG", "The log", &source, true},
                      {"csv", "LOG.csv", "The file to write", &target},
                      {"--list", "", "Print what the file holds, write nothing", &list},
                      {"--force", "", "Replace a CSV file of another content"}},
@@ -167,6 +171,9 @@ int main(int argc, char** argv) {
   const std::string name = argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "";
   const int count = static_cast<int>(words.size());
   const Program* const link = program_of(name);
+  if (link == nullptr) {
+    speak_of_subcommands();
+  }
   const Program* const command = count > 1 ? program_of(name + " " + words[1]) : nullptr;
   if (command != nullptr) {
     return run_tool(name, command->run, count - 1, words.data() + 1);

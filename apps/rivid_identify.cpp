@@ -25,23 +25,16 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-struct Arguments {
-  std::filesystem::path experiment;
+struct Arguments : Given {
   std::string method;
   std::string robust;
   std::vector<std::filesystem::path> logs;
   std::vector<std::filesystem::path> validate;
-  std::vector<std::string> set;
-  std::filesystem::path output;
   int threads = 1;
   std::filesystem::path write_rows;
   std::filesystem::path write_friction;
   std::filesystem::path plan;
   bool physical = false;
-  bool json = false;
-  bool quiet = false;
-  bool verbose = false;
-  bool dry_run = false;
   bool report = false;
 };
 
@@ -50,18 +43,13 @@ Command command_of(Arguments& to) {
       .name = "rivid_identify",
       .description = "Identifies the dynamic parameters of a robot from logs of its motion.",
       .arguments =
-          {{.name = "experiment",
-            .value = "EXPERIMENT.toml",
-            .text = "Experiment file (TOML): robot, log, signal chain, method",
-            .target = &to.experiment,
-            .required = true},
+          {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, log, signal chain, method",
+            &to.experiment, true},
            {"--method", "auto|ols|wls|iv|didim|output_error", "Method instead of the experiment file's",
             &to.method},
            {"--robust", "huber|bisquare|off",
             "Loss of robust estimation instead of the experiment file's, or off", &to.robust},
-           {"--physical", "",
-            "The physically consistent standard parameters as well, as [method] physical says or by default",
-            &to.physical},
+           {"--physical", "", "Also the physically consistent standard parameters", &to.physical},
            {"--log", "FILE", "Log files instead of the experiment file's; - is standard input", &to.logs},
            {"--validate", "FILE", "Validation logs instead of the experiment file's", &to.validate},
            set_argument(to.set),
@@ -69,9 +57,7 @@ Command command_of(Arguments& to) {
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
            {"--write-rows", "FILE", "Write the rows of the fit, .npz for NumPy or .csv", &to.write_rows},
            {"--write-friction", "FILE", "Write the friction curves of all joints, .csv", &to.write_friction},
-           {"--plan", "FILE",
-            "plan.json of rivid_excite: forecast beside reported standard deviations, plan_check.json beside "
-            "result.json",
+           {"--plan", "FILE", "plan.json of rivid_excite: writes plan_check.json, its forecast compared",
             &to.plan},
            {"--threads", "N", "Threads that share the work; 0: one a processor; no result depends on them",
             &to.threads},
@@ -84,17 +70,13 @@ Command command_of(Arguments& to) {
       .footer =
           "Exit codes: 0 identified, 1 doubtful or not identified, 2 bad input or usage, 3 numerical "
           "failure.\n"
-          "Before that: rivid_identify init ROBOT.urdf LOG.csv writes an experiment file to begin with,\n"
-          "rivid_identify check EXPERIMENT.toml looks for faults.\n"
-          "rivid_identify payload EXPERIMENT.toml --loaded LOG.csv identifies a payload.\n"
-          "After it: rivid_identify validate RESULT LOG.csv judges it on another log, and\n"
-          "rivid_identify compare MODELS --log LOG.csv says which of several models predicts better.\n"
-          "rivid_identify export RESULT --to FORMAT writes a model for a simulator or a "
-          "controller.\n"
-          "Many logs: rivid_identify factors EXPERIMENT.toml --log LOG.csv reduces them one by one, and\n"
-          "rivid_identify merge FILES identifies from what it wrote.\n"
-          "rivid_identify explain CODE prints cause and cure of a fault, a warning or a status.\n"
-          "The keys of an experiment file are listed in docs/experiment.md."};
+          "Before it: rivid_identify init ROBOT.urdf LOG.csv, rivid_identify check EXPERIMENT.toml.\n"
+          "After it: rivid_identify validate RESULT LOG.csv, rivid_identify export RESULT --to FORMAT,\n"
+          "rivid_identify compare MODELS --log LOG.csv, rivid_identify payload EXPERIMENT.toml --loaded "
+          "LOG.csv.\n"
+          "Many logs: rivid_identify factors EXPERIMENT.toml --log LOG.csv, rivid_identify merge FILES.\n"
+          "rivid_identify explain CODE prints cause and cure; docs/experiment.md lists the keys of the "
+          "file."};
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
@@ -276,7 +258,7 @@ int identify_from(const Arguments& arguments) {
     outputs.put(to.report, html_report(experiment.robot, result, predicted.predictions, provenance));
   }
   outputs.commit();
-  print_result({arguments.json, arguments.quiet, arguments.verbose}, experiment.robot, result, json, beside);
+  print_result(arguments, experiment.robot, result, json, beside);
   if (!arguments.quiet) {
     for (const std::string& log : predicted.left_out) {
       tell("note",
@@ -346,9 +328,8 @@ int rivid::apps::identify_tool(int argc, char** argv) {
   Command command = command_of(arguments);
   if (argc > 2 && is_robot(first)) {
     RobotAndLogs given;
-    command.arguments[0] = {.name = "robot", .value = "ROBOT.urdf", .target = &given.robot, .required = true};
-    command.arguments.push_back(
-        {.name = "logs", .value = "LOG.csv", .target = &given.logs, .required = true});
+    command.arguments[0] = {"robot", "ROBOT.urdf", "", &given.robot, true};
+    command.arguments.push_back({"logs", "LOG.csv", "", &given.logs, true});
     command.arguments.push_back({"--tip", "LINK", "Last link of the arm", &given.tip});
     return run_command(command, argc, argv, [&] { return identify_robot(arguments, given); });
   }

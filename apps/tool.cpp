@@ -18,6 +18,7 @@
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
 #include "rivid/report/limits.hpp"
+#include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
 
@@ -170,6 +171,22 @@ void refuse_long_dash(const std::string& argument) {
   }
 }
 
+// A help page for the terminal: what is longer than its lines goes on below the description.
+std::string in_lines(const std::string& help) {
+  constexpr std::size_t column = 30;
+  const std::size_t screen = screen_width();
+  const std::size_t end = screen == 0 ? longest_line : std::min(screen, longest_line);
+  std::string out;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t kept = line.starts_with(' ') && line.size() > column ? column : 0;
+    const std::string text =
+        display_width(line) > end ? folded(line.substr(kept), kept > 0 ? kept : 2, end) : line.substr(kept);
+    out += line.substr(0, kept) + text + '\n';
+  }
+  return out;
+}
+
 // An exit code where help or version were asked for.
 std::optional<int> parse(CLI::App& app, const Command& command, int argc, char** argv) {
   try {
@@ -184,7 +201,7 @@ std::optional<int> parse(CLI::App& app, const Command& command, int argc, char**
     if (e.get_exit_code() == 0) {
       std::ostringstream out;
       app.exit(e, out, out);
-      print(out.str());
+      print(in_lines(spoken(out.str())));
       return success;
     }
     throw InputError(std::string(e.what()) + "; --help prints the usage");
@@ -423,7 +440,7 @@ std::filesystem::path output_folder(const std::filesystem::path& flag,
 Argument set_argument(std::vector<std::string>& to) {
   return {.name = "--set",
           .value = "KEY=VALUE",
-          .text = "A setting instead of the experiment file's, as --set signal.decimation=5; may be repeated",
+          .text = "A setting instead of the file's: signal.decimation=5; may be repeated",
           .target = &to,
           .one_each = true};
 }

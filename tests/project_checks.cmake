@@ -24,6 +24,11 @@ if(RIVID_BUILD_APPS)
   rivid_script_test(
     readme ${PROJECT_SOURCE_DIR}/cmake/check_readme.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
     -DPROGRAM=${PROJECT_BINARY_DIR}/apps/rivid_identify -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/readme)
+  if(RIVID_SIMULATORS_PYTHON)
+    add_test(NAME first_steps COMMAND ${RIVID_SIMULATORS_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/docs/transcript.py
+                                      ${PROJECT_SOURCE_DIR}/docs/first_steps.md $<TARGET_FILE_DIR:rivid_program>)
+    set_tests_properties(first_steps PROPERTIES LABELS cli)
+  endif()
   rivid_script_test(
     guide ${PROJECT_SOURCE_DIR}/cmake/check_guide.cmake real -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
     -DPROGRAM=$<TARGET_FILE:rivid_program> -DDATA=${RIVID_REAL_DATA}
@@ -46,7 +51,13 @@ else()
   add_test(NAME docs_figures COMMAND ${RIVID_DOCS_FIGURES} --quick --out ${figures})
   add_test(NAME docs_site COMMAND ${RIVID_DOCS_SITE} --figures ${figures})
   set_tests_properties(docs_figures PROPERTIES FIXTURES_SETUP docs_figures)
-  set_tests_properties(docs_site PROPERTIES FIXTURES_REQUIRED docs_figures)
+  set_tests_properties(docs_site PROPERTIES FIXTURES_REQUIRED docs_figures FIXTURES_SETUP docs_site)
+  if(RIVID_CHROMIUM)
+    add_test(NAME docs_site_on_disk COMMAND ${RIVID_DOCS_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/docs/site.py
+                                            ${PROJECT_BINARY_DIR}/docs_site ${RIVID_CHROMIUM})
+    set_tests_properties(docs_site_on_disk PROPERTIES LABELS "docs;page" FIXTURES_REQUIRED docs_site
+                                                      SKIP_REGULAR_EXPRESSION "skipped: ")
+  endif()
   if(TARGET doxygen)
     set_tests_properties(doxygen PROPERTIES FIXTURES_SETUP docs_figures)
   endif()

@@ -4,7 +4,8 @@
 
 Pages are those of docs/, README, CONTRIBUTING and CHANGELOG, and the READMEs of data/. Other files of the repository that a page
 links to are copied beside it. --figures takes freshly drawn figures in place of docs/figures; --tools makes the report pages of the
-gallery. A link [text](page.md "made.html") leads to made.html where --api or --tools have made it.
+gallery. A link [text](page.md "made.html") leads to made.html where --api or --tools have made it. --katex is the folder of KaTeX, which
+the site ships for its formulas: that of Debian's package libjs-katex.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pathlib import Path
 
 from mkdocs.commands.build import build
 from mkdocs.config import load_config
+from mkdocs.config.config_options import ExtraScriptValue
 from mkdocs.exceptions import Abort
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -94,7 +96,8 @@ def assemble(folder: Path, figures: Path, api: Path | None, tools: Path | None) 
     shutil.copytree(ROOT / "docs/figures", folder / "figures")
     if figures != ROOT / "docs/figures":
         shutil.copytree(figures, folder / "figures", dirs_exist_ok=True)
-    shutil.copyfile(ROOT / "docs/site/site.css", folder / "site.css")
+    for name in ("site.css", "formulas.js", "iframe-worker.js"):
+        shutil.copyfile(ROOT / "docs/site" / name, folder / name)
     for path, name in pages.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(page(path, name, pages, folder), encoding="utf-8")
@@ -104,6 +107,13 @@ def assemble(folder: Path, figures: Path, api: Path | None, tools: Path | None) 
         (folder / "reports").mkdir()
         make_reports(tools, folder / "reports")
     made(folder)
+
+
+def ship_katex(source: Path, folder: Path) -> None:
+    for file in [source / "katex.min.js", source / "katex.min.css", *(source / "fonts").glob("*.woff2")]:
+        to = folder / "katex" / file.relative_to(source)
+        to.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, to)
 
 
 def unused_figures(folder: Path) -> list[str]:
@@ -116,6 +126,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder of the site")
     parser.add_argument("--figures", type=Path, default=ROOT / "docs/figures", help="folder of the figures")
     parser.add_argument("--api", type=Path, help="folder of Doxygen's pages")
+    parser.add_argument("--katex", type=Path, default=Path("/usr/share/javascript/katex"), help="folder of KaTeX")
     parser.add_argument("--tools", type=Path, help="folder of the built tools")
     given = parser.parse_args()
     logging.basicConfig(level=logging.WARNING, format="build: %(message)s")
@@ -125,6 +136,12 @@ def main() -> int:
     if unused := unused_figures(folder):
         raise SystemExit(f"build: no page shows {', '.join(unused)}")
     config = load_config(str(ROOT / "docs/site/mkdocs.yml"), docs_dir=str(folder), site_dir=str(given.out.resolve()))
+    if (given.katex / "katex.min.js").is_file():
+        ship_katex(given.katex, folder)
+        config.extra_css.append("katex/katex.min.css")
+        config.extra_javascript += [ExtraScriptValue(name) for name in ("katex/katex.min.js", "formulas.js")]
+    else:
+        print("build: formulas stay TeX: no KaTeX; apt-get install libjs-katex")
     try:
         build(config)
     except Abort as error:

@@ -11,6 +11,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from distributed import Client, Future, as_completed
@@ -168,11 +169,8 @@ class Fleet:
 
 
 def _median(values: list[float | None]) -> float:
-    known = sorted(value for value in values if value is not None)
-    if not known:
-        return float("nan")
-    middle = len(known) // 2
-    return known[middle] if len(known) % 2 else 0.5 * (known[middle - 1] + known[middle])
+    known = [value for value in values if value is not None]
+    return median(known) if known else float("nan")
 
 
 _MERGED_AT_ONCE = 8
@@ -202,10 +200,13 @@ class _FitOfFactors(Fit):
     def __init__(self, robot: Robot, found: _rivid.Identification, paths: list[Path], inputs: list[tuple[str, str]]) -> None:
         super().__init__(robot, found, None, [])
         self._paths = paths
-        self.__dict__["_inputs"] = inputs
+        self._read = inputs
 
     def _files(self) -> list[Path]:
         return super()._files() + self._paths
+
+    def _log_inputs(self) -> list[tuple[str, str]]:
+        return self._read
 
     def _training(self) -> list[Log]:
         if self._logs is None:

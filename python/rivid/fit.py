@@ -235,7 +235,10 @@ class Fit:
         robot = [(str(file), sha256(file.read_bytes()).hexdigest()) for file in files_of(self.robot) if file.is_file()]
         if self._text is not None:
             return [(file["path"], file["sha256"]) for file in self.document["provenance"]["inputs"]]
-        return [(log.source, log.digest()) for log in self._training()] + robot
+        return self._log_inputs() + robot
+
+    def _log_inputs(self) -> list[tuple[str, str]]:
+        return [(log.source, log.digest()) for log in self._training()]
 
     @cached_property
     def document(self) -> dict[str, Any]:

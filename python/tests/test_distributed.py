@@ -55,7 +55,7 @@ def test_many_logs_have_the_estimate_of_one_process(client, robot, logs):
     rounding = 10 * np.finfo(float).eps * fit.document["fit"]["condition"] * np.linalg.norm(together.chi)
     assert np.linalg.norm(fit.chi - together.chi) <= rounding
     assert fit.document["fit"]["rows"] == together.document["fit"]["rows"]
-    assert len(fit.document["provenance"]["inputs"]) == len(logs)
+    assert len(fit.document["provenance"]["inputs"]) == len(logs) + 1  # the URDF
     assert len(fit.document["validation"]) == 1
     at_once = many.identify(robot, logs, METHOD, client=client, logs_a_task=len(logs))
     assert at_once.chi.tobytes() == together.chi.tobytes()

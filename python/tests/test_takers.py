@@ -11,7 +11,7 @@ from test_formats import write_bag
 import rivid
 
 METHOD = rivid.Wls(decimation=20, torque_held=True, physical=True)
-MAKERS = ["tool", "merge", "path", "arrays", "parquet", "bag", "pickle"]
+MAKERS = ["tool", "merge", "path", "arrays", "parquet", "bag", "pickle", "dask"]
 
 
 @pytest.fixture(scope="module", params=MAKERS)
@@ -40,7 +40,14 @@ def saved(request, robot, scara, columns, tool, tmp_path_factory):
         log = scara / "scara_s2.csv"
     else:
         log = rivid.Log(t=columns["t"], q=q, v_tau=v)
-    fit = rivid.identify(robot, log, METHOD)
+    if request.param == "dask":
+        distributed = pytest.importorskip("distributed")
+        from rivid import distributed as many
+
+        with distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster, distributed.Client(cluster) as client:
+            fit = many.identify(robot, [scara / "scara_s2.csv"], METHOD, client=client)
+    else:
+        fit = rivid.identify(robot, log, METHOD)
     (pickle.loads(pickle.dumps(fit)) if request.param == "pickle" else fit).save(file)
     return file
 
@@ -67,6 +74,22 @@ def test_export_finds_the_urdf(saved, tool, tmp_path, format):
 def test_online_takes_it(saved, scara, tool, tmp_path):
     done = tool("rivid_online", scara / "scara_validation.csv", "--result", saved, "--output", tmp_path / "online")
     assert (tmp_path / "online/online.csv").exists(), done.stderr
+
+
+def test_excite_takes_it_as_prior(saved, scara, tool, tmp_path):
+    plan = tmp_path / "plan.toml"
+    arm = (scara / "scara.toml").read_text().split("[log]")[0].replace("scara.urdf", str(scara / "scara.urdf"))
+    plan.write_text(
+        f'{arm}[excitation]\nduration = 5\nrate_hz = 200\nharmonics = 3\nstarts = 1\nevaluations = 40\nnoise = 0.02\nknown = ["{saved}"]\n'
+        "[excitation.limits]\nlower = -2\nupper = 2\nvelocity = 3\nacceleration = 10\n"
+    )
+    tool("rivid_excite", plan, "--output", tmp_path / "plan", "--quiet")
+    document = json.loads((tmp_path / "plan/plan.json").read_text())
+    before = np.diag(json.loads(saved.read_text())["covariance"]["C_chi"]) ** 0.5
+    after = np.array([p["sigma"] for p in document["parameters"]])
+    assert np.all(after < before * (1.0 + 1e-9)) and np.any(after < 0.9 * before)
+    design = rivid.excite(plan)
+    assert [p["sigma"] for p in design.document["parameters"]] == pytest.approx(after.tolist(), rel=1e-9)
 
 
 def test_payload_takes_it(saved, robot, scara, tool, tmp_path):

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <utility>
 
 namespace rivid::detail {
 
@@ -30,9 +31,18 @@ constexpr std::array foreign_formats = {
     ForeignFormat{"MATLAB 7.3 MAT-file"sv, "a MATLAB file", "matlab"},
     ForeignFormat{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file", "matlab"}};
 
+// Files of rivid that are no logs.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> others = {
+    {{".toml", "an experiment file"}, {".urdf", "a robot"}, {".json", "a result"}}};
+
 }  // namespace
 
 std::optional<std::string> foreign_format(std::string_view bytes, const std::string& path) {
+  const auto other =
+      std::ranges::find_if(others, [&](const auto& each) { return path.ends_with(each.first); });
+  if (other != others.end()) {
+    return "is " + std::string(other->second) + ", a log is required";
+  }
   const auto found = std::ranges::find_if(
       foreign_formats, [&](const ForeignFormat& format) { return bytes.starts_with(format.beginning); });
   if (found == foreign_formats.end()) {

@@ -307,8 +307,8 @@ std::string text_of(const Parts& found, const Path& file) {
   }
   Writer out;
   out.comment("Look it over, then");
-  out.comment("  rivid_identify check " + name + "      faults, and identifiability of the parameters");
-  out.comment("  rivid_identify " + name + " --report   the parameters");
+  out.comment("  rivid check " + name + "               faults, and identifiability of the parameters");
+  out.comment("  rivid identify " + name + " --report   the parameters");
   out.comment("docs/experiment.md lists every key.");
   out.line();
   write_robot(out, found.robot, from_folder(found.robot_file, folder), found.options, found.by_control(),

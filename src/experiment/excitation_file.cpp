@@ -95,9 +95,9 @@ toml::table& section(toml::table& file, std::string_view name) {
 std::string comment(const Excitation& excitation) {
   const Vector start = excitation.motion.q.row(0);
   std::ostringstream out;
-  out << "# Written by rivid_excite: the motion is [reference]; put the log that it gives beside this file "
+  out << "# Written by rivid excite: the motion is [reference]; put the log that it gives beside this file "
          "as\n"
-         "# log.csv, or make one with rivid_simulate. Its time must count from the beginning of the motion. "
+         "# log.csv, or make one with rivid simulate. Its time must count from the beginning of the motion. "
          "The robot must rest\n"
          "# before the motion at";
   for (const double q : start) {

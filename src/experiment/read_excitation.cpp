@@ -1,6 +1,10 @@
+#include <algorithm>
+
+#include "dense.hpp"
 #include "experiment/sections.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/excitation.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/identify/log_factors.hpp"
 #include "rivid/identify/rows.hpp"
@@ -49,22 +53,53 @@ std::vector<std::filesystem::path> ExcitationPlan::inputs() const {
   return out;
 }
 
+namespace {
+
+// What a result knows of the parameters that it determines: the inverse of their covariance.
+bool add_result(const std::filesystem::path& file, const Robot& robot, const BaseParameters& base,
+                Matrix& to) {
+  const IdentifiedArm arm = read_identified_arm(file, robot);
+  const BaseParameters of_arm = base_parameters(arm.robot);
+  std::vector<Index> here;
+  std::vector<Index> there;
+  for (Index i = 0; i < of_arm.size(); ++i) {
+    const auto at = std::ranges::find(base.parameters, of_arm.parameters[static_cast<std::size_t>(i)].name,
+                                      &BaseParameter::name);
+    if (at != base.parameters.end() && arm.C_chi(i, i) > 0.0) {
+      here.push_back(at - base.parameters.begin());
+      there.push_back(i);
+    }
+  }
+  const Matrix C = arm.C_chi(there, there);
+  const auto scale = C.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
+  to(here, here) += scale * detail::inverse(scale * C * scale) * scale;
+  return true;
+}
+
+}  // namespace
+
 Matrix known_information(const ExcitationPlan& plan) {
   if (plan.known.empty()) {
     return {};
   }
   const Robot& robot = plan.experiment.robot;
+  const BaseParameters base = base_parameters(robot);
+  Matrix out = Matrix::Zero(base.size(), base.size());
+  LogSource source = plan.experiment.log;
+  source.files = plan.known;
+  std::erase_if(source.files, [&](const std::filesystem::path& known) {
+    return known.extension() == result_ending && add_result(known, robot, base, out);
+  });
+  if (source.files.empty()) {
+    return out;
+  }
   const Vector& sigma = plan.options.noise.sigma;
   if (sigma.size() == 0) {
     throw InputError(plan.experiment.file.string() +
                      ": [excitation] noise is required with known: it says what earlier logs are worth");
   }
-  LogSource source = plan.experiment.log;
-  source.files = plan.known;
-  const BaseParameters base = base_parameters(robot);
   const double noise_hz =
       plan.options.noise.rate_hz > 0.0 ? plan.options.noise.rate_hz : plan.options.rate_hz;
-  Matrix out = Matrix::Zero(base.size(), base.size());
   for (const Log& log : read_logs(source, robot)) {
     SignalOptions signal = plan.experiment.estimation.signal;
     if (signal.automatic()) {

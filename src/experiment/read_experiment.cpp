@@ -212,7 +212,8 @@ ExcitationPlan read_excitation(const std::filesystem::path& path, std::span<cons
   out.experiment = experiment_of(table, sections, path);
   out.settings.assign(settings.begin(), settings.end());
   detail::read_excitation_plan(sections.excitation->of(out.experiment.robot), out);
-  if (!out.known.empty() && !sections.log) {
+  const auto is_log = [](const std::filesystem::path& file) { return file.extension() != result_ending; };
+  if (std::ranges::any_of(out.known, is_log) && !sections.log) {
     throw InputError(path.string() + ": [excitation] known names logs, which [log] says how to read");
   }
   return out;

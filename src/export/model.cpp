@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <span>
 
 #include "comma_list.hpp"
@@ -133,13 +134,14 @@ static_assert(detail::complete<format_rows, &FormatRow::format>() &&
 
 constexpr const FormatRow& about(ModelFormat format) { return format_rows[static_cast<std::size_t>(format)]; }
 
-// What is lost joint by joint.
+// What is lost of all joints.
 void tell_joints(const FormatRow& format, const ExportTask& task, ExportedModel& out) {
-  for (std::size_t j = 0; j < task.values.size(); ++j) {
-    if (const Words lost = format.unsaid(task.values[j]); !lost.empty()) {
-      tell_loss(out, "joint \"" + task.robot.joints[j].name + "\": " + std::string(format.title) +
-                         " has no place for " + detail::comma_list(lost));
-    }
+  Words lost;
+  for (const JointValues& joint : task.values) {
+    std::ranges::move(format.unsaid(joint), std::back_inserter(lost));
+  }
+  if (!lost.empty()) {
+    tell_loss(out, std::string(format.title) + " has no place for " + detail::comma_list(lost));
   }
 }
 

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 
 #include "report/documents.hpp"
 #include "rivid/report/comparison.hpp"
@@ -10,22 +12,26 @@ namespace rivid::detail {
 namespace {
 
 Table error_table(const Comparison& comparison) {
-  Table out;
-  out.columns.push_back({"joint", format::name});
-  for (const Comparison::Error& model : comparison.models) {
-    out.columns.push_back({model.name, format::percents(2)});
-  }
-  const auto add = [&](const std::string& name, const auto& error, Mark mark) {
-    Row& row = out.rows.emplace_back(Row{{Cell(name)}, mark});
-    for (const Comparison::Error& model : comparison.models) {
-      row.cells.emplace_back(error(model));
-    }
+  const std::size_t joints = comparison.joints.size();
+  const auto error = [joints](const Comparison::Error& model, std::size_t j) {
+    return j < joints ? model.joints[j] : model.relative_error;
   };
-  for (std::size_t j = 0; j < comparison.joints.size(); ++j) {
-    add(comparison.joints[j], [j](const Comparison::Error& model) { return model.joints[j]; }, Mark::none);
+  double largest = 0.0;
+  std::vector<ColumnOf<std::size_t>> columns = {{{"joint", format::name}, [&](std::size_t j) {
+                                                   return Cell(j < joints ? comparison.joints[j] : "all");
+                                                 }}};
+  for (const Comparison::Error& model : comparison.models) {
+    largest = std::max({largest, model.relative_error, std::ranges::max(model.joints)});
+    columns.push_back(
+        {{model.name, format::percents(2)}, [&](std::size_t j) { return Cell(error(model, j)); }});
+    columns.push_back({{"", format::stack, "", Shown::page}, [&](std::size_t j) {
+                         const double share = largest > 0.0 ? error(model, j) / largest : 0.0;
+                         return Cell(Stack{{{"fit", share}}, percent(error(model, j))});
+                       }});
   }
-  add("all", [](const Comparison::Error& model) { return model.relative_error; }, Mark::sum);
-  return out;
+  std::vector<std::size_t> rows(joints + 1);
+  std::iota(rows.begin(), rows.end(), 0U);
+  return table_of(rows, columns, [=](std::size_t j) { return j < joints ? Mark::none : Mark::sum; });
 }
 
 std::string p_text(double p) {
@@ -49,29 +55,71 @@ std::string test_sentence(const Comparison& comparison, const PairedTest& test) 
          number(first ? test.ratio : 1.0 / test.ratio, 3) + " times that of " + (first ? b : a);
 }
 
-Section changes_section(const ResultChanges& pair, double level) {
-  Section out{.id = "changes", .title = "Changes", .heading = "From " + pair.a + " to " + pair.b};
-  Table table;
-  table.columns = {{"parameter", format::name},        {pair.a, format::deviation},
-                   {pair.b, format::deviation},        {"unit", format::text},
-                   {"difference/σ", format::fixed(1)}, {"p", format::significant(2)}};
+Section traces_section(const Comparison& comparison) {
+  Section out{.id = "errors",
+              .title = "Torque errors",
+              .heading = "Torque error of " + comparison.traces.front().joint,
+              .blocks = {{Sentence{"Measured less predicted torque, of the joint with the largest error of "
+                                   "the first model. Gaps are rows near reversals and at rest"}}},
+              .shown = Shown::page};
+  std::vector<std::string> names;
+  std::ranges::transform(comparison.models, std::back_inserter(names), &Comparison::Error::name);
+  std::vector<Plot> plots;
+  for (const Comparison::Trace& trace : comparison.traces) {
+    plots.emplace_back(Chart{.id = "errors-" + std::to_string(plots.size()),
+                             .title = trace.log,
+                             .label = "Torque errors of " + trace.joint + " over time",
+                             .x_label = "t [s]",
+                             .y_label = "torque error [N·m | N]",
+                             .series = curves(trace.time, names, trace.errors),
+                             .size = Chart::Size::wide});
+  }
+  out.blocks.push_back(plots_block("", std::move(plots)));
+  return out;
+}
+
+// Two results side by side: every parameter by its difference.
+DotPlot changes_plot(const ResultChanges& pair, std::size_t number, double level) {
+  constexpr double quantile = 1.96;
+  DotPlot out{.id = "differences-" + std::to_string(number),
+              .title = "Differences",
+              .remark = pair.b + " less " + pair.a + ", with 95 % confidence intervals",
+              .label = "Difference of each parameter in standard deviations",
+              .x_label = "difference / σ",
+              .wanted = {-quantile, quantile}};
   for (const ParameterChange& change : pair.parameters) {
-    if (change.p < level) {
-      table.rows.push_back({{Cell(change.name), Cell(change.a, change.sigma), Cell(change.b, change.sigma),
-                             Cell(change.unit), Cell(change.z), Cell(change.p)},
-                            Mark::apart});
-    }
+    out.dots.push_back({change.name,
+                        {change.z - quantile, change.z + quantile, change.z},
+                        change.p < level ? Mark::bad : Mark::none});
   }
-  const auto all = static_cast<std::ptrdiff_t>(pair.parameters.size());
-  if (table.rows.empty()) {
-    out.blocks.push_back({Sentence{"none of " + counted(all, "parameter") +
-                                   " changed by more than the standard deviations of both results explain"}});
-    return out;
+  return out;
+}
+
+Section changes_section(const ResultChanges& pair, std::size_t number, double level) {
+  Section out{.id = "changes-" + std::to_string(number),
+              .title = "Changes",
+              .heading = "From " + pair.a + " to " + pair.b};
+  using C = ParameterChange;
+  const Table all = table_of(pair.parameters,
+                             {{{"parameter", format::name}, &C::name},
+                              {{pair.a, format::deviation}, [](const C& c) { return Cell(c.a, c.sigma); }},
+                              {{pair.b, format::deviation}, [](const C& c) { return Cell(c.b, c.sigma); }},
+                              {{"unit"}, &C::unit},
+                              {{"difference/σ", format::fixed(1)}, &C::z},
+                              {{"p", format::significant(2)}, &C::p}},
+                             [=](const C& c) { return c.p < level ? Mark::apart : Mark::none; });
+  Table changed = all;
+  std::erase_if(changed.rows, [](const Row& row) { return row.mark == Mark::none; });
+  const auto count = std::ssize(changed.rows);
+  out.blocks.push_back(
+      {Sentence{(count > 0 ? counted(count, "parameter") + " of " + std::to_string(all.rows.size())
+                           : "none of " + counted(std::ssize(all.rows), "parameter")) +
+                " changed by more than the standard deviations of both results explain"}});
+  if (count > 0) {
+    out.blocks.push_back({std::move(changed), Shown::screen});
   }
-  const auto changed = static_cast<std::ptrdiff_t>(table.rows.size());
-  out.blocks.push_back({Sentence{counted(changed, "parameter") + " of " + std::to_string(all) +
-                                 " changed by more than the standard deviations of both results explain"}});
-  out.blocks.push_back({std::move(table)});
+  out.blocks.push_back({all, Shown::page});
+  out.blocks.push_back(plots_block("panels", {changes_plot(pair, number, level)}, Shown::page));
   return out;
 }
 
@@ -93,8 +141,9 @@ Document comparison_document(const Comparison& comparison, std::span<const Resul
     }
     out.sections.push_back(std::move(tests));
   }
-  for (const ResultChanges& pair : changes) {
-    out.sections.push_back(changes_section(pair, level));
+  out.sections.push_back(traces_section(comparison));
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    out.sections.push_back(changes_section(changes[k], k + 1, level));
   }
   return out;
 }

@@ -90,4 +90,14 @@ std::string with_decimals_of(double value, double sigma) {
   return plain ? without_minus_zero(fixed(value, decimals_for(sigma))) : number(value, 6);
 }
 
+std::vector<Series> curves(const Vector& t, const std::vector<std::string>& names, const Matrix& columns) {
+  constexpr std::size_t colours = 8;
+  std::vector<Series> out;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    out.push_back({names[j], "series-" + std::to_string(j % colours), Series::Kind::line, t,
+                   columns.col(static_cast<Index>(j))});
+  }
+  return out;
+}
+
 }  // namespace rivid::detail

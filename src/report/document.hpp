@@ -252,6 +252,10 @@ struct Chart {
   [[nodiscard]] std::string_view style() const { return size == Size::wide ? "chart wide" : "chart panel"; }
 };
 
+// Columns as curves, each in a colour of its own.
+[[nodiscard]] std::vector<Series> curves(const Vector& t, const std::vector<std::string>& names,
+                                         const Matrix& columns);
+
 // A symmetric matrix of values between −1 and 1, as colours.
 struct HeatMap {
   std::string id;

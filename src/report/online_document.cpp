@@ -54,17 +54,6 @@ Chart replay_chart(const OnlineReplay& replay, const std::string& id, const std:
   return out;
 }
 
-// Columns as curves, each in a colour of its own.
-std::vector<Series> curves(const Vector& t, const std::vector<std::string>& names, const Matrix& columns) {
-  constexpr std::size_t colours = 8;
-  std::vector<Series> out;
-  for (std::size_t j = 0; j < names.size(); ++j) {
-    out.push_back({names[j], "series-" + std::to_string(j % colours), Series::Kind::line, t,
-                   columns.col(static_cast<Index>(j))});
-  }
-  return out;
-}
-
 std::vector<Series> mass_curves(const OnlineReplay& replay) {
   const Vector mass = replay.payload.col(0);
   const Vector half = replay.payload.col(1);
@@ -101,7 +90,7 @@ Section contacts_section(const OnlineReplay& replay) {
 Document replay_document(const OnlineReplay& replay) {
   const Vector& t = replay.t;
   const std::string now = payload_words(replay.last);
-  Document out{.title = replay.source + " · rivid_online",
+  Document out{.title = replay.source + " · rivid online",
                .heading = replay.source,
                .subtitle = "replayed as a control loop would have seen it · " + number(replay.f_m) + " Hz",
                .line = replay.source + ", " + number(replay.f_m) + " Hz",

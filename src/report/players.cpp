@@ -43,7 +43,7 @@ PlayedState played_at(const Reference& reference, double t) {
 
 // What a person must know before pressing play, as comments.
 std::string opening_comment(const Robot& robot, const Excitation& excitation) {
-  std::string out = "# Written by rivid_excite for " + on_one_line(robot.name) + ": " +
+  std::string out = "# Written by rivid excite for " + on_one_line(robot.name) + ": " +
                     number(excitation.reference()->duration(), 6) +
                     " s from rest to rest.\n# Rest pose at both ends:";
   for (const double q : excitation.motion.q.row(0)) {

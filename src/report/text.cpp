@@ -15,27 +15,7 @@ namespace detail {
 namespace {
 
 constexpr std::size_t gap = 2;
-// Longer lines of words are hard to read; shorter ones are no lines.
-constexpr std::size_t longest_line = 100;
-constexpr std::size_t narrowest = 30;
-
-// Words from the column `indent` on, in lines that end at a width, but never too narrow.
-std::string folded(const std::string& text, std::size_t indent, std::size_t line_width) {
-  const std::size_t room = std::max(narrowest, line_width - std::min(line_width, indent));
-  std::string out;
-  std::size_t used = 0;
-  std::istringstream words(text);
-  for (std::string word; words >> word;) {
-    const std::size_t width = display_width(word);
-    if (used > 0 && used + 1 + width > room) {
-      out += '\n' + std::string(indent, ' ');
-      used = 0;
-    }
-    out += (used > 0 ? " " : "") + word;
-    used += width + (used > 0 ? 1 : 0);
-  }
-  return out;
-}
+constexpr std::size_t narrowest = 30;  // shorter lines are none
 
 using Cells = std::vector<std::string>;
 
@@ -237,9 +217,26 @@ std::string in_words(std::span<const Finding> findings, std::size_t screen) {
   std::string out;
   const std::vector<Finding> told = told_once(findings);
   for (const Finding& f : told) {
-    out += detail::folded(with_cure(f), 2, screen == 0 ? detail::longest_line : screen) + '\n';
+    out += folded(with_cure(f), 2, screen == 0 ? longest_line : screen) + '\n';
   }
   return out + counts(told) + '\n';
+}
+
+std::string folded(const std::string& text, std::size_t indent, std::size_t line_width) {
+  const std::size_t room = std::max(detail::narrowest, line_width - std::min(line_width, indent));
+  std::string out;
+  std::size_t used = 0;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const std::size_t width = display_width(word);
+    if (used > 0 && used + 1 + width > room) {
+      out += '\n' + std::string(indent, ' ');
+      used = 0;
+    }
+    out += (used > 0 ? " " : "") + word;
+    used += width + (used > 0 ? 1 : 0);
+  }
+  return out;
 }
 
 std::string in_one_line(const DiagnosticCode& code) {
@@ -260,7 +257,7 @@ std::string in_words(const Identification& result, std::size_t screen) {
 }
 
 std::string first_screen(const Robot& robot, const Identification& result, std::size_t screen) {
-  return detail::text_of(detail::first_screen_of(robot, result), screen == 0 ? detail::longest_line : screen);
+  return detail::text_of(detail::first_screen_of(robot, result), screen == 0 ? longest_line : screen);
 }
 
 std::ostream& operator<<(std::ostream& out, const Identification& result) { return out << in_words(result); }

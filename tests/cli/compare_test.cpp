@@ -98,13 +98,16 @@ TEST_F(Compare, WritesJsonAndAPageWhereAsked) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(run.err.ends_with("wrote out/comparison.json\nwrote out/comparison.html\n")) << run.err;
   EXPECT_EQ(Json::parse(folder().read("out/comparison.json"))["format"], 1);
-  EXPECT_NE(folder().read("out/comparison.html").find("scara_result"), std::string::npos);
+  const std::string page = folder().read("out/comparison.html");
+  EXPECT_NE(page.find("scara_result"), std::string::npos);
+  EXPECT_NE(page.find("id=\"errors-0\""), std::string::npos);
 }
 
 TEST_F(Compare, RefusesWhatItCanNotJudge) {
   expect_refused({"--log is required"}, {"compare", "scara_result", "scara.urdf"});
-  expect_refused({"none of the models is a result that knows how logs are read; --experiment says it"},
-                 {"compare", "scara.urdf", "--log", "scara_s2.csv"});
+  expect_refused(
+      {"none of the models is a result, which knows how logs are read; --experiment EXPERIMENT.toml says it"},
+      {"compare", "scara.urdf", "--log", "scara_s2.csv"});
   expect_refused({"--report needs --output"}, {"validate", "scara_result", "scara_s2.csv", "--report"});
   std::filesystem::rename(folder().path() / "scara.toml", folder().path() / "moved.toml");
   expect_refused(

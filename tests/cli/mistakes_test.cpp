@@ -56,6 +56,9 @@ TEST_F(Mistake, InAWordOfOtherPrograms) {
   expect_answer({"scara.toml", "–q"}, "did you mean \"-q\"?");
   folder().write("scara.yaml", "robot: scara.urdf\n");
   expect_answer({"scara.yaml"}, "scara.yaml: is YAML, experiment files are TOML; rivid_identify init");
+  expect_answer({"validate", "scara_result", "scara.toml"},
+                "scara.toml: is an experiment file, a log is required");
+  expect_answer({"validate", "no_result", "scara_s2.csv"}, "no_result: there is no such file");
   expect_answer({"validate", "scara.toml", "scara_s2.csv"},
                 "scara.toml: is an experiment file, a result or parameters are required; rivid_identify "
                 "scara.toml writes the result");

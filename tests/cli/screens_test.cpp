@@ -58,6 +58,23 @@ TEST_F(Screens, OfAResult) {
   expect_screen("export", {"export", "scara_result", "--to", "urdf"});
   expect_screen("export_header", {"export", "scara_result", "--to", "header"});
   expect_screen("check", {"check", "scara.toml"});
+  expect_screen("payload", {"payload", "scara.toml", "--loaded", "scara_validation.csv"});
+  expect_screen("online", {"online", "scara_validation.csv", "--result", "scara_result"});
+  expect_screen("factors", {"factors", "scara.toml", "--output", "a.factors"});
+  expect_screen("merge", {"merge", "a.factors", "--output", "merged"});
+}
+
+TEST_F(Screens, OfTheHelpOfEachCommand) {
+  std::istringstream overview(rivid::test::outcome_of({RIVID_PROGRAM, "help"}, folder().path()).out);
+  int commands = 0;
+  for (std::string line, program, word; std::getline(overview, line);) {
+    std::istringstream(line) >> program >> word;
+    if (program == "rivid" && word != "help") {
+      expect_screen("help_" + word, {"help", word});
+      ++commands;
+    }
+  }
+  EXPECT_EQ(commands, 17);
 }
 
 TEST_F(Screens, OfADoubtfulResult) {

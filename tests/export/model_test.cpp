@@ -124,9 +124,8 @@ TEST(ExportedModel, OfMujocoHasADefaultClassForEachJoint) {
       <joint armature="0.625" damping="2" frictionloss="6")");
   expect_holds(text, R"(<joint name="joint_1" class="joint_1" axis="0 0 1" range="-1 2" />)");
   expect_holds(text, R"(<motor name="joint_1" joint="joint_1" ctrlrange="-30 30" />)");
-  EXPECT_TRUE(is_said(model, "joint \"joint_1\": MJCF has no place for off1 = -0.125 N·m"));
   EXPECT_TRUE(is_said(model,
-                      "joint \"a<b\": MJCF has no place for Fv+2 = 1 N·m·s/rad, Fc+2 = 5 N·m, Fv-2 = 3 "
+                      "MJCF has no place for off1 = -0.125 N·m, Fv+2 = 1 N·m·s/rad, Fc+2 = 5 N·m, Fv-2 = 3 "
                       "N·m·s/rad, Fc-2 = 7 N·m"));
 }
 
@@ -163,7 +162,7 @@ TEST(ExportedModel, OfGazeboMakesFramesOfLinksWithoutABody) {
   expect_holds(text, R"(<pose relative_to="tool0">0 0 0 0 0 0</pose>)");
   expect_holds(text, "<drake:rotor_inertia>0.00025</drake:rotor_inertia>");
   EXPECT_EQ(text.find("<joint name=\"flange\""), std::string::npos);
-  EXPECT_TRUE(is_said(model, "joint \"joint_1\": SDF has no place for Ia1 = 0.5 kg·m², off1 = -0.125 N·m"));
+  EXPECT_TRUE(is_said(model, "SDF has no place for Ia1 = 0.5 kg·m², off1 = -0.125 N·m"));
 }
 
 TEST(ExportedModel, OfDrakeHasOneTransmissionForEachJoint) {
@@ -201,7 +200,7 @@ TEST(ExportedModel, OfUrdfSaysInItsCommentWhatAUrdfDoesNotHave) {
   const ExportedModel model = geared.exported(ModelFormat::urdf);
   const std::string& text = model.files.front().text;
   expect_holds(text, "a test.");
-  expect_holds(text, "joint \"joint_1\": URDF has no place for Ia1 = 0.5 kg·m², off1 = -0.125 N·m.");
+  expect_holds(text, "URDF has no place for Ia1 = 0.5 kg·m², off1 = -0.125 N·m, ");
   expect_holds(text, "URDF has no place for gravity, which is [-9.80665");
   // Asymmetric friction is named with minus signs, which a comment may not have two of.
   expect_holds(text, "Fv-2 = 3");

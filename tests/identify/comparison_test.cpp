@@ -198,6 +198,16 @@ TEST(Comparison, HasTheErrorsOfAValidation) {
     EXPECT_NEAR(comparison.models[0].joints[j], fit.joints[j].relative_error,
                 rounding * fit.joints[j].relative_error);
   }
+  // Over time the joint with the larger error: its squares are those of the fit, its gaps are none.
+  const Comparison::Trace& trace = comparison.traces.at(0);
+  const std::size_t worst = comparison.models[0].joints[0] > comparison.models[0].joints[1] ? 0 : 1;
+  EXPECT_EQ(trace.joint, comparison.joints[worst]);
+  const Vector errors = trace.errors.col(0).array().isNaN().select(0.0, trace.errors.col(0));
+  EXPECT_EQ((trace.errors.array() == trace.errors.array()).count(), fit.joints[worst].rows);
+  EXPECT_NEAR(errors.norm(), predict(bench.robot(), result, logs.front()).joints[worst].residual.norm(),
+              rounding * errors.norm());
+  EXPECT_GT((trace.time.tail(trace.time.size() - 1) - trace.time.head(trace.time.size() - 1)).minCoeff(),
+            0.0);
 }
 
 TEST(Comparison, OfThreeModelsCorrectsForThreePairs) {

@@ -15,17 +15,18 @@ namespace rivid {
 struct ExcitationPlan {
   Experiment experiment;      ///< the robot, and the sections that are there
   ExcitationOptions options;  ///< without the information of `known`, which known_information() reads
-  std::vector<std::filesystem::path> known;  ///< earlier logs, written as [log] says
+  std::vector<std::filesystem::path> known;  ///< earlier results, and logs, written as [log] says
   std::vector<std::string> settings;         ///< of the command line, which were laid over the file
 
   template <typename E = ExcitationPlan>
   static constexpr auto fields() {
-    return std::tuple(embedded(&E::options),
-                      Field{"known",
-                            &E::known,
-                            "earlier logs, whose information the design adds to; `[log]` and `[signal]` say "
-                            "how they are read",
-                            {.otherwise = "–"}});
+    return std::tuple(
+        embedded(&E::options),
+        Field{"known",
+              &E::known,
+              "earlier results (`result.json`) or logs, to whose information the design adds; `[log]` and "
+              "`[signal]` say how logs are read",
+              {.otherwise = "–"}});
   }
 
   /// All files that a design reads, the experiment file first.
@@ -39,9 +40,13 @@ struct ExcitationPlan {
 [[nodiscard]] ExcitationPlan read_excitation(const std::filesystem::path& path,
                                              std::span<const std::string> settings = {});
 
-/// Information of the plan's earlier logs, Σ Wᵀ W / σ², with the rows that [signal] makes of them, (b × b).
+/// What a file of ExcitationPlan::known ends in if it is a result.
+inline constexpr const char* result_ending = ".json";
+
+/// Information of the plan's earlier logs, Σ Wᵀ W / σ², with the rows that [signal] makes of them, and of its
+/// results, C_χχ⁻¹ of the parameters that they determine, (b × b).
 ///
-/// @throws InputError  where a log can not be used, or there is no [signal] for it
+/// @throws InputError  where a log can not be used, or there is no [signal] for it; as read_identified_arm()
 [[nodiscard]] Matrix known_information(const ExcitationPlan& plan);
 
 /// All settings of a plan, defaults included.

@@ -53,8 +53,16 @@ struct Comparison {
     double relative_error = 0.0;  ///< ‖Y − W χ‖ / ‖Y‖ over all joints and logs, as Fit::relative_error
     std::vector<double> joints;   ///< the same joint by joint, (n)
   };
+  /// Torque errors Y − W χ over time on one log, of the joint with the largest error of the first model.
+  struct Trace {
+    std::string joint;
+    std::string log;
+    Vector time;    ///< of the rows, and between stretches of them [s]
+    Matrix errors;  ///< a column a model; not a number between stretches [N·m | N]
+  };
   std::vector<std::string> joints;
   std::vector<std::string> logs;
+  std::vector<Trace> traces;  ///< one a log
   std::vector<Error> models;
   std::vector<PairedTest> tests;  ///< of each pair of models
   Index rows = 0;                 ///< that all models are judged on

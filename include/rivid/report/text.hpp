@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <ostream>
 #include <span>
 #include <string>
@@ -8,6 +9,13 @@
 #include "rivid/identify/identification.hpp"
 
 namespace rivid {
+
+/// Columns of a line of words: longer ones are hard to read.
+inline constexpr std::size_t longest_line = 100;
+
+/// Words in lines that end at a column, from the column `indent` on, where the first one stands already.
+[[nodiscard]] std::string folded(const std::string& text, std::size_t indent,
+                                 std::size_t line_width = longest_line);
 
 /// Prints a result for people: verdict, findings, parameters with their statistics and regrouping, fit joint
 /// by joint, validation, the physically consistent parameters and their price. UTF-8, sentences at most 100

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <map>
 
 #include "identify/choose/row_choice.hpp"
@@ -76,6 +78,32 @@ Comparison::Error summed_up(const AllErrors& errors, std::size_t model, std::siz
     measured += joint_measured;
   }
   out.relative_error = std::sqrt(squares / measured);
+  return out;
+}
+
+// With a gap where rows are farther apart than most.
+Comparison::Trace trace_of(const std::vector<LogErrors>& models, std::size_t joint, const Log& log) {
+  const std::map<Index, JudgedRow>& rows = models.front()[joint];
+  const Index stride = rows.size() > 1 ? std::next(rows.begin())->first - rows.begin()->first : 1;
+  std::vector<Index> samples;
+  for (const auto& [sample, row] : rows) {
+    if (!samples.empty() && sample > samples.back() + 2 * stride) {
+      samples.push_back(samples.back() + 1);
+    }
+    samples.push_back(sample);
+  }
+  Comparison::Trace out;
+  out.log = log.source;
+  out.time = Eigen::Map<const Eigen::Matrix<Index, Eigen::Dynamic, 1>>(samples.data(), std::ssize(samples))
+                 .cast<double>() /
+             log.f_m;
+  out.errors.resize(out.time.size(), std::ssize(models));
+  for (Index k = 0; k < out.errors.size(); ++k) {
+    const auto& found = models[static_cast<std::size_t>(k / out.time.size())][joint];
+    const auto row = found.find(samples[static_cast<std::size_t>(k % out.time.size())]);
+    out.errors.data()[k] =
+        row == found.end() ? std::numeric_limits<double>::quiet_NaN() : row->second.residual;
+  }
   return out;
 }
 
@@ -258,6 +286,12 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
           "compare: " + listed(out.logs) +
           ": the torques are zero in every row: no error is relative to them; check the columns");
     }
+  }
+  const std::vector<double>& of_first = out.models.front().joints;
+  const std::ptrdiff_t worst = std::ranges::max_element(of_first) - of_first.begin();
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    out.traces.push_back(trace_of(errors[l], static_cast<std::size_t>(worst), logs[l]));
+    out.traces.back().joint = out.joints[static_cast<std::size_t>(worst)];
   }
   const double pairs = 0.5 * static_cast<double>(models.size() * (models.size() - 1));
   for (std::size_t a = 0; a < models.size(); ++a) {
