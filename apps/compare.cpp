@@ -24,16 +24,11 @@ namespace {
 
 using Path = std::filesystem::path;
 
-struct CompareArguments {
+struct CompareArguments : Given {
   std::vector<Path> models;
   std::vector<Path> logs;
-  Path experiment;
-  std::vector<std::string> set;
-  Path output;
   int threads = 1;
   bool report = false;
-  bool json = false;
-  bool quiet = false;
 };
 
 // A model that was asked for, and the result that it is from, where it is from one.
@@ -237,16 +232,9 @@ int compare_command(int argc, char** argv) {
        .description =
            "Judges models by the torques that they predict on logs, and says which one predicts better.",
        .arguments = with_common(
-           {{.name = "models",
-             .value = "FILE",
-             .text = "Models: result.json or its folder, a URDF, or a parameter file (.toml, .csv)",
-             .target = &to.models,
-             .required = true},
-            {.name = "--log",
-             .value = "LOG.csv",
-             .text = "Logs to judge them by",
-             .target = &to.logs,
-             .required = true}},
+           {{"models", "FILE", "Models: result.json or its folder, a URDF, or a parameter file (.toml, .csv)",
+             &to.models, true},
+            {"--log", "LOG.csv", "Logs to judge them by", &to.logs, true}},
            to),
        .footer = compare_exit_codes},
       argc, argv, [&] { return compare_models(to, "rivid_identify compare"); });
@@ -255,25 +243,18 @@ int compare_command(int argc, char** argv) {
 int validate_command(int argc, char** argv) {
   CompareArguments to;
   Path result;
-  return run_command(
-      {.name = "rivid_identify validate",
-       .description = "Validates a result on logs that took no part in it.",
-       .arguments = with_common({{.name = "result",
-                                  .value = "RESULT.json",
-                                  .text = "result.json of rivid_identify, or the folder that it is in",
-                                  .target = &result,
-                                  .required = true},
-                                 {.name = "logs",
-                                  .value = "LOG.csv",
-                                  .text = "Logs to validate it on",
-                                  .target = &to.logs,
-                                  .required = true}},
-                                to),
-       .footer = compare_exit_codes},
-      argc, argv, [&] {
-        to.models = {result};
-        return compare_models(to, "rivid_identify validate");
-      });
+  return run_command({.name = "rivid_identify validate",
+                      .description = "Validates a result on logs that took no part in it.",
+                      .arguments = with_common(
+                          {{"result", "RESULT.json",
+                            "result.json of rivid_identify, or the folder that it is in", &result, true},
+                           {"logs", "LOG.csv", "Logs to validate it on", &to.logs, true}},
+                          to),
+                      .footer = compare_exit_codes},
+                     argc, argv, [&] {
+                       to.models = {result};
+                       return compare_models(to, "rivid_identify validate");
+                     });
 }
 
 }  // namespace rivid::apps

@@ -21,15 +21,12 @@ namespace {
 
 using Path = std::filesystem::path;
 
-struct ExportArguments {
+struct ExportArguments : Given {
   Path result;
   std::string to;
   Path urdf;
-  Path output;
   bool diff = false;
   bool force = false;
-  bool dry_run = false;
-  bool quiet = false;
 };
 
 // What is to be written, before it is.
@@ -188,11 +185,8 @@ int export_command(int argc, char** argv) {
       {.name = "rivid_identify export",
        .description = "Writes the identified robot as a whole model for another program.",
        .arguments =
-           {{.name = "result",
-             .value = "RESULT.json",
-             .text = "result.json of rivid_identify, or the folder that it is in",
-             .target = &to.result,
-             .required = true},
+           {{"result", "RESULT.json", "result.json of rivid_identify, or the folder that it is in",
+             &to.result, true},
             {.name = "--to",
              .value = formats(),
              .text =

@@ -24,14 +24,10 @@ using Path = std::filesystem::path;
 
 constexpr const char* factors_ending = ".factors";
 
-struct FactorsArguments {
-  Path experiment;
+struct FactorsArguments : Given {
   std::vector<Path> logs;
-  std::vector<std::string> set;
   int blocks = 10;
   int threads = 1;
-  Path output;
-  bool quiet = false;
 };
 
 Path factors_output(const FactorsArguments& arguments, const Path& first_log) {
@@ -82,17 +78,11 @@ int make_factors(const FactorsArguments& arguments) {
   return success;
 }
 
-struct MergeArguments {
+struct MergeArguments : Given {
   std::vector<Path> files;
-  Path experiment;
   std::string method;
-  std::vector<std::string> set;
-  Path output;
   bool physical = false;
   bool report = false;
-  bool json = false;
-  bool quiet = false;
-  bool verbose = false;
 };
 
 FactorsFile merged(const std::vector<Path>& files) {
@@ -183,7 +173,7 @@ int identify_merged(const MergeArguments& arguments) {
     outputs.put(files.back().path, html_report(experiment.robot, result, {}, provenance));
   }
   outputs.commit();
-  print_result({arguments.json, arguments.quiet, arguments.verbose}, experiment.robot, result, json);
+  print_result(arguments, experiment.robot, result, json);
   if (!arguments.quiet) {
     tell_written(files);
     tell("next: " + next_command(result, folder) + "\n");
@@ -198,11 +188,8 @@ int factors_command(int argc, char** argv) {
   return run_command(
       {.name = "rivid_identify factors",
        .description = "Reduces logs to factors, which rivid_identify merge identifies from.",
-       .arguments = {{.name = "experiment",
-                      .value = "EXPERIMENT.toml",
-                      .text = "Experiment file (TOML): robot, log, signal chain, method",
-                      .target = &to.experiment,
-                      .required = true},
+       .arguments = {{"experiment", "EXPERIMENT.toml",
+                      "Experiment file (TOML): robot, log, signal chain, method", &to.experiment, true},
                      {"--log", "FILE", "Log files instead of the experiment file's", &to.logs},
                      set_argument(to.set),
                      {"--blocks", "N",
@@ -225,24 +212,20 @@ int merge_command(int argc, char** argv) {
   return run_command(
       {.name = "rivid_identify merge",
        .description = "Identifies a robot from factors of its logs, or merges these into one file.",
-       .arguments = {{.name = "factors",
-                      .value = "FILE",
-                      .text = "Files of rivid_identify factors, of one robot and with one signal chain",
-                      .target = &to.files,
-                      .required = true},
-                     {"--experiment", "EXPERIMENT.toml", "Experiment file; default: that of the factors",
-                      &to.experiment},
-                     {"--method", "auto|ols|wls", "Method instead of the experiment file's", &to.method},
-                     {"--physical", "", "The physically consistent standard parameters as well",
-                      &to.physical},
-                     set_argument(to.set),
-                     {"--output", "DIR",
-                      "Folder for result.json, default: EXPERIMENT_result; or FILE.factors to merge",
-                      &to.output},
-                     {"--report", "", "Write report.html beside result.json", &to.report},
-                     {"--json", "", "Print the result as JSON instead of the table", &to.json},
-                     {"--quiet", "", "Print nothing but errors", &to.quiet},
-                     {"--verbose", "", "Print all parameters and tests", &to.verbose}},
+       .arguments =
+           {{"factors", "FILE", "Files of rivid_identify factors, of one robot and with one signal chain",
+             &to.files, true},
+            {"--experiment", "EXPERIMENT.toml", "Experiment file; default: that of the factors",
+             &to.experiment},
+            {"--method", "auto|ols|wls", "Method instead of the experiment file's", &to.method},
+            {"--physical", "", "The physically consistent standard parameters as well", &to.physical},
+            set_argument(to.set),
+            {"--output", "DIR",
+             "Folder for result.json, default: EXPERIMENT_result; or FILE.factors to merge", &to.output},
+            {"--report", "", "Write report.html beside result.json", &to.report},
+            {"--json", "", "Print the result as JSON instead of the table", &to.json},
+            {"--quiet", "", "Print nothing but errors", &to.quiet},
+            {"--verbose", "", "Print all parameters and tests", &to.verbose}},
        .footer = "Exit codes: 0 identified or merged, 1 not identified, 2 bad input or usage, 3 numerical "
                  "failure."},
       argc, argv,

@@ -27,8 +27,7 @@ namespace rivid::apps {
 
 namespace {
 
-struct PayloadArguments {
-  std::filesystem::path experiment;
+struct PayloadArguments : Given {
   std::vector<std::string> loaded;
   std::vector<std::filesystem::path> logs;
   std::filesystem::path arm;
@@ -36,12 +35,8 @@ struct PayloadArguments {
   std::string gains;
   std::string flange;
   std::string model = "automatic";
-  std::vector<std::string> set;
-  std::filesystem::path output;
   int threads = 1;
   bool load_friction = false;
-  bool json = false;
-  bool quiet = false;
 };
 
 // Words between commas; one that `unknown` names is infinite.
@@ -216,18 +211,14 @@ int payload_command(int argc, char** argv) {
        .description =
            "Identifies payloads, and drive gains from a known one, from logs without and with them.",
        .arguments =
-           {{.name = "experiment",
-             .value = "EXPERIMENT.toml",
-             .text = "Experiment file (TOML) of the arm without payload: robot, log, signal chain",
-             .target = &to.experiment,
-             .required = true},
-            {.name = "--loaded",
-             .value = "[NAME=]FILE",
-             .text = "Logs with a payload, whose columns are those of the experiment file; of several "
-                     "payloads with "
-                     "their names",
-             .target = &to.loaded,
-             .required = true},
+           {{"experiment", "EXPERIMENT.toml",
+             "Experiment file (TOML) of the arm without payload: robot, log, signal chain", &to.experiment,
+             true},
+            {"--loaded", "[NAME=]FILE",
+             "Logs with a payload, whose columns are those of the experiment file; of several "
+             "payloads with "
+             "their names",
+             &to.loaded, true},
             {"--log", "FILE", "Logs without it instead of the experiment file's", &to.logs},
             {.name = "--arm",
              .value = "RESULT.json",

@@ -138,7 +138,7 @@ int convert_command(int argc, char** argv) {
       {.name = "rivid convert",
        .description =
            "Writes a bag (MCAP, rosbag2, ROS 1), .mat, .npz, .npy, Parquet or Feather file as CSV.",
-       .arguments = {{.name = "log", .value = "LOG", .text = "The log", .target = &source, .required = true},
+       .arguments = {{"log", "LOG", "The log", &source, true},
                      {"csv", "LOG.csv", "The file to write", &target},
                      {"--list", "", "Print what the file holds, write nothing", &list},
                      {"--force", "", "Replace a CSV file of another content"}},

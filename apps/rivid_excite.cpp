@@ -27,8 +27,7 @@ using namespace rivid;
 using namespace rivid::apps;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments {
-  std::filesystem::path experiment;
+struct Arguments : Given {
   std::filesystem::path motion;  // of the subcommand forecast
   std::filesystem::path first;   // plans of the subcommand compare
   std::filesystem::path second;
@@ -37,12 +36,7 @@ struct Arguments {
   std::optional<std::int64_t> seed;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
   std::vector<std::string> players;
-  std::vector<std::string> set;
-  std::filesystem::path output;
-  bool json = false;
-  bool quiet = false;
   bool report = false;
-  bool dry_run = false;
 };
 
 const std::string exit_codes = "Exit codes: 0 done, 2 bad input or usage, 3 numerical failure.\n";
@@ -53,11 +47,8 @@ Command command_of(Arguments& to) {
       .description =
           "Designs an exciting trajectory for a robot, and forecasts the standard deviation of each "
           "parameter.",
-      .arguments = {{.name = "experiment",
-                     .value = "EXPERIMENT.toml",
-                     .text = "Experiment file (TOML): robot, excitation",
-                     .target = &to.experiment,
-                     .required = true},
+      .arguments = {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, excitation",
+                     &to.experiment, true},
                     {"--seconds", "NUMBER", "Time for the search: the best motion found until then is taken",
                      &to.seconds},
                     {"--starts", "NUMBER", "Random motions to begin with, instead of the experiment file's",
@@ -89,16 +80,10 @@ Command command_of(Arguments& to) {
 Command forecast_command(Arguments& to) {
   return {.name = "rivid_excite forecast",
           .description = "Forecasts the standard deviation of each parameter from a motion.",
-          .arguments = {{.name = "experiment",
-                         .value = "EXPERIMENT.toml",
-                         .text = "Experiment file (TOML): robot, excitation",
-                         .target = &to.experiment,
-                         .required = true},
-                        {.name = "motion",
-                         .value = "MOTION.csv",
-                         .text = "Positions over time, with the columns of [log]",
-                         .target = &to.motion,
-                         .required = true},
+          .arguments = {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, excitation",
+                         &to.experiment, true},
+                        {"motion", "MOTION.csv", "Positions over time, with the columns of [log]", &to.motion,
+                         true},
                         set_argument(to.set),
                         {"--output", "DIR", "Folder for forecast.json; without it nothing is written",
                          &to.output},
@@ -113,17 +98,13 @@ Command forecast_command(Arguments& to) {
 }
 
 Command compare_command(Arguments& to) {
-  return {.name = "rivid_excite compare",
-          .description = "Compares two plans for a robot: what B is worth in experiment time of A.",
-          .arguments =
-              {{.name = "A",
-                .value = "FILE",
-                .text = "plan.json or forecast.json, or the folder of a design",
-                .target = &to.first,
-                .required = true},
-               {.name = "B", .value = "FILE", .text = "The same", .target = &to.second, .required = true},
-               {"--json", "", "Print JSON", &to.json}},
-          .footer = exit_codes};
+  return {
+      .name = "rivid_excite compare",
+      .description = "Compares two plans for a robot: what B is worth in experiment time of A.",
+      .arguments = {{"A", "FILE", "plan.json or forecast.json, or the folder of a design", &to.first, true},
+                    {"B", "FILE", "The same", &to.second, true},
+                    {"--json", "", "Print JSON", &to.json}},
+      .footer = exit_codes};
 }
 
 // The first interrupt ends the search, the next one the program.

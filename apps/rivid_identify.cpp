@@ -25,23 +25,16 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-struct Arguments {
-  std::filesystem::path experiment;
+struct Arguments : Given {
   std::string method;
   std::string robust;
   std::vector<std::filesystem::path> logs;
   std::vector<std::filesystem::path> validate;
-  std::vector<std::string> set;
-  std::filesystem::path output;
   int threads = 1;
   std::filesystem::path write_rows;
   std::filesystem::path write_friction;
   std::filesystem::path plan;
   bool physical = false;
-  bool json = false;
-  bool quiet = false;
-  bool verbose = false;
-  bool dry_run = false;
   bool report = false;
 };
 
@@ -50,11 +43,8 @@ Command command_of(Arguments& to) {
       .name = "rivid_identify",
       .description = "Identifies the dynamic parameters of a robot from logs of its motion.",
       .arguments =
-          {{.name = "experiment",
-            .value = "EXPERIMENT.toml",
-            .text = "Experiment file (TOML): robot, log, signal chain, method",
-            .target = &to.experiment,
-            .required = true},
+          {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, log, signal chain, method",
+            &to.experiment, true},
            {"--method", "auto|ols|wls|iv|didim|output_error", "Method instead of the experiment file's",
             &to.method},
            {"--robust", "huber|bisquare|off",
@@ -268,7 +258,7 @@ int identify_from(const Arguments& arguments) {
     outputs.put(to.report, html_report(experiment.robot, result, predicted.predictions, provenance));
   }
   outputs.commit();
-  print_result({arguments.json, arguments.quiet, arguments.verbose}, experiment.robot, result, json, beside);
+  print_result(arguments, experiment.robot, result, json, beside);
   if (!arguments.quiet) {
     for (const std::string& log : predicted.left_out) {
       tell("note",
@@ -338,9 +328,8 @@ int rivid::apps::identify_tool(int argc, char** argv) {
   Command command = command_of(arguments);
   if (argc > 2 && is_robot(first)) {
     RobotAndLogs given;
-    command.arguments[0] = {.name = "robot", .value = "ROBOT.urdf", .target = &given.robot, .required = true};
-    command.arguments.push_back(
-        {.name = "logs", .value = "LOG.csv", .target = &given.logs, .required = true});
+    command.arguments[0] = {"robot", "ROBOT.urdf", "", &given.robot, true};
+    command.arguments.push_back({"logs", "LOG.csv", "", &given.logs, true});
     command.arguments.push_back({"--tip", "LINK", "Last link of the arm", &given.tip});
     return run_command(command, argc, argv, [&] { return identify_robot(arguments, given); });
   }

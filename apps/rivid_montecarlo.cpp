@@ -17,18 +17,12 @@ using namespace rivid;
 using namespace rivid::apps;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments {
-  std::filesystem::path experiment;
+struct Arguments : Given {
   std::optional<int> runs;
   int first_run = 0;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
-  std::vector<std::string> set;
-  std::filesystem::path output;
   bool restart = false;
   bool report = false;
-  bool json = false;
-  bool quiet = false;
-  bool dry_run = false;
 };
 
 Command command_of(Arguments& to) {
@@ -37,11 +31,9 @@ Command command_of(Arguments& to) {
       .description =
           "Simulates an experiment many times, identifies each, and reports how far the results can be "
           "trusted.",
-      .arguments = {{.name = "experiment",
-                     .value = "EXPERIMENT.toml",
-                     .text = "Experiment file (TOML): robot, control, reference, simulation, montecarlo",
-                     .target = &to.experiment,
-                     .required = true},
+      .arguments = {{"experiment", "EXPERIMENT.toml",
+                     "Experiment file (TOML): robot, control, reference, simulation, montecarlo",
+                     &to.experiment, true},
                     {"--runs", "NUMBER", "Runs instead of the experiment file's", &to.runs},
                     {"--first-run", "NUMBER",
                      "Number of the first run; default: 0. With --runs the part of a study that one machine "
@@ -196,15 +188,10 @@ int run_from(const Arguments& arguments) {
                 to);
 }
 
-struct MergeArguments {
-  std::filesystem::path experiment;
+struct MergeArguments : Given {
   std::vector<std::filesystem::path> parts;
   std::optional<int> runs;
-  std::vector<std::string> set;
-  std::filesystem::path output;
   bool report = false;
-  bool json = false;
-  bool quiet = false;
 };
 
 // throws InputError naming the first stretch of runs that no part holds
@@ -258,16 +245,8 @@ int merge_command(int argc, char** argv) {
       {.name = "rivid_montecarlo merge",
        .description = "Sums up the parts of a study that several machines made.",
        .arguments =
-           {{.name = "experiment",
-             .value = "EXPERIMENT.toml",
-             .text = "Experiment file of all parts",
-             .target = &to.experiment,
-             .required = true},
-            {.name = "parts",
-             .value = "DIR",
-             .text = "Folders that rivid_montecarlo --output wrote",
-             .target = &to.parts,
-             .required = true},
+           {{"experiment", "EXPERIMENT.toml", "Experiment file of all parts", &to.experiment, true},
+            {"parts", "DIR", "Folders that rivid_montecarlo --output wrote", &to.parts, true},
             {"--runs", "NUMBER",
              "Runs of the study; default: the experiment file's, or more where there are more", &to.runs},
             set_argument(to.set),

@@ -18,26 +18,17 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-struct Arguments {
-  std::filesystem::path experiment;
+struct Arguments : Given {
   std::optional<std::int64_t> seed;
   std::filesystem::path parameters;
-  std::vector<std::string> set;
-  std::filesystem::path output;
-  bool json = false;
-  bool quiet = false;
-  bool dry_run = false;
 };
 
 Command command_of(Arguments& to) {
   return {
       .name = "rivid_simulate",
       .description = "Simulates a robot in its closed loop, and writes the log of its motion.",
-      .arguments = {{.name = "experiment",
-                     .value = "EXPERIMENT.toml",
-                     .text = "Experiment file (TOML): robot, control, reference, simulation",
-                     .target = &to.experiment,
-                     .required = true},
+      .arguments = {{"experiment", "EXPERIMENT.toml",
+                     "Experiment file (TOML): robot, control, reference, simulation", &to.experiment, true},
                     {"--seed", "NUMBER", "Seed instead of the experiment file's", &to.seed},
                     {"--parameters", "FILE", "Parameter file instead of the experiment file's",
                      &to.parameters},

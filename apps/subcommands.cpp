@@ -18,14 +18,12 @@ namespace rivid::apps {
 
 namespace {
 
-struct InitArguments {
+struct InitArguments : Given {
   std::filesystem::path robot;
   std::vector<std::filesystem::path> logs;
-  std::filesystem::path output;
   UrdfOptions options;
   bool print_only = false;
   bool force = false;
-  bool quiet = false;
 };
 
 int init(InitArguments arguments) {
@@ -61,12 +59,8 @@ int init(InitArguments arguments) {
   return draft.complete ? success : no_success;
 }
 
-struct CheckArguments {
-  std::filesystem::path experiment;
-  std::vector<std::string> set;
+struct CheckArguments : Given {
   int threads = 1;
-  bool json = false;
-  bool quiet = false;
 };
 
 int check(const CheckArguments& arguments) {
@@ -102,8 +96,8 @@ int explain(const std::string& code) {
 
 }  // namespace
 
-void print_result(const Printed& how, const Robot& robot, const Identification& result,
-                  const std::string& json, const std::string& beside) {
+void print_result(const Given& how, const Robot& robot, const Identification& result, const std::string& json,
+                  const std::string& beside) {
   print_answer(
       how, json,
       (how.verbose ? in_words(result, screen_width()) : first_screen(robot, result, screen_width())) +
@@ -134,23 +128,19 @@ int init_command(int argc, char** argv) {
   return run_command(
       {.name = "rivid_identify init",
        .description = "Writes an experiment file to begin with, from a robot and its logs.",
-       .arguments =
-           {{.name = "robot",
-             .value = "ROBOT.urdf",
-             .text = "The robot: a URDF, or a table of modified Denavit-Hartenberg parameters (.csv)",
-             .target = &to.robot,
-             .required = true},
-            {.name = "logs",
-             .value = "LOG.csv",
-             .text = "Logs of its motion; the last of several is kept for validation",
-             .target = &to.logs,
-             .required = true},
-            {"--base", "LINK", "Link that stands still; default: the root", &to.options.base},
-            {"--tip", "LINK", "Last link of the arm; needed where the robot branches", &to.options.tip},
-            {"--output", "FILE.toml", "The experiment file; default: ROBOT.toml in this folder", &to.output},
-            {"--print", "", "Print it instead", &to.print_only},
-            {"--force", "", "Write it over a file that is there", &to.force},
-            {"--quiet", "", "Print nothing but errors; the exit code is the answer", &to.quiet}},
+       .arguments = {{"robot", "ROBOT.urdf",
+                      "The robot: a URDF, or a table of modified Denavit-Hartenberg parameters (.csv)",
+                      &to.robot, true},
+                     {"logs", "LOG.csv", "Logs of its motion; the last of several is kept for validation",
+                      &to.logs, true},
+                     {"--base", "LINK", "Link that stands still; default: the root", &to.options.base},
+                     {"--tip", "LINK", "Last link of the arm; needed where the robot branches",
+                      &to.options.tip},
+                     {"--output", "FILE.toml", "The experiment file; default: ROBOT.toml in this folder",
+                      &to.output},
+                     {"--print", "", "Print it instead", &to.print_only},
+                     {"--force", "", "Write it over a file that is there", &to.force},
+                     {"--quiet", "", "Print nothing but errors; the exit code is the answer", &to.quiet}},
        .footer = "Columns are recognised by their names: q1 or actual_q_0 or elbow_joint/position [deg].\n"
                  "Exit codes: 0 complete; 1 something is left to be filled in; 2 bad input or usage."},
       argc, argv, [&] { return init(to); });
@@ -161,11 +151,8 @@ int check_command(int argc, char** argv) {
   return run_command(
       {.name = "rivid_identify check",
        .description = "Looks for faults of robot, logs and motion before anything is identified.",
-       .arguments = {{.name = "experiment",
-                      .value = "EXPERIMENT.toml",
-                      .text = "Experiment file (TOML): robot, log, signal chain, method",
-                      .target = &to.experiment,
-                      .required = true},
+       .arguments = {{"experiment", "EXPERIMENT.toml",
+                      "Experiment file (TOML): robot, log, signal chain, method", &to.experiment, true},
                      set_argument(to.set),
                      {"--threads", "N", "Threads that share the work", &to.threads},
                      {"--json", "", "Print the findings as JSON", &to.json},

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "rivid/identify/identification.hpp"
+#include "tool.hpp"
 
 // The subcommands of rivid_identify: what comes before an identification, and after one. argv[0] is the name
 // of the subcommand.
@@ -47,18 +48,11 @@ int validate_command(int argc, char** argv);
 [[nodiscard]] std::filesystem::path found_again(const std::filesystem::path& named,
                                                 const std::filesystem::path& result);
 
-/// How identify and merge print a result.
-struct Printed {
-  bool json = false;
-  bool quiet = false;
-  bool verbose = false;
-};
-
 /// Prints a result: its first screen, or with --verbose all of it, and its notes.
 ///
 /// @param beside  what is printed below it
-void print_result(const Printed& how, const Robot& robot, const Identification& result,
-                  const std::string& json, const std::string& beside = {});
+void print_result(const Given& how, const Robot& robot, const Identification& result, const std::string& json,
+                  const std::string& beside = {});
 
 /// The command that comes after a result, with what it does.
 ///

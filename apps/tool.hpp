@@ -49,6 +49,17 @@ struct Command {
   std::string footer;
 };
 
+/// What most command lines give.
+struct Given {
+  std::filesystem::path experiment;
+  std::vector<std::string> set;
+  std::filesystem::path output;
+  bool json = false;
+  bool quiet = false;
+  bool verbose = false;
+  bool dry_run = false;
+};
+
 /// Parses the command line, then runs the command, whose exit code is returned.
 ///
 /// @throws InputError  where the command line can not be understood

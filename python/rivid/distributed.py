@@ -11,6 +11,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from distributed import Client, Future, as_completed
@@ -168,11 +169,8 @@ class Fleet:
 
 
 def _median(values: list[float | None]) -> float:
-    known = sorted(value for value in values if value is not None)
-    if not known:
-        return float("nan")
-    middle = len(known) // 2
-    return known[middle] if len(known) % 2 else 0.5 * (known[middle - 1] + known[middle])
+    known = [value for value in values if value is not None]
+    return median(known) if known else float("nan")
 
 
 _MERGED_AT_ONCE = 8

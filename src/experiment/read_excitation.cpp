@@ -56,7 +56,7 @@ std::vector<std::filesystem::path> ExcitationPlan::inputs() const {
 namespace {
 
 // What a result knows of the parameters that it determines: the inverse of their covariance.
-void add_result(const std::filesystem::path& file, const Robot& robot, const BaseParameters& base,
+bool add_result(const std::filesystem::path& file, const Robot& robot, const BaseParameters& base,
                 Matrix& to) {
   const IdentifiedArm arm = read_identified_arm(file, robot);
   const BaseParameters of_arm = base_parameters(arm.robot);
@@ -73,6 +73,7 @@ void add_result(const std::filesystem::path& file, const Robot& robot, const Bas
   const Matrix C = arm.C_chi(there, there);
   const auto scale = C.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
   to(here, here) += scale * detail::inverse(scale * C * scale) * scale;
+  return true;
 }
 
 }  // namespace
@@ -85,14 +86,10 @@ Matrix known_information(const ExcitationPlan& plan) {
   const BaseParameters base = base_parameters(robot);
   Matrix out = Matrix::Zero(base.size(), base.size());
   LogSource source = plan.experiment.log;
-  source.files.clear();
-  for (const std::filesystem::path& known : plan.known) {
-    if (known.extension() == result_ending) {
-      add_result(known, robot, base, out);
-    } else {
-      source.files.push_back(known);
-    }
-  }
+  source.files = plan.known;
+  std::erase_if(source.files, [&](const std::filesystem::path& known) {
+    return known.extension() == result_ending && add_result(known, robot, base, out);
+  });
   if (source.files.empty()) {
     return out;
   }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "report/documents.hpp"
 #include "rivid/report/comparison.hpp"
@@ -11,27 +12,26 @@ namespace rivid::detail {
 namespace {
 
 Table error_table(const Comparison& comparison) {
-  Table out;
-  out.columns.push_back({"joint", format::name});
-  double largest = 0.0;
-  for (const Comparison::Error& model : comparison.models) {
-    out.columns.push_back({model.name, format::percents(2)});
-    out.columns.push_back({"", format::stack, "", Shown::page});
-    largest = std::max({largest, model.relative_error, std::ranges::max(model.joints)});
-  }
-  const auto add = [&](const std::string& name, const auto& error, Mark mark) {
-    Row& row = out.rows.emplace_back(Row{{Cell(name)}, mark});
-    for (const Comparison::Error& model : comparison.models) {
-      row.cells.emplace_back(error(model));
-      row.cells.emplace_back(
-          Stack{{{"fit", largest > 0.0 ? error(model) / largest : 0.0}}, percent(error(model))});
-    }
+  const std::size_t joints = comparison.joints.size();
+  const auto error = [joints](const Comparison::Error& model, std::size_t j) {
+    return j < joints ? model.joints[j] : model.relative_error;
   };
-  for (std::size_t j = 0; j < comparison.joints.size(); ++j) {
-    add(comparison.joints[j], [j](const Comparison::Error& model) { return model.joints[j]; }, Mark::none);
+  double largest = 0.0;
+  std::vector<ColumnOf<std::size_t>> columns = {{{"joint", format::name}, [&](std::size_t j) {
+                                                   return Cell(j < joints ? comparison.joints[j] : "all");
+                                                 }}};
+  for (const Comparison::Error& model : comparison.models) {
+    largest = std::max({largest, model.relative_error, std::ranges::max(model.joints)});
+    columns.push_back(
+        {{model.name, format::percents(2)}, [&](std::size_t j) { return Cell(error(model, j)); }});
+    columns.push_back({{"", format::stack, "", Shown::page}, [&](std::size_t j) {
+                         const double share = largest > 0.0 ? error(model, j) / largest : 0.0;
+                         return Cell(Stack{{{"fit", share}}, percent(error(model, j))});
+                       }});
   }
-  add("all", [](const Comparison::Error& model) { return model.relative_error; }, Mark::sum);
-  return out;
+  std::vector<std::size_t> rows(joints + 1);
+  std::iota(rows.begin(), rows.end(), 0U);
+  return table_of(rows, columns, [=](std::size_t j) { return j < joints ? Mark::none : Mark::sum; });
 }
 
 std::string p_text(double p) {
@@ -59,9 +59,8 @@ Section traces_section(const Comparison& comparison) {
   Section out{.id = "errors",
               .title = "Torque errors",
               .heading = "Torque error of " + comparison.traces.front().joint,
-              .blocks = {{Sentence{
-                  "Measured less predicted torque, of the joint on which errors differ most. Gaps are rows "
-                  "near reversals and at rest"}}},
+              .blocks = {{Sentence{"Measured less predicted torque, of the joint with the largest error of "
+                                   "the first model. Gaps are rows near reversals and at rest"}}},
               .shown = Shown::page};
   std::vector<std::string> names;
   std::ranges::transform(comparison.models, std::back_inserter(names), &Comparison::Error::name);

@@ -53,7 +53,7 @@ struct Comparison {
     double relative_error = 0.0;  ///< ‖Y − W χ‖ / ‖Y‖ over all joints and logs, as Fit::relative_error
     std::vector<double> joints;   ///< the same joint by joint, (n)
   };
-  /// Torque errors Y − W χ over time on one log, of the joint that tells the models apart most.
+  /// Torque errors Y − W χ over time on one log, of the joint with the largest error of the first model.
   struct Trace {
     std::string joint;
     std::string log;

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <map>
-#include <ranges>
 
 #include "identify/choose/row_choice.hpp"
 #include "rivid/error.hpp"
@@ -80,48 +81,28 @@ Comparison::Error summed_up(const AllErrors& errors, std::size_t model, std::siz
   return out;
 }
 
-// The joint on which the largest relative error is farthest above the smallest one; of one model its worst.
-std::size_t telling_joint(const Comparison& comparison) {
-  std::size_t out = 0;
-  double widest = -1.0;
-  for (std::size_t j = 0; j < comparison.joints.size(); ++j) {
-    const auto [least, largest] = std::ranges::minmax(
-        comparison.models | std::views::transform([j](const Comparison::Error& m) { return m.joints[j]; }));
-    const double width = comparison.models.size() > 1 ? largest - least : largest;
-    if (width > widest) {
-      widest = width;
-      out = j;
-    }
-  }
-  return out;
-}
-
 // With a gap where rows are farther apart than most.
 Comparison::Trace trace_of(const std::vector<LogErrors>& models, std::size_t joint, const Log& log) {
+  const std::map<Index, JudgedRow>& rows = models.front()[joint];
+  const Index stride = rows.size() > 1 ? std::next(rows.begin())->first - rows.begin()->first : 1;
   std::vector<Index> samples;
-  Index stride = log.q.rows();
-  for (const auto& [sample, row] : models.front()[joint]) {
-    stride = samples.empty() ? stride : std::min(stride, sample - samples.back());
-    samples.push_back(sample);
-  }
-  for (std::size_t k = samples.size(); k-- > 1;) {
-    if (samples[k] - samples[k - 1] > 2 * stride) {
-      samples.insert(samples.begin() + static_cast<std::ptrdiff_t>(k), samples[k - 1] + stride);
+  for (const auto& [sample, row] : rows) {
+    if (!samples.empty() && sample > samples.back() + 2 * stride) {
+      samples.push_back(samples.back() + 1);
     }
+    samples.push_back(sample);
   }
   Comparison::Trace out;
   out.log = log.source;
-  out.time.resize(std::ssize(samples));
-  out.errors =
-      Matrix::Constant(out.time.size(), std::ssize(models), std::numeric_limits<double>::quiet_NaN());
-  for (Index k = 0; k < out.time.size(); ++k) {
-    const Index sample = samples[static_cast<std::size_t>(k)];
-    out.time[k] = static_cast<double>(sample) / log.f_m;
-    for (std::size_t m = 0; m < models.size(); ++m) {
-      if (const auto row = models[m][joint].find(sample); row != models[m][joint].end()) {
-        out.errors(k, static_cast<Index>(m)) = row->second.residual;
-      }
-    }
+  out.time = Eigen::Map<const Eigen::Matrix<Index, Eigen::Dynamic, 1>>(samples.data(), std::ssize(samples))
+                 .cast<double>() /
+             log.f_m;
+  out.errors.resize(out.time.size(), std::ssize(models));
+  for (Index k = 0; k < out.errors.size(); ++k) {
+    const auto& found = models[static_cast<std::size_t>(k / out.time.size())][joint];
+    const auto row = found.find(samples[static_cast<std::size_t>(k % out.time.size())]);
+    out.errors.data()[k] =
+        row == found.end() ? std::numeric_limits<double>::quiet_NaN() : row->second.residual;
   }
   return out;
 }
@@ -306,10 +287,11 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
           ": the torques are zero in every row: no error is relative to them; check the columns");
     }
   }
-  const std::size_t joint = telling_joint(out);
+  const std::vector<double>& of_first = out.models.front().joints;
+  const std::ptrdiff_t worst = std::ranges::max_element(of_first) - of_first.begin();
   for (std::size_t l = 0; l < logs.size(); ++l) {
-    out.traces.push_back(trace_of(errors[l], joint, logs[l]));
-    out.traces.back().joint = out.joints[joint];
+    out.traces.push_back(trace_of(errors[l], static_cast<std::size_t>(worst), logs[l]));
+    out.traces.back().joint = out.joints[static_cast<std::size_t>(worst)];
   }
   const double pairs = 0.5 * static_cast<double>(models.size() * (models.size() - 1));
   for (std::size_t a = 0; a < models.size(); ++a) {
