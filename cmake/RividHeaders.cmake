@@ -22,6 +22,7 @@ set(rivid_header_names
     online/row_noise
     online/row_stream
     online/saved_state
+    online/tick_gate
     regressor/base
     regressor/base_inline
     regressor/kernel
