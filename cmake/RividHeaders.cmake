@@ -19,6 +19,7 @@ set(rivid_header_names
     online/payload_estimator
     online/plausible
     online/recursive_identifier
+    online/robot_state
     online/row_noise
     online/row_stream
     online/saved_state

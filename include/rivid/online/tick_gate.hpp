@@ -117,6 +117,7 @@ class TickGate {
   static constexpr double learn = 0.01;      // part by which usual sizes of noise do
   static constexpr double usual_positions = 8.0;
   static constexpr double usual_torques = 12.0;
+  static constexpr double moving_sizes = 4.0;  // of the noise, in a tick
   static constexpr double jump = 4.0;  // limits of a glitch by which positions that have jumped are away
   static constexpr Index enough = 50;  // ticks after which these are known
 
@@ -130,7 +131,8 @@ class TickGate {
   [[nodiscard]] bool moving() const noexcept {
     bool out = false;
     for (Index j = 0; j < now_.q.size(); ++j) {
-      out = out || std::abs(qd_[j]) > static_cast<Scalar>(options_.f_m) * std::max(usual_q_[j], Scalar(1e-9));
+      out = out || std::abs(qd_[j]) >
+                       static_cast<Scalar>(moving_sizes * options_.f_m) * std::max(usual_q_[j], Scalar(1e-9));
     }
     return out;
   }
