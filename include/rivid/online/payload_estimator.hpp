@@ -627,7 +627,11 @@ bool PayloadEstimator<Scalar>::follow_touch() noexcept {
   const auto longest = static_cast<Index>(options_.longest_touch * options_.rows.f_m);
   // At rest no rows say whether it goes on.
   ++counters_.since_row;
-  counters_.touched_for += rests() ? 0 : 1;
+  if (rests()) {
+    load_change_.forget_rows();
+  } else {
+    ++counters_.touched_for;
+  }
   if (!load_change_.tried() && load_change_.found()) {
     load_change_.try_change();
   }

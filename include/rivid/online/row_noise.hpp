@@ -253,6 +253,14 @@ class LoadChange {
     return out;
   }
 
+  // What a trial has not used yet is forgotten.
+  void forget_rows() noexcept {
+    for (std::size_t m = 0; m < memories; ++m) {
+      state_.sums[m].fade(0.0);
+      state_.tests[m] = 0.0;
+    }
+  }
+
   // Begins anew; what is usual of the test stays.
   void reset() noexcept {
     State next;
