@@ -39,9 +39,9 @@ int run(const Arguments& arguments) {
   const DynamicModel dynamics = read_identified_model(result, force);
   OnlineReplayOptions options;
   options.learn = arguments.learn;
-  options.payload.gain_sigma = 0.01 * arguments.gains;
-  options.payload.rows.torque_held = options.friction.rows.torque_held = !arguments.measured;
-  options.payload.rows.stride = options.friction.rows.stride = arguments.stride;
+  options.state.payload.gain_sigma = 0.01 * arguments.gains;
+  options.state.payload.rows.torque_held = !arguments.measured;
+  options.state.payload.rows.stride = arguments.stride;
   const std::filesystem::path folder = output_folder(arguments.output, arguments.log, "_online");
   const std::vector<PlannedFile> files = {{folder / "online.csv", ".csv"}, {folder / "online.html", ".html"}};
   std::vector<std::filesystem::path> inputs = {arguments.log, result};

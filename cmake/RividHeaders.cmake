@@ -19,9 +19,11 @@ set(rivid_header_names
     online/payload_estimator
     online/plausible
     online/recursive_identifier
+    online/robot_state
     online/row_noise
     online/row_stream
     online/saved_state
+    online/tick_gate
     regressor/base
     regressor/base_inline
     regressor/kernel

@@ -18,7 +18,11 @@ install(
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   FILE_SET HEADERS
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-foreach(export IN ITEMS rividHeadersTargets rividTargets)
+install(
+  TARGETS rivid_runtime
+  EXPORT rividRuntimeTargets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+foreach(export IN ITEMS rividHeadersTargets rividRuntimeTargets rividTargets)
   install(
     EXPORT ${export}
     NAMESPACE rivid::

@@ -35,6 +35,18 @@ if(RIVID_BUILD_APPS)
     -DC_COMPILER=$<$<BOOL:${RIVID_C_COMPILER}>:${RIVID_C_COMPILER}> -DOUTPUT=${CMAKE_CURRENT_BINARY_DIR}/guide)
 endif()
 
+# A controller with rivid::runtime: small, and no shared library but those of the compiler.
+find_program(RIVID_READELF readelf DOC "readelf, for the test of rivid::runtime")
+mark_as_advanced(RIVID_READELF)
+if(RIVID_READELF AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug" AND NOT CMAKE_CXX_FLAGS MATCHES "sanitize|coverage")
+  add_executable(runtime_consumer install/runtime_consumer.cpp)
+  target_link_libraries(runtime_consumer PRIVATE rivid::runtime)
+  target_link_options(runtime_consumer PRIVATE LINKER:-s)
+  rivid_developer_flags(runtime_consumer)
+  rivid_script_test(runtime ${CMAKE_CURRENT_SOURCE_DIR}/install/check_runtime.cmake package
+                    -DPROGRAM=$<TARGET_FILE:runtime_consumer> -DREADELF=${RIVID_READELF})
+endif()
+
 rivid_script_test(
   version ${PROJECT_SOURCE_DIR}/cmake/check_version.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
   -DVERSION=${PROJECT_VERSION})

@@ -84,7 +84,7 @@ struct Replay {
                     << (found.body ? " body" : " point") << (found.good ? " good" : "") << "  suspicion "
                     << estimator.suspicion() << "  row sigma";
           for (Index j = 0; j < 6; ++j) {
-            std::cout << ' ' << std::setprecision(2) << estimator.row_sigma(j);
+            std::cout << ' ' << std::setprecision(2) << estimator.row_sigma(j, 0.1);
           }
           std::cout << '\n';
         }

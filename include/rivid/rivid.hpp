@@ -46,6 +46,7 @@
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "rivid/online/recursive_identifier.hpp"
+#include "rivid/online/robot_state.hpp"
 #include "rivid/output.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/regressor/load.hpp"

@@ -15,14 +15,23 @@ import numpy as np
 
 from rivid import _rivid
 from rivid._arrays import each, floats, path_of, shaped
-from rivid._rivid import OnlinePayload
+from rivid._rivid import OnlinePayload, TickQuality
 from rivid.robot import DynamicModel, Robot
 
 if TYPE_CHECKING:
     from rivid.fit import Fit
     from rivid.types import ArrayLike, Floats
 
-__all__ = ["ContactObserver", "FrictionMonitor", "OnlineModel", "OnlinePayload", "PayloadEstimator", "RecursiveIdentifier"]
+__all__ = [
+    "ContactObserver",
+    "FrictionMonitor",
+    "OnlineModel",
+    "OnlinePayload",
+    "PayloadEstimator",
+    "RecursiveIdentifier",
+    "RobotState",
+    "TickQuality",
+]
 
 
 class OnlineModel:
@@ -281,3 +290,89 @@ class RecursiveIdentifier:
     def rows(self) -> int:
         """Rows so far."""
         return self._identifier.rows
+
+
+class RobotState:
+    """Payload, friction and contacts together, for a whole shift: each uses what the others have learned, and ticks may be lost, late,
+    repeated or wrong.
+
+    ``learn`` is the time from the begin in which thresholds of contacts are learned and nothing may touch the robot [s]; the others as
+    for ``PayloadEstimator``.
+    """
+
+    def __init__(
+        self,
+        model: OnlineModel,
+        *,
+        rate_hz: float,
+        torque_held: bool = True,
+        R: ArrayLike | None = None,
+        p: ArrayLike = (0.0, 0.0, 0.0),
+        gain_sigma: float = 0.0,
+        learn: float = 120.0,
+    ) -> None:
+        axes = np.eye(3) if R is None else shaped("RobotState: R", R, (3, 3))
+        origin = shaped("RobotState: p", p, (3,))
+        self._shape = (len(model),)
+        self._state = _rivid.RobotState(model._online, rate_hz, torque_held, axes, origin, gain_sigma, learn)
+
+    def update(self, t: float, q: ArrayLike, tau: ArrayLike) -> TickQuality:
+        """Takes a tick that was measured at ``t`` [s]; what was wrong with it."""
+        return self._state.update(t, shaped("RobotState.update: q", q, self._shape), shaped("RobotState.update: tau", tau, self._shape))
+
+    @property
+    def payload(self) -> OnlinePayload:
+        """The payload as of now."""
+        return self._state.payload
+
+    @property
+    def payload_changes(self) -> int:
+        """Changes of the payload that were found or said."""
+        return self._state.payload_changes
+
+    @property
+    def contact(self) -> bool:
+        """Whether something touches the robot."""
+        return self._state.contact
+
+    @property
+    def collision(self) -> bool:
+        """Whether something hits it."""
+        return self._state.collision
+
+    @property
+    def link(self) -> int:
+        """The link that is touched, counted from 0, or a later one; −1 without a contact."""
+        return self._state.link
+
+    @property
+    def external(self) -> Floats:
+        """External torques behind a low-pass [N·m | N]."""
+        return self._state.external
+
+    @property
+    def friction_gained(self) -> Floats:
+        """Torques that friction has gained since the identification [N·m | N]."""
+        return self._state.friction_gained
+
+    @property
+    def left_to_learn(self) -> float:
+        """Time for which thresholds are still learned [s]."""
+        return self._state.left_to_learn
+
+    def payload_changed(self) -> None:
+        """The controller says: the payload has changed."""
+        self._state.payload_changed()
+
+    def payload_known(self, mass: float, com: ArrayLike, *, mass_sigma: float, com_sigma: float) -> bool:
+        """The controller says: it is this point in the flange frame [kg], [m]. False where a number can not be used."""
+        return self._state.payload_known(mass, shaped("RobotState.payload_known: com", com, (3,)), mass_sigma, com_sigma)
+
+    def gripper(self, *, open: bool) -> None:
+        """The gripper opens or closes. What was held while it was open is held again when it opens."""
+        self._state.gripper(open)
+
+    def feedforward(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Floats:
+        """Torques for a motion, with the friction and the payload of the state; once a tick."""
+        series = (shaped(f"RobotState.feedforward: {name}", x, self._shape) for name, x in (("q", q), ("qd", qd), ("qdd", qdd)))
+        return self._state.feedforward(*series)

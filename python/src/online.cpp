@@ -4,6 +4,7 @@
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "rivid/online/recursive_identifier.hpp"
+#include "rivid/online/robot_state.hpp"
 
 namespace rivid::python {
 
@@ -158,6 +159,55 @@ void bind_recursive_identifier(nb::module_& m) {
       .def_prop_ro("rows", &Identifier::rows);
 }
 
+void bind_robot_state(nb::module_& m) {
+  nb::class_<TickQuality>(m, "TickQuality", "What was wrong with a tick.")
+      .def_ro("lost", &TickQuality::lost, "Ticks before it that did not come, or were not taken.")
+      .def_ro("gap", &TickQuality::gap, "They were too many to be filled in: everything begins anew.")
+      .def_ro("not_finite", &TickQuality::not_finite, "It has no number, or one that no robot has.")
+      .def_ro("repeated", &TickQuality::repeated, "It is the one before once more.")
+      .def_ro("late", &TickQuality::late, "Its time is that of no tick.")
+      .def_ro("glitch", &TickQuality::glitch, "The tick before it was a glitch, and was replaced.")
+      .def_prop_ro("good", &TickQuality::good);
+  using State = RobotState<double>;
+  nb::class_<State>(m, "RobotState")
+      .def(
+          "__init__",
+          [](State* self, const OnlineModel& model, double f_m, bool torque_held, const Eigen::Matrix3d& R,
+             const Eigen::Vector3d& p, double gain_sigma, double learn) {
+            RobotStateOptions options;
+            options.payload.rows = {.f_m = f_m, .torque_held = torque_held};
+            options.payload.R = R;
+            options.payload.p = p;
+            options.payload.gain_sigma = gain_sigma;
+            options.learn = learn;
+            new (self) State(model, DynamicModel(model.robot, model.base, model.chi), options);
+          },
+          "model"_a, "f_m"_a, "torque_held"_a, "R"_a, "p"_a, "gain_sigma"_a, "learn"_a)
+      .def(
+          "update", [](State& self, double t, Values q, Values tau) { return self.update(t, q, tau); }, "t"_a,
+          "q"_a, "tau"_a)
+      .def_prop_ro("payload", [](const State& self) { return self.payload(); })
+      .def_prop_ro("payload_changes", &State::payload_changes)
+      .def_prop_ro("contact", &State::contact)
+      .def_prop_ro("collision", &State::collision)
+      .def_prop_ro("link", [](const State& self) { return self.observer().link(); })
+      .def_prop_ro("external", [](const State& self) { return Vector(self.observer().residual()); })
+      .def_prop_ro("friction_gained", [](const State& self) { return Vector(self.friction_gained()); })
+      .def_prop_ro("left_to_learn", &State::left_to_learn)
+      .def("payload_changed", &State::payload_changed)
+      .def(
+          "payload_known",
+          [](State& self, double mass, const Eigen::Vector3d& com, double mass_sigma, double com_sigma) {
+            return self.payload_known(mass, com, mass_sigma, com_sigma);
+          },
+          "mass"_a, "com"_a, "mass_sigma"_a, "com_sigma"_a)
+      .def("gripper", &State::gripper, "open"_a)
+      .def(
+          "feedforward",
+          [](State& self, Values q, Values qd, Values qdd) { return Vector(self.feedforward(q, qd, qdd)); },
+          "q"_a, "qd"_a, "qdd"_a);
+}
+
 }  // namespace
 
 void bind_online(nb::module_& m) {
@@ -166,6 +216,7 @@ void bind_online(nb::module_& m) {
   bind_contact_observer(m);
   bind_friction_monitor(m);
   bind_recursive_identifier(m);
+  bind_robot_state(m);
 }
 
 }  // namespace rivid::python

@@ -96,7 +96,8 @@ def test_a_loop_refuses_another_number_of_joints(robot, fit):
     estimators = [
         made(model, rate_hz=1000.0) for made in (online.PayloadEstimator, online.FrictionMonitor, online.RecursiveIdentifier)
     ]
-    updates = [each.update for each in estimators] + [lambda q, tau: observer.update(q, two, tau)]
+    state = online.RobotState(model, rate_hz=1000.0)
+    updates = [each.update for each in estimators] + [lambda q, tau: observer.update(q, two, tau), lambda q, tau: state.update(0.0, q, tau)]
     for update in updates:
         update(two, two)
         for q, tau, name in ((three, two, "q"), (two, three, "tau"), (np.zeros((1, 2)), two, "q")):

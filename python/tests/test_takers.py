@@ -92,6 +92,38 @@ def test_excite_takes_it_as_prior(saved, scara, tool, tmp_path):
     assert [p["sigma"] for p in design.document["parameters"]] == pytest.approx(after.tolist(), rel=1e-9)
 
 
+def test_the_state_of_a_loop_takes_it(saved):
+    model = rivid.online.OnlineModel.from_result(saved)
+    state = rivid.online.RobotState(model, rate_hz=1000.0, learn=1.0)
+    rng = np.random.default_rng(5)
+
+    def tick(k, tau=(0.0, 0.0)):
+        phase = 0.003 * k + np.array([0.0, 1.0])
+        return state.update(1e-3 * k, np.sin(phase) + 1e-6 * rng.normal(size=2), tau)
+
+    assert all(tick(k).good for k in range(100))
+    assert tick(102).lost == 2
+    assert tick(103, (np.nan, 0.0)).not_finite
+    assert tick(103).good
+    assert tick(103).repeated
+    assert tick(102).late
+    assert tick(200).gap
+    assert state.left_to_learn == pytest.approx(0.9, abs=0.01)
+    assert not state.contact
+    assert state.link == -1
+    assert state.payload_known(0.5, [0.0, 0.0, 0.1], mass_sigma=0.01, com_sigma=0.005)
+    assert state.payload.mass == pytest.approx(0.5, abs=0.01)
+    assert not state.payload_known(-0.5, [0.0, 0.0, 0.1], mass_sigma=0.01, com_sigma=0.005)
+    state.gripper(open=False)
+    assert not state.payload.good
+    assert state.payload_changes == 2
+    two = np.zeros(2)
+    plain = rivid.InverseDynamics(rivid.Fit.load(saved).model(parameters="estimate")).torque(two, two, np.ones(2))
+    np.testing.assert_allclose(state.feedforward(two, two, np.ones(2)), plain, atol=1.0)
+    with pytest.raises(rivid.InputError, match=r"RobotState.feedforward: qd has shape \(3,\)"):
+        state.feedforward(two, np.zeros(3), two)
+
+
 def test_payload_takes_it(saved, robot, scara, tool, tmp_path):
     log = scara / "scara_validation.csv"
     words = ["payload", scara / "scara.toml", "--arm", saved, "--loaded", log, "--output", tmp_path, "--json"]

@@ -12,15 +12,16 @@ namespace rivid {
 
 namespace {
 
-// A contact that lasts is one event.
+// A contact that lasts is one event. The link is not known where the rows alone show it.
 struct ContactEvents {
-  Index link = -1;
-  void take(double t, Index now, const std::vector<std::string>& joints,
+  bool before = false;
+  void take(double t, const RobotState<double>& state, const std::vector<std::string>& joints,
             std::vector<OnlineReplay::Event>& to) {
-    if (now >= 0 && link < 0) {
-      to.push_back({t, "external torque on " + joints[static_cast<std::size_t>(now)]});
+    if (const Index link = state.observer().link(); state.contact() && !before) {
+      to.push_back(
+          {t, "external torque" + (link < 0 ? "" : " on " + joints[static_cast<std::size_t>(link)])});
     }
-    link = now;
+    before = state.contact();
   }
 };
 
@@ -38,7 +39,7 @@ struct ChangeEvents {
 };
 
 // Which joints have learned no threshold and see no contact; empty: all have.
-std::string without_threshold(const ContactObserver<double>& contact,
+std::string without_threshold(const ContactObserver<double>& contact, const OnlineReplayOptions& options,
                               const std::vector<std::string>& joints) {
   std::vector<std::string> out;
   for (Index j = 0; j < contact.size(); ++j) {
@@ -46,7 +47,23 @@ std::string without_threshold(const ContactObserver<double>& contact,
       out.push_back(joints[static_cast<std::size_t>(j)]);
     }
   }
-  return out.empty() ? "" : "too little motion to learn thresholds of contacts: " + listed(out);
+  constexpr double enough = 120.0;
+  return out.empty() ? ""
+                     : "too little motion to learn thresholds of contacts: " + listed(out) + "; learn for " +
+                           number(std::max(enough, 2.0 * options.learn)) +
+                           " s of the motion that they are for (--learn), in a log at least twice as long";
+}
+
+// Ticks that were not as they should be.
+std::string bad_ticks(const TickGate<double>::Counts& counts) {
+  std::string out;
+  for (const auto& [count, what] :
+       {std::pair{counts.lost, "lost"}, std::pair{counts.gaps, "gaps"},
+        std::pair{counts.not_finite, "without numbers"}, std::pair{counts.repeated, "repeated"},
+        std::pair{counts.late, "late"}, std::pair{counts.glitches, "glitches"}}) {
+    out += count == 0 ? "" : (out.empty() ? "ticks: " : ", ") + std::to_string(count) + " " + what;
+  }
+  return out;
 }
 
 // The payload of a log from some row on by identify_payloads(), judged; nothing where so little is moved that
@@ -84,21 +101,13 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
     throw InputError("replay: " + log.source + " has " + counted(log.q.cols(), "joint") + ", the model has " +
                      std::to_string(n));
   }
-  options.payload.rows.f_m = options.friction.rows.f_m = options.contact.f_m = log.f_m;
-  PayloadEstimator<double> payload(model, options.payload);
-  FrictionMonitor<double> friction(model, options.friction);
-  ContactObserver<double> contact(dynamics, options.contact);
   const Matrix q = log.q.transpose();
-  // As a loop has them: differences with the tick before.
-  Matrix qd = Matrix::Zero(n, q.cols());
-  if (q.cols() > 1) {
-    qd.rightCols(q.cols() - 1) = (q.rightCols(q.cols() - 1) - q.leftCols(q.cols() - 1)) * log.f_m;
-  }
   const Matrix tau = effort(model.robot, log).transpose();
-
+  options.state.payload.rows.f_m = log.f_m;
+  options.state.learn = std::min(options.learn, static_cast<double>(q.cols() / 2) / log.f_m);
+  RobotState<double> state(model, dynamics, options.state);
   const Index step = std::max<Index>(std::lround(options.interval * log.f_m), 1);
   const Index records = (q.cols() + step - 1) / step;
-  const Index learned = std::min(std::lround(options.learn * log.f_m), static_cast<long>(q.cols() / 2));
   OnlineReplay out;
   out.source = log.source;
   out.f_m = log.f_m;
@@ -108,45 +117,46 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
   out.t = out.suspicion = Vector::Zero(records);
   out.payload = Matrix::Zero(records, 6);
   out.torque_error = out.external = Matrix::Zero(records, n);
-  bool payload_named = false;  // to the observer of contacts, for which its weight is a push else
   ContactEvents touches;
   ChangeEvents changes;
+  bool learned = false;
   for (Index k = 0; k < q.cols(); ++k) {
     const double t = static_cast<double>(k) / log.f_m;
-    using Mode = ContactObserver<double>::Mode;
-    contact.update(q.col(k), qd.col(k), tau.col(k), k < learned ? Mode::learn : Mode::observe);
-    if (const std::string blind = k == learned ? without_threshold(contact, out.joints) : "";
-        !blind.empty()) {
-      out.events.push_back({t, blind});
+    const Index changed = state.payload_changes();
+    const TickQuality quality = state.update(log.t.size() == q.cols() ? log.t[k] : t, q.col(k), tau.col(k));
+    if (quality.gap) {
+      out.events.push_back({t, "gap: " + counted(quality.lost, "tick") + " lost"});
     }
-    touches.take(t, contact.link(), out.joints, out.events);
-    if (payload.update(q.col(k), tau.col(k))) {
-      out.events.push_back({t, "the payload changes"});
-      payload_named = false;
-      out.since = t;
-    }
-    if (!payload_named && payload.payload().good) {
-      contact.set_payload(payload.inertial());
-      payload_named = true;
-    }
-    changes.take(t, payload.change(), out.events);
-    friction.set_payload(payload.inertial());
-    friction.update(q.col(k), tau.col(k));
-    if (k % step == 0) {
-      const Index r = k / step;
-      const OnlinePayload<double>& p = payload.payload();
-      out.t[r] = t;
-      out.payload.row(r) << p.mass, p.mass_half_width(), p.com.transpose(), p.com_half_width();
-      out.suspicion[r] = payload.suspicion();
-      out.external.row(r) = contact.relative().transpose();
-      for (Index j = 0; j < n; ++j) {
-        out.torque_error(r, j) = friction.torque_error(j);
+    if (!learned && state.left_to_learn() == 0.0) {
+      learned = true;
+      if (const std::string blind = without_threshold(state.observer(), options, out.joints);
+          !blind.empty()) {
+        out.events.push_back({options.state.learn, blind});
       }
     }
+    touches.take(t, state, out.joints, out.events);
+    if (state.payload_changes() != changed) {
+      out.events.push_back({t, "the payload changes"});
+      out.since = t;
+    }
+    changes.take(t, state.estimator().change(), out.events);
+    if (k % step == 0) {
+      const Index r = k / step;
+      const OnlinePayload<double>& p = state.payload();
+      out.t[r] = t;
+      out.payload.row(r) << p.mass, p.mass_half_width(), p.com.transpose(), p.com_half_width();
+      out.suspicion[r] = state.estimator().suspicion();
+      out.external.row(r) = state.observer().relative().transpose();
+      out.torque_error.row(r) = state.friction_gained().transpose();
+    }
   }
-  payload.finish();
-  out.last = payload.payload();
-  const PayloadReport judged = judged_from(model, log, std::lround(out.since * log.f_m), options.payload);
+  state.finish();
+  out.last = state.payload();
+  if (const std::string bad = bad_ticks(state.counts()); !bad.empty()) {
+    out.events.push_back({static_cast<double>(q.cols()) / log.f_m, bad});
+  }
+  const PayloadReport judged =
+      judged_from(model, log, std::lround(out.since * log.f_m), options.state.payload);
   out.warnings = judged.warnings;
   out.last.good = out.last.good && out.warnings.empty();
   out.last.held = out.last.held && std::ranges::none_of(judged.payloads, &Payload::none);

@@ -299,6 +299,42 @@ Finding warning(const JsonNode& node) {
   return {node.at("code").text(), node.at("subject").text(), node.at("text").text()};
 }
 
+// Estimates of a file, in the order of the base parameters of its robot.
+std::vector<ParameterEstimate> estimates(const JsonNode& file, const BaseParameters& base) {
+  std::vector<ParameterEstimate> out;
+  file.at("parameters").read(out);
+  if (!std::ranges::equal(out, base.parameters, {}, &ParameterEstimate::name, &BaseParameter::name)) {
+    file.at("parameters").fail("are not the base parameters of its robot");
+  }
+  return out;
+}
+
+Matrix covariance_of(const JsonNode& file, const BaseParameters& base) {
+  Matrix out;
+  const JsonNode C_chi = file.at("covariance").at("C_chi");
+  C_chi.read(out);
+  if (out.rows() != out.cols() || out.rows() != base.size()) {
+    C_chi.fail("must have a row and a column for each parameter");
+  }
+  return out;
+}
+
+Vector values_of(const std::vector<ParameterEstimate>& parameters) {
+  Vector out(std::ssize(parameters));
+  std::ranges::transform(parameters, out.begin(), &ParameterEstimate::value);
+  return out;
+}
+
+Fit fit_of(const JsonNode& file, const Robot& robot) {
+  Fit out;
+  const JsonNode fit = file.at("fit");
+  fit.read(out);
+  if (std::ssize(out.joints) != robot.size()) {
+    fit.at("joints").fail("must have one entry for each of the " + std::to_string(robot.size()) + " joints");
+  }
+  return out;
+}
+
 Identification identification(const JsonNode& file, const Robot& robot) {
   Identification out;
   file.at("method").read(out.method);
@@ -309,25 +345,14 @@ Identification identification(const JsonNode& file, const Robot& robot) {
     out.warnings.emplace_back(warning(node));
   }
   out.base = base_parameters(robot);
-  file.at("parameters").read(out.parameters);
-  if (!std::ranges::equal(out.parameters, out.base.parameters, {}, &ParameterEstimate::name,
-                          &BaseParameter::name)) {
-    file.at("parameters").fail("are not the base parameters of its robot");
-  }
-  out.chi.resize(out.base.size());
-  std::ranges::transform(out.parameters, out.chi.begin(), &ParameterEstimate::value);
+  out.parameters = estimates(file, out.base);
+  out.chi = values_of(out.parameters);
   const JsonNode covariance = file.at("covariance");
   covariance.read(out.covariance);
-  covariance.at("C_chi").read(out.C_chi);
+  out.C_chi = covariance_of(file, out.base);
   take(covariance, "gain_slopes", out.gain_slopes);
-  if (out.C_chi.rows() != out.C_chi.cols() || out.C_chi.rows() != out.base.size()) {
-    covariance.at("C_chi").fail("must have a row and a column for each parameter");
-  }
   const JsonNode fit = file.at("fit");
-  fit.read(out.fit);
-  if (std::ssize(out.fit.joints) != robot.size()) {
-    fit.at("joints").fail("must have one entry for each of the " + std::to_string(robot.size()) + " joints");
-  }
+  out.fit = fit_of(file, robot);
   fit.at("columns").read(out.columns);
   fit.at("condition").read(out.condition);
   fit.at("R_diagonal").read(out.R_diagonal);
@@ -357,14 +382,15 @@ Identification identification(const JsonNode& file, const Robot& robot) {
   return out;
 }
 
-OnlineModel online_model(const std::string& who, const Robot& robot, const Identification& result) {
-  OnlineModel out{robot, result.base, result.chi, result.C_chi, Vector(robot.size()), Vector(robot.size())};
-  if (static_cast<Index>(result.fit.joints.size()) != robot.size()) {
+// @param out  without what the fit says of the joints
+OnlineModel online_model(const std::string& who, OnlineModel out, const Fit& fit) {
+  if (std::ssize(fit.joints) != out.robot.size()) {
     throw InputError(who + ": the result is that of another robot");
   }
-  for (Index j = 0; j < robot.size(); ++j) {
-    out.sigma_rho[j] = result.fit.joints[static_cast<std::size_t>(j)].sigma_rho;
-    out.velocity_threshold[j] = result.fit.joints[static_cast<std::size_t>(j)].velocity_threshold;
+  for (const auto& joint : fit.joints) {
+    const auto j = &joint - fit.joints.data();
+    out.sigma_rho[j] = joint.sigma_rho;
+    out.velocity_threshold[j] = joint.velocity_threshold;
   }
   if (const auto fault = out.complaint()) {
     throw InputError(who + ": " + *fault);
@@ -392,7 +418,8 @@ OnlineModel online_model(const Robot& robot, const Identification& result) {
   if (result.status != Status::identified) {
     throw InputError("online_model: the result is not identified");
   }
-  return online_model("online_model", robot, result);
+  const Vector none = Vector::Zero(robot.size());
+  return online_model("online_model", {robot, result.base, result.chi, result.C_chi, none, none}, result.fit);
 }
 
 OnlineModel read_online_model(const std::filesystem::path& path, const IdentifiedModelOptions& options) {
@@ -400,7 +427,11 @@ OnlineModel read_online_model(const std::filesystem::path& path, const Identifie
   const JsonNode file(content, path.string());
   expect_result(file, options);
   const Robot robot = result_robot(file.at("robot"));
-  return online_model(path.string(), robot, identification(file, robot));
+  const BaseParameters base = base_parameters(robot);
+  const Vector none = Vector::Zero(robot.size());
+  return online_model(path.string(),
+                      {robot, base, values_of(estimates(file, base)), covariance_of(file, base), none, none},
+                      fit_of(file, robot));
 }
 
 IdentifiedArm read_identified_arm(const std::filesystem::path& path, const Robot& robot) {

@@ -75,11 +75,15 @@ struct Scene {
 
 constexpr double f_m = 1000.0;
 
-Scene scene(int joints, std::uint64_t seed, double seconds) {
+Scene scene(int joints, std::uint64_t seed, double seconds, bool revolute = false) {
   std::mt19937_64 random(seed);
   Robot robot = test::random_robot(joints, random);
   for (Index j = 0; j < robot.size(); ++j) {
-    robot.joints[static_cast<std::size_t>(j)].friction = Friction::viscous;
+    Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    joint.friction = Friction::viscous;
+    if (revolute) {
+      robot.chain.links[static_cast<std::size_t>(j)].type = joint.type = JointType::revolute;
+    }
   }
   DynamicModel model(robot, robot.chi_st());
   const Motion motion = test::Wandering(joints, seed).at(test::ticks(seconds, f_m));
@@ -250,6 +254,132 @@ TEST(ContactObserver, TakesOffWhatWrongFrictionLeaves) {
   }
 }
 
+// In five minutes dry friction grows from nothing to four times what the thresholds were learned for.
+TEST(ContactObserver, FollowsFrictionThatDriftsAndStillFeelsATouch) {
+  const Scene s = scene(3, 7, 60.0);
+  using Mode = ContactObserver<double>::Mode;
+  constexpr Index learned = 60'000;
+  constexpr Index watched = 300'000;
+  for (const Mode mode : {Mode::follow, Mode::observe}) {
+    ContactObserver<double> observer(s.model, {.f_m = f_m, .memory = 20.0});
+    std::mt19937_64 random(7);
+    std::normal_distribution<double> noise(0.0, 0.5);
+    const auto tick = [&](Index k, double Fc, const Vector& external, Mode as) {
+      const Index at = k % s.tau.rows();
+      if (at == 0) {  // the motion jumps
+        observer.reset();
+      }
+      Vector tau = held(s.tau, at) - external;
+      for (Index j = 0; j < 3; ++j) {
+        tau[j] += Fc * sign(s.motion.qd(at, j)) + noise(random);
+      }
+      return observer.update(s.motion.q.row(at).transpose(), s.motion.qd.row(at).transpose(), tau, as);
+    };
+    const Vector none = Vector::Zero(3);
+    for (Index k = 0; k < learned; ++k) {
+      tick(k, 0.0, none, Mode::learn);
+    }
+    Index touched = 0;
+    for (Index k = 0; k < watched; ++k) {
+      touched += tick(k, 2.0 * static_cast<double>(k) / watched, none, mode) ? 1 : 0;
+    }
+    if (mode == Mode::observe) {
+      EXPECT_GE(touched, watched / 20);
+      continue;
+    }
+    EXPECT_EQ(touched, 0);
+    const Vector push = Vector::Constant(3, 3.0);
+    const double level = observer.level(0);
+    for (Index k = 0; k < 2000; ++k) {
+      touched += tick(k, 2.0, push, mode) ? 1 : 0;
+    }
+    EXPECT_GE(touched, 1900);
+    EXPECT_EQ(observer.level(0), level) << "nothing is learned of a touch";
+  }
+}
+
+// A blow of 20 ms is a collision at once; a push that grows slowly is a contact and none. A contact goes on until r has
+// been below half of the threshold for `hold`.
+TEST(ContactObserver, DistinguishesACollisionFromASlowPush) {
+  const Scene s = scene(3, 6, 60.0);
+  ContactObserver<double> observer(s.model, {.f_m = f_m, .hold = 0.2});
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> noise(0.0, 0.5);
+  using Mode = ContactObserver<double>::Mode;
+  const auto tick = [&](Index k, double external, Mode mode) {
+    Vector tau = held(s.tau, k) - Vector::Constant(3, external);
+    for (double& x : tau) {
+      x += noise(random);
+    }
+    observer.update(s.motion.q.row(k).transpose(), s.motion.qd.row(k).transpose(), tau, mode);
+  };
+  Index k = 0;
+  for (; k < 50'000; ++k) {
+    tick(k, 0.0, Mode::learn);
+  }
+  Index first = -1;
+  for (Index i = 0; i < 20; ++i, ++k) {
+    tick(k, 5.0, Mode::observe);
+    first = first < 0 && observer.collision() ? i : first;
+  }
+  EXPECT_GE(first, 0);
+  EXPECT_LE(first, 15);
+  for (Index i = 0; i < 1000; ++i, ++k) {
+    tick(k, 0.0, Mode::observe);
+  }
+  EXPECT_FALSE(observer.collision() || observer.contact());
+  bool collided = false;
+  for (Index i = 0; i < 2000; ++i, ++k) {
+    tick(k, 5.0 * static_cast<double>(i) / 2000.0, Mode::observe);
+    collided = collided || observer.collision();
+  }
+  EXPECT_FALSE(collided);
+  EXPECT_TRUE(observer.contact() && observer.link_settled());
+  Index still = 0;
+  for (Index i = 0; i < 1000 && observer.contact(); ++i, ++k) {
+    tick(k, 0.0, Mode::observe);
+    still += std::abs(observer.relative().cwiseAbs().maxCoeff()) < 0.5 ? 1 : 0;
+  }
+  EXPECT_FALSE(observer.contact());
+  EXPECT_GE(still, 200);
+  EXPECT_LE(still, 260);
+}
+
+// Force and moment on the last link, by KDL's Jacobian: their errors are as large as they are said to be.
+TEST(ContactObserver, KnowsTheSixComponentsOfAWrenchAndTheirDeviations) {
+  const Scene s = scene(6, 4, 0.1, true);
+  ContactObserver<double> observer(s.model, {.f_m = f_m});
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> noise(0.0, 0.5);
+  using Mode = ContactObserver<double>::Mode;
+  const Vector q = s.motion.q.row(0).transpose();
+  const Vector rest = Vector::Zero(6);
+  KDL::ChainJntToJacSolver solver(kdl_chain(s.robot));
+  KDL::Jacobian J(6);
+  ASSERT_GE(solver.JntToJac(joint_array(q), J), 0);
+  Eigen::Matrix<double, 6, 1> wrench;
+  wrench << 20.0, -30.0, 10.0, 2.0, -1.0, 3.0;
+  const Vector gravity = inverse_dynamics(s.model, q, rest, rest);
+  const Vector external = J.data.transpose() * wrench;
+  Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();
+  constexpr Index learned = 30'000;
+  constexpr Index count = 500;
+  for (Index k = 0; k < learned + 1000 + 100 * count; ++k) {
+    Vector tau = gravity - (k < learned ? rest : external);
+    for (double& x : tau) {
+      x += noise(random);
+    }
+    observer.update(q, rest, tau, k < learned ? Mode::learn : Mode::observe);
+    if (k >= learned + 1000 && k % 100 == 0) {  // r has forgotten what it was
+      const auto found = observer.wrench(5, Eigen::Vector3d::Zero());
+      squares += (found.value - wrench).cwiseQuotient(found.sigma).cwiseAbs2();
+    }
+  }
+  for (Index i = 0; i < 6; ++i) {
+    EXPECT_NEAR(squares[i] / count, 1.0, 0.3) << "component " << i;  // four deviations of χ² over its mean
+  }
+}
+
 TEST(ContactObserver, NeverAllocatesAndComesBackBitByBit) {
   const Scene s = scene(7, 5, 3.0);
   ContactObserver<double> observer(s.model, {.f_m = f_m});
@@ -289,6 +419,8 @@ TEST(ContactObserver, SaysWhatIsWrong) {
             "ContactObserver: bandwidth is 30 rad/s, must lie below f_m = 10 Hz");
   EXPECT_EQ(complaint({.smoothing_speed = Vector::Zero(3)}),
             "ContactObserver: smoothing_speed must have 3 positive values, one a joint");
+  EXPECT_EQ(complaint({.hold = -1.0}), "ContactObserver: hold is -1 s, must not be negative");
+  EXPECT_EQ(complaint({.memory = 0.0}), "ContactObserver: memory is 0 s, must be positive");
   const ContactObserver<double> observer(s.model);
   EXPECT_TRUE(std::isnan(observer.threshold(9)) && std::isnan(observer.level(-1)));
   EXPECT_FALSE(observer.learned(9));

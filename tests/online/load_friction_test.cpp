@@ -129,7 +129,7 @@ TEST(LoadFrictionOnline, FeelsThePayloadThatIsEstimated) {
   }
   // Errors of the rows are noise: no load is left in them.
   for (Index j = 0; j < 6; ++j) {
-    EXPECT_LE(estimator.row_sigma(j), 0.1) << "joint " << j;
+    EXPECT_LE(estimator.row_sigma(j, 1.0), 0.1) << "joint " << j;
   }
 }
 

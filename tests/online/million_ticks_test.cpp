@@ -6,6 +6,7 @@
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "rivid/online/recursive_identifier.hpp"
+#include "rivid/online/robot_state.hpp"
 #include "support/mallocs.hpp"
 #include "support/online.hpp"
 #include "support/robots.hpp"
@@ -73,6 +74,27 @@ TEST(MillionTicks, OfThePayloadEstimatorAllocateNothing) {
             }),
             0);
   EXPECT_GE(changes, 50) << "pick-ups and releases are among the ticks";
+}
+
+TEST(MillionTicks, OfTheRobotStateAllocateNothing) {
+  const Loop& of = loop();
+  RobotStateOptions options;
+  options.payload.rows.f_m = f_m;
+  RobotState<double> state(of.model, DynamicModel(of.robot, of.model.base, of.model.chi), options);
+  Vector none = Vector::Constant(joints, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(allocations_of_a_million([&](Index k, Index i) {
+              if (k % 101 != 0) {
+                const Eigen::Map<const Vector> at(k % 103 == 0 ? none.data() : &of.q(0, i), joints);
+                state.update(static_cast<double>(k) / f_m, at, of.tau.col(i));
+              }
+              static_cast<void>(state.feedforward(of.q.col(i), of.qd.col(i), of.qd.col(i)));
+              if (i == of.q.cols() / 2) {
+                state.gripper(k % 3 == 0);
+              }
+            }),
+            0);
+  EXPECT_GE(state.payload_changes(), 50);
+  EXPECT_GE(state.counts().lost, ticks / 101);
 }
 
 TEST(MillionTicks, OfTheContactObserverAllocateNothing) {

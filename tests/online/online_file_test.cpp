@@ -9,6 +9,7 @@
 #include "rivid/online.h"
 #include "rivid/online/contact_observer.hpp"
 #include "rivid/online/payload_estimator.hpp"
+#include "rivid/online/robot_state.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/json.hpp"
 #include "rivid/report/online.hpp"
@@ -141,13 +142,92 @@ TEST_F(OnlineFile, CFunctionsAreTheEstimators) {
   rivid_contact_delete(contact);
 }
 
+// Ticks that are lost, late, no numbers and glitches among them; a state that is put back; what a gripper says.
+TEST_F(OnlineFile, TheStateByCIsThatByCpp) {
+  std::array<char, 200> message{};
+  EXPECT_EQ(rivid_state_new("none.json", f_m, 0.0, nullptr, 1, 5.0, message.data(), message.size()), nullptr);
+  EXPECT_TRUE(test::says(message.data(), "none.json"));
+  const auto made = [&] {
+    return rivid_state_new(file_.c_str(), f_m, 0.01, nullptr, 0, 5.0, message.data(), message.size());
+  };
+  rivid_state* by_c = made();
+  ASSERT_NE(by_c, nullptr) << message.data();
+  EXPECT_EQ(rivid_state_joints(by_c), joints);
+  RobotStateOptions options;
+  options.payload.rows = {.f_m = f_m, .torque_held = false};
+  options.payload.gain_sigma = 0.01;
+  options.learn = 5.0;
+  RobotState<double> state(read_online_model(file_), read_identified_model(file_), options);
+  const Inertial body = inertial_from_com(2.0, {0.1, 0.0, 0.1}, 0.01 * Eigen::Matrix3d::Identity());
+  const Log log = log_of(fitted().robot, test::loaded(fitted().robot, fitted().chi_st, body), 2, 20.0);
+  const Matrix q = log.q.transpose();
+  const Matrix tau = log.tau.transpose();
+  Index changes = 0;
+  double largest = 0.0;
+  for (Index k = 0; k < q.cols(); ++k) {
+    Vector q_k = q.col(k);
+    Vector tau_k = tau.col(k);
+    q_k[1] += k % 211 == 50 ? 0.3 : 0.0;
+    tau_k[2] = k % 307 == 11 ? std::numeric_limits<double>::quiet_NaN() : tau_k[2];
+    const double t = log.t[k] + (k % 401 == 7 ? 0.4 / f_m : 0.0) + (k > 2000 ? 1.0 : 0.0);
+    if (k % 101 == 3) {
+      continue;
+    }
+    if (k == 1500) {  // another object goes on
+      std::vector<char> bytes(rivid_state_size(by_c));
+      EXPECT_EQ(rivid_state_save(by_c, bytes.data(), bytes.size() - 1), 0);
+      ASSERT_EQ(rivid_state_save(by_c, bytes.data(), bytes.size()), 1);
+      rivid_state_delete(by_c);
+      by_c = made();
+      ASSERT_NE(by_c, nullptr);
+      ASSERT_EQ(rivid_state_restore(by_c, bytes.data(), bytes.size()), 1);
+      bytes.back() ^= 1;
+      EXPECT_EQ(rivid_state_restore(by_c, bytes.data(), bytes.size()), 0);
+    }
+    if (k == 2500) {
+      rivid_state_gripper(by_c, 0);
+      state.gripper(false);
+    }
+    if (k == 3000) {
+      const std::array<double, 3> com = {0.1, 0.0, 0.1};
+      EXPECT_EQ(rivid_state_payload_known(by_c, -1.0, com.data(), 0.1, 0.01), 0);
+      EXPECT_EQ(rivid_state_payload_known(by_c, 2.0, com.data(), 0.1, 0.01), 1);
+      EXPECT_FALSE(state.payload_known(-1.0, {0.1, 0.0, 0.1}, 0.1, 0.01));
+      EXPECT_TRUE(state.payload_known(2.0, {0.1, 0.0, 0.1}, 0.1, 0.01));
+    }
+    rivid_tick tick{};
+    const int said = rivid_state_update(by_c, t, q_k.data(), tau_k.data(), &tick);
+    const TickQuality quality = state.update(t, q_k, tau_k);
+    ASSERT_EQ(tick.lost, quality.lost);
+    ASSERT_EQ(
+        tick.gap + 2 * tick.not_finite + 4 * tick.repeated + 8 * tick.late + 16 * tick.glitch,
+        quality.gap + 2 * quality.not_finite + 4 * quality.repeated + 8 * quality.late + 16 * quality.glitch);
+    ASSERT_EQ(said, (state.contact() ? RIVID_CONTACT : 0) + (state.collision() ? RIVID_COLLISION : 0) +
+                        (state.payload_changes() != changes ? RIVID_PAYLOAD_CHANGED : 0));
+    changes = state.payload_changes();
+    Vector found(joints);
+    const Vector none = Vector::Zero(joints);
+    rivid_state_feedforward(by_c, q.col(k).data(), none.data(), none.data(), found.data());
+    largest = std::max(largest, (found - state.feedforward(q.col(k), none, none)).cwiseAbs().maxCoeff());
+  }
+  EXPECT_LE(largest, 1e-9);
+  rivid_payload_numbers numbers{};
+  rivid_state_payload(by_c, &numbers);
+  EXPECT_NEAR(numbers.mass, state.payload().mass, 1e-9);
+  EXPECT_NEAR(numbers.mass, 2.0, 2.0 * state.payload().mass_half_width());
+  EXPECT_EQ(rivid_state_link(by_c), state.observer().link() + 1);
+  EXPECT_GE(state.counts().gaps, 1);
+  EXPECT_GE(state.counts().glitches, 10);
+  rivid_state_delete(by_c);
+}
+
 TEST_F(OnlineFile, AReplayTellsWhatALoopWouldHaveSeen) {
   const Inertial body = inertial_from_com(3.0, {0.1, 0.0, 0.1}, 0.01 * Eigen::Matrix3d::Identity());
   Log log = log_of(fitted().robot, fitted().chi_st, 3, 40.0);
   const Log with = log_of(fitted().robot, test::loaded(fitted().robot, fitted().chi_st, body), 3, 40.0);
   log.tau.bottomRows(4000) = with.tau.bottomRows(4000);
   OnlineReplayOptions options;
-  options.payload.rows.torque_held = options.friction.rows.torque_held = false;
+  options.state.payload.rows.torque_held = false;
   const OnlineReplay found = replay(read_online_model(file_), read_identified_model(file_), log, options);
   bool seen = false;
   for (const OnlineReplay::Event& event : found.events) {

@@ -5,10 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "rivid/online/contact_observer.hpp"
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "rivid/online/recursive_identifier.hpp"
+#include "rivid/online/robot_state.hpp"
 #include "support/online.hpp"
 #include "support/robots.hpp"
 
@@ -137,7 +140,9 @@ TEST(SavedState, GoesOnBitByBitAfterAnythingThatWasCalled) {
         [&](Estimator& e, Index k) { e.update(s.q.col(k), s.tau.col(k)); },
         [](Estimator& e) {
           return values_of(
-              e, joints, [](Estimator& x, Index j) { return x.inertial()[6 + j]; }, &Estimator::row_sigma,
+              e, joints, [](Estimator& x, Index j) { return x.inertial()[6 + j]; },
+              [](Estimator& x, Index j) { return x.row_sigma(j, 0.1) + x.row_sigma(j, 0.5); },
+              [](Estimator& x, Index j) { return x.friction()[static_cast<std::size_t>(j)].value; },
               [](Estimator& x, Index j) {
                 const auto& p = x.payload();
                 return j < 3 ? p.com[j] + p.com_sigma[j] + p.inertia(j, j) + p.inertia_sigma[j]
@@ -148,6 +153,43 @@ TEST(SavedState, GoesOnBitByBitAfterAnythingThatWasCalled) {
                 return j == 0 ? x.suspicion()
                               : static_cast<double>(c.tick) + c.mass_before + c.sigma_before +
                                     static_cast<double>(c.kind);
+              });
+        });
+  }
+  using State = RobotState<double>;
+  RobotStateOptions options;
+  options.payload.rows.f_m = f_m;
+  options.learn = 8.0;
+  const std::vector<std::function<void(State&)>> calls = {
+      [](State& /*x*/) {}, [](State& x) { x.payload_changed(); },
+      [](State& x) { x.payload_known(2.0, {0.0, 0.01, 0.1}, 0.02, 0.003); },
+      [](State& x) { x.gripper(false); },
+      [](State& x) {
+        x.gripper(false);
+        x.gripper(true);
+      }};
+  for (const auto& call : calls) {
+    SCOPED_TRACE("RobotState, call " + std::to_string(&call - calls.data()));
+    expect_goes_on_bit_by_bit(
+        State(s.model, DynamicModel(s.robot, s.chi_st), options), call,
+        [&](State& x, Index k) {
+          const Index lost = k % 97 == 5 ? 1 : 0;
+          x.update(static_cast<double>(k) / f_m, s.q.col(k), s.tau.col(k - lost));
+          static_cast<void>(x.feedforward(s.q.col(k), s.qd.col(k), s.q.col(k)));
+        },
+        [](State& x) {
+          const Vector none = Vector::Zero(joints);
+          State copy = x;  // feedforward() goes on with each call
+          const Vector torque = copy.feedforward(none, none, none);
+          return values_of(
+              x, joints, [&](State& /*of*/, Index j) { return torque[j]; },
+              [](State& of, Index j) {
+                return of.observer().relative()[j] + of.observer().collision_relative()[j];
+              },
+              [](State& of, Index j) { return of.estimator().inertial()[6 + j]; },
+              [](State& of, Index /*j*/) {
+                return static_cast<double>(of.payload_changes() + 100 * (of.contact() ? 1 : 0) +
+                                           of.counts().lost);
               });
         });
   }
@@ -218,6 +260,21 @@ TEST(SavedState, OfAnotherArmRateFlangeOrOptionIsRefusedWithWords) {
   changed = usual;
   changed.rows.torque_held = false;
   expect_refused(payload, PayloadEstimator<double>(s.model, changed), options);
+
+  RobotStateOptions together;
+  together.payload = usual;
+  const RobotState<double> state(s.model, dynamics, together);
+  expect_refused(state, RobotState<double>(s.model, DynamicModel(s.robot, heavier), together), arm);
+  RobotStateOptions others = together;
+  others.payload.rows.f_m = f_m + 1.0;
+  expect_refused(state, RobotState<double>(s.model, dynamics, others), rate);
+  others = together;
+  others.payload.p[2] = 0.1;
+  expect_refused(state, RobotState<double>(s.model, dynamics, others),
+                 "another flange: its pose R, p differs");
+  others = together;
+  others.gate.largest_acceleration = 200.0;
+  expect_refused(state, RobotState<double>(s.model, dynamics, others), options);
 
   const FrictionMonitor<double> monitor(s.model, {.rows = {.f_m = f_m}});
   const RecursiveIdentifier<double> identifier(s.model, {.rows = {.f_m = f_m}});

@@ -77,20 +77,32 @@ TEST(LoadChange, IsFoundBeyondTheTailOfFourDegreesOfFreedom) {
   options.per_second = 25.0;
   options.hours_to_false_alarm = 2.0;
   detail::LoadChange change(options);
-  const detail::RowNoise noise(Vector{{1.0}}, 1e9);  // rows so far apart that their errors are independent
+  detail::RowNoise noise(Vector{{1.0}}, Vector{{0.1}},
+                         1e9);  // rows so far apart that their errors are independent
+  std::normal_distribution<double> normal;
+  std::mt19937_64 random(3);
+  for (int k = 0; k < 20; ++k) {  // until the noise is known
+    noise.take(0, normal(random));
+  }
   constexpr double u = 9.0;
   change.take({0.0, 0.0, 0.0, 1.0}, u, noise, 0);
   change.step();
-  // χ² of the only row beside what is known of the mass; at the begin the test counts as twice its mean.
-  const double chi_square = u * u / (1.0 + 1.0 / (options.mass * options.mass));
-  const double threshold = chi_square / (2.0 * change.suspicion());
-  const double p = 1.0 / (3600.0 * options.hours_to_false_alarm * options.per_second * 3.0);
+  // χ² of the only row beside what is known of the mass, of the memory in which it weighs most; at the begin the test
+  // counts as one and a half times its mean.
+  double chi_square = 0.0;
+  for (const double seconds : {0.04, 0.15, 0.5, 2.0}) {
+    const double weight = 1.0 / noise.short_run(0, std::exp(-1.0 / (seconds * options.per_second)));
+    chi_square =
+        std::max(chi_square, weight * weight * u * u / (weight + 1.0 / (options.mass * options.mass)));
+  }
+  const double threshold = chi_square / (1.5 * change.suspicion());
+  const double p = 1.0 / (3600.0 * options.hours_to_false_alarm * options.per_second * 4.0);
   EXPECT_NEAR(std::exp(-0.5 * threshold) * (1.0 + 0.5 * threshold) / p, 1.0, 1e-9);
 }
 
 TEST(RowNoise, OfAShortSumCountsEachPairTwice) {
   constexpr double step = 0.1;
-  const detail::RowNoise noise(Vector{{0.5}}, step);
+  const detail::RowNoise noise(Vector{{0.5}}, Vector{{0.1}}, step);
   // Errors of a model at the begin: alike for half a second.
   const auto correlation = [&](int k) { return std::exp(-k * step / 0.5); };
   double long_run = 1.0;

@@ -46,7 +46,7 @@ struct PickUp {
 
   [[nodiscard]] OnlineReplay replayed(double learn = 10.0) const {
     OnlineReplayOptions options{.learn = learn};
-    options.payload.rows.torque_held = options.friction.rows.torque_held = false;
+    options.state.payload.rows.torque_held = false;
     return replay(model, DynamicModel(robot, chi_st), log, options);
   }
 

@@ -20,28 +20,39 @@ namespace rivid {
 
 namespace detail {
 
-/// Coefficients and, in the last column, right-hand sides.
-template <typename Scalar>
-using ThreeEquations = std::array<std::array<Scalar, 4>, 3>;
+/// Positive definite coefficients, in the last column the right-hand side.
+template <std::size_t n>
+using Equations = std::array<std::array<double, n + 1>, n>;
 
-/// Elimination without pivots, for positive definite coefficients.
-template <typename Scalar>
-[[nodiscard]] Eigen::Vector3<Scalar> solved(ThreeEquations<Scalar> A) noexcept {
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t i = k + 1; i < 3; ++i) {
-      const Scalar factor = A[i][k] / A[k][k];
-      for (std::size_t c = k; c < 4; ++c) {
+struct Unknown {
+  double value = 0.0;
+  double variance = 0.0;  // entry of the diagonal of the inverse
+};
+
+/// Of L D Lᵀ x = b; the inverse has the columns of L⁻¹.
+template <std::size_t n>
+[[nodiscard]] std::array<Unknown, n> solved(Equations<n> A) noexcept {
+  std::array<std::array<double, n>, n> lower{};  // L⁻¹
+  for (std::size_t k = 0; k < n; ++k) {
+    lower[k][k] = 1.0;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t i = k + 1; i < n; ++i) {
+      const double factor = A[i][k] / A[k][k];
+      for (std::size_t c = k; c <= n; ++c) {
         A[i][c] -= factor * A[k][c];
+      }
+      for (std::size_t c = 0; c <= k; ++c) {
+        lower[i][c] -= factor * lower[k][c];
       }
     }
   }
-  Eigen::Vector3<Scalar> out;
-  for (std::size_t k = 3; k-- > 0;) {
-    Scalar sum = A[k][3];
-    for (std::size_t c = k + 1; c < 3; ++c) {
-      sum -= A[k][c] * out[static_cast<Index>(c)];
+  std::array<Unknown, n> out{};
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = i; k < n; ++k) {
+      out[i].value += lower[k][i] * A[k][n] / A[k][k];
+      out[i].variance += lower[k][i] * lower[k][i] / A[k][k];
     }
-    out[static_cast<Index>(k)] = sum / A[k][k];
   }
   return out;
 }
@@ -52,11 +63,17 @@ struct ContactObserverOptions {
   double f_m = 1000.0;  ///< ticks a second [Hz]
   double bandwidth =
       30.0;  ///< of the observer: r follows the external torque like a first-order low-pass [rad/s]
+  /// Of a second, faster residual: what it has beyond the first one is a collision. What drifts slowly, as
+  /// friction and payload do, is not in the difference.
+  double collision_bandwidth = 150.0;
   double alarms_per_hour = 1.0;  ///< false alarms of all joints together that the thresholds are made for
   /// v_s of each joint, (n) [rad/s | m/s]: friction is smoothed by tanh(q̇ / v_s). At half of it and below a
   /// joint counts as at rest.
   Vector smoothing_speed = {};  ///< empty: 0.02 each
   double settling = 0.15;       ///< time after a reversal that has a threshold of its own [s]
+  double hold = 0.1;            ///< time for which a contact goes on below half of its threshold [s]
+  double memory =
+      60.0;  ///< time in a class of motion after which Mode::follow forgets its mean and deviation [s]
 
   [[nodiscard]] std::optional<std::string> complaint(Index joints) const {
     const auto positive = [](const char* name, double value, const char* unit) -> std::optional<std::string> {
@@ -65,15 +82,19 @@ struct ContactObserverOptions {
       }
       return std::string(name) + " is " + number(value) + unit + ", must be positive";
     };
-    for (const auto& fault :
-         {positive("f_m", f_m, " Hz"), positive("bandwidth", bandwidth, " rad/s"),
-          positive("alarms_per_hour", alarms_per_hour, ""), positive("settling", settling, " s")}) {
+    for (const auto& fault : {positive("f_m", f_m, " Hz"), positive("bandwidth", bandwidth, " rad/s"),
+                              positive("collision_bandwidth", collision_bandwidth, " rad/s"),
+                              positive("alarms_per_hour", alarms_per_hour, ""),
+                              positive("settling", settling, " s"), positive("memory", memory, " s")}) {
       if (fault) {
         return fault;
       }
     }
     if (bandwidth >= f_m) {
       return "bandwidth is " + number(bandwidth) + " rad/s, must lie below f_m = " + number(f_m) + " Hz";
+    }
+    if (!(hold >= 0.0)) {
+      return "hold is " + number(hold) + " s, must not be negative";
     }
     if (smoothing_speed.size() != 0 &&
         (smoothing_speed.size() != joints || !(smoothing_speed.array() > 0.0).all())) {
@@ -99,6 +120,9 @@ struct ContactObserverOptions {
 /// for. A joint has no threshold (infinity), and sees no contact, before it has spent three seconds in one
 /// class and one more.
 ///
+/// A contact begins above a threshold and ends when it has been below half of it for `hold`. A **collision** is what
+/// a faster residual has beyond r, with thresholds of its own, learned in the same way.
+///
 /// After the constructor no member allocates, throws or locks.
 ///
 /// @tparam Scalar  double or float
@@ -110,7 +134,8 @@ class ContactObserver {
 
   enum class Mode {
     observe,  ///< thresholds stay
-    learn     ///< nothing touches the robot: thresholds follow the residual
+    learn,    ///< nothing touches the robot: thresholds follow the residual
+    follow    ///< the same wherever there is no contact, with what was seen long ago fading: friction drifts
   };
 
   /// @throws InputError  the model's complaint(); where options can not be used
@@ -132,6 +157,10 @@ class ContactObserver {
   /// r without its mean in the present class of motion, over the threshold: a contact where above 1 in
   /// magnitude, (n).
   [[nodiscard]] const Result& relative() const noexcept { return relative_; }
+  /// The same of what the faster residual has beyond r: a collision where above 1 in magnitude, (n).
+  [[nodiscard]] const Result& collision_relative() const noexcept { return fast_relative_; }
+  /// Whether a collision is felt, or was a short while ago.
+  [[nodiscard]] bool collision() const noexcept { return collision_.on; }
   /// Present threshold of joint j [N·m | N]; infinite before anything was learned. Of a joint that is none,
   /// this and level() are no number, and it has learned nothing.
   [[nodiscard]] Scalar threshold(Index j) const noexcept;
@@ -146,9 +175,16 @@ class ContactObserver {
   [[nodiscard]] bool learned() const noexcept { return levels_.allFinite(); }
 
   [[nodiscard]] bool contact() const noexcept { return link_ >= 0; }
-  /// The link that is touched, counted from 0: the last joint that feels it moves it. A force through the
-  /// axes of joints behind is not seen by these, so it may be a later link. −1 without a contact.
+  /// The link that is touched, counted from 0: the last joint that has felt more than three deviations since
+  /// the contact began moves it. A force through the axes of joints behind is not seen by these, so it may be a
+  /// later link. −1 without a contact.
   [[nodiscard]] Index link() const noexcept { return link_; }
+  /// Whether r has come near to the contact's force, so that weak torques of later joints show too: link() and
+  /// the force mean little before.
+  [[nodiscard]] bool link_settled() const noexcept {
+    return contact() &&
+           static_cast<double>(contact_.ticks) * options_.bandwidth > time_constants * options_.f_m;
+  }
 
   /// The smallest force on a point of a link that explains the residual of joints 0 … link, weighted by their
   /// deviations, in the axes of the base [N]. Of a link near the base some directions are not seen; they
@@ -158,17 +194,31 @@ class ContactObserver {
   /// @param point  in the frame j of the link [m]
   [[nodiscard]] Eigen::Vector3<Scalar> force(Index link, const Eigen::Vector3<Scalar>& point) const noexcept;
 
+  /// Force and moment on a point of a link, in the axes of the base.
+  struct Wrench {
+    Eigen::Matrix<Scalar, 6, 1> value = Eigen::Matrix<Scalar, 6, 1>::Zero();  ///< [N], [N·m]
+    Eigen::Matrix<Scalar, 6, 1> sigma = Eigen::Matrix<Scalar, 6, 1>::Zero();  ///< standard deviations
+  };
+  /// Force and moment that explain the residual of joints 0 … link, and their deviations by those of r in the
+  /// present class of motion. What these joints do not feel has the deviation of what is usual: 300 N, 100 N·m.
+  [[nodiscard]] Wrench wrench(Index link, const Eigen::Vector3<Scalar>& point) const noexcept {
+    return explained(link, point, usual_force, usual_moment);
+  }
+
   /// A body on the last link that the model does not have, XX … M in the frame of that link:
-  /// PayloadEstimator::inertial(). Else its weight is an external torque. The observer begins anew;
-  /// thresholds stay.
+  /// PayloadEstimator::inertial(). Else its weight is an external torque. r goes on from what it was; thresholds
+  /// stay.
   void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept {
     const Inertial& in_link = body.template cast<double>();
     momentum_.set_payload(transformed(in_link, axes_, Eigen::Vector3d::Zero()));
-    reset();
+    momentum_(q_.data(), qd_.data(), p_.data(), rate_.data());  // of the last tick
   }
 
   /// Begins anew; thresholds stay.
-  void reset() noexcept { running_ = false; }
+  void reset() noexcept {
+    running_ = false;
+    end_contact();
+  }
   /// Thresholds are forgotten too.
   void forget() noexcept {
     reset();
@@ -179,8 +229,9 @@ class ContactObserver {
   }
 
   [[nodiscard]] auto state() noexcept {
-    return std::tie(momentum_, residual_, relative_, p_, rate_, friction_, q_, mean_, deviation_, levels_,
-                    classes_, tails_, motions_, link_, running_);
+    return std::tie(momentum_, residual_, relative_, fast_, fast_relative_, contact_, collision_, p_, rate_,
+                    friction_, q_, qd_, mean_, deviation_, levels_, classes_, tails_, motions_, link_,
+                    running_);
   }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
@@ -205,7 +256,27 @@ class ContactObserver {
   static constexpr double least_variance = 1e-30;
   // Time in a class before its moments are its own [s].
   static constexpr double enough = 3.0;
+  // Where a contact ends, over where it begins; deviations that a joint feels; time constants of the low-pass.
+  static constexpr double hysteresis = 0.5;
+  // Largest sizes of seconds are remembered for so many times the moments'.
+  static constexpr double tail_memories = 30.0;
+  static constexpr double felt = 3.0;
+  static constexpr double longest_contact = 10.0;  // [s]
+  static constexpr double time_constants = 3.0;
+  static constexpr double usual_force = 300.0;
+  static constexpr double usual_moment = 100.0;
 
+  struct Alarm {
+    bool on = false;
+    Index ticks = 0;  // since it began
+    Index below = 0;  // since it was last above
+    void take(double highest, Index held) noexcept {
+      below = highest > (on ? hysteresis : 1.0) ? 0 : below + 1;
+      const bool now = below == 0 || (on && below <= held);
+      ticks = now ? ticks + 1 : 0;
+      on = now;
+    }
+  };
   struct Moments {
     double count = 0.0;
     double mean = 0.0;
@@ -229,19 +300,40 @@ class ContactObserver {
                                                         const ContactObserverOptions& options);
   [[nodiscard]] static detail::StateOwner owner_of(const ModelData& model,
                                                    const ContactObserverOptions& options);
+  void end_contact() noexcept {
+    link_ = -1;
+    contact_ = collision_ = {};
+  }
   void classify(Index j, const Scalar& speed) noexcept;
-  void learn(Index j) noexcept;
+  void learn(Index s, double memory) noexcept;
   void judge() noexcept;
-  static void add(Moments& to, double x) noexcept {
+  [[nodiscard]] double highest_of(Index band, Result& relative) noexcept;
+  [[nodiscard]] Wrench explained(Index link, const Eigen::Vector3<Scalar>& point, double force,
+                                 double moment) const noexcept;
+  // most  count that is kept: what is older fades
+  static void add(Moments& to, double x, double most) noexcept {
+    if (to.count >= most) {
+      to.square *= (most - 1.0) / to.count;
+      to.count = most - 1.0;
+    }
     to.count += 1.0;
     const double off = x - to.mean;
     to.mean += off / to.count;
     to.square += off * (x - to.mean);
   }
-  [[nodiscard]] const Moments& moments(Index j) const noexcept;
-  void follow_class(Index j) noexcept;
+  [[nodiscard]] const Moments& moments(Index s) const noexcept;
+  void follow_class(Index s) noexcept;
+  // Of signal s: r of joint s, or what the faster residual of joint s − n has beyond it.
+  [[nodiscard]] Scalar signal(Index s) const noexcept {
+    return s < size() ? residual_[s] : fast_[s - size()] - residual_[s - size()];
+  }
   template <typename Visit>
   void visit_frames(Index last, const Visit& visit) const noexcept;
+  // Whether nothing touches the robot, or has for so long that it is none but an error of the model.
+  [[nodiscard]] bool untouched() const noexcept {
+    const auto touched_for = static_cast<double>(std::max(contact_.ticks, collision_.ticks));
+    return touched_for == 0.0 || touched_for > longest_contact * options_.f_m;
+  }
   [[nodiscard]] bool known(const Moments& m) const noexcept { return m.count >= enough * options_.f_m; }
 
   ModelData model_;
@@ -252,13 +344,16 @@ class ContactObserver {
   Vector load_;           // Fl of each joint …
   Vector load_speed_;     // … and the speed that smooths its sign
   Eigen::Matrix3d axes_;  // of the last link's frame in its frame j
-  Scalar keep_;
-  Result residual_, relative_, p_, rate_, friction_, q_, next_p_, next_rate_, next_friction_;
-  Result mean_, deviation_;  // that r has in the classes of late; infinite deviation: not known
-  Vector levels_;
-  std::vector<Moments> classes_;  // class_count of each joint, then one of all
+  Scalar keep_, keep_fast_;
+  Result residual_, relative_, fast_, fast_relative_, p_, rate_, friction_, q_, qd_, next_p_, next_rate_,
+      next_friction_;
+  // That the signals have in the classes of late; infinite deviation: not known. (2n)
+  Result mean_, deviation_;
+  Vector levels_;                 // (2n)
+  std::vector<Moments> classes_;  // class_count of each signal, then one of all
   std::vector<Tail> tails_;
   std::vector<Motion1> motions_;
+  Alarm contact_, collision_;
   Index link_ = -1;
   bool running_ = false;
   detail::StateOwner owner_;
@@ -287,16 +382,18 @@ ContactObserver<Scalar>::ContactObserver(const ModelData& model, const ContactOb
       load_speed_(smoothing_speed_),
       axes_(link_axes(model.chain.links.back()).transpose()),
       keep_(static_cast<Scalar>(std::exp(-options.bandwidth / options.f_m))),
-      levels_(Vector::Constant(model.size(), std::numeric_limits<double>::infinity())),
-      classes_(static_cast<std::size_t>(model.size()) * (class_count + 1)),
-      tails_(static_cast<std::size_t>(model.size())),
+      keep_fast_(static_cast<Scalar>(std::exp(-options.collision_bandwidth / options.f_m))),
+      levels_(Vector::Constant(2 * model.size(), std::numeric_limits<double>::infinity())),
+      classes_(2 * static_cast<std::size_t>(model.size()) * (class_count + 1)),
+      tails_(2 * static_cast<std::size_t>(model.size())),
       motions_(static_cast<std::size_t>(model.size())),
       owner_(owner_of(model, options)) {
-  for (Result* const x : {&residual_, &relative_, &p_, &rate_, &friction_, &q_, &next_p_, &next_rate_,
-                          &next_friction_, &mean_}) {
+  for (Result* const x : {&residual_, &relative_, &fast_, &fast_relative_, &p_, &rate_, &friction_, &q_, &qd_,
+                          &next_p_, &next_rate_, &next_friction_}) {
     *x = Result::Zero(model.size());
   }
-  deviation_ = Result::Constant(model.size(), std::numeric_limits<Scalar>::infinity());
+  mean_ = Result::Zero(2 * model.size());
+  deviation_ = Result::Constant(2 * model.size(), std::numeric_limits<Scalar>::infinity());
   for (const DryFriction& element : model.dry_friction) {
     if (element.load > 0.0) {
       load_[element.joint()] = element.load;
@@ -318,11 +415,13 @@ detail::StateOwner ContactObserver<Scalar>::owner_of(const ModelData& model,
       dry = Fingerprint::of(dry, basis, plus, minus);
     }
   }
-  const auto& [f_m, bandwidth, alarms_per_hour, smoothing_speed, settling] = options;
+  const auto& [f_m, bandwidth, collision_bandwidth, alarms_per_hour, smoothing_speed, settling, hold,
+               memory] = options;
   return {.kind = detail::kind_of<Scalar>("ContactObserver"),
           .arm = Fingerprint::of(chain, inertials, rotor, viscous, offset, dry),
           .rate = Fingerprint::of(f_m),
-          .options = Fingerprint::of(bandwidth, alarms_per_hour, smoothing_speed, settling)};
+          .options = Fingerprint::of(bandwidth, collision_bandwidth, alarms_per_hour, smoothing_speed,
+                                     settling, hold, memory)};
 }
 
 template <typename Scalar>
@@ -332,12 +431,12 @@ bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Va
   if (q.size() != n || qd.size() != n || tau.size() != n || !detail::plausible(q, largest_position) ||
       !detail::plausible(qd, largest) || !detail::plausible(tau, largest)) {
     reset();
-    link_ = -1;
     return false;
   }
   momentum_(q.data(), qd.data(), next_p_.data(), next_rate_.data());
   dynamics_.friction(qd, next_friction_);
   q_ = q;
+  qd_ = qd;
   const auto f = static_cast<Scalar>(options_.f_m);
   for (Index j = 0; j < n; ++j) {
     if (running_) {
@@ -346,22 +445,30 @@ bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Va
       const Scalar driven = detail::passed_on(load_[j], static_cast<Scalar>(load_speed_[j]), left, qd[j]) +
                             half * (rate_[j] + next_rate_[j]);
       residual_[j] = detail::low_pass(residual_[j], keep_, p_[j], next_p_[j], driven, f);
+      fast_[j] = detail::low_pass(fast_[j], keep_fast_, p_[j], next_p_[j], driven, f);
     } else {
-      residual_[j] = Scalar(0);
+      residual_[j] = fast_[j] = Scalar(0);
     }
     p_[j] = next_p_[j];
     rate_[j] = next_rate_[j];
     friction_[j] = next_friction_[j];
     classify(j, qd[j]);
-    follow_class(j);
-    if (mode == Mode::learn && running_) {
-      learn(j);
+    for (const Index s : {j, n + j}) {
+      follow_class(s);
+      if (running_ && (mode == Mode::learn || (mode == Mode::follow && untouched()))) {
+        learn(s, mode == Mode::learn ? 1e9 : options_.memory);
+      }
     }
   }
   running_ = true;
   judge();
+  if (contact_.on || collision_.on) {  // no second with a contact is a measure of those without
+    for (Tail& tail : tails_) {
+      tail.ticks = tail.highest = 0.0;
+    }
+  }
   if (mode == Mode::learn) {
-    link_ = -1;
+    end_contact();
   }
   return contact();
 }
@@ -389,23 +496,23 @@ void ContactObserver<Scalar>::classify(Index j, const Scalar& speed) noexcept {
 }
 
 template <typename Scalar>
-void ContactObserver<Scalar>::learn(Index j) noexcept {
-  const double r = static_cast<double>(residual_[j]);
-  const auto first = static_cast<std::size_t>(j) * (class_count + 1);
-  const auto kind = static_cast<std::size_t>(motions_[static_cast<std::size_t>(j)].kind);
-  add(classes_[first + kind], r);
-  add(classes_[first + class_count], r);
+void ContactObserver<Scalar>::learn(Index s, double memory) noexcept {
+  const double r = static_cast<double>(signal(s));
+  const auto first = static_cast<std::size_t>(s) * (class_count + 1);
+  const auto kind = static_cast<std::size_t>(motions_[static_cast<std::size_t>(s % size())].kind);
+  add(classes_[first + kind], r, memory * options_.f_m);
+  add(classes_[first + class_count], r, memory * options_.f_m);
   if (!known(classes_[first + kind])) {
     return;
   }
-  Tail& tail = tails_[static_cast<std::size_t>(j)];
+  Tail& tail = tails_[static_cast<std::size_t>(s)];
   tail.highest = std::max(tail.highest,
-                          std::abs(r - static_cast<double>(mean_[j])) / static_cast<double>(deviation_[j]));
+                          std::abs(r - static_cast<double>(mean_[s])) / static_cast<double>(deviation_[s]));
   tail.ticks += 1.0;
   if (tail.ticks < options_.f_m) {
     return;
   }
-  add(tail.now, tail.highest);
+  add(tail.now, tail.highest, tail_memories * memory);
   tail.ticks = tail.highest = 0.0;
   if (tail.now.count >= std::max(2.0 * tail.before.count, first_seconds)) {
     tail.before = tail.now;
@@ -423,30 +530,31 @@ void ContactObserver<Scalar>::learn(Index j) noexcept {
   // / √6.
   const double beta = std::sqrt(6.0 * all.square / all.count) / std::numbers::pi;
   const double seconds_to_alarm = 3600.0 * static_cast<double>(model_.size()) / options_.alarms_per_hour;
-  levels_[j] = std::max(all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
+  levels_[s] = std::max(all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
 }
 
 // Of the class at hand; where that was hardly met, of all motion.
 template <typename Scalar>
-auto ContactObserver<Scalar>::moments(Index j) const noexcept -> const Moments& {
-  const auto first = static_cast<std::size_t>(j) * (class_count + 1);
-  const Moments& own = classes_[first + static_cast<std::size_t>(motions_[static_cast<std::size_t>(j)].kind)];
+auto ContactObserver<Scalar>::moments(Index s) const noexcept -> const Moments& {
+  const auto first = static_cast<std::size_t>(s) * (class_count + 1);
+  const Motion1& motion = motions_[static_cast<std::size_t>(s % size())];
+  const Moments& own = classes_[first + static_cast<std::size_t>(motion.kind)];
   return known(own) ? own : classes_[first + class_count];
 }
 
-// Mean and deviation of the class at hand, through the low-pass that r has.
+// Mean and deviation of the class at hand, through the low-pass that the signal has.
 template <typename Scalar>
-void ContactObserver<Scalar>::follow_class(Index j) noexcept {
-  const Moments& m = moments(j);
+void ContactObserver<Scalar>::follow_class(Index s) noexcept {
+  const Moments& m = moments(s);
   if (!(m.count > 1.0)) {
     return;
   }
   const auto mean = static_cast<Scalar>(m.mean);
   const auto deviation = static_cast<Scalar>(std::sqrt(std::max(m.square / m.count, least_variance)));
   // r begins with zero.
-  mean_[j] = running_ ? keep_ * mean_[j] + (Scalar(1) - keep_) * mean : Scalar(0);
-  const bool begins = !running_ || !std::isfinite(deviation_[j]);
-  deviation_[j] = begins ? deviation : keep_ * deviation_[j] + (Scalar(1) - keep_) * deviation;
+  mean_[s] = running_ ? keep_ * mean_[s] + (Scalar(1) - keep_) * mean : Scalar(0);
+  const bool begins = !running_ || !std::isfinite(deviation_[s]);
+  deviation_[s] = begins ? deviation : keep_ * deviation_[s] + (Scalar(1) - keep_) * deviation;
 }
 
 template <typename Scalar>
@@ -457,15 +565,31 @@ Scalar ContactObserver<Scalar>::threshold(Index j) const noexcept {
   return static_cast<Scalar>(levels_[j]) * deviation_[j];
 }
 
+// Signals of a band over their thresholds, and the largest of these.
+template <typename Scalar>
+double ContactObserver<Scalar>::highest_of(Index band, Result& relative) noexcept {
+  double highest = 0.0;
+  for (Index j = 0; j < size(); ++j) {
+    const Index s = band * size() + j;
+    const Scalar limit = static_cast<Scalar>(levels_[s]) * deviation_[s];
+    relative[j] = std::isfinite(limit) ? (signal(s) - mean_[s]) / limit : Scalar(0);
+    highest = std::max(highest, std::abs(static_cast<double>(relative[j])));
+  }
+  return highest;
+}
+
 template <typename Scalar>
 void ContactObserver<Scalar>::judge() noexcept {
-  link_ = -1;
+  const auto held = static_cast<Index>(std::lround(options_.hold * options_.f_m));
+  collision_.take(highest_of(1, fast_relative_), held);
+  contact_.take(highest_of(0, relative_), held);
+  if (!contact_.on) {
+    link_ = -1;
+    return;
+  }
   for (Index j = 0; j < size(); ++j) {
-    const Scalar limit = threshold(j);
-    relative_[j] = std::isfinite(limit) ? (residual_[j] - mean_[j]) / limit : Scalar(0);
-    if (relative_[j] > Scalar(1) || relative_[j] < Scalar(-1)) {
-      link_ = j;
-    }
+    const double deviations = std::abs(static_cast<double>(relative_[j])) * levels_[j];
+    link_ = std::isfinite(levels_[j]) && deviations > felt ? std::max(link_, j) : std::max<Index>(link_, 0);
   }
 }
 
@@ -508,10 +632,20 @@ void ContactObserver<Scalar>::visit_frames(Index last, const Visit& visit) const
 template <typename Scalar>
 Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
                                                       const Eigen::Vector3<Scalar>& point) const noexcept {
+  // No moment, and any force.
+  constexpr double any = 1e4;
+  constexpr double none = 1e-6;
+  return explained(link, point, any, none).value.template head<3>();
+}
+
+template <typename Scalar>
+auto ContactObserver<Scalar>::explained(Index link, const Eigen::Vector3<Scalar>& point, double force,
+                                        double moment) const noexcept -> Wrench {
   using V = Eigen::Vector3<Scalar>;
   using M = Eigen::Matrix3<Scalar>;
+  Wrench out;
   if (link < 0 || link >= size()) {
-    return V::Zero();
+    return out;
   }
   V at = V::Zero();
   visit_frames(link, [&](Index j, const M& R, const V& p) {
@@ -519,32 +653,40 @@ Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
       at = p + R.col(0) * point[0] + R.col(1) * point[1] + R.col(2) * point[2];
     }
   });
-  // Weighted normal equations of three unknowns; a ridge stands for directions that are not seen.
-  detail::ThreeEquations<Scalar> A{};
+  // Weighted normal equations; what is known beforehand stands for what is not seen.
+  detail::Equations<6> A{};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const double usual = i < 3 ? force : moment;
+    A[i][i] = 1.0 / (usual * usual);
+  }
   visit_frames(link, [&](Index j, const M& R, const V& p) {
     const V axis = R.col(2);
     const V arm = at - p;
-    const V row = model_.chain.links[static_cast<std::size_t>(j)].type == JointType::revolute
-                      ? V(axis[1] * arm[2] - axis[2] * arm[1], axis[2] * arm[0] - axis[0] * arm[2],
-                          axis[0] * arm[1] - axis[1] * arm[0])
-                      : axis;
+    std::array<Scalar, 6> row = {axis[0], axis[1], axis[2], Scalar(0), Scalar(0), Scalar(0)};
+    if (model_.chain.links[static_cast<std::size_t>(j)].type == JointType::revolute) {
+      row = {axis[1] * arm[2] - axis[2] * arm[1],
+             axis[2] * arm[0] - axis[0] * arm[2],
+             axis[0] * arm[1] - axis[1] * arm[0],
+             axis[0],
+             axis[1],
+             axis[2]};
+    }
     const auto sigma = static_cast<double>(deviation_[j]);
-    const Scalar weight = std::isfinite(sigma) ? static_cast<Scalar>(1.0 / (sigma * sigma)) : Scalar(1);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        A[i][k] += weight * row[static_cast<Index>(i)] * row[static_cast<Index>(k)];
+    const double weight = std::isfinite(sigma) ? 1.0 / (sigma * sigma) : 1.0;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double weighted = weight * static_cast<double>(row[i]);
+      for (std::size_t k = 0; k < 6; ++k) {
+        A[i][k] += weighted * static_cast<double>(row[k]);
       }
-      A[i][3] += weight * row[static_cast<Index>(i)] * residual_[j];
+      A[i][6] += weighted * static_cast<double>(residual_[j] - (std::isfinite(sigma) ? mean_[j] : Scalar(0)));
     }
   });
-  const Scalar ridge = Scalar(1e-6) * (A[0][0] + A[1][1] + A[2][2]);
-  if (!(ridge > Scalar(0))) {
-    return V::Zero();
+  const auto solved = detail::solved<6>(A);
+  for (std::size_t i = 0; i < 6; ++i) {
+    out.value[static_cast<Index>(i)] = static_cast<Scalar>(solved[i].value);
+    out.sigma[static_cast<Index>(i)] = static_cast<Scalar>(std::sqrt(std::max(solved[i].variance, 0.0)));
   }
-  for (std::size_t i = 0; i < 3; ++i) {
-    A[i][i] += ridge;
-  }
-  return detail::solved<Scalar>(A);
+  return out;
 }
 
 }  // namespace rivid

@@ -169,8 +169,8 @@ class FrictionMonitor {
   }
   void take(const Outcome& outcome) noexcept {
     if (outcome.tag >= 0) {
-      const auto j = static_cast<std::size_t>(outcome.tag);
-      noise_.take(j, static_cast<double>(outcome.residual) * noise_.sigma(j));
+      const auto kind = static_cast<std::size_t>(outcome.tag);
+      noise_.take(kind, static_cast<double>(outcome.residual) * noise_.sigma(kind));
     }
   }
   void step() noexcept;
@@ -227,7 +227,7 @@ FrictionMonitor<Scalar>::FrictionMonitor(const OnlineModel& model, const Frictio
       rows_(model, columns_.all.columns(), detail::row_options(model, options), b_ + slopes_,
             options.forgetting, 1),
       own_(model.robot.joints.size()),
-      noise_(model.sigma_rho, rows_.seconds()),
+      noise_(model.sigma_rho, detail::row_options(model, options).velocity_threshold, rows_.seconds()),
       limit_(options.limit.size() > 0 ? options.limit : model.sigma_rho),
       scratch_(static_cast<std::size_t>(rows_.triangle().room_of_row()), Scalar(0)),
       phi_(coefficients_.size(), Scalar(0)),
@@ -316,7 +316,8 @@ template <typename Scalar>
 void FrictionMonitor<Scalar>::add(const Row& row, const Values& theta) noexcept {
   Scalar* const w = rows_.room(taking());
   const std::vector<Index>& columns = rows_.stream().columns().of_joint(row.joint);
-  const Scalar weight = Scalar(1) / static_cast<Scalar>(noise_.sigma(row.joint));
+  const std::size_t kind = noise_.kind(row.joint, static_cast<double>(row.speed));
+  const Scalar weight = Scalar(1) / static_cast<Scalar>(noise_.sigma(kind));
   Scalar y = row.y;
   std::ranges::fill(phi_, Scalar(0));
   for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -339,7 +340,7 @@ void FrictionMonitor<Scalar>::add(const Row& row, const Values& theta) noexcept 
     }
   }
   w[rows_.triangle().size()] = y * weight;
-  rows_.triangle().commit(static_cast<int>(row.joint));
+  rows_.triangle().commit(static_cast<int>(kind));
   const double share = 1.0 - rows_.keep() * rows_.keep();
   const Own& own = own_[row.joint];
   const std::size_t size = own.coefficients.size();

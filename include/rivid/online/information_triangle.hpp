@@ -43,7 +43,8 @@ class InformationTriangle {
         R_(static_cast<std::size_t>(n_ * ld_), Scalar(0)),
         rows_(static_cast<std::size_t>(waiting * ld_), Scalar(0)),
         kept_values_(static_cast<std::size_t>(waiting * kept), Scalar(0)),
-        tags_(static_cast<std::size_t>(waiting), 0) {}
+        tags_(static_cast<std::size_t>(waiting), 0),
+        watched_(static_cast<std::size_t>(ld_), Scalar(0)) {}
 
   [[nodiscard]] Index size() const noexcept { return n_; }
   [[nodiscard]] bool full() const noexcept { return at_.count == waiting_; }
@@ -102,6 +103,9 @@ class InformationTriangle {
   [[nodiscard]] const std::vector<Scalar>& entries() const noexcept { return R_; }
   void keep_entries(std::vector<Scalar>& in, Index count) const noexcept { copy_rows(R_, in, count); }
   void set_entries(const std::vector<Scalar>& entries) noexcept { copy_rows(entries, R_, n_); }
+
+  // Whether rows are reported alone, and R stays as it is.
+  void watch(bool alone) noexcept { watching_ = alone; }
 
   // Rows that wait, and the one at hand, are lost.
   void drop_waiting() noexcept { at_ = {}; }
@@ -168,7 +172,7 @@ class InformationTriangle {
     finish(report);
   }
 
-  [[nodiscard]] auto state() noexcept { return std::tie(R_, rows_, kept_values_, tags_, at_); }
+  [[nodiscard]] auto state() noexcept { return std::tie(R_, rows_, kept_values_, tags_, at_, watching_); }
 
  private:
   static constexpr Index lanes = 4;
@@ -200,7 +204,11 @@ class InformationTriangle {
     if (w[k] == Scalar(0)) {
       return 1;
     }
-    Scalar* const r = row_of_R(k);
+    Scalar* r = row_of_R(k);
+    if (watching_) {
+      std::copy(r + k, r + ld_, watched_.begin() + k);
+      r = watched_.data();
+    }
     const Scalar rho = sqrt(Scalar(r[k] * r[k] + w[k] * w[k]));
     if (!(rho > Scalar(0))) {
       return 1;
@@ -266,7 +274,9 @@ class InformationTriangle {
   std::vector<Scalar> rows_;
   std::vector<Scalar> kept_values_;
   std::vector<int> tags_;
+  std::vector<Scalar> watched_;  // a row of R that is watched
   Place at_;
+  bool watching_ = false;
 };
 
 }  // namespace rivid::detail

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "rivid/model/robot.hpp"
 #include "rivid/regressor/base.hpp"
@@ -61,5 +63,40 @@ inline std::optional<std::string> OnlineModel::complaint() const {
   }
   return std::nullopt;
 }
+
+namespace detail {
+
+// The same model with friction that follows the load in each joint whose law has dry friction and lacks it: as
+// nothing, with this deviation. Few identifications show it, and all gears with teeth have some.
+inline OnlineModel with_load_friction(OnlineModel model, double sigma) {
+  std::vector<int> joints;
+  for (const BaseParameter& p : model.base.parameters) {
+    const KindRow& row = about(p.leading.kind);
+    if (row.basis == Basis::sign && !row.coupled && model.robot.couplings.empty()) {
+      joints.push_back(p.leading.joint);
+    }
+  }
+  for (const BaseParameter& p : model.base.parameters) {
+    std::erase_if(joints,
+                  [&](int j) { return about(p.leading.kind).basis == Basis::load && p.leading.joint == j; });
+  }
+  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());  // both directions have a row
+  const Index b = model.base.size();
+  const auto more = sigma > 0.0 ? static_cast<Index>(joints.size()) : 0;
+  Vector chi = Vector::Zero(b + more);
+  Matrix C = Matrix::Zero(b + more, b + more);
+  chi.head(b) = model.chi;
+  C.topLeftCorner(b, b) = model.C_chi;
+  for (Index i = 0; i < more; ++i) {
+    const StandardParameter p = {ParameterKind::Fl, joints[static_cast<std::size_t>(i)]};
+    model.base.parameters.push_back({p, p.name(), p.name(), ""});
+    C(b + i, b + i) = sigma * sigma;
+  }
+  model.chi = chi;
+  model.C_chi = C;
+  return model;
+}
+
+}  // namespace detail
 
 }  // namespace rivid

@@ -30,6 +30,12 @@ struct PayloadEstimatorOptions {
   /// Relative standard deviation by which friction may have changed since the identification: by temperature,
   /// say.
   double friction_change = 0.05;
+  /// Friction that follows the load in joints whose law lacks it, as a standard deviation of its part of the
+  /// load.
+  double load_friction = 0.02;
+  /// A change that is shorter is no payload's but something that touches the robot, and until then it may be
+  /// one. 0: each change that is found is a payload's [s].
+  double longest_touch = 0.0;
   /// Mass and distance from the flange that a payload may have, as standard deviations about none [kg], [m].
   double mass_scale = 10.0;
   double length_scale = 0.15;
@@ -62,6 +68,12 @@ struct PayloadEstimatorOptions {
       if (std::isinf(value)) {
         return std::string(name) + " is infinite, must be finite";
       }
+    }
+    if (!(longest_touch >= 0.0 && longest_touch < 1e6)) {
+      return "longest_touch is " + number(longest_touch) + " s, must not be negative";
+    }
+    if (!(load_friction >= 0.0 && load_friction < 1.0)) {
+      return "load_friction is " + number(load_friction) + ", must not be negative and be below 1";
     }
     if (!(gain_sigma >= 0.0 && gain_sigma <= 1.0) || !(friction_change >= 0.0) ||
         std::isinf(friction_change)) {
@@ -147,7 +159,10 @@ class PayloadEstimator {
   };
 
   /// @throws InputError  where model or options can not be used
-  explicit PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options = {});
+  explicit PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options = {})
+      : PayloadEstimator(Extended{detail::with_load_friction(
+                             detail::usable("PayloadEstimator", model, options), options.load_friction)},
+                         options) {}
 
   [[nodiscard]] Index joints() const noexcept { return rows_.stream().size(); }
 
@@ -157,6 +172,26 @@ class PayloadEstimator {
   /// @param tau  torques, joint side, or currents times drive gains, (n) [N·m | N]
   /// @return     whether a change of the payload was found
   bool update(const Values& q, const Values& tau) noexcept;
+
+  /// The gripper has closed on something or has let it go: the payload is learned anew from now on, and what is
+  /// known of the arm stays. To be called between the last tick before and the first one after.
+  void payload_changed() noexcept;
+  /// The payload is known, from a database or by weighing: a point in the flange frame, with deviations.
+  ///
+  /// @return  false, and nothing is done, where a number can not be used
+  bool payload_known(const Scalar& mass, const Eigen::Vector3<Scalar>& com, const Scalar& mass_sigma,
+                     const Scalar& com_sigma) noexcept;
+  /// The gripper opens, or closes. What was held while it was open is held again when it opens.
+  void gripper(bool open) noexcept;
+  /// Something touches the robot, or no longer does. While it does nothing is learned, and nothing is good; what
+  /// goes on for longer than `longest_touch`, as a change of the payload would, is one.
+  void touched(bool now) noexcept;
+  /// Whether something touches the robot: as said, or a change that was found and is no payload's yet.
+  [[nodiscard]] bool touched() const noexcept { return counters_.touched; }
+  /// Whether a change was found that may be something that touches the robot, and rows show it now.
+  [[nodiscard]] bool touch_found() const noexcept {
+    return counters_.touched && load_change_.shows() && !rests();
+  }
 
   /// Instead of update(), for a tick that says nothing of the payload: while something touches the robot.
   void pause() noexcept {
@@ -169,12 +204,25 @@ class PayloadEstimator {
   [[nodiscard]] const Change& change() const noexcept { return change_; }
   /// The payload's parameters as columns of the last link have them, XX … M [frame of the link].
   [[nodiscard]] const Eigen::Matrix<Scalar, inertial_count, 1>& inertial() const noexcept { return lambda_; }
-  /// Deviation that rows of joint j count with, alike as they are [N·m | N]; of a joint that is none no
-  /// number.
-  [[nodiscard]] Scalar row_sigma(Index j) const noexcept {
-    return j >= 0 && j < joints() ? static_cast<Scalar>(noise_.sigma(static_cast<std::size_t>(j)))
+  /// Deviation that rows of joint j at this speed count with, alike as they are [N·m | N]; of a joint that is
+  /// none no number.
+  [[nodiscard]] Scalar row_sigma(Index j, const Scalar& speed) const noexcept {
+    return j >= 0 && j < joints() ? static_cast<Scalar>(noise_.sigma(
+                                        noise_.kind(static_cast<std::size_t>(j), static_cast<double>(speed))))
                                   : std::numeric_limits<Scalar>::quiet_NaN();
   }
+  /// Mean square of late of errors that look like a load, over that of the noise, at least 1: all deviations
+  /// are widened by its root.
+  [[nodiscard]] Scalar misfit() const noexcept { return static_cast<Scalar>(load_change_.misfit()); }
+
+  /// Friction, as the rows say it of late: coefficients of the model's base parameters.
+  struct Coefficient {
+    StandardParameter parameter;
+    Scalar identified = 0;  ///< [SI, joint side]
+    Scalar value = 0;
+    Scalar sigma = 0;
+  };
+  [[nodiscard]] const std::vector<Coefficient>& friction() const noexcept { return friction_; }
   /// The test of a change over its threshold; above 1 there is one.
   [[nodiscard]] Scalar suspicion() const noexcept { return static_cast<Scalar>(load_change_.suspicion()); }
 
@@ -182,9 +230,9 @@ class PayloadEstimator {
   void finish() noexcept;
 
   [[nodiscard]] auto state() noexcept {
-    return std::tie(rows_, noise_, load_change_, snapshots_[0].R, snapshots_[0].noise, snapshots_[1].R,
-                    snapshots_[1].noise, inverse_, C_lambda_, lambda_, next_lambda_, payload_, change_,
-                    counters_);
+    return std::tie(rows_, noise_, load_change_, friction_, friction_row_, without_, snapshots_[0].R,
+                    snapshots_[0].noise, snapshots_[1].R, snapshots_[1].noise, inverse_, C_lambda_, lambda_,
+                    next_lambda_, payload_, change_, counters_);
   }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
@@ -193,6 +241,11 @@ class PayloadEstimator {
   using Outcome = typename Triangle::Outcome;
   using Ten = Eigen::Matrix<Scalar, inertial_count, 1>;
   using TenByTen = Eigen::Matrix<Scalar, inertial_count, inertial_count>;
+
+  struct Extended {
+    OnlineModel model;
+  };
+  PayloadEstimator(const Extended& extended, const PayloadEstimatorOptions& options);
 
   // Earlier states to go back to after a change.
   struct Snapshot {
@@ -205,15 +258,24 @@ class PayloadEstimator {
     Index since_change = 0;  // strides of motion since the payload changed
     Index prior_row = 0;     // that is repeated next
     Index solution_row = 0;  // that is made next
+    Index friction = 0;      // coefficient that was made last
     // Of the snapshots; both the same after a change.
     int older = 0;
     int younger = 1;
+    bool touched = false;
+    bool touch_said = false;
+    Index touched_for = 0;  // ticks of motion
+    Index since_row = 0;    // ticks
   };
   static constexpr double half_a_second = 0.5;
   // Deviations of principal moments up to this part of the largest moment show an inertia.
   static constexpr double visible_inertia = 0.5;
   static constexpr double least_good_mass = 0.05;  // [kg]
   static constexpr double held_deviations = 2.0;
+  // Time without rows after which the robot rests [s].
+  static constexpr double shortest_rest = 0.2;
+  // Of the friction that may hold a joint at rest: uniform up to the dry friction.
+  static constexpr double held_friction = 0.58;
 
   void make_prior(const OnlineModel& model);
   void make_flange();
@@ -221,13 +283,19 @@ class PayloadEstimator {
   [[nodiscard]] auto taking() noexcept {
     return [this](const Outcome& outcome) { take(outcome); };
   }
-  void add(const typename RowStream<Scalar>::Row& row) noexcept;
+  void add(const typename RowStream<Scalar>::Row& row, std::size_t kind) noexcept;
   void step() noexcept;
   void repeat_prior() noexcept;
   void take_snapshot() noexcept;
-  void forget_payload() noexcept;
+  void go_back() noexcept;
+  void begin_touch() noexcept;
+  [[nodiscard]] bool rests() const noexcept {
+    return static_cast<double>(counters_.since_row) > shortest_rest * options_.rows.f_m;
+  }
+  [[nodiscard]] bool follow_touch() noexcept;
   void begin_payload() noexcept;
   void solve_a_row() noexcept;
+  void solve_friction() noexcept;
   void publish() noexcept;
   // Of a linear function of the body in the flange frame; `by_body` are its slopes.
   [[nodiscard]] Scalar deviation(const Ten& by_body) const noexcept;
@@ -236,7 +304,7 @@ class PayloadEstimator {
   void add_centre_of_mass(const Ten& body, OnlinePayload<Scalar>& out) const noexcept;
   void add_inertia(const Ten& body, OnlinePayload<Scalar>& out) const noexcept;
   void name_change(const Scalar& m, const Scalar& sigma) noexcept;
-  [[nodiscard]] bool is_good(const OnlinePayload<Scalar>& payload) const noexcept;
+  [[nodiscard]] bool is_good(const OnlinePayload<Scalar>& payload, const Scalar& estimate) const noexcept;
 
   PayloadEstimatorOptions options_;
   detail::BodyColumns columns_;
@@ -246,6 +314,10 @@ class PayloadEstimator {
   detail::RowNoise noise_;
   detail::LoadChange load_change_;
   std::array<Snapshot, 2> snapshots_;
+  std::vector<Coefficient> friction_;
+  std::vector<Index> friction_unknowns_;
+  std::vector<Scalar> friction_row_;
+  OnlinePayload<Scalar> without_;         // held by the open gripper
   std::vector<Scalar> inverse_;           // first rows of R⁻¹, as far as they are made
   TenByTen C_lambda_ = TenByTen::Zero();  // covariance of λ, as far as it is made
   TenByTen to_flange_;
@@ -260,28 +332,43 @@ class PayloadEstimator {
 };
 
 template <typename Scalar>
-PayloadEstimator<Scalar>::PayloadEstimator(const OnlineModel& model, const PayloadEstimatorOptions& options)
+PayloadEstimator<Scalar>::PayloadEstimator(const Extended& extended, const PayloadEstimatorOptions& options)
     : options_(options),
-      columns_(detail::usable("PayloadEstimator", model, options).robot, model.base),
-      b_(model.base.size()),
-      rows_(model, columns_.all.columns(), detail::row_options(model, options), inertial_count + b_,
-            options.forgetting, 1, inertial_count),
+      columns_(extended.model.robot, extended.model.base),
+      b_(extended.model.base.size()),
+      rows_(extended.model, columns_.all.columns(), detail::row_options(extended.model, options),
+            inertial_count + b_, options.forgetting, 1, inertial_count),
       prior_(inertial_count + b_, 1),
-      noise_(model.sigma_rho, rows_.seconds()),
+      noise_(extended.model.sigma_rho, detail::row_options(extended.model, options).velocity_threshold,
+             rows_.seconds()),
       load_change_({.per_second = 1.0 / rows_.seconds(),
                     .hours_to_false_alarm = options.hours_to_false_alarm,
                     .mass = options.largest_change,
                     .length = options.length_scale}),
       inverse_(static_cast<std::size_t>(inertial_count * rows_.triangle().room_of_row()), Scalar(0)) {
+  const OnlineModel& model = extended.model;
   steps_of_half_a_second_ = std::max<Index>(std::lround(half_a_second / rows_.seconds()), 1);
   steps_between_snapshots_ = steps_of_half_a_second_;
   owner_ = detail::owner_of<Scalar>("PayloadEstimator", model, options.rows, options.gain_sigma,
-                                    options.friction_change, options.mass_scale, options.length_scale,
-                                    options.forgetting, options.hours_to_false_alarm, options.largest_change,
-                                    options.good_mass, options.good_com);
+                                    options.friction_change, options.load_friction, options.longest_touch,
+                                    options.mass_scale, options.length_scale, options.forgetting,
+                                    options.hours_to_false_alarm, options.largest_change, options.good_mass,
+                                    options.good_com);
   owner_.flange = detail::Fingerprint::of(options.R, options.p);
   make_flange();
   make_prior(model);
+  for (Index i = 0; i < b_; ++i) {
+    const StandardParameter& p = model.base.parameters[static_cast<std::size_t>(i)].leading;
+    if (is_friction(p.kind)) {
+      friction_.push_back(
+          {p, static_cast<Scalar>(model.chi[i]), static_cast<Scalar>(model.chi[i]), Scalar(0)});
+      friction_unknowns_.push_back(inertial_count + i);
+    }
+    if (about(p.kind).basis == Basis::sign) {
+      noise_.set_rest(static_cast<std::size_t>(p.joint), held_friction * std::abs(model.chi[i]));
+    }
+  }
+  friction_row_.assign(inverse_.size() / inertial_count, Scalar(0));
   for (Snapshot& snapshot : snapshots_) {
     snapshot.R = rows_.triangle().entries();
     snapshot.noise = noise_.states();
@@ -330,27 +417,31 @@ void PayloadEstimator<Scalar>::make_prior(const OnlineModel& model) {
 template <typename Scalar>
 bool PayloadEstimator<Scalar>::update(const Values& q, const Values& tau) noexcept {
   ++counters_.ticks;
-  rows_.tick(q, tau, [this](const auto& row) { add(row); }, [this] { step(); }, taking());
+  rows_.tick(
+      q, tau, [this](const auto& row) { add(row, noise_.kind(row.joint, static_cast<double>(row.speed))); },
+      [this] { step(); }, taking());
+  rows_.rest([this](const auto& row) { add(row, detail::RowNoise::at_rest(row.joint)); });
   bool changed = false;
-  if (load_change_.found() && !noise_.settled()) {
-    load_change_.reset();
-  }
-  if (load_change_.found()) {
-    change_ = {payload_.held ? Change::Kind::unclear : Change::Kind::pick_up, counters_.ticks, payload_.mass,
-               payload_.mass_sigma};
-    payload_.good = false;
-    forget_payload();
+  if (counters_.touched) {
+    changed = follow_touch();
+  } else if (load_change_.found() && options_.longest_touch > 0.0) {
+    begin_touch();
+  } else if (load_change_.found()) {
+    go_back();
     changed = true;
+  }
+  if (changed) {
+    payload_changed();
   }
   solve_a_row();
   return changed;
 }
 
 template <typename Scalar>
-void PayloadEstimator<Scalar>::add(const typename RowStream<Scalar>::Row& row) noexcept {
+void PayloadEstimator<Scalar>::add(const typename RowStream<Scalar>::Row& row, std::size_t kind) noexcept {
   Scalar* const w = rows_.room(taking());
   const std::vector<Index>& own = rows_.stream().columns().of_joint(row.joint);
-  const Scalar weight = Scalar(1) / static_cast<Scalar>(noise_.sigma(row.joint));
+  const Scalar weight = Scalar(1) / static_cast<Scalar>(noise_.sigma(kind));
   for (std::size_t c = 0; c < own.size(); ++c) {
     const Index at = own[c];
     const Scalar value = row.values[c] * weight;
@@ -364,7 +455,7 @@ void PayloadEstimator<Scalar>::add(const typename RowStream<Scalar>::Row& row) n
     }
   }
   w[rows_.triangle().size()] = row.y * weight;
-  rows_.triangle().commit(static_cast<int>(row.joint));
+  rows_.triangle().commit(static_cast<int>(kind));
 }
 
 // A row has passed into the triangle.
@@ -373,14 +464,17 @@ void PayloadEstimator<Scalar>::take(const Outcome& outcome) noexcept {
   if (outcome.tag < 0) {
     return;
   }
-  const auto j = static_cast<std::size_t>(outcome.tag);
+  const auto kind = static_cast<std::size_t>(outcome.tag);
   const auto residual = static_cast<double>(outcome.residual);
-  noise_.take(j, residual * noise_.sigma(j));
+  counters_.since_row = 0;
+  if (!counters_.touched) {
+    noise_.take(kind, residual * noise_.sigma(kind));
+  }
   std::array<double, 4> l{};
   for (std::size_t k = 0; k < 4; ++k) {
     l[k] = static_cast<double>(outcome.gain * outcome.kept[6 + k]);
   }
-  load_change_.take(l, residual, noise_, j);
+  load_change_.take(l, residual, noise_, kind);
 }
 
 // Once a stride while anything moves.
@@ -389,6 +483,9 @@ void PayloadEstimator<Scalar>::step() noexcept {
   ++counters_.steps;
   ++counters_.since_change;
   load_change_.step();
+  if (counters_.touched) {
+    return;
+  }
   if (rows_.keep() < 1.0) {
     rows_.triangle().fade(0, rows_.triangle().size(), static_cast<Scalar>(rows_.keep()));
     repeat_prior();
@@ -420,20 +517,138 @@ void PayloadEstimator<Scalar>::take_snapshot() noexcept {
   std::ranges::copy(noise_.states(), to.noise.begin());
 }
 
-// What was learned of the arm before the payload changed is left; both snapshots are from then.
+// To what was known half a second of motion ago, or a whole one.
 template <typename Scalar>
-void PayloadEstimator<Scalar>::forget_payload() noexcept {
-  Snapshot& before = snapshots_[static_cast<std::size_t>(counters_.older)];
+void PayloadEstimator<Scalar>::go_back() noexcept {
+  const Snapshot& before = snapshots_[static_cast<std::size_t>(counters_.older)];
   rows_.triangle().drop_waiting();
   rows_.triangle().set_entries(before.R);
   std::ranges::copy(before.noise, noise_.states().begin());
-  begin_payload();
-  rows_.triangle().keep_entries(before.R, inertial_count);
   counters_.younger = counters_.older;
+  counters_.solution_row = 0;
   load_change_.reset();
+  rows_.reset_stream();
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::payload_changed() noexcept {
+  change_ = {payload_.held ? Change::Kind::unclear : Change::Kind::pick_up, counters_.ticks, payload_.mass,
+             payload_.mass_sigma};
+  payload_.good = false;
+  rows_.triangle().drop_waiting();
+  begin_payload();
+  take_snapshot();
+  counters_.older = counters_.younger;
   counters_.since_change = 0;
   counters_.solution_row = 0;
+  counters_.touched = false;
+  rows_.triangle().watch(false);
+  load_change_.reset();
   rows_.reset_stream();
+}
+
+// Rows of what is known of the ten parameters in the flange frame: a point, whose own inertia is like that of
+// any body of its mass.
+template <typename Scalar>
+bool PayloadEstimator<Scalar>::payload_known(const Scalar& mass, const Eigen::Vector3<Scalar>& com,
+                                             const Scalar& mass_sigma, const Scalar& com_sigma) noexcept {
+  using std::abs;
+  using std::sqrt;
+  if (!(mass >= Scalar(0)) || !com.allFinite() || !(mass_sigma > Scalar(0)) || !(com_sigma > Scalar(0)) ||
+      !(mass + mass_sigma + com_sigma < Scalar(1e9))) {
+    return false;
+  }
+  payload_changed();
+  const Eigen::Vector3<Scalar>& c = com;
+  const Scalar reach = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+  Ten known;
+  known << reach - c[0] * c[0], -c[0] * c[1], -c[0] * c[2], reach - c[1] * c[1], -c[1] * c[2],
+      reach - c[2] * c[2], c, Scalar(1);
+  const auto length = static_cast<Scalar>(options_.length_scale);
+  for (Index k = 0; k < inertial_count; ++k) {
+    const Scalar slope = k < 6 ? length * length : k < 9 ? abs(c[k - 6]) : Scalar(1);
+    const Scalar own = k < 6   ? (mass + mass_sigma) * length * length
+                       : k < 9 ? (mass + mass_sigma) * com_sigma
+                               : Scalar(0);
+    const Scalar sigma = sqrt(slope * slope * mass_sigma * mass_sigma + own * own);
+    Scalar* const w = rows_.room(taking());
+    for (Index i = 0; i < inertial_count; ++i) {
+      w[i] = to_flange_(k, i) / sigma;
+    }
+    w[rows_.triangle().size()] = mass * known[k] / sigma;
+    rows_.triangle().commit(-1);
+  }
+  rows_.triangle().finish(taking());
+  take_snapshot();
+  counters_.older = counters_.younger;
+  counters_.since_change = steps_of_half_a_second_;
+  finish();
+  return true;
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::gripper(bool open) noexcept {
+  if (!open) {
+    without_ = payload_;
+    payload_changed();
+  } else if (!without_.good || !payload_known(without_.mass, without_.com, without_.mass_sigma,
+                                              std::max(without_.com_sigma.maxCoeff(), Scalar(1e-3)))) {
+    payload_changed();
+  }
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::touched(bool now) noexcept {
+  counters_.touch_said = now;
+  if (now && !counters_.touched) {
+    begin_touch();
+  }
+}
+
+// Nothing is learned from now on, and the rows that come are tested against what was known before.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::begin_touch() noexcept {
+  const bool found = load_change_.found();
+  if (found) {
+    load_change_.try_change();
+  }
+  const detail::LoadChange tried = load_change_;
+  go_back();
+  load_change_ = tried;
+  rows_.triangle().watch(true);
+  counters_.touched = true;
+  counters_.touched_for = counters_.since_row = 0;
+  payload_.good = false;
+}
+
+// Whether it was no touch but another payload.
+template <typename Scalar>
+bool PayloadEstimator<Scalar>::follow_touch() noexcept {
+  const auto longest = static_cast<Index>(options_.longest_touch * options_.rows.f_m);
+  // At rest no rows say whether it goes on.
+  ++counters_.since_row;
+  if (rests()) {
+    load_change_.forget_rows();
+  } else {
+    ++counters_.touched_for;
+  }
+  if (!load_change_.tried() && load_change_.found()) {
+    load_change_.try_change();
+  }
+  if (counters_.touched_for >= longest && !rests() && load_change_.goes_on()) {
+    return true;
+  }
+  if (load_change_.over()) {
+    load_change_.reset();
+  }
+  if (!counters_.touch_said && !load_change_.tried()) {
+    counters_.touched = false;
+    rows_.triangle().watch(false);
+    rows_.triangle().drop_waiting();
+    load_change_.reset();
+    rows_.reset_stream();
+  }
+  return false;
 }
 
 template <typename Scalar>
@@ -452,6 +667,7 @@ void PayloadEstimator<Scalar>::solve_a_row() noexcept {
   if (i == inertial_count) {
     publish();
     counters_.solution_row = 0;
+    solve_friction();
     return;
   }
   Scalar* const x = &inverse_[static_cast<std::size_t>(i * rows_.triangle().room_of_row())];
@@ -467,6 +683,27 @@ void PayloadEstimator<Scalar>::solve_a_row() noexcept {
     C_lambda_(i, k) = C_lambda_(k, i) = Rest(x + i, n - i).dot(Rest(other + i, n - i));
   }
   ++counters_.solution_row;
+}
+
+// One coefficient of friction.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::solve_friction() noexcept {
+  using std::sqrt;
+  if (friction_.empty()) {
+    return;
+  }
+  counters_.friction = (counters_.friction + 1) % std::ssize(friction_);
+  const Index i = friction_unknowns_[static_cast<std::size_t>(counters_.friction)];
+  rows_.triangle().inverse_row(i, friction_row_.data());
+  Scalar value(0);
+  Scalar square(0);
+  for (Index k = i; k < rows_.triangle().size(); ++k) {
+    const Scalar x = friction_row_[static_cast<std::size_t>(k)];
+    value = value + x * rows_.triangle().z(k);
+    square = square + x * x;
+  }
+  friction_[static_cast<std::size_t>(counters_.friction)].value = value;
+  friction_[static_cast<std::size_t>(counters_.friction)].sigma = sqrt(square);
 }
 
 template <typename Scalar>
@@ -496,7 +733,7 @@ void PayloadEstimator<Scalar>::publish() noexcept {
     add_inertia(body, out);
   }
   name_change(m, out.mass_sigma);
-  out.good = is_good(out);
+  out.good = is_good(out, m);
   payload_ = out;
 }
 
@@ -511,7 +748,7 @@ Scalar PayloadEstimator<Scalar>::deviation(const Ten& by_body) const noexcept {
   for (Index i = 0; i < inertial_count; ++i) {
     sum = sum + slope[i] * slope.dot(C_lambda_.col(i));
   }
-  return sqrt(std::max(sum, Scalar(0)));
+  return sqrt(std::max(sum, Scalar(0)) * misfit());
 }
 
 template <typename Scalar>
@@ -589,8 +826,12 @@ void PayloadEstimator<Scalar>::name_change(const Scalar& m, const Scalar& sigma)
 }
 
 template <typename Scalar>
-bool PayloadEstimator<Scalar>::is_good(const OnlinePayload<Scalar>& payload) const noexcept {
-  return counters_.since_change >= steps_of_half_a_second_ && load_change_.quiet() &&
+bool PayloadEstimator<Scalar>::is_good(const OnlinePayload<Scalar>& payload,
+                                       const Scalar& estimate) const noexcept {
+  // A mass below nothing by more than its interval is that of no body: the model is wrong.
+  const bool possible = estimate > -payload.mass_half_width();
+  return counters_.since_change >= steps_of_half_a_second_ && load_change_.quiet() && !counters_.touched &&
+         possible &&
          payload.mass_half_width() <= std::max(static_cast<Scalar>(options_.good_mass) * payload.mass,
                                                static_cast<Scalar>(least_good_mass)) &&
          (!payload.held || payload.com_half_width() <= static_cast<Scalar>(options_.good_com));

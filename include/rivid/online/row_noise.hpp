@@ -14,67 +14,103 @@ namespace rivid::detail {
 
 // Standard deviation that rows of a joint must be given so that sums of many of them err as they do: errors
 // of neighbouring rows are alike, and count as independent ones with the long-run variance γ₀ + 2 Σ (1 − k /
-// (lags + 1)) γ_k [Newey & West 1987]. The autocovariances follow the prediction errors. They begin with the
-// deviation of the identification and with errors of a model, which last as long as a motion does.
+// (lags + 1)) γ_k [Newey & West 1987]. The variance is that of the rows of like speed, for friction is known
+// worst where it is slow; the autocorrelations are those of errors over their deviation. Both follow the
+// prediction errors. They begin with the deviation of the identification and with errors of a model, which
+// last as long as a motion does.
 class RowNoise {
  public:
-  // step  time from one row to the next [s]
-  RowNoise(const Vector& sigma, double step) : joints_(static_cast<std::size_t>(sigma.size())) {
+  // Kinds of rows of each joint: of four octaves of speed, and of rests.
+  static constexpr std::size_t octaves = 4;
+  static constexpr std::size_t kinds = octaves + 1;
+
+  // slow    speeds at which the lowest octave begins, (n)
+  // step    time from one row to the next [s]
+  RowNoise(const Vector& sigma, const Vector& slow, double step)
+      : joints_(static_cast<std::size_t>(sigma.size())), slow_(sigma.size()) {
+    constexpr double usual = 0.02;
     for (std::size_t j = 0; j < joints_.size(); ++j) {
+      const auto at = static_cast<Index>(j);
+      slow_[at] = at < slow.size() && slow[at] > 0.0 ? slow[at] : usual;
       State& s = joints_[j];
-      s.begun_with = sigma[static_cast<Index>(j)];
+      s.least = least * sigma[at] * sigma[at];
+      s.variance.fill(sigma[at] * sigma[at]);
       for (std::size_t k = 0; k <= lags; ++k) {
-        s.covariance[k] = s.begun_with * s.begun_with * std::exp(-static_cast<double>(k) * step / alike_for);
+        s.alike[k] = std::exp(-static_cast<double>(k) * step / alike_for);
       }
-      s.sigma = std::sqrt(long_run(s));
     }
   }
 
-  [[nodiscard]] double sigma(std::size_t j) const noexcept { return joints_[j].sigma; }
+  [[nodiscard]] static std::size_t joint(std::size_t kind) noexcept { return kind / kinds; }
+  [[nodiscard]] std::size_t kind(std::size_t j, double speed) const noexcept {
+    const int octave = std::ilogb(std::max(std::abs(speed) / slow_[static_cast<Index>(j)], 1.0));
+    return j * kinds + std::min(static_cast<std::size_t>(octave), octaves - 1);
+  }
+  [[nodiscard]] static std::size_t at_rest(std::size_t j) noexcept { return j * kinds + octaves; }
+  // What friction may hold at rest, beside the noise [N·m | N].
+  void set_rest(std::size_t j, double sigma) noexcept { joints_[j].variance[octaves] += sigma * sigma; }
 
-  // error  prediction error of a row of joint j, scaled to the variance of its noise [N·m | N]
-  void take(std::size_t j, double error) noexcept {
-    State& s = joints_[j];
+  [[nodiscard]] double sigma(std::size_t kind) const noexcept {
+    const State& s = joints_[joint(kind)];
+    const bool rests = kind % kinds == octaves;
+    return std::sqrt(std::max(s.variance[kind % kinds] * (rests ? 1.0 : long_run(s)), s.least));
+  }
+
+  // error  prediction error of a row, scaled to the variance of its noise [N·m | N]
+  void take(std::size_t kind, double error) noexcept {
+    State& s = joints_[joint(kind)];
+    double& variance = s.variance[kind % kinds];
+    double& rows = s.rows[kind % kinds];
+    const bool rests = kind % kinds == octaves;
     // A jump of the payload is no noise.
-    const double limit = outlier * s.sigma;
+    const double limit = outlier * sigma(kind);
     const double e = std::clamp(error, -limit, limit);
-    s.outliers += ((e == error ? 0.0 : 1.0) - s.outliers) / short_memory;
+    const double share =
+        rests ? 1.0 / std::min(rows + guessed_rests, rests_memory) : 1.0 / std::min(rows + guessed, memory);
+    variance = std::max(variance + share * (e * e - variance), s.least);
+    rows = std::min(rows + 1.0, memory);
+    if (rests) {
+      return;
+    }
     for (std::size_t k = lags; k > 0; --k) {
       s.errors[k] = s.errors[k - 1];
     }
-    s.errors[0] = e;
-    for (std::size_t k = 0; k <= lags; ++k) {
-      s.covariance[k] += (e * s.errors[k] - s.covariance[k]) / memory;
+    s.errors[0] = e / std::sqrt(variance);
+    double all = 0.0;
+    for (std::size_t c = 0; c < octaves; ++c) {
+      all += s.rows[c];
     }
-    s.sigma = std::sqrt(std::max(long_run(s), least * s.begun_with * s.begun_with));
+    for (std::size_t k = 0; k <= lags; ++k) {
+      s.alike[k] += (s.errors[0] * s.errors[k] - s.alike[k]) / std::min(all + guessed, memory);
+    }
   }
 
-  // Whether the noise of all joints is known: few errors of late were outliers. At the begin it is not, and
-  // rows of a window much shorter than the identification's are noisier than it was.
-  [[nodiscard]] bool settled() const noexcept {
-    return std::ranges::all_of(joints_, [](const State& s) { return s.outliers < few_outliers; });
+  // Whether the noise of such rows is known: at the begin it is not, and rows of a window much shorter than
+  // the identification's are noisier than it was.
+  [[nodiscard]] bool known(std::size_t kind) const noexcept {
+    return joints_[joint(kind)].rows[kind % kinds] >= enough_rows && kind % kinds != octaves;
   }
 
   // Variance of Σ g^k e_k over Σ g^2k, over that of long sums: below one where errors are alike.
-  [[nodiscard]] double short_run(std::size_t j, double g) const noexcept {
-    const State& s = joints_[j];
-    double sum = s.covariance[0];
+  [[nodiscard]] double short_run(std::size_t kind, double g) const noexcept {
+    const State& s = joints_[joint(kind)];
+    double sum = s.alike[0];
     double weight = 2.0;
     for (std::size_t k = 1; k <= lags; ++k) {
       weight *= g;
-      sum += weight * s.covariance[k];
+      sum += weight * s.alike[k];
     }
-    return std::clamp(sum / (s.sigma * s.sigma), least, 1.0 / least);
+    return std::clamp(sum / long_run(s), least, 1.0 / least);
   }
 
   [[nodiscard]] auto state() noexcept { return std::tie(joints_); }
 
   struct State {
     static constexpr std::size_t lags = 10;
-    double begun_with = 1.0;
-    double sigma = 1.0;
-    double outliers = 0.5;  // share of late
-    std::array<double, lags + 1> covariance{};
+    double least = 0.0;
+    std::array<double, kinds> variance{};
+    std::array<double, kinds> rows{};  // that were seen, at most as many as are remembered
+    std::array<double, lags + 1> alike{};
     std::array<double, lags + 1> errors{};
   };
   [[nodiscard]] std::vector<State>& states() noexcept { return joints_; }
@@ -84,31 +120,35 @@ class RowNoise {
   static constexpr std::size_t lags = State::lags;
   // Time for which errors are alike, before any was seen [s].
   static constexpr double alike_for = 0.5;
-  // Rows that the autocovariances remember.
+  // Rows that variances and autocorrelations remember; of rests.
   static constexpr double memory = 200.0;
-  // … and rows that the share of outliers does.
-  static constexpr double short_memory = 50.0;
-  static constexpr double few_outliers = 0.2;
+  static constexpr double rests_memory = 20.0;
+  // Rows that the begin is worth, and after which the noise is known.
+  static constexpr double guessed = 20.0;
+  static constexpr double guessed_rests = 3.0;
+  static constexpr double enough_rows = 20.0;
   // Errors count as so many deviations at most.
   static constexpr double outlier = 3.0;
   // No variance below this part of that of the identification.
   static constexpr double least = 0.1;
 
   [[nodiscard]] static double long_run(const State& s) noexcept {
-    double sum = s.covariance[0];
+    double sum = s.alike[0];
     for (std::size_t k = 1; k <= lags; ++k) {
-      sum += 2.0 * (1.0 - static_cast<double>(k) / static_cast<double>(lags + 1)) * s.covariance[k];
+      sum += 2.0 * (1.0 - static_cast<double>(k) / static_cast<double>(lags + 1)) * s.alike[k];
     }
-    return sum;
+    return std::max(sum, least);
   }
 
   std::vector<State> joints_;
+  Vector slow_;
 };
 
 // Whether prediction errors look like another load: u = lᵀ δ + e, e with unit variance, δ the change of first
 // moments and mass. Sums with exponentially fading weights g^age: a = Σ g^age l u has the covariance B = Σ
 // g^(2 age) l lᵀ while nothing has changed, so aᵀ B⁻¹ a is χ² with four degrees of freedom. On a real arm it
-// is larger, by errors of the model that look like a load; it is measured by its own mean of late.
+// is larger, by errors of the model that look like a load; it is measured by its own mean of late, which a
+// change that is not found moves little.
 class LoadChange {
  public:
   struct Options {
@@ -127,7 +167,7 @@ class LoadChange {
       x = 2.0 * (std::log1p(0.5 * x) - std::log(p));
     }
     threshold_ = x;
-    mean_share_ = 1.0 / (mean_seconds * options.per_second);
+    per_second_ = options.per_second;
     for (std::size_t m = 0; m < memories; ++m) {
       fade_[m] = std::exp(-1.0 / std::max(seconds[m] * options.per_second, 0.5));
     }
@@ -137,12 +177,20 @@ class LoadChange {
     }
   }
 
-  // A row of joint j: l and u, both over the deviation of the prediction by the long-run noise. A short
-  // memory has a shorter run.
-  void take(const std::array<double, 4>& l, double u, const RowNoise& noise, std::size_t j) noexcept {
+  // A row of some kind: l and u, both over the deviation of the prediction by the long-run noise. A short
+  // memory has a shorter run. Of rows whose noise is not known yet nothing can be said.
+  void take(const std::array<double, 4>& l, double u, const RowNoise& noise, std::size_t kind) noexcept {
+    if (!noise.known(kind)) {
+      return;
+    }
+    if (state_.tried) {
+      const double likely = inner(state_.delta, l);
+      state_.ratio += likely * (u - 0.5 * likely) / misfit();
+      state_.highest = std::max(state_.highest, state_.ratio);
+    }
     for (std::size_t m = 0; m < memories; ++m) {
       Sums& s = state_.sums[m];
-      const double weight = 1.0 / noise.short_run(j, fade_[m]);
+      const double weight = 1.0 / noise.short_run(kind, fade_[m]);
       for (std::size_t i = 0; i < 4; ++i) {
         s.a[i] += weight * l[i] * u;
         for (std::size_t k = 0; k <= i; ++k) {
@@ -155,34 +203,68 @@ class LoadChange {
   // One step of time: the test, then the past fades.
   void step() noexcept {
     state_.suspicion = 0.0;
+    state_.steps = std::min(state_.steps + 1.0, mean_seconds * per_second_);
+    const double share = 1.0 / std::max(state_.steps, first_seconds * per_second_);
     for (std::size_t m = 0; m < memories; ++m) {
       Sums& s = state_.sums[m];
       const double test = quadratic(s.B, s.a);
-      const double excess = std::max(s.mean / degrees, 1.0);
-      if (test / (threshold_ * excess) > state_.suspicion) {
-        state_.suspicion = test / (threshold_ * excess);
-      }
-      // A change is no measure of what is usual.
-      s.mean += mean_share_ * (std::min(test, 0.5 * threshold_ * excess) - s.mean);
-      if (state_.suspicion > 1.0) {
-        continue;
-      }
-      for (std::size_t i = 0; i < 4; ++i) {
-        s.a[i] *= fade_[m];
-        for (std::size_t k = 0; k <= i; ++k) {
-          s.B[i][k] *= fade_[m] * fade_[m];
-        }
-      }
+      const double usual = std::max(s.mean, degrees);
+      state_.tests[m] = test * degrees / (threshold_ * usual);
+      state_.suspicion = std::max(state_.suspicion, state_.tests[m]);
+      s.mean += share * (std::min(test, most_usual * usual) - s.mean);
     }
+    for (std::size_t m = 0; (state_.suspicion <= 1.0 || tried()) && m < memories; ++m) {
+      state_.sums[m].fade(fade_[m]);
+    }
+  }
+
+  // The change that was found is tried from now on: whether the rows that come show it too, by their likelihood over
+  // that of no change.
+  void try_change() noexcept {
+    const auto by = std::ranges::max_element(state_.tests) - state_.tests.begin();
+    state_.delta = most_likely(state_.sums[static_cast<std::size_t>(by)]);
+    state_.ratio = state_.highest = 0.0;
+    state_.tried = true;
+  }
+  [[nodiscard]] bool tried() const noexcept { return state_.tried; }
+  [[nodiscard]] bool shows() const noexcept { return state_.tried && state_.tests[of_late] > 0.5; }
+  [[nodiscard]] bool goes_on() const noexcept {
+    return state_.tried && state_.ratio > certain && state_.ratio > state_.highest - 0.5 * certain;
+  }
+  // Whether it does no longer. One that looks otherwise in another pose is tried anew.
+  [[nodiscard]] bool over() noexcept {
+    const bool unlike = state_.tried && state_.ratio < state_.highest - certain;
+    const bool other = unlike && state_.tests[of_late] > 1.0;
+    if (other) {
+      try_change();
+    }
+    return unlike && !other;
   }
 
   [[nodiscard]] bool found() const noexcept { return state_.suspicion > 1.0; }
   [[nodiscard]] bool quiet() const noexcept { return state_.suspicion < 0.5; }
   [[nodiscard]] double suspicion() const noexcept { return state_.suspicion; }
+  // What the test is of late over what noise makes it, at least 1: errors of the model that look like a load.
+  [[nodiscard]] double misfit() const noexcept {
+    double out = 1.0;
+    for (const Sums& s : state_.sums) {
+      out = std::max(out, s.mean / degrees);
+    }
+    return out;
+  }
+
+  // What a trial has not used yet is forgotten.
+  void forget_rows() noexcept {
+    for (std::size_t m = 0; m < memories; ++m) {
+      state_.sums[m].fade(0.0);
+      state_.tests[m] = 0.0;
+    }
+  }
 
   // Begins anew; what is usual of the test stays.
   void reset() noexcept {
     State next;
+    next.steps = state_.steps;
     for (std::size_t m = 0; m < memories; ++m) {
       next.sums[m].mean = state_.sums[m].mean;
     }
@@ -192,20 +274,42 @@ class LoadChange {
   [[nodiscard]] auto state() noexcept { return std::tie(state_); }
 
  private:
-  using Triangle = std::array<std::array<double, 4>, 4>;
+  using Vector4 = std::array<double, 4>;
+  using Triangle = std::array<Vector4, 4>;
   static constexpr double degrees = 4.0;
-  static constexpr double mean_seconds = 10.0;  // over which the mean of the test is taken
+  // Time over which the mean of the test is taken, at the begin and later [s], and what counts in it at most,
+  // over the mean.
+  static constexpr double first_seconds = 5.0;
+  static constexpr double mean_seconds = 60.0;
+  static constexpr double most_usual = 2.0;
   struct Sums {
-    std::array<double, 4> a{};
+    Vector4 a{};
     Triangle B{};
-    double mean = 2.0 * degrees;  // of the test of late
+    double mean = 1.5 * degrees;  // of the test of late
+
+    void fade(double g) noexcept {
+      for (std::size_t i = 0; i < 4; ++i) {
+        a[i] *= g;
+        for (std::size_t k = 0; k <= i; ++k) {
+          B[i][k] *= g * g;
+        }
+      }
+    }
   };
 
-  static constexpr std::size_t memories = 3;
-  static constexpr std::array<double, memories> seconds = {0.04, 0.15, 0.5};
+  static constexpr std::size_t memories = 4;
+  static constexpr std::size_t of_late = 1;  // memory that says whether there is any change of late
+  static constexpr double certain = 5.0;     // logarithm of a likelihood ratio
+  static constexpr std::array<double, memories> seconds = {0.04, 0.15, 0.5, 2.0};
   struct State {
     std::array<Sums, memories> sums{};
-    double suspicion = 0.0;
+    std::array<double, memories> tests{};  // over their thresholds
+    double suspicion = 0.0;                // the largest of these
+    double steps = 0.0;
+    bool tried = false;
+    Vector4 delta{};       // what is tried
+    double ratio = 0.0;    // logarithm of its likelihood over that of none
+    double highest = 0.0;  // so far
   };
 
   [[nodiscard]] Triangle factor(const Triangle& A) const noexcept {
@@ -221,22 +325,39 @@ class LoadChange {
     }
     return L;
   }
-  [[nodiscard]] double quadratic(const Triangle& B, const std::array<double, 4>& a) const noexcept {
-    const Triangle L = factor(B);
-    std::array<double, 4> x = a;
-    double out = 0.0;
+  // L⁻¹ a
+  [[nodiscard]] static Vector4 whitened(const Triangle& L, const Vector4& a) noexcept {
+    Vector4 x = a;
     for (std::size_t i = 0; i < 4; ++i) {
       for (std::size_t k = 0; k < i; ++k) {
         x[i] -= L[i][k] * x[k];
       }
       x[i] /= L[i][i];
-      out += x[i] * x[i];
     }
-    return out;
+    return x;
+  }
+  [[nodiscard]] static double inner(const Vector4& a, const Vector4& b) noexcept {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+  }
+  [[nodiscard]] double quadratic(const Triangle& B, const Vector4& a) const noexcept {
+    const Vector4 x = whitened(factor(B), a);
+    return inner(x, x);
+  }
+  // δ of L Lᵀ δ = a
+  [[nodiscard]] Vector4 most_likely(const Sums& s) const noexcept {
+    const Triangle L = factor(s.B);
+    Vector4 x = whitened(L, s.a);
+    for (std::size_t i = 4; i-- > 0;) {
+      for (std::size_t k = i + 1; k < 4; ++k) {
+        x[i] -= L[k][i] * x[k];
+      }
+      x[i] /= L[i][i];
+    }
+    return x;
   }
 
   double threshold_ = 0.0;
-  double mean_share_ = 0.0;
+  double per_second_ = 1.0;
   std::array<double, memories> fade_{};
   std::array<double, 4> known_{};
   State state_;

@@ -85,7 +85,8 @@ class RowStream {
     const Scalar*
         values;  ///< in the order of columns().of_joint(joint); of friction that follows the load the sign alone
     Scalar y;       ///< torque [N·m | N]
-    int direction;  ///< of its motion, ±1
+    int direction;  ///< of its motion, ±1; 0 at rest
+    Scalar speed;   ///< mean velocity [rad/s | m/s]
   };
 
   /// @param columns  of the rows
@@ -113,7 +114,11 @@ class RowStream {
         values_(other.values_),
         state_(other.state_),
         finished_(other.finished_),
-        ticks_(other.ticks_) {}
+        ticks_(other.ticks_),
+        rest_settling_(other.rest_settling_),
+        rest_averaged_(other.rest_averaged_),
+        rest_(other.rest_),
+        rest_sums_(other.rest_sums_) {}
   RowStream& operator=(const RowStream&) = delete;
 
   [[nodiscard]] Index size() const noexcept { return n_; }
@@ -136,9 +141,26 @@ class RowStream {
       if (which >= 0) {
         const Scalar* const sums = sums_of(j, which);
         const Index count = count_of(j);
-        take(Row{static_cast<std::size_t>(j), sums, sums[count], direction(j)});
+        take(Row{static_cast<std::size_t>(j), sums, sums[count], direction(j), sums[count + 1]});
       }
     }
+  }
+
+  /// Whether the last tick has ended the first 0.3 s of a rest of all joints. Then calls take(Row) for the
+  /// torques that hold the robot, the mean of 0.2 s: one row a joint, in which friction is silent and may
+  /// hold anything.
+  template <typename Take>
+  bool for_each_rest_row(const Take& take) noexcept {
+    if (rest_.ticks != rest_settling_ + rest_averaged_) {
+      return false;
+    }
+    ++rest_.ticks;  // once
+    make_rest_values();
+    for (Index j = 0; j < n_; ++j) {
+      const Scalar* const values = &values_[static_cast<std::size_t>(offsets_[static_cast<std::size_t>(j)])];
+      take(Row{static_cast<std::size_t>(j), values, values[count_of(j)], 0, Scalar(0)});
+    }
+    return true;
   }
 
   /// Whether joint j moves, fast enough and for long enough for rows.
@@ -152,10 +174,11 @@ class RowStream {
     std::ranges::fill(runs_, Run{});
     std::ranges::fill(positions_, Index{0});
     std::ranges::fill(finished_, -1);
+    rest_ = {};
   }
 
   [[nodiscard]] auto state() noexcept {
-    return std::tie(q_, tau_, runs_, positions_, sums_, finished_, ticks_);
+    return std::tie(q_, tau_, runs_, positions_, sums_, finished_, ticks_, rest_, rest_sums_);
   }
 
  private:
@@ -164,10 +187,19 @@ class RowStream {
   static constexpr double largest_torque = 1e9;
   // Two central differences in a row reach over two samples to each side.
   static constexpr Index reach = 2;
+  // A rest: no joint leaves its place by what its threshold of velocity is in so many seconds …
+  static constexpr double rest_tolerance = 0.05;
+  // … and at least this [rad | m]; what a stop leaves behind, and what is averaged [s].
+  static constexpr double least_tolerance = 2e-4;
+  static constexpr double settling_seconds = 0.1;
+  static constexpr double averaged_seconds = 0.2;
 
   struct Run {
     int direction = 0;
     Index samples = 0;  // of that direction, up to the newest velocity
+  };
+  struct Rest {
+    Index ticks = 0;
   };
   // A motor that several joints turn, whose reversals are theirs.
   struct Motor {
@@ -192,9 +224,9 @@ class RowStream {
     return options.velocity_threshold.size() == 0 ? Vector::Zero(n) : options.velocity_threshold;
   }
   [[nodiscard]] Index count_of(Index j) const noexcept {
-    return offsets_[static_cast<std::size_t>(j) + 1] - offsets_[static_cast<std::size_t>(j)] - 1;
+    return offsets_[static_cast<std::size_t>(j) + 1] - offsets_[static_cast<std::size_t>(j)] - 2;
   }
-  // Sums of joint j's window: values, then y.
+  // Sums of joint j's window: values, then y and the velocity.
   [[nodiscard]] const Scalar* sums_of(Index j, int which) const noexcept {
     return &sums_[static_cast<std::size_t>(which * offsets_.back() + offsets_[static_cast<std::size_t>(j)])];
   }
@@ -205,6 +237,9 @@ class RowStream {
   [[nodiscard]] bool usable(Index j) const noexcept;
   void take_velocity(std::size_t axis, const Scalar& velocity, double threshold) noexcept;
   void find_directions() noexcept;
+  void follow_rest(const Values& q, const Values& tau) noexcept;
+  void make_rest_values() noexcept;
+  void fill_columns() noexcept;
   void make_values() noexcept;
   void add_to_windows(Index j) noexcept;
 
@@ -217,7 +252,7 @@ class RowStream {
   std::vector<SignColumn> signs_;
   RegressorColumns columns_;
   RegressorWorkspace<Scalar> workspace_;
-  std::vector<Index> offsets_;  // of the joints' values, y behind them; (n + 1)
+  std::vector<Index> offsets_;  // of the joints' values, y and velocity behind them; (n + 1)
   std::vector<Scalar> window_;  // h, (2 stride − 1)
   Vector thresholds_;
   std::vector<Scalar> q_, tau_;   // rings
@@ -228,6 +263,9 @@ class RowStream {
   std::vector<Scalar> state_;     // q, q̇, q̈ at hand
   std::vector<int> finished_;     // of joint j, which of its two windows; −1: none
   Index ticks_ = 0;
+  Index rest_settling_, rest_averaged_;
+  Rest rest_;
+  std::vector<Scalar> rest_sums_;  // place of the rest, and sums of q and τ
 };
 
 template <typename Scalar>
@@ -240,7 +278,9 @@ RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParamet
       length_(2 * (options.ticks_of_span() + reach) + 1),
       columns_(robot, columns),
       workspace_(columns_),
-      thresholds_(thresholds_of(options, robot.size())) {
+      thresholds_(thresholds_of(options, robot.size())),
+      rest_settling_(std::max<Index>(std::lround(settling_seconds * options.f_m), 1)),
+      rest_averaged_(std::max<Index>(std::lround(averaged_seconds * options.f_m), 1)) {
   for (const Coupling& coupling : robot.couplings) {
     if (coupling.coulomb == Coupling::Coulomb::sum) {
       const Vector row = coupling.row(n_);
@@ -256,7 +296,7 @@ RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParamet
         signs_.push_back({j, static_cast<Index>(c), row.basis, row.direction});
       }
     }
-    offsets_.push_back(offsets_.back() + static_cast<Index>(own.size()) + 1);
+    offsets_.push_back(offsets_.back() + static_cast<Index>(own.size()) + 2);
   }
   for (Index m = 1 - stride_; m < stride_; ++m) {
     const double phase = std::numbers::pi * static_cast<double>(m) / static_cast<double>(stride_);
@@ -271,6 +311,7 @@ RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParamet
   values_.assign(static_cast<std::size_t>(offsets_.back()), Scalar(0));
   state_.assign(3 * n, Scalar(0));
   finished_.assign(n, -1);
+  rest_sums_.assign(3 * n, Scalar(0));
 }
 
 template <typename Scalar>
@@ -288,6 +329,7 @@ bool RowStream<Scalar>::update(const Values& q, const Values& tau) noexcept {
     tau_[static_cast<std::size_t>(slot + j)] = tau[j];
   }
   ++ticks_;
+  follow_rest(q, tau);
   std::ranges::fill(finished_, -1);
   if (ticks_ < length_) {
     return false;
@@ -321,6 +363,41 @@ void RowStream<Scalar>::take_velocity(std::size_t axis, const Scalar& velocity, 
   run.direction = direction;
 }
 
+// Sums of the positions and torques of a rest, once what came before has settled.
+template <typename Scalar>
+void RowStream<Scalar>::follow_rest(const Values& q, const Values& tau) noexcept {
+  using std::abs;
+  const auto n = static_cast<std::size_t>(n_);
+  bool still = rest_.ticks > 0;
+  for (std::size_t j = 0; j < n && still; ++j) {
+    const auto at = static_cast<Index>(j);
+    const double tolerance = std::max(rest_tolerance * thresholds_[at], least_tolerance);
+    still = abs(q[at] - rest_sums_[j]) <= static_cast<Scalar>(tolerance);
+  }
+  rest_.ticks = still ? rest_.ticks + 1 : 1;
+  const bool counts = rest_.ticks > rest_settling_ && rest_.ticks <= rest_settling_ + rest_averaged_;
+  for (std::size_t j = 0; j < n && (counts || !still); ++j) {
+    const auto at = static_cast<Index>(j);
+    rest_sums_[j] = still ? rest_sums_[j] : q[at];
+    rest_sums_[n + j] = still ? rest_sums_[n + j] + q[at] : Scalar(0);
+    rest_sums_[2 * n + j] = still ? rest_sums_[2 * n + j] + tau[at] : Scalar(0);
+  }
+}
+
+// What holds the robot at the mean position of its rest.
+template <typename Scalar>
+void RowStream<Scalar>::make_rest_values() noexcept {
+  const auto n = static_cast<std::size_t>(n_);
+  const Scalar share = Scalar(1) / static_cast<Scalar>(rest_averaged_);
+  for (std::size_t j = 0; j < n; ++j) {
+    state_[j] = rest_sums_[n + j] * share;
+    state_[n + j] = state_[2 * n + j] = Scalar(0);
+    values_[static_cast<std::size_t>(offsets_[j] + count_of(static_cast<Index>(j)))] =
+        rest_sums_[2 * n + j] * share;
+  }
+  fill_columns();
+}
+
 // Velocities of the newest sample that has one, span ticks ago.
 template <typename Scalar>
 void RowStream<Scalar>::find_directions() noexcept {
@@ -351,6 +428,17 @@ bool RowStream<Scalar>::usable(Index j) const noexcept {
   return out;
 }
 
+// The columns at the state at hand.
+template <typename Scalar>
+void RowStream<Scalar>::fill_columns() noexcept {
+  const auto n = static_cast<std::size_t>(n_);
+  const std::span<const Scalar> all(state_);
+  columns_.rows(State<Scalar>{all.first(n), all.subspan(n, n), all.subspan(2 * n, n)}, workspace_,
+                [&](std::size_t joint, Index column, const Scalar& value) {
+                  values_[static_cast<std::size_t>(offsets_[joint] + column)] = value;
+                });
+}
+
 // The row of the sample span + 2 ticks ago, see average_torque() and averaged_motion() of the identification.
 template <typename Scalar>
 void RowStream<Scalar>::make_values() noexcept {
@@ -364,15 +452,12 @@ void RowStream<Scalar>::make_values() noexcept {
     state_[n + j] = (q(2) - q(-2) + Scalar(4) * (q(1) - q(-1))) * (f / Scalar(12));
     state_[2 * n + j] = ((q(2) - q(0)) - (q(0) - q(-2))) * (f * f * Scalar(0.25));
     const auto tau = [&](Index shift) { return ago(tau_, k - shift, static_cast<Index>(j)); };
-    values_[static_cast<std::size_t>(offsets_[j + 1] - 1)] =
+    values_[static_cast<std::size_t>(offsets_[j + 1] - 1)] = state_[n + j];
+    values_[static_cast<std::size_t>(offsets_[j + 1] - 2)] =
         options_.torque_held ? (tau(-2) + Scalar(3) * (tau(-1) + tau(0)) + tau(1)) * Scalar(1) / Scalar(8)
                              : (tau(-1) + tau(0) + tau(1)) * third;
   }
-  const std::span<const Scalar> all(state_);
-  columns_.rows(State<Scalar>{all.first(n), all.subspan(n, n), all.subspan(2 * n, n)}, workspace_,
-                [&](std::size_t joint, Index column, const Scalar& value) {
-                  values_[static_cast<std::size_t>(offsets_[joint] + column)] = value;
-                });
+  fill_columns();
   for (const SignColumn& sign : signs_) {
     const auto direction = static_cast<Scalar>(runs_[sign.joint].direction);
     values_[static_cast<std::size_t>(offsets_[sign.joint] + sign.column)] =

@@ -88,7 +88,7 @@ class LoadTangent {
     for (const Rigid& rigid : joint.rigid) {
       scratch_[rigid.column] = row.values[rigid.column] * (Scalar(1) + slope);
     }
-    return {row.joint, scratch_.data(), row.y + slope * load, row.direction};
+    return {row.joint, scratch_.data(), row.y + slope * load, row.direction, row.speed};
   }
 
   [[nodiscard]] auto state() noexcept { return std::tie(point_); }
@@ -170,6 +170,12 @@ class RowTriangle {
     }
     until_step_ = std::max<Index>(until_step_ - 1, 0);
     static_cast<void>(triangle_.work(operations_, report));
+  }
+
+  // add(Row) for the rows of a rest, once it has lasted.
+  template <typename Add>
+  void rest(const Add& add) noexcept {
+    stream_.for_each_rest_row([&](const typename Stream::Row& row) { add(load_(row)); });
   }
 
   // Room for a row, full of zeros, at once: rows that wait are taken first where there is none.
