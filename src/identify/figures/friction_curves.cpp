@@ -63,10 +63,10 @@ FrictionCurve friction_law(const Robot& robot, const Identification& result, std
       phi(k, c) = factor * friction_entry(kind, out.velocity[k], of.sign_speed);
     }
   }
-  out.torque = phi * result.chi(columns);
+  out.torque = phi * result.answer()(columns);
   out.a_priori = phi * result.base.from_standard(robot.chi_st())(columns);
-  if (result.C_chi.rows() == result.chi.size()) {
-    const Matrix C = result.C_chi(columns, columns);
+  if (const Matrix& all = result.answer_covariance(); all.rows() == result.chi.size()) {
+    const Matrix C = all(columns, columns);
     out.sigma = (phi * C).cwiseProduct(phi).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
   } else {
     out.sigma = Vector::Constant(out.velocity.size(), std::numeric_limits<double>::quiet_NaN());

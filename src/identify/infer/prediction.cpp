@@ -121,7 +121,7 @@ class FittedRowsSink final : public detail::RowSink {
 };
 
 FittedRowsSink::Parameters split_parameters(const Robot& robot, const Identification& identification) {
-  const Vector& chi = identification.chi;
+  const Vector& chi = identification.answer();
   FittedRowsSink::Parameters out{chi, chi, chi, identification.base.from_standard(robot.chi_st())};
   for (Index i = 0; i < chi.size(); ++i) {
     const BaseParameter& parameter = identification.base.parameters[static_cast<std::size_t>(i)];
@@ -214,7 +214,7 @@ Prediction predict(const Robot& robot, const Identification& identification, con
   out.f_m = log.f_m;
   out.start = log.t[every.first_sample()];
   out.row_stride = detail::stride_of(fitted);
-  const detail::JointSinks<PredictionSink> series = predictions(every, identification.chi);
+  const detail::JointSinks<PredictionSink> series = predictions(every, identification.answer());
   for (std::size_t j = 0; j < every.joints(); ++j) {
     JointPrediction& joint = out.joints.emplace_back();
     joint.measured = series[j].measured();

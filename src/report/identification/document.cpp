@@ -65,7 +65,7 @@ KeyFigures figures_of(const Identification& result) {
   KeyFigures out{
       {{known_of_all(result), "base parameters identified"}, {std::to_string(result.fit.rows), "rows"}}};
   if (predicted(result)) {
-    out.figures.emplace_back(percent(result.fit.relative_error), "torque error of the fit");
+    out.figures.emplace_back(percent(result.answer_fit().relative_error), "torque error of the fit");
   }
   if (result.forecast && std::isfinite(result.forecast->relative_error)) {
     out.figures.emplace_back(percent(result.forecast->relative_error), "forecast for random motion");
@@ -88,9 +88,9 @@ Document verdict_of(const Identification& result) {
                      : "Not identified: " + std::string(why_not(result.status));
   out.line = result.title + ": " + std::string(name(result.status)) + ", " + known_of_all(result) +
              " base parameters from " + std::to_string(result.fit.rows) + " rows, relative error " +
-             percent(result.fit.relative_error) +
-             (std::isfinite(result.fit.reference_error)
-                  ? " (" + percent(result.fit.reference_error) + " by the paper's rows)"
+             percent(result.answer_fit().relative_error) +
+             (std::isfinite(result.answer_fit().reference_error)
+                  ? " (" + percent(result.answer_fit().reference_error) + " by the paper's rows)"
                   : "") +
              (std::isfinite(result.condition) ? ", condition " + number(result.condition, 4) : "");
   // The reasons of a doubtful result are findings, which say what to do as well.

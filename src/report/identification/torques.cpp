@@ -208,8 +208,8 @@ std::size_t worst_joint(const Fit& fit) {
 std::vector<Block> first_look(const Evidence& evidence) {
   // Of so many rows all are there, and in double precision: the error of what is drawn is that of the table.
   constexpr Index most_rows = 12'000;
-  const std::size_t worst = worst_joint(evidence.result.fit);
-  const JointFit& fit = evidence.result.fit.joints[worst];
+  const std::size_t worst = worst_joint(evidence.result.answer_fit());
+  const JointFit& fit = evidence.result.answer_fit().joints[worst];
   const StackedRows rows = stacked_rows(evidence.fitted(), worst);
   Chart chart = torque_chart(evidence, worst, rows, most_rows, true);
   chart.id = "worst-joint";
