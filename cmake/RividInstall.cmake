@@ -79,6 +79,8 @@ endforeach()
 # Robots to try the tools on; the first is that of the demo.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scara ${PROJECT_SOURCE_DIR}/data/six_axis
         DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid PATTERN made EXCLUDE)
+# Tools of ROS know an installed package by this file.
+install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # What is compiled or linked into the library and the tools asks for its licence beside the binaries.
