@@ -83,6 +83,8 @@ endforeach()
 # Robots to try the tools on; the first is that of the demo.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scara ${PROJECT_SOURCE_DIR}/data/six_axis
         DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid PATTERN made EXCLUDE)
+# Tools of ROS know an installed package by this file.
+install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/rivid)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # What is compiled or linked into the library and the tools asks for its licence beside the binaries.
@@ -107,7 +109,7 @@ if(DEFINED ENV{SOURCE_DATE_EPOCH})
 endif()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/rivid.spdx.in ${PROJECT_BINARY_DIR}/rivid.spdx @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/rivid.spdx DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN site EXCLUDE)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN site EXCLUDE PATTERN paper EXCLUDE)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME rivid)
@@ -121,6 +123,7 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "identifies the dynamic parameters of robo
 set(CPACK_PACKAGE_DESCRIPTION_FILE ${CMAKE_CURRENT_LIST_DIR}/package_description.txt)
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_STRIP_FILES ON)
+set(CPACK_POST_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/InstalledSize.cmake)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)

@@ -12,6 +12,7 @@ rivid_script_test(
   layering_finds_violations ${CMAKE_CURRENT_SOURCE_DIR}/layering/violations.cmake unit
   -DCHECK=${PROJECT_SOURCE_DIR}/cmake/check_layering.cmake -DWORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/layering)
 
+rivid_script_test(machines ${CMAKE_CURRENT_SOURCE_DIR}/install/machines.cmake unit -DCHECK=${PROJECT_SOURCE_DIR}/cmake/RividMachine.cmake)
 rivid_script_test(public_face ${PROJECT_SOURCE_DIR}/cmake/check_public_face.cmake unit
                   -DINCLUDE_DIR=${PROJECT_SOURCE_DIR}/include)
 
