@@ -104,7 +104,7 @@ OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const L
   const Matrix q = log.q.transpose();
   const Matrix tau = effort(model.robot, log).transpose();
   options.state.payload.rows.f_m = log.f_m;
-  options.state.learn = std::min(options.learn, static_cast<double>(q.cols() / 2) / log.f_m);
+  options.state.learn = std::min(options.learn, 0.5 * static_cast<double>(q.cols()) / log.f_m);
   RobotState<double> state(model, dynamics, options.state);
   const Index step = std::max<Index>(std::lround(options.interval * log.f_m), 1);
   const Index records = (q.cols() + step - 1) / step;

@@ -421,9 +421,8 @@ TEST_F(Page, ThePageOfAReplayIsShown) {
            first: texts[0].split("\n")[0], files: texts.length, ids: [...document.querySelectorAll("nav a")].map((a) => a.hash) };)",
                                         {"--window-size=390,844"}));
   EXPECT_LE(found.at("page"), found.at("width"));
-  // Without thresholds of contacts there is no plot of these.
-  EXPECT_EQ(found.at("figures"), 4);
-  EXPECT_EQ(found.at("files"), 8) << "CSV and SVG of each";
+  EXPECT_EQ(found.at("figures"), 5);
+  EXPECT_EQ(found.at("files"), 10) << "CSV and SVG of each";
   EXPECT_EQ(found.at("first"), "series,t [s],mass [kg],upper");
   EXPECT_EQ(found.at("ids"), Json({"#payload", "#friction", "#contact"}));
 }

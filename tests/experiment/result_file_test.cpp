@@ -155,6 +155,7 @@ class IdentifiedScara : public ResultFile {
     Identification result = result_;
     result.estimation.signal = {.rows = RowScheme::paper, .trim = {{0, 0}}};
     result.chi = chi;
+    result.physical.reset();
     const Prediction prediction = predict(experiment_.robot, result, log);
     Matrix tau(prediction.samples(), experiment_.robot.size());
     for (Index j = 0; j < tau.cols(); ++j) {
