@@ -91,7 +91,8 @@ CLI::Option* added(CLI::App& app, const Argument& argument) {
   return std::visit(
       [&](auto* target) {
         if constexpr (std::is_same_v<decltype(target), bool*>) {
-          return app.add_flag(with_short_name(argument.name), *target, argument.text);
+          bool& flag = target != nullptr ? *target : replaces_foreign_files();
+          return app.add_flag(with_short_name(argument.name), flag, argument.text);
         } else {
           return app.add_option(with_short_name(argument.name), *target, argument.text)
               ->type_name(argument.value);

