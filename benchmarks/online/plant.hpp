@@ -5,9 +5,11 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../robots.hpp"
+#include "bodies.hpp"
 #include "rivid/online/model.hpp"
 #include "rivid/online/row_stream.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
@@ -38,26 +40,15 @@ class Plant {
   double encoder_noise = 2e-6;
 
   Plant(Robot arm, std::uint64_t seed) : robot(std::move(arm)) {
-    std::mt19937_64 random(seed);
-    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    give_bodies(robot, seed);
     const Index n = robot.size();
     friction.Fc = friction.Fv = Vector::Zero(n);
     for (Index j = 0; j < n; ++j) {
-      const double part = 1.0 - static_cast<double>(j) / static_cast<double>(n);
-      const double mass = 1.0 + 7.0 * part;
-      const Eigen::Vector3d com(0.1 * unit(random) - 0.05, 0.1 * unit(random) - 0.05,
-                                0.1 * unit(random) - 0.05);
-      const Eigen::Vector3d second =
-          mass * 0.006 * Eigen::Vector3d(0.5 + unit(random), 0.5 + unit(random), 0.5 + unit(random));
-      const auto at = static_cast<std::size_t>(j);
-      robot.inertials[at] = inertial_from_com(
-          mass, com, Eigen::Matrix3d((second.sum() * Eigen::Vector3d::Ones() - second).asDiagonal()));
-      Joint& joint = robot.joints[at];
+      Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+      friction.Fv[j] = std::exchange(joint.Fv, 0.0);
+      friction.Fc[j] = std::exchange(joint.Fc, 0.0);
       joint.friction = Friction::none;
-      joint.Ia = 0.05 + 0.8 * part * part;
       joint.rotor_inertia = true;
-      friction.Fv[j] = 1.0 + 9.0 * part;
-      friction.Fc[j] = 1.0 + 7.0 * part;
     }
     chi_st = robot.chi_st();
     torque_noise = Vector::LinSpaced(n, 1.5, 0.3);
@@ -196,28 +187,6 @@ class PickAndPlace {
   double rest_ = 0.5;
   bool moving_ = false;
 };
-
-// Torques of a force on a point of a link, by the chain itself.
-inline Vector torques_of_force(const Robot& robot, const Vector& q, Index link,
-                               const Eigen::Vector3d& force) {
-  std::vector<Eigen::Vector3d> axes;
-  std::vector<Eigen::Vector3d> origins;
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();
-  for (Index j = 0; j <= link; ++j) {
-    const Chain::Link& l = robot.chain.links[static_cast<std::size_t>(j)];
-    p += R * l.p;
-    R = R * l.R * Eigen::AngleAxisd(q[j], Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    axes.emplace_back(R.col(2));
-    origins.push_back(p);
-  }
-  const Eigen::Vector3d at = p + R * Eigen::Vector3d(0.05, 0.05, 0.1);
-  Vector out = Vector::Zero(q.size());
-  for (Index j = 0; j <= link; ++j) {
-    out[j] = axes[static_cast<std::size_t>(j)].cross(at - origins[static_cast<std::size_t>(j)]).dot(force);
-  }
-  return out;
-}
 
 // What an identification of a log without a payload finds: weighted least squares of its rows, with the
 // covariance of blocks of a second.

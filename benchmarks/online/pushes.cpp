@@ -69,27 +69,6 @@ class Stream {
   Vector chi_st_;
 };
 
-// Geometry by the chain itself: torques of a force on the origin of the frame behind a link.
-Vector torques_of_force(const Robot& robot, const Vector& q, Index link, const Eigen::Vector3d& force) {
-  std::vector<Eigen::Vector3d> axes;
-  std::vector<Eigen::Vector3d> origins;
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();
-  for (Index j = 0; j <= link; ++j) {
-    const Chain::Link& l = robot.chain.links[static_cast<std::size_t>(j)];
-    p += R * l.p;
-    R = R * l.R * Eigen::AngleAxisd(q[j], Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    axes.emplace_back(R.col(2));
-    origins.push_back(p);
-  }
-  const Eigen::Vector3d at = p + R * Eigen::Vector3d(0.05, 0.05, 0.1);
-  Vector out = Vector::Zero(q.size());
-  for (Index j = 0; j <= link; ++j) {
-    out[j] = axes[static_cast<std::size_t>(j)].cross(at - origins[static_cast<std::size_t>(j)]).dot(force);
-  }
-  return out;
-}
-
 struct Push {
   Index link = 0;
   double size = 0.0;

@@ -4,7 +4,11 @@
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <numeric>
+#include <string>
+#include <type_traits>
+#include <variant>
 
 #include "plant.hpp"
 #include "rivid/online/payload_estimator.hpp"
@@ -468,87 +472,47 @@ void ticks(const Settings& s) {
             << ", worst " << us.back() << std::endl;
 }
 
+// Settings by their words: all are numbers.
+std::map<std::string, std::variant<int*, double*, bool*, std::uint64_t*>> words_of(Settings& s) {
+  return {{"arm", &s.arm},           {"cycles", &s.cycles}, {"f", &s.f_m},       {"warm", &s.warm},
+          {"load", &s.load},         {"ripple", &s.ripple}, {"bad", &s.bad},     {"stribeck", &s.stribeck},
+          {"stiction", &s.stiction}, {"still", &s.still},   {"hours", &s.hours}, {"modelled", &s.model_load},
+          {"state", &s.state},       {"say", &s.say},       {"learn", &s.learn}, {"drift", &s.drift},
+          {"change", &s.change},     {"push", &s.push},     {"lf", &s.lf},       {"seed", &s.seed}};
+}
+
 }  // namespace
 }  // namespace rivid::benchmarks
 
 int main(int argc, char** argv) {
-  rivid::benchmarks::Settings s;
-  const std::string name = argc > 1 ? argv[1] : "";
-  for (int i = 2; i + 1 < argc; i += 2) {
-    const std::string key = argv[i];
-    const double value = std::atof(argv[i + 1]);
-    if (key == "arm") {
-      s.arm = static_cast<int>(value);
-    }
-    if (key == "cycles") {
-      s.cycles = static_cast<int>(value);
-    }
-    if (key == "f") {
-      s.f_m = value;
-    }
-    if (key == "warm") {
-      s.warm = value;
-    }
-    if (key == "load") {
-      s.load = value;
-    }
-    if (key == "ripple") {
-      s.ripple = value;
-    }
-    if (key == "stribeck") {
-      s.stribeck = value;
-    }
-    if (key == "stiction") {
-      s.stiction = value;
-    }
-    if (key == "bad") {
-      s.bad = value;
-    }
-    if (key == "still") {
-      s.still = static_cast<int>(value);
-    }
-    if (key == "modelled") {
-      s.model_load = value != 0.0;
-    }
-    if (key == "hours") {
-      s.hours = value;
-    }
-    if (key == "state") {
-      s.state = static_cast<int>(value);
-    }
-    if (key == "say") {
-      s.say = static_cast<int>(value);
-    }
-    if (key == "learn") {
-      s.learn = value;
-    }
-    if (key == "drift") {
-      s.drift = value;
-    }
-    if (key == "change") {
-      s.change = value;
-    }
-    if (key == "push") {
-      s.push = value;
-    }
-    if (key == "lf") {
-      s.lf = value;
-    }
-    if (key == "seed") {
-      s.seed = static_cast<std::uint64_t>(value);
+  using namespace rivid::benchmarks;
+  const std::map<std::string, void (*)(const Settings&)> studies = {
+      {"pick", run}, {"contacts", contacts}, {"poses", poses}, {"ticks", ticks}};
+  Settings settings;
+  const auto words = words_of(settings);
+  const auto study = argc > 1 ? studies.find(argv[1]) : studies.end();
+  bool known = study != studies.end() && argc % 2 == 0;
+  for (int i = 2; known && i < argc; i += 2) {
+    const auto word = words.find(argv[i]);
+    known = word != words.end();
+    if (known) {
+      std::visit(
+          [&](auto* to) { *to = static_cast<std::remove_pointer_t<decltype(to)>>(std::atof(argv[i + 1])); },
+          word->second);
     }
   }
-  if (name == "pick") {
-    rivid::benchmarks::run(s);
+  if (!known) {
+    std::cerr << "usage: benchmark_online_shift STUDY [SETTING NUMBER ...]\nstudies:";
+    for (const auto& [name, run_it] : studies) {
+      std::cerr << " " << name;
+    }
+    std::cerr << "\nsettings:";
+    for (const auto& [name, to] : words) {
+      std::cerr << " " << name;
+    }
+    std::cerr << "\n";
+    return 2;
   }
-  if (name == "contacts") {
-    rivid::benchmarks::contacts(s);
-  }
-  if (name == "poses") {
-    rivid::benchmarks::poses(s);
-  }
-  if (name == "ticks") {
-    rivid::benchmarks::ticks(s);
-  }
+  study->second(settings);
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "../robots.hpp"
+#include "bodies.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/urdf.hpp"
@@ -29,28 +30,6 @@ struct Arm {
   Vector torque_noise;  // of each tick, (n) [N·m]
   OnlineModel model;    // identified from a noisy log
 };
-
-// Friction that arms of this size have, and links of a few kilograms that get lighter towards the tip.
-inline void give_bodies(Robot& robot, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const auto n = robot.joints.size();
-  for (std::size_t j = 0; j < n; ++j) {
-    const double part = 1.0 - static_cast<double>(j) / static_cast<double>(n);
-    const double mass = 1.0 + 7.0 * part;
-    const Eigen::Vector3d com(0.1 * unit(random) - 0.05, 0.1 * unit(random) - 0.05,
-                              0.1 * unit(random) - 0.05);
-    const Eigen::Vector3d second =
-        mass * 0.006 * Eigen::Vector3d(0.5 + unit(random), 0.5 + unit(random), 0.5 + unit(random));
-    robot.inertials[j] = inertial_from_com(
-        mass, com, Eigen::Matrix3d((second.sum() * Eigen::Vector3d::Ones() - second).asDiagonal()));
-    Joint& joint = robot.joints[j];
-    joint.friction = Friction::symmetric;
-    joint.Ia = 0.05 + 0.8 * part * part;
-    joint.Fv = 1.0 + 9.0 * part;
-    joint.Fc = 1.0 + 7.0 * part;
-  }
-}
 
 inline Vector noise_of(Index joints) {
   return Vector::LinSpaced(joints, 2.0, 0.4);  // of the torques at 1 kHz

@@ -125,12 +125,11 @@ struct PhysicalParameters {
         Field{"options", nullptr, "[`[method.physical]`](experiment.md#methodphysical) as it was used"},
         Field{"better", nullptr,
               "whether left-out blocks of time are predicted better than by `parameters`, or these are not "
-              "all determined: then this set is "
-              "the answer"},
+              "all determined: then this set is the answer"},
         Field{"sigma",
               nullptr,
-              "deviations of `chi` by these blocks and by what the prior decided; empty where the blocks can "
-              "not say",
+              "deviations of `chi` by these blocks and by what the prior decided; empty where the blocks "
+              "can not say",
               {.unit = "SI"}},
         Field{"cost", &R::cost, "distance + weight × divergence", {.unit = "1"}},
         Field{"distance", &R::distance, "½ (χ̂ − χ)ᵀ C_χχ⁻¹ (χ̂ − χ)", {.unit = "1"}},

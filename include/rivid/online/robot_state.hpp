@@ -79,8 +79,8 @@ class BodyTorque {
 /// The state of a robot in its control loop, for a whole shift: payload, friction and contacts, each of which uses
 /// what the others have learned.
 ///
-/// TickGate makes even ticks of those that come. PayloadEstimator learns payload and friction; the observer of
-/// contacts is told both, so that neither a load nor friction that has changed since the morning is a contact.
+/// TickGate makes even ticks of those that come. PayloadEstimator learns payload and friction. The observer of
+/// contacts is told the payload, and its thresholds follow what friction drifts by.
 /// While something touches the robot nothing is learned of it. What a controller knows — the gripper has closed,
 /// this part has 2 kg — it says by payload_changed(), payload_known() and gripper().
 ///

@@ -44,8 +44,8 @@ void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParam
 void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
                  const Reading& reading, const Vector& chi, Findings& out);
 
-// Values that physics forbids, beyond doubt or almost: friction that drives, inertias that are negative; and where nothing else is wrong, torques that the result does
-// not explain.
+// Values that physics forbids, beyond doubt or almost: friction that drives, inertias that are negative; and
+// where nothing else is wrong, torques that the result does not explain.
 //
 // logs  of the probe
 void check_physics(const TorqueProbe& probe, const Robot& robot, std::span<const Log> logs,

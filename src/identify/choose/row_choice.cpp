@@ -380,7 +380,7 @@ class Chooser {
         estimate.root.colwise().norm().transpose().unaryExpr([](double x) { return x > 0.0 ? x : 1.0; });
     const Vector scale = norms.cwiseInverse();
     const double torques = (estimate.root * estimate.chi).norm();
-    const double pull = estimate.sigma * estimate.sigma / std::max(torques * torques, 1e-300);
+    const double pull = torques > 0.0 ? std::pow(estimate.sigma / torques, 2) : 1.0;
     const SymmetricEigen rows = symmetric_eigen(
         scale.asDiagonal() * (estimate.root.transpose() * estimate.root) * scale.asDiagonal());
     const Vector with_prior = (rows.values.cwiseMax(0.0).array() + pull).inverse();
