@@ -80,8 +80,7 @@ Experiment experiment_of(const CompareArguments& arguments, const std::vector<Ju
 
 // What a URDF alone predicts: its bodies and its friction, without rotors.
 Robot urdf_robot(const Path& file, const Robot& like) {
-  Robot out =
-      read_urdf(file, {.base = like.base, .tip = like.joints.back().link, .gravity = like.chain.gravity});
+  Robot out = read_urdf(file, same_part(like));
   for (Joint& joint : out.joints) {
     joint.friction = Friction::coulomb;
     joint.rotor_inertia = false;

@@ -33,6 +33,7 @@ struct PayloadArguments : Given {
   std::filesystem::path arm;
   std::vector<std::string> masses;
   std::string gains;
+  std::string link;
   std::string flange;
   std::string model = "automatic";
   int threads = 1;
@@ -171,6 +172,7 @@ int payload(const PayloadArguments& arguments) {
   const Robot& robot = arm ? arm->robot : experiment.robot;
   PayloadOptions options;
   options.gain_sigma = gain_sigma_of(arguments, robot);
+  options.link = arguments.link;
   take_flange(arguments.flange, options);
   options.load_friction = arguments.load_friction;
   options.model = named<PayloadModel>(arguments.model).value_or(PayloadModel::automatic);
@@ -231,8 +233,9 @@ int payload_command(int argc, char** argv) {
              "Standard deviation of the drive gains in percent, or estimate; one, or one a joint: 1,1,2. "
              "Default: they are exact",
              &to.gains},
+            {"--link", "LINK", "Moving link that the payload is on. Default: the last of the arm", &to.link},
             {"--flange", "POSE",
-             "Flange in the frame of the last link: x,y,z,roll,pitch,yaw [m, rad]. Default: that frame",
+             "Flange in the frame of that link: x,y,z,roll,pitch,yaw [m, rad]. Default: that frame",
              &to.flange},
             {"--model", "automatic|point|body", "Ten parameters, or mass and centre of mass alone",
              &to.model},

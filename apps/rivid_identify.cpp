@@ -129,8 +129,12 @@ std::string plan_in_words(const Experiment& experiment, const std::vector<Planne
   std::ostringstream out;
   const Robot& robot = experiment.robot;
   const BaseParameters base = base_parameters(robot);
+  std::vector<std::string> tips;
+  for (const std::size_t tip : robot.chain.tips()) {
+    tips.push_back(robot.joints[tip].link);
+  }
   out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", " << robot.size()
-      << " joints from \"" << robot.base << "\" to \"" << robot.joints.back().link << "\", " << base.size()
+      << " joints from \"" << robot.base << "\" to " << quoted_list(tips) << ", " << base.size()
       << " base parameters of " << base.standard.size() << " standard ones (gap of the rank decision "
       << number(base.rank_gap(), 2) << ")\n";
   if (const auto doubt = base.doubt()) {

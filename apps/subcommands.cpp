@@ -134,7 +134,7 @@ int init_command(int argc, char** argv) {
                      {"logs", "LOG.csv", "Logs of its motion; the last of several is kept for validation",
                       &to.logs, true},
                      {"--base", "LINK", "Link that stands still; default: the root", &to.options.base},
-                     {"--tip", "LINK", "Last link of the arm; needed where the robot branches",
+                     {"--tip", "LINK", "Last link of an arm; default: all joints of the logs",
                       &to.options.tip},
                      {"--output", "FILE.toml", "The experiment file; default: ROBOT.toml in this folder",
                       &to.output},

@@ -96,6 +96,7 @@ def identify_payloads(
     arm: Fit | str | PathLike[str] | None = None,
     gains: ArrayLike | Literal["estimate"] | None = None,
     mass: float | Mapping[str, float] | None = None,
+    link: str = "",
     flange: tuple[ArrayLike, ArrayLike] | None = None,
     model: Literal["automatic", "point", "body"] = "automatic",
     load_friction: bool = False,
@@ -105,7 +106,8 @@ def identify_payloads(
 
     ``loaded`` is what ``read_logs`` takes, or a dict of that by the names of several payloads. The arm is known from the logs ``without`` or as ``arm``, a
     ``Fit`` or the path of a result.json. ``gains`` are standard deviations of the drive gains in percent, one or one a joint; ``"estimate"`` (or infinity):
-    unknown, then ``mass`` [kg] sets their scale. ``flange`` is its pose in the frame of the last link: rotation matrix (3, 3) and origin (3) [m].
+    unknown, then ``mass`` [kg] sets their scale. ``link`` is the moving link that it is on, the last of an arm without it, and
+    ``flange`` the flange's pose in the frame of that link: rotation matrix (3, 3) and origin (3) [m].
 
     Raises InputError where robot, logs and options do not fit together.
     """
@@ -124,7 +126,7 @@ def identify_payloads(
     loads = [(name, [log._log for log in read_logs(logs, robot)], masses.get(name)) for name, logs in named.items()]
     axes, origin = (np.eye(3), np.zeros(3)) if flange is None else flange
     R, p = shaped("identify_payloads: flange axes", axes, (3, 3)), shaped("identify_payloads: flange origin", origin, (3,))
-    options = _rivid.PayloadOptions(model, R, p, _gain_sigma(gains, len(robot)), load_friction)
+    options = _rivid.PayloadOptions(model, link, R, p, _gain_sigma(gains, len(robot)), load_friction)
     sections = text_of(Wls() if method is None else method, "identify_payloads")
     alone = [] if without is None else [log._log for log in read_logs(without, robot)]
     return Payloads(*_rivid.identify_payloads(robot._robot, loads, alone, known, sections, options, threads))

@@ -27,7 +27,7 @@ _MDH_COLUMNS = ("joint", "type", "alpha", "a", "d", "theta")
 
 
 class Robot:
-    """A serial robot: geometry, drives, friction laws, and the a-priori values of its description.
+    """A robot: geometry, drives, friction laws, and the a-priori values of its description.
 
     ``Robot.from_urdf`` and ``Robot.from_mdh`` make one. It never changes.
     """
@@ -38,7 +38,7 @@ class Robot:
 
     @classmethod
     def from_urdf(cls, path: str | PathLike[str], **keys: Unpack[RobotKeys]) -> Robot:
-        """The chain of a URDF from ``base`` to ``tip``.
+        """The robot of a URDF: the chain from ``base`` to ``tip``, the joints ``moving``, or all that moves.
 
         ``keys`` are those of [robot] in an experiment file: ``friction="symmetric"``, ``rotor_inertia=False``,
         ``joints={"elbow": {"gear_ratio": 101}}``, … Raises InputError for what can not be used, with the line of the file.

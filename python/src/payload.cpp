@@ -52,15 +52,16 @@ void bind_payload(nb::module_& m) {
   nb::class_<PayloadOptions>(m, "PayloadOptions", "What is known beside the logs.")
       .def(
           "__init__",
-          [](PayloadOptions* self, const std::string& model, const Eigen::Matrix3d& R,
-             const Eigen::Vector3d& p, const Vector& gain_sigma, bool load_friction) {
+          [](PayloadOptions* self, const std::string& model, const std::string& link,
+             const Eigen::Matrix3d& R, const Eigen::Vector3d& p, const Vector& gain_sigma,
+             bool load_friction) {
             const auto known = named<PayloadModel>(model);
             if (!known) {
               throw InputError("model is \"" + model + "\", must be automatic, point or body");
             }
-            new (self) PayloadOptions{*known, R, p, gain_sigma, load_friction};
+            new (self) PayloadOptions{*known, link, R, p, gain_sigma, load_friction};
           },
-          "model"_a, "R"_a, "p"_a, "gain_sigma"_a, "load_friction"_a);
+          "model"_a, "link"_a, "R"_a, "p"_a, "gain_sigma"_a, "load_friction"_a);
   m.def("identify_payloads", &payloads, "robot"_a, "loads"_a, "without"_a, "arm"_a.none(), "sections"_a,
         "options"_a, "threads"_a, Unlocked());
 }

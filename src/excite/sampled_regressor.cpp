@@ -41,7 +41,7 @@ SampledRegressor::SampledRegressor(const Robot& robot, const BaseParameters& bas
       columns_(robot, base.columns()),
       link_entries_(columns_.entries().size() - columns_.plan().own_count),
       kernel_(&kernel_for<SlopesKernel>()),
-      scratch_(aligned_doubles(kernel_->scratch(columns_.joints()))) {}
+      scratch_(aligned_doubles(kernel_->scratch(columns_.joints(), columns_.plan().forks))) {}
 
 void SampledRegressor::rows(const Motion& motion, std::vector<Matrix>& W) {
   const Index N = motion.samples();
@@ -97,7 +97,7 @@ std::vector<double> SampledRegressor::by_link(const Vector& chi) const {
   std::vector<double> out(10 * plan.joints, 0.0);
   std::size_t e = 0;
   for (std::size_t j = 0; j < plan.joints; ++j) {
-    // All rows i ≤ j have the same parameters of the link.
+    // The rows of all joints on the way to it have the same parameters of the link.
     const std::size_t first = e;
     for (std::size_t k = 0; k < 10; ++k) {
       if ((plan.links[j].mask >> k & 1U) != 0U) {
@@ -105,7 +105,7 @@ std::vector<double> SampledRegressor::by_link(const Vector& chi) const {
         out[10 * j + k] = chi[columns(entry.joint)[static_cast<std::size_t>(entry.column)]];
       }
     }
-    e = first + (e - first) * (j + 1);
+    e = first + (e - first) * static_cast<std::size_t>(plan.links[j].depth + 1);
   }
   return out;
 }

@@ -113,9 +113,10 @@ class SlopesPass {
   using Memory = Stored<Scalar>;
 
   // Doubles that a pass writes its intermediate values to.
-  static constexpr std::size_t scratch(std::size_t joints) {
+  static constexpr std::size_t scratch(std::size_t joints, std::size_t forks) {
     return (joints * (sizeof(PassedLink<Scalar>) + sizeof(Screw<Scalar>)) +
-            joints * joints * sizeof(Screw<Scalar>)) /
+            joints * joints * sizeof(Screw<Scalar>) +
+            forks * (sizeof(MotionSlope<Scalar>) + joints * sizeof(Screw<Scalar>))) /
            sizeof(double);
   }
 
@@ -124,7 +125,9 @@ class SlopesPass {
         n_(task.plan.joints),
         links_(reinterpret_cast<PassedLink<Scalar>*>(scratch)),
         wrenches_(reinterpret_cast<Screw<Scalar>*>(links_ + n_)),
-        screws_(wrenches_ + n_) {}
+        screws_(wrenches_ + n_),
+        fork_slopes_(reinterpret_cast<MotionSlope<Scalar>*>(screws_ + n_ * n_)),
+        fork_wrenches_(reinterpret_cast<Screw<Scalar>*>(fork_slopes_ + task.plan.forks)) {}
 
   static void fill(const SlopesTask& task, std::size_t packs, double* scratch) {
     SlopesPass pass(task, scratch);
@@ -157,8 +160,13 @@ class SlopesPass {
     }
   }
 
-  // Screw of joint i in frame j > i.
-  [[gnu::always_inline]] Screw<Scalar>& screw(std::size_t i, std::size_t j) { return screws_[j * n_ + i]; }
+  // Screw of a joint on the way to link j, of this depth, in frame j.
+  [[gnu::always_inline]] Screw<Scalar>& screw(std::size_t depth, std::size_t j) {
+    return screws_[j * n_ + depth];
+  }
+  [[nodiscard, gnu::always_inline]] std::size_t depth(std::size_t j) const {
+    return static_cast<std::size_t>(task_.plan.links[j].depth);
+  }
 
   [[gnu::always_inline]] static Screw<Scalar> own_screw(const LinkPlan& link) {
     const Vec3<Scalar> z = {Scalar(0.0), Scalar(0.0), Scalar(1.0)};
@@ -189,8 +197,8 @@ class SlopesPass {
     const Scalar zero(0.0);
     FrameMotion<Scalar> m = {
         {zero, zero, zero}, {zero, zero, zero}, rotated(constant<Scalar>(link.accel), angle.c, angle.s)};
-    if (j > 0) {
-      m = carried<turn, 7>(link, links_[j - 1].motion, links_[j - 1].U, angle);
+    if (link.parent >= 0) {
+      m = carried<turn, 7>(link, links_[link.parent].motion, links_[link.parent].U, angle);
     }
     const Scalar qdd =
         Memory::load(task_.input.qdd + static_cast<std::ptrdiff_t>(j) * task_.input.qdd_stride + row_);
@@ -204,10 +212,10 @@ class SlopesPass {
       m.accel.z = m.accel.z + qdd;
     }
     to.motion = m;
-    for (std::size_t i = 0; i < j; ++i) {
+    for (std::size_t i = 0; i < depth(j); ++i) {
       Screw<Scalar> s;
-      if (i + 1 < j) {
-        const Screw<Scalar>& before = screw(i, j - 1);
+      if (i + 1 < depth(j)) {
+        const Screw<Scalar>& before = screw(i, static_cast<std::size_t>(link.parent));
         s.w = turned<turn>(link.R, before.w);
         s.v = turned<turn>(link.R, shifted<7>(before.v, before.w, link.p));
       } else {
@@ -223,10 +231,11 @@ class SlopesPass {
     }
   }
 
-  // What row i contributes at link j, besides what links behind it have.
+  // What the row of the joint of depth i on the way to link j contributes there, besides what links behind it
+  // have.
   [[gnu::always_inline]] void add_row(std::size_t i, std::size_t j, const Coefficients<Scalar>& body,
                                       MotionSlope<Scalar>& slope) {
-    if (i == j) {
+    if (i == depth(j)) {
       add_power_slope(body, own_screw(task_.plan.links[j]), links_[j].motion, slope);
       return;
     }
@@ -238,13 +247,13 @@ class SlopesPass {
   void slopes_of_sum() {
     std::size_t entries = 0;
     for (std::size_t j = 0; j < n_; ++j) {
-      entries += (j + 1) * static_cast<std::size_t>(__builtin_popcount(task_.plan.links[j].mask));
+      entries += (depth(j) + 1) * static_cast<std::size_t>(__builtin_popcount(task_.plan.links[j].mask));
     }
     const double* const* G = task_.G + entries;
     backward(0, task_.of_sum, [&](std::size_t j, MotionSlope<Scalar>& slope) {
       const LinkPlan& link = task_.plan.links[j];
       const auto wanted = __builtin_popcount(link.mask);
-      for (std::size_t i = j + 1; i-- > 0;) {
+      for (std::size_t i = depth(j) + 1; i-- > 0;) {
         G -= wanted;
         add_row(i, j, coefficients_of<Scalar>(link, G, row_), slope);
       }
@@ -252,24 +261,37 @@ class SlopesPass {
   }
 
   void slopes_of_torque(std::size_t i) {
-    backward(i, task_.of_torque[i], [&](std::size_t j, MotionSlope<Scalar>& slope) {
-      if (j >= i) {
-        add_row(i, j, coefficients_of<Scalar>(task_.plan.links[j], task_.chi + 10 * j), slope);
+    const auto end = static_cast<std::size_t>(task_.plan.links[i].end);
+    backward(depth(i), task_.of_torque[i], [&](std::size_t j, MotionSlope<Scalar>& slope) {
+      if (j >= i && j < end) {
+        add_row(depth(i), j, coefficients_of<Scalar>(task_.plan.links[j], task_.chi + 10 * j), slope);
       }
     });
   }
 
-  // From the tip to the base: `add_rows` adds what the rows contribute at each link; those before `first`
-  // have none.
+  // From the tips to the base: `add_rows` adds what the rows contribute at each link; those of a depth below
+  // `first` have none.
   template <typename AddRows>
   [[gnu::always_inline]] void backward(std::size_t first, const SlopeTarget& target,
                                        const AddRows& add_rows) {
     const Vec3<Scalar> none = {Scalar(0.0), Scalar(0.0), Scalar(0.0)};
-    for (std::size_t i = first; i < n_; ++i) {
-      wrenches_[i] = {none, none};
+    const MotionSlope<Scalar> no_slope = {none, none, none};
+    const auto clear = [&](Screw<Scalar>* wrenches) {
+      for (std::size_t i = first; i < n_; ++i) {
+        wrenches[i] = {none, none};
+      }
+    };
+    clear(wrenches_);
+    for (std::size_t f = 0; f < task_.plan.forks; ++f) {
+      fork_slopes_[f] = no_slope;
+      clear(fork_wrenches_ + f * n_);
     }
-    MotionSlope<Scalar> slope = {none, none, none};
+    MotionSlope<Scalar> slope = no_slope;
     for (std::size_t j = n_; j-- > 0;) {
+      const LinkPlan& link = task_.plan.links[j];
+      if (link.fork >= 0) [[unlikely]] {
+        join_branches(first, link.fork, slope);
+      }
       add_rows(j, slope);
       with_turn(task_.plan.links[j], [&]<Turn turn>() {
         if (task_.plan.links[j].revolute) {
@@ -278,10 +300,38 @@ class SlopesPass {
           through_joint<turn, false>(first, j, target, slope);
         }
       });
+      if (link.parent + 1 != static_cast<int>(j)) [[unlikely]] {
+        if (link.parent >= 0) {
+          keep_branch(first, task_.plan.links[link.parent].fork, slope);
+        }
+        slope = no_slope;
+        clear(wrenches_);
+      }
     }
   }
 
-  // Puts the derivatives by joint j, and carries what is left into frame j−1.
+  // Adds what has come to a link on which several hang to what is kept of it, and back.
+  void keep_branch(std::size_t first, int fork, const MotionSlope<Scalar>& slope) {
+    add(slope, fork_slopes_[fork]);
+    for (std::size_t i = first; i < n_; ++i) {
+      add(wrenches_[i], wrench_of(fork, i));
+    }
+  }
+  void join_branches(std::size_t first, int fork, MotionSlope<Scalar>& slope) {
+    add(fork_slopes_[fork], slope);
+    for (std::size_t i = first; i < n_; ++i) {
+      add(wrench_of(fork, i), wrenches_[i]);
+    }
+  }
+  [[nodiscard]] Screw<Scalar>& wrench_of(int fork, std::size_t depth) {
+    return fork_wrenches_[static_cast<std::size_t>(fork) * n_ + depth];
+  }
+  static void add(const MotionSlope<Scalar>& x, MotionSlope<Scalar>& to) {
+    to = {to.omega + x.omega, to.omega_dot + x.omega_dot, to.accel + x.accel};
+  }
+  static void add(const Screw<Scalar>& x, Screw<Scalar>& to) { to = {to.w + x.w, to.v + x.v}; }
+
+  // Puts the derivatives by joint j, and carries what is left into the frame that carries it.
   template <Turn turn, bool revolute>
   void through_joint(std::size_t first, std::size_t j, const SlopeTarget& target,
                      MotionSlope<Scalar>& slope) {
@@ -319,7 +369,7 @@ class SlopesPass {
       return turned_back<turn>(link.R, rotated_back(v, at.angle.c, at.angle.s));
     };
     const Vec3<Scalar> p = constant<Scalar>(link.p);
-    for (std::size_t i = first; i < j; ++i) {
+    for (std::size_t i = first; i < depth(j); ++i) {
       const Screw<Scalar>& s = screw(i, j);
       Vec3<Scalar> w = wrenches_[i].w;  // NOLINT(misc-const-correctness): prismatic joints change it
       const Vec3<Scalar> v = wrenches_[i].v;
@@ -329,8 +379,8 @@ class SlopesPass {
         by_q = by_q + v.x * s.w.y - v.y * s.w.x;
         w = {w.x - at.q * v.y, w.y + at.q * v.x, w.z};
       }
-      // The screw of joint j−1 is constant in its own frame.
-      if (i + 1 < j) {
+      // The screw of the joint before is constant in its own frame.
+      if (i + 1 < depth(j)) {
         const Vec3<Scalar> force = back(v);
         wrenches_[i] = {back(w) + cross(p, force), force};
       }
@@ -339,9 +389,9 @@ class SlopesPass {
     Memory::store(by_q, target.q + to);
     Memory::store(by_qd, target.qd + to);
     Memory::store(by_qdd, target.qdd + to);
-    if (j > 0) {
+    if (link.parent >= 0) {
       const Vec3<Scalar> force = back(a);
-      slope = {back(slope.omega) + centripetal_slope(force, p, links_[j - 1].motion.omega),
+      slope = {back(slope.omega) + centripetal_slope(force, p, links_[link.parent].motion.omega),
                back(slope.omega_dot) + cross(p, force), force};
     }
   }
@@ -349,8 +399,10 @@ class SlopesPass {
   const SlopesTask& task_;
   std::size_t n_;
   PassedLink<Scalar>* links_;
-  Screw<Scalar>* wrenches_;  // by row: on frame j, of link j and those behind it
+  Screw<Scalar>* wrenches_;  // by the depth of the row: on frame j, of link j and those behind it
   Screw<Scalar>* screws_;
+  MotionSlope<Scalar>* fork_slopes_;
+  Screw<Scalar>* fork_wrenches_;
   std::ptrdiff_t row_ = 0;
 };
 
@@ -358,7 +410,7 @@ class SlopesPass {
 struct SlopesKernel {
   int lanes;
   // scratch: that many doubles, aligned to 64 bytes.
-  std::size_t (*scratch)(std::size_t joints);
+  std::size_t (*scratch)(std::size_t joints, std::size_t forks);
   void (*fill)(const SlopesTask& task, std::size_t packs, double* scratch);
 };
 

@@ -139,6 +139,9 @@ void write_robot(Writer& out, const Robot& robot, const std::string& file, const
   if (!options.tip.empty()) {
     out.key("tip", toml_string(options.tip));
   }
+  if (!options.moving.empty()) {
+    out.key("moving", toml_strings(options.moving), "all other joints are held at 0");
+  }
   out.key("friction", toml_string("auto"), "one law for all joints, by cross-validation (docs/friction.md)");
   out.key("rotor_inertia", "true", "false behind joint torque sensors and for direct drives");
   if (control) {
@@ -237,6 +240,7 @@ struct Parts {
   detail::RecognisedLog columns;
   std::optional<Clock> clock;
   std::optional<detail::TargetGains> gains;
+  std::ptrdiff_t held = 0;  // joints that the logs have no positions of
 
   [[nodiscard]] bool by_control() const {
     return columns.torque.columns.empty() && !columns.control.columns.empty();
@@ -268,6 +272,10 @@ LogSource source_of(const Parts& found) {
 std::vector<std::string> doubts_about(const Parts& found) {
   std::vector<std::string> out = found.columns.doubts;
   const std::string there_are = "; the columns are " + listed(found.names);
+  if (found.held > 0) {
+    out.push_back("the logs have no positions of " + counted(found.held, "joint") +
+                  " of the robot; they are taken to stand at 0 (moving, in [robot])");
+  }
   if (found.columns.position.columns.empty()) {
     out.push_back("no columns of positions were recognised, one for each joint" + there_are);
   }
@@ -333,6 +341,33 @@ std::string text_of(const Parts& found, const Path& file) {
   return std::move(out).text();
 }
 
+// The joints that a log has positions of, where those of some are missing: of a gripper, or of another arm. They
+// are those that its columns are named after, or of a tree all on the way to some link. Empty where the log has
+// those of all, or nothing fits, or more than one way.
+std::vector<std::string> logged_joints(const Robot& robot, std::span<const std::string> columns) {
+  const auto fits = [&](const std::vector<std::string>& joints) {
+    return !joints.empty() && !detail::recognised_log(columns, joints).position.columns.empty();
+  };
+  const std::vector<std::string> all = detail::joint_names(robot);
+  if (fits(all)) {
+    return {};
+  }
+  if (std::vector<std::string> named = detail::joints_in(columns, all); fits(named)) {
+    return named;
+  }
+  std::vector<std::vector<std::string>> ways;
+  for (std::size_t j = 0; robot.chain.branches() && j < all.size(); ++j) {
+    std::vector<std::string> way;
+    for (const std::size_t k : robot.chain.path(j)) {
+      way.push_back(all[k]);
+    }
+    if (way.size() > 1 && fits(way)) {
+      ways.push_back(std::move(way));
+    }
+  }
+  return ways.size() == 1 ? ways.front() : std::vector<std::string>{};
+}
+
 }  // namespace
 
 ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const UrdfOptions& options,
@@ -363,6 +398,13 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
   }
   found.robot =
       is_table(robot_file) ? detail::read_mdh(robot_file, options.gravity) : read_urdf(robot_file, options);
+  if (!is_table(robot_file) && options.tip.empty() && options.moving.empty()) {
+    found.options.moving = logged_joints(found.robot, found.names);
+    if (!found.options.moving.empty()) {
+      found.held = found.robot.size() - std::ssize(found.options.moving);
+      found.robot = read_urdf(robot_file, found.options);
+    }
+  }
   found.joints = detail::joint_names(found.robot);
   found.columns = detail::recognised_log(found.names, found.joints);
   if (!found.columns.time.columns.empty()) {

@@ -38,6 +38,7 @@ std::string geometry(const Robot& robot) {
     add(Eigen::Map<const Eigen::Vector3i>(link.axes.data()));
     add(Eigen::Map<const Eigen::Vector3i>(link.signs.data()));
   }
+  add(Eigen::Map<const Eigen::VectorXi>(robot.chain.parents.data(), std::ssize(robot.chain.parents)));
   add(robot.chain.gravity);
   add(robot.gear_matrix);
   return sha256(bits);

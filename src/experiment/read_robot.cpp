@@ -25,6 +25,7 @@ UrdfOptions read_urdf_options(TomlReader& keys) {
   UrdfOptions options;
   keys.set(options.base, {.key = "base"});
   keys.set(options.tip, {.key = "tip"});
+  keys.set(options.moving, {.key = "moving"});
   keys.set(options.gravity,
            {.key = "gravity",
             .details = {.must_be = "three: the acceleration of free fall in the base frame, in m/s²"}});
@@ -125,7 +126,8 @@ Robot read_robot(TomlReader keys, std::filesystem::path& robot_file) {
 }
 
 void refuse_links_of_table(TomlReader& keys) {
-  keys.refuse_keys({"base", "tip"}, "goes with urdf: a table describes the chain from its base to its tip");
+  keys.refuse_keys({"base", "tip", "moving"},
+                   "goes with urdf: a table describes the chain from its base to its tip");
 }
 
 Robot with_options(TomlReader keys, Robot robot) {

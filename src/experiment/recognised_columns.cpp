@@ -300,6 +300,19 @@ std::vector<std::vector<std::string>> spellings(std::span<const std::string> joi
   return out;
 }
 
+// Of joints whose names a column has in it, the longest: "wrist_1" is in "left_wrist_1". Their number where it
+// has none.
+std::size_t joint_of(const std::string& column, const std::vector<std::string>& joints) {
+  std::size_t out = joints.size();
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    if (find_whole(column, joints[j]) != std::string::npos &&
+        (out == joints.size() || joints[j].size() > joints[out].size())) {
+      out = j;
+    }
+  }
+  return out;
+}
+
 // Columns that go by the names of the joints.
 void add_named(std::span<const std::string> names, std::span<const std::string> joints,
                std::vector<Group>& out) {
@@ -307,14 +320,7 @@ void add_named(std::span<const std::string> names, std::span<const std::string> 
     std::map<std::string, std::vector<std::string>> by_pattern;
     for (const std::string& name : names) {
       const std::string low = in_small_letters(name);
-      // Of joints whose names are found, the longest: "wrist_1" is in "left_wrist_1".
-      std::size_t joint = spelling.size();
-      for (std::size_t j = 0; j < spelling.size(); ++j) {
-        if (find_whole(low, spelling[j]) != std::string::npos &&
-            (joint == spelling.size() || spelling[j].size() > spelling[joint].size())) {
-          joint = j;
-        }
-      }
+      const std::size_t joint = joint_of(low, spelling);
       if (joint < spelling.size()) {
         const std::size_t at = find_whole(low, spelling[joint]);
         // A separator stands in for the joint; capitals are kept, they part words.
@@ -368,9 +374,9 @@ void add_numbered(std::span<const std::string> names, std::size_t joints, std::v
     } else if (columns.size() > 1 && group.meaning.kind && group.meaning.strangeness == 0) {
       misfits.push_back({.kind = *group.meaning.kind,
                          .text = in_quotes(group.columns.front()) + " to " + in_quotes(group.columns.back()) +
-                                 " are " + counted(std::ssize(columns), "column") + ", the chain has " +
+                                 " are " + counted(std::ssize(columns), "column") + ", the robot has " +
                                  counted(static_cast<std::ptrdiff_t>(joints), "joint") +
-                                 ": is it the chain that was meant (base, tip)?"});
+                                 ": is it the part that was meant (base, tip, moving)?"});
     }
   }
 }
@@ -448,6 +454,21 @@ RecognisedLog recognised_log(std::span<const std::string> names, std::span<const
   std::vector<std::string> silent;
   out.target_current = best(groups, ColumnKind::target_current, "target current", silent);
   out.target_torque = best(groups, ColumnKind::target_torque, "target torque", silent);
+  return out;
+}
+
+std::vector<std::string> joints_in(std::span<const std::string> names, std::span<const std::string> joints) {
+  const std::vector<std::string> full = spellings(joints).front();
+  std::vector<bool> named(joints.size() + 1, false);
+  for (const std::string& name : names) {
+    named[joint_of(in_small_letters(name), full)] = true;
+  }
+  std::vector<std::string> out;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    if (named[j]) {
+      out.push_back(joints[j]);
+    }
+  }
   return out;
 }
 

@@ -68,4 +68,8 @@ inline constexpr std::array<LogKey, 6> log_keys = {
 [[nodiscard]] RecognisedLog recognised_log(std::span<const std::string> names,
                                            std::span<const std::string> joints);
 
+/// The joints that columns are named after, in their order.
+[[nodiscard]] std::vector<std::string> joints_in(std::span<const std::string> names,
+                                                 std::span<const std::string> joints);
+
 }  // namespace rivid::detail

@@ -107,6 +107,19 @@ std::string in_brackets(const Eigen::Vector3d& x) {
   return "[" + number(x.x()) + ", " + number(x.y()) + ", " + number(x.z()) + "]";
 }
 
+// The link that carries that of a joint, −1 for the base.
+int carrier(const JsonNode& joint, const Robot& before) {
+  if (!joint.has("carried_by")) {
+    return static_cast<int>(before.joints.size()) - 1;
+  }
+  const std::string link = joint.at("carried_by").text();
+  const auto at = std::ranges::find(before.joints, link, &Joint::link);
+  if (at == before.joints.end() && link != before.base) {
+    joint.at("carried_by").fail("is " + in_quotes(link) + ", which is neither the base nor a link before");
+  }
+  return at == before.joints.end() ? -1 : static_cast<int>(at - before.joints.begin());
+}
+
 // The member `robot` of a result, without a-priori values.
 Robot result_robot(const JsonNode& robot) {
   Robot out;
@@ -114,8 +127,12 @@ Robot result_robot(const JsonNode& robot) {
   out.base = robot.at("base").text();
   out.chain.gravity = vector3(robot.at("gravity"));
   for (const JsonNode& node : robot.at("joints").list()) {
+    out.chain.parents.push_back(carrier(node, out));
     out.joints.push_back(joint(node));
     out.chain.links.push_back(link(node.at("frame"), out.joints.back().type));
+  }
+  if (!out.chain.branches()) {
+    out.chain.parents.clear();
   }
   out.inertials.assign(out.joints.size(), Inertial::Zero());
   for (const JsonNode& node : robot.at("coupling").list()) {
@@ -149,6 +166,10 @@ void expect_same_geometry(const JsonNode& node, const Robot& result, const Robot
       differs("joint " + std::to_string(j + 1), in_quotes(here.name), in_quotes(there.name));
     }
     const std::string who = "joint \"" + there.name + "\": ";
+    if (result.chain.parent(j) != robot.chain.parent(j)) {
+      differs(who + "the place of the link that carries it", std::to_string(result.chain.parent(j) + 1),
+              std::to_string(robot.chain.parent(j) + 1));
+    }
     if (here.type != there.type) {
       differs(who + "its type", std::string(word(here.type)), std::string(word(there.type)));
     }

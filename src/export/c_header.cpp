@@ -210,6 +210,7 @@ std::string c_identifier(std::string_view text) {
 }
 
 std::string c_header(const DynamicModel& model, std::string_view name, std::string_view origin) {
+  require_chain("c_header", model.chain());
   if (!is_identifier(name)) {
     throw InputError("c_header: name is " + in_quotes(name) +
                      ", must be a C identifier: letters, digits and _, no digit first");

@@ -89,6 +89,7 @@ bool same_chain(const Robot& a, const Robot& b) {
                             [](const Joint& x, const Joint& y) {
                               return x.name == y.name && x.link == y.link && x.type == y.type;
                             }) &&
+         a.chain.parents == b.chain.parents &&
          std::ranges::equal(a.chain.links, b.chain.links, [](const Chain::Link& x, const Chain::Link& y) {
            return x.R == y.R && x.p == y.p && x.axes == y.axes && x.signs == y.signs;
          });
@@ -100,9 +101,7 @@ Robot read_again(std::string_view xml, const std::string& source, const Robot& r
     throw InputError("rewritten_urdf: robot \"" + robot.name +
                      "\" was not read from a URDF, so there is none to write back");
   }
-  // What hangs behind the last moving link is lumped into it, whatever tip the robot was read with.
-  const Robot again = parse_urdf(
-      xml, source, {.base = robot.base, .tip = robot.joints.back().link, .gravity = robot.chain.gravity});
+  const Robot again = parse_urdf(xml, source, same_part(robot));
   if (!same_chain(again, robot)) {
     throw InputError("rewritten_urdf: robot \"" + robot.name + "\" was not read from " + source +
                      ": its joints, links or frames differ");
@@ -116,34 +115,38 @@ class Writer {
   Writer(std::string_view xml, const std::string& source, const Robot& robot, const Robot& as_read)
       : document_(xml, source),
         tree_(detail::urdf_topology(document_)),
-        path_(detail::urdf_path(document_, tree_, {.base = robot.base, .tip = robot.joints.back().link})),
+        path_(detail::urdf_path(document_, tree_, same_part(robot))),
         robot_(robot),
         as_read_(as_read),
         splice_(xml) {}
 
   RewrittenUrdf run(const std::vector<detail::JointValues>& values) {
-    // Rotations from rivid's link frames to those of the URDF come from both chains at q = 0.
-    Eigen::Matrix3d previous = Eigen::Matrix3d::Identity();
-    Eigen::Matrix3d previous_axes = Eigen::Matrix3d::Identity();
-    Eigen::Matrix3d passed = Eigen::Matrix3d::Identity();
+    // Rotations from rivid's link frames to those of the URDF come from both at q = 0.
+    struct Turns {
+      Eigen::Matrix3d previous = Eigen::Matrix3d::Identity();
+      Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+      Eigen::Matrix3d passed = Eigen::Matrix3d::Identity();
+    };
+    std::vector<Turns> of_links(tree_.links.size());
     std::size_t j = 0;
     for (const int place : path_.joints) {
       const UrdfTopology::Joint& joint = tree_.joint(place);
-      passed = passed * pose_of(joint.node).linear();
+      const Turns& before = of_links[static_cast<std::size_t>(joint.parent)];
+      Turns& here = of_links[static_cast<std::size_t>(joint.child)];
+      const Eigen::Matrix3d passed = before.passed * pose_of(joint.node).linear();
       if (!joint.moves()) {
+        here = {before.previous, before.axes, passed};
         continue;
       }
       const Chain::Link& link = robot_.chain.links[j];
       const Eigen::Matrix3d axes = link_axes(link);
-      Eigen::Matrix3d turn = passed.transpose() * previous * previous_axes * link.R * axes.transpose();
+      Eigen::Matrix3d turn = passed.transpose() * before.previous * before.axes * link.R * axes.transpose();
       if (turn.isIdentity(same_axes)) {
         turn.setIdentity();
       }
       write_group(joint.child, values[j].inertial, as_read_.inertials[j], turn);
       write_dynamics(joint, values[j]);
-      previous = turn;
-      previous_axes = axes;
-      passed.setIdentity();
+      here = {turn, axes, Eigen::Matrix3d::Identity()};
       ++j;
     }
     return {splice_.result(), std::move(faults_), std::move(warnings_)};

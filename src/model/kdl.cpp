@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <ranges>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "rivid/error.hpp"
 
@@ -190,76 +193,123 @@ bool is_revolute(KDL::Joint::JointType type) {
 
 }  // namespace
 
+namespace {
+
+// Adds segments to a robot, each behind one that has been added.
+class RobotBuilder {
+ public:
+  // Where what hangs on a segment begins.
+  struct Place {
+    int link = -1;                                           // the last moving link, −1 for the base
+    Eigen::Isometry3d root = Eigen::Isometry3d::Identity();  // of the next segment in that link
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();      // of its frame j in the link frame
+  };
+
+  explicit RobotBuilder(const Eigen::Vector3d& gravity) { robot_.chain.gravity = gravity; }
+
+  Place add(const KDL::Segment& segment, Place place);
+
+  [[nodiscard]] Robot robot() && {
+    if (!robot_.chain.branches()) {
+      robot_.chain.parents.clear();
+    }
+    if (const auto fault = robot_.complaint()) {
+      throw InputError("robot_from: " + *fault);
+    }
+    return std::move(robot_);
+  }
+
+ private:
+  Robot robot_;
+};
+
+RobotBuilder::Place RobotBuilder::add(const KDL::Segment& segment, Place place) {
+  const KDL::Joint& kdl_joint = segment.getJoint();
+  const std::string segment_who = "robot_from: segment \"" + segment.getName() + "\": ";
+  const Inertial inertial = inertial_of(segment.getInertia());
+  if (!inertial.allFinite()) {
+    throw InputError(segment_who + "its inertia is not finite");
+  }
+
+  if (kdl_joint.getType() == KDL::Joint::Fixed) {
+    place.root = place.root * checked_tip(segment, segment_who);
+    if (place.link >= 0) {
+      robot_.inertials[static_cast<std::size_t>(place.link)] +=
+          transformed(inertial, place.root.linear(), place.root.translation());
+    }
+    return place;
+  }
+
+  Joint joint;
+  joint.name = name_or(kdl_joint.getName(), "joint_", robot_.joints.size() + 1);
+  joint.link = name_or(segment.getName(), "link_", robot_.joints.size() + 1);
+  joint.type = is_revolute(kdl_joint.getType()) ? JointType::revolute : JointType::prismatic;
+  joint.Ia = kdl_joint.getInertia();
+  joint.Fv = kdl_joint.getDamping();
+  const std::string who = "joint \"" + joint.name + "\": ";
+  const Eigen::Vector3d axis = checked_axis(kdl_joint, joint.type, "robot_from: " + who);
+  if (!std::isfinite(joint.Ia) || !std::isfinite(joint.Fv)) {
+    throw InputError("robot_from: " + who + "its inertia or damping is not finite");
+  }
+  if (kdl_joint.getStiffness() != 0.0) {
+    robot_.warnings.push_back(
+        Finding{"robot_doubt", {}, who + "its stiffness is ignored: joints are rigid here"});
+  }
+
+  // After the axis, since an axis of zeros spoils the tip as well.
+  const Eigen::Isometry3d tip = checked_tip(segment, segment_who);
+  const LinkFrame frame = link_frame(tip, eigen(kdl_joint.JointOrigin()), axis, joint.type, who);
+  if (!frame.warning.empty()) {
+    robot_.warnings.push_back(Finding{"robot_doubt", {}, frame.warning});
+  }
+  Chain::Link link;
+  link.type = joint.type;
+  link.axes = frame.axes;
+  link.signs = frame.signs;
+  const Eigen::Isometry3d pose = place.root * frame.in_root;
+  link.R = place.axes.transpose() * pose.linear() * link_axes(link);
+  link.p = place.axes.transpose() * pose.translation();
+
+  robot_.chain.links.push_back(link);
+  robot_.chain.parents.push_back(place.link);
+  robot_.joints.push_back(joint);
+  robot_.inertials.push_back(transformed(inertial, frame.tip.linear(), frame.tip.translation()));
+  return {static_cast<int>(robot_.joints.size()) - 1, frame.tip, link_axes(link)};
+}
+
+}  // namespace
+
 Robot robot_from(const KDL::Chain& chain, const Eigen::Vector3d& gravity) {
-  Robot robot;
-  robot.chain.gravity = gravity;
-  Eigen::Isometry3d root = Eigen::Isometry3d::Identity();  // of the present segment in the link before it
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();      // frame j in the link frame of the link before it
-
+  RobotBuilder builder(gravity);
+  RobotBuilder::Place place;
   for (unsigned int s = 0; s < chain.getNrOfSegments(); ++s) {
-    const KDL::Segment& segment = chain.getSegment(s);
-    const KDL::Joint& kdl_joint = segment.getJoint();
-    const std::string segment_who = "robot_from: segment \"" + segment.getName() + "\": ";
-    const Inertial inertial = inertial_of(segment.getInertia());
-    if (!inertial.allFinite()) {
-      throw InputError(segment_who + "its inertia is not finite");
-    }
-
-    if (kdl_joint.getType() == KDL::Joint::Fixed) {
-      root = root * checked_tip(segment, segment_who);
-      if (!robot.joints.empty()) {
-        robot.inertials.back() += transformed(inertial, root.linear(), root.translation());
-      }
-      continue;
-    }
-
-    Joint joint;
-    joint.name = name_or(kdl_joint.getName(), "joint_", robot.joints.size() + 1);
-    joint.link = name_or(segment.getName(), "link_", robot.joints.size() + 1);
-    joint.type = is_revolute(kdl_joint.getType()) ? JointType::revolute : JointType::prismatic;
-    joint.Ia = kdl_joint.getInertia();
-    joint.Fv = kdl_joint.getDamping();
-    const std::string who = "joint \"" + joint.name + "\": ";
-    const Eigen::Vector3d axis = checked_axis(kdl_joint, joint.type, "robot_from: " + who);
-    if (!std::isfinite(joint.Ia) || !std::isfinite(joint.Fv)) {
-      throw InputError("robot_from: " + who + "its inertia or damping is not finite");
-    }
-    if (kdl_joint.getStiffness() != 0.0) {
-      robot.warnings.push_back(
-          Finding{"robot_doubt", {}, who + "its stiffness is ignored: joints are rigid here"});
-    }
-
-    // After the axis, since an axis of zeros spoils the tip as well.
-    const Eigen::Isometry3d tip = checked_tip(segment, segment_who);
-    const LinkFrame frame = link_frame(tip, eigen(kdl_joint.JointOrigin()), axis, joint.type, who);
-    if (!frame.warning.empty()) {
-      robot.warnings.push_back(Finding{"robot_doubt", {}, frame.warning});
-    }
-    Chain::Link link;
-    link.type = joint.type;
-    link.axes = frame.axes;
-    link.signs = frame.signs;
-    const Eigen::Isometry3d pose = root * frame.in_root;
-    link.R = axes.transpose() * pose.linear() * link_axes(link);
-    link.p = axes.transpose() * pose.translation();
-
-    robot.chain.links.push_back(link);
-    robot.joints.push_back(joint);
-    robot.inertials.push_back(transformed(inertial, frame.tip.linear(), frame.tip.translation()));
-    root = frame.tip;
-    axes = link_axes(link);
+    place = builder.add(chain.getSegment(s), place);
   }
+  return std::move(builder).robot();
+}
 
-  if (const auto fault = robot.complaint()) {
-    throw InputError("robot_from: " + *fault);
+Robot robot_from(const KDL::Tree& tree, const Eigen::Vector3d& gravity) {
+  RobotBuilder builder(gravity);
+  std::vector<std::pair<KDL::SegmentMap::const_iterator, RobotBuilder::Place>> open;
+  const auto open_behind = [&](const KDL::TreeElement& element, const RobotBuilder::Place& place) {
+    for (const auto& child : element.children | std::views::reverse) {
+      open.emplace_back(child, place);
+    }
+  };
+  open_behind(tree.getRootSegment()->second, {});
+  while (!open.empty()) {
+    const auto [segment, place] = open.back();
+    open.pop_back();
+    open_behind(segment->second, builder.add(segment->second.segment, place));
   }
-  return robot;
+  return std::move(builder).robot();
 }
 
 KDL::Chain kdl_chain(const Robot& robot, const Eigen::Ref<const Vector>& chi_st) {
   if (const auto fault = robot.complaint()) {
     throw InputError("kdl_chain: " + *fault);
   }
+  require_chain("kdl_chain", robot.chain);
   const std::vector<StandardParameter> parameters = robot.standard_parameters();
   if (chi_st.size() != static_cast<Index>(parameters.size())) {
     throw InputError("kdl_chain: chi_st has " + std::to_string(chi_st.size()) + " values, the robot has " +

@@ -17,8 +17,9 @@ struct LinkPose {
 ///
 /// @param out  (n)
 inline void place_links(const Chain& chain, const Eigen::Ref<const Vector>& q, std::vector<LinkPose>& out) {
-  LinkPose at;
   for (std::size_t j = 0; j < chain.links.size(); ++j) {
+    const int parent = chain.parent(j);
+    LinkPose at = parent < 0 ? LinkPose{} : out[static_cast<std::size_t>(parent)];
     const Chain::Link& link = chain.links[j];
     const double x = q[static_cast<Index>(j)];
     const bool turns = link.type == JointType::revolute;

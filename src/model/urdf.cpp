@@ -5,6 +5,8 @@
 #include <cmath>
 #include <kdl/tree.hpp>
 #include <limits>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -62,15 +64,15 @@ KDL::Tree kdl_tree(const urdf::ModelInterface& model) {
   return tree;
 }
 
-// Inertia of everything that hangs on a link, except behind the link `next` of the chain, all joints at zero.
-KDL::RigidBodyInertia branches(const KDL::TreeElement& element, const std::string& next) {
+// Inertia of everything that hangs on a link, except behind links of the robot, all joints at zero.
+KDL::RigidBodyInertia branches(const KDL::TreeElement& element, const std::set<std::string>& links) {
   KDL::RigidBodyInertia sum = KDL::RigidBodyInertia::Zero();
   std::vector<std::pair<const KDL::TreeElement*, KDL::Frame>> open = {{&element, KDL::Frame::Identity()}};
   while (!open.empty()) {
     const auto [parent, pose] = open.back();
     open.pop_back();
     for (const auto& child : parent->children) {
-      if (child->first != next) {
+      if (!links.contains(child->first)) {
         const KDL::Segment& segment = child->second.segment;
         const KDL::Frame tip = pose * segment.getFrameToTip();
         sum = sum + tip * segment.getInertia();
@@ -81,16 +83,15 @@ KDL::RigidBodyInertia branches(const KDL::TreeElement& element, const std::strin
   return sum;
 }
 
-KDL::Chain lumped_chain(const KDL::Tree& tree, const std::string& base, const std::string& tip) {
-  KDL::Chain bare;
-  tree.getChain(base, tip, bare);
-  KDL::Chain out;
-  const unsigned int n = bare.getNrOfSegments();
-  for (unsigned int i = 0; i < n; ++i) {
-    KDL::Segment segment = bare.getSegment(i);
-    const std::string next = i + 1 < n ? bare.getSegment(i + 1).getName() : std::string();
-    segment.setInertia(segment.getInertia() + branches(tree.getSegment(segment.getName())->second, next));
-    out.addSegment(segment);
+// The links of the robot alone, what else hangs on them lumped into them.
+KDL::Tree lumped_tree(const KDL::Tree& tree, const detail::CheckedUrdf& checked) {
+  const std::set<std::string> links(checked.links.begin(), checked.links.end());
+  KDL::Tree out(checked.base);
+  for (const std::string& link : checked.links) {
+    const KDL::TreeElement& element = tree.getSegment(link)->second;
+    KDL::Segment segment = element.segment;
+    segment.setInertia(segment.getInertia() + branches(element, links));
+    out.addSegment(segment, element.parent->first);
   }
   return out;
 }
@@ -115,6 +116,14 @@ void take_limits_and_friction(Joint& joint, const urdf::Joint& from) {
 
 }  // namespace
 
+UrdfOptions same_part(const Robot& robot) {
+  UrdfOptions out{.base = robot.base, .tip = {}, .gravity = robot.chain.gravity};
+  for (const Joint& joint : robot.joints) {
+    out.moving.push_back(joint.name);
+  }
+  return out;
+}
+
 Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOptions& options) {
   const detail::UrdfDocument document(xml, source);
   const detail::CheckedUrdf checked = detail::checked_urdf(document, options);
@@ -124,7 +133,7 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
   }
   Robot robot = [&] {
     try {
-      return robot_from(lumped_chain(kdl_tree(*model), checked.base, checked.tip), options.gravity);
+      return robot_from(lumped_tree(kdl_tree(*model), checked), options.gravity);
     } catch (const InputError& e) {
       throw InputError(source + ": " + e.what());
     }

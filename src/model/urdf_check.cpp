@@ -79,7 +79,11 @@ class Checker {
     warn_of_transmissions();
     std::ostringstream text;
     plain_.save(text);
-    return {text.str(), tree_.link(path_.base).name, tree_.link(path_.tip(tree_)).name, warnings_};
+    CheckedUrdf out{text.str(), tree_.link(path_.base).name, {}, warnings_};
+    for (const int joint : path_.joints) {
+      out.links.push_back(tree_.link(tree_.joint(joint).child).name);
+    }
+    return out;
   }
 
  private:
@@ -101,12 +105,12 @@ class Checker {
     set(out, "rpy", exact(document_.triple_or(zero, origin, "rpy", who)));
   }
 
-  // An impossible body is refused where it moves with the chain. Elsewhere it does no harm.
+  // An impossible body is refused where it moves with the robot. Elsewhere it does no harm.
   void refuse_body(pugi::xml_node node, const std::string& complaint, bool counts) {
     if (counts) {
       document_.refuse(node, complaint);
     }
-    warn(node, complaint + "; the link does not move with the chain, its <inertial> has no effect");
+    warn(node, complaint + "; the link does not move with the robot, its <inertial> has no effect");
   }
 
   void write_link(pugi::xml_node robot, const UrdfTopology::Link& link, bool counts) {
@@ -169,21 +173,20 @@ class Checker {
       if (!one_axis) {
         document_.refuse(joint.node,
                          who + ": is of type " + joint.type +
-                             "; on the chain only revolute, continuous, prismatic and fixed joints can "
-                             "be identified");
+                             "; only revolute, continuous, prismatic and fixed joints can be identified");
       }
       if (const pugi::xml_node mimic = joint.node.child("mimic")) {
         document_.refuse(mimic, who + ": follows joint \"" + mimic.attribute("joint").value() +
-                                    "\" (mimic), but every joint of the chain must move by itself");
+                                    "\" (mimic), but every joint of the robot must move by itself");
       }
     }
     pugi::xml_node out = robot.append_child("joint");
     set(out, "name", joint.name);
-    set(out, "type", one_axis ? joint.type : "fixed");
+    set(out, "type", one_axis && !joint.held ? joint.type : "fixed");
     write_origin(out, joint.node, who);
     set(out.append_child("parent"), "link", tree_.link(joint.parent).name);
     set(out.append_child("child"), "link", tree_.link(joint.child).name);
-    if (one_axis) {
+    if (one_axis && !joint.held) {
       write_axis(out, joint, who);
       write_limits(out, joint, who, role);
       write_dynamics(out, joint, who);
@@ -292,13 +295,14 @@ class Checker {
     }
   }
 
-  // The chain's links by what carries their parameters: the link of the last moving joint at or before each.
+  // The robot's links by what carries their parameters: the link of the last moving joint at or before each.
   template <typename Visit>
   void visit_moving_links(const Visit& visit) const {
-    int carrier = -1;
+    std::vector<int> carriers(tree_.links.size(), -1);
     for (const int j : path_.joints) {
       const UrdfTopology::Joint& joint = tree_.joint(j);
-      carrier = joint.moves() ? joint.child : carrier;
+      int& carrier = carriers[static_cast<std::size_t>(joint.child)];
+      carrier = joint.moves() ? joint.child : carriers[static_cast<std::size_t>(joint.parent)];
       if (carrier >= 0) {
         visit(joint.child, carrier);
       }
@@ -307,6 +311,13 @@ class Checker {
 
   // A hand may have forty joints: one warning a link.
   void warn_of_branches() {
+    for (const int j : path_.joints) {
+      if (const UrdfTopology::Joint& joint = tree_.joint(j); joint.held) {
+        warn(joint.node, joint_who(joint.name) + ": lies on the way to joints of the robot but " +
+                             (joint.node.child("mimic") ? "follows another one (mimic)" : "is none of them") +
+                             "; held at q = 0");
+      }
+    }
     std::map<int, std::vector<const UrdfTopology::Joint*>> lumped;
     visit_moving_links([&](int link, int carrier) {
       visit_branches(link, [&](const UrdfTopology::Joint& joint) {
@@ -323,7 +334,7 @@ class Checker {
       }
       const bool one = joints.size() == 1;
       warn(joints.front()->node, (one ? "one joint is" : std::to_string(joints.size()) + " joints are") +
-                                     " off the chain: " + names + "; held at q = 0, what " +
+                                     " no part of the robot: " + names + "; held at q = 0, what " +
                                      (one ? "it moves" : "they move") + " is lumped into link \"" +
                                      tree_.link(carrier).name + "\"");
     }

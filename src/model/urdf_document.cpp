@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -322,47 +323,91 @@ int named_link(const UrdfDocument& document, const UrdfTopology& tree, const std
   return static_cast<int>(place - all.begin());
 }
 
-// The links behind `base` that have a moving joint before them and none behind them.
-std::vector<int> last_moving_links(const UrdfTopology& tree, int base) {
-  std::vector<int> order = {base};
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    for (const int joint : tree.link(order[i]).children) {
-      order.push_back(tree.joint(joint).child);
+// Every joint that moves by itself behind `base`, and those that are no joints of one axis, which are refused
+// later.
+std::vector<int> moving_joints(const UrdfTopology& tree, int base) {
+  std::vector<int> out;
+  std::vector<int> open = {base};
+  while (!open.empty()) {
+    const int link = open.back();
+    open.pop_back();
+    for (const int j : tree.link(link).children) {
+      const UrdfTopology::Joint& joint = tree.joint(j);
+      if (joint.moves() && !joint.node.child("mimic")) {
+        out.push_back(j);
+      }
+      open.push_back(joint.child);
     }
   }
-  std::vector<bool> carries_motion(tree.links.size(), false);
-  std::vector<int> last;
-  for (std::size_t i = order.size(); i-- > 1;) {
-    const UrdfTopology::Joint& joint = tree.joint(tree.link(order[i]).parent);
-    const bool behind = carries_motion[static_cast<std::size_t>(order[i])];
-    if (joint.moves() && !behind) {
-      last.push_back(order[i]);
-    }
-    if (joint.moves() || behind) {
-      carries_motion[static_cast<std::size_t>(joint.parent)] = true;
-    }
-  }
-  std::reverse(last.begin(), last.end());
-  return last;
+  return out;
 }
 
-int default_tip(const UrdfDocument& document, const UrdfTopology& tree, int base) {
-  const std::vector<int> last = last_moving_links(tree, base);
-  if (last.empty()) {
-    document.refuse(document.robot(), "no joint moves behind link \"" + tree.link(base).name + "\"");
+int named_joint(const UrdfDocument& document, const UrdfTopology& tree, const std::string& name) {
+  std::vector<std::string> all;
+  for (const UrdfTopology::Joint& joint : tree.joints) {
+    all.push_back(joint.name);
   }
-  if (last.size() > 1) {
-    std::vector<std::string> tips;
-    tips.reserve(last.size());
-    for (const int link : last) {
-      tips.push_back(tree.link(link).name);
+  const auto place = std::ranges::find(all, name);
+  if (place == all.end()) {
+    throw InputError(document.source() + ": moving names \"" + name + "\", but no joint is called so" +
+                     did_you_mean(name, all));
+  }
+  const UrdfTopology::Joint& joint = tree.joint(static_cast<int>(place - all.begin()));
+  if (!joint.moves()) {
+    document.refuse(joint.node, "joint \"" + name + "\": is fixed, but moving names it");
+  }
+  return static_cast<int>(place - all.begin());
+}
+
+// The joints from the base to a link; empty where the base does not carry it.
+std::vector<int> way_to(const UrdfTopology& tree, int base, int link) {
+  std::vector<int> out;
+  while (link != base && tree.link(link).parent >= 0) {
+    out.push_back(tree.link(link).parent);
+    link = tree.joint(out.back()).parent;
+  }
+  std::ranges::reverse(out);
+  return link == base ? out : std::vector<int>{};
+}
+
+// Joints that are marked, depth first in the order of the file.
+std::vector<int> depth_first(const UrdfTopology& tree, int base, const std::vector<bool>& marked) {
+  std::vector<int> out;
+  std::vector<int> open = {base};
+  while (!open.empty()) {
+    const int link = open.back();
+    open.pop_back();
+    if (link != base) {
+      out.push_back(tree.link(link).parent);
     }
-    document.refuse(document.robot(),
-                    "the robot branches, its chains end at " + quoted_list(tips) +
-                        "; say which link the chain ends at by the option tip (a link before the "
-                        "fork will do: what hangs on it is then lumped into it)");
+    for (const int joint : tree.link(link).children | std::views::reverse) {
+      if (marked[static_cast<std::size_t>(joint)]) {
+        open.push_back(tree.joint(joint).child);
+      }
+    }
   }
-  return last.front();
+  return out;
+}
+
+UrdfPath path_to_tip(const UrdfDocument& document, const UrdfTopology& tree, int base,
+                     const std::string& name) {
+  const int tip = named_link(document, tree, name, "tip");
+  UrdfPath path{base, way_to(tree, base, tip)};
+  const std::string names_tip = "tip \"" + tree.link(tip).name + "\"";
+  if (path.joints.empty() && tip != base) {
+    std::vector<std::string> way;
+    for (const int joint : way_to(tree, tree.root, tip)) {
+      way.push_back(tree.link(tree.joint(joint).parent).name);
+    }
+    way.push_back(tree.link(tip).name);
+    throw InputError(document.source() + ": base \"" + tree.link(base).name + "\" does not carry " +
+                     names_tip + "; the way to the tip is " + quoted_list(way));
+  }
+  if (std::ranges::none_of(path.joints, [&](int joint) { return tree.joint(joint).moves(); })) {
+    throw InputError(document.source() + ": no joint moves between base \"" + tree.link(base).name +
+                     "\" and " + names_tip);
+  }
+  return path;
 }
 
 }  // namespace
@@ -408,30 +453,41 @@ UrdfTopology urdf_topology(const UrdfDocument& document) {
   return tree;
 }
 
-UrdfPath urdf_path(const UrdfDocument& document, const UrdfTopology& tree, const UrdfOptions& options) {
-  UrdfPath path;
-  path.base = options.base.empty() ? tree.root : named_link(document, tree, options.base, "base");
-  const int tip = options.tip.empty() ? default_tip(document, tree, path.base)
-                                      : named_link(document, tree, options.tip, "tip");
-  std::vector<std::string> way = {tree.link(tip).name};
-  int link = tip;
-  while (link != path.base && tree.link(link).parent >= 0) {
-    path.joints.push_back(tree.link(link).parent);
-    link = tree.joint(path.joints.back()).parent;
-    way.push_back(tree.link(link).name);
+UrdfPath urdf_path(const UrdfDocument& document, UrdfTopology& tree, const UrdfOptions& options) {
+  const int base = options.base.empty() ? tree.root : named_link(document, tree, options.base, "base");
+  if (!options.tip.empty()) {
+    if (!options.moving.empty()) {
+      throw InputError(document.source() + ": both tip and moving are given, must be one of them");
+    }
+    return path_to_tip(document, tree, base, options.tip);
   }
-  std::reverse(path.joints.begin(), path.joints.end());
-  std::reverse(way.begin(), way.end());
-  if (link != path.base) {
-    throw InputError(document.source() + ": base \"" + tree.link(path.base).name +
-                     "\" does not carry tip \"" + tree.link(tip).name + "\"; the way to the tip is " +
-                     quoted_list(way));
+  std::vector<int> moving;
+  for (const std::string& name : options.moving) {
+    moving.push_back(named_joint(document, tree, name));
   }
-  const bool moves = std::any_of(path.joints.begin(), path.joints.end(),
-                                 [&](int joint) { return tree.joint(joint).moves(); });
-  if (!moves) {
-    throw InputError(document.source() + ": no joint moves between base \"" + tree.link(path.base).name +
-                     "\" and tip \"" + tree.link(tip).name + "\"");
+  if (moving.empty()) {
+    moving = moving_joints(tree, base);
+  }
+  if (moving.empty()) {
+    document.refuse(document.robot(), "no joint moves behind link \"" + tree.link(base).name + "\"");
+  }
+  std::vector<bool> marked(tree.joints.size(), false);
+  for (const int joint : moving) {
+    int link = tree.joint(joint).child;
+    while (link != base && tree.link(link).parent >= 0 &&
+           !marked[static_cast<std::size_t>(tree.link(link).parent)]) {
+      marked[static_cast<std::size_t>(tree.link(link).parent)] = true;
+      link = tree.joint(tree.link(link).parent).parent;
+    }
+    if (link != base && tree.link(link).parent < 0) {
+      throw InputError(document.source() + ": base \"" + tree.link(base).name + "\" does not carry joint \"" +
+                       tree.joint(joint).name + "\"");
+    }
+  }
+  UrdfPath path{base, depth_first(tree, base, marked)};
+  for (const int joint : path.joints) {
+    UrdfTopology::Joint& on_it = tree.joints[static_cast<std::size_t>(joint)];
+    on_it.held = on_it.moves() && std::ranges::find(moving, joint) == moving.end();
   }
   return path;
 }

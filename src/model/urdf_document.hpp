@@ -94,8 +94,9 @@ struct UrdfTopology {
     pugi::xml_node node;
     int parent = -1;  // links
     int child = -1;
+    bool held = false;  // on the way to joints of the robot, but none of them
 
-    [[nodiscard]] bool moves() const { return type != "fixed"; }
+    [[nodiscard]] bool moves() const { return type != "fixed" && !held; }
   };
 
   std::vector<Link> links;
@@ -112,15 +113,11 @@ struct UrdfTopology {
 /// What the robot consists of.
 struct UrdfPath {
   int base = -1;            // link
-  std::vector<int> joints;  // base to tip, fixed ones among them
-
-  [[nodiscard]] int tip(const UrdfTopology& tree) const {
-    return joints.empty() ? base : tree.joint(joints.back()).child;
-  }
+  std::vector<int> joints;  // depth first, fixed ones among them
 };
 
-/// The chain that the options ask for; at least one of its joints moves.
-[[nodiscard]] UrdfPath urdf_path(const UrdfDocument& document, const UrdfTopology& tree,
+/// The chain or tree that the options ask for; at least one of its joints moves. Marks joints that are held.
+[[nodiscard]] UrdfPath urdf_path(const UrdfDocument& document, UrdfTopology& tree,
                                  const UrdfOptions& options);
 
 /// A limit that the file does not give is written as this value or beyond.
@@ -132,7 +129,7 @@ struct CheckedUrdf {
   /// without motion of one axis fixed: urdfdom has nothing left to misread or to complain about.
   std::string xml;
   std::string base;
-  std::string tip;
+  std::vector<std::string> links;  // of the chain or tree without the base, depth first
   std::vector<Finding> warnings;
 };
 

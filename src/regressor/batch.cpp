@@ -180,8 +180,8 @@ detail::AlignedDoubles detail::aligned_doubles(std::size_t count) {
 }
 
 BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
-    : scratch_(detail::aligned_doubles(
-          detail::kernel_scratch(static_cast<std::size_t>(batch.kernel_->lanes), batch.joints()))),
+    : scratch_(detail::aligned_doubles(detail::kernel_scratch(static_cast<std::size_t>(batch.kernel_->lanes),
+                                                              batch.joints(), batch.columns_.plan().forks))),
       columns_(batch.columns_.entries().size()),
       tail_columns_(columns_.size()) {
   const auto lanes = static_cast<std::size_t>(batch.kernel_->lanes);

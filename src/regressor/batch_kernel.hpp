@@ -7,8 +7,9 @@
 namespace rivid::detail {
 
 // Doubles that a kernel of so many lanes writes its intermediate values to.
-[[gnu::always_inline]] constexpr std::size_t kernel_scratch(std::size_t lanes, std::size_t joints) {
-  return lanes * 8 * joints;
+[[gnu::always_inline]] constexpr std::size_t kernel_scratch(std::size_t lanes, std::size_t joints,
+                                                            std::size_t forks) {
+  return lanes * (8 * joints + forks * (18 + 6 * joints));
 }
 
 // What one file for an instruction set offers: rows of `packs` times `lanes` consecutive samples.
@@ -23,8 +24,10 @@ template <typename Scalar>
 void fill_packs(const RegressorPlan& plan, const RegressorInput<double>& input, std::size_t packs,
                 double* const* columns, double* scratch) {
   auto* const screws = reinterpret_cast<Screw<Scalar>*>(scratch);
+  auto* const angles = reinterpret_cast<CosSin<Scalar>*>(screws + plan.joints);
+  auto* const forks = reinterpret_cast<ForkState<Scalar>*>(angles + plan.joints);
   fill_rows<Scalar>(plan, input, packs, columns,
-                    {screws, reinterpret_cast<CosSin<Scalar>*>(screws + plan.joints)});
+                    {screws, angles, forks, reinterpret_cast<Screw<Scalar>*>(forks + plan.forks)});
 }
 
 }  // namespace rivid::detail

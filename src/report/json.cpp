@@ -121,6 +121,10 @@ Json joints(const Robot& robot) {
                     {"type", j.type == JointType::revolute ? "revolute" : "prismatic"}};
     members.update(json_of(j));
     members["frame"] = frame(robot.chain.links[k]);
+    if (robot.chain.branches()) {
+      const int parent = robot.chain.parent(k);
+      members["carried_by"] = parent < 0 ? robot.base : robot.joints[static_cast<std::size_t>(parent)].link;
+    }
     return members;
   });
 }

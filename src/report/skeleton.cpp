@@ -18,8 +18,14 @@ std::vector<LinkPose> link_poses(const Chain& chain, const Vector& q) {
 Skeleton skeleton_of(const Robot& robot, const Vector& q) {
   Skeleton out;
   out.joints.emplace_back(Eigen::Vector3d::Zero());
-  for (const LinkPose& pose : link_poses(robot.chain, q)) {
-    out.joints.push_back(pose.o);
+  const std::vector<LinkPose> poses = link_poses(robot.chain, q);
+  for (std::size_t j = 0; j < poses.size(); ++j) {
+    // One line draws all: from the end of a branch it goes back to where the next one begins.
+    for (int back = static_cast<int>(j) - 1; back != robot.chain.parent(j);) {
+      back = robot.chain.parent(static_cast<std::size_t>(back));
+      out.joints.push_back(back < 0 ? out.joints.front() : poses[static_cast<std::size_t>(back)].o);
+    }
+    out.joints.push_back(poses[j].o);
   }
   return out;
 }

@@ -28,8 +28,9 @@ DynamicsBatch::DynamicsBatch(const ModelData& model, Simd simd)
       one_(model) {
   const auto n = static_cast<std::size_t>(joints());
   const auto lanes = static_cast<std::size_t>(kernel_->lanes);
-  scratch_ = detail::aligned_doubles(detail::dynamics_scratch(lanes, n));
-  std::fill_n(scratch_.get(), detail::dynamics_scratch(lanes, n), 0.0);
+  const std::size_t scratch = detail::dynamics_scratch(lanes, n, tables_.forks);
+  scratch_ = detail::aligned_doubles(scratch);
+  std::fill_n(scratch_.get(), scratch, 0.0);
   tail_ = detail::aligned_doubles(4 * n * lanes);
   state_.resize(3 * n);
 }

@@ -26,8 +26,10 @@ struct DynamicsBatchKernel {
 };
 
 // Doubles of scratch for packs of so many lanes.
-[[gnu::always_inline]] constexpr std::size_t dynamics_scratch(std::size_t lanes, std::size_t joints) {
-  return lanes * (7 * joints + 2 + 6 * joints + (6 + 2 * joints) * dynamics_stride(joints));
+[[gnu::always_inline]] constexpr std::size_t dynamics_scratch(std::size_t lanes, std::size_t joints,
+                                                              std::size_t forks) {
+  const std::size_t stride = dynamics_stride(joints);
+  return lanes * (7 * joints + 2 + 6 * joints + (6 + 2 * joints) * stride + forks * fork_scalars(stride));
 }
 
 template <typename Scalar>
@@ -51,7 +53,10 @@ std::size_t accelerate_packs(const DynamicsPlan& plan, const DynamicsBatchInput&
   Scalar* const cosines = taken(n + 1);
   Scalar* const sines = taken(n + 1);
   auto* const own = reinterpret_cast<Wrench<Scalar>*>(taken(6 * n));
-  const DynamicsScratch<Scalar> scratch = {cosines, sines, own, taken(6 * stride), stride};
+  Scalar* const wrenches = taken(6 * stride);
+  auto* const forks = reinterpret_cast<DynamicsFork<Scalar>*>(taken(34 * plan.forks));
+  const DynamicsScratch<Scalar> scratch = {
+      cosines, sines, own, wrenches, stride, forks, taken(6 * stride * plan.forks)};
   for (std::size_t k = 0; k < packs; ++k) {
     const auto first = static_cast<std::ptrdiff_t>(k) * Scalar::lanes;
     for (std::size_t j = 0; j < n; ++j) {

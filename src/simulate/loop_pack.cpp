@@ -25,7 +25,7 @@ LoopPack::LoopPack(std::span<LoopOde* const> loops)
   const std::size_t rows = static_cast<std::size_t>(LoopBlock::count) * n_;
   blocks_ = aligned_doubles(rows * lanes_);
   std::fill_n(blocks_.get(), rows * lanes_, 0.0);
-  const std::size_t scratch = kernel_->scratch(n_);
+  const std::size_t scratch = kernel_->scratch(n_, robots_.front().forks);
   scratch_ = aligned_doubles(scratch);
   std::fill_n(scratch_.get(), scratch, 0.0);
 }
@@ -33,7 +33,7 @@ LoopPack::LoopPack(std::span<LoopOde* const> loops)
 bool LoopPack::fit(const LoopOde& a, const LoopOde& b) {
   const Chain& first = a.model().chain();
   const Chain& second = b.model().chain();
-  return a.simple() && b.simple() && first.gravity == second.gravity &&
+  return a.simple() && b.simple() && first.gravity == second.gravity && first.parents == second.parents &&
          std::ranges::equal(first.links, second.links, [](const Chain::Link& x, const Chain::Link& y) {
            return x.type == y.type && x.R == y.R && x.p == y.p;
          });

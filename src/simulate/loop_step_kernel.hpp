@@ -42,8 +42,8 @@ struct LoopStepKernel {
   static constexpr double not_valid = -1.0;
 
   int lanes;
-  // Doubles of scratch for so many joints.
-  std::size_t (*scratch)(std::size_t joints);
+  // Doubles of scratch for so many joints, and links on which several hang.
+  std::size_t (*scratch)(std::size_t joints, std::size_t forks);
   // Puts the inertias of a robot into a lane. All robots of a pack have the same frames.
   void (*seat)(const DynamicsPlan& robot, int lane, double* scratch);
   // Takes the step. Returns false where M is not positive definite in some lane, after which `blocks` is as
@@ -134,13 +134,14 @@ struct LoopStep {
     }
   };
 
-  [[gnu::always_inline]] static constexpr std::size_t scalars(std::size_t n) {
-    return n * (sizeof(Link) / sizeof(Scalar)) + (3 * n + 6) * dynamics_stride(n) + 2 * n + 2 * (n + 1) +
-           6 * n + (4 + 2 * static_cast<std::size_t>(stages)) * n + 2 * n * n + n;
+  [[gnu::always_inline]] static constexpr std::size_t scalars(std::size_t n, std::size_t forks) {
+    return forks * fork_scalars(dynamics_stride(n)) + n * (sizeof(Link) / sizeof(Scalar)) +
+           (3 * n + 6) * dynamics_stride(n) + 2 * n + 2 * (n + 1) + 6 * n +
+           (4 + 2 * static_cast<std::size_t>(stages)) * n + 2 * n * n + n;
   }
-  static std::size_t doubles(std::size_t n) { return scalars(n) * Scalar::lanes; }
+  static std::size_t doubles(std::size_t n, std::size_t forks) { return scalars(n, forks) * Scalar::lanes; }
 
-  [[gnu::always_inline]] static Scratch scratch_at(double* memory, std::size_t n) {
+  [[gnu::always_inline]] static Scratch scratch_at(double* memory, std::size_t n, std::size_t forks) {
     const std::size_t stride = dynamics_stride(n);
     auto* next = reinterpret_cast<Scalar*>(memory);
     const auto taken = [&](std::size_t count) {
@@ -158,7 +159,9 @@ struct LoopStep {
     Scalar* const cosines = taken(n + 1);
     Scalar* const sines = taken(n + 1);
     auto* const own = reinterpret_cast<Wrench<Scalar>*>(taken(6 * n));
-    s.dynamics = {cosines, sines, own, taken(6 * stride), stride};
+    Scalar* const wrenches = taken(6 * stride);
+    auto* const kept = reinterpret_cast<DynamicsFork<Scalar>*>(taken(34 * forks));
+    s.dynamics = {cosines, sines, own, wrenches, stride, kept, taken(6 * stride * forks)};
     s.y = taken(2 * n);
     s.next = taken(2 * n);
     s.rates = taken(2 * n * static_cast<std::size_t>(stages));
@@ -169,12 +172,14 @@ struct LoopStep {
   }
 
   static void seat(const DynamicsPlan& robot, int lane, double* memory) {
-    const Scratch s = scratch_at(memory, robot.joints);
+    const Scratch s = scratch_at(memory, robot.joints, robot.forks);
     for (std::size_t j = 0; j < robot.joints; ++j) {
       const DynamicsLink& from = robot.links[j];
       Link& to = s.links[j];
       static_cast<Frame&>(to) = from;
       to.step = from.step;
+      to.fork = from.fork;
+      to.from = from.from;
       for (int k = 0; k < 10; ++k) {
         put(from.inertial[k], lane, to.inertial[k]);
       }
@@ -187,9 +192,13 @@ struct LoopStep {
   static bool step(const DynamicsPlan& frames, bool known, std::size_t sticking, double* blocks,
                    double* memory) {
     const std::size_t n = frames.joints;
-    const Scratch s = scratch_at(memory, n);
-    const DynamicsPlanOf<Scalar> plan = {
-        s.links, n, {frames.accel[0], frames.accel[1], frames.accel[2]}, s.rotor};
+    const Scratch s = scratch_at(memory, n, frames.forks);
+    const DynamicsPlanOf<Scalar> plan = {s.links,
+                                         n,
+                                         {frames.accel[0], frames.accel[1], frames.accel[2]},
+                                         s.rotor,
+                                         {frames.base[0], frames.base[1], frames.base[2]},
+                                         frames.forks};
     const Loops in = {blocks, n, sticking};
     for (std::size_t j = 0; j < n; ++j) {
       s.y[j] = in.at(LoopBlock::q, j);

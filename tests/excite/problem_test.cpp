@@ -68,6 +68,16 @@ TEST(Problem, HasExactSlopesForEveryRobot) {
   }
 }
 
+TEST(Problem, HasExactSlopesForTrees) {
+  std::mt19937_64 random(99);
+  for (const std::vector<int>& parents : {std::vector{-1, 0, 1, 0, 3, -1, 5, 6, 5},
+                                          std::vector{-1, -1, -1, 2}, std::vector{-1, 0, 0, 0, 3, 4, 3, 0}}) {
+    Robot robot = test::random_robot(static_cast<int>(parents.size()), random);
+    robot.chain.parents = parents;
+    expect_exact_slopes(robot, detail::Information{});
+  }
+}
+
 TEST(Problem, HasExactSlopesForEveryObjective) {
   const Robot robot = test::many_robots().front();
   const Index b = base_parameters(robot).size();

@@ -13,6 +13,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/two_arms.hpp"
 
 namespace rivid {
 namespace {
@@ -100,6 +101,56 @@ TEST_F(Draft, KnowsTheDefaultNames) {
   EXPECT_EQ(columns.time->name, "t");
   EXPECT_TRUE(read.estimation.signal.automatic());
   EXPECT_EQ(name(read.estimation.method), "auto");
+}
+
+std::string columns(const Names& joints) {
+  std::string out = "t";
+  for (const char* const quantity : {"_position", "_effort"}) {
+    for (const std::string& joint : joints) {
+      out += "," + joint + quantity;
+    }
+  }
+  return out;
+}
+
+const Names arms = {"waist",          "left_shoulder", "left_elbow", "left_wrist",
+                    "right_shoulder", "right_elbow",   "right_wrist"};
+
+TEST_F(Draft, TakesTheJointsOfATreeThatTheLogHasColumnsOf) {
+  folder().write("robot.urdf", test::two_arms());
+  const auto draft_of = [&](const Names& joints) {
+    write_log(columns(joints));
+    const ExperimentDraft made =
+        draft_experiment(folder().path() / "robot.toml", folder().path() / "robot.urdf", {},
+                         std::vector{folder().path() / "log.csv"});
+    EXPECT_TRUE(made.complete) << made.text;
+    folder().write("robot.toml", made.text);
+    return std::pair(made, read_experiment(folder().path() / "robot.toml"));
+  };
+  // Fingers are seldom logged.
+  const auto [made, both] = draft_of(arms);
+  EXPECT_EQ(both.robot.size(), 7);
+  EXPECT_TRUE(both.robot.chain.branches());
+  EXPECT_NE(made.text.find("moving = [\"waist\", \"left_shoulder\""), std::string::npos) << made.text;
+  ASSERT_EQ(made.doubts.size(), 1U);
+  EXPECT_NE(made.doubts[0].find("no positions of 2 joints"), std::string::npos) << made.doubts[0];
+
+  const Experiment left = draft_of({"left_shoulder", "left_elbow", "left_wrist"}).second;
+  EXPECT_EQ(left.robot.size(), 3);
+  EXPECT_FALSE(left.robot.chain.branches());
+  EXPECT_EQ(names_of(left.log.columns.position),
+            (Names{"left_shoulder_position", "left_elbow_position", "left_wrist_position"}));
+  // Columns that count fit the ways to several links.
+  write_log("t,q1,q2,q3,tau1,tau2,tau3");
+  EXPECT_FALSE(draft_experiment(folder().path() / "robot.toml", folder().path() / "robot.urdf", {},
+                                std::vector{folder().path() / "log.csv"})
+                   .complete)
+      << "there are two elbows";
+  // All of them.
+  Names all = arms;
+  all.insert(all.begin() + 4, "left_grip");
+  all.emplace_back("right_grip");
+  EXPECT_EQ(draft_of(all).second.robot.size(), 9);
 }
 
 // Names that Universal Robots' real-time interface writes.
@@ -292,12 +343,12 @@ TEST_F(Draft, SaysWhatIsLeftToFillIn) {
   EXPECT_EQ(draft(numbered).doubts.size(), 3U) << "positions, torques, time";
 }
 
-// Seven columns are no six joints: the chain may end at the wrong link.
+// Four columns are no three joints: the chain may end at the wrong link.
 TEST_F(Draft, TellsOfColumnsThatAlmostFit) {
   write_log("t,q1,q2,q3,q4,tau1,tau2,tau3,tau4");
   const ExperimentDraft made = draft(numbered);
   EXPECT_FALSE(made.complete);
-  EXPECT_NE(made.doubts.at(0).find("\"q1\" to \"q4\" are 4 columns, the chain has 3 joints"),
+  EXPECT_NE(made.doubts.at(0).find("\"q1\" to \"q4\" are 4 columns, the robot has 3 joints"),
             std::string::npos)
       << made.doubts.at(0);
 

@@ -9,6 +9,7 @@
 #include "support/complaint.hpp"
 #include "support/payload_bench.hpp"
 #include "support/robots.hpp"
+#include "support/two_arms.hpp"
 
 namespace rivid {
 namespace {
@@ -45,6 +46,34 @@ TEST(Payload, IsToldInTheFlangeFrame) {
   const PayloadReport found = Bench(six_axis()).identified(box, 0.0, 1, options);
   EXPECT_LT((options.R * found.payloads[0].com + options.p - box.com).norm(), 1e-6);
   EXPECT_LT((options.R * found.payloads[0].inertia * options.R.transpose() - box.inertia).norm(), 1e-6);
+}
+
+TEST(Payload, HangsOnAnyNamedLinkOfAnArmOrATree) {
+  const Robot tree = parse_urdf(test::two_arms(), "two_arms.urdf",
+                                {.base = {},
+                                 .tip = {},
+                                 .moving = {"waist", "left_shoulder", "left_elbow", "left_wrist",
+                                            "right_shoulder", "right_elbow", "right_wrist"}});
+  const Box box;
+  for (const auto& [robot, at] : {std::pair(six_axis(), 3), std::pair(tree, 3), std::pair(tree, 6)}) {
+    Bench bench(robot);
+    bench.loaded_link = at;
+    const PayloadOptions options{.model = PayloadModel::body,
+                                 .link = robot.joints[static_cast<std::size_t>(at)].link};
+    const PayloadReport found = bench.identified(box, 0.0, 1, options);
+    ASSERT_TRUE(found.identified) << found.reason;
+    const auto truth = truth_of(box);
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      EXPECT_NEAR(found.payloads[0].values[k].value, truth[k], 1e-6) << found.payloads[0].values[k].name;
+    }
+    EXPECT_GT(bench.identified(box, 0.0, 1, {.link = robot.joints[1].link}).relative_error, 0.01)
+        << "the wrong link explains it as well";
+  }
+  const auto complaint = [&](const PayloadOptions& options) {
+    return test::complaint_of([&] { return Bench(tree).identified(box, 0.1, 1, options); });
+  };
+  EXPECT_TRUE(test::says(complaint({}), "the robot branches, so the link of the payload must be named"));
+  EXPECT_TRUE(test::says(complaint({.link = "hand"}), "no moving link is called \"hand\" (links: \"torso\""));
 }
 
 // Mass, centre of mass and inertia of payloads from half a kilogram to ten, on three arms.

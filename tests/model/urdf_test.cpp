@@ -218,8 +218,8 @@ TEST(ReadUrdf, LumpsMovingBranchesAtZeroAndSaysSo) {
   const Inertial finger = inertial_from_com(0.5, {0.0, 0.0, 0.2}, Eigen::Matrix3d::Zero());
   EXPECT_TRUE(robot.inertials[1].isApprox(bare.inertials[1] + finger, same_quantity));
   EXPECT_EQ(texts(robot),
-            (Strings{"arm.urdf:33: 2 joints are off the chain: \"grip\", \"grip_2\" (mimic); held at q = 0, "
-                     "what they move is lumped into link \"lower\""}));
+            (Strings{"arm.urdf:33: 2 joints are no part of the robot: \"grip\", \"grip_2\" (mimic); held at "
+                     "q = 0, what they move is lumped into link \"lower\""}));
 }
 
 TEST(ReadUrdf, EndsAtTheLastMovingLinkThoughFixedFramesFollow) {
@@ -263,7 +263,7 @@ TEST(ReadUrdf, RefusesMalformedXmlWithItsLine) {
   EXPECT_EQ(refusal(arm.substr(0, 200)), "arm.urdf:7: not well-formed XML: Error parsing element attribute");
   EXPECT_EQ(refusal(arm_with("mass value=\"2\"", "mass value=\"2\" value=\"3\"")),
             "arm.urdf:6: not well-formed XML: <mass> has two attributes value");
-  EXPECT_EQ(refusal(std::string(arm) + "<robot/>"),
+  EXPECT_EQ(refusal(std::string(arm).append("<robot/>")),
             "arm.urdf:31: not well-formed XML: <robot> follows the end of <robot>");
 }
 
@@ -343,7 +343,7 @@ TEST(ReadUrdf, WarnsOfAnImpossibleBodyThatDoesNotMoveWithTheChain) {
   EXPECT_EQ(
       texts(robot),
       (Strings{"arm.urdf:32: link \"antenna\": its inertia is not positive semidefinite: principal moments "
-               "-0.5, 1, 1 kg·m²; the link does not move with the chain, its <inertial> has no effect"}));
+               "-0.5, 1, 1 kg·m²; the link does not move with the robot, its <inertial> has no effect"}));
   const Robot bare = parse_urdf(arm, "arm.urdf");
   EXPECT_EQ(robot.inertials[0], bare.inertials[0]);
   EXPECT_EQ(robot.inertials[1], bare.inertials[1]);
@@ -396,13 +396,13 @@ TEST(ReadUrdf, TakesXAsTheAxisThatIsNotTold) {
 
 TEST(ReadUrdf, RefusesJointsOfTheChainThatDoNotMoveByThemselves) {
   EXPECT_EQ(
-      refusal(arm_with("</joint>", "<mimic joint=\"elbow\"/></joint>")),
-      "arm.urdf:21: joint \"shoulder\": follows joint \"elbow\" (mimic), but every joint of the chain must "
+      refusal(arm_with("</joint>", "<mimic joint=\"elbow\"/></joint>"), {.base = {}, .tip = "lower"}),
+      "arm.urdf:21: joint \"shoulder\": follows joint \"elbow\" (mimic), but every joint of the robot must "
       "move by itself");
   for (const std::string type : {"floating", "planar"}) {
     EXPECT_EQ(refusal(arm_with("\"elbow\" type=\"revolute\"", "\"elbow\" type=\"" + type + "\"")),
               "arm.urdf:22: joint \"elbow\": is of type " + type +
-                  "; on the chain only revolute, continuous, prismatic and fixed joints can be identified");
+                  "; only revolute, continuous, prismatic and fixed joints can be identified");
   }
 }
 
@@ -477,11 +477,60 @@ TEST(ReadUrdf, WarnsOfTransmissions) {
               "joints"});
 }
 
-TEST(ReadUrdf, AsksForTheTipOfARobotThatBranches) {
-  EXPECT_EQ(
-      refusal(arm_and(gripper)),
-      "arm.urdf:1: the robot branches, its chains end at \"finger\" and \"thumb\"; say which link the chain "
-      "ends at by the option tip (a link before the fork will do: what hangs on it is then lumped into it)");
+// A second arm on the first one's base and a hand on the first one's end, in one file.
+constexpr std::string_view other_arm = R"(
+  <link name="other"><inertial><origin xyz="0.1 0 0"/><mass value="2"/>
+    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+  <joint name="swing" type="revolute"><origin xyz="0 0.3 0"/><parent link="base"/><child link="other"/>
+    <axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint>)";
+
+Strings names(const Robot& robot) {
+  Strings out;
+  for (const Joint& joint : robot.joints) {
+    out.push_back(joint.name);
+  }
+  return out;
+}
+
+TEST(ReadUrdf, TakesARobotThatBranchesAsATreeInTheOrderOfTheFile) {
+  const Robot robot = parse_urdf(arm_and(std::string(gripper) + std::string(other_arm)), "arm.urdf");
+  EXPECT_EQ(names(robot), (Strings{"shoulder", "elbow", "grip", "swing"}));
+  EXPECT_EQ(robot.chain.parents, (std::vector<int>{-1, 0, 1, -1}));
+  EXPECT_TRUE(robot.chain.branches());
+  EXPECT_EQ(texts(robot),
+            (Strings{"arm.urdf:36: one joint is no part of the robot: \"grip_2\" (mimic); held at "
+                     "q = 0, what it moves is lumped into link \"lower\""}));
+  // Each branch is the chain that its tip names.
+  const Robot hand = parse_urdf(arm_and(gripper), "arm.urdf", {.base = {}, .tip = "finger"});
+  const Robot other = parse_urdf(arm_and(other_arm), "arm.urdf", {.base = {}, .tip = "other"});
+  for (std::size_t j = 0; j < 4; ++j) {
+    const Robot& chain = j < 3 ? hand : other;
+    const std::size_t k = j < 3 ? j : 0;
+    EXPECT_EQ(robot.chain.links[j].R, chain.chain.links[k].R) << j;
+    EXPECT_EQ(robot.chain.links[j].p, chain.chain.links[k].p) << j;
+    EXPECT_EQ(robot.inertials[j], chain.inertials[k]) << j;
+  }
+}
+
+TEST(ReadUrdf, HoldsTheJointsThatAreNotNamedAsMoving) {
+  const std::string both = arm_and(std::string(gripper) + std::string(other_arm));
+  const Robot robot = parse_urdf(both, "arm.urdf", {.base = {}, .tip = {}, .moving = {"swing", "elbow"}});
+  EXPECT_EQ(names(robot), (Strings{"elbow", "swing"}));
+  EXPECT_EQ(robot.chain.parents, (std::vector<int>{-1, -1}));
+  ASSERT_EQ(robot.warnings.size(), 2U);
+  EXPECT_TRUE(test::says(texts(robot)[0],
+                         "joint \"shoulder\": lies on the way to joints of the robot but is none "
+                         "of them; held at q = 0"));
+  // The same by a chain whose base is the held link.
+  const Robot elbow = parse_urdf(arm_and(gripper), "arm.urdf", {.base = "upper", .tip = "lower"});
+  EXPECT_TRUE(robot.inertials[0].isApprox(elbow.inertials[0], same_quantity));
+
+  EXPECT_EQ(refusal(both, {.base = {}, .tip = "lower", .moving = {"elbow"}}),
+            "arm.urdf: both tip and moving are given, must be one of them");
+  EXPECT_EQ(refusal(both, {.base = {}, .tip = {}, .moving = {"elbo"}}),
+            "arm.urdf: moving names \"elbo\", but no joint is called so; did you mean \"elbow\"?");
+  EXPECT_EQ(refusal(both, {.base = "upper", .tip = {}, .moving = {"swing"}}),
+            "arm.urdf: base \"upper\" does not carry joint \"swing\"");
 }
 
 TEST(ReadUrdf, RefusesABaseOrTipThatDoesNotFit) {

@@ -34,7 +34,7 @@ inline Vector standard_normal(Index count, std::uint64_t seed) {
   return std::sqrt(static_cast<double>(count)) / out.norm() * out;
 }
 
-// An arm that moves by sines, and its torques with any load on the last link.
+// An arm that moves by sines, and its torques with any load on a link.
 class PayloadBench {
  public:
   explicit PayloadBench(Robot its_robot, Index samples = 2500)
@@ -68,7 +68,8 @@ class PayloadBench {
     Vector chi_st = robot.chi_st();
     for (std::size_t i = 0; i < base.standard.size(); ++i) {
       const StandardParameter& p = base.standard[i];
-      if (p.joint + 1 == static_cast<int>(robot.size()) && role(p.kind) == Role::inertial) {
+      if (p.joint == (loaded_link < 0 ? static_cast<int>(robot.size()) - 1 : loaded_link) &&
+          role(p.kind) == Role::inertial) {
         chi_st[static_cast<Index>(i)] += load[static_cast<Index>(p.kind)];
       }
     }
@@ -115,8 +116,9 @@ class PayloadBench {
   static SignalOptions signal() { return {.rows = RowScheme::paper, .velocity_threshold = {}}; }
 
   Robot robot;
-  Vector gains = {};  // measured torque per torque
-  Vector Fl = {};     // friction by load
+  Vector gains = {};     // measured torque per torque
+  Vector Fl = {};        // friction by load
+  int loaded_link = -1;  // −1: the last one
 
  private:
   [[nodiscard]] double gain(Index j) const { return gains.size() > 0 ? gains[j] : 1.0; }

@@ -37,9 +37,7 @@ inline void expect_same_torques(const std::string& text, const Robot& robot, con
   // Of the largest one: some tens of roundings between the origin, the centre of mass, and back.
   constexpr double tolerance = 1e-9;
   constexpr double parameter_tolerance = 1e-12;
-  const UrdfOptions options = {
-      .base = robot.base, .tip = robot.joints.back().link, .gravity = robot.chain.gravity};
-  const Robot back = parse_urdf(text, "written.urdf", options);
+  const Robot back = parse_urdf(text, "written.urdf", same_part(robot));
   ASSERT_EQ(back.size(), robot.size());
   EXPECT_LE((back.chi_st() - chi_st).cwiseAbs().maxCoeff(),
             parameter_tolerance * chi_st.cwiseAbs().maxCoeff());

@@ -25,7 +25,7 @@ struct ExperimentDraft {
 ///
 /// @param file        where the text will be; paths in it are relative to its folder
 /// @param robot_file  a URDF; with the ending .csv a modified Denavit-Hartenberg table
-/// @param options     base and tip of a URDF
+/// @param options     the part of a URDF; without tip and moving joints those that the logs have columns of
 /// @param logs        at least one, all with the columns of the first
 /// @throws InputError  for what the robot's reader refuses, and for a log that is no table
 [[nodiscard]] ExperimentDraft draft_experiment(const std::filesystem::path& file,

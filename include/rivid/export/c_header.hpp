@@ -27,7 +27,7 @@ namespace rivid {
 ///
 /// @param name    a C identifier, see c_identifier()
 /// @param origin  one line that says where the numbers come from, for the comment on top
-/// @throws InputError  where the name is no C identifier
+/// @throws InputError  where the name is no C identifier, or the robot branches
 [[nodiscard]] std::string c_header(const DynamicModel& model, std::string_view name,
                                    std::string_view origin = {});
 

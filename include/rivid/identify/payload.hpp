@@ -41,7 +41,9 @@ struct LoadedLogs {
 /// What is known beside the logs when payloads are identified.
 struct PayloadOptions {
   PayloadModel model = PayloadModel::automatic;
-  /// Pose of the flange frame in the frame of the last link, in which the result is given: orientation and
+  /// The moving link that the payload is on; empty: the last one of a chain.
+  std::string link = {};
+  /// Pose of the flange frame in the frame of that link, in which the result is given: orientation and
   /// origin [m].
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
@@ -52,6 +54,9 @@ struct PayloadOptions {
   /// Fc.
   bool load_friction = false;
 
+  /// `link` among those of the robot, counted from 0; nothing where it is none of them, or none is named and
+  /// the robot branches.
+  [[nodiscard]] std::optional<std::size_t> link_of(const Robot& robot) const;
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
 };
 

@@ -7,15 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
 
-/// Geometry of a serial chain as the kernels read it.
+/// Geometry of a serial chain, or of a tree on a fixed base, as the kernels read it.
 ///
 /// Frame j is fixed to link j, its origin lies on the axis of joint j and its z axis along it: a revolute
-/// joint turns frame j about z, a prismatic one moves it along z. A URDF whose joint axis is x, y or a
+/// joint turns frame j about z, a prismatic one moves it along z. Where the robot branches, "frame j−1" is
+/// that of the link that carries link j. A URDF whose joint axis is x, y or a
 /// negative axis is brought to this form by renaming axes, see Link::axes.
 struct Chain {
   struct Link {
@@ -29,11 +31,33 @@ struct Chain {
     std::array<int, 3> signs = {1, 1, 1};
   };
 
-  std::vector<Link> links;                         ///< links 1…n, base to tip
+  std::vector<Link> links;                         ///< links 1…n, base to tip; of a tree, depth first
   Eigen::Vector3d gravity = {0.0, 0.0, -9.80665};  ///< acceleration of free fall in the base frame [m/s²]
+  /// Of a tree: the link that carries each link, counted from 0, −1 for the base; empty: each is carried by
+  /// the one before. Depth first: a link is carried by the one before it, by one of those that carry that
+  /// one, or by the base.
+  std::vector<int> parents;
 
   [[nodiscard]] Index joints() const { return static_cast<Index>(links.size()); }
+  /// The link that carries link j, −1 for the base.
+  [[nodiscard]] int parent(std::size_t j) const {
+    return parents.empty() ? static_cast<int>(j) - 1 : parents[j];
+  }
+  /// Whether some link is not carried by the one before.
+  [[nodiscard]] bool branches() const;
+  /// The links from the base to link j, which is the last, (depth + 1).
+  [[nodiscard]] std::vector<std::size_t> path(std::size_t j) const;
+  /// Of each link on which several hang its number among these, −1 of all others, (n).
+  [[nodiscard]] std::vector<int> forks() const;
+  /// The links on which none hangs, ascending; of a chain the last one.
+  [[nodiscard]] std::vector<std::size_t> tips() const;
 };
+
+/// For what knows chains alone.
+///
+/// @param who  begins the message
+/// @throws InputError  where the robot branches
+void require_chain(const std::string& who, const Chain& chain);
 
 /// Where one inertial parameter of the link frame stands among the columns of frame j.
 struct InertialColumn {
@@ -176,7 +200,73 @@ inline std::optional<std::string> frame_complaint(const Chain::Link& link) {
   return std::nullopt;
 }
 
+// Of the order of a tree.
+inline std::optional<std::string> order_complaint(const Chain& chain) {
+  const std::vector<int>& parents = chain.parents;
+  if (!parents.empty() && parents.size() != chain.links.size()) {
+    return "parents of the chain has " + std::to_string(parents.size()) + " entries, must have " +
+           std::to_string(chain.links.size()) + ", one a link";
+  }
+  for (std::size_t j = 0; j < parents.size(); ++j) {
+    int before = static_cast<int>(j) - 1;
+    while (before >= 0 && before != parents[j]) {
+      before = parents[static_cast<std::size_t>(before)];
+    }
+    if (before != parents[j]) {
+      return "parents[" + std::to_string(j) + "] is " + std::to_string(parents[j]) +
+             ", must be -1, the link before or one that carries it: depth first";
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace detail
+
+RIVID_INLINE bool Chain::branches() const {
+  for (std::size_t j = 0; j < parents.size(); ++j) {
+    if (parents[j] + 1 != static_cast<int>(j)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+RIVID_INLINE std::vector<std::size_t> Chain::path(std::size_t j) const {
+  std::vector<std::size_t> out = {j};
+  while (parent(out.back()) >= 0) {
+    out.push_back(static_cast<std::size_t>(parent(out.back())));
+  }
+  std::ranges::reverse(out);
+  return out;
+}
+
+RIVID_INLINE std::vector<int> Chain::forks() const {
+  std::vector<int> out(links.size(), -1);
+  int count = 0;
+  for (std::size_t j = 0; j < parents.size(); ++j) {
+    if (parents[j] >= 0 && parents[j] + 1 != static_cast<int>(j)) {
+      int& fork = out[static_cast<std::size_t>(parents[j])];
+      fork = fork < 0 ? count++ : fork;
+    }
+  }
+  return out;
+}
+
+RIVID_INLINE std::vector<std::size_t> Chain::tips() const {
+  std::vector<std::size_t> out;
+  for (std::size_t j = 0; j < links.size(); ++j) {
+    if (j + 1 == links.size() || parent(j + 1) != static_cast<int>(j)) {
+      out.push_back(j);
+    }
+  }
+  return out;
+}
+
+RIVID_INLINE void require_chain(const std::string& who, const Chain& chain) {
+  if (chain.branches()) {
+    throw InputError(who + ": the robot branches, must be a chain; name its last link as tip");
+  }
+}
 
 RIVID_INLINE InertialColumn inertial_column(const Chain::Link& link, ParameterKind kind) {
   const int k = static_cast<int>(kind);

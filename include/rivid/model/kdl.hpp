@@ -1,6 +1,7 @@
 #pragma once
 
 #include <kdl/chain.hpp>
+#include <kdl/tree.hpp>
 
 #include "rivid/model/robot.hpp"
 
@@ -28,6 +29,10 @@ namespace rivid {
 [[nodiscard]] Robot robot_from(const KDL::Chain& chain,
                                const Eigen::Vector3d& gravity = {0.0, 0.0, -9.80665});
 
+/// The robot that a KDL tree describes, which stands on its root: the same, branch by branch, depth first in
+/// the order in which segments were added to each other.
+[[nodiscard]] Robot robot_from(const KDL::Tree& tree, const Eigen::Vector3d& gravity = {0.0, 0.0, -9.80665});
+
 /// The robot as a KDL chain, one segment a joint, whose tip frames are the link frames of the standard
 /// parameters; the inverse of robot_from().
 ///
@@ -37,7 +42,7 @@ namespace rivid {
 ///
 /// @param chi_st  values of Robot::standard_parameters(), (N_s) [SI, joint side]; any values, a body without
 ///                mass may have first moments
-/// @throws InputError  the robot's complaint(), or a wrong number of values
+/// @throws InputError  the robot's complaint(), a robot that branches, or a wrong number of values
 [[nodiscard]] KDL::Chain kdl_chain(const Robot& robot, const Eigen::Ref<const Vector>& chi_st);
 
 /// The same with the robot's a-priori values.

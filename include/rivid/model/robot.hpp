@@ -230,13 +230,13 @@ struct GeometryTolerance {
   }
 };
 
-/// A serial robot: its chain, its joints and the a-priori inertial parameters of its links.
+/// A robot: its chain or tree, its joints and the a-priori inertial parameters of its links.
 ///
 /// Made by read_urdf(), from a KDL::Chain or from a modified Denavit-Hartenberg table; options of the joints
 /// may then be changed. A robot is only read by the functions that take it, so threads may share one.
 struct Robot {
   std::string name;
-  std::string base;  ///< link that the chain starts at
+  std::string base;  ///< link that stands still
   Chain chain;
   std::vector<Joint> joints;        ///< one for each link of the chain
   std::vector<Inertial> inertials;  ///< a-priori values, in the link frames; zero where none are known

@@ -385,6 +385,9 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
   if (auto fault = detail::gravity_complaint(chain.gravity)) {
     return fault;
   }
+  if (auto fault = detail::order_complaint(chain)) {
+    return fault;
+  }
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const Joint& joint = joints[j];
     const std::string who = "joint \"" + joint.name + "\": ";

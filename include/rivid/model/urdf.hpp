@@ -3,34 +3,43 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "rivid/model/robot.hpp"
 
 namespace rivid {
 
-/// Which chain of a URDF is the robot.
+/// Which part of a URDF is the robot.
 struct UrdfOptions {
   std::string base;  ///< link that stands still; empty: the root of the tree
-  /// Link that the chain ends at; empty: the only link that has a moving joint before it and none behind it.
+  /// Link that a chain ends at; empty: the robot is all that moves behind `base`.
   std::string tip;
+  /// The joints that move, instead of a tip; all others are held at q = 0. Empty: every joint but those that
+  /// follow another one (mimic).
+  std::vector<std::string> moving = {};
   Eigen::Vector3d gravity = {0.0, 0.0,
                              -9.80665};  ///< acceleration of free fall in the base link's frame [m/s²]
 };
 
-/// The serial robot in a URDF file: the chain from `base` to `tip`, its limits, and the a-priori values of
-/// its inertial parameters and friction (`<dynamics damping friction>` become Joint::Fv and Joint::Fc).
+/// The part of a URDF that a robot is, to read it again. What hangs behind its last moving links is lumped into
+/// them, whatever tip it was read with.
+[[nodiscard]] UrdfOptions same_part(const Robot& robot);
+
+/// The robot in a URDF file: the chain from `base` to `tip` or a tree, depth first in the order of the file, its
+/// limits, and the a-priori values of its inertial parameters and friction (`<dynamics damping friction>`
+/// become Joint::Fv and Joint::Fc).
 ///
 /// Standard parameters are given in the link frames of the URDF, see robot_from(const KDL::Chain&) for
-/// oblique axes. Links behind fixed joints are lumped into the link that carries them, and so are branches
-/// off the chain, with their moving joints held at q = 0. The file is checked before it is believed: what is
+/// oblique axes. Links behind fixed joints are lumped into the link that carries them, and so is what hangs
+/// on joints that are not part of the robot, which are held at q = 0. The file is checked before it is believed: what is
 /// wrong is refused, what is only doubtful (a moving link without inertial, a physically inconsistent
-/// inertia, joints without limits, moving branches, `<transmission>`) is reported in Robot::warnings.
+/// inertia, joints without limits, joints that are held, `<transmission>`) is reported in Robot::warnings.
 ///
 /// @throws InputError  with file and line: not readable, not XML, not a URDF, an unexpanded xacro file; a
 ///                     number that is none; a negative mass, an inertia that is missing, not positive
-///                     semidefinite or without mass; an axis of zeros; floating, planar or mimic joints on
-///                     the chain; limits the wrong way round; links and joints that do not make a tree; an
-///                     unknown or ambiguous base or tip
+///                     semidefinite or without mass; an axis of zeros; floating, planar or mimic joints
+///                     that should move; limits the wrong way round; links and joints that do not make a
+///                     tree; an unknown base, tip or joint
 [[nodiscard]] Robot read_urdf(const std::filesystem::path& path, const UrdfOptions& options = {});
 
 /// The same from a text.

@@ -33,7 +33,10 @@ class Momentum {
     Load own;
   };
 
-  explicit Momentum(const ModelData& model) : frames(model), links(frames.size()), rotor_(model.rotor) {}
+  /// @throws InputError  the model's complaint(); where the robot branches
+  explicit Momentum(const ModelData& model) : frames(model), links(frames.size()), rotor_(model.rotor) {
+    require_chain("Momentum", model.chain);
+  }
 
   [[nodiscard]] Index size() const noexcept { return static_cast<Index>(links.size()); }
 
@@ -61,7 +64,7 @@ class Momentum {
     for (std::size_t j = 0; j < links.size(); ++j) {
       LinkState& at = links[j];
       if (j == 0) {
-        at = {none, none, frames.base_acceleration(), {}};
+        at = {none, none, frames.base_acceleration(0), {}};
       } else {
         const LinkState& before = links[j - 1];
         at.omega = frames.into(j, before.omega);

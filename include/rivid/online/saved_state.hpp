@@ -78,6 +78,7 @@ class Fingerprint {
       }
     } else if constexpr (std::is_same_v<Value, Chain>) {
       add(value.gravity);
+      add(value.parents);
       for (const auto& [type, R, p, axes, signs] : value.links) {
         add(of(type, R, p, axes, signs));
       }

@@ -116,10 +116,15 @@ enum class SmallCoefficients {
 // Columns of a robot and of a body on its last link: the base parameters, and behind them those of the ten
 // inertial parameters of the last link that lead none.
 struct BodyColumns {
-  BodyColumns(const Robot& robot, const BaseParameters& base) : all(base) {
-    const int last = static_cast<int>(robot.size()) - 1;
+  // On the last link of a chain.
+  BodyColumns(const Robot& robot, const BaseParameters& base)
+      : BodyColumns(static_cast<int>(robot.size()) - 1, base) {
+    require_chain("a body on the last link", robot.chain);
+  }
+  // link: that the body is on, counted from 0
+  BodyColumns(int link, const BaseParameters& base) : all(base) {
     for (int k = 0; k < inertial_count; ++k) {
-      const StandardParameter wanted = {static_cast<ParameterKind>(k), last};
+      const StandardParameter wanted = {static_cast<ParameterKind>(k), link};
       const auto at = std::ranges::find_if(all.parameters, [&](const BaseParameter& p) {
         return p.leading.kind == wanted.kind && p.leading.joint == wanted.joint;
       });
@@ -131,7 +136,7 @@ struct BodyColumns {
   }
 
   BaseParameters all;
-  std::array<Index, inertial_count> body{};  // where XX … M of the last link stand
+  std::array<Index, inertial_count> body{};  // where XX … M of the link stand
 };
 
 }  // namespace detail

@@ -28,6 +28,10 @@ struct LinkPlan : Frame {
   double sign[10];                  // −1 where the link frame reverses the sign of a column of frame j
   unsigned mask;                    // wanted columns, XX in the lowest bit
   int step;                         // see step_number()
+  int parent;                       // link that carries it; −1: the base
+  int depth;                        // number of links that carry it
+  int end;                          // behind the last link that it carries
+  int fork;  // where links branch, place for what one of them leaves to the others; else −1
 };
 
 // An own parameter of a joint, in the order of their columns.
@@ -43,6 +47,7 @@ struct RegressorPlan {
   std::size_t joints;
   const OwnEntry* own;
   std::size_t own_count;
+  std::size_t forks;
 };
 
 // Values of the first sample; a column a joint. See Stored.
@@ -64,11 +69,20 @@ inline constexpr unsigned usual_mask = 0xf7U;
 }
 inline constexpr int step_count = 5 * 8 * 2 * 2;
 
-// Scratch: one of each for a joint.
+// State of a link on which several hang.
+template <typename Scalar>
+struct ForkState {
+  FrameMotion<Scalar> motion;
+  Mat3<Scalar> U;
+};
+
+// Scratch: one of each for a joint, then for a fork, with screws of all joints.
 template <typename Scalar>
 struct RegressorScratch {
   Screw<Scalar>* screws;
   CosSin<Scalar>* angles;
+  ForkState<Scalar>* forks;
+  Screw<Scalar>* fork_screws;
 };
 
 // What a step leaves to the next.
@@ -199,10 +213,12 @@ template <typename Scalar, typename Value>
   }
 }
 
-// Link j ≥ 1: carries the screws of the joints before it and the motion into frame j, and puts the entries.
+// Link that others carry: takes the screws of their joints and the motion into its frame, and puts the
+// entries.
 template <Turn turn, unsigned offsets, bool revolute, bool usual, typename Scalar>
-auto step(const LinkPlan& link, RegressorState<Scalar>& state, std::size_t j, Out<Scalar> out) {
+auto step(const LinkPlan& link, RegressorState<Scalar>& state, Out<Scalar> out) {
   using Memory = Stored<Scalar>;
+  const auto j = static_cast<std::size_t>(link.depth);
   Screw<Scalar>* const screws = state.screws;
   // A sliding joint stands turned by θ alone.
   CosSin<Scalar> angle = {Scalar(link.cos_theta), Scalar(link.sin_theta)};
@@ -254,7 +270,7 @@ auto step(const LinkPlan& link, RegressorState<Scalar>& state, std::size_t j, Ou
   return out.columns;
 }
 
-// The first link: the base does not move.
+// A link on the base, which does not move.
 template <bool revolute, typename Scalar>
 [[gnu::always_inline]] inline auto first_step(const LinkPlan& link, RegressorState<Scalar>& state,
                                               Out<Scalar> out) {
@@ -283,6 +299,13 @@ template <bool revolute, typename Scalar>
 }
 
 template <typename Scalar>
+[[gnu::always_inline]] inline void copy_screws(const Screw<Scalar>* from, int count, Screw<Scalar>* to) {
+  for (int i = 0; i < count; ++i) {
+    to[i] = from[i];
+  }
+}
+
+template <typename Scalar>
 [[gnu::always_inline]] inline Scalar own_entry(const OwnEntry& entry, const Scalar& qd, const Scalar& qdd) {
   return entry.basis == Basis::acceleration
              ? qdd
@@ -292,7 +315,7 @@ template <typename Scalar>
 template <typename Scalar>
 struct RegressorSteps {
   using Step = typename Stored<Scalar>::Value* const* (*)(const LinkPlan&, RegressorState<Scalar>&,
-                                                          std::size_t, Out<Scalar>);
+                                                          Out<Scalar>);
   Step table[step_count] = {};
 
   constexpr RegressorSteps() {
@@ -314,8 +337,8 @@ struct RegressorSteps {
 
 // Rows of `count` Scalars, one after the other.
 //
-// columns: where each entry's column begins, in the order link j, joint i ≤ j, wanted column; then the own
-// entries.
+// columns: where each entry's column begins, in the order link j, joint i that carries it or its own, wanted
+// column; then the own entries.
 template <typename Scalar, typename Value = typename Stored<Scalar>::Value>
 [[gnu::always_inline]] inline void fill_rows(const RegressorPlan& plan, const RegressorInput<Value>& input,
                                              std::size_t count, Value* const* columns,
@@ -342,11 +365,23 @@ template <typename Scalar, typename Value = typename Stored<Scalar>::Value>
       state.qd = input.qd + column * input.qd_stride + out.row;
       state.qdd = input.qdd + column * input.qdd_stride + out.row;
       const LinkPlan& link = plan.links[j];
-      if (j == 0) {
+      if (link.depth == 0) {
         out.columns =
             link.revolute ? first_step<true>(link, state, out) : first_step<false>(link, state, out);
       } else {
-        out.columns = steps.table[link.step](link, state, j, out);
+        if (link.parent + 1 != static_cast<int>(j)) [[unlikely]] {
+          const int fork = plan.links[link.parent].fork;
+          state.motion = scratch.forks[fork].motion;
+          state.U = scratch.forks[fork].U;
+          copy_screws(scratch.fork_screws + static_cast<std::size_t>(fork) * plan.joints, link.depth - 1,
+                      state.screws);
+        }
+        out.columns = steps.table[link.step](link, state, out);
+      }
+      if (link.fork >= 0) [[unlikely]] {
+        scratch.forks[link.fork] = {state.motion, state.U};
+        copy_screws(state.screws, link.depth,
+                    scratch.fork_screws + static_cast<std::size_t>(link.fork) * plan.joints);
       }
     }
     for (std::size_t e = 0; e < plan.own_count; ++e) {

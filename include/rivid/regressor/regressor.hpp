@@ -77,8 +77,8 @@ class RegressorWorkspace;
 
 /// Regressor of a robot for a choice of its standard parameters: the rows of IDM_st of Eq. (2) of [RIV], or
 /// of IDM of Eq. (6), without the zeros of the block upper triangle. The row of each joint holds only the
-/// columns that this joint can feel: the inertial parameters of links j ≥ i, its own rotor inertia and
-/// friction, and those of the motors that it is coupled to.
+/// columns that this joint can feel: the inertial parameters of its link and of those that this carries (of a
+/// chain, links j ≥ i), its own rotor inertia and friction, and those of the motors that it is coupled to.
 ///
 /// Every link's motion is carried from base to tip (recursive Newton-Euler), and with it the screws of all
 /// joints before it; a joint's torque is the power of the link's wrench on that joint's screw. RegressorBatch
@@ -113,7 +113,7 @@ class RegressorColumns {
   [[nodiscard]] std::span<const MotorEntry> of_motors(std::size_t i) const { return motors_[i]; }
   /// What the kernel reads.
   [[nodiscard]] detail::RegressorPlan plan() const {
-    return {links_.data(), links_.size(), own_.data(), own_.size()};
+    return {links_.data(), links_.size(), own_.data(), own_.size(), forks_};
   }
 
   /// Value of an entry of a coupled motor.
@@ -147,7 +147,9 @@ class RegressorColumns {
   template <typename Scalar, typename Put>
   void rows(const State<Scalar>& state, RegressorWorkspace<Scalar>& workspace, const Put& put) const {
     detail::fill_rows<Scalar>(plan(), {state.q.data(), state.qd.data(), state.qdd.data(), 1, 1, 1}, 1,
-                              workspace.places_.data(), {workspace.screws_.data(), workspace.angles_.data()});
+                              workspace.places_.data(),
+                              {workspace.screws_.data(), workspace.angles_.data(), workspace.forks_.data(),
+                               workspace.fork_screws_.data()});
     for (std::size_t e = 0; e < entries_.size(); ++e) {
       put(entries_[e].joint, entries_[e].column, workspace.values_[e]);
     }
@@ -163,6 +165,7 @@ class RegressorColumns {
                    Index column);
 
   Index size_ = 0;
+  std::size_t forks_ = 0;
   std::vector<detail::LinkPlan> links_;
   std::vector<detail::OwnEntry> own_;
   std::vector<Entry> entries_;
@@ -175,7 +178,11 @@ template <typename Scalar>
 class RegressorWorkspace {
  public:
   explicit RegressorWorkspace(const RegressorColumns& columns)
-      : screws_(columns.joints()), angles_(columns.joints()), values_(columns.entries().size()) {
+      : screws_(columns.joints()),
+        angles_(columns.joints()),
+        forks_(columns.plan().forks),
+        fork_screws_(forks_.size() * columns.joints()),
+        values_(columns.entries().size()) {
     for (Scalar& value : values_) {
       places_.push_back(&value);
     }
@@ -187,6 +194,8 @@ class RegressorWorkspace {
   friend class RegressorColumns;
   std::vector<detail::Screw<Scalar>> screws_;
   std::vector<detail::CosSin<Scalar>> angles_;
+  std::vector<detail::ForkState<Scalar>> forks_;
+  std::vector<detail::Screw<Scalar>> fork_screws_;
   std::vector<Scalar> values_;
   std::vector<Scalar*> places_;
 };
@@ -214,8 +223,21 @@ inline LinkPlan link_plan(const Chain& chain, std::size_t j, unsigned mask) {
   static_cast<Frame&>(out) = at.frame;
   const Eigen::Matrix3d turned = at.turned();
   Eigen::Vector3d::Map(out.accel) = applied(turned, -chain.gravity);
-  if (j > 0) {
-    const bool revolute = chain.links[j - 1].type == JointType::revolute;
+  const int parent = chain.parent(j);
+  out.parent = parent;
+  out.depth = static_cast<int>(chain.path(j).size()) - 1;
+  out.end = static_cast<int>(j) + 1;
+  const auto is_carried = [&](int link) {
+    while (link > static_cast<int>(j)) {
+      link = chain.parent(static_cast<std::size_t>(link));
+    }
+    return link == static_cast<int>(j);
+  };
+  while (out.end < static_cast<int>(chain.links.size()) && is_carried(out.end)) {
+    ++out.end;
+  }
+  if (parent >= 0) {
+    const bool revolute = chain.links[static_cast<std::size_t>(parent)].type == JointType::revolute;
     const Eigen::Vector3d along = turned.col(2);  // z of frame j−1
     const Eigen::Vector3d across = applied(turned, {-link.p.y(), link.p.x(), 0.0});
     Eigen::Vector3d::Map(out.parent_w) = revolute ? along : Eigen::Vector3d::Zero();
@@ -238,6 +260,9 @@ inline void require_parameters(const Robot& robot, std::span<const StandardParam
     throw InputError("RegressorColumns: robot \"" + robot.name + "\" has " +
                      std::to_string(robot.chain.links.size()) + " links, must have one for each of its " +
                      std::to_string(robot.joints.size()) + " joints");
+  }
+  if (const auto fault = order_complaint(robot.chain)) {
+    throw InputError("RegressorColumns: robot \"" + robot.name + "\": " + *fault);
   }
   for (const StandardParameter& p : parameters) {
     if (static_cast<std::size_t>(p.kind) >= kind_rows.size()) {
@@ -274,12 +299,14 @@ RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
       columns_(robot.joints.size()) {
   const std::size_t n = columns_.size();
   detail::require_parameters(robot, parameters);
-  // Place of column k of frame j in the row of joint i ≤ j, −1 where it is not wanted.
+  // Place of column k of frame j in the row of each joint on the way to it, −1 where it is not wanted.
   std::array<Index, inertial_count> none{};
   none.fill(-1);
   std::vector<std::vector<std::array<Index, inertial_count>>> places(n);
+  std::vector<std::vector<std::size_t>> paths(n);
   for (std::size_t j = 0; j < n; ++j) {
-    places[j].assign(j + 1, none);
+    paths[j] = robot.chain.path(j);
+    places[j].assign(paths[j].size(), none);
   }
   std::vector<std::vector<std::pair<detail::OwnEntry, Entry>>> own(n);
   for (std::size_t c = 0; c < parameters.size(); ++c) {
@@ -298,23 +325,27 @@ RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
       columns_[j].push_back(column);
     } else {
       const auto k = static_cast<std::size_t>(inertial_column(robot.chain.links[j], kind).index);
-      for (std::size_t i = 0; i <= j; ++i) {
-        places[j][i][k] = static_cast<Index>(columns_[i].size());
-        columns_[i].push_back(column);
+      for (std::size_t i = 0; i < paths[j].size(); ++i) {
+        std::vector<Index>& felt = columns_[paths[j][i]];
+        places[j][i][k] = static_cast<Index>(felt.size());
+        felt.push_back(column);
       }
     }
   }
+  const std::vector<int> forks = robot.chain.forks();
   for (std::size_t j = 0; j < n; ++j) {
     unsigned mask = 0;
-    for (std::size_t i = 0; i <= j; ++i) {
+    for (std::size_t i = 0; i < paths[j].size(); ++i) {
       for (std::size_t k = 0; k < inertial_count; ++k) {
         if (places[j][i][k] >= 0) {
-          entries_.push_back({i, places[j][i][k]});
+          entries_.push_back({paths[j][i], places[j][i][k]});
           mask |= 1U << k;
         }
       }
     }
     links_.push_back(detail::link_plan(robot.chain, j, mask));
+    links_.back().fork = forks[j];
+    forks_ += forks[j] >= 0 ? 1U : 0U;
   }
   for (const auto& of_joint : own) {
     for (const auto& [entry, place] : of_joint) {

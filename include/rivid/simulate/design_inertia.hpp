@@ -90,16 +90,25 @@ class AxisInertias {
   // Calls visit(j, M_jj) for the joints n … first.
   template <typename Scalar, typename Position, typename Visit>
   void at(Index first, const Position& position, const Visit& visit) const {
-    const Scalar zero(0.0);
-    Composite<Scalar> body = {zero, zero, zero, zero, zero, zero, {zero, zero, zero}, zero};
+    Composite<Scalar> body = nothing_behind<Scalar>().composite;
+    std::vector<Composite<Scalar>> forks(tables_.forks, body);
     for (Index j = rotor_.size() - 1;; --j) {
       const DynamicsLink& link = tables_.links[static_cast<std::size_t>(j)];
+      if (link.fork >= 0) {
+        add(body, forks[static_cast<std::size_t>(link.fork)]);
+      }
       add_link(body, link);
       visit(j, Scalar(rotor_[j]) + (link.revolute ? body.ZZ : body.m));
       if (j == first) {
         return;
       }
       carry_back(body, link, Scalar(position(j)));
+      if (link.from != -1) {  // its link's before is no part of it
+        if (link.from != on_base) {
+          add(forks[static_cast<std::size_t>(link.from)], body);
+        }
+        body = nothing_behind<Scalar>().composite;
+      }
     }
   }
 

@@ -133,11 +133,16 @@ struct DynamicsTables {
   explicit DynamicsTables(const ModelData& model);
 
   std::vector<DynamicsLink> links;
+  std::vector<int> parents;  // of the links, −1 for the base
   std::array<double, 3> accel{};
+  std::array<double, 3> base{};
   std::vector<double> rotor;
+  std::size_t forks = 0;
 
   [[nodiscard]] DynamicsPlan plan() const {
-    return {links.data(), links.size(), {accel[0], accel[1], accel[2]}, rotor.data()};
+    return {
+        links.data(), links.size(), {accel[0], accel[1], accel[2]}, rotor.data(), {base[0], base[1], base[2]},
+        forks};
   }
 };
 
@@ -154,6 +159,7 @@ class JointFrames {
 
   [[nodiscard]] std::size_t size() const noexcept { return tables_.links.size(); }
   [[nodiscard]] const DynamicsLink& link(std::size_t j) const noexcept { return tables_.links[j]; }
+  [[nodiscard]] std::size_t forks() const noexcept { return tables_.forks; }
 
   void set(const Scalar* q) noexcept {
     for (std::size_t j = 0; j < size(); ++j) {
@@ -173,17 +179,21 @@ class JointFrames {
         constant<Scalar>(link(j).p) + scaled(q, Vec3<Scalar>{Scalar(R[2]), Scalar(R[5]), Scalar(R[8])});
   }
 
-  // A vector of frame j−1 in the axes of frame j, and back.
+  // The link that carries link j, −1 for the base.
+  [[nodiscard]] int parent(std::size_t j) const noexcept { return tables_.parents[j]; }
+
+  // A vector of the frame that carries link j in the axes of frame j, and back.
   [[nodiscard]] Vec3<Scalar> into(std::size_t j, const Vec3<Scalar>& v) const noexcept {
     return rotated(turned<Turn::any>(link(j).R, v), turns[j].c, turns[j].s);
   }
   [[nodiscard]] Vec3<Scalar> out_of(std::size_t j, const Vec3<Scalar>& v) const noexcept {
     return turned_back<Turn::any>(link(j).R, rotated_back(v, turns[j].c, turns[j].s));
   }
-  // Acceleration of the base in frame 0, less that of free fall: the tables have it in the link's axes at θ =
-  // 0.
-  [[nodiscard]] Vec3<Scalar> base_acceleration() const noexcept {
-    return rotated(constant<Scalar>(tables_.accel.data()), turns[0].c, turns[0].s);
+  // Acceleration of the base in the frame of a link on it, less that of free fall: the tables have it in the
+  // first link's axes at θ = 0.
+  [[nodiscard]] Vec3<Scalar> base_acceleration(std::size_t j) const noexcept {
+    return j == 0 ? rotated(constant<Scalar>(tables_.accel.data()), turns[0].c, turns[0].s)
+                  : into(j, constant<Scalar>(tables_.base.data()));
   }
 
  private:
@@ -191,7 +201,7 @@ class JointFrames {
 
  public:
   std::vector<CosSin<Scalar>> turns;  // of the joints, constant angles included
-  std::vector<Vec3<Scalar>> origins;  // of frame j in frame j−1
+  std::vector<Vec3<Scalar>> origins;  // of frame j in the frame that carries it
 };
 
 }  // namespace detail
@@ -248,6 +258,8 @@ class Dynamics {
   std::vector<Scalar> angles_;
   std::vector<detail::Wrench<Scalar>> own_;
   std::vector<Scalar> wrenches_;
+  std::vector<detail::DynamicsFork<Scalar>> forks_;
+  std::vector<Scalar> fork_wrenches_;
   std::vector<Scalar> M_;  // see dynamics_stride()
   std::vector<Scalar> L_;
   std::vector<Scalar> inverse_D_;
@@ -263,6 +275,8 @@ Dynamics<Scalar>::Dynamics(const ModelData& model)
       angles_(2 * (n_ + 1), Scalar(0)),
       own_(n_),
       wrenches_(6 * stride_, Scalar(0)),
+      forks_(tables_.forks),
+      fork_wrenches_(tables_.forks * 6 * stride_, Scalar(0)),
       M_(n_ * stride_, Scalar(0)),
       L_(n_ * stride_, Scalar(0)),
       inverse_D_(n_, Scalar(0)),
@@ -270,8 +284,9 @@ Dynamics<Scalar>::Dynamics(const ModelData& model)
 
 template <typename Scalar>
 bool Dynamics<Scalar>::set_state(std::span<const Scalar> q, std::span<const Scalar> qd) {
-  const detail::DynamicsScratch<Scalar> scratch = {angles_.data(), angles_.data() + n_ + 1, own_.data(),
-                                                   wrenches_.data(), stride_};
+  const detail::DynamicsScratch<Scalar> scratch = {
+      angles_.data(), angles_.data() + n_ + 1, own_.data(),          wrenches_.data(),
+      stride_,        forks_.data(),           fork_wrenches_.data()};
   detail::mass_and_bias(tables_.plan(), q.data(), qd.data(), scratch, M_.data(), N_.data());
   if (detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data(), wrenches_.data())) {
     failed_joint_ = -1;
@@ -316,12 +331,18 @@ struct DynamicsBodies {
 };
 
 // The same robot in frames that are turned about their own z axes, so that the z axis of each lies in the y-z
-// plane of the one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ).
+// plane of the one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ). A frame that
+// carries several links can not please all.
 inline DynamicsBodies turned_about_z(const ModelData& model) {
   DynamicsBodies out{model.chain, model.inertials};
+  std::vector<int> carried(out.chain.links.size() + 1, 0);
+  for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
+    ++carried[static_cast<std::size_t>(out.chain.parent(j) + 1)];
+  }
   for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
     Chain::Link& link = out.chain.links[j];
-    if (frame_case(link).turn != Turn::any) {
+    const int parent = out.chain.parent(j);
+    if (frame_case(link).turn != Turn::any || carried[static_cast<std::size_t>(parent + 1)] > 1) {
       continue;
     }
     // Frame j−1 turns until the axis of joint j has no x component.
@@ -333,11 +354,12 @@ inline DynamicsBodies turned_about_z(const ModelData& model) {
     link.R = product(back, link.R);
     link.R(0, 2) = 0.0;
     link.p = applied(back, link.p);
-    if (j == 0) {
+    if (parent < 0) {
       out.chain.gravity = applied(back, out.chain.gravity);
     } else {
-      out.chain.links[j - 1].R = product(out.chain.links[j - 1].R, back.transpose());
-      Inertial& inertial = out.inertials[j - 1];
+      Chain::Link& carrier = out.chain.links[static_cast<std::size_t>(parent)];
+      carrier.R = product(carrier.R, back.transpose());
+      Inertial& inertial = out.inertials[static_cast<std::size_t>(parent)];
       inertial = transformed(inertial, back, Eigen::Vector3d::Zero());
     }
   }
@@ -377,17 +399,28 @@ RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
   }
   auto [chain, inertials] = turned_about_z(model);
   const std::size_t n = chain.links.size();
+  const std::vector<int> places = chain.forks();
   links.resize(n);
+  parents.resize(n);
+  Eigen::Vector3d::Map(base.data()) = -chain.gravity;
   bool with_mass = false;
   for (std::size_t j = n; j-- > 0;) {
     const Chain::Link& from = chain.links[j];
     DynamicsLink& to = links[j];
     const Inertial moved = unseen(inertials[j], from.type);
     inertials[j] -= moved;
-    if (j > 0) {
-      inertials[j - 1] += transformed(moved, from.R, from.p);
+    const int parent = chain.parent(j);
+    if (parent >= 0) {
+      inertials[static_cast<std::size_t>(parent)] += transformed(moved, from.R, from.p);
     }
     Inertial::Map(to.inertial) = inertials[j];
+
+    parents[j] = parent;
+    to.fork = places[j];
+    forks += places[j] >= 0 ? 1U : 0U;
+    to.from = parent + 1 == static_cast<int>(j) ? -1
+              : parent < 0                      ? on_base
+                                                : places[static_cast<std::size_t>(parent)];
 
     const FrameCase at = frame_case(from);
     static_cast<Frame&>(to) = at.frame;
@@ -429,6 +462,9 @@ RIVID_INLINE std::optional<std::string> ModelData::complaint() const {
     }
   }
   if (auto fault = detail::gravity_complaint(chain.gravity)) {
+    return fault;
+  }
+  if (auto fault = detail::order_complaint(chain)) {
     return fault;
   }
   for (std::size_t j = 0; j < names.size(); ++j) {

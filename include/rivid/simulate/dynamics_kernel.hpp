@@ -5,7 +5,7 @@
 #include "rivid/regressor/pack.hpp"
 #include "rivid/regressor/vec3.hpp"
 
-// M(q) and N(q, q̇) of a serial chain: Newton-Euler with q̈ = 0 for N, composite bodies for M, both in the
+// M(q) and N(q, q̇) of a chain or a tree: Newton-Euler with q̈ = 0 for N, composite bodies for M, both in the
 // frames of the links with z along the axes, and both in one pass from base to tip and one back.
 //
 // Three things make it short:
@@ -28,7 +28,12 @@ template <typename Number>
 struct BasicDynamicsLink : Frame {
   Number inertial[10];  // XX XY XZ YY YZ ZZ MX MY MZ M of what is left to the link
   int step;             // see dynamics_step()
+  // Where links branch, places for what one of them leaves to the others; −1: none.
+  int fork;  // of this link, on which several hang
+  int from;  // of the link that carries this one, if that is not the link before; on_base if it is the base
 };
+
+inline constexpr int on_base = -2;
 using DynamicsLink = BasicDynamicsLink<double>;
 
 template <typename Number>
@@ -37,6 +42,8 @@ struct BasicDynamicsPlan {
   std::size_t joints;
   double accel[3];      // of the base, less that of free fall, turned like the first link's constant rotation
   const Number* rotor;  // in the layout of M below
+  double base[3];       // the same acceleration in the axes of the base, for further links on it
+  std::size_t forks;
 };
 using DynamicsPlan = BasicDynamicsPlan<double>;
 
@@ -94,6 +101,18 @@ struct Composite {
   Scalar m;
 };
 
+// What is kept of a link on which several hang: its motion for those to come, and towards the base the sum of
+// what has come.
+template <typename Scalar>
+struct DynamicsFork {
+  FrameMotion<Scalar> motion;
+  Mat3<Scalar> U;
+  Wrench<Scalar> bias;
+  Composite<Scalar> composite;
+};
+// Scalars that a fork takes, its table of wrenches among them.
+[[gnu::always_inline]] constexpr std::size_t fork_scalars(std::size_t stride) { return 34 + 6 * stride; }
+
 // Scratch of one evaluation.
 template <typename Scalar>
 struct DynamicsScratch {
@@ -102,6 +121,8 @@ struct DynamicsScratch {
   Wrench<Scalar>* own;  // (joints), of each link's motion
   Scalar* wrenches;     // (6 × stride)
   std::size_t stride;
+  DynamicsFork<Scalar>* forks;
+  Scalar* fork_wrenches;  // (6 × stride) each
 };
 
 // What runs through a register while wrenches are carried: columns of the table, as many as fit.
@@ -467,6 +488,12 @@ template <typename Scalar>
   return {a.f + b.f, a.n + b.n};
 }
 
+template <typename Scalar>
+[[gnu::always_inline]] inline void add(Composite<Scalar>& sum, const Composite<Scalar>& b) {
+  sum = {sum.XX + b.XX, sum.XY + b.XY, sum.XZ + b.XZ, sum.YY + b.YY,
+         sum.YZ + b.YZ, sum.ZZ + b.ZZ, sum.h + b.h,   sum.m + b.m};
+}
+
 // Link j ≥ 1 towards the base: its row of M and N, then everything into frame j−1.
 template <Turn turn, unsigned offsets, bool with_mass, typename Scalar>
 void revolute_backward(const DynamicsLinkOf<Scalar>& link, DynamicsState<Scalar>& state,
@@ -579,6 +606,83 @@ template <>
   }
 }
 
+template <typename Scalar>
+[[gnu::always_inline]] inline DynamicsState<Scalar> nothing_behind() {
+  const auto zero = Scalar(0.0);
+  const Vec3<Scalar> none = {zero, zero, zero};
+  return {
+      {none, none, none}, {none, none, none}, {none, none}, {zero, zero, zero, zero, zero, zero, none, zero}};
+}
+
+// Towards the tips: the motion that link j begins with, where that is not the one before's.
+template <typename Scalar>
+void begin_branch(const DynamicsPlanOf<Scalar>& plan, const DynamicsScratch<Scalar>& scratch, int from,
+                  DynamicsState<Scalar>& state) {
+  if (from == on_base) {
+    state = nothing_behind<Scalar>();
+    state.motion.accel = constant<Scalar>(plan.base);
+  } else {
+    state.motion = scratch.forks[from].motion;
+    state.U = scratch.forks[from].U;
+  }
+}
+
+// Towards the base, once all that hangs on the next link in the order of the tree has been carried to the one
+// that carries it: that is added up there, and the link before begins with nothing. Columns of M that belong
+// to other branches are zeros on the way.
+//
+// columns: of the table that there are
+template <typename Scalar>
+void end_branch(const DynamicsScratch<Scalar>& scratch, int from, std::size_t columns,
+                DynamicsState<Scalar>& state) {
+  const auto zero = Scalar(0.0);
+  if (from != on_base) {
+    DynamicsFork<Scalar>& fork = scratch.forks[from];
+    fork.bias = fork.bias + state.bias;
+    add(fork.composite, state.composite);
+  }
+  for (std::size_t component = 0; component < 6; ++component) {
+    Scalar* const w = scratch.wrenches + component * scratch.stride;
+    for (std::size_t k = 0; k < columns; ++k) {
+      if (from != on_base) {
+        Scalar& sum =
+            scratch.fork_wrenches[(static_cast<std::size_t>(from) * 6 + component) * scratch.stride + k];
+        sum = sum + w[k];
+      }
+      w[k] = zero;
+    }
+  }
+  state = nothing_behind<Scalar>();
+}
+
+// The rest of what hangs on a link, added to the state that has come to it.
+template <typename Scalar>
+void join_branches(const DynamicsScratch<Scalar>& scratch, int fork, std::size_t columns,
+                   DynamicsState<Scalar>& state) {
+  state.bias = state.bias + scratch.forks[fork].bias;
+  add(state.composite, scratch.forks[fork].composite);
+  for (std::size_t component = 0; component < 6; ++component) {
+    Scalar* const w = scratch.wrenches + component * scratch.stride;
+    const Scalar* const kept =
+        scratch.fork_wrenches + (static_cast<std::size_t>(fork) * 6 + component) * scratch.stride;
+    for (std::size_t k = 0; k < columns; ++k) {
+      w[k] = w[k] + kept[k];
+    }
+  }
+}
+
+template <typename Scalar>
+void clear_forks(const DynamicsPlanOf<Scalar>& plan, const DynamicsScratch<Scalar>& scratch) {
+  const DynamicsState<Scalar> none = nothing_behind<Scalar>();
+  for (std::size_t f = 0; f < plan.forks; ++f) {
+    scratch.forks[f].bias = none.bias;
+    scratch.forks[f].composite = none.composite;
+    for (std::size_t k = 0; k < 6 * scratch.stride; ++k) {
+      scratch.fork_wrenches[f * 6 * scratch.stride + k] = Scalar(0.0);
+    }
+  }
+}
+
 // M and N of one state.
 //
 // M: (joints × stride), N: (joints).
@@ -588,7 +692,6 @@ template <typename Scalar>
                                                  Scalar* M, Scalar* N) {
   static constexpr RevoluteSteps<Scalar> steps;
   const std::size_t n = plan.joints;
-  const auto zero = Scalar(0.0);
   Scalar* const cosines = scratch.cosines;
   Scalar* const sines = scratch.sines;
   joint_sines(plan, q, cosines, sines);
@@ -601,30 +704,53 @@ template <typename Scalar>
     }
   }
   DynamicsState<Scalar> state;
+  const auto keep = [&](const DynamicsLinkOf<Scalar>& link) {
+    if (link.fork >= 0) [[unlikely]] {
+      scratch.forks[link.fork].motion = state.motion;
+      scratch.forks[link.fork].U = state.U;
+    }
+  };
   first_forward(plan, state, cosines[0], sines[0], qd[0], scratch.own[0]);
+  keep(plan.links[0]);
   for (std::size_t j = 1; j < n; ++j) {
     const DynamicsLinkOf<Scalar>& link = plan.links[j];
+    if (link.from != -1) [[unlikely]] {
+      begin_branch(plan, scratch, link.from, state);
+    }
     if (link.step == prismatic_step) {
       prismatic_forward(link, state, q[j], qd[j], scratch.own[j]);
     } else {
       steps.table[link.step].forward(link, state, cosines[j], sines[j], qd[j], scratch.own[j]);
     }
+    keep(link);
   }
-  const Vec3<Scalar> none = {zero, zero, zero};
-  state.bias = {none, none};
-  state.composite = {zero, zero, zero, zero, zero, zero, none, zero};
+  state = nothing_behind<Scalar>();
+  if (plan.forks > 0) [[unlikely]] {
+    clear_forks(plan, scratch);
+  }
+  const auto join = [&](std::size_t r) {
+    const int fork = plan.links[n - 1 - r].fork;
+    if (fork >= 0) [[unlikely]] {
+      join_branches(scratch, fork, r, state);
+    }
+  };
   const auto row = [&](std::size_t r) {
     return DynamicsRow<Scalar>{r, plan.rotor + r * scratch.stride, M + r * scratch.stride, N + (n - 1 - r)};
   };
   for (std::size_t r = 0; r + 1 < n; ++r) {
     const std::size_t j = n - 1 - r;
     const DynamicsLinkOf<Scalar>& link = plan.links[j];
+    join(r);
     if (link.step == prismatic_step) {
       prismatic_backward(link, state, scratch, q[j], scratch.own[j], row(r));
     } else {
       steps.table[link.step].backward(link, state, scratch, cosines[j], sines[j], scratch.own[j], row(r));
     }
+    if (link.from != -1) [[unlikely]] {
+      end_branch(scratch, link.from, r + 1, state);
+    }
   }
+  join(n - 1);
   const auto put_first = [&]<bool revolute>() {
     take<revolute>(plan.links[0], state.composite);
     put_row<revolute>(row(n - 1), scratch, state.bias + scratch.own[0],

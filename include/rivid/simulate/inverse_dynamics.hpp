@@ -117,7 +117,8 @@ class BasicInverseDynamics {
   Eigen::VectorX<Scalar> smoothing_;    // of each element of dry friction, zeros for none
   Dynamics<Scalar> dynamics_;           // for M
   std::vector<Wrench> wrenches_;        // of the links
-  Eigen::VectorX<Scalar> at_rest_;      // zeros
+  std::vector<detail::ForkState<Scalar>> forks_;
+  Eigen::VectorX<Scalar> at_rest_;  // zeros
   Eigen::VectorX<Scalar> scratch_;
   Eigen::VectorX<Scalar> q_;  // arguments without traces
   Eigen::VectorX<Scalar> qd_;
@@ -259,6 +260,7 @@ BasicInverseDynamics<Scalar>::BasicInverseDynamics(const ModelData& model,
               .template cast<Scalar>()),
       dynamics_(model),
       wrenches_(static_cast<std::size_t>(model.size())),
+      forks_(frames_.forks()),
       at_rest_(Eigen::VectorX<Scalar>::Zero(model.size())),
       scratch_(Eigen::VectorX<Scalar>::Zero(model.size())),
       q_(scratch_),
@@ -285,11 +287,18 @@ void BasicInverseDynamics<Scalar>::newton_euler(const Scalar* q, const Scalar* q
                                                 Scalar* tau) noexcept {
   frames_.set(q);
   const Scalar zero(0.0);
-  Motion3 m = {{zero, zero, zero}, {zero, zero, zero}, frames_.base_acceleration()};
-  Mat3 U = {m.omega, m.omega, m.omega};
+  const Vec3 none = {zero, zero, zero};
+  Motion3 m = {none, none, none};
+  Mat3 U = {none, none, none};
   for (std::size_t j = 0; j < frames_.size(); ++j) {
     const Link& link = frames_.link(j);
-    if (j > 0) {
+    if (link.from >= 0) {
+      m = forks_[static_cast<std::size_t>(link.from)].motion;
+      U = forks_[static_cast<std::size_t>(link.from)].U;
+    }
+    if (frames_.parent(j) < 0) {
+      m = {none, none, frames_.base_acceleration(j)};
+    } else {
       m = {frames_.into(j, m.omega), frames_.into(j, m.omega_dot),
            frames_.into(j, m.accel + U.times(frames_.origins[j]))};
     }
@@ -303,6 +312,9 @@ void BasicInverseDynamics<Scalar>::newton_euler(const Scalar* q, const Scalar* q
     }
     U = detail::acceleration_field(m);
     wrenches_[j] = wrench(link, m, U);
+    if (link.fork >= 0) {
+      forks_[static_cast<std::size_t>(link.fork)] = {m, U};
+    }
   }
   sum_up(tau);
 }
@@ -312,10 +324,11 @@ void BasicInverseDynamics<Scalar>::sum_up(Scalar* tau) noexcept {
   for (std::size_t j = frames_.size(); j-- > 0;) {
     const Wrench& w = wrenches_[j];
     tau[j] = frames_.link(j).revolute ? w.n.z : w.f.z;
-    if (j > 0) {
+    if (const int parent = frames_.parent(j); parent >= 0) {
+      Wrench& carrier = wrenches_[static_cast<std::size_t>(parent)];
       const Vec3 f = frames_.out_of(j, w.f);
-      wrenches_[j - 1].f = wrenches_[j - 1].f + f;
-      wrenches_[j - 1].n = wrenches_[j - 1].n + frames_.out_of(j, w.n) + detail::cross(frames_.origins[j], f);
+      carrier.f = carrier.f + f;
+      carrier.n = carrier.n + frames_.out_of(j, w.n) + detail::cross(frames_.origins[j], f);
     }
   }
 }
@@ -359,9 +372,16 @@ void BasicInverseDynamics<Scalar>::gravity(const Values& q, Result tau) noexcept
     return;
   }
   frames_.set(without_traces(q, q_).data());
-  Vec3 accel = frames_.base_acceleration();
+  Vec3 accel = {Scalar(0.0), Scalar(0.0), Scalar(0.0)};
   for (std::size_t j = 0; j < frames_.size(); ++j) {
-    accel = j > 0 ? frames_.into(j, accel) : accel;
+    const Link& link = frames_.link(j);
+    if (link.from >= 0) {
+      accel = forks_[static_cast<std::size_t>(link.from)].motion.accel;
+    }
+    accel = frames_.parent(j) < 0 ? frames_.base_acceleration(j) : frames_.into(j, accel);
+    if (link.fork >= 0) {
+      forks_[static_cast<std::size_t>(link.fork)].motion.accel = accel;
+    }
     const double* const I = frames_.link(j).inertial;
     wrenches_[j] = {detail::scaled(Scalar(I[9]), accel),
                     detail::cross(detail::constant<Scalar>(I + 6), accel)};

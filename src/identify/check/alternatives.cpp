@@ -347,13 +347,13 @@ std::vector<Motion> faster(std::vector<Motion> motions) {
 }
 
 // Another load from some instant on.
-void add_load_changes(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
+void add_load_changes(const Robot& robot, std::size_t tip, const BaseParameters& base, const ProbedRows& rows,
                       std::vector<Alternative>& out) {
   constexpr Index instants = 5;
   std::vector<Index> last;
   for (Index i = 0; i < base.size(); ++i) {
     const StandardParameter& p = base.parameters[static_cast<std::size_t>(i)].leading;
-    if (p.joint == robot.size() - 1 && role(p.kind) == Role::inertial) {
+    if (p.joint == static_cast<Index>(tip) && role(p.kind) == Role::inertial) {
       last.push_back(i);
     }
   }
@@ -365,7 +365,7 @@ void add_load_changes(const Robot& robot, const BaseParameters& base, const Prob
         effect.row(r).setZero();
       }
     }
-    out.push_back({"load_changed", robot.joints.back().link, std::move(effect), true,
+    out.push_back({"load_changed", robot.joints[tip].link, std::move(effect), true,
                    static_cast<double>(k) / (instants + 1)});
   }
 }
@@ -389,7 +389,9 @@ std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& 
   add_scales(robot, effects, out);
   add_delay(robot, base, rows, out);
   add_geometry(robot, effects, out);
-  add_load_changes(robot, base, rows, out);
+  for (const std::size_t tip : robot.chain.tips()) {
+    add_load_changes(robot, tip, base, rows, out);
+  }
   add_elasticity(robot, base, rows, effects, out);
   add_friction(robot, base, rows, out);
   add_couplings(robot, rows, out);

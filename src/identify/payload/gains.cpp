@@ -193,7 +193,7 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
   require_control_signals(without);
   require_control_signals(with);
   PayloadProblem problem{.robot = robot,
-                         .columns = detail::PayloadColumns(robot),
+                         .columns = detail::PayloadColumns(robot, static_cast<int>(robot.size()) - 1),
                          .covariance = estimation.covariance,
                          .load_friction = has_load(its_robot)};
   std::vector<LoadedLogs> loaded;

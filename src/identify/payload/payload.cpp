@@ -137,7 +137,7 @@ PayloadProblem problem_of(const Robot& robot, std::span<const LoadedLogs> with, 
                           const PayloadOptions& options) {
   // Friction by load is an unknown of the fit itself.
   Robot plain = without_load(robot);
-  detail::PayloadColumns columns(plain);
+  detail::PayloadColumns columns(plain, static_cast<int>(options.link_of(robot).value()));
   PayloadProblem out{.robot = std::move(plain),
                      .columns = std::move(columns),
                      .covariance = asked.covariance,
@@ -167,7 +167,26 @@ std::optional<std::string> LoadedLogs::complaint() const {
   return std::nullopt;
 }
 
+std::optional<std::size_t> PayloadOptions::link_of(const Robot& robot) const {
+  if (link.empty()) {
+    const std::vector<std::size_t> tips = robot.chain.tips();
+    return tips.size() == 1 ? std::optional(tips.front()) : std::nullopt;
+  }
+  const auto at = std::ranges::find(robot.joints, link, &Joint::link);
+  return at == robot.joints.end() ? std::nullopt
+                                  : std::optional(static_cast<std::size_t>(at - robot.joints.begin()));
+}
+
 std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
+  if (!link_of(robot)) {
+    std::vector<std::string> links;
+    for (const Joint& joint : robot.joints) {
+      links.push_back(joint.link);
+    }
+    return (link.empty() ? "the robot branches, so the link of the payload must be named"
+                         : "no moving link is called " + in_quotes(link)) +
+           " (links: " + quoted_list(links) + ")";
+  }
   if (!detail::is_rotation(R)) {
     return "R is no rotation";
   }

@@ -11,12 +11,11 @@
 
 namespace rivid::detail {
 
-// Columns of the arm's base parameters, and of those standard parameters of its last link that are none of
+// Columns of the arm's base parameters, and of those standard parameters of a link that are none of
 // them.
 struct PayloadColumns : BodyColumns {
-  explicit PayloadColumns(const Robot& robot) : PayloadColumns(robot, base_parameters(robot)) {}
-  PayloadColumns(const Robot& robot, const BaseParameters& of_arm)
-      : BodyColumns(robot, of_arm), base(of_arm) {}
+  PayloadColumns(const Robot& robot, int link) : PayloadColumns(base_parameters(robot), link) {}
+  PayloadColumns(const BaseParameters& of_arm, int link) : BodyColumns(link, of_arm), base(of_arm) {}
 
   BaseParameters base;  // of the arm, friction by load aside
 };

@@ -64,9 +64,9 @@ Eigen::Matrix4d body(double mass, const Eigen::Vector3d& com, const Eigen::Matri
   return P;
 }
 
-// Half-way from the origin of link j to that of the next one, in the axes of the link frame.
+// Half-way from the origin of link j to that of the next one on it, in the axes of the link frame.
 Eigen::Vector3d half_way(const Chain& chain, std::size_t j) {
-  if (j + 1 >= chain.links.size()) {
+  if (j + 1 >= chain.links.size() || chain.parent(j + 1) != static_cast<int>(j)) {
     return Eigen::Vector3d::Zero();
   }
   return 0.5 * link_axes(chain.links[j]) * chain.links[j + 1].p;
