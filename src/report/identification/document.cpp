@@ -38,15 +38,19 @@ std::string known_of_all(const Identification& result) {
   return std::to_string(known) + " of " + std::to_string(result.columns);
 }
 
-// What the model will do on other motion, and what it does.
+std::vector<std::string> answer_of(const Identification& result) {
+  if (!result.physical_answers()) {
+    return {};
+  }
+  return {"answer: the physically consistent parameters, " +
+          std::string(result.status == Status::rank_deficient
+                          ? "for which the robot description settles what the data leave open"
+                          : "which predict blocks of time that are left out better")};
+}
+
+// What the model will do on other motion, and what it does; the page has it as key figures.
 std::vector<std::string> predictions_of(const Identification& result) {
   std::vector<std::string> out;
-  if (result.physical_answers()) {
-    out.push_back("answer: the physically consistent parameters, " +
-                  std::string(result.status == Status::rank_deficient
-                                  ? "for which the robot description settles what the data leave open"
-                                  : "which predict blocks of time that are left out better"));
-  }
   const auto in_words = [](double error) {
     return std::isfinite(error) ? percent(error) : "unknown, it shows what is not determined";
   };
@@ -67,12 +71,14 @@ KeyFigures figures_of(const Identification& result) {
   if (predicted(result)) {
     out.figures.emplace_back(percent(result.answer_fit().relative_error), "torque error of the fit");
   }
-  if (result.forecast && std::isfinite(result.forecast->relative_error)) {
-    out.figures.emplace_back(percent(result.forecast->relative_error), "forecast for random motion");
+  const auto forecast = [](double error) { return std::isfinite(error) ? percent(error) : "unknown"; };
+  if (result.forecast) {
+    out.figures.emplace_back(forecast(result.forecast->relative_error), "forecast for random motion");
   }
   for (const Validation& validation : result.validation) {
     out.figures.emplace_back(percent(result.answer_fit(validation).relative_error),
-                             "torque error on " + std::filesystem::path(validation.file).filename().string());
+                             "torque error on " + std::filesystem::path(validation.file).filename().string() +
+                                 ", forecast " + forecast(validation.forecast.relative_error));
   }
   return out;
 }
@@ -95,7 +101,8 @@ Document verdict_of(const Identification& result) {
              (std::isfinite(result.condition) ? ", condition " + number(result.condition, 4) : "");
   // The reasons of a doubtful result are findings, which say what to do as well.
   const bool told_below = result.status == Status::doubtful;
-  out.opening = {{list_of("choices", predictions_of(result))},
+  out.opening = {{list_of("choices", answer_of(result))},
+                 {list_of("choices", predictions_of(result)), screen},
                  {list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},
                  {FindingList{told_once(result.warnings)}},
                  {list_of("choices", choices_of(result))},
