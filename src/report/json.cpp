@@ -73,6 +73,7 @@ Json physical(const Robot& robot, const BaseParameters& base, const PhysicalMode
   out["options"] = json_of(model.options);
   out["better"] = model.better;
   out["sigma"] = json_of(Vector(model.C_chi.diagonal().cwiseSqrt()));
+  out["C_chi"] = json_of(model.C_chi);
   return out;
 }
 
