@@ -39,6 +39,7 @@
 #include "rivid/identify/physical.hpp"
 #include "rivid/identify/posterior.hpp"
 #include "rivid/identify/prediction.hpp"
+#include "rivid/identify/rollouts.hpp"
 #include "rivid/identify/row_table.hpp"
 #include "rivid/input.hpp"
 #include "rivid/model/mdh.hpp"
