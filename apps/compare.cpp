@@ -11,6 +11,7 @@
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/identify/comparison.hpp"
+#include "rivid/identify/rollouts.hpp"
 #include "rivid/input.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/report/comparison.hpp"
@@ -29,6 +30,7 @@ struct CompareArguments : Given {
   std::vector<Path> logs;
   int threads = 1;
   bool report = false;
+  bool rollout = false;
 };
 
 // A model that was asked for, and the result that it is from, where it is from one.
@@ -116,6 +118,20 @@ ComparedModel compared(const JudgedModel& model, const Path& given, const Robot&
   return out;
 }
 
+// Motions of the models on the logs, beside those of the robot's description where there is one model alone.
+Rollouts rolled_out(std::vector<ComparedModel> models, const std::vector<Log>& logs,
+                    const Experiment& experiment) {
+  if (models.size() == 1) {
+    models.push_back({"robot description", experiment.robot, experiment.robot.chi_st()});
+  }
+  RolloutOptions options;
+  if (experiment.control) {
+    options.control = experiment.control->control;
+    options.sampling = experiment.control->sampling;
+  }
+  return rollouts(models, logs, options);
+}
+
 // From the first result to each of the others.
 std::vector<ResultChanges> changes_of(const std::vector<JudgedModel>& models,
                                       const std::vector<ComparedModel>& named) {
@@ -177,7 +193,10 @@ int compare_models(const CompareArguments& arguments, const std::string& program
   }
   const ComparisonOptions options{.signal = experiment.estimation.signal, .threads = arguments.threads};
   const std::vector<Log> logs = read_logs(experiment.log, experiment.robot);
-  const Comparison comparison = compare(named, logs, options);
+  Comparison comparison = compare(named, logs, options);
+  if (arguments.rollout) {
+    comparison.rollouts = rolled_out(named, logs, experiment);
+  }
   const std::vector<ResultChanges> changes = changes_of(models, named);
   const std::vector<Finding> doubts = doubts_of(named.front().robot, logs, comparison);
 
@@ -211,6 +230,9 @@ std::vector<Argument> with_common(std::vector<Argument> own, CompareArguments& t
       set_argument(to.set),
       {"--output", "DIR", "Write comparison.json into this folder", &to.output},
       {"--report", "", "Write comparison.html beside it", &to.report},
+      {"--rollout", "",
+       "Judge by simulated motions as well, after 0.1 to 3 s; one model beside the robot's description",
+       &to.rollout},
       {"--threads", "N", "Threads that share the work", &to.threads},
       {"--json", "", "Print the comparison as JSON", &to.json},
       {"--quiet", "", "Print nothing but errors", &to.quiet}};

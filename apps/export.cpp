@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +12,10 @@
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/model.hpp"
+#include "rivid/export/samples.hpp"
 #include "rivid/export/urdf.hpp"
+#include "rivid/identify/posterior.hpp"
+#include "rivid/input.hpp"
 #include "rivid/output.hpp"
 #include "rivid/text.hpp"
 #include "subcommands.hpp"
@@ -25,6 +31,8 @@ struct ExportArguments : Given {
   Path result;
   std::string to;
   Path urdf;
+  std::optional<int> samples;
+  std::uint64_t seed = 1;
   bool diff = false;
   bool force = false;
 };
@@ -38,14 +46,15 @@ struct Export {
 };
 
 constexpr std::string_view c_header_format = "header";
+constexpr std::string_view array_format = "npz";  // of samples
 
-// "mjcf|sdf|…|header".
+// "mjcf|sdf|…|header|npz".
 std::string formats() {
   std::string out;
   for (const std::string_view format : names_of<ModelFormat>) {
     out.append(format).append("|");
   }
-  return out.append(c_header_format);
+  return out.append(c_header_format).append("|").append(array_format);
 }
 
 // The URDF that the robot was read from.
@@ -112,6 +121,73 @@ Export model_of(const IdentifiedRobot& identified, const ExportArguments& argume
   return out;
 }
 
+// Beside the main file of samples.
+Path beside(const Path& file, const char* ending) {
+  return file.parent_path() / (file.stem().string() + ending);
+}
+Path ranges_file(const Path& file) { return beside(file, "_ranges.json"); }
+Path manifest_file(const Path& file) { return beside(file, "_samples.json"); }
+
+// Robots drawn from the distribution of a result, in a format, or all of them as arrays.
+Export samples_of(const IdentifiedRobot& identified, const ExportArguments& arguments,
+                  const std::optional<ModelFormat>& format, const Path& urdf, const Path& file,
+                  const Path& result) {
+  const auto [robot, found] = result_of(read_input(result).bytes(), result.string());
+  const PosteriorOptions options{.count = *arguments.samples, .seed = arguments.seed};
+  const PosteriorSamples samples = posterior_samples(robot, found, options);
+  Export out;
+  std::vector<ExportedModel::File> made;
+  for (int k = 0; format && k < options.count; ++k) {
+    ExportedModel model = exported_model(*format, urdf, robot, samples.chi_st.row(k).transpose(),
+                                         {.force = arguments.force,
+                                          .file = sample_file(file, k),
+                                          .origin = origin_of(identified) + ", sample " + std::to_string(k) +
+                                                    " of seed " + std::to_string(options.seed)});
+    if (out.warnings.empty()) {
+      out.warnings = model.warnings;  // those of the others differ in their numbers
+    }
+    std::ranges::move(model.faults, std::back_inserter(out.faults));
+    if (model.files.empty()) {
+      return out;
+    }
+    std::ranges::move(model.files, std::back_inserter(made));
+  }
+  if (!format) {
+    made.push_back({file, to_npz(found.base, samples)});
+  }
+  if (!samples.held.empty()) {
+    out.warnings.push_back(Finding{"not_drawn",
+                                   {},
+                                   "the result leaves " + listed(samples.held) +
+                                       " undetermined: all samples have the physically consistent value"});
+  }
+  made.push_back({ranges_file(file), randomisation_ranges(robot, identified.chi_st, samples)});
+  made.push_back({manifest_file(file), sample_manifest(input_file(result), options, samples, made)});
+  for (ExportedModel::File& each : made) {
+    out.paths.push_back(each.path);
+    out.texts.push_back(std::move(each.text));
+  }
+  return out;
+}
+
+// Names of what is to be written.
+std::vector<Path> files_of(const ExportArguments& arguments, const std::optional<ModelFormat>& format,
+                           const Path& file) {
+  if (!arguments.samples) {
+    return format ? exported_files(*format, file) : std::vector<Path>{file};
+  }
+  std::vector<Path> out;
+  for (int k = 0; format && k < *arguments.samples; ++k) {
+    std::ranges::move(exported_files(*format, sample_file(file, k)), std::back_inserter(out));
+  }
+  if (!format) {
+    out.push_back(file);
+  }
+  out.push_back(ranges_file(file));
+  out.push_back(manifest_file(file));
+  return out;
+}
+
 int refused(const Path& file, const std::vector<Finding>& faults) {
   tell(told_once(faults));
   tell("rivid_identify: " + file.string() + " is not written; --force does it nevertheless\n");
@@ -132,24 +208,34 @@ int write(const ExportArguments& arguments, const Export& made, const std::vecto
   return success;
 }
 
+void expect_format_of_samples(const ExportArguments& arguments) {
+  if (arguments.to == array_format && !arguments.samples) {
+    throw InputError("--to npz holds samples of the result's distribution; it needs --samples N");
+  }
+  if (arguments.to == c_header_format && arguments.samples) {
+    throw InputError("--samples is for models and npz; --to header has the torques of one robot");
+  }
+}
+
 int export_from(const ExportArguments& arguments) {
   const Path result = result_file(arguments.result);
   const bool header = arguments.to == c_header_format;
+  expect_format_of_samples(arguments);
   if (arguments.diff && arguments.to != "urdf") {
     throw InputError("--diff shows what changes in a URDF; it needs --to urdf");
   }
   const IdentifiedRobot identified = read_identified_robot(
       result, {.parameters = header ? std::nullopt : std::optional(ParameterSet::physical), .force = true});
-  const ModelFormat format = named<ModelFormat>(arguments.to).value_or(ModelFormat::urdf);
-  const Path urdf = header ? Path() : urdf_of(identified, arguments, result);
-  const Path usual = usual_file(identified, result, header ? ".h" : usual_ending(format));
+  const std::optional<ModelFormat> format = named<ModelFormat>(arguments.to);
+  const Path urdf = format ? urdf_of(identified, arguments, result) : Path();
+  const Path usual = usual_file(identified, result, format ? usual_ending(*format) : header ? ".h" : ".npz");
   const Path file = arguments.output.empty() ? usual : arguments.output;
   std::vector<PlannedFile> files;
-  for (const Path& path : header ? std::vector<Path>{file} : exported_files(format, file)) {
+  for (const Path& path : files_of(arguments, format, file)) {
     files.push_back({path, (path == file ? usual : path).extension().string()});
   }
   std::vector<Path> inputs = {result};
-  if (!header) {
+  if (format) {
     inputs.push_back(urdf);
   }
   Outputs outputs = planned(inputs, files, arguments.force);
@@ -157,8 +243,9 @@ int export_from(const ExportArguments& arguments) {
     return refused(
         file, {Finding{identified.status, {}, "the result is " + identified.status + ", not identified"}});
   }
-  const Export made =
-      header ? header_of(identified, file) : model_of(identified, arguments, format, urdf, file);
+  const Export made = arguments.samples ? samples_of(identified, arguments, format, urdf, file, result)
+                      : header          ? header_of(identified, file)
+                                        : model_of(identified, arguments, *format, urdf, file);
   if (made.paths.empty()) {
     return refused(file, made.faults);
   }
@@ -191,13 +278,27 @@ int export_command(int argc, char** argv) {
              .value = formats(),
              .text =
                  "MuJoCo's format, Gazebo's, the files for Drake or Pinocchio, the robot's URDF with other "
-                 "numbers, or a C header with its torques",
+                 "numbers, a C header with its torques, or samples as arrays of NumPy",
              .target = &to.to,
              .required = true},
             {"--output", "FILE", "The main file; default: ROBOT_identified beside the result", &to.output},
             {"--urdf", "ROBOT.urdf", "The robot's URDF, where the result does not know where it is",
              &to.urdf},
-            {"--diff", "", "Print what changes in the URDF; with --to urdf", &to.diff},
+            {"--samples", "N",
+             "N robots drawn from the result's distribution in place of one, with a manifest and the ranges "
+             "of "
+             "their parameters",
+             &to.samples},
+            {.name = "--seed",
+             .value = "NUMBER",
+             .text = "Seed of the samples; default: 1",
+             .target = &to.seed,
+             .needs = "--samples"},
+            {.name = "--diff",
+             .value = {},
+             .text = "Print what changes in the URDF; with --to urdf",
+             .target = &to.diff,
+             .excludes = "--samples"},
             {"--force", "",
              "Write a model of a result that is not identified, physically inconsistent links, and over "
              "files of "

@@ -363,6 +363,9 @@ inline constexpr std::array codes = {
                    "Take another format, use the functions of the Python module that is written beside the "
                    "model, or read "
                    "result.json."},
+    DiagnosticCode{"not_drawn", warning, "Samples of a result do not vary in some parameters.",
+                   "The logs leave these parameters undetermined, so that their deviation is infinite.",
+                   "Record a motion that excites them, or set their ranges by hand where you train."},
     DiagnosticCode{"meshes_elsewhere", warning,
                    "An exported model names mesh files that are not where it says.",
                    "The URDF names them relative to its own folder, and the model is written to another one.",

@@ -33,6 +33,8 @@ def export(
     output: str | PathLike[str],
     *,
     urdf: str | PathLike[str] | None = None,
+    samples: int | None = None,
+    seed: int = 1,
     force: bool = False,
 ) -> Path:
     """Writes a fit, or a result.json, as a model for another program; returns the path of its main file.
@@ -40,14 +42,18 @@ def export(
     ``to`` is "mjcf", "sdf", "drake", "pinocchio", "urdf" or "header", as of ``rivid export``. All but the last need physically consistent parameters and the
     URDF of the robot, which ``urdf`` names where the result does not know it.
 
+    With ``samples``, so many robots drawn from the distribution of the fit, or with "npz" their parameters as arrays; returns the path of the manifest, which
+    names the files.
+
     Raises InputError where ``rivid export`` writes nothing.
     """
     path = path_of("export: output", output)
     with TemporaryDirectory() as folder:
         options = ["--urdf", path_of("export: urdf", urdf)] if urdf is not None else []
+        options += ["--samples", samples, "--seed", seed] if samples is not None else []
         options += ["--force"] if force else []
         _run("export", _result(fit, Path(folder) / "result.json"), "--to", to, "--output", path, *options)
-    return path
+    return path if samples is None else path.with_name(f"{path.stem}_samples.json")
 
 
 def compare(

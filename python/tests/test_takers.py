@@ -71,6 +71,14 @@ def test_export_finds_the_urdf(saved, tool, tmp_path, format):
     assert other.stat().st_size > 0.9 * file.stat().st_size > 0
 
 
+def test_export_draws_samples(saved, tmp_path):
+    manifest = json.loads(rivid.export(saved, "npz", tmp_path / "arm.npz", samples=8, seed=3, force=True).read_text())
+    assert (manifest["count"], manifest["seed"]) == (8, 3)
+    arrays = np.load(tmp_path / "arm.npz")
+    assert arrays["chi"].shape == (8, len(arrays["parameters"]))
+    assert arrays["chi"].std(axis=0).min() > 0
+
+
 def test_online_takes_it(saved, scara, tool, tmp_path):
     done = tool("rivid_online", scara / "scara_validation.csv", "--result", saved, "--output", tmp_path / "online")
     assert (tmp_path / "online/online.csv").exists(), done.stderr

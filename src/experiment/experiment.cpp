@@ -8,6 +8,7 @@
 #include "data/log_columns.hpp"
 #include "experiment/from_program.hpp"
 #include "experiment/json_fields.hpp"
+#include "experiment/law_control.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {
@@ -84,7 +85,10 @@ void append_pieces(Log log, const LogSource& source, const Robot& robot, std::ve
     log = shift_torque(log, source.torque_lag);
   }
   for (Log& piece : regularised(std::move(log), source.irregular, source.resample)) {
-    out.push_back(adjusted(std::move(piece), source, robot));
+    Log whole = adjusted(std::move(piece), source, robot);
+    const bool torque = whole.tau.size() > 0 || whole.v_tau.size() > 0;
+    out.push_back(torque || !source.law ? std::move(whole)
+                                        : detail::with_control_of_law(std::move(whole), source, robot));
   }
 }
 

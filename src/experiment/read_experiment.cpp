@@ -99,6 +99,12 @@ void read_sections(FileSections& sections, Experiment& out) {
   read(sections.validation,
        [&](TomlReader& keys) { out.validation = detail::read_log_source(keys, out.log); });
   read(sections.control, [&](TomlReader& keys) { out.control = detail::read_control(keys); });
+  if (out.control) {
+    for (LogSource* const source : {&out.log, &out.validation}) {
+      source->law = out.control->control;
+      source->sampling = out.control->sampling;
+    }
+  }
   read(sections.reference, [&](TomlReader& keys) { out.reference = detail::read_reference_source(keys); });
   read(sections.simulation,
        [&](TomlReader& keys) { out.simulation = detail::read_simulation(keys, out.control); });

@@ -285,6 +285,20 @@ IdentifiedRobot identified(const std::filesystem::path& path, const Robot* expec
   return out;
 }
 
+// Bounds of the masses that a physically consistent set was found with.
+void take_masses(const JsonNode& options, Physical& to) {
+  take(options, "total_mass", to.total_mass);
+  for (const auto& [link, bounds] : options.at("masses").json().items()) {
+    Physical::MassBounds out{.link = link};
+    const JsonNode node = options.at("masses").at(link.c_str());
+    std::array<double, 2> values{};
+    node.read(values);
+    out.least = values[0];
+    out.most = std::isnan(values[1]) ? out.most : values[1];
+    to.masses.push_back(out);
+  }
+}
+
 // What a result says of a fit and of the chosen set beside it.
 void take_physical(const JsonNode& node, const BaseParameters& base, Identification& to) {
   PhysicalModel& out = to.physical.emplace();
@@ -301,7 +315,10 @@ void take_physical(const JsonNode& node, const BaseParameters& base, Identificat
   Vector sigma;
   node.at("sigma").read(sigma);
   out.C_chi = sigma.cwiseAbs2().asDiagonal();
-  if (out.parameters.chi.size() != base.size() || (sigma.size() > 0 && sigma.size() != base.size())) {
+  take(node, "C_chi", out.C_chi);
+  take_masses(node.at("options"), out.options);
+  if (out.parameters.chi.size() != base.size() || (sigma.size() > 0 && sigma.size() != base.size()) ||
+      out.C_chi.rows() != sigma.size() || out.C_chi.cols() != sigma.size()) {
     node.fail("has another number of parameters than the robot");
   }
 }

@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
+#include <span>
+#include <string_view>
 
 #include "report/documents.hpp"
 #include "rivid/report/comparison.hpp"
@@ -78,6 +81,117 @@ Section traces_section(const Comparison& comparison) {
   return out;
 }
 
+std::string seconds(std::span<const double> horizons) {
+  std::vector<std::string> out;
+  for (const double horizon : horizons) {
+    out.push_back(number(horizon, 3) + " s");
+  }
+  return listed(out);
+}
+
+constexpr std::string_view loop_of(Drive drive) {
+  return drive == Drive::torques ? "open loop" : "closed loop";
+}
+
+// "closed loop: A moves more like the robot than B after 0.1 s and 1 s (p < 0.0001); no significant difference
+// after 3 s"
+std::string rollout_sentence(const Rollouts& all, Drive drive, std::size_t other) {
+  std::vector<double> first_better;
+  std::vector<double> other_better;
+  std::vector<double> open;
+  double p = 0.0;
+  for (const Rollout& one : all.found) {
+    if (one.drive == drive) {
+      const PairedTest& test = one.tests[other - 1];
+      const bool decided = test.better.has_value();
+      (!decided ? open : *test.better == 0 ? first_better : other_better).push_back(one.horizon);
+      p = decided ? std::max(p, test.p) : p;
+    }
+  }
+  const std::string& a = all.models.front();
+  const std::string& b = all.models[other];
+  std::string out;
+  const auto add = [&](const std::string& text) { out += (out.empty() ? "" : "; ") + text; };
+  const auto better = [&](const std::string& x, const std::string& y, const std::vector<double>& at) {
+    add(x + " moves more like the robot than " + y + " after " + seconds(at) + " (" + p_text(p) + ")");
+  };
+  if (!first_better.empty()) {
+    better(a, b, first_better);
+  }
+  if (!other_better.empty()) {
+    better(b, a, other_better);
+  }
+  if (!open.empty()) {
+    add((first_better.empty() ? a + " does not beat " + b + ": " : "") + "no significant difference after " +
+        seconds(open));
+  }
+  return std::string(loop_of(drive)) + ": " + out;
+}
+
+// Error over the horizon, a chart for each loop and joint.
+Plots rollout_plots(const Rollouts& all, const std::vector<std::string>& joints) {
+  Plots out{.layout = "panels"};
+  for (const Drive drive : {Drive::torques, Drive::controller}) {
+    std::vector<const Rollout*> found;
+    for (const Rollout& one : all.found) {
+      if (one.drive == drive) {
+        found.push_back(&one);
+      }
+    }
+    for (std::size_t j = 0; j < joints.size() && !found.empty(); ++j) {
+      Vector horizons(std::ssize(found));
+      Matrix errors(std::ssize(found), std::ssize(all.models));
+      for (Index k = 0; k < horizons.size(); ++k) {
+        const Rollout& one = *found[static_cast<std::size_t>(k)];
+        horizons[k] = one.horizon;
+        for (Index m = 0; m < errors.cols(); ++m) {
+          const Vector& q = one.models[static_cast<std::size_t>(m)].q;
+          errors(k, m) = q.size() > 0 ? q[static_cast<Index>(j)] : std::numeric_limits<double>::quiet_NaN();
+        }
+      }
+      out.groups.resize(1);
+      out.groups.front().plots.emplace_back(
+          Chart{.id = "rollout-" + std::to_string(out.groups.front().plots.size()),
+                .title = joints[j] + ", " + std::string(loop_of(drive)),
+                .label = "Position error of " + joints[j] + " over the horizon",
+                .x_label = "horizon [s]",
+                .y_label = "rms error [rad | m]",
+                .series = curves(horizons, all.models, errors),
+                .logarithmic = true});
+    }
+  }
+  return out;
+}
+
+Section rollouts_section(const Rollouts& all, const std::vector<std::string>& joints) {
+  Section out{.id = "rollouts", .title = "Rollouts", .heading = "Which model moves like the robot"};
+  for (const Drive drive : {Drive::torques, Drive::controller}) {
+    const bool any = std::ranges::any_of(all.found, [&](const Rollout& one) { return one.drive == drive; });
+    for (std::size_t m = 1; m < all.models.size() && any; ++m) {
+      out.blocks.push_back({Sentence{rollout_sentence(all, drive, m)}});
+    }
+  }
+  for (const std::string& note : all.notes) {
+    out.blocks.push_back({Sentence{note}});
+  }
+  out.blocks.push_back({Sentence{"rms position errors of all joints together, in rad or m"}});
+  std::vector<ColumnOf<Rollout>> columns = {
+      {{"loop", format::name}, [](const Rollout& one) { return Cell(std::string(loop_of(one.drive))); }},
+      {{"after", format::significant(3), "s"}, &Rollout::horizon},
+      {{"windows", format::count}, [](const Rollout& one) { return Cell(one.windows); }}};
+  for (std::size_t m = 0; m < all.models.size(); ++m) {
+    columns.push_back({{all.models[m], format::significant(3)},
+                       [m](const Rollout& one) { return Cell(one.models[m].q.norm()); }});
+    if (std::ranges::any_of(all.found, [&](const Rollout& one) { return one.models[m].lost > 0; })) {
+      columns.push_back(
+          {{"lost", format::count}, [m](const Rollout& one) { return Cell(one.models[m].lost); }});
+    }
+  }
+  out.blocks.push_back({table_of(all.found, columns)});
+  out.blocks.push_back({rollout_plots(all, joints), Shown::page});
+  return out;
+}
+
 // Two results side by side: every parameter by its difference.
 DotPlot changes_plot(const ResultChanges& pair, std::size_t number, double level) {
   constexpr double quantile = 1.96;
@@ -140,6 +254,9 @@ Document comparison_document(const Comparison& comparison, std::span<const Resul
       tests.blocks.push_back({Sentence{test_sentence(comparison, test)}});
     }
     out.sections.push_back(std::move(tests));
+  }
+  if (comparison.rollouts) {
+    out.sections.push_back(rollouts_section(*comparison.rollouts, comparison.joints));
   }
   out.sections.push_back(traces_section(comparison));
   for (std::size_t k = 0; k < changes.size(); ++k) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <span>
 #include <sstream>
 
 #include "experiment/json_fields.hpp"
@@ -73,7 +75,38 @@ Json physical(const Robot& robot, const BaseParameters& base, const PhysicalMode
   out["options"] = json_of(model.options);
   out["better"] = model.better;
   out["sigma"] = json_of(Vector(model.C_chi.diagonal().cwiseSqrt()));
+  out["C_chi"] = json_of(model.C_chi);
   return out;
+}
+
+Json paired_tests(std::span<const PairedTest> tests, std::span<const std::string> names) {
+  const auto model = [&](std::size_t i) { return Json(names[i]); };
+  return json_list(tests, [&](const PairedTest& test) {
+    return Json{{"a", model(test.a)},
+                {"b", model(test.b)},
+                {"ratio", test.ratio},
+                {"t", test.t},
+                {"p", test.p},
+                {"blocks", test.blocks},
+                {"better", test.better ? model(*test.better) : Json()}};
+  });
+}
+
+Json rollouts(const Rollouts& all) {
+  Json found = json_list(all.found, [&](const Rollout& one) {
+    Json models = json_list(places(one.models.size()), [&](std::size_t m) {
+      return Json{{"name", all.models[m]},
+                  {"position", json_of(one.models[m].q)},
+                  {"velocity", json_of(one.models[m].qd)},
+                  {"lost", one.models[m].lost}};
+    });
+    return Json{{"drive", name(one.drive)},
+                {"horizon", one.horizon},
+                {"windows", one.windows},
+                {"models", std::move(models)},
+                {"tests", paired_tests(one.tests, all.models)}};
+  });
+  return {{"found", std::move(found)}, {"notes", all.notes}};
 }
 
 Json essential(const Identification& result, const EssentialModel& model) {
@@ -364,20 +397,12 @@ std::string to_json(const Robot& robot, const SimulationRecord& record, const Pr
 
 std::string to_json(const Comparison& comparison, std::span<const ResultChanges> changes,
                     std::span<const Finding> warnings, const Provenance& provenance) {
-  const auto model = [&](std::size_t i) { return Json(comparison.models[i].name); };
   Json models = json_list(comparison.models, [](const Comparison::Error& error) {
     return Json{
         {"name", error.name}, {"relative_error", error.relative_error}, {"joints", json_of(error.joints)}};
   });
-  Json tests = json_list(comparison.tests, [&](const PairedTest& test) {
-    return Json{{"a", model(test.a)},
-                {"b", model(test.b)},
-                {"ratio", test.ratio},
-                {"t", test.t},
-                {"p", test.p},
-                {"blocks", test.blocks},
-                {"better", test.better ? model(*test.better) : Json()}};
-  });
+  std::vector<std::string> names;
+  std::ranges::transform(comparison.models, std::back_inserter(names), &Comparison::Error::name);
   const auto change = [](const ParameterChange& of) {
     return Json{{"name", of.name},   {"unit", of.unit}, {"a", of.a}, {"b", of.b},
                 {"sigma", of.sigma}, {"z", of.z},       {"p", of.p}};
@@ -385,15 +410,19 @@ std::string to_json(const Comparison& comparison, std::span<const ResultChanges>
   Json all_changes = json_list(changes, [&](const ResultChanges& pair) {
     return Json{{"a", pair.a}, {"b", pair.b}, {"parameters", json_list(pair.parameters, change)}};
   });
-  return json_text({{"format", 1},
-                    {"logs", comparison.logs},
-                    {"joints", comparison.joints},
-                    {"rows", comparison.rows},
-                    {"models", std::move(models)},
-                    {"tests", std::move(tests)},
-                    {"warnings", warnings_of(warnings)},
-                    {"changes", std::move(all_changes)},
-                    {"provenance", members(provenance, Json::object())}});
+  Json out = {{"format", 1},
+              {"logs", comparison.logs},
+              {"joints", comparison.joints},
+              {"rows", comparison.rows},
+              {"models", std::move(models)},
+              {"tests", paired_tests(comparison.tests, names)},
+              {"warnings", warnings_of(warnings)},
+              {"changes", std::move(all_changes)},
+              {"provenance", members(provenance, Json::object())}};
+  if (comparison.rollouts) {
+    out["rollouts"] = rollouts(*comparison.rollouts);
+  }
+  return json_text(out);
 }
 
 std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run) {

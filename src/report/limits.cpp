@@ -8,6 +8,7 @@
 #include "rivid/excite/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
 #include "rivid/identify/log_factors.hpp"
+#include "rivid/identify/posterior.hpp"
 
 namespace rivid {
 
@@ -28,7 +29,8 @@ constexpr auto command_numbers = std::to_array<CommandLineNumber>({
     {"--max-size", "all", Range::within(1, 1 << 30), "MiB"},
     {"--seconds", "`rivid excite`", Range::within(1, 1e6), "s"},
     {"--starts", "`rivid excite`", key_range<ExcitationOptions>("starts")},
-    {"--seed", "`rivid excite`, `rivid simulate`, `rivid_odd`", seed_range},
+    {"--samples", "`rivid export`", key_range<PosteriorOptions>("count")},
+    {"--seed", "`rivid excite`, `rivid export`, `rivid simulate`, `rivid_odd`", seed_range},
     {"--runs", "`rivid study`", key_range<MonteCarlo>("runs")},
     {"--first-run", "`rivid study`", Range::from(0, key_range<MonteCarlo>("runs").most)},
     {"--seeds", "`rivid paper`", Range::within(1, 1000)},

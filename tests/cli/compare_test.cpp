@@ -50,6 +50,28 @@ TEST_F(Compare, AResultPredictsBetterThanAUrdfThatIsWrong) {
   EXPECT_NE(run.out.find("scara_result predicts better than scara.urdf (p"), std::string::npos) << run.out;
 }
 
+TEST_F(Compare, RolloutsJudgeBesideTheRobotDescription) {
+  edit("scara.urdf", "<mass value=\"2\"/>", "<mass value=\"4\"/>");
+  const Outcome run = identify({"validate", "scara_result", "scara_validation.csv", "--rollout"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(
+      run.out.find("open loop: scara_result moves more like the robot than robot description after 0.1 s"),
+      std::string::npos)
+      << run.out;
+  const Outcome again = identify({"validate", "scara_result", "scara_validation.csv", "--rollout", "--json",
+                                  "--report", "--output", "made"});
+  const Json found = Json::parse(again.out)["rollouts"]["found"];
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0]["drive"], "torques");
+  EXPECT_EQ(found[0]["horizon"], 0.1);
+  EXPECT_EQ(found[0]["tests"][0]["better"], "scara_result");
+  for (std::size_t j = 0; j < 2; ++j) {
+    EXPECT_LT(found[0]["models"][0]["velocity"][j], found[0]["models"][1]["velocity"][j]) << j;
+  }
+  EXPECT_NE(folder().read("made/comparison.html").find("Position error of joint_1 over the horizon"),
+            std::string::npos);
+}
+
 TEST_F(Compare, AModelIsAsGoodAsItself) {
   const Json comparison =
       compared({"scara_result", "scara_result/result.json", "--log", "scara_validation.csv"});

@@ -6,6 +6,7 @@
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/urdf.hpp"
+#include "rivid/input.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/identify_tool.hpp"
 
@@ -232,6 +233,53 @@ TEST_F(Export, AControllerCanReadTheResult) {
                           rivid::test::parameter(result, "ZZ2")["value"].get<double>() +
                           rivid::test::parameter(result, "MX2")["value"].get<double>();
   EXPECT_NEAR(tau[0], expected, 1e-14 * 64);
+}
+
+TEST_F(Export, SamplesAreNamedByTheirManifestAndComeAgainWithTheirSeed) {
+  const Outcome run = exported({"mjcf", "--samples", "3", "--seed", "7", "--output", "a/arm.xml"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const Json manifest = Json::parse(folder().read("a/arm_samples.json"));
+  EXPECT_EQ(manifest["seed"], 7);
+  EXPECT_EQ(manifest["count"], 3);
+  EXPECT_EQ(manifest["result"]["sha256"], rivid::sha256(folder().read("scara_result/result.json")));
+  ASSERT_EQ(manifest["outputs"].size(), 4U);
+  EXPECT_EQ(manifest["outputs"][2]["path"], "arm_002.xml");
+  for (const Json& file : manifest["outputs"]) {
+    const std::string text = folder().read("a/" + file["path"].get<std::string>());
+    EXPECT_EQ(file["sha256"], rivid::sha256(text)) << file["path"];
+  }
+  EXPECT_EQ(exported_again({"mjcf", "--samples", "3", "--seed", "7", "--output", "b/arm.xml"}).exit_code, 0);
+  EXPECT_EQ(exported_again({"mjcf", "--samples", "3", "--seed", "8", "--output", "c/arm.xml"}).exit_code, 0);
+  EXPECT_EQ(folder().read("a/arm_samples.json"), folder().read("b/arm_samples.json"));
+  EXPECT_EQ(folder().read("a/arm_001.xml"), folder().read("b/arm_001.xml"));
+  EXPECT_NE(folder().read("a/arm_001.xml"), folder().read("c/arm_001.xml"));
+}
+
+// The interval of a parameter by 400 draws is that of the result, but for what they scatter by.
+TEST_F(Export, RangesAreTheIntervalsOfTheResult) {
+  EXPECT_EQ(exported({"npz", "--samples", "400", "--output", "arm.npz"}).exit_code, 0);
+  const Json result = Json::parse(folder().read("scara_result/result.json"));
+  const Json ranges = Json::parse(folder().read("arm_ranges.json"));
+  for (const auto& [parameter, joint] : {std::pair("Fc1", "joint_1"), std::pair("Fc2", "joint_2")}) {
+    const Json interval = rivid::test::parameter(result, parameter)["interval_95"];
+    const Json range = ranges["mujoco"]["dof_frictionloss"][joint];
+    const double width = interval[1].get<double>() - interval[0].get<double>();
+    EXPECT_NEAR(range[0], interval[0], 0.12 * width) << parameter;
+    EXPECT_NEAR(range[1], interval[1], 0.12 * width) << parameter;
+    const Json& term = ranges["isaac_lab"]["randomize_joint_parameters"][joint];
+    EXPECT_EQ(term["friction_distribution_params"], range);
+    EXPECT_EQ(term["operation"], "abs");
+  }
+  EXPECT_TRUE(folder().read("arm.npz").starts_with("PK"));
+}
+
+TEST_F(Export, SamplesNeedAFormatThatHoldsThem) {
+  const Outcome none = exported({"npz"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("--to npz holds samples of the result's distribution; it needs --samples N"),
+            std::string::npos)
+      << none.err;
+  EXPECT_EQ(exported_again({"header", "--samples", "2"}).exit_code, 2);
 }
 
 }  // namespace

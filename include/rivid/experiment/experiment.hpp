@@ -257,6 +257,10 @@ struct LogSource {
 
   std::vector<std::filesystem::path> files;
   LogOptions columns;
+  /// Law with known gains whose signals stand in for those of a log that has neither torques nor control
+  /// signals; empty: such a log is refused.
+  Control law = {};
+  Sampling sampling = {};  ///< of that law
   Side side = Side::joint;
   Without torque_without = Without::nothing;
   Irregular irregular = Irregular::refuse;

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rivid/data/log.hpp"
+#include "rivid/fields.hpp"
 #include "rivid/finding.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/model/robot.hpp"
@@ -46,6 +49,35 @@ struct PairedTest {
   std::optional<std::size_t> better;  ///< the model with p below the level and the smaller error
 };
 
+/// What drives the robot of a rollout.
+enum class Drive {
+  torques,    ///< those of the log: open loop
+  controller  ///< the control law, which follows the log's reference: closed loop
+};
+template <>
+inline constexpr std::array names_of<Drive> = std::to_array<std::string_view>({"torques", "controller"});
+
+/// Errors of simulated motions at the end of windows of one length.
+struct Rollout {
+  struct Error {
+    Vector q;   ///< rms over the windows that all models were simulated through, (n) [rad | m]
+    Vector qd;  ///< the same of the velocities [rad/s | m/s]
+    int lost =
+        0;  ///< windows that the simulation did not reach the end of: it diverged, or M was not positive
+  };
+  Drive drive = Drive::torques;
+  double horizon = 0.0;           ///< [s]
+  int windows = 0;                ///< of all logs
+  std::vector<Error> models;      ///< in the order of Rollouts::models
+  std::vector<PairedTest> tests;  ///< of the first model with each of the others
+};
+
+struct Rollouts {
+  std::vector<std::string> models;
+  std::vector<Rollout> found;      ///< by drive, then by horizon; horizons longer than the logs are left out
+  std::vector<std::string> notes;  ///< why there are no rollouts of a drive
+};
+
 /// Errors of models on logs, and which of them predicts better.
 struct Comparison {
   struct Error {
@@ -64,9 +96,10 @@ struct Comparison {
   std::vector<std::string> logs;
   std::vector<Trace> traces;  ///< one a log
   std::vector<Error> models;
-  std::vector<PairedTest> tests;  ///< of each pair of models
-  Index rows = 0;                 ///< that all models are judged on
-  SignalOptions signal;           ///< that made them
+  std::vector<PairedTest> tests;          ///< of each pair of models
+  Index rows = 0;                         ///< that all models are judged on
+  SignalOptions signal;                   ///< that made them
+  std::optional<Rollouts> rollouts = {};  ///< of rollouts(), where they were asked for
 };
 
 /// Judges models by the torques that they predict on logs, best on logs that took part in none of them.

@@ -131,6 +131,7 @@ struct PhysicalParameters {
               "deviations of `chi` by these blocks and by what the prior decided; empty where the blocks "
               "can not say",
               {.unit = "SI"}},
+        Field{"C_chi", nullptr, "their covariance, by rows; empty where `sigma` is", {.unit = "SI²"}},
         Field{"cost", &R::cost, "distance + weight × divergence", {.unit = "1"}},
         Field{"distance", &R::distance, "½ (χ̂ − χ)ᵀ C_χχ⁻¹ (χ̂ − χ)", {.unit = "1"}},
         Field{"divergence", &R::divergence, "of the prior", {.unit = "1"}},
