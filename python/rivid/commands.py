@@ -50,7 +50,7 @@ def export(
     path = path_of("export: output", output)
     with TemporaryDirectory() as folder:
         options = ["--urdf", path_of("export: urdf", urdf)] if urdf is not None else []
-        options += ["--samples", samples, "--seed", seed] if samples is not None else []
+        options += ["--samples", str(samples), "--seed", str(seed)] if samples is not None else []
         options += ["--force"] if force else []
         _run("export", _result(fit, Path(folder) / "result.json"), "--to", to, "--output", path, *options)
     return path if samples is None else path.with_name(f"{path.stem}_samples.json")

@@ -99,12 +99,17 @@ std::string rollout_sentence(const Rollouts& all, Drive drive, std::size_t other
   std::vector<double> first_better;
   std::vector<double> other_better;
   std::vector<double> open;
+  std::vector<double> few;
   double p = 0.0;
   for (const Rollout& one : all.found) {
     if (one.drive == drive) {
       const PairedTest& test = one.tests[other - 1];
       const bool decided = test.better.has_value();
-      (!decided ? open : *test.better == 0 ? first_better : other_better).push_back(one.horizon);
+      (std::isnan(test.p)       ? few
+       : !decided               ? open
+       : *test.better == test.a ? first_better
+                                : other_better)
+          .push_back(one.horizon);
       p = decided ? std::max(p, test.p) : p;
     }
   }
@@ -124,6 +129,9 @@ std::string rollout_sentence(const Rollouts& all, Drive drive, std::size_t other
   if (!open.empty()) {
     add((first_better.empty() ? a + " does not beat " + b + ": " : "") + "no significant difference after " +
         seconds(open));
+  }
+  if (!few.empty()) {
+    add("too few windows to decide after " + seconds(few));
   }
   return std::string(loop_of(drive)) + ": " + out;
 }
