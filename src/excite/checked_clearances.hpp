@@ -8,9 +8,9 @@
 
 namespace rivid::detail {
 
-/// Smallest distance of every pair along a motion, the nearest first and those that are left out last: by
-/// code that shares nothing with Clearances, which designs it. Frames are KDL's, distances those of a search
-/// along the line of a body.
+/// Smallest distance of every pair along a motion, the nearest first and those that are left out last. Frames
+/// are KDL's, and each distance is proven by a direction that separates all points of the two bodies: what
+/// Clearances, which designs the motion, may have wrong in either does not hide what is near.
 ///
 /// @param kept  Clearances::kept() of the same robot and space
 /// @param q     (samples × n)

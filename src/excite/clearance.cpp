@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <random>
 
 #include "rivid/error.hpp"
@@ -40,6 +42,13 @@ std::optional<std::string> Space::complaint(const Robot& robot) const {
              " m, must be positive";
     }
   }
+  for (const LinkPair& pair : ignored) {
+    for (const std::string& link : {pair.first, pair.second}) {
+      if (!joint_of(robot, link)) {
+        return "ignored: the robot has no link " + in_quotes(link) + did_you_mean(link, link_names(robot));
+      }
+    }
+  }
   for (const Box& box : boxes) {
     if (!(box.min.array() < box.max.array()).all()) {
       return "boxes: min of " + in_quotes(box.name) + " must lie below its max along each axis";
@@ -55,215 +64,317 @@ std::optional<std::string> Space::complaint(const Robot& robot) const {
 
 namespace detail {
 
-// Nearer than this a line touches, and farther it has moved [m].
-constexpr double touching = 1e-6;
+namespace {
+
+using Eigen::Vector3d;
+
+// Nearer than this a distance has not changed [m].
+constexpr double unchanged = 1e-6;
+
+Hull part_of(const std::string& link, const Eigen::Matrix3Xd& points, double radius) {
+  return {.link = link, .points = points, .radius = radius};
+}
+
+Eigen::Matrix3Xd corners(const Box& box) {
+  Eigen::Matrix3Xd out(3, 8);
+  for (Index k = 0; k < out.cols(); ++k) {
+    out.col(k) << (k % 2 == 0 ? box.min : box.max).x(), (k / 2 % 2 == 0 ? box.min : box.max).y(),
+        (k / 4 == 0 ? box.min : box.max).z();
+  }
+  return out;
+}
+
+// The line from the joint to the next one, of a link that nobody gave a shape; nothing for a point that is the
+// end of the body before it.
+std::optional<Eigen::Matrix3Xd> usual_line(const Robot& robot, Index joint, bool is_free) {
+  const auto next = static_cast<std::size_t>(joint + 1);
+  Vector3d to = Vector3d::Zero();
+  if (next < robot.chain.links.size()) {
+    to = robot.chain.links[next].p;
+    if (joint >= 0) {
+      to = link_axes(robot.chain.links[static_cast<std::size_t>(joint)]) * to;
+    }
+  }
+  if (to.isZero(0.0) && !is_free) {
+    return std::nullopt;
+  }
+  Eigen::Matrix3Xd out(3, 2);
+  out << Vector3d::Zero(), to;
+  return out;
+}
+
+}  // namespace
+
+std::vector<Body> bodies_of(const Robot& robot, const Space& space) {
+  std::vector<Body> out;
+  for (Index joint = -1; joint < robot.size(); ++joint) {
+    const std::string& name = joint < 0 ? robot.base : robot.joints[static_cast<std::size_t>(joint)].link;
+    Body body{.joint = joint, .name = name};
+    for (const Capsule& capsule : space.capsules) {
+      if (capsule.link == name) {
+        Eigen::Matrix3Xd ends(3, 2);
+        ends << capsule.from, capsule.to;
+        body.parts.push_back(part_of(name, ends, capsule.radius));
+      }
+    }
+    const bool is_given = !body.parts.empty();
+    for (const Hull& hull : space.model.hulls) {
+      if (!is_given && hull.link == name) {
+        body.parts.push_back(hull);
+        body.is_assumed = hull.is_assumed;
+        body.parts.back().radius += hull.is_assumed ? space.radius : 0.0;
+      }
+    }
+    if (body.parts.empty()) {
+      const bool is_free =
+          joint >= 0 && !out.empty() && out.back().joint == joint - 1 && !out.back().is_assumed;
+      if (const auto line = usual_line(robot, joint, is_free)) {
+        body.parts.push_back(part_of(name, *line, space.radius));
+        body.is_assumed = true;
+      }
+    }
+    if (!body.parts.empty()) {
+      out.push_back(std::move(body));
+    }
+  }
+  for (const Box& box : space.boxes) {
+    out.push_back({.name = box.name, .parts = {part_of(box.name, corners(box), 0.0)}, .is_obstacle = true});
+  }
+  return out;
+}
+
+std::vector<BodyPair> pairs_of(const Space& space, const std::vector<Body>& bodies) {
+  std::vector<BodyPair> out;
+  const std::size_t links = bodies.size() - space.boxes.size();
+  for (std::size_t a = 0; a < links; ++a) {
+    const bool moves = bodies[a].joint >= 0;
+    for (Index k = 0; moves && k < std::ssize(space.half_spaces); ++k) {
+      out.push_back({.body = a, .half_space = k});
+    }
+    for (std::size_t b = links; moves && b < bodies.size(); ++b) {
+      out.push_back({.body = a, .other = static_cast<Index>(b)});
+    }
+    for (std::size_t b = a + 1; space.self_collision && b < links; ++b) {
+      // Guesses of neighbours have the joint in common.
+      const bool meet =
+          bodies[b].joint == bodies[a].joint + 1 && bodies[a].is_assumed && bodies[b].is_assumed;
+      if (!meet) {
+        out.push_back({.body = a, .other = static_cast<Index>(b)});
+      }
+    }
+  }
+  return out;
+}
 
 Clearances::Clearances(const Robot& robot, const Space& space, const Vector& lower, const Vector& upper,
                        std::vector<Finding>& findings)
-    : robot_(robot), half_spaces_(space.half_spaces), boxes_(space.boxes), frames_(robot.joints.size()) {
+    : robot_(robot),
+      half_spaces_(space.half_spaces),
+      bodies_(bodies_of(robot, space)),
+      pairs_(pairs_of(space, bodies_)),
+      kept_(pairs_.size(), false) {
   for (HalfSpace& half_space : half_spaces_) {
     const double length = half_space.normal.norm();
     half_space.normal /= length;
     half_space.offset /= length;
   }
-  add_bodies(space);
-  placed_.resize(bodies_.size());
-  add_pairs(space);
-  leave_out_pairs(lower, upper, space.clearance, findings);
-}
-
-void Clearances::add_bodies(const Space& space) {
-  std::vector<bool> has_body(robot_.joints.size() + 1, false);
-  for (const Capsule& capsule : space.capsules) {
-    const Index joint = *joint_of(robot_, capsule.link);
-    // The user's link frame has the origin of frame j and its axes, renamed.
-    const Eigen::Matrix3d C = joint < 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
-                                        : link_axes(robot_.chain.links[static_cast<std::size_t>(joint)]);
-    bodies_.push_back(
-        {joint, {C.transpose() * capsule.from, C.transpose() * capsule.to}, capsule.radius, capsule.link});
-    has_body[static_cast<std::size_t>(joint + 1)] = true;
-  }
-  for (Index joint = -1; joint < robot_.size(); ++joint) {
-    if (has_body[static_cast<std::size_t>(joint + 1)]) {
-      continue;
-    }
-    const Eigen::Vector3d to = joint + 1 < robot_.size()
-                                   ? robot_.chain.links[static_cast<std::size_t>(joint + 1)].p
-                                   : Eigen::Vector3d(Eigen::Vector3d::Zero());
-    // A point is the end of the capsule before it, unless that one was given.
-    if (to.isZero(0.0) && !(joint >= 0 && has_body[static_cast<std::size_t>(joint)])) {
-      continue;
-    }
-    const std::string& name = joint < 0 ? robot_.base : robot_.joints[static_cast<std::size_t>(joint)].link;
-    bodies_.push_back({joint, {Eigen::Vector3d::Zero(), to}, space.radius, name});
-  }
-}
-
-void Clearances::add_pairs(const Space& space) {
-  for (std::size_t a = 0; a < bodies_.size(); ++a) {
-    for (Index k = 0; bodies_[a].joint >= 0 && k < std::ssize(half_spaces_); ++k) {
-      pairs_.push_back({.body = a, .half_space = k});
-    }
-    for (Index k = 0; bodies_[a].joint >= 0 && k < std::ssize(boxes_); ++k) {
-      pairs_.push_back({.body = a, .box = k});
-    }
-    for (std::size_t b = 0; space.self_collision && b < bodies_.size(); ++b) {
-      if (bodies_[b].joint > bodies_[a].joint + 1) {
-        pairs_.push_back({.body = a, .other = static_cast<Index>(b)});
+  std::string assumed;
+  for (Body& body : bodies_) {
+    double reach = 0.0;
+    for (Hull& part : body.parts) {
+      if (body.joint >= 0) {
+        // The user's link frame has the origin of frame j and its axes, renamed.
+        const Chain::Link& link = robot_.chain.links[static_cast<std::size_t>(body.joint)];
+        part.points = (link_axes(link).transpose() * part.points).eval();
       }
+      reach = std::max(reach, part.points.colwise().norm().maxCoeff());
+    }
+    reach_.push_back(reach);
+    if (body.is_assumed) {
+      assumed += (assumed.empty() ? "" : ", ") + body.name;
     }
   }
-}
-
-// Where the ends of a body's line are; along the normal of a half-space, whatever else they do.
-std::array<Eigen::Vector3d, 2> Clearances::ends_beside(const Pair& pair) const {
-  const Segment& line = placed_[pair.body];
-  if (pair.box >= 0) {
-    return {line.from, line.to};
+  if (!pairs_.empty() && !assumed.empty()) {
+    findings.push_back(Finding{"body_assumed", robot.name,
+                               "no shape is known of " + assumed + ": all within " + number(space.radius) +
+                                   " m of the lines between the origins of their frames stands for them"});
   }
-  const Eigen::Vector3d& normal = half_spaces_[static_cast<std::size_t>(pair.half_space)].normal;
-  return {normal.dot(line.from) * normal, normal.dot(line.to) * normal};
+  leave_out_pairs(lower, upper, space, findings);
 }
 
-// Whether the line of a body, without its radius, is in an obstacle.
-bool Clearances::is_inside(const Pair& pair, double distance) const {
-  if (pair.box >= 0) {
-    const Box& box = boxes_[static_cast<std::size_t>(pair.box)];
-    const Box smaller{.name = {}, .min = box.min.array() + touching, .max = box.max.array() - touching};
-    return nearest(placed_[pair.body], smaller).distance() == 0.0;
-  }
-  return distance < -bodies_[pair.body].radius - touching;
+const std::string& Clearances::first(Index pair) const {
+  return bodies_[pairs_[static_cast<std::size_t>(pair)].body].name;
 }
 
-void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, double clearance,
+const std::string& Clearances::second(Index pair) const {
+  const BodyPair& p = pairs_[static_cast<std::size_t>(pair)];
+  return p.half_space >= 0 ? half_spaces_[static_cast<std::size_t>(p.half_space)].name
+                           : bodies_[static_cast<std::size_t>(p.other)].name;
+}
+
+void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const Space& space,
                                  std::vector<Finding>& findings) {
   constexpr int poses = 200;
+  constexpr double deep = 1e-3;  // m
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> part(0.0, 1.0);
-  kept_.assign(pairs_.size(), false);
-  Vector distances(size());
-  std::vector<std::array<Eigen::Vector3d, 2>> first_ends(pairs_.size());
+  std::vector<double> at_first(pairs_.size());
+  std::vector<double> at_last(pairs_.size());
   for (int pose = 0; pose < poses; ++pose) {
     Vector q(robot_.size());
     for (Index j = 0; j < q.size(); ++j) {
       const bool bounded = std::isfinite(lower[j]) && std::isfinite(upper[j]);
       q[j] = bounded ? lower[j] + part(random) * (upper[j] - lower[j]) : part(random);
     }
-    at(q, distances, nullptr);
+    const std::vector<LinkPose> at = frames(q);
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
-      const Pair& pair = pairs_[k];
-      const double distance = distances[static_cast<Index>(k)];
-      bool kept = distance >= clearance;
-      if (pair.other < 0) {
-        const std::array<Eigen::Vector3d, 2> ends = ends_beside(pair);
-        first_ends[k] = pose == 0 ? ends : first_ends[k];
-        const bool moves =
-            (ends[0] - first_ends[k][0]).norm() > touching || (ends[1] - first_ends[k][1]).norm() > touching;
+      const Nearest found = nearest_of(pairs_[k], at);
+      at_last[k] = found.distance();
+      at_first[k] = pose == 0 ? at_last[k] : at_first[k];
+      bool kept = at_last[k] >= space.clearance;
+      if (is_obstacle(pairs_[k])) {
         // What the first link stands on it stands on in every pose. Inside of it, the obstacle is not where
         // it was meant to be.
-        kept = kept || moves || bodies_[pair.body].joint > 0 || is_inside(pair, distance);
+        kept = kept || std::abs(at_last[k] - at_first[k]) > unchanged || bodies_[pairs_[k].body].joint > 0 ||
+               found.cores.distance < -deep;
       }
       kept_[k] = kept_[k] || kept;
     }
   }
-  std::vector<Pair> kept;
+  const auto is_ignored = [&](Index k) {
+    return std::ranges::any_of(space.ignored, [&](const LinkPair& pair) {
+      return (pair.first == first(k) && pair.second == second(k)) ||
+             (pair.first == second(k) && pair.second == first(k));
+    });
+  };
+  std::vector<BodyPair> kept;
+  std::string neighbours;
+  const std::string never = " than the clearance in each of " + std::to_string(poses) + " random poses";
   for (Index k = 0; k < size(); ++k) {
-    const Pair& pair = pairs_[static_cast<std::size_t>(k)];
-    if (kept_[static_cast<std::size_t>(k)]) {
+    const auto i = static_cast<std::size_t>(k);
+    const BodyPair& pair = pairs_[i];
+    if (is_ignored(k)) {
+      kept_[i] = false;
+    } else if (kept_[i]) {
       kept.push_back(pair);
-    } else if (pair.other >= 0) {
-      findings.push_back(Finding{"clearance_left_out", first(k),
-                                 "is nearer to " + second(k) + " than the clearance in each of " +
-                                     std::to_string(poses) + " random poses; the pair is left out"});
-    } else {
+    } else if (is_obstacle(pair)) {
       findings.push_back(Finding{"clearance_fixed", first(k),
-                                 "is " + number(distances[k], 3) + " m from " + second(k) +
-                                     " in every pose, where " + number(clearance, 3) +
+                                 "is " + number(at_last[i], 3) + " m from " + second(k) +
+                                     " in every pose, where " + number(space.clearance, 3) +
                                      " m is asked: it stands there, and no motion changes that"});
+    } else if (bodies_[static_cast<std::size_t>(pair.other)].joint == bodies_[pair.body].joint + 1) {
+      neighbours += (neighbours.empty() ? "" : ", ") + first(k) + " and " + second(k);
+    } else {
+      findings.push_back(Finding{"clearance_left_out", first(k),
+                                 "is nearer to " + second(k) + never + "; the pair is left out"});
     }
+  }
+  if (!neighbours.empty()) {
+    findings.push_back(
+        Finding{"clearance_left_out", robot_.name,
+                "neighbours that are nearer to each other" + never + " are left out: " + neighbours});
   }
   pairs_ = std::move(kept);
 }
 
-std::string Clearances::first(Index pair) const {
-  return bodies_[pairs_[static_cast<std::size_t>(pair)].body].name;
+bool Clearances::is_obstacle(const BodyPair& pair) const {
+  return pair.half_space >= 0 || bodies_[static_cast<std::size_t>(pair.other)].is_obstacle;
 }
 
-std::string Clearances::second(Index pair) const {
-  const Pair& p = pairs_[static_cast<std::size_t>(pair)];
-  if (p.other >= 0) {
-    return bodies_[static_cast<std::size_t>(p.other)].name;
-  }
-  return p.box >= 0 ? boxes_[static_cast<std::size_t>(p.box)].name
-                    : half_spaces_[static_cast<std::size_t>(p.half_space)].name;
+std::vector<LinkPose> Clearances::frames(const Eigen::Ref<const Vector>& q) const {
+  std::vector<LinkPose> out(robot_.joints.size() + 1);
+  place_links(robot_.chain, q, out);
+  return out;
 }
 
-void Clearances::place(const Eigen::Ref<const Vector>& q) {
-  place_links(robot_.chain, q, frames_);
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const Body& body = bodies_[b];
-    placed_[b] = body.line;
-    if (body.joint >= 0) {
-      const LinkPose& frame = frames_[static_cast<std::size_t>(body.joint)];
-      placed_[b] = {frame.o + frame.R * body.line.from, frame.o + frame.R * body.line.to};
+Clearances::Nearest Clearances::nearest_of(const BodyPair& pair, const std::vector<LinkPose>& frames) const {
+  // Behind the frames of the joints is that of what stands still.
+  const auto frame = [&](const Body& body) {
+    return body.joint < 0 ? frames.back() : frames[static_cast<std::size_t>(body.joint)];
+  };
+  const Body& body = bodies_[pair.body];
+  Nearest out{.cores = {.distance = std::numeric_limits<double>::infinity()}};
+  const auto take = [&](const Separation& cores, double radii) {
+    if (cores.distance - radii < out.distance()) {
+      out = {cores, radii};
+    }
+  };
+  for (const Hull& part : body.parts) {
+    const PlacedHull first{part.points, frame(body)};
+    if (pair.half_space >= 0) {
+      const HalfSpace& free = half_spaces_[static_cast<std::size_t>(pair.half_space)];
+      const Vector3d lowest = first.farthest(-free.normal);
+      take({lowest, lowest, free.normal, free.normal.dot(lowest) - free.offset}, part.radius);
+      continue;
+    }
+    const Body& other = bodies_[static_cast<std::size_t>(pair.other)];
+    for (const Hull& second : other.parts) {
+      take(separation(first, {second.points, frame(other)}), part.radius + second.radius);
     }
   }
-}
-
-Nearest Clearances::nearest_of(const Pair& pair) const {
-  const Segment& line = placed_[pair.body];
-  if (pair.other >= 0) {
-    return nearest(line, placed_[static_cast<std::size_t>(pair.other)]);
-  }
-  return nearest(line, boxes_[static_cast<std::size_t>(pair.box)]);
+  return out;
 }
 
 // Velocity of a point of a link along a direction, by the joints before it.
-void Clearances::add_slope(Index joint, const Eigen::Vector3d& point, const Eigen::Vector3d& direction,
-                           Eigen::Ref<Vector> slope) const {
+void Clearances::add_slope(Index joint, const std::vector<LinkPose>& frames, const Vector3d& point,
+                           const Vector3d& direction, Vector& slope) const {
   for (Index k = 0; k <= joint; ++k) {
-    const LinkPose& frame = frames_[static_cast<std::size_t>(k)];
-    const Eigen::Vector3d z = frame.R.col(2);
+    const LinkPose& frame = frames[static_cast<std::size_t>(k)];
+    const Vector3d z = frame.R.col(2);
     const bool turns = robot_.chain.links[static_cast<std::size_t>(k)].type == JointType::revolute;
-    slope[k] += direction.dot(turns ? Eigen::Vector3d(z.cross(point - frame.o)) : z);
+    slope[k] += direction.dot(turns ? Vector3d(z.cross(point - frame.o)) : z);
   }
 }
 
-void Clearances::at(const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> distances, Matrix* slopes) {
-  place(q);
-  if (slopes != nullptr) {
-    slopes->setZero(q.size(), size());
+double Clearances::distance(Index pair, const std::vector<LinkPose>& frames, Vector* slope) const {
+  const BodyPair& p = pairs_[static_cast<std::size_t>(pair)];
+  const Nearest found = nearest_of(p, frames);
+  if (slope != nullptr) {
+    slope->setZero(robot_.size());
+    add_slope(bodies_[p.body].joint, frames, found.cores.first, found.cores.normal, *slope);
+    if (p.other >= 0) {
+      add_slope(bodies_[static_cast<std::size_t>(p.other)].joint, frames, found.cores.second,
+                -found.cores.normal, *slope);
+    }
   }
-  for (Index k = 0; k < size(); ++k) {
-    const Pair& pair = pairs_[static_cast<std::size_t>(k)];
-    const Body& body = bodies_[pair.body];
-    Eigen::Vector3d point;
-    Eigen::Vector3d direction;
-    if (pair.half_space >= 0) {
-      const HalfSpace& space = half_spaces_[static_cast<std::size_t>(pair.half_space)];
-      const Segment& line = placed_[pair.body];
-      direction = space.normal;
-      point = direction.dot(line.from) < direction.dot(line.to) ? line.from : line.to;
-      distances[k] = direction.dot(point) - space.offset - body.radius;
-    } else {
-      const Nearest found = nearest_of(pair);
-      const double apart = found.distance();
-      point = found.first;
-      direction = apart > 0.0 ? Eigen::Vector3d((found.first - found.second) / apart)
-                              : Eigen::Vector3d(Eigen::Vector3d::Zero());
-      distances[k] = apart - body.radius;
-      if (pair.other >= 0) {
-        const Body& other = bodies_[static_cast<std::size_t>(pair.other)];
-        distances[k] -= other.radius;
-        if (slopes != nullptr) {
-          add_slope(other.joint, found.second, -direction, slopes->col(k));
-        }
+  return found.distance();
+}
+
+Vector Clearances::at(const Eigen::Ref<const Vector>& q) const {
+  const std::vector<LinkPose> placed = frames(q);
+  return Vector::NullaryExpr(size(), [&](Index pair) { return distance(pair, placed); });
+}
+
+// At least as far as any point of a body moves.
+double Clearances::travel(Index body, const std::vector<LinkPose>& from,
+                          const std::vector<LinkPose>& to) const {
+  if (body < 0 || bodies_[static_cast<std::size_t>(body)].joint < 0) {
+    return 0.0;
+  }
+  const auto joint = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].joint);
+  return (to[joint].o - from[joint].o).norm() +
+         (to[joint].R - from[joint].R).norm() * reach_[static_cast<std::size_t>(body)];
+}
+
+Matrix Clearances::along(const std::vector<std::vector<LinkPose>>& motion, double beyond) const {
+  Matrix out(std::ssize(motion), size());
+  for (Index pair = 0; pair < size(); ++pair) {
+    const BodyPair& p = pairs_[static_cast<std::size_t>(pair)];
+    double least = std::numeric_limits<double>::infinity();
+    double bound = -least;
+    for (std::size_t k = 0; k < motion.size(); ++k) {
+      if (k > 0) {
+        bound -= travel(static_cast<Index>(p.body), motion[k - 1], motion[k]) +
+                 travel(p.other, motion[k - 1], motion[k]);
       }
-    }
-    if (slopes != nullptr) {
-      add_slope(body.joint, point, direction, slopes->col(k));
+      if (!(bound > least + beyond)) {
+        bound = distance(pair, motion[k]);
+        least = std::min(least, bound);
+      }
+      out(static_cast<Index>(k), pair) = bound;
     }
   }
+  return out;
 }
 
 }  // namespace detail

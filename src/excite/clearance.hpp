@@ -1,9 +1,9 @@
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
+#include "model/convex.hpp"
 #include "model/link_poses.hpp"
 #include "rivid/excite/limits.hpp"
 #include "rivid/model/robot.hpp"
@@ -11,31 +11,34 @@
 
 namespace rivid::detail {
 
-struct Segment {
-  Eigen::Vector3d from;
-  Eigen::Vector3d to;
-
-  [[nodiscard]] Eigen::Vector3d at(double part) const { return from + part * (to - from); }
+/// A link, or an obstacle, as convex parts.
+struct Body {
+  Index joint = -1;  ///< that moves it; −1: nothing does
+  std::string name;
+  std::vector<Hull> parts = {};
+  bool is_assumed = false;   ///< a guess of where the link is
+  bool is_obstacle = false;  ///< no link
 };
 
-/// The nearest points of two bodies; where they touch, any that they share.
-struct Nearest {
-  Eigen::Vector3d first;
-  Eigen::Vector3d second;
-
-  [[nodiscard]] double distance() const { return (first - second).norm(); }
+/// Two of them, or a body and a half-space.
+struct BodyPair {
+  std::size_t body = 0;
+  Index other = -1;
+  Index half_space = -1;
 };
 
-[[nodiscard]] Nearest nearest(const Segment& a, const Segment& b);
-[[nodiscard]] Nearest nearest(const Segment& a, const Box& box);
+/// Links with their parts in the frames of the links, then the boxes.
+[[nodiscard]] std::vector<Body> bodies_of(const Robot& robot, const Space& space);
 
-/// Distances that a robot keeps, each between a capsule of a link and an obstacle or a capsule of another
-/// link, with their exact derivatives by the joint positions.
+/// All pairs that can be kept apart, body by body with half-spaces, boxes and bodies.
+[[nodiscard]] std::vector<BodyPair> pairs_of(const Space& space, const std::vector<Body>& bodies);
+
+/// Distances that a robot keeps, each between a link and an obstacle or another link, with their exact
+/// derivatives by the joint positions.
 class Clearances {
  public:
-  /// Pairs of neighbours are left out, and pairs of links that are nearer than the clearance in each of many
-  /// random poses. A pair with an obstacle is not, unless the first link stands there: its distance is the
-  /// same in every pose.
+  /// Pairs of links that are nearer than the clearance in each of many random poses are left out. A pair with
+  /// an obstacle is not, unless the first link stands there: its distance is the same in every pose.
   ///
   /// @param lower, upper  positions of the random poses, (n)
   /// @param findings      gets a finding for each pair that is left out
@@ -43,52 +46,52 @@ class Clearances {
              std::vector<Finding>& findings);
 
   [[nodiscard]] Index size() const { return std::ssize(pairs_); }
-  /// Of all pairs, body by body with half-spaces, boxes and bodies, those that are not left out.
+  /// Of all pairs those that are not left out.
   [[nodiscard]] const std::vector<bool>& kept() const { return kept_; }
-  [[nodiscard]] std::string first(Index pair) const;
-  [[nodiscard]] std::string second(Index pair) const;
+  [[nodiscard]] const std::string& first(Index pair) const;
+  [[nodiscard]] const std::string& second(Index pair) const;
 
-  /// Distances between the surfaces at one pose, negative by the radii at most where they overlap, (size)
-  /// [m].
+  /// Frames of the joints at a pose.
+  [[nodiscard]] std::vector<LinkPose> frames(const Eigen::Ref<const Vector>& q) const;
+
+  /// Distance between the surfaces of a pair, negative where they overlap [m].
   ///
-  /// @param slopes  where wanted: derivatives, (n × size)
-  void at(const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> distances, Matrix* slopes);
+  /// @param frames  of frames()
+  /// @param slope   where wanted: its derivatives, (n)
+  [[nodiscard]] double distance(Index pair, const std::vector<LinkPose>& frames,
+                                Vector* slope = nullptr) const;
+
+  /// Distances of all pairs at one pose, (size) [m].
+  [[nodiscard]] Vector at(const Eigen::Ref<const Vector>& q) const;
+
+  /// Distances of all pairs along a motion, (samples × size) [m]. Of those that are larger than the smallest
+  /// of their pair by more than `beyond` it is a lower bound that is so, too.
+  [[nodiscard]] Matrix along(const std::vector<std::vector<LinkPose>>& motion, double beyond) const;
 
  private:
-  // A capsule in the frame of its joint; −1 is the base.
-  struct Body {
-    Index joint;
-    Segment line;
-    double radius;
-    std::string name;
-  };
-  // Of the second one, one is not −1.
-  struct Pair {
-    std::size_t body;
-    Index other = -1;
-    Index box = -1;
-    Index half_space = -1;
+  // Nearest parts, without the radii that are about them.
+  struct Nearest {
+    Separation cores;
+    double radii = 0.0;
+
+    [[nodiscard]] double distance() const { return cores.distance - radii; }
   };
 
-  void add_bodies(const Space& space);
-  void add_pairs(const Space& space);
-  [[nodiscard]] std::array<Eigen::Vector3d, 2> ends_beside(const Pair& pair) const;
-  [[nodiscard]] bool is_inside(const Pair& pair, double distance) const;
-  void leave_out_pairs(const Vector& lower, const Vector& upper, double clearance,
+  [[nodiscard]] Nearest nearest_of(const BodyPair& pair, const std::vector<LinkPose>& frames) const;
+  [[nodiscard]] double travel(Index body, const std::vector<LinkPose>& from,
+                              const std::vector<LinkPose>& to) const;
+  [[nodiscard]] bool is_obstacle(const BodyPair& pair) const;
+  void leave_out_pairs(const Vector& lower, const Vector& upper, const Space& space,
                        std::vector<Finding>& findings);
-  void place(const Eigen::Ref<const Vector>& q);
-  [[nodiscard]] Nearest nearest_of(const Pair& pair) const;
-  void add_slope(Index joint, const Eigen::Vector3d& point, const Eigen::Vector3d& direction,
-                 Eigen::Ref<Vector> slope) const;
+  void add_slope(Index joint, const std::vector<LinkPose>& frames, const Eigen::Vector3d& point,
+                 const Eigen::Vector3d& direction, Vector& slope) const;
 
   const Robot& robot_;
   std::vector<HalfSpace> half_spaces_;
-  std::vector<Box> boxes_;
-  std::vector<Body> bodies_;
-  std::vector<Pair> pairs_;
+  std::vector<Body> bodies_;   // parts in the frames of the joints
+  std::vector<double> reach_;  // of each body from the origin of its frame [m]
+  std::vector<BodyPair> pairs_;
   std::vector<bool> kept_;
-  std::vector<LinkPose> frames_;  // of the joints at the pose
-  std::vector<Segment> placed_;   // lines of the bodies at the pose
 };
 
 }  // namespace rivid::detail

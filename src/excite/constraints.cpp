@@ -5,12 +5,6 @@
 
 namespace rivid::detail {
 
-namespace {
-
-constexpr double negligible_exponent = -37.0;
-
-}  // namespace
-
 std::vector<SideLimit> side_limits(const MotionBounds& bounds) {
   std::vector<SideLimit> out;
   for (Index j = 0; j < bounds.lower.size(); ++j) {

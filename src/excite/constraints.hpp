@@ -76,6 +76,9 @@ struct Peak {
 };
 [[nodiscard]] Peak peak(const SideLimit& limit, const LimitedMotion& motion);
 
+/// What is smaller than the largest by more than this, times ρ, has no share of a soft maximum.
+inline constexpr double negligible_exponent = -37.0;
+
 /// Soft maximum by Kreisselmeier & Steinhauser: log Σ exp(ρ g_k) / ρ, above the largest g by log N / ρ at
 /// most.
 ///

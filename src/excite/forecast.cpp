@@ -169,6 +169,7 @@ Task task_of(std::string_view who, const Robot& robot, const ExcitationOptions& 
   if (!options.space.wanted()) {
     out.space.self_collision = false;  // nobody asked
   }
+  findings.insert(findings.end(), out.space.model.findings.begin(), out.space.model.findings.end());
   const Clearances told(robot, out.space, out.bounds.lower, out.bounds.upper, findings);
   findings.insert(findings.end(), out.bounds.findings.begin(), out.bounds.findings.end());
   if (out.bounds.torque.array().isFinite().any()) {

@@ -17,6 +17,14 @@ std::vector<Index> nonzero(const Vector& x) {
   return out;
 }
 
+std::vector<std::vector<LinkPose>> frames_along(const Clearances& clearances, const Matrix& q) {
+  std::vector<std::vector<LinkPose>> out;
+  for (const auto& pose : q.rowwise()) {
+    out.push_back(clearances.frames(pose.transpose()));
+  }
+  return out;
+}
+
 Vector middles(double duration, Index samples) {
   const double step = duration / static_cast<double>(samples);
   return Vector::LinSpaced(samples, 0.5 * step, duration - 0.5 * step);
@@ -129,41 +137,33 @@ void Problem::keep_clear(const Motion& motion, Value& out, Matrix* jacobian) {
     return;
   }
   const Index N = motion.samples();
-  Matrix distances(pairs, N);
-  for (Index k = 0; k < N; ++k) {
-    clearances_.at(motion.q.row(k).transpose(), distances.col(k), nullptr);
-  }
-  Matrix shares(N, pairs);
+  const auto frames = frames_along(clearances_, motion.q);
+  // Beyond this a sample has no share of a soft maximum.
+  const Matrix distances = clearances_.along(frames, -negligible_exponent / rho_ * clearance_scale);
+  std::vector<Matrix> by_coefficients(static_cast<std::size_t>(pairs),
+                                      Matrix::Zero(tables_.position.cols(), motion.joints()));
   Vector share;
+  Vector slope;
   for (Index p = 0; p < pairs; ++p) {
     const Index limit = std::ssize(limits_) + p;
-    const Vector g = (task_.space.clearance - distances.row(p).transpose().array()) / clearance_scale;
+    const Vector g = (task_.space.clearance - distances.col(p).array()) / clearance_scale;
     out.limits[limit] = soft_maximum(g, rho_, share) + shifts_[limit];
-    shares.col(p) = share;
+    for (Index k = 0; jacobian != nullptr && k < N; ++k) {
+      if (share[k] != 0.0) {
+        (void)clearances_.distance(p, frames[static_cast<std::size_t>(k)], &slope);
+        by_coefficients[static_cast<std::size_t>(p)].noalias() -=
+            share[k] / clearance_scale * tables_.position.row(k).transpose() * slope.transpose();
+      }
+    }
   }
   if (jacobian == nullptr) {
     return;
   }
-  std::vector<Matrix> by_coefficients(static_cast<std::size_t>(pairs),
-                                      Matrix::Zero(tables_.position.cols(), motion.joints()));
-  Matrix slopes;
-  for (Index k = 0; k < N; ++k) {
-    if (shares.row(k).isZero(0.0)) {
-      continue;
-    }
-    clearances_.at(motion.q.row(k).transpose(), distances.col(k), &slopes);
-    for (Index p = 0; p < pairs; ++p) {
-      if (shares(k, p) != 0.0) {
-        by_coefficients[static_cast<std::size_t>(p)].noalias() -=
-            shares(k, p) / clearance_scale * tables_.position.row(k).transpose() * slopes.col(p).transpose();
-      }
-    }
-  }
   const Index m = curve_.per_joint();
   for (Index p = 0; p < pairs; ++p) {
-    const Matrix& slope = by_coefficients[static_cast<std::size_t>(p)];
     for (Index j = 0; j < motion.joints(); ++j) {
-      jacobian->col(std::ssize(limits_) + p).segment(j * m, m) = curve_.pulled_back(j, slope.col(j));
+      jacobian->col(std::ssize(limits_) + p).segment(j * m, m) =
+          curve_.pulled_back(j, by_coefficients[static_cast<std::size_t>(p)].col(j));
     }
   }
 }
@@ -262,13 +262,12 @@ Vector DenseCheck::operator()(const Vector& z) {
   for (std::size_t l = 0; l < limits_.size(); ++l) {
     out[static_cast<Index>(l)] = peak(limits_[l], limited).value;
   }
-  Vector distances(clearances_.size());
-  Vector nearest = Vector::Constant(distances.size(), std::numeric_limits<double>::infinity());
-  for (Index k = 0; distances.size() > 0 && k < motion.samples(); ++k) {
-    clearances_.at(motion.q.row(k).transpose(), distances, nullptr);
-    nearest = nearest.cwiseMin(distances);
+  if (clearances_.size() > 0) {
+    const Vector nearest =
+        clearances_.along(frames_along(clearances_, motion.q), 0.0).colwise().minCoeff().transpose();
+    out.tail(nearest.size()) =
+        (task_.space.clearance + clearance_reserve - nearest.array()) / clearance_scale;
   }
-  out.tail(nearest.size()) = (task_.space.clearance + clearance_reserve - nearest.array()) / clearance_scale;
   return out;
 }
 

@@ -37,6 +37,7 @@ void read_more(TomlReader& keys, Space& out) {
   keys.set(out.boxes, {.key = "boxes"});
   name_by_number(out.boxes, "boxes");
   keys.set(out.capsules, {.key = "capsules"});
+  keys.set(out.ignored, {.key = "ignored"});
 }
 
 void read_excitation_plan(TomlReader keys, ExcitationPlan& out) {
@@ -50,6 +51,8 @@ void read_excitation_plan(TomlReader keys, ExcitationPlan& out) {
 std::vector<std::filesystem::path> ExcitationPlan::inputs() const {
   std::vector<std::filesystem::path> out = {experiment.file, experiment.robot_file};
   out.insert(out.end(), known.begin(), known.end());
+  const std::vector<std::filesystem::path>& meshes = options.space.model.meshes;
+  out.insert(out.end(), meshes.begin(), meshes.end());
   return out;
 }
 

@@ -218,6 +218,9 @@ ExcitationPlan read_excitation(const std::filesystem::path& path, std::span<cons
   out.experiment = experiment_of(table, sections, path);
   out.settings.assign(settings.begin(), settings.end());
   detail::read_excitation_plan(sections.excitation->of(out.experiment.robot), out);
+  if (sections.excitation->table().contains("space") && out.experiment.robot_file.extension() != ".csv") {
+    out.options.space.model = read_collision(out.experiment.robot_file, out.experiment.robot);
+  }
   const auto is_log = [](const std::filesystem::path& file) { return file.extension() != result_ending; };
   if (std::ranges::any_of(out.known, is_log) && !sections.log) {
     throw InputError(path.string() + ": [excitation] known names logs, which [log] says how to read");

@@ -83,7 +83,7 @@ class Schema {
       return table(at, {at});
     }
     for (const auto& [list, one] : {std::pair("half_spaces", "half_space"), std::pair("boxes", "box"),
-                                    std::pair("capsules", "capsule")}) {
+                                    std::pair("capsules", "capsule"), std::pair("ignored", "link_pair")}) {
       if (key == list) {
         return table(at, {std::string("excitation.") + one});
       }

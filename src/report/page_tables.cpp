@@ -291,6 +291,7 @@ std::map<std::string, KeyTable> key_tables() {
   out["excitation.half_space"].add<HalfSpace>();
   out["excitation.box"].add<Box>();
   out["excitation.capsule"].add<Capsule>();
+  out["excitation.link_pair"].add<LinkPair>();
   out["montecarlo"].add<MonteCarlo>();
   out["montecarlo.trial"].add<MonteCarlo::Trial>(trial_keys);
   return out;

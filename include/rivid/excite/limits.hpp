@@ -6,6 +6,7 @@
 
 #include "rivid/fields.hpp"
 #include "rivid/finding.hpp"
+#include "rivid/model/collision.hpp"
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
 
@@ -147,49 +148,71 @@ struct Capsule {
   }
 };
 
+/// Two links that may come near each other.
+struct LinkPair {
+  std::string first = {};
+  std::string second = {};
+
+  template <typename R = LinkPair>
+  static constexpr auto fields() {
+    return std::tuple(Field{"first", &R::first, "link", {.otherwise = "required"}},
+                      Field{"second", &R::second, "the other link", {.otherwise = "required"}});
+  }
+};
+
 /// What a robot must not touch, itself included.
 struct Space {
   std::vector<HalfSpace> half_spaces = {};
   std::vector<Box> boxes = {};
-  /// Bodies of the links; a link without one gets a capsule from the origin of its joint to that of the next.
+  /// Bodies of links, in place of those in `model`.
   std::vector<Capsule> capsules = {};
-  double radius = 0.06;        ///< of the capsules that are not given [m]
-  double clearance = 0.03;     ///< distance to keep [m]
-  bool self_collision = true;  ///< whether links that are no neighbours keep it from each other
+  /// Bodies of all other links; one without any gets a capsule from the origin of its joint to that of the
+  /// next.
+  CollisionModel model = {};
+  std::vector<LinkPair> ignored = {};  ///< pairs of links that need no distance
+  double radius = 0.06;                ///< of the capsules that are not given [m]
+  double clearance = 0.03;             ///< distance to keep [m]
+  bool self_collision = true;          ///< whether links keep it from each other
 
   /// Whether there is anything to keep clear of.
-  [[nodiscard]] bool wanted() const { return !half_spaces.empty() || !boxes.empty() || !capsules.empty(); }
+  [[nodiscard]] bool wanted() const {
+    return !half_spaces.empty() || !boxes.empty() || !capsules.empty() || !model.hulls.empty();
+  }
 
   [[nodiscard]] std::optional<std::string> complaint(const Robot& robot) const;
 
   template <typename S = Space>
   static constexpr auto fields() {
-    return std::tuple(Field{"floor",
-                            Key<double>(),
-                            "height of the floor in the base frame",
-                            {.otherwise = "none", .unit = "m"}},
-                      Field{"half_spaces",
-                            Key<std::vector<HalfSpace>>(),
-                            "walls and ceilings: the robot stays where normal · x ≥ offset in the base frame",
-                            {.otherwise = "–", .unit = "m"}},
-                      Field{"boxes",
-                            Key<std::vector<Box>>(),
-                            "obstacles along the axes of the base frame",
-                            {.otherwise = "–", .unit = "m"}},
-                      Field{"capsules",
-                            Key<std::vector<Capsule>>(),
-                            "bodies of links: all points within a radius of a line in the link's frame",
-                            {.otherwise = "between the joints", .unit = "m"}},
-                      Field{"radius",
-                            &S::radius,
-                            "of the capsules of links that none are given for, from joint to joint",
-                            {.unit = "m", .range = Range::above(0.0, 1e3)}},
-                      Field{"clearance",
-                            &S::clearance,
-                            "distance to keep from everything",
-                            {.unit = "m", .range = Range::from(0.0, 1e3)}},
-                      Field{"self_collision", &S::self_collision,
-                            "whether links that are no neighbours keep it from each other"});
+    return std::tuple(
+        Field{"floor",
+              Key<double>(),
+              "height of the floor in the base frame",
+              {.otherwise = "none", .unit = "m"}},
+        Field{"half_spaces",
+              Key<std::vector<HalfSpace>>(),
+              "walls and ceilings: the robot stays where normal · x ≥ offset in the base frame",
+              {.otherwise = "–", .unit = "m"}},
+        Field{"boxes",
+              Key<std::vector<Box>>(),
+              "obstacles along the axes of the base frame",
+              {.otherwise = "–", .unit = "m"}},
+        Field{"capsules",
+              Key<std::vector<Capsule>>(),
+              "bodies of links: all points within a radius of a line in the link's frame",
+              {.otherwise = "`<collision>` of the URDF", .unit = "m"}},
+        Field{"radius",
+              &S::radius,
+              "of links without capsule and `<collision>`, about the lines between their frames",
+              {.unit = "m", .range = Range::above(0.0, 1e3)}},
+        Field{"clearance",
+              &S::clearance,
+              "distance to keep from everything",
+              {.unit = "m", .range = Range::from(0.0, 1e3)}},
+        Field{"self_collision", &S::self_collision, "whether links keep it from each other"},
+        Field{"ignored",
+              Key<std::vector<LinkPair>>(),
+              "pairs of links that need not keep it",
+              {.otherwise = "those that never do"}});
   }
 };
 
