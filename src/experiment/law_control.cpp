@@ -42,8 +42,8 @@ Log with_control_of_law(Log log, const LogSource& source, const Robot& robot) {
   log.v_tau = AuxiliaryLoop(robot, log, SignalOptions{}, loop).rebuilt_control(*law);
   log.notes.push_back(
       "no torques: its control signals are those of the law in [control] along the measured positions. All "
-      "parameters of a joint are in proportion to its drive_gain, which such a log can not tell: a data sheet "
-      "does, or a known mass");
+      "parameters of a joint are in proportion to its drive_gain, which such a log can not tell: a data "
+      "sheet does, or a known mass");
   // A controller that is faster than the log has its delay between samples.
   const double period = source.sampling.period * log.f_m;
   const bool each_sample = std::abs(period - 1.0) < 1e-6;

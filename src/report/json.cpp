@@ -92,7 +92,7 @@ Json paired_tests(std::span<const PairedTest> tests, std::span<const std::string
   });
 }
 
-Json rollouts(const Rollouts& all) {
+Json rollout_members(const Rollouts& all) {
   Json found = json_list(all.found, [&](const Rollout& one) {
     Json models = json_list(places(one.models.size()), [&](std::size_t m) {
       return Json{{"name", all.models[m]},
@@ -420,7 +420,7 @@ std::string to_json(const Comparison& comparison, std::span<const ResultChanges>
               {"changes", std::move(all_changes)},
               {"provenance", members(provenance, Json::object())}};
   if (comparison.rollouts) {
-    out["rollouts"] = rollouts(*comparison.rollouts);
+    out["rollouts"] = rollout_members(*comparison.rollouts);
   }
   return json_text(out);
 }

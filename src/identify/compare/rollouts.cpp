@@ -120,7 +120,7 @@ Vector spread_of(std::span<const RolloutLog> logs, Matrix Motion::* what) {
 // Errors of one kind of window: by model, log and window.
 using RolloutErrors = std::vector<std::vector<std::vector<WindowError>>>;
 
-Rollout::Error summed_up(const RolloutErrors& errors, std::size_t model) {
+Rollout::Error rollout_error(const RolloutErrors& errors, std::size_t model) {
   Rollout::Error out;
   double count = 0.0;
   for (std::size_t l = 0; l < errors[model].size(); ++l) {
@@ -140,7 +140,7 @@ Rollout::Error summed_up(const RolloutErrors& errors, std::size_t model) {
   return out;
 }
 
-PairedTest tested(const RolloutErrors& errors, std::size_t other, const Vector& q, const Vector& qd) {
+PairedTest rollout_test(const RolloutErrors& errors, std::size_t other, const Vector& q, const Vector& qd) {
   const auto square = [&](const WindowError& of) {
     return of.q.cwiseQuotient(q).sum() + of.qd.cwiseQuotient(qd).sum();
   };
@@ -272,9 +272,9 @@ Rollouts rollouts(std::span<const ComparedModel> models, std::span<const Log> lo
         continue;
       }
       for (std::size_t m = 0; m < models.size(); ++m) {
-        found.models.push_back(summed_up(errors, m));
+        found.models.push_back(rollout_error(errors, m));
         if (m > 0) {
-          found.tests.push_back(tested(errors, m, q, qd));
+          found.tests.push_back(rollout_test(errors, m, q, qd));
         }
       }
       out.found.push_back(std::move(found));

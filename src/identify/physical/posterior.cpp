@@ -49,7 +49,8 @@ Distribution distribution_of(const Identification& result) {
   const Vector sigma = widened * C.diagonal()(kept).cwiseSqrt();
   const Vector scale = sigma.cwiseInverse();
   const Matrix own = widened * widened * C(kept, kept);
-  const detail::SymmetricEigen correlation = detail::symmetric_eigen(scale.asDiagonal() * own * scale.asDiagonal());
+  const detail::SymmetricEigen correlation =
+      detail::symmetric_eigen(scale.asDiagonal() * own * scale.asDiagonal());
   const Vector roots =
       correlation.values.cwiseMax(least_variance * correlation.values.maxCoeff()).cwiseSqrt();
   const auto size = static_cast<Index>(kept.size());
