@@ -81,14 +81,13 @@ void append_pieces(Log log, const LogSource& source, const Robot& robot, std::ve
   if (source.side == LogSource::Side::motor) {
     log = joint_side(robot, std::move(log));
   }
-  if (source.torque_lag != 0.0) {
+  const bool by_law = source.law && log.tau.size() == 0 && log.v_tau.size() == 0;
+  if (source.torque_lag != 0.0 && !by_law) {
     log = shift_torque(log, source.torque_lag);
   }
   for (Log& piece : regularised(std::move(log), source.irregular, source.resample)) {
     Log whole = adjusted(std::move(piece), source, robot);
-    const bool torque = whole.tau.size() > 0 || whole.v_tau.size() > 0;
-    out.push_back(torque || !source.law ? std::move(whole)
-                                        : detail::with_control_of_law(std::move(whole), source, robot));
+    out.push_back(by_law ? detail::with_control_of_law(std::move(whole), source, robot) : std::move(whole));
   }
 }
 

@@ -44,10 +44,11 @@ Log with_control_of_law(Log log, const LogSource& source, const Robot& robot) {
       "no torques: its control signals are those of the law in [control] along the measured positions. All "
       "parameters of a joint are in proportion to its drive_gain, which such a log can not tell: a data "
       "sheet does, or a known mass");
-  // A controller that is faster than the log has its delay between samples.
+  // A controller of another rate than the log has its delay between samples.
   const double period = source.sampling.period * log.f_m;
   const bool each_sample = std::abs(period - 1.0) < 1e-6;
-  return each_sample || source.sampling.delay == 0 ? log : shift_torque(log, -period * source.sampling.delay);
+  const double lag = source.torque_lag - (each_sample ? 0.0 : period * source.sampling.delay);
+  return lag != 0.0 ? shift_torque(log, lag) : log;
 }
 
 }  // namespace rivid::detail

@@ -65,6 +65,19 @@ TEST_F(ControlOfTheLaw, IsWhatTheControllerLogged) {
   }
 }
 
+// As of a log with torques: row k of the control signals belongs to sample k − lag, and so a delay is taken back.
+TEST_F(ControlOfTheLaw, ComesLaterByALagOrADelay) {
+  const auto v = [&](const std::string& columns, const std::string& control) {
+    const Experiment of = experiment(reference_ + columns, control);
+    return Matrix(read_logs(of.log, of.robot).front().v_tau);
+  };
+  const Matrix whole = v("", law_);
+  EXPECT_EQ(v("torque_lag = -2\n", law_), whole.topRows(whole.rows() - 2));
+  const std::string faster = "[control]\nlaw = \"pd\"\nk_p = [0.5, 5]\nk_v = [7.488, 1.24]\nrate_hz = 1000\n";
+  const Matrix at_once = v("", faster);
+  EXPECT_EQ(v("", faster + "delay = 10\n"), at_once.topRows(at_once.rows() - 2));
+}
+
 TEST_F(ControlOfTheLaw, GivesTheParametersThatTorquesGive) {
   const Identification without = run(experiment(reference_, law_ + "[method]\nname = \"iv\"\n"));
   const Identification with =
