@@ -49,6 +49,8 @@ constexpr auto programs = std::to_array<Program>({
     {"merge", "rivid_identify merge", merge_command, "FILES", "an identification from reduced logs"},
     {"convert", "rivid convert", convert_command, "LOG LOG.csv", "a bag, .mat, .npz or Parquet file as CSV"},
     {"explain", "rivid_identify explain", explain_command, "CODE", "cause and cure of a finding or a status"},
+    {"try", "rivid_identify try", try_command, "CODE EXPERIMENT.toml",
+     "the hint of a finding, taken and judged"},
     {"paper", "rivid_paper_study", paper_study_tool, "DIR", "the case study of the paper"},
     {"demo", "rivid demo", demo_command, "DIR", "a simulated robot, from description to report"},
 });

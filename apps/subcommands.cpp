@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "rivid/error.hpp"
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "rivid/experiment/hint.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
@@ -71,6 +73,43 @@ int check(const CheckArguments& arguments) {
   const bool useless = std::ranges::any_of(
       findings, [](const Finding& finding) { return severity(finding) == Severity::error; });
   return useless ? no_success : success;
+}
+
+struct TryArguments : Given {
+  std::string code;
+  std::string of;
+  std::filesystem::path write;
+};
+
+int try_one(const TryArguments& arguments) {
+  expect_experiment(arguments.experiment);
+  const auto folder = [](const std::filesystem::path& file) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(file)).parent_path();
+  };
+  std::vector<PlannedFile> files;
+  if (!arguments.write.empty()) {
+    if (folder(arguments.write) != folder(arguments.experiment)) {
+      throw InputError("--write: " + arguments.write.string() + " must be in the folder of " +
+                       arguments.experiment.string() + ", which its paths are relative to");
+    }
+    files.push_back({arguments.write, ".toml"});
+  }
+  Outputs outputs = planned({arguments.experiment}, files);
+  ProgressBar bar(!arguments.quiet);
+  const HintTrial trial = try_hint(arguments.experiment, arguments.code, arguments.of, std::ref(bar));
+  bar.clear();
+  print_answer(arguments, to_json(trial), in_words(trial));
+  if (!trial.helps()) {
+    return no_success;
+  }
+  if (!arguments.write.empty()) {
+    outputs.put(arguments.write, trial.text);
+    outputs.commit();
+  }
+  if (!arguments.quiet) {
+    tell_written(files);
+  }
+  return success;
 }
 
 int explain(const std::string& code) {
@@ -162,6 +201,27 @@ int check_command(int argc, char** argv) {
            "or usage; 3 numerical failure.\n"
            "rivid_identify explain CODE prints cause and cure of a finding."},
       argc, argv, [&] { return check(to); });
+}
+
+int try_command(int argc, char** argv) {
+  TryArguments to;
+  return run_command(
+      {.name = "rivid_identify try",
+       .description = "Takes the hint of a finding: errors before and after, and the lines to paste.",
+       .arguments = {{"code", "CODE", "Code of a finding of the identification: torque_gain", &to.code, true},
+                     {"experiment", "EXPERIMENT.toml", "Experiment file (TOML), which is not changed",
+                      &to.experiment, true},
+                     {"--of", "NAME", "Joint or joints that the finding is about; default: the first one",
+                      &to.of},
+                     {"--write", "FILE.toml", "Write the experiment with the hint taken, if that helps",
+                      &to.write},
+                     {"--force", "", "Replace a file that is there"},
+                     {"--json", "", "Print the trial as JSON", &to.json},
+                     {"--quiet", "", "Print nothing but errors; the exit code is the answer", &to.quiet}},
+       .footer = "Held out are the validation logs; without any, each half of the logs, which the parameters "
+                 "of the other half predict.\n"
+                 "Exit codes: 0 it helps; 1 it does not; 2 bad input or usage; 3 numerical failure."},
+      argc, argv, [&] { return try_one(to); });
 }
 
 int explain_command(int argc, char** argv) {

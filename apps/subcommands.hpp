@@ -20,6 +20,11 @@ int init_command(int argc, char** argv);
 /// @return  exit code: success, no_success where a finding makes an identification useless
 int check_command(int argc, char** argv);
 
+/// rivid_identify try CODE EXPERIMENT.toml: the hint of a finding, taken and judged.
+///
+/// @return  exit code: success, no_success where the hint does not help
+int try_command(int argc, char** argv);
+
 /// rivid_identify factors EXPERIMENT.toml --log LOG.csv: a log reduced to what least squares needs of it.
 int factors_command(int argc, char** argv);
 

@@ -217,6 +217,10 @@ inline constexpr std::array codes = {
                    "A score test is significant in the direction that the text names, and moves a parameter "
                    "out of its interval: a small fault of that kind, or a similar one.",
                    "Check what the text names; compare with another log."},
+    DiagnosticCode{"logs_differ", error, "Two logs are of different arms or tools.",
+                   "Bodies of its own explain a large part of what one set of parameters leaves of a log, on "
+                   "blocks of time that took no part, beside friction of its own.",
+                   "Identify each arm, and each tool, from logs of its own."},
     DiagnosticCode{
         "load_friction", warning, "Friction of a joint grows with its load.",
         "A score test: |torque of the load| times the direction of motion explains a part of the residual "
@@ -305,6 +309,10 @@ inline constexpr std::array codes = {
     DiagnosticCode{"hardly_excited", note, "Some parameters are hardly identifiable from these data.",
                    "A parameter as large as any of its kind would not be noticed.",
                    "Record the motion that the text names where these parameters matter."},
+    DiagnosticCode{"not_tested", note, "Something could not be tested, and may be wrong.",
+                   "A joint moves for too short a time to distinguish a fault from its own parameters: no "
+                   "finding about it says that it is right.",
+                   "Record a longer motion of that joint, at varying speed and in both directions."},
     DiagnosticCode{"weak_parameters", note, "Some parameters will have wide confidence intervals.",
                    "A quick weighted fit forecasts intervals that include zero, or standard deviations above "
                    "30 % of the value. Often these parameters are just small.",

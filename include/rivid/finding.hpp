@@ -38,11 +38,30 @@ struct DiagnosticCode {
 /// The one of that name.
 [[nodiscard]] std::optional<DiagnosticCode> diagnostic_code(std::string_view code);
 
+/// A key of an experiment file and what becomes of its value: docs/diagnostics.md lists the keys.
+struct Change {
+  std::string key = {};  ///< "log.torque.scale", of a column of `joint`: a factor beside the one that it has
+  std::string joint = {};  ///< by its name; empty where the key is not of a joint
+  std::vector<double> numbers = {};
+  std::string word = {};  ///< in place of numbers, or beside them
+
+  [[nodiscard]] bool operator==(const Change& other) const = default;
+
+  template <typename C = Change>
+  static constexpr auto fields() {
+    return std::tuple(Field{"key", &C::key, "of the experiment file"},
+                      Field{"joint", &C::joint, "whose value it is; empty where the key is not of a joint"},
+                      Field{"numbers", &C::numbers, "its value or what is done to it"},
+                      Field{"word", &C::word, "in place of numbers, or beside them"});
+  }
+};
+
 /// What readers of robots and logs, simulations, methods, check() and the write-back report.
 struct Finding {
   std::string code = {};     ///< one of diagnostic_codes(), which have severity, cause and cure
   std::string subject = {};  ///< joint, log or parameter that it is about; empty where the text names it
   std::string text = {};     ///< the value that was found, and what is required
+  std::vector<Change> changes = {};  ///< of the experiment, which its hint comes down to: see try_hint()
 
   [[nodiscard]] bool operator==(const Finding& other) const = default;
 };

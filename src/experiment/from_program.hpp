@@ -34,6 +34,11 @@ struct RobotDescription {
 [[nodiscard]] Experiment experiment_from(const Robot& robot, std::string_view sections,
                                          const std::string& source);
 
+/// read_experiment() of a text that that file could hold.
+///
+/// @throws InputError  as read_experiment() does
+[[nodiscard]] Experiment experiment_of_text(const std::filesystem::path& path, std::string_view text);
+
 /// What is to be done to logs on the way in: the keys of [log], whose files are not opened.
 ///
 /// @throws InputError  as read_experiment() does

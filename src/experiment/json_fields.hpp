@@ -31,15 +31,6 @@ template <typename Records, typename Of>
   return out;
 }
 
-[[nodiscard]] inline Json warnings_of(std::span<const Finding> warnings) {
-  return json_list(warnings, [](const Finding& warning) {
-    return Json{{"code", warning.code},
-                {"text", warning.text},
-                {"severity", name(severity(warning))},
-                {"subject", warning.subject}};
-  });
-}
-
 template <typename Value>
 [[nodiscard]] Json json_of(const Value& value);
 
@@ -104,6 +95,16 @@ Json json_of(const Value& value) {
   } else {
     return json_list(value, [](const auto& item) { return json_of(item); });
   }
+}
+
+[[nodiscard]] inline Json warnings_of(std::span<const Finding> warnings) {
+  return json_list(warnings, [](const Finding& warning) {
+    return Json{{"code", warning.code},
+                {"text", warning.text},
+                {"severity", name(severity(warning))},
+                {"subject", warning.subject},
+                {"changes", json_of(warning.changes)}};
+  });
 }
 
 }  // namespace rivid::detail

@@ -162,6 +162,12 @@ Experiment read_experiment(const std::filesystem::path& path, Use use,
   return experiment_of(table, sections, path);
 }
 
+Experiment detail::experiment_of_text(const std::filesystem::path& path, std::string_view text) {
+  const toml::table table = parsed_toml_text(text, path.string());
+  FileSections sections(table, path, of_identification);
+  return experiment_of(table, sections, path);
+}
+
 Experiment detail::experiment_from(const Robot& robot, std::string_view sections, const std::string& source) {
   const toml::table table = parsed_toml_text(sections, source);
   FileSections read(table, source, {});

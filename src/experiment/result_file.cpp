@@ -334,7 +334,9 @@ Validation validation(const JsonNode& node) {
 }
 
 Finding warning(const JsonNode& node) {
-  return {node.at("code").text(), node.at("subject").text(), node.at("text").text()};
+  Finding out = {node.at("code").text(), node.at("subject").text(), node.at("text").text()};
+  take(node, "changes", out.changes);
+  return out;
 }
 
 // Estimates of a file, in the order of the base parameters of its robot.

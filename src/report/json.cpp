@@ -435,6 +435,15 @@ std::string to_json(std::span<const MonteCarloSummary> summaries, const std::str
   return json_text(out);
 }
 
+std::string to_json(const HintTrial& trial) {
+  return json_text({{"format", 1},
+                    {"helps", trial.helps()},
+                    {"finding", warnings_of(std::span(&trial.finding, 1)).front()},
+                    {"before", json_of(trial.before)},
+                    {"after", json_of(trial.after)},
+                    {"lines", trial.lines}});
+}
+
 std::string to_json(std::span<const Finding> findings) {
   const auto count = [&](Severity wanted) { return std::ranges::count(findings, wanted, severity); };
   Json list = json_list(findings, [](const Finding& f) {

@@ -1,6 +1,7 @@
 #include "rivid/report/text.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "report/document.hpp"
@@ -220,6 +221,24 @@ std::string in_words(std::span<const Finding> findings, std::size_t screen) {
     out += folded(with_cure(f), 2, screen == 0 ? longest_line : screen) + '\n';
   }
   return out + counts(told) + '\n';
+}
+
+std::string in_words(const HintTrial& trial) {
+  const auto percent = [](double part) {
+    return std::isnan(part) ? std::string("unknown") : number(100.0 * part, 4) + " %";
+  };
+  const auto row = [&](const char* when, const HintOutcome& outcome) {
+    return std::string(when) + "fit " + percent(outcome.fit) + ", held out " + percent(outcome.held_out) +
+           ", " + std::string(name(outcome.status)) + '\n';
+  };
+  std::string out = in_words(trial.finding) + "\n\n" + row("before  ", trial.before) +
+                    row("after   ", trial.after) +
+                    (trial.helps() ? "\nIt helps. In the experiment file:\n"
+                                   : "\nIt does not help: leave the experiment as it is. Tried was:\n");
+  for (const std::string& line : trial.lines) {
+    out += (line.starts_with('[') ? "\n" : "") + line + '\n';
+  }
+  return out;
 }
 
 std::string folded(const std::string& text, std::size_t indent, std::size_t line_width) {

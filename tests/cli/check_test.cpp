@@ -335,6 +335,35 @@ TEST_F(Check, WritesNothing) {
   EXPECT_EQ(folder().entries(), before);
 }
 
+using Try = Check;
+
+TEST_F(Try, TakesAHintAndWritesTheExperiment) {
+  replace("control = [\"v1\", \"v2\"]", "control = [\"v1\", { column = \"v2\", sign = -1 }]  # motors");
+  const Outcome run = identify({"try", "torque_sign", "scara.toml", "--json", "--write", "mended.toml"});
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const Json trial = Json::parse(run.out);
+  EXPECT_EQ(trial.at("helps"), true);
+  EXPECT_EQ(trial.at("finding").at("subject"), "joint_2");
+  EXPECT_LT(trial.at("after").at("held_out"), 0.1 * trial.at("before").at("held_out").get<double>());
+  EXPECT_EQ(trial.at("lines"), Json({"[log]", "control = [\"v1\", { column = \"v2\" }]"}));
+  EXPECT_NE(folder().read("mended.toml").find("{ column = \"v2\" }]  # motors"), std::string::npos);
+  EXPECT_EQ(result_of({"mended.toml"}, 0).at("status"), "identified");
+  // A file of somebody's own stays, as does one whose hint would not help.
+  EXPECT_EQ(identify({"try", "torque_sign", "scara.toml", "--write", "scara.toml"}).exit_code, 2);
+  const Outcome none = identify({"try", "torque_sign", "mended.toml"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("has no finding \"torque_sign\""), std::string::npos) << none.err;
+}
+
+TEST_F(Try, ComparesHalvesWithoutAValidation) {
+  replace("control = [\"v1\", \"v2\"]", "control = [\"v2\", \"v1\"]");
+  replace("[validation]\nfiles = [\"scara_validation.csv\"]\n", "");
+  const Outcome run = identify({"try", "torque_order", "scara.toml", "--of", "joint_1 and joint_2"});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_NE(run.out.find("control = [\"v1\", \"v2\"]"), std::string::npos) << run.out;
+  EXPECT_EQ(run.out.find("unknown"), std::string::npos) << run.out;
+}
+
 using Explain = Check;
 
 TEST_F(Explain, TellsCauseAndCureOfEveryCode) {

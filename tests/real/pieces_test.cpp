@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <iostream>
@@ -153,6 +154,44 @@ TEST_F(Pieces, OfGoodLogsAreNotCalledDoubtful) {
   for (const Index of_way : doubtful) {
     EXPECT_LE(of_way, pieces / 100) << told;
   }
+}
+
+// Whether logs together are said to be of different arms or tools.
+bool differ(const Robot& robot, const std::vector<Log>& logs) {
+  const rivid::Identification result = identify(robot, logs, {});
+  const auto says_so = [](const rivid::Finding& finding) { return finding.code == "logs_differ"; };
+  return std::ranges::any_of(result.warnings, says_so);
+}
+
+TEST_F(Pieces, AreNotOfDifferentArms) {
+  Index sets = 0;
+  std::string accused;
+  for (const GoodLog& good : good_logs) {
+    const rivid::Experiment experiment = experiment_of(good);
+    const Log log = read_logs(experiment.log, experiment.robot).front();
+    for (Index parts = 2; parts <= 3; ++parts) {
+      std::vector<Log> pieces;
+      for (Index part = 0; part < parts; ++part) {
+        const Index begin = part * log.samples() / parts;
+        pieces.push_back(excerpt(log, begin, (part + 1) * log.samples() / parts - begin));
+        pieces.back().source += "#" + std::to_string(part);
+      }
+      ++sets;
+      if (differ(experiment.robot, pieces)) {
+        accused += std::string(" ") + good.file + "/" + std::to_string(parts);
+      }
+    }
+  }
+  std::cout << "[ DIFFER   ] of " << sets << " sets:" << accused << '\n';
+  EXPECT_EQ(accused, "");
+}
+
+TEST_F(Pieces, OfAnArmWithAndWithoutALoadAre) {
+  const rivid::Experiment with = experiment_of({"ur10e", "load_14harm.csv"});
+  std::vector<Log> logs = read_logs(with.log, with.robot);
+  const rivid::Experiment without = experiment_of({"ur10e", "unload_14harm.csv"});
+  logs.push_back(read_logs(without.log, without.robot).front());
+  EXPECT_TRUE(differ(with.robot, logs));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "rivid/experiment/hint.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/identify/identification.hpp"
 
@@ -45,6 +46,10 @@ std::ostream& operator<<(std::ostream& out, const Identification& result);
 
 /// Findings as JSON: docs/diagnostics.md lists the members.
 [[nodiscard]] std::string to_json(std::span<const Finding> findings);
+
+/// A hint that was taken, with the lines of the experiment file at its end; and as JSON.
+[[nodiscard]] std::string in_words(const HintTrial& trial);
+[[nodiscard]] std::string to_json(const HintTrial& trial);
 
 /// A code in one line for a list, and all that is known of it.
 [[nodiscard]] std::string in_one_line(const DiagnosticCode& code);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "rivid/text.hpp"
 
@@ -17,6 +18,25 @@ std::string plus_minus(double value, double sigma, int digits) {
 
 std::string gravity_vector(const Eigen::Vector3d& g) {
   return "[" + number(g[0], 3) + ", " + number(g[1], 3) + ", " + number(g[2], 3) + "]";
+}
+
+std::vector<Change> changed(const char* key, std::string joint, double value) {
+  return {{key, std::move(joint), {value}}};
+}
+
+std::vector<Change> other_law(const Alternative& it, Friction law) {
+  return {{.key = "robot.friction", .joint = it.subject, .word = std::string(name(law))}};
+}
+
+// The motor of the second joint, turned by the first one as well. Which way, friction says, whose sign changes
+// with that of the one velocity or the other.
+std::vector<Change> coupled(const Alternative& it, const AlternativeTest& test) {
+  const auto surely = [&](Index column) { return std::abs(test.estimate[column] / test.sigma[column]); };
+  const std::size_t between = it.subject.find(" and ");
+  return {{"robot.coupling",
+           it.subject.substr(between + 5),
+           {surely(2) < surely(3) ? -1.0 : 1.0},
+           it.subject.substr(0, between)}};
 }
 
 constexpr std::array alternative_kinds = {
@@ -33,6 +53,10 @@ constexpr std::array alternative_kinds = {
                   "its torque is " + plus_minus(factor, sigma, 3) + " times what the other joints ask for",
                   "correct drive_gain, or give its column in [log] scale = " + number(1.0 / factor, 3)};
             },
+        .changes =
+            [](const Robot&, const Alternative& it, const AlternativeTest& test, double) {
+              return changed("log.torque.scale", it.subject, 1.0 / (1.0 + test.estimate[0]));
+            },
     },
     AlternativeKind{
         .code = "zero_offset",
@@ -46,6 +70,8 @@ constexpr std::array alternative_kinds = {
                   "its position looks off by " + plus_minus(-value, sigma, 3) + (it.turns ? " rad" : " m"),
                   "give its column in [log] position offset = " + number(value, 3)};
             },
+        .changes = [](const Robot&, const Alternative& it, const AlternativeTest& test,
+                      double) { return changed("log.position.offset", it.subject, test.estimate[0]); },
     },
     AlternativeKind{
         .code = "gravity_tilt",
@@ -58,6 +84,11 @@ constexpr std::array alternative_kinds = {
                   "gravity looks tilted by " +
                       plus_minus(degrees * test.estimate.norm(), degrees * test.sigma.norm(), 2) + "°",
                   "[robot] gravity = " + gravity_vector(tilted_gravity(robot, test.estimate))};
+            },
+        .changes =
+            [](const Robot& robot, const Alternative&, const AlternativeTest& test, double) {
+              const Eigen::Vector3d g = tilted_gravity(robot, test.estimate);
+              return std::vector<Change>{{.key = "robot.gravity", .numbers = {g[0], g[1], g[2]}}};
             },
     },
     AlternativeKind{
@@ -73,6 +104,8 @@ constexpr std::array alternative_kinds = {
                       plus_minus(100.0 * value, 100.0 * sigma, 2) + " %",
                   "multiply [log] rate_hz by " + number(1.0 + value, 4) + ", or correct the time stamps"};
             },
+        .changes = [](const Robot&, const Alternative&, const AlternativeTest& test,
+                      double f_m) { return changed("log.rate_hz", {}, f_m * (1.0 + test.estimate[0])); },
     },
     AlternativeKind{
         .code = "position_scale",
@@ -84,6 +117,16 @@ constexpr std::array alternative_kinds = {
               return AlternativeWords{"positions look too small or too large: they should be " +
                                           plus_minus(factor, test.sigma[0], 3) + " times as large",
                                       "give their columns in [log] position scale = " + number(factor, 3)};
+            },
+        .changes =
+            [](const Robot& robot, const Alternative& it, const AlternativeTest& test, double) {
+              std::vector<Change> out;
+              for (const Joint& joint : robot.joints) {
+                if (it.subject == joint.name || it.subject == "all joints") {
+                  out.push_back(Change{"log.position.scale", joint.name, {1.0 + test.estimate[0]}});
+                }
+              }
+              return out;
             },
     },
     AlternativeKind{
@@ -97,6 +140,8 @@ constexpr std::array alternative_kinds = {
                                           " ms " + (value > 0.0 ? "late" : "early") + " beside the motion",
                                       "change [log] torque_lag by as much, in samples"};
             },
+        .changes = [](const Robot&, const Alternative&, const AlternativeTest& test,
+                      double f_m) { return changed("log.torque_lag", {}, f_m * test.estimate[0]); },
     },
     AlternativeKind{
         .code = "joint_origin",
@@ -118,6 +163,16 @@ constexpr std::array alternative_kinds = {
             },
     },
     AlternativeKind{
+        .code = "logs_differ",
+        .fault = true,
+        .words =
+            [](const Robot&, const Alternative& it, const AlternativeTest&) {
+              return AlternativeWords{std::string(it.load ? "its load looks" : "its bodies look") +
+                                          " other than those of the other logs, beside friction that changed",
+                                      "identify each arm, and each tool, from logs of its own"};
+            },
+    },
+    AlternativeKind{
         .code = "load_friction",
         .positive = true,
         .words =
@@ -129,6 +184,8 @@ constexpr std::array alternative_kinds = {
                                           (it.turns ? " N·m for one N·m" : " N for one N"),
                                       ""};
             },
+        .changes = [](const Robot&, const Alternative& it, const AlternativeTest&,
+                      double) { return other_law(it, Friction::load); },
     },
     AlternativeKind{
         .code = "stribeck_friction",
@@ -141,6 +198,8 @@ constexpr std::array alternative_kinds = {
                                           plus_minus(value, sigma, 2) + (it.turns ? " N·m" : " N"),
                                       ""};
             },
+        .changes = [](const Robot&, const Alternative& it, const AlternativeTest&,
+                      double) { return other_law(it, Friction::root); },
     },
     AlternativeKind{
         .code = "direction_friction",
@@ -149,6 +208,8 @@ constexpr std::array alternative_kinds = {
               return AlternativeWords{"its friction looks different in both directions",
                                       "friction = \"asymmetric\" in [robot]"};
             },
+        .changes = [](const Robot&, const Alternative& it, const AlternativeTest&,
+                      double) { return other_law(it, Friction::asymmetric); },
     },
     AlternativeKind{
         .code = "joint_elasticity",
@@ -174,6 +235,8 @@ constexpr std::array alternative_kinds = {
               return AlternativeWords{"a motor looks to turn both",
                                       "[[robot.coupling]] with motor and joints of these two"};
             },
+        .changes = [](const Robot&, const Alternative& it, const AlternativeTest& test,
+                      double) { return coupled(it, test); },
     },
 };
 

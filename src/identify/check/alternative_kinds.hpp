@@ -21,6 +21,9 @@ struct AlternativeKind {
   double large =
       0.0;  // norm of the estimate above which it is no small error that something else looks like; 0: none
   AlternativeWords (*words)(const Robot&, const Alternative&, const AlternativeTest&) = nullptr;
+  // What an experiment with that sampling rate would change; none where no key of the file stands for it.
+  std::vector<Change> (*changes)(const Robot&, const Alternative&, const AlternativeTest&,
+                                 double f_m) = nullptr;
 };
 
 [[nodiscard]] const AlternativeKind& kind_of(const Alternative& alternative);

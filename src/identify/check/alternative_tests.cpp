@@ -110,7 +110,8 @@ std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alter
     const Matrix gram = E.transpose() * E - reached(Eigen::all, at).transpose() * reached(Eigen::all, at);
     const Matrix T = told_directions(gram);
     const Index k = T.cols();
-    if (k == 0 || rows.blocks <= k + 2) {
+    const bool many = rows.blocks <= k + 2;  // for a covariance of their scores
+    if (k == 0 || (many && alternatives[a].code != "logs_differ")) {
       continue;
     }
     // Most alternatives explain next to nothing: what of them no parameter reaches is made for the others
@@ -138,28 +139,33 @@ std::vector<AlternativeTest> tests(const ProbedRows& rows, std::span<const Alter
     const Matrix inverted = inverse(whole);
     const Vector delta = inverted * score;
     Matrix scatter = Matrix::Zero(k, k);
-    double held_out = 0.0;
+    Vector gains(rows.blocks);  // squares of each block that go by the others
     for (Index g = 0; g < rows.blocks; ++g) {
       const Matrix& of_block = A[static_cast<std::size_t>(g)];
       const Vector rest = s.col(g) - of_block * delta;
       scatter.noalias() += rest * rest.transpose();
       const Vector without = solve(whole - of_block, score - s.col(g)).col(0);
-      held_out += 2.0 * without.dot(s.col(g)) - without.dot(Vector(of_block * without));
+      gains[g] = 2.0 * without.dot(s.col(g)) - without.dot(Vector(of_block * without));
     }
     const Matrix V = inverted * (G / (G - 1.0) * scatter) * inverted;
     const auto freedom = static_cast<double>(k);
-    const Vector whitened = solve(V, delta).col(0);
     const auto per_unit = unit.per_unit(at);
     AlternativeTest found;
     found.of = a;
     found.freedom = freedom;
     found.estimate = per_unit.cwiseProduct(T * delta);
     found.sigma = per_unit.cwiseProduct((T * V * T.transpose()).diagonal().cwiseSqrt());
-    found.statistic = delta.dot(whitened) * (G - freedom) / (freedom * (G - 1.0));
-    found.p = f_tail(found.statistic, freedom, G - freedom);
-    found.held_out = held_out / squares;
+    if (many) {
+      const double scatter_of_gains = (gains.array() - gains.mean()).matrix().squaredNorm() / (G - 1.0);
+      found.statistic = G * gains.mean() * std::abs(gains.mean()) / scatter_of_gains;
+      found.p = f_tail(std::max(found.statistic, 0.0), 1.0, G - 1.0);
+    } else {
+      found.statistic = delta.dot(solve(V, delta).col(0)) * (G - freedom) / (freedom * (G - 1.0));
+      found.p = f_tail(found.statistic, freedom, G - freedom);
+    }
+    found.held_out = gains.sum() / squares;
     found.shift = (-absorbed * (T * delta)).head(rows.chi.size());
-    found.columns = E * T;
+    found.directions = per_unit.asDiagonal() * T;
     out.push_back(std::move(found));
   }
   return out;

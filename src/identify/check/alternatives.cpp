@@ -199,6 +199,10 @@ void add_friction(const Robot& robot, const BaseParameters& base, const ProbedRo
 void add_couplings(const Robot& robot, const ProbedRows& rows, std::vector<Alternative>& out) {
   for (Index j = 0; j < robot.size(); ++j) {
     for (Index k = j + 1; k < std::min(robot.size(), j + coupled_reach + 1); ++k) {
+      const std::vector<std::size_t> path = robot.chain.path(static_cast<std::size_t>(k));
+      if (std::ranges::find(path, static_cast<std::size_t>(j)) == path.end()) {
+        continue;  // on another branch
+      }
       const auto half = [&](Index own, Index other) {
         return of_joint(rows, own, 4, [&](const auto& piece) -> Matrix {
           const Motion& m = rows.logs[piece.log].motion;
@@ -346,17 +350,24 @@ std::vector<Motion> faster(std::vector<Motion> motions) {
   return motions;
 }
 
+template <typename Are>
+std::vector<Index> columns_that(const BaseParameters& base, const Are& are) {
+  std::vector<Index> out;
+  for (Index i = 0; i < base.size(); ++i) {
+    if (are(base.parameters[static_cast<std::size_t>(i)].leading)) {
+      out.push_back(i);
+    }
+  }
+  return out;
+}
+
 // Another load from some instant on.
 void add_load_changes(const Robot& robot, std::size_t tip, const BaseParameters& base, const ProbedRows& rows,
                       std::vector<Alternative>& out) {
   constexpr Index instants = 5;
-  std::vector<Index> last;
-  for (Index i = 0; i < base.size(); ++i) {
-    const StandardParameter& p = base.parameters[static_cast<std::size_t>(i)].leading;
-    if (p.joint == static_cast<Index>(tip) && role(p.kind) == Role::inertial) {
-      last.push_back(i);
-    }
-  }
+  const std::vector<Index> last = columns_that(base, [&](const StandardParameter& p) {
+    return p.joint == static_cast<Index>(tip) && role(p.kind) == Role::inertial;
+  });
   for (Index k = 1; k <= instants; ++k) {
     const Index from = k * rows.blocks / (instants + 1);
     Matrix effect = rows.W(Eigen::all, last);
@@ -395,6 +406,36 @@ std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& 
   add_elasticity(robot, base, rows, effects, out);
   add_friction(robot, base, rows, out);
   add_couplings(robot, rows, out);
+  return out;
+}
+
+OwnLog own_log(const Robot& robot, const BaseParameters& base, const ProbedRows& rows, std::size_t log) {
+  const auto of_log = [&](const std::vector<Index>& columns) {
+    Matrix out = Matrix::Zero(rows.W.rows(), std::ssize(columns));
+    for (const ProbedRows::Piece& piece : rows.pieces) {
+      if (piece.log == log) {
+        const auto some = Eigen::seqN(piece.first, piece.size());
+        out(some, Eigen::all) = rows.W(some, columns);
+      }
+    }
+    return out;
+  };
+  OwnLog out;
+  const std::vector<std::size_t> tips = robot.chain.tips();
+  const auto is_tip = [&](int joint) {
+    return std::ranges::find(tips, static_cast<std::size_t>(joint)) != tips.end();
+  };
+  for (const bool load : {true, false}) {
+    const std::vector<Index> bodies = columns_that(base, [&](const StandardParameter& p) {
+      return role(p.kind) == Role::inertial && (!load || is_tip(p.joint));
+    });
+    Alternative& one = out.bodies.emplace_back();
+    one.code = "logs_differ";
+    one.subject = rows.logs[log].log->log->source;
+    one.effect = of_log(bodies);
+    one.load = load;
+  }
+  out.friction = of_log(columns_that(base, [](const StandardParameter& p) { return is_friction(p.kind); }));
   return out;
 }
 

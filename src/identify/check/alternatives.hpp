@@ -18,6 +18,7 @@ struct Alternative {
   bool turns = true;      // whether the joint is a revolute one
   double from = 0.0;      // of load_changed: part of the time that is over by then
   double inertia = 0.0;   // of joint_elasticity: mean of what the link alone has about its axis [kg·m² | kg]
+  bool load = false;      // of logs_differ: whether the last link alone is another one
 };
 
 // Gravity turned by two small angles about the axes of gravity_tilt.
@@ -27,5 +28,13 @@ struct Alternative {
 // load that changes, friction laws, elastic joints, motors that two joints turn.
 [[nodiscard]] std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
                                                     const ProbedRows& rows);
+
+// A log by itself: bodies of its own, the last one or all, and columns of friction of its own.
+struct OwnLog {
+  std::vector<Alternative> bodies;
+  Matrix friction;
+};
+[[nodiscard]] OwnLog own_log(const Robot& robot, const BaseParameters& base, const ProbedRows& rows,
+                             std::size_t log);
 
 }  // namespace rivid::detail

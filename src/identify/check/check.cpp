@@ -21,6 +21,13 @@ std::string place(const Robot& robot, std::span<const Log> logs, const Log& log,
   return logs.size() == 1 ? name : log.source + ": " + name;
 }
 
+void add_not_tested(const std::string& subject, const std::string& what, Index rows, Index wanted,
+                    Findings& out) {
+  out.add("not_tested", subject,
+          what + " are not tested, because it moves one way at " + counted(rows, "instant") +
+              " of those that are compared; " + std::to_string(wanted) + " are needed");
+}
+
 std::string number_beside(double value, double other, int digits) {
   constexpr int most = 6;
   while (digits < most && number(value, digits) == number(other, digits)) {
@@ -161,7 +168,7 @@ std::vector<Finding> check(const Robot& its_robot, std::span<const Log> whole_lo
     }
   }
   static_cast<void>(detail::check_logs(robot, logs, validation, quick, options, out));
-  detail::check_result(robot, validation, quick, out);
+  detail::check_result(robot, logs, validation, quick, out);
   if (!out.has("rows_unusable")) {
     detail::add_forecast(quick, options.instrumental, out);
   }

@@ -59,12 +59,16 @@ void check_poor_validation(const TorqueProbe& probe, const Robot& robot, const V
 // Rows enough to tell deviations from.
 void check_rows(const Identification& result, Findings& out);
 
+// The same of logs and a validation that they do not predict, taken together.
+void check_together(const Robot& robot, std::span<const Log> logs, const Log& validation,
+                    const Identification& result, Findings& out);
+
 // The residual of validations against that of a fit to these logs and what the covariance of the parameters
 // lets expect.
 //
 // validation  logs that result.validation is of
-void check_validation(const Robot& robot, std::span<const Log> validation, const Identification& result,
-                      Findings& out);
+void check_validation(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+                      const Identification& result, Findings& out);
 
 // What the alternatives to the model behind a result say.
 struct Alternatives {
@@ -72,8 +76,9 @@ struct Alternatives {
   Vector shift;                     // of the parameters by that one, (b); empty where there is none
 };
 
-// The model behind a result against its nearest alternatives.
+// The model behind a result against its nearest alternatives. One that explains a validation worse is none.
 [[nodiscard]] Alternatives check_model(const TorqueProbe& probe, const Robot& robot,
+                                       std::span<const Log> logs, std::span<const Log> validation,
                                        const Identification& result, Findings& out);
 
 // Robot, logs and model, as far as a result can be wrong by them; the alternatives to the model that are
@@ -83,8 +88,12 @@ struct Alternatives {
                                       const CheckOptions& options, Findings& out);
 
 // What the result says of itself.
-void check_result(const Robot& robot, std::span<const Log> validation, const Identification& result,
-                  Findings& out);
+void check_result(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+                  const Identification& result, Findings& out);
+
+// That a joint, or all, were not tested for something, since they move in so few rows.
+void add_not_tested(const std::string& subject, const std::string& what, Index rows, Index wanted,
+                    Findings& out);
 
 // A number with as many digits, from `digits` on, as tell it from another one.
 [[nodiscard]] std::string number_beside(double value, double other, int digits);

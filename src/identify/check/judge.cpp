@@ -73,7 +73,7 @@ Alternatives check_logs(const Robot& robot, std::span<const Log> logs, std::span
     return {};
   }
   const auto by = [&](const TorqueProbe& own) {
-    Alternatives believed = check_model(own, robot, result, out);
+    Alternatives believed = check_model(own, robot, logs, validation, result, out);
     // check() makes a quick fit by least squares, whatever the method.
     if (result.iv || !options.instrumental) {
       check_physics(own, robot, logs, result, out);
@@ -83,11 +83,11 @@ Alternatives check_logs(const Robot& robot, std::span<const Log> logs, std::span
   return has_load(robot) ? by(TorqueProbe(robot, result.base, logs, options.signal)) : by(probe);
 }
 
-void check_result(const Robot& robot, std::span<const Log> validation, const Identification& result,
-                  Findings& out) {
+void check_result(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+                  const Identification& result, Findings& out) {
   if (result.status == Status::identified) {
     check_rows(result, out);
-    check_validation(robot, validation, result, out);
+    check_validation(robot, logs, validation, result, out);
   }
 }
 
@@ -104,7 +104,7 @@ Judgement judged(const Robot& robot, std::span<const Log> whole_logs, std::span<
                                  .instrumental = follows_reference(result),
                                  .threads = result.estimation.threads},
                                 found);
-  check_result(robot, validation, result, found);
+  check_result(robot, logs, validation, result, found);
   if (!knows_model(result.estimation)) {
     out.alternatives.shift.resize(0);
   }

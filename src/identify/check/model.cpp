@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "identify/check/alternative_kinds.hpp"
 #include "identify/check/alternative_tests.hpp"
@@ -70,6 +71,9 @@ Harm harm_of(const Identification& result, const Vector& shift) {
   return out;
 }
 
+// Logs that differ make blocks of time differ, and so the deviations by which harm is measured.
+bool widens_blocks(const Alternative& it) { return it.code == "logs_differ"; }
+
 // What of the tests is more than chance, can be and does harm: first those that explain most, and of those
 // that explain as much the one with the fewest parameters.
 std::vector<AlternativeTest> believed(const std::vector<Alternative>& all, const Identification& result,
@@ -77,7 +81,7 @@ std::vector<AlternativeTest> believed(const std::vector<Alternative>& all, const
   std::erase_if(found, [&](const AlternativeTest& test) {
     return !(test.p < by_chance) || test.held_out < notable_part ||
            (kind_of(all[test.of]).positive && test.estimate[0] < 0.0) ||
-           harm_of(result, test.shift).sigmas < harmful_shift;
+           (harm_of(result, test.shift).sigmas < harmful_shift && !widens_blocks(all[test.of]));
   });
   std::ranges::sort(found, std::ranges::greater(), &AlternativeTest::held_out);
   const double most = found.empty() ? 0.0 : found.front().held_out;
@@ -111,6 +115,12 @@ std::vector<ModelTest> in_report(const std::vector<Alternative>& all, const Iden
   return out;
 }
 
+std::vector<Change> changes_of(const Robot& robot, const Alternative& named, const AlternativeTest& test,
+                               double f_m) {
+  const AlternativeKind& kind = kind_of(named);
+  return kind.changes == nullptr ? std::vector<Change>() : kind.changes(robot, named, test, f_m);
+}
+
 void add_finding(const Robot& robot, const Identification& result, const Alternative& named,
                  const AlternativeTest& test, std::span<const ModelTest> believed, double f_m,
                  Findings& out) {
@@ -131,50 +141,183 @@ void add_finding(const Robot& robot, const Identification& result, const Alterna
   if (!rivals.empty()) {
     text += "; nearly as much goes with " + listed(rivals);
   }
-  bool refused = (harm.is_grave && test.held_out > convincing_part) ||
+  std::vector<Change> changes = changes_of(robot, named, test, f_m);
+  bool refused = ((harm.is_grave || widens_blocks(named)) && test.held_out > convincing_part) ||
                  (kind.large > 0.0 && test.estimate.norm() > kind.large);
   if (named.code == "torque_delay") {
     refused = refused && std::abs(test.estimate[0]) * f_m > least_delay;
   }
   if (!refused && named.code == "torque_delay") {
     if (!out.has("torque_lag")) {
-      out.add("torque_lag", named.subject, std::move(text));
+      out.add("torque_lag", named.subject, std::move(text), std::move(changes));
     }
     return;
   }
-  out.add(kind.fault && !refused ? "model_mismatch" : named.code, named.subject, std::move(text));
+  out.add(kind.fault && !refused ? "model_mismatch" : named.code, named.subject, std::move(text),
+          std::move(changes));
+}
+
+// Logs that took no part, by the model and by what alternatives were taken beside it.
+class HeldOut {
+ public:
+  // Nothing is held out where these logs tell nothing.
+  HeldOut(const Robot& robot, std::span<const Log> logs, const Identification& result,
+          const ProbedRows& fitted) {
+    if (logs.empty()) {
+      return;
+    }
+    const TorqueProbe probe(robot, result.base, logs, result.estimation.signal);
+    rows_.emplace(probe, robot, result);
+    rows_->chi = fitted.chi;
+    all_ = alternatives(robot, result.base, *rows_);
+    // What single logs of the fit have of their own.
+    rows_->take(Matrix::Zero(rows_->W.rows(), fitted.W.cols() - rows_->W.cols()));
+  }
+
+  // Whether the model with an alternative explains them worse. A fault may be one of the other logs alone.
+  [[nodiscard]] bool contradicts(const AlternativeTest& test, const ProbedRows& without,
+                                 const ProbedRows& with, double scale) const {
+    if (!rows_) {
+      return false;
+    }
+    const Alternative& it = all_[test.of];
+    const double left = (rows_->Y - rows_->W * without.solution).squaredNorm();
+    const Index before = without.solution.size();
+    const Vector elsewhere = rows_->Y - rows_->W * with.solution.head(before);
+    const Vector here =
+        elsewhere - scale * it.effect * (test.directions * with.solution.tail(with.solution.size() - before));
+    return here.squaredNorm() > left && !(kind_of(it).fault && elsewhere.squaredNorm() <= left);
+  }
+
+  void take(const AlternativeTest& test, double scale) {
+    if (rows_) {
+      rows_->take(scale * all_[test.of].effect * test.directions);
+    }
+  }
+
+ private:
+  std::optional<ProbedRows> rows_;
+  std::vector<Alternative> all_;
+};
+
+// Alternatives of joints that move too little to be tested, which is reported.
+std::vector<std::size_t> untested(const Robot& robot, const ProbedRows& rows,
+                                  const std::vector<Alternative>& all, Findings& out) {
+  std::vector<std::size_t> places;
+  for (Index j = 0; j < robot.size(); ++j) {
+    const std::string& joint = robot.joints[static_cast<std::size_t>(j)].name;
+    if (rows.tested(j)) {
+      continue;
+    }
+    add_not_tested(joint, "its gain, zero, origin, friction law and elasticity", rows.rows_of(j),
+                   rows.wanted[static_cast<std::size_t>(j)], out);
+    for (std::size_t a = 0; a < all.size(); ++a) {
+      const std::string& subject = all[a].subject;
+      if (all[a].code != "load_changed" &&
+          (subject == joint || subject.starts_with(joint + " and ") || subject.ends_with(" and " + joint))) {
+        places.push_back(a);
+      }
+    }
+  }
+  return places;
+}
+
+// Logs with bodies of their own, where friction may be another one in each: the log that differs most is
+// reported and takes parameters of its own.
+void check_sameness(const TorqueProbe& probe, const Robot& robot, const Identification& result,
+                    ProbedRows& rows, Alternatives& report, Findings& out) {
+  constexpr std::size_t most_logs = 12;
+  const std::size_t logs = rows.logs.size();
+  if (logs < 2 || logs > most_logs) {
+    return;
+  }
+  struct Found {
+    ProbedRows rows;  // with friction of its own
+    std::vector<Alternative> bodies;
+    std::vector<AlternativeTest> tests;
+  };
+  std::optional<Found> best;
+  // Of two logs either one says the same.
+  for (std::size_t l = logs == 2 ? 1 : 0; l < logs; ++l) {
+    OwnLog own = own_log(robot, result.base, rows, l);
+    ProbedRows with = rows;
+    with.take(own.friction);
+    if (!with.fit()) {
+      continue;
+    }
+    std::vector<AlternativeTest> found = believed(own.bodies, result, tests(with, own.bodies));
+    if (!found.empty() && (!best || found.front().held_out > best->tests.front().held_out)) {
+      best = Found{std::move(with), std::move(own.bodies), std::move(found)};
+    }
+  }
+  if (!best) {
+    return;
+  }
+  const AlternativeTest& test = best->tests.front();
+  const Alternative& named = best->bodies[test.of];
+  report.believed = in_report(best->bodies, result, {test});
+  report.shift = test.shift;
+  add_finding(robot, result, named, test, report.believed, probe.logs().front().log->f_m, out);
+  best->rows.take(named.effect * test.directions);
+  if (best->rows.fit()) {
+    rows = std::move(best->rows);
+  }
 }
 
 }  // namespace
 
-Alternatives check_model(const TorqueProbe& probe, const Robot& robot, const Identification& result,
-                         Findings& out) {
-  std::optional<ProbedRows> rows = ProbedRows::of(probe, robot, result);
+Alternatives check_model(const TorqueProbe& probe, const Robot& robot, std::span<const Log> logs,
+                         std::span<const Log> validation, const Identification& result, Findings& out) {
+  std::optional<ProbedRows> rows = ProbedRows::fitted(probe, robot, result);
   if (!rows) {
+    out.add(
+        "not_tested", "all joints",
+        "gains, zeros, gravity, clock and friction laws are not tested, because the instants at which the "
+        "joints move do not determine all parameters");
     return {};
   }
   const std::vector<Alternative> all = alternatives(robot, result.base, *rows);
   Alternatives report;
+  check_sameness(probe, robot, result, *rows, report, out);
   std::vector<ModelTest> rivals;
-  for (int round = 0; round < most_rounds; ++round) {
-    const std::vector<AlternativeTest> found = believed(all, result, tests(*rows, all));
+  bool first = true;
+  std::optional<HeldOut> held_out;
+  std::vector<std::size_t> left_out = untested(robot, *rows, all, out);
+  while (std::ssize(report.believed) < most_rounds) {
+    std::vector<AlternativeTest> found = believed(all, result, tests(*rows, all));
+    std::erase_if(found, [&](const AlternativeTest& test) {
+      return std::ranges::find(left_out, test.of) != left_out.end();
+    });
     if (found.empty()) {
       break;
     }
     const AlternativeTest& best = found.front();
     const Alternative& named = all[best.of];
-    const std::vector<ModelTest> told = in_report(all, result, found);
-    report.believed.push_back(told.front());
-    if (round == 0) {
-      rivals.assign(told.begin() + 1, told.end());
-      report.shift = best.shift;
-    } else {
-      report.shift += best.shift;
+    const Matrix columns = named.effect * best.directions;
+    const double scale = rows->W.norm() / columns.norm();
+    ProbedRows with = *rows;
+    with.take(scale * columns);
+    const bool fits = with.fit();
+    if (!held_out) {
+      held_out.emplace(robot, validation, result, *rows);
     }
-    add_finding(robot, result, named, best, told, probe.logs().front().log->f_m, out);
-    if (!rows->take(best.columns)) {
+    const double f_m = logs.front().f_m;
+    if (fits && held_out->contradicts(best, *rows, with, scale)) {
+      left_out.push_back(best.of);
+      continue;
+    }
+    const std::vector<ModelTest> told = in_report(all, result, found);
+    if (std::exchange(first, false)) {
+      rivals.assign(told.begin() + 1, told.end());
+    }
+    report.shift = report.believed.empty() ? best.shift : Vector(report.shift + best.shift);
+    report.believed.push_back(told.front());
+    add_finding(robot, result, named, best, told, f_m, out);
+    if (!fits) {
       break;
     }
+    held_out->take(best, scale);
+    rows = std::move(with);
   }
   for (const ModelTest& rival : rivals) {
     if (std::ranges::none_of(report.believed, [&](const ModelTest& it) { return same_test(it, rival); })) {
@@ -182,6 +325,33 @@ Alternatives check_model(const TorqueProbe& probe, const Robot& robot, const Ide
     }
   }
   return report;
+}
+
+void check_together(const Robot& robot, std::span<const Log> logs, const Log& validation,
+                    const Identification& result, Findings& out) {
+  std::vector<Log> together(logs.begin(), logs.end());
+  together.push_back(validation);
+  const TorqueProbe probe(robot, result.base, together, result.estimation.signal);
+  const std::optional<ProbedRows> rows = ProbedRows::fitted(probe, robot, result);
+  if (!rows) {
+    return;
+  }
+  const std::vector<Alternative> all = alternatives(robot, result.base, *rows);
+  const std::vector<AlternativeTest> found = believed(all, result, tests(*rows, all));
+  if (found.empty() || found.front().held_out < convincing_part) {
+    return;
+  }
+  const Alternative& named = all[found.front().of];
+  const AlternativeKind& kind = kind_of(named);
+  if (kind.changes == nullptr || out.has(named.code, named.subject) ||
+      out.has("model_mismatch", named.subject)) {
+    return;
+  }
+  out.add("model_mismatch", named.subject,
+          kind.words(robot, named, found.front()).what + ": so say the logs of the fit and " +
+              validation.source + " together, of whose squared residual " +
+              number(std::round(100.0 * found.front().held_out), 3) + " % goes with it",
+          kind.changes(robot, named, found.front(), validation.f_m));
 }
 
 }  // namespace rivid::detail

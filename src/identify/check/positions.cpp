@@ -164,6 +164,9 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
   if (window_stride(signal) > 1 && signal.cutoff_hz == 0.0) {
     return;  // what noise does to such rows is computed: noise_bias
   }
+  const auto other_cutoff = [&]() -> std::vector<Change> {
+    return {{.key = "signal.cutoff_hz", .numbers = {suitable_cutoff(log)}}};
+  };
   for (Index j = 0; j < robot.size(); ++j) {
     if (stands_still(log.q.col(j))) {
       continue;
@@ -174,14 +177,16 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
       out.add(share > lost_much ? "cutoff_low" : "cutoff_lowish", place(robot, logs, log, j),
               "the filter at " + number(signal.cutoff_hz, 3) + " Hz takes " +
                   number(100.0 * std::min(share, 1.0), 2) + " % of the motion away; try " +
-                  number(suitable_cutoff(log), 2) + " Hz");
+                  number(suitable_cutoff(log), 2) + " Hz",
+              other_cutoff());
     }
     if (found.acceleration_noise > noisy) {
       out.add(options.instrumental ? "cutoff_high_iv" : "cutoff_high", place(robot, logs, log, j),
               (signal.cutoff_hz > 0.0 ? "at a cut-off of " + number(signal.cutoff_hz, 3) + " Hz "
                                       : std::string("without a filter ")) +
                   "noise makes " + number(100.0 * std::min(found.acceleration_noise, 1.0), 2) +
-                  " % of the accelerations; try " + number(suitable_cutoff(log), 2) + " Hz");
+                  " % of the accelerations; try " + number(suitable_cutoff(log), 2) + " Hz",
+              other_cutoff());
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "identify/rows/time_blocks.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 
 namespace rivid::detail {
@@ -26,14 +27,29 @@ void ProbedRows::pick_instants(const TorqueProbe& probe) {
   }
   const Index every = std::max<Index>(1, instants / most_instants);
   for (const ProbedLog& log : probe.logs()) {
-    PickedLog picked;
+    PickedLog& picked = logs.emplace_back();
     picked.log = &log;
+    std::vector<bool> taken(static_cast<std::size_t>(log.size()));
     for (Index i = 0; i < log.size(); i += every) {
-      picked.instants.push_back(i);
+      taken[static_cast<std::size_t>(i)] = true;
+    }
+    for (Index j = 0; j < log.moves.cols(); ++j) {
+      const std::vector<Index> moving = rows_that(log.moves.col(j));
+      const auto is_taken = [&](Index i) { return taken[static_cast<std::size_t>(i)]; };
+      const Index least = wanted[static_cast<std::size_t>(j)] * log.size() / std::max<Index>(instants, 1) + 1;
+      if (std::ranges::count_if(moving, is_taken) < least) {
+        for (const Index i : spread(moving, least)) {
+          taken[static_cast<std::size_t>(i)] = true;
+        }
+      }
+    }
+    for (Index i = 0; i < log.size(); ++i) {
+      if (taken[static_cast<std::size_t>(i)]) {
+        picked.instants.push_back(i);
+      }
     }
     picked.motion = {log.motion.q(picked.instants, Eigen::all), log.motion.qd(picked.instants, Eigen::all),
                      log.motion.qdd(picked.instants, Eigen::all)};
-    logs.push_back(std::move(picked));
   }
 }
 
@@ -88,30 +104,32 @@ void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters
   }
 }
 
-std::optional<ProbedRows> ProbedRows::of(const TorqueProbe& probe, const Robot& robot,
-                                         const Identification& result) {
-  const Index n = robot.size();
-  ProbedRows out;
-  out.weights = Eigen::Map<const Vector>(result.weights.data(), n);
-  out.pick_instants(probe);
-  out.cut_pieces(n);
+ProbedRows::ProbedRows(const TorqueProbe& probe, const Robot& robot, const Identification& result)
+    : weights(Eigen::Map<const Vector>(result.weights.data(), robot.size())) {
+  const RegressorBatch batch(robot, result.base.columns());
+  for (std::size_t j = 0; j < batch.joints(); ++j) {
+    wanted.push_back(rows_of_a_column * std::ssize(batch.of_joint(j)));
+  }
+  pick_instants(probe);
+  cut_pieces(robot.size());
   std::vector<Observation> of_logs;
-  for (const PickedLog& log : out.logs) {
+  for (const PickedLog& log : logs) {
     of_logs.push_back(probe.averaged_observation(*log.log, log.instants));
   }
-  for (Index j = 0; j < n; ++j) {
-    if (out.rows_of(j) < rows_of_a_column * of_logs.front().joints[static_cast<std::size_t>(j)].W.cols()) {
-      return std::nullopt;
-    }
-  }
-  out.stack(of_logs, result.base.size());
-  if (!out.fit(true) || !(out.residual.squaredNorm() > 0.0)) {
+  stack(of_logs, result.base.size());
+}
+
+std::optional<ProbedRows> ProbedRows::fitted(const TorqueProbe& probe, const Robot& robot,
+                                             const Identification& result) {
+  ProbedRows out(probe, robot, result);
+  if (out.Y.size() < result.base.size() || !out.fit() || !(out.residual.squaredNorm() > 0.0)) {
     return std::nullopt;
   }
+  out.chi = out.solution;
   return out;
 }
 
-bool ProbedRows::fit(bool with_chi) {
+bool ProbedRows::fit() {
   constexpr double independent = 1e-12;
   StreamingQr qr(W.cols(), 1);
   qr.add(W, Y);
@@ -120,19 +138,14 @@ bool ProbedRows::fit(bool with_chi) {
   if (!(diagonal.minCoeff() > independent * diagonal.maxCoeff())) {
     return false;
   }
-  const Vector solution = R.triangularView<Eigen::Upper>().solve(qr.qty());
+  solution = R.triangularView<Eigen::Upper>().solve(qr.qty());
   residual = Y - W * solution;
-  if (with_chi) {
-    chi = solution;
-  }
   return true;
 }
 
-bool ProbedRows::take(const Matrix& columns) {
-  const Index before = W.cols();
-  W.conservativeResize(Eigen::NoChange, before + columns.cols());
-  W.rightCols(columns.cols()) = columns * (W.leftCols(before).norm() / columns.norm());
-  return fit(false);
+void ProbedRows::take(const Matrix& columns) {
+  W.conservativeResize(Eigen::NoChange, W.cols() + columns.cols());
+  W.rightCols(columns.cols()) = columns;
 }
 
 }  // namespace rivid::detail

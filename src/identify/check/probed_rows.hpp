@@ -29,36 +29,44 @@ struct ProbedRows {
     [[nodiscard]] Index size() const { return static_cast<Index>(instants.size()); }
   };
 
-  // Nothing where a joint has too few rows or the rows do not determine the parameters.
+  // Rows at instants that are spread over the motion, and more of them of a joint that has its turn for a short
+  // time.
   //
   // result  whose base parameters and weights are taken
-  static std::optional<ProbedRows> of(const TorqueProbe& probe, const Robot& robot,
-                                      const Identification& result);
+  ProbedRows(const TorqueProbe& probe, const Robot& robot, const Identification& result);
 
-  // Takes columns of an alternative that is believed behind those of the parameters, and fits them as well;
-  // false where these are no news beside what is there, and nothing more can be tested.
-  [[nodiscard]] bool take(const Matrix& columns);
-  // R and the residual of W as it is, and the solution of the first columns into chi where `with_chi`; false
-  // where W has not full rank.
-  [[nodiscard]] bool fit(bool with_chi);
+  // The same with their fit; nothing where they do not determine the parameters.
+  static std::optional<ProbedRows> fitted(const TorqueProbe& probe, const Robot& robot,
+                                          const Identification& result);
+
+  // Rows of a joint, of all logs; and how many it takes to test it.
+  [[nodiscard]] Index rows_of(Index joint) const;
+  [[nodiscard]] bool tested(Index joint) const {
+    return rows_of(joint) >= wanted[static_cast<std::size_t>(joint)];
+  }
+
+  // Takes columns of an alternative behind those of the parameters.
+  void take(const Matrix& columns);
+  // R, solution and residual of W as it is; false where W has not full rank, and nothing more can be tested.
+  [[nodiscard]] bool fit();
 
   std::vector<PickedLog> logs;
   std::vector<Piece> pieces;
+  std::vector<Index> wanted;    // (n)
   Vector weights;               // (n)
   Matrix W;                     // (rows × b and those taken)
   Vector Y;                     // (rows)
   std::vector<Index> block_of;  // of time, of each row
   Index blocks = 0;
-  Matrix R;    // of W = Q R
-  Vector chi;  // argmin ‖Y − W χ‖ before anything is taken
+  Matrix R;         // of W = Q R
+  Vector chi;       // argmin ‖Y − W χ‖ before anything is taken
+  Vector solution;  // as it is now
   Vector residual;
 
  private:
   void pick_instants(const TorqueProbe& probe);
   // Rows of each joint where it moves.
   void cut_pieces(Index joints);
-  // Rows of a joint, of all logs.
-  [[nodiscard]] Index rows_of(Index joint) const;
   // W and Y, from the rows of each log.
   void stack(const std::vector<Observation>& of_logs, Index parameters);
 };

@@ -30,8 +30,8 @@ void check_rows(const Identification& result, Findings& out) {
   }
 }
 
-void check_validation(const Robot& robot, std::span<const Log> validation, const Identification& result,
-                      Findings& out) {
+void check_validation(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+                      const Identification& result, Findings& out) {
   for (std::size_t l = 0; l < std::min(validation.size(), result.validation.size()); ++l) {
     const Validation& found = result.validation[l];
     const Fit& there = result.answer_fit(found);
@@ -46,18 +46,22 @@ void check_validation(const Robot& robot, std::span<const Log> validation, const
     if (!any && !poor) {
       continue;
     }
+    // Of an arm that nothing else is wrong with.
+    if (!out.any(Severity::error)) {
+      check_together(robot, logs, validation[l], result, out);
+    }
     const TorqueProbe probe(robot, result.base, validation.subspan(l, 1), result.estimation.signal);
     if (poor) {
       check_poor_validation(probe, robot, found, result, out);
     }
-    const std::optional<ProbedRows> rows = any ? ProbedRows::of(probe, robot, result) : std::nullopt;
+    const std::optional<ProbedRows> rows = any ? ProbedRows::fitted(probe, robot, result) : std::nullopt;
     if (!rows) {
       continue;
     }
     const Vector residual = rows->Y - rows->W * result.answer();
     for (const ProbedRows::Piece& piece : rows->pieces) {
       const auto j = static_cast<std::size_t>(piece.joint);
-      if (piece.size() == 0 || !suspicious(j)) {
+      if (piece.size() == 0 || !suspicious(j) || !rows->tested(piece.joint)) {
         continue;
       }
       // What errors of the parameters make of this motion.

@@ -104,7 +104,8 @@ void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log,
       (0.5 * span);
   if (outside(1.0) > 1.0 && outside(unit) <= beyond_limits) {
     out.add("position_unit", subject,
-            limits + (turns ? ", as degrees would be" : ", as millimetres would be"));
+            limits + (turns ? ", as degrees would be" : ", as millimetres would be"),
+            {{"log.position.scale", joint.name, {unit}}});
   } else if (reach > far_beyond_limits) {
     out.add("position_unit", subject, limits + ": more than ten times as far");
   } else if (outside(1.0) > beyond_limits) {

@@ -286,7 +286,8 @@ void check_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParamet
               "against " + std::string(by_gravity ? "gravity" : "dry friction") + " inertia is " +
                   number(found.inertia / timeless, 2) +
                   " times that of the a-priori model: the rate would be " +
-                  number(probe.logs().front().log->f_m * clock, 2) + " Hz");
+                  number(probe.logs().front().log->f_m * clock, 2) + " Hz",
+              {{.key = "log.rate_hz", .numbers = {probe.logs().front().log->f_m * clock}}});
     }
     return;
   }

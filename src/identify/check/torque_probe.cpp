@@ -84,16 +84,6 @@ Index probe_stride(std::span<const Log> logs, const SignalOptions& signal) {
   return out;
 }
 
-std::vector<Index> rows_that(const Eigen::Ref<const Eigen::Array<bool, Eigen::Dynamic, 1>>& hold) {
-  std::vector<Index> out;
-  for (Index k = 0; k < hold.size(); ++k) {
-    if (hold[k]) {
-      out.push_back(k);
-    }
-  }
-  return out;
-}
-
 // Where a joint moves one way throughout a window.
 class OneWay {
  public:
@@ -116,7 +106,18 @@ class OneWay {
   Index window_;
 };
 
-// At most about so many, evenly spread.
+}  // namespace
+
+std::vector<Index> rows_that(const Eigen::Ref<const Eigen::Array<bool, Eigen::Dynamic, 1>>& hold) {
+  std::vector<Index> out;
+  for (Index k = 0; k < hold.size(); ++k) {
+    if (hold[k]) {
+      out.push_back(k);
+    }
+  }
+  return out;
+}
+
 std::vector<Index> spread(const std::vector<Index>& samples, Index most) {
   const std::size_t step = std::max<std::size_t>(1, samples.size() / static_cast<std::size_t>(most));
   std::vector<Index> out;
@@ -125,8 +126,6 @@ std::vector<Index> spread(const std::vector<Index>& samples, Index most) {
   }
   return out;
 }
-
-}  // namespace
 
 TorqueProbe::TorqueProbe(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
                          const SignalOptions& signal)
@@ -358,8 +357,10 @@ JointFactor TorqueProbe::factor(const Reading& reading, const Rows& rows, std::s
           .rows = qr.rows()};
 }
 
+Index TorqueProbe::wanted(const JointFactor& factor) { return rows_per_column * factor.R.cols(); }
+
 bool TorqueProbe::usable(const JointFactor& factor, Index torque) {
-  return factor.rows >= rows_per_column * factor.R.cols() && factor.centred[torque] > 0.0;
+  return factor.rows >= wanted(factor) && factor.centred[torque] > 0.0;
 }
 
 std::vector<JointFactor> TorqueProbe::factors(const Reading& reading, Part part) const {

@@ -18,6 +18,13 @@ namespace rivid::detail {
 
 using Moves = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 
+// Where a condition holds.
+[[nodiscard]] std::vector<Index> rows_that(
+    const Eigen::Ref<const Eigen::Array<bool, Eigen::Dynamic, 1>>& hold);
+
+// About so many of some samples or more, evenly spread.
+[[nodiscard]] std::vector<Index> spread(const std::vector<Index>& samples, Index most);
+
 // Instants of a log, evenly spread: motion and torques as windows around them see them.
 struct ProbedLog {
   const Log* log = nullptr;
@@ -94,6 +101,8 @@ class TorqueProbe {
   [[nodiscard]] std::optional<ProbeScore> score_below(const Reading& reading, double most,
                                                       const std::vector<JointFactor>& factors) const;
   [[nodiscard]] HalfScores halves(const Reading& reading) const;
+  // Rows that a joint must have to be tested.
+  [[nodiscard]] static Index wanted(const JointFactor& factor);
   // Squared part of its torque that each joint leaves by itself, geometric mean over joints, for torques that
   // come `shift` samples later; a number for each shift. So each joint says how much better a shift fits,
   // however well it fits.
@@ -123,11 +132,10 @@ class TorqueProbe {
   // Whether a joint has its turn in one half of the logs: halves are then every other stretch of them.
   [[nodiscard]] bool by_turns() const;
   [[nodiscard]] JointFactor factor(const Reading& reading, const Rows& rows, std::size_t joint) const;
-  // Whether a joint has rows enough to be tested.
-  [[nodiscard]] static bool usable(const JointFactor& factor, Index torque);
   void add(const Log& log, const SignalOptions& signal);
   // Torques around some instants, so many samples later, (instants × n).
   [[nodiscard]] Matrix torques_at(const ProbedLog& log, std::span<const Index> instants, Index shift) const;
+  [[nodiscard]] static bool usable(const JointFactor& factor, Index torque);
   // Whether a joint's inertia makes up a part of its torque that can be seen.
   [[nodiscard]] bool shows(double inertia, Index joint, const Reading& reading,
                            const JointFactor& factor) const;

@@ -39,7 +39,7 @@ constexpr double longest_torque_delay = 0.3;  // [s]
 constexpr double harmless_delay = 1e-4;
 
 // A change of a reading and what it would be called.
-struct Change {
+struct OtherReading {
   std::string_view code;
   std::string subject;
   std::string text;
@@ -50,7 +50,7 @@ std::string joint_name(const Robot& robot, Index j) { return robot.joints[static
 
 std::string base_name(const Robot& robot) { return robot.base.empty() ? "base" : robot.base; }
 
-void add_sign_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+void add_sign_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
   for (Index j = 0; j < robot.size(); ++j) {
     Reading r = reading;
     r.torque_sign[j] *= -1.0;
@@ -73,7 +73,7 @@ void add_sign_changes(const Robot& robot, const Reading& reading, std::vector<Ch
 }
 
 // Zeros that are a quarter or half a turn away.
-void add_zero_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+void add_zero_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
   constexpr double quarter = 0.5 * std::numbers::pi;
   for (Index j = 0; j < robot.size(); ++j) {
     if (robot.joints[static_cast<std::size_t>(j)].type != JointType::revolute) {
@@ -90,7 +90,7 @@ void add_zero_changes(const Robot& robot, const Reading& reading, std::vector<Ch
   }
 }
 
-void add_order_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+void add_order_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
   for (Index j = 0; j < robot.size(); ++j) {
     for (Index i = 0; i < j; ++i) {
       const auto a = static_cast<std::size_t>(i);
@@ -120,7 +120,7 @@ void add_order_changes(const Robot& robot, const Reading& reading, std::vector<C
   }
 }
 
-void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
   constexpr double degree = std::numbers::pi / 180.0;
   for (const double scale : {degree, 1.0 / degree}) {
     const bool degrees = scale < 1.0;
@@ -162,7 +162,7 @@ void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Ch
   }
 }
 
-void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector<Change>& out) {
+void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
   constexpr double standard_gravity = 9.80665;  // [m/s²]
   constexpr std::array axes = {"x", "y", "z"};
   const double g = reading.gravity.norm() > 0.0 ? reading.gravity.norm() : standard_gravity;
@@ -188,13 +188,46 @@ void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector
 
 // Every single change of a reading that is looked at. Those that change torques alone come first: they win
 // ties.
-std::vector<Change> changes(const Robot& robot, const Reading& reading) {
-  std::vector<Change> out;
+std::vector<OtherReading> changes(const Robot& robot, const Reading& reading) {
+  std::vector<OtherReading> out;
   add_sign_changes(robot, reading, out);
   add_order_changes(robot, reading, out);
   add_unit_changes(robot, reading, out);
   add_gravity_changes(robot, reading, out);
   add_zero_changes(robot, reading, out);
+  return out;
+}
+
+// What an experiment would change to read its logs the other way. A column takes its sign, unit and zero with
+// it.
+std::vector<Change> changes_to_read(const Robot& robot, const Reading& before, const Reading& after) {
+  std::vector<Change> out;
+  const auto columns = [&](const std::string& key, const std::vector<Index> Reading::* column,
+                           const Vector Reading::* scale, const Vector Reading::* offset) {
+    for (Index j = 0; j < robot.size(); ++j) {
+      const Index was = (after.*column)[static_cast<std::size_t>(j)];
+      const Index from = std::ranges::find(before.*column, was) - (before.*column).begin();
+      const double factor = (after.*scale)[j] / (before.*scale)[from];
+      const double added = offset == nullptr ? 0.0 : (after.*offset)[j] - factor * (before.*offset)[from];
+      const std::string joint = joint_name(robot, j);
+      if (from != j) {
+        out.push_back({.key = key + ".column", .joint = joint, .word = joint_name(robot, from)});
+      }
+      if (factor != 1.0) {
+        out.push_back({key + ".scale", joint, {factor}});
+      }
+      if (added != 0.0) {
+        out.push_back({key + ".offset", joint, {added}});
+      }
+    }
+  };
+  columns("log.position", &Reading::position, &Reading::position_scale, &Reading::position_offset);
+  columns("log.torque", &Reading::torque, &Reading::torque_sign, nullptr);
+  if (after.gravity != before.gravity) {
+    const Eigen::Vector3d& g = after.gravity;
+    out.push_back(g.norm() > 0.0 ? Change{.key = "robot.gravity", .numbers = {g[0], g[1], g[2]}}
+                                 : Change{.key = "log.torque_without", .word = "gravity"});
+  }
   return out;
 }
 
@@ -205,7 +238,7 @@ bool only_torques(std::string_view code) {
 }
 
 // Signs of a torque and of its position are hard to distinguish where a joint hardly feels the others.
-std::string rival(const TorqueProbe& probe, const Change& best, const ProbeScore& score,
+std::string rival(const TorqueProbe& probe, const OtherReading& best, const ProbeScore& score,
                   const Reading& before) {
   constexpr double nearly_as_well = 1.5;
   const bool torque = best.code == "torque_sign";
@@ -242,13 +275,14 @@ void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& 
     out.add("gravity_direction", base_name(robot),
             "gravity points the other way: the model then leaves " +
                 number(100.0 * std::sqrt(upside_down.total), 2) + " % of the torques instead of " +
-                number(100.0 * std::sqrt(now.total), 2) + " %");
+                number(100.0 * std::sqrt(now.total), 2) + " %",
+            changes_to_read(robot, reading, other));
   }
 }
 
 // A change and how the torques fit under it.
 struct Mending {
-  Change change;
+  OtherReading change;
   ProbeScore score;
 };
 
@@ -266,7 +300,7 @@ std::optional<Mending> likeliest(const TorqueProbe& probe, const Robot& robot, c
   const std::vector<Index> order = worst_first(now.left);
   const double mends = (now.faults() > 0 ? no_worse : convincing) * now.total;
   std::optional<Mending> best;
-  for (Change& change : changes(robot, reading)) {
+  for (OtherReading& change : changes(robot, reading)) {
     const bool beyond = best && best->score.faults() == 0;  // what is better must fit better
     const double most = beyond ? std::min(mends, best->score.total / tie) : mends;
     const std::optional<ProbeScore> score = only_torques(change.code)
@@ -328,7 +362,7 @@ Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
     if (!mends_fit && !mends_signs) {
       break;
     }
-    const Change& change = best->change;
+    const OtherReading& change = best->change;
     // A unit is reported once, even where single joints were seen to leave their limits.
     const bool told =
         change.code == "position_unit" ? out.has(change.code) : out.has(change.code, change.subject);
@@ -338,7 +372,8 @@ Read mended(const TorqueProbe& probe, const Robot& robot, Findings& out) {
                   instead(best->score.total, now.total, " of the torques") +
                   ", of each half with the other's parameters " + instead(after.left, before.left, "") +
                   (mends_signs ? ", and inertia and friction are positive" : "") +
-                  rival(probe, change, best->score, reading));
+                  rival(probe, change, best->score, reading),
+              changes_to_read(robot, reading, change.reading));
     }
     reading = change.reading;
     now = best->score;
@@ -406,7 +441,8 @@ void check_delay(const TorqueProbe& probe, const Reading& reading, Findings& out
               " s) " + (behind ? "behind" : "ahead of") + " the motion: the model then leaves " +
               number(100.0 * std::sqrt(found.left), 2) + " % of them instead of " +
               number(100.0 * std::sqrt(now), 2) + " %; " +
-              (behind ? "add " + samples + " to" : "take " + samples + " from") + " [log] torque_lag");
+              (behind ? "add " + samples + " to" : "take " + samples + " from") + " [log] torque_lag",
+          {{.key = "log.torque_lag", .numbers = {static_cast<double>(found.samples)}}});
 }
 
 void check_unexplained(const Robot& robot, const ProbeScore& score, Findings& out) {
@@ -419,9 +455,21 @@ void check_unexplained(const Robot& robot, const ProbeScore& score, Findings& ou
   }
 }
 
+void add_untested(const TorqueProbe& probe, const Robot& robot, Findings& out) {
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const JointFactor& factor = probe.told_factors()[j];
+    const std::string& joint = robot.joints[j].name;
+    if (factor.rows < TorqueProbe::wanted(factor) && !out.has("joint_still", joint)) {
+      add_not_tested(joint, "sign, order, unit and delay of its columns", factor.rows,
+                     TorqueProbe::wanted(factor), out);
+    }
+  }
+}
+
 }  // namespace
 
 void check_torques(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base, Findings& out) {
+  add_untested(probe, robot, out);
   const auto [reading, score] = mended(probe, robot, out);
   check_gravity(probe, robot, reading, score, out);
   check_delay(probe, reading, out);

@@ -250,7 +250,8 @@ Identification described(const Answer& answer, const Judgement& judgement, Widen
     findings.drop("torque_lag");
   }
   out.warnings = std::move(findings).sorted();
-  std::erase_if(out.warnings, [](const Finding& f) { return severity(f) == Severity::note; });
+  std::erase_if(out.warnings,
+                [](const Finding& f) { return severity(f) == Severity::note && f.code != "not_tested"; });
   for (const Finding& finding : out.warnings) {
     if (severity(finding) == Severity::error &&
         (out.status == Status::identified || out.status == Status::doubtful)) {

@@ -139,15 +139,19 @@ void find_torque_lag(const Identification& result, Findings& out) {
   }
   const auto is = [&](double samples) { return std::abs(lag.samples - samples) < 2.0 * lag.sigma; };
   std::string cure = "add " + fixed(lag.samples, 2) + " to [log] torque_lag";
+  Change change{.key = "log.torque_lag", .numbers = {lag.samples}};
   if (!result.estimation.signal.held() && is(-0.5)) {
     cure = "so are torques that a controller holds until its next sample: [signal] torque_held = true";
+    change = {.key = "signal.torque_held", .word = "true"};
   } else if (result.estimation.signal.held() && is(0.5)) {
     cure = "so are torques that were measured at their samples: [signal] torque_held = false";
+    change = {.key = "signal.torque_held", .word = "false"};
   }
   out.add("torque_lag", {},
           "torques look " + fixed(std::abs(lag.samples), 2) + " ± " + fixed(lag.sigma, 2) + " samples " +
               (lag.samples > 0.0 ? "late" : "early") + " beside the motion, which moves " + lag.parameter +
-              " by " + number_that_says(lag.largest_shift, 2) + " of its standard deviations; " + cure);
+              " by " + number_that_says(lag.largest_shift, 2) + " of its standard deviations; " + cure,
+          {change});
 }
 
 std::string weakness_of_instruments(const IvHistory& iv, const BaseParameters& base) {

@@ -7,9 +7,9 @@
 
 namespace rivid::detail {
 
-void Findings::add(FindingCode code, std::string subject, std::string text) {
+void Findings::add(FindingCode code, std::string subject, std::string text, std::vector<Change> changes) {
   assert(diagnostic_code(code.text()));
-  all_.push_back(Finding{std::string(code.text()), std::move(subject), std::move(text)});
+  all_.push_back(Finding{std::string(code.text()), std::move(subject), std::move(text), std::move(changes)});
 }
 
 bool Findings::has(FindingCode code, std::string_view subject) const {

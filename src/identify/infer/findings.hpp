@@ -11,7 +11,8 @@ namespace rivid::detail {
 // What has been found so far, in the order in which it came.
 class Findings {
  public:
-  void add(FindingCode code, std::string subject, std::string text);
+  // changes  of the experiment, which the hint comes down to
+  void add(FindingCode code, std::string subject, std::string text, std::vector<Change> changes = {});
   void add(const std::vector<Finding>& some) { all_.insert(all_.end(), some.begin(), some.end()); }
 
   [[nodiscard]] bool has(FindingCode code, std::string_view subject = {}) const;
