@@ -102,7 +102,7 @@ Count counted(const RegressorBatch& batch) {
     std::vector<rivid::detail::Screw<Counted>> screws(plan.joints);
     std::vector<rivid::detail::CosSin<Counted>> angles(plan.joints);
     rivid::detail::fill_rows<Counted>(plan, {&sink, &sink, &sink, 0, 0, 0}, 1, columns.data(),
-                                      {screws.data(), angles.data()});
+                                      {screws.data(), angles.data(), nullptr, nullptr});
     return Count{Counted::fused, Counted::apart};
   };
   const Count all = count_of(batch.joints());

@@ -15,6 +15,7 @@
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/check.hpp"
+#include "rivid/identify/friction_choice.hpp"
 #include "support/real_experiment.hpp"
 
 namespace {
@@ -158,7 +159,9 @@ TEST_F(Pieces, OfGoodLogsAreNotCalledDoubtful) {
 
 // Whether logs together are said to be of different arms or tools.
 bool differ(const Robot& robot, const std::vector<Log>& logs) {
-  const rivid::Identification result = identify(robot, logs, {});
+  const rivid::FrictionChoices chosen = choose_friction(robot, logs, {});
+  const rivid::Identification result =
+      identify(chosen.kinds.empty() ? robot : with_friction(robot, chosen.kinds), logs, {});
   const auto says_so = [](const rivid::Finding& finding) { return finding.code == "logs_differ"; };
   return std::ranges::any_of(result.warnings, says_so);
 }
