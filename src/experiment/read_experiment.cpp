@@ -99,7 +99,7 @@ void read_sections(FileSections& sections, Experiment& out) {
   read(sections.validation,
        [&](TomlReader& keys) { out.validation = detail::read_log_source(keys, out.log); });
   read(sections.control, [&](TomlReader& keys) { out.control = detail::read_control(keys); });
-  if (out.control) {
+  if (out.control && !sections.simulation) {  // a simulation takes the motion of a log alone
     for (LogSource* const source : {&out.log, &out.validation}) {
       source->law = out.control->control;
       source->sampling = out.control->sampling;

@@ -160,6 +160,9 @@ void physical_is(Numbers& numbers, const Robot& robot, const BaseParameters& bas
   numbers.are("/physical/chi", found.chi);
   fit_is(numbers, "/physical/fit", model.fit);
   numbers.are("/physical/sigma", Vector(model.C_chi.diagonal().cwiseSqrt()));
+  for (Index row = 0; row < model.C_chi.rows(); ++row) {
+    numbers.are(at("/physical/C_chi", static_cast<std::size_t>(row)), Vector(model.C_chi.row(row)));
+  }
   numbers.are("/physical/cost", found.cost);
   numbers.are("/physical/distance", found.distance);
   numbers.are("/physical/divergence", found.divergence);

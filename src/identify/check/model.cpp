@@ -121,9 +121,11 @@ std::vector<Change> changes_of(const Robot& robot, const Alternative& named, con
   return kind.changes == nullptr ? std::vector<Change>() : kind.changes(robot, named, test, f_m);
 }
 
+// tests  those of `believed`; the first one is of `named`
 void add_finding(const Robot& robot, const Identification& result, const Alternative& named,
-                 const AlternativeTest& test, std::span<const ModelTest> believed, double f_m,
+                 std::span<const AlternativeTest> tests, std::span<const ModelTest> believed, double f_m,
                  Findings& out) {
+  const AlternativeTest& test = tests.front();
   const Harm harm = harm_of(result, test.shift);
   const AlternativeKind& kind = kind_of(named);
   const AlternativeWords words = kind.words(robot, named, test);
@@ -142,7 +144,11 @@ void add_finding(const Robot& robot, const Identification& result, const Alterna
     text += "; nearly as much goes with " + listed(rivals);
   }
   std::vector<Change> changes = changes_of(robot, named, test, f_m);
-  bool refused = ((harm.is_grave || widens_blocks(named)) && test.held_out > convincing_part) ||
+  // Which of those that explain nearly as much is the fault is not known.
+  const bool is_grave = std::ranges::any_of(tests, [&](const AlternativeTest& other) {
+    return other.held_out > rival_part * test.held_out && harm_of(result, other.shift).is_grave;
+  });
+  bool refused = ((is_grave || widens_blocks(named)) && test.held_out > convincing_part) ||
                  (kind.large > 0.0 && test.estimate.norm() > kind.large);
   if (named.code == "torque_delay") {
     refused = refused && std::abs(test.estimate[0]) * f_m > least_delay;
@@ -257,7 +263,8 @@ void check_sameness(const TorqueProbe& probe, const Robot& robot, const Identifi
   const Alternative& named = best->bodies[test.of];
   report.believed = in_report(best->bodies, result, {test});
   report.shift = test.shift;
-  add_finding(robot, result, named, test, report.believed, probe.logs().front().log->f_m, out);
+  add_finding(robot, result, named, std::span(best->tests).first(1), report.believed,
+              probe.logs().front().log->f_m, out);
   best->rows.take(named.effect * test.directions);
   if (best->rows.fit()) {
     rows = std::move(best->rows);
@@ -312,7 +319,7 @@ Alternatives check_model(const TorqueProbe& probe, const Robot& robot, std::span
     }
     report.shift = report.believed.empty() ? best.shift : Vector(report.shift + best.shift);
     report.believed.push_back(told.front());
-    add_finding(robot, result, named, best, told, f_m, out);
+    add_finding(robot, result, named, found, told, f_m, out);
     if (!fits) {
       break;
     }
