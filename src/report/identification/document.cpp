@@ -50,7 +50,7 @@ std::vector<std::string> answer_of(const Identification& result) {
 
 // What the model will do on other motion, and what it does; the page has it as key figures.
 std::vector<std::string> predictions_of(const Identification& result) {
-  std::vector<std::string> out;
+  std::vector<std::string> out = answer_of(result);
   const auto in_words = [](double error) {
     return std::isfinite(error) ? percent(error) : "unknown, it shows what is not determined";
   };
@@ -101,7 +101,7 @@ Document verdict_of(const Identification& result) {
              (std::isfinite(result.condition) ? ", condition " + number(result.condition, 4) : "");
   // The reasons of a doubtful result are findings, which say what to do as well.
   const bool told_below = result.status == Status::doubtful;
-  out.opening = {{list_of("choices", answer_of(result))},
+  out.opening = {{list_of("choices", answer_of(result)), page},
                  {list_of("choices", predictions_of(result)), screen},
                  {list_of("reasons", told_below ? std::vector<std::string>() : result.reasons)},
                  {FindingList{told_once(result.warnings)}},
