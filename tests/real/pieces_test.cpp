@@ -179,13 +179,17 @@ TEST_F(Pieces, AreNotOfDifferentArms) {
         pieces.push_back(excerpt(log, begin, (part + 1) * log.samples() / parts - begin));
         pieces.back().source += "#" + std::to_string(part);
       }
-      ++sets;
-      if (differ(experiment.robot, pieces)) {
-        accused += std::string(" ") + good.file + "/" + std::to_string(parts);
+      try {
+        if (differ(experiment.robot, pieces)) {
+          accused += std::string(" ") + good.file + "/" + std::to_string(parts);
+        }
+        ++sets;
+      } catch (const rivid::InputError& /*a piece without torques*/) {
       }
     }
   }
   std::cout << "[ DIFFER   ] of " << sets << " sets:" << accused << '\n';
+  EXPECT_GE(sets, 30);
   EXPECT_EQ(accused, "");
 }
 
