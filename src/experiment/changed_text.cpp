@@ -164,9 +164,9 @@ struct ColumnChange {
 // A column of a list, or the one of that usual name, with another scale and zero.
 std::string column_text(const TomlText& text, const toml::node* node, const std::string& usual,
                         const Column& column, const ColumnChange& change) {
-  const std::string plain = node == nullptr ? "\"" + usual + "\"" : text.text_of(*node);
+  const auto plain = [&] { return node == nullptr ? "\"" + usual + "\"" : text.text_of(*node); };
   if (change.scale == 1.0 && change.offset == 0.0) {
-    return plain;
+    return plain();
   }
   const toml::table* const options = node == nullptr ? nullptr : node->as_table();
   const auto factor = [&](const char* key) {
@@ -175,7 +175,7 @@ std::string column_text(const TomlText& text, const toml::node* node, const std:
   const double scale = change.scale * factor("scale") * factor("sign");
   const double offset = change.scale * column.offset + change.offset;
   const toml::node* const unit = options == nullptr ? nullptr : options->get("unit");
-  return "{ column = " + (options == nullptr ? plain : text.text_of(*options->get("column"))) +
+  return "{ column = " + (options == nullptr ? plain() : text.text_of(*options->get("column"))) +
          (unit == nullptr ? "" : ", unit = " + text.text_of(*unit)) + (scale < 0.0 ? ", sign = -1" : "") +
          (std::abs(scale) == 1.0 ? "" : ", scale = " + number(std::abs(scale))) +
          (offset == 0.0 ? "" : ", offset = " + number(offset)) + " }";

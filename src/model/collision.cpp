@@ -73,7 +73,7 @@ class CollisionReader {
   }
 
  private:
-  const std::string& link_of(Index joint) const {
+  [[nodiscard]] const std::string& link_of(Index joint) const {
     return joint < 0 ? robot_.base : robot_.joints[static_cast<std::size_t>(joint)].link;
   }
 
@@ -146,7 +146,7 @@ class CollisionReader {
       const double radius = positive(cylinder, "radius", who);
       const double half = 0.5 * positive(cylinder, "length", who);
       out.radius = radius * (1.0 - std::cos(std::numbers::pi / sides));
-      out.points.resize(3, 2 * sides);
+      out.points.resize(3, Index{2} * sides);
       for (Index k = 0; k < sides; ++k) {
         const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / sides;
         out.points.col(2 * k) << radius * std::cos(angle), radius * std::sin(angle), half;

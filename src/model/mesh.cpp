@@ -157,7 +157,7 @@ class Collada {
     return found->second;
   }
 
-  Eigen::Affine3d transform(pugi::xml_node node) const {
+  [[nodiscard]] Eigen::Affine3d transform(pugi::xml_node node) const {
     const std::string_view kind = node.name();
     Words words(node.child_value(), where_);
     Eigen::Affine3d out = Eigen::Affine3d::Identity();

@@ -337,12 +337,12 @@ inline DynamicsBodies turned_about_z(const ModelData& model) {
   DynamicsBodies out{model.chain, model.inertials};
   std::vector<int> carried(out.chain.links.size() + 1, 0);
   for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
-    ++carried[static_cast<std::size_t>(out.chain.parent(j) + 1)];
+    ++carried[static_cast<std::size_t>(Index{out.chain.parent(j)} + 1)];
   }
   for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
     Chain::Link& link = out.chain.links[j];
     const int parent = out.chain.parent(j);
-    if (frame_case(link).turn != Turn::any || carried[static_cast<std::size_t>(parent + 1)] > 1) {
+    if (frame_case(link).turn != Turn::any || carried[static_cast<std::size_t>(Index{parent} + 1)] > 1) {
       continue;
     }
     // Frame j−1 turns until the axis of joint j has no x component.
