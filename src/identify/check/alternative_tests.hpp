@@ -16,7 +16,7 @@ struct AlternativeTest {
   double freedom = 0.0;    // its parameters that the rows can tell from others
   double p = 1.0;
   double held_out = 0.0;  // part of the sum of squares that goes with it, on blocks of time that took no part
-  Matrix directions;      // of its parameters that are told from others, (k × freedom)
+  Matrix directions;      // combinations of its parameters that the rows show, (k × freedom)
   Vector shift;           // of the parameters χ̂ by it, (b)
 };
 

@@ -43,7 +43,7 @@ Distribution distribution_of(const Identification& result) {
       out.mean[i] = result.physical->parameters.chi[i];
     }
   }
-  constexpr double normal_975 = 1.959963984540054;
+  const double normal_975 = normal_quantile(0.975);
   const double quantile = result.covariance.quantile_975;
   const double widened = std::isfinite(quantile) && quantile > normal_975 ? quantile / normal_975 : 1.0;
   const Vector sigma = widened * C.diagonal()(kept).cwiseSqrt();
