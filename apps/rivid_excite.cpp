@@ -135,7 +135,7 @@ Overrides apply(const Arguments& arguments, ExcitationPlan& plan) {
   return overrides;
 }
 
-Provenance provenance_of(const ExcitationPlan& plan, Overrides overrides) {
+Provenance provenance_of_plan(const ExcitationPlan& plan, Overrides overrides) {
   Provenance out{
       .program = "rivid_excite", .inputs = {}, .overrides = std::move(overrides), .settings = settings(plan)};
   add_origins(plan.settings, plan.inputs(), out);
@@ -204,7 +204,7 @@ int design_from(const Arguments& arguments) {
     return success;
   }
   const Excitation found = designed(arguments, plan);
-  Provenance provenance = provenance_of(plan, std::move(overrides));
+  Provenance provenance = provenance_of_plan(plan, std::move(overrides));
   put_with_hash(motion, motion_csv(found), outputs, provenance);
   put_with_hash(experiment, experiment_text(plan, found, folder), outputs, provenance);
   for (const Player player : players) {
@@ -245,7 +245,7 @@ int forecast_from(const Arguments& arguments) {
   }
   const Motion motion = differentiate(log.q, log.f_m);
   const Forecast found = forecast(plan.experiment.robot, motion, log.f_m, plan.options);
-  Provenance provenance = provenance_of(plan, {});
+  Provenance provenance = provenance_of_plan(plan, {});
   provenance.inputs.push_back(input_file(arguments.motion));
   const std::string json = to_json(plan, found, provenance);
   if (!arguments.output.empty()) {

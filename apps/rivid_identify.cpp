@@ -25,7 +25,7 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-struct Arguments : Given {
+struct IdentifyArguments : Given {
   std::string method;
   std::string robust;
   std::vector<std::filesystem::path> logs;
@@ -38,7 +38,7 @@ struct Arguments : Given {
   bool report = false;
 };
 
-Command command_of(Arguments& to) {
+Command command_of(IdentifyArguments& to) {
   return {
       .name = "rivid_identify",
       .description = "Identifies the dynamic parameters of a robot from logs of its motion.",
@@ -80,7 +80,7 @@ Command command_of(Arguments& to) {
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
-Overrides apply(const Arguments& arguments, Experiment& experiment) {
+Overrides apply(const IdentifyArguments& arguments, Experiment& experiment) {
   Overrides overrides;
   const auto joined = [](const std::vector<std::filesystem::path>& files) {
     std::string out;
@@ -177,7 +177,7 @@ struct Destination {
   std::vector<PlannedFile> files;
 };
 
-Destination destination_of(const Arguments& arguments) {
+Destination destination_of(const IdentifyArguments& arguments) {
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_result");
   Destination out{folder / "result.json", folder / "report.html", folder / "plan_check.json", {}};
   out.files = {{out.result, ".json"}};
@@ -198,7 +198,7 @@ Destination destination_of(const Arguments& arguments) {
   return out;
 }
 
-int identify_from(const Arguments& arguments) {
+int identify_from(const IdentifyArguments& arguments) {
   expect_experiment(arguments.experiment);
   Experiment experiment = read_experiment(arguments.experiment, Use::identification, arguments.set);
   const auto overrides = apply(arguments, experiment);
@@ -292,7 +292,7 @@ struct RobotAndLogs {
   std::string tip;
 };
 
-int identify_robot(Arguments arguments, const RobotAndLogs& given) {
+int identify_robot(IdentifyArguments arguments, const RobotAndLogs& given) {
   std::vector<std::string> words = {"init", given.robot};
   words.insert(words.end(), given.logs.begin(), given.logs.end());
   if (!given.tip.empty()) {
@@ -328,7 +328,7 @@ int identify_robot(Arguments arguments, const RobotAndLogs& given) {
 
 int rivid::apps::identify_tool(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
-  Arguments arguments;
+  IdentifyArguments arguments;
   Command command = command_of(arguments);
   if (argc > 2 && is_robot(first)) {
     RobotAndLogs given;

@@ -17,7 +17,7 @@ using namespace rivid;
 using namespace rivid::apps;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments : Given {
+struct StudyArguments : Given {
   std::optional<int> runs;
   int first_run = 0;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
@@ -25,7 +25,7 @@ struct Arguments : Given {
   bool report = false;
 };
 
-Command command_of(Arguments& to) {
+Command command_of(StudyArguments& to) {
   return {
       .name = "rivid_montecarlo",
       .description =
@@ -120,7 +120,7 @@ std::string settings_of(const MonteCarlo& plan) {
 }
 
 // Where a study goes, and what is said of it.
-struct Destination {
+struct StudyFolder {
   std::filesystem::path folder;
   bool report = false;
   bool json = false;
@@ -140,7 +140,7 @@ struct Destination {
 };
 
 // What would be done.
-void dry_run(const Arguments& arguments, const MonteCarlo& plan, const Destination& to) {
+void dry_run(const StudyArguments& arguments, const MonteCarlo& plan, const StudyFolder& to) {
   const auto held =
       arguments.restart ? std::map<int, std::vector<MonteCarloRow>>() : held_runs(to.folder, plan);
   const auto there = std::ranges::count_if(held, [&](const auto& run) {
@@ -153,7 +153,7 @@ void dry_run(const Arguments& arguments, const MonteCarlo& plan, const Destinati
 }
 
 int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const Provenance& provenance,
-           Outputs& outputs, const Destination& to) {
+           Outputs& outputs, const StudyFolder& to) {
   const std::vector<MonteCarloSummary> found = summaries(plan, rows);
   const std::string json = to_json(found, run_id(provenance));
   outputs.put(to.summary(), json);
@@ -169,10 +169,10 @@ int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const
   return std::ranges::any_of(found, is_empty) ? no_success : success;
 }
 
-int run_from(const Arguments& arguments) {
+int run_from(const StudyArguments& arguments) {
   MonteCarlo plan = read_monte_carlo(arguments.experiment, arguments.set);
   plan.runs = arguments.runs.value_or(plan.runs);
-  const Destination to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
+  const StudyFolder to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
                        .report = arguments.report,
                        .json = arguments.json,
                        .quiet = arguments.quiet};
@@ -221,7 +221,7 @@ int merge(const MergeArguments& arguments) {
   // As a study of so many runs would have been asked for.
   const std::optional<int> asked = runs == plan.runs ? std::nullopt : std::optional(runs);
   plan.runs = runs;
-  const Destination to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
+  const StudyFolder to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
                        .report = arguments.report,
                        .json = arguments.json,
                        .quiet = arguments.quiet};
@@ -269,6 +269,6 @@ int rivid::apps::montecarlo_tool(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "merge") {
     return merge_command(argc - 1, argv + 1);
   }
-  Arguments arguments;
+  StudyArguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return run_from(arguments); });
 }

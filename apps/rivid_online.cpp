@@ -19,7 +19,7 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-struct Arguments {
+struct OnlineArguments {
   std::filesystem::path log;
   std::filesystem::path result;
   std::filesystem::path experiment;
@@ -32,7 +32,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-int run(const Arguments& arguments) {
+int run(const OnlineArguments& arguments) {
   const IdentifiedModelOptions force = {.force = arguments.force};
   const std::filesystem::path result = result_file(arguments.result);
   const OnlineModel model = read_online_model(result, force);
@@ -74,7 +74,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 int rivid::apps::online_tool(int argc, char** argv) {
-  Arguments to;
+  OnlineArguments to;
   return run_command(
       {.name = "rivid_online",
        .description =

@@ -18,12 +18,12 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-struct Arguments : Given {
+struct SimulateArguments : Given {
   std::optional<std::int64_t> seed;
   std::filesystem::path parameters;
 };
 
-Command command_of(Arguments& to) {
+Command command_of(SimulateArguments& to) {
   return {
       .name = "rivid_simulate",
       .description = "Simulates a robot in its closed loop, and writes the log of its motion.",
@@ -46,7 +46,7 @@ Command command_of(Arguments& to) {
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
-Overrides apply(const Arguments& arguments, Experiment& experiment) {
+Overrides apply(const SimulateArguments& arguments, Experiment& experiment) {
   SimulationPlan plan = experiment.simulation.value_or(SimulationPlan{});
   Overrides overrides;
   if (arguments.seed) {
@@ -84,7 +84,7 @@ std::string in_words(const Experiment& experiment, const SimulationOutlook& foun
   return out.str();
 }
 
-int simulate_from(const Arguments& arguments) {
+int simulate_from(const SimulateArguments& arguments) {
   Experiment experiment = read_experiment(arguments.experiment, Use::simulation, arguments.set);
   const Overrides overrides = apply(arguments, experiment);
   const std::filesystem::path folder = output_folder(arguments.output, arguments.experiment, "_simulation");
@@ -121,6 +121,6 @@ int simulate_from(const Arguments& arguments) {
 }  // namespace
 
 int rivid::apps::simulate_tool(int argc, char** argv) {
-  Arguments arguments;
+  SimulateArguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return simulate_from(arguments); });
 }

@@ -1,6 +1,8 @@
 // What judging costs beside the estimate: benchmark_judge EXPERIMENT.toml …, processor seconds of one thread,
 // the median of 15 turns.
 
+#include "identify/check/judge.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "rivid/experiment/experiment.hpp"
+#include "rivid/identify/friction_choice.hpp"
 
 namespace {
 
@@ -26,23 +29,28 @@ double median(std::array<double, turns> seconds) {
 }
 
 void measure(const char* file) {
-  const rivid::Experiment experiment = rivid::read_experiment(file);
+  rivid::Experiment experiment = rivid::read_experiment(file);
   const std::vector<rivid::Log> logs = rivid::read_logs(experiment.log, experiment.robot);
   const std::vector<rivid::Log> validation = rivid::read_logs(experiment.validation, experiment.robot);
-  std::array<double, turns> estimated{};
-  std::array<double, turns> judged{};
-  rivid::Estimation estimation = experiment.estimation;
+  experiment.robot = rivid::with_friction(
+      experiment.robot,
+      rivid::choose_friction(experiment.robot, logs, experiment.estimation, validation).kinds);
+  const rivid::Identification result =
+      rivid::identify(experiment.robot, logs, experiment.estimation, validation);
+  std::array<double, turns> whole{};
+  std::array<double, turns> judging{};
   for (std::size_t turn = 0; turn < turns; ++turn) {
-    for (const bool judge : {false, true}) {
-      estimation.judge = judge;
-      const double begin = thread_seconds();
-      const rivid::Identification result = rivid::identify(experiment.robot, logs, estimation, validation);
-      (judge ? judged : estimated)[turn] = thread_seconds() - begin;
-    }
+    double begin = thread_seconds();
+    (void)rivid::identify(experiment.robot, logs, experiment.estimation, validation);
+    whole[turn] = thread_seconds() - begin;
+    begin = thread_seconds();
+    (void)rivid::detail::judged(experiment.robot, logs, validation, result);
+    judging[turn] = thread_seconds() - begin;
   }
-  const double without = median(estimated);
-  std::printf("%s: identify() %.1f ms, judging %.1f ms of it, %.2f of the rest\n", file, 1e3 * median(judged),
-              1e3 * (median(judged) - without), median(judged) / without - 1.0);
+  const double judge = median(judging);
+  const double rest = median(whole) - judge;
+  std::printf("%s: identify() %.1f ms, judging %.1f ms of it, %.2f of the rest\n", file, 1e3 * (rest + judge),
+              1e3 * judge, judge / rest);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 # cmake -DSOURCE_DIR=… -P check_named_tests.cmake
 #
-# Tests and examples that a page names exist: `Suite.Name`, `Suite.*` and `example_name`.
+# Tests and examples that a page or the list of slow tests names exist: `Suite.Name`, `Suite.*` and `example_name`.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -13,9 +13,13 @@ endforeach()
 
 set(faults 0)
 set(found 0)
-file(GLOB pages RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/*.md ${SOURCE_DIR}/*.md ${SOURCE_DIR}/tests/paper/*.md)
+file(GLOB pages RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/*.md ${SOURCE_DIR}/*.md ${SOURCE_DIR}/tests/paper/*.md
+     ${SOURCE_DIR}/tests/slow_tests.cmake)
 foreach(page IN LISTS pages)
   file(READ ${SOURCE_DIR}/${page} text)
+  if(page MATCHES "[.]cmake$")
+    string(REGEX REPLACE "\n +([A-Za-z.]+)" " `\\1`" text "${text}")
+  endif()
   # These mean something in a CMake list.
   string(REGEX REPLACE "[][;]" " " text "${text}")
   string(REGEX MATCHALL "`([A-Z][A-Za-z0-9]+\\.([A-Z][A-Za-z0-9]+|\\*)|example_[0-9a-z_]+)`" names "${text}")

@@ -689,4 +689,8 @@ auto ContactObserver<Scalar>::explained(Index link, const Eigen::Vector3<Scalar>
   return out;
 }
 
+#ifdef RIVID_LIBRARY
+extern template class ContactObserver<double>;
+#endif
+
 }  // namespace rivid

@@ -418,4 +418,8 @@ const Eigen::VectorX<Scalar>& FrictionMonitor<Scalar>::chi() noexcept {
   return chi_;
 }
 
+#ifdef RIVID_LIBRARY
+extern template class FrictionMonitor<double>;
+#endif
+
 }  // namespace rivid

@@ -837,4 +837,8 @@ bool PayloadEstimator<Scalar>::is_good(const OnlinePayload<Scalar>& payload,
          (!payload.held || payload.com_half_width() <= static_cast<Scalar>(options_.good_com));
 }
 
+#ifdef RIVID_LIBRARY
+extern template class PayloadEstimator<double>;
+#endif
+
 }  // namespace rivid

@@ -213,4 +213,8 @@ bool RecursiveIdentifier<Scalar>::merge(const Eigen::Ref<const Eigen::MatrixX<Sc
   return true;
 }
 
+#ifdef RIVID_LIBRARY
+extern template class RecursiveIdentifier<double>;
+#endif
+
 }  // namespace rivid

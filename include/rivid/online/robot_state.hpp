@@ -345,4 +345,8 @@ auto RobotState<Scalar>::feedforward(const Values& q, const Values& qd, const Va
   return feedforward_;
 }
 
+#ifdef RIVID_LIBRARY
+extern template class RobotState<double>;
+#endif
+
 }  // namespace rivid

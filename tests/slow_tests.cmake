@@ -1,0 +1,27 @@
+# Tests of more than some ten seconds of a processor: they have the label `slow`, and the preset `test` leaves them to `nightly`.
+set(slow_tests
+    EmpsLoopMethods.DidimIsThatOfNumPy
+    EmpsLoopMethods.OutputErrorIsThatOfSciPy
+    Gains.AreBiasedByOrdinaryAndTotalLeastSquares
+    Gains.HaveNoBiasAndHoldInTheirIntervals
+    Gripper.HasADifferenceWithinItsIntervals
+    LoadFriction.IsFoundWithoutNoise
+    LoopMethods.BasinsOfAttraction
+    LoopMethods.IntervalsOfDidimKnowThatTheSimulationFollowsTheParameters
+    MillionTicks.OfTheFrictionMonitorAllocateNothing
+    MillionTicks.OfThePayloadEstimatorAllocateNothing
+    MillionTicks.OfTheRobotStateAllocateNothing
+    Payload.HasGainsWithoutBiasWithinTheirIntervals
+    Payload.HasItsNumbersWithinTheirIntervals
+    PayloadOfAnArm.HasItsNumbersWithinTheirIntervals
+    PosteriorOfTheScara.TorquesOfDrawsCoverTheTruthAsOftenAsTheySay
+    RobustIvStatistics.HoldsItsIntervalsWhereSpikesSpoilTheTorque
+    RobustIvStatistics.IsNearPlainIvWithoutOutliers
+    RobustStatistics.DependOnHowManyRowsASpikeReaches
+    RobustStatistics.IntervalsHoldWithFivePerCentOfOutliers
+    RobustStatistics.LoseFivePerCentWithoutOutliers
+    SixJoints.DidimIsThatOfNumPy
+    SixJoints.OutputErrorIsThatOfNumPy
+    Statistics.HausmanAcceptsLeastSquaresWhereTheEncoderIsPerfect
+    Statistics.IntervalsMeanWhatTheySay
+    Statistics.PrefilteredIntervalsMeanWhatTheySay)
