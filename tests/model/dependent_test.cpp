@@ -116,7 +116,7 @@ TEST(Dependent, FaultsNameTheJoint) {
                          "dependent joint \"left_wrist\": it is described twice"));
   EXPECT_TRUE(test::says(refusal({{.joint = "left_wrist", .of = {{"left_elbow", 1.0}}},
                                   {.joint = "left_elbow", .of = {{"left_wrist", 1.0}}}}),
-                         "it follows itself, by way of \"left_elbow\", \"left_wrist\""));
+                         "it follows itself, by way of \"left_elbow\" and \"left_wrist\""));
   EXPECT_TRUE(test::says(refusal({{.joint = "left_wrist", .of = {{"waist", 0.0}}}}),
                          "dependent joint \"left_wrist\": it follows no joint"));
 }
