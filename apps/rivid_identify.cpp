@@ -131,7 +131,7 @@ std::string plan_in_words(const Experiment& experiment, const std::vector<Planne
   const BaseParameters base = base_parameters(robot);
   std::vector<std::string> tips;
   for (const std::size_t tip : robot.chain.tips()) {
-    tips.push_back(robot.joints[tip].link);
+    tips.push_back(robot.link_name(tip));
   }
   out << "robot       " << experiment.robot_file.string() << ": \"" << robot.name << "\", " << robot.size()
       << " joints from \"" << robot.base << "\" to " << quoted_list(tips) << ", " << base.size()

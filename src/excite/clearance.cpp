@@ -282,7 +282,7 @@ bool Clearances::is_obstacle(const BodyPair& pair) const {
 }
 
 std::vector<LinkPose> Clearances::frames(const Eigen::Ref<const Vector>& q) const {
-  std::vector<LinkPose> out(robot_.joints.size() + 1);
+  std::vector<LinkPose> out(robot_.chain.links.size() + 1);
   place_links(robot_.chain, q, out);
   return out;
 }

@@ -39,9 +39,16 @@ SampledRegressor::SampledRegressor(const Robot& robot, const BaseParameters& bas
     : batch_(robot, base.columns()),
       workspace_(batch_),
       columns_(robot, base.columns()),
-      link_entries_(columns_.entries().size() - columns_.plan().own_count),
+      places_(columns_.entries().begin(), columns_.entries().end()),
+      link_entries_(places_.size() - columns_.plan().own_count),
       kernel_(&kernel_for<SlopesKernel>()),
-      scratch_(aligned_doubles(kernel_->scratch(columns_.joints(), columns_.plan().forks))) {}
+      scratch_(aligned_doubles(kernel_->scratch(columns_.plan().joints, columns_.plan().forks))) {
+  for (const RegressorColumns::FoldedEntry& folded : columns_.folded()) {
+    for (const auto& [e, factor] : folded.terms) {
+      places_[e] = folded.to;
+    }
+  }
+}
 
 void SampledRegressor::rows(const Motion& motion, std::vector<Matrix>& W) {
   const Index N = motion.samples();
@@ -101,7 +108,7 @@ std::vector<double> SampledRegressor::by_link(const Vector& chi) const {
     const std::size_t first = e;
     for (std::size_t k = 0; k < 10; ++k) {
       if ((plan.links[j].mask >> k & 1U) != 0U) {
-        const RegressorColumns::Entry& entry = columns_.entries()[e++];
+        const RegressorColumns::Entry& entry = places_[e++];
         out[10 * j + k] = chi[columns(entry.joint)[static_cast<std::size_t>(entry.column)]];
       }
     }
@@ -114,26 +121,75 @@ std::vector<double> SampledRegressor::by_link(const Vector& chi) const {
 void SampledRegressor::link_slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi,
                                    Slopes& of_sum, std::vector<Slopes>& of_torque) {
   const Index N = motion.samples();
-  const Index n = joints();
+  const auto links = static_cast<Index>(columns_.plan().joints);
+  RegressorInput<double> input = {motion.q.data(),        motion.qd.data(),        motion.qdd.data(),
+                                  motion.q.outerStride(), motion.qd.outerStride(), motion.qdd.outerStride()};
   std::vector<const double*> entries;
-  for (const RegressorColumns::Entry& entry : columns_.entries().first(link_entries_)) {
+  for (const RegressorColumns::Entry& entry : std::span(places_).first(link_entries_)) {
     entries.push_back(G[entry.joint].col(entry.column).data());
   }
+  // Where joints depend on others, all of it is of the links' joints at first.
+  std::vector<double> moved;
+  Matrix weights;
+  Slopes sum_of_links;
+  std::vector<Slopes> torques_of_links;
+  const bool dependent = !columns_.dependence().empty();
+  if (dependent) {
+    moved.resize(static_cast<std::size_t>(3 * links * N));
+    input = columns_.expanded(input, 0, N, moved.data());
+    weights = Matrix::Zero(N, static_cast<Index>(places_.size()));
+    for (const RegressorColumns::FoldedEntry& folded : columns_.folded()) {
+      for (const auto& [e, factor] : folded.terms) {
+        weights.col(static_cast<Index>(e)) += factor * G[folded.to.joint].col(folded.to.column);
+      }
+    }
+    for (std::size_t e = 0; e < entries.size(); ++e) {
+      entries[e] = weights.col(static_cast<Index>(e)).data();
+    }
+    torques_of_links.resize(of_torque.empty() ? 0 : columns_.plan().joints);
+  }
+  Slopes& sum = dependent ? sum_of_links : of_sum;
+  std::vector<Slopes>& torques = dependent ? torques_of_links : of_torque;
   std::vector<SlopeTarget> targets;
-  for (Slopes& slopes : of_torque) {
-    slopes.resize(N, n);
+  for (Slopes& slopes : torques) {
+    slopes.resize(N, links);
     targets.push_back(target_of(slopes));
   }
-  of_sum.resize(N, n);
+  sum.resize(N, links);
   const std::vector<double> values = of_torque.empty() ? std::vector<double>() : by_link(chi);
   const SlopesTask task{.plan = columns_.plan(),
-                        .input = {motion.q.data(), motion.qd.data(), motion.qdd.data(),
-                                  motion.q.outerStride(), motion.qd.outerStride(), motion.qdd.outerStride()},
+                        .input = input,
                         .G = entries.data(),
-                        .of_sum = target_of(of_sum),
+                        .of_sum = target_of(sum),
                         .chi = values.empty() ? nullptr : values.data(),
                         .of_torque = targets.data()};
   kernel_->fill(task, static_cast<std::size_t>(N / kernel_->lanes), scratch_.get());
+  if (dependent) {
+    fold(sum_of_links, torques_of_links, of_sum, of_torque);
+  }
+}
+
+// Derivatives by the motion of the robot's joints from those by the motion of all links', of the torques Gᵀ τ.
+void SampledRegressor::fold(const Slopes& sum, std::span<const Slopes> torques, Slopes& of_sum,
+                            std::vector<Slopes>& of_torque) const {
+  const Index N = sum.q.rows();
+  const auto add = [&](const Slopes& from, double factor, Slopes& to) {
+    for (const Dependence::Term& term : columns_.dependence().terms) {
+      for (Matrix Slopes::* const part : {&Slopes::q, &Slopes::qd, &Slopes::qdd}) {
+        (to.*part).col(term.joint) += factor * term.factor * (from.*part).col(term.link);
+      }
+    }
+  };
+  const auto clear = [&](Slopes& slopes) { slopes.q = slopes.qd = slopes.qdd = Matrix::Zero(N, joints()); };
+  clear(of_sum);
+  add(sum, 1.0, of_sum);
+  std::ranges::for_each(of_torque, clear);
+  for (const Dependence::Term& term : columns_.dependence().terms) {
+    if (!of_torque.empty()) {
+      add(torques[static_cast<std::size_t>(term.link)], term.factor,
+          of_torque[static_cast<std::size_t>(term.joint)]);
+    }
+  }
 }
 
 void SampledRegressor::add_own_slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi,
@@ -141,7 +197,7 @@ void SampledRegressor::add_own_slopes(const Motion& motion, std::span<const Matr
   const RegressorPlan plan = columns_.plan();
   for (std::size_t e = 0; e < plan.own_count; ++e) {
     const OwnEntry& own = plan.own[e];
-    const RegressorColumns::Entry& entry = columns_.entries()[link_entries_ + e];
+    const RegressorColumns::Entry& entry = places_[link_entries_ + e];
     const auto joint = static_cast<Index>(entry.joint);
     const bool by_acceleration = own.basis == Basis::acceleration;
     if (own.basis == Basis::one) {

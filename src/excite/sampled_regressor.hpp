@@ -61,11 +61,15 @@ class SampledRegressor {
                       std::vector<Slopes>& of_torque) const;
   void add_motor_slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi, Slopes& of_sum,
                         std::vector<Slopes>& of_torque) const;
+  void fold(const Slopes& sum, std::span<const Slopes> torques, Slopes& of_sum,
+            std::vector<Slopes>& of_torque) const;
   [[nodiscard]] std::vector<double> by_link(const Vector& chi) const;
 
   RegressorBatch batch_;
   BatchWorkspace workspace_;
   RegressorColumns columns_;  // the batch's, with the place of each entry
+  std::vector<RegressorColumns::Entry>
+      places_;                // where an entry goes, at least, where joints depend on others
   std::size_t link_entries_;  // entries that links make; the others are own ones of joints
   const SlopesKernel* kernel_;
   AlignedDoubles scratch_;

@@ -359,7 +359,9 @@ std::vector<std::string> logged_joints(const Robot& robot, std::span<const std::
   for (std::size_t j = 0; robot.chain.branches() && j < all.size(); ++j) {
     std::vector<std::string> way;
     for (const std::size_t k : robot.chain.path(j)) {
-      way.push_back(all[k]);
+      if (k < all.size()) {
+        way.push_back(all[k]);
+      }
     }
     if (way.size() > 1 && fits(way)) {
       ways.push_back(std::move(way));

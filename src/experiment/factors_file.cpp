@@ -39,6 +39,11 @@ std::string geometry(const Robot& robot) {
     add(Eigen::Map<const Eigen::Vector3i>(link.signs.data()));
   }
   add(Eigen::Map<const Eigen::VectorXi>(robot.chain.parents.data(), std::ssize(robot.chain.parents)));
+  for (const Chain::Dependent& dependent : robot.chain.dependents) {
+    for (const auto& [joint, factor] : dependent.terms) {
+      add(Eigen::Vector3d(joint, factor, dependent.offset));
+    }
+  }
   add(robot.chain.gravity);
   add(robot.gear_matrix);
   return sha256(bits);

@@ -131,7 +131,10 @@ PlanCheck check_against(const PlanFile& plan, const Robot& robot, const Identifi
                               .ratio = ratio,
                               .apart = ratio_is_apart(ratio)});
     all.push_back(ratio);
-    of_joints[static_cast<std::size_t>(result.base.parameters[i].leading.joint)].push_back(ratio);
+    const auto joint = static_cast<std::size_t>(result.base.parameters[i].leading.joint);
+    if (joint < of_joints.size()) {  // no link of a dependent one
+      of_joints[joint].push_back(ratio);
+    }
   }
   out.ratio = geometric_mean(all);
   for (std::size_t j = 0; j < of_joints.size(); ++j) {

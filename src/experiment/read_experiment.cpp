@@ -189,8 +189,9 @@ Robot detail::robot_of(const RobotDescription& description, std::string_view key
     return with_options(std::move(reader), parse_urdf(description.text, description.source, options));
   }
   refuse_links_of_table(reader);
-  return with_options(std::move(reader), mdh_robot(parsed_text_table(description.text, description.source),
-                                                   description.name, options.gravity));
+  Robot robot =
+      mdh_robot(parsed_text_table(description.text, description.source), description.name, options.gravity);
+  return with_options(std::move(reader), with_dependents(std::move(robot), options.dependent));
 }
 
 LogSource detail::log_source_of(const Robot& robot, std::string_view keys, const std::string& source) {

@@ -26,6 +26,8 @@ UrdfOptions read_urdf_options(TomlReader& keys) {
   keys.set(options.base, {.key = "base"});
   keys.set(options.tip, {.key = "tip"});
   keys.set(options.moving, {.key = "moving"});
+  keys.set(options.dependent,
+           {.key = "dependent", .details = {.must_be = "a list of tables: [[robot.dependent]] before each"}});
   keys.set(options.gravity,
            {.key = "gravity",
             .details = {.must_be = "three: the acceleration of free fall in the base frame, in m/s²"}});
@@ -122,7 +124,8 @@ Robot read_robot(TomlReader keys, std::filesystem::path& robot_file) {
   }
   robot_file = urdf ? *urdf : *mdh;
   return with_options(std::move(keys),
-                      urdf ? read_urdf(robot_file, options) : read_mdh(robot_file, options.gravity));
+                      urdf ? read_urdf(robot_file, options)
+                           : with_dependents(read_mdh(robot_file, options.gravity), options.dependent));
 }
 
 void refuse_links_of_table(TomlReader& keys) {

@@ -107,17 +107,34 @@ std::string in_brackets(const Eigen::Vector3d& x) {
   return "[" + number(x.x()) + ", " + number(x.y()) + ", " + number(x.z()) + "]";
 }
 
-// The link that carries that of a joint, −1 for the base.
-int carrier(const JsonNode& joint, const Robot& before) {
+// The link that carries link k, −1 for the base.
+int carrier(const JsonNode& joint, const Robot& robot, std::size_t k) {
   if (!joint.has("carried_by")) {
-    return static_cast<int>(before.joints.size()) - 1;
+    return static_cast<int>(k) - 1;
   }
   const std::string link = joint.at("carried_by").text();
-  const auto at = std::ranges::find(before.joints, link, &Joint::link);
-  if (at == before.joints.end() && link != before.base) {
-    joint.at("carried_by").fail("is " + in_quotes(link) + ", which is neither the base nor a link before");
+  for (std::size_t other = 0; other < robot.chain.links.size(); ++other) {
+    if (robot.link_name(other) == link) {
+      return static_cast<int>(other);
+    }
   }
-  return at == before.joints.end() ? -1 : static_cast<int>(at - before.joints.begin());
+  if (link != robot.base) {
+    joint.at("carried_by").fail("is " + in_quotes(link) + ", which is neither the base nor a link");
+  }
+  return -1;
+}
+
+Chain::Dependent dependent(const JsonNode& node, const Robot& robot) {
+  Chain::Dependent out{
+      .joint = node.at("name").text(), .link = node.at("link").text(), .offset = node.at("offset").number()};
+  for (const auto& [name, factor] : node.at("of").json().items()) {
+    const auto at = std::ranges::find(robot.joints, name, &Joint::name);
+    if (at == robot.joints.end() || !factor.is_number()) {
+      node.at("of").fail("must hold factors of joints of the robot");
+    }
+    out.terms.push_back({static_cast<int>(at - robot.joints.begin()), factor.get<double>()});
+  }
+  return out;
 }
 
 // The member `robot` of a result, without a-priori values.
@@ -126,15 +143,26 @@ Robot result_robot(const JsonNode& robot) {
   out.name = robot.at("name").text();
   out.base = robot.at("base").text();
   out.chain.gravity = vector3(robot.at("gravity"));
-  for (const JsonNode& node : robot.at("joints").list()) {
-    out.chain.parents.push_back(carrier(node, out));
+  std::vector<JsonNode> joints = robot.at("joints").list();
+  for (const JsonNode& node : joints) {
     out.joints.push_back(joint(node));
-    out.chain.links.push_back(link(node.at("frame"), out.joints.back().type));
+  }
+  if (robot.has("dependent")) {
+    for (const JsonNode& node : robot.at("dependent").list()) {
+      out.chain.dependents.push_back(dependent(node, out));
+      joints.push_back(node);
+    }
+  }
+  for (const JsonNode& node : joints) {
+    out.chain.links.push_back(link(node.at("frame"), joint_type(node.at("type"))));
+  }
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    out.chain.parents.push_back(carrier(joints[k], out, k));
   }
   if (!out.chain.branches()) {
     out.chain.parents.clear();
   }
-  out.inertials.assign(out.joints.size(), Inertial::Zero());
+  out.inertials.assign(out.chain.links.size(), Inertial::Zero());
   for (const JsonNode& node : robot.at("coupling").list()) {
     out.couplings.push_back(coupling(node, out));
   }
@@ -155,6 +183,22 @@ void expect_same_geometry(const JsonNode& node, const Robot& result, const Robot
   };
   if (result.size() != robot.size()) {
     differs("the number of joints", std::to_string(result.size()), std::to_string(robot.size()));
+  }
+  const auto follow = [](const Chain::Dependent& a, const Chain::Dependent& b) {
+    return a.joint == b.joint && std::abs(a.offset - b.offset) <= tolerance &&
+           std::ranges::equal(a.terms, b.terms, [](const auto& x, const auto& y) {
+             return x.joint == y.joint && std::abs(x.factor - y.factor) <= tolerance;
+           });
+  };
+  if (!std::ranges::equal(result.chain.dependents, robot.chain.dependents, follow)) {
+    const auto names = [](const Robot& of) {
+      std::vector<std::string> out;
+      for (const Chain::Dependent& each : of.chain.dependents) {
+        out.push_back(each.joint);
+      }
+      return out.empty() ? "none" : quoted_list(out);
+    };
+    differs("what joints follow others, or how,", names(result), names(robot));
   }
   if ((result.chain.gravity - robot.chain.gravity).cwiseAbs().maxCoeff() > tolerance) {
     differs("gravity", in_brackets(result.chain.gravity), in_brackets(robot.chain.gravity));

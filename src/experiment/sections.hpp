@@ -37,9 +37,13 @@ inline constexpr auto robot_keys = std::tuple(
           {.otherwise = "all that moves behind `base`, a chain or a tree"}},
     Field{"moving",
           Key<std::vector<std::string>>(),
-          "URDF only, instead of `tip`: the joints that move, of a chain or a tree; all others are held at q "
-          "= 0",
-          {.otherwise = "all but those that follow another (mimic)"}},
+          "URDF only, instead of `tip`: the joints that move, of a chain or a tree, and with them their "
+          "mimic joints; all others are held at q = 0",
+          {.otherwise = "all"}},
+    Field{"dependent",
+          Key<std::vector<DependentJoint>>(),
+          "joints that follow others, beside the mimic joints of a URDF, see [below](#robotdependent)",
+          {.otherwise = "–"}},
     Field{"gravity",
           [](const Robot& robot) -> const Eigen::Vector3d& { return robot.chain.gravity; },
           "acceleration of free fall in the frame of the base: it points down",

@@ -11,13 +11,6 @@ namespace rivid::detail {
 
 namespace {
 
-// `key="value"` with a blank before it.
-std::string xml_attribute(std::string_view key, std::string_view value) {
-  return " " + std::string(key) + "=\"" + escaped(value) + '"';
-}
-
-std::string xml_attribute(std::string_view key, double value) { return xml_attribute(key, exact(value)); }
-
 // Ia is the inertia on the joint's side.
 double rotor_inertia(const Joint& joint, const JointValues& values) {
   return values.Ia / (joint.gear_ratio * joint.gear_ratio);

@@ -82,7 +82,7 @@ std::vector<JointValues> joint_values(const Robot& robot, const Eigen::Ref<const
     throw InputError(std::string(who) + ": chi_st has " + std::to_string(chi_st.size()) +
                      " values, the robot has " + std::to_string(parameters.size()) + " standard parameters");
   }
-  std::vector<JointValues> out(robot.joints.size());
+  std::vector<JointValues> out(robot.chain.links.size());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double value = chi_st[static_cast<Index>(i)];
     if (!std::isfinite(value)) {
@@ -90,7 +90,7 @@ std::vector<JointValues> joint_values(const Robot& robot, const Eigen::Ref<const
                        ", must be finite");
     }
     const auto joint = static_cast<std::size_t>(parameters[i].joint);
-    take(out[joint], parameters[i], value, robot.joints[joint].type);
+    take(out[joint], parameters[i], value, robot.chain.links[joint].type);
   }
   return out;
 }

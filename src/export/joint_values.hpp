@@ -35,6 +35,8 @@ struct JointValues {
 /// "1 2 3", each number with as many digits as it takes to read it back.
 [[nodiscard]] std::string exact_list(const Eigen::Ref<const Vector>& values);
 
+/// One a link, those of dependent joints last.
+///
 /// @param who  the function that was called, in messages
 /// @throws InputError  a wrong number of values, or one that is not finite
 [[nodiscard]] std::vector<JointValues> joint_values(const Robot& robot,

@@ -85,7 +85,6 @@ std::string randomisation_ranges(const Robot& robot, const Eigen::Ref<const Vect
   Json com_terms;
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     const std::string& joint = robot.joints[j].name;
-    const std::string& link = robot.joints[j].link;
     const auto put = [&](const char* field, const char* term, const auto& value) {
       mujoco[field][joint] = joint_terms[joint][term] =
           range_of(draws, [&](const auto& draw) { return value(draw[j]); });
@@ -104,6 +103,9 @@ std::string randomisation_ranges(const Robot& robot, const Eigen::Ref<const Vect
     if (joint_terms.contains(joint)) {
       joint_terms[joint]["operation"] = "abs";
     }
+  }
+  for (std::size_t j = 0; j < centre.size(); ++j) {
+    const std::string& link = robot.link_name(j);
     const Json masses = range_of(draws, [&](const auto& draw) { return mass(draw[j]) - mass(centre[j]); });
     mujoco["body_mass"][link] = masses;
     mass_terms[link] = {{"mass_distribution_params", masses}, {"operation", "add"}};

@@ -89,7 +89,7 @@ bool same_chain(const Robot& a, const Robot& b) {
                             [](const Joint& x, const Joint& y) {
                               return x.name == y.name && x.link == y.link && x.type == y.type;
                             }) &&
-         a.chain.parents == b.chain.parents &&
+         a.chain.parents == b.chain.parents && a.chain.dependents.size() == b.chain.dependents.size() &&
          std::ranges::equal(a.chain.links, b.chain.links, [](const Chain::Link& x, const Chain::Link& y) {
            return x.R == y.R && x.p == y.p && x.axes == y.axes && x.signs == y.signs;
          });
@@ -128,7 +128,6 @@ class Writer {
       Eigen::Matrix3d passed = Eigen::Matrix3d::Identity();
     };
     std::vector<Turns> of_links(tree_.links.size());
-    std::size_t j = 0;
     for (const int place : path_.joints) {
       const UrdfTopology::Joint& joint = tree_.joint(place);
       const Turns& before = of_links[static_cast<std::size_t>(joint.parent)];
@@ -138,6 +137,7 @@ class Writer {
         here = {before.previous, before.axes, passed};
         continue;
       }
+      const std::size_t j = robot_.link_of(joint.name).value();
       const Chain::Link& link = robot_.chain.links[j];
       const Eigen::Matrix3d axes = link_axes(link);
       Eigen::Matrix3d turn = passed.transpose() * before.previous * before.axes * link.R * axes.transpose();
@@ -146,8 +146,10 @@ class Writer {
       }
       write_group(joint.child, values[j].inertial, as_read_.inertials[j], turn);
       write_dynamics(joint, values[j]);
+      if (j >= robot_.joints.size() && !joint.mimic()) {
+        write_mimic(joint, robot_.chain.dependents[j - robot_.joints.size()]);
+      }
       here = {turn, axes, Eigen::Matrix3d::Identity()};
-      ++j;
     }
     return {splice_.result(), std::move(faults_), std::move(warnings_)};
   }
@@ -356,6 +358,25 @@ class Writer {
     if (!added.empty()) {
       splice_.insert_child(tag(joint.node), {"<dynamics" + added + "/>"});
     }
+  }
+
+  // What the experiment says of a joint, as far as a URDF can.
+  void write_mimic(const UrdfTopology::Joint& joint, const Chain::Dependent& dependent) {
+    if (dependent.terms.size() > 1) {
+      warnings_.push_back(
+          Finding{"format_has_no_place",
+                  {},
+                  "joint \"" + joint.name +
+                      "\" follows several joints in the experiment, which no mimic joint can: "
+                      "it moves by itself in the model"});
+      return;
+    }
+    const auto& [k, factor] = dependent.terms.front();
+    splice_.insert_child(
+        tag(joint.node),
+        {"<mimic" + detail::xml_attribute("joint", robot_.joints[static_cast<std::size_t>(k)].name) +
+         detail::xml_attribute("multiplier", factor) + detail::xml_attribute("offset", dependent.offset) +
+         "/>"});
   }
 
   detail::UrdfDocument document_;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "report/markup.hpp"
+#include "rivid/text.hpp"
+
 namespace rivid::detail {
 
 namespace {
@@ -44,6 +47,12 @@ StartTag start_tag(std::string_view text, std::size_t name_begin) {
   out.end = text.find('>', at) + 1;
   return out;
 }
+
+std::string xml_attribute(std::string_view key, std::string_view value) {
+  return " " + std::string(key) + "=\"" + escaped(value) + '"';
+}
+
+std::string xml_attribute(std::string_view key, double value) { return xml_attribute(key, exact(value)); }
 
 void Splice::replace(std::size_t begin, std::size_t length, std::string content) {
   edits_.push_back({begin, length, std::move(content)});

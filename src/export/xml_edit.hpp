@@ -28,6 +28,10 @@ struct StartTag {
 /// @param name_begin  offset of the element's name
 [[nodiscard]] StartTag start_tag(std::string_view text, std::size_t name_begin);
 
+/// `key="value"` with a blank before it.
+[[nodiscard]] std::string xml_attribute(std::string_view key, std::string_view value);
+[[nodiscard]] std::string xml_attribute(std::string_view key, double value);
+
 /// Replacements in a text, put in all at once. What is not replaced keeps every byte.
 class Splice {
  public:

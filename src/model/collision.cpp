@@ -226,6 +226,7 @@ class CollisionReader {
 }  // namespace
 
 CollisionModel read_collision(const Path& urdf, const Robot& robot) {
+  require_independent("read_collision", robot.chain);
   refuse_larger(urdf, robot_limit);
   const detail::UrdfDocument document(read_input(urdf).bytes(), urdf.string());
   return CollisionReader(urdf, robot, document).run();

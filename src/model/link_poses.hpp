@@ -15,8 +15,20 @@ struct LinkPose {
 
 /// The frames of all links at a posture.
 ///
-/// @param out  (n)
+/// @param q    (n)
+/// @param out  (links), or more
 inline void place_links(const Chain& chain, const Eigen::Ref<const Vector>& q, std::vector<LinkPose>& out) {
+  if (!chain.dependents.empty()) {
+    const LinkTree tree = link_tree(chain);
+    Vector all(std::ssize(tree.order));
+    tree.dependence.expand(q.data(), 1, 1, true, all.data());
+    std::vector<LinkPose> placed(tree.order.size());
+    place_links(tree.chain, all, placed);
+    for (std::size_t k = 0; k < placed.size(); ++k) {
+      out[tree.order[k]] = placed[k];
+    }
+    return;
+  }
   for (std::size_t j = 0; j < chain.links.size(); ++j) {
     const int parent = chain.parent(j);
     LinkPose at = parent < 0 ? LinkPose{} : out[static_cast<std::size_t>(parent)];

@@ -117,9 +117,16 @@ void take_limits_and_friction(Joint& joint, const urdf::Joint& from) {
 }  // namespace
 
 UrdfOptions same_part(const Robot& robot) {
-  UrdfOptions out{.base = robot.base, .tip = {}, .gravity = robot.chain.gravity};
+  UrdfOptions out{.base = robot.base,
+                  .tip = {},
+                  .followers = false,
+                  .dependent = dependent_joints(robot),
+                  .gravity = robot.chain.gravity};
   for (const Joint& joint : robot.joints) {
     out.moving.push_back(joint.name);
+  }
+  for (const Chain::Dependent& dependent : robot.chain.dependents) {
+    out.moving.push_back(dependent.joint);
   }
   return out;
 }
@@ -133,7 +140,8 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
   }
   Robot robot = [&] {
     try {
-      return robot_from(lumped_tree(kdl_tree(*model), checked), options.gravity);
+      return with_dependents(robot_from(lumped_tree(kdl_tree(*model), checked), options.gravity),
+                             checked.dependent);
     } catch (const InputError& e) {
       throw InputError(source + ": " + e.what());
     }

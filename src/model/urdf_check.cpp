@@ -50,6 +50,7 @@ class Checker {
       : document_(document),
         tree_(urdf_topology(document)),
         path_(urdf_path(document, tree_, options)),
+        dependent_(options.dependent),
         role_(tree_.joints.size(), Role::elsewhere),
         counts_(tree_.links.size(), false) {
     for (const int joint : path_.joints) {
@@ -79,7 +80,7 @@ class Checker {
     warn_of_transmissions();
     std::ostringstream text;
     plain_.save(text);
-    CheckedUrdf out{text.str(), tree_.link(path_.base).name, {}, warnings_};
+    CheckedUrdf out{text.str(), tree_.link(path_.base).name, {}, warnings_, dependent_};
     for (const int joint : path_.joints) {
       out.links.push_back(tree_.link(tree_.joint(joint).child).name);
     }
@@ -175,9 +176,9 @@ class Checker {
                          who + ": is of type " + joint.type +
                              "; only revolute, continuous, prismatic and fixed joints can be identified");
       }
-      if (const pugi::xml_node mimic = joint.node.child("mimic")) {
-        document_.refuse(mimic, who + ": follows joint \"" + mimic.attribute("joint").value() +
-                                    "\" (mimic), but every joint of the robot must move by itself");
+      if (joint.mimic() &&
+          std::ranges::find(dependent_, joint.name, &DependentJoint::joint) == dependent_.end()) {
+        take_mimic(joint, who);
       }
     }
     pugi::xml_node out = robot.append_child("joint");
@@ -191,6 +192,19 @@ class Checker {
       write_limits(out, joint, who, role);
       write_dynamics(out, joint, who);
     }
+  }
+
+  void take_mimic(const UrdfTopology::Joint& joint, const std::string& who) {
+    const pugi::xml_node mimic = joint.mimic();
+    const bool moves = std::ranges::any_of(
+        path_.joints, [&](int k) { return tree_.joint(k).moves() && tree_.joint(k).name == joint.leader(); });
+    if (!moves) {
+      document_.refuse(
+          mimic, who + ": follows joint \"" + joint.leader() + "\" (mimic), which is none of the robot's");
+    }
+    dependent_.push_back({.joint = joint.name,
+                          .of = {{joint.leader(), document_.number_or(1.0, mimic, "multiplier", who)}},
+                          .offset = document_.number_or(0.0, mimic, "offset", who)});
   }
 
   void write_axis(pugi::xml_node out, const UrdfTopology::Joint& joint, const std::string& who) {
@@ -314,7 +328,7 @@ class Checker {
     for (const int j : path_.joints) {
       if (const UrdfTopology::Joint& joint = tree_.joint(j); joint.held) {
         warn(joint.node, joint_who(joint.name) + ": lies on the way to joints of the robot but " +
-                             (joint.node.child("mimic") ? "follows another one (mimic)" : "is none of them") +
+                             (joint.mimic() ? "follows another one (mimic)" : "is none of them") +
                              "; held at q = 0");
       }
     }
@@ -329,8 +343,7 @@ class Checker {
     for (const auto& [carrier, joints] : lumped) {
       std::string names;
       for (const UrdfTopology::Joint* joint : joints) {
-        names += (names.empty() ? "\"" : ", \"") + joint->name + "\"" +
-                 (joint->node.child("mimic") ? " (mimic)" : "");
+        names += (names.empty() ? "\"" : ", \"") + joint->name + "\"" + (joint->mimic() ? " (mimic)" : "");
       }
       const bool one = joints.size() == 1;
       warn(joints.front()->node, (one ? "one joint is" : std::to_string(joints.size()) + " joints are") +
@@ -376,6 +389,7 @@ class Checker {
   const UrdfDocument& document_;
   UrdfTopology tree_;
   UrdfPath path_;
+  std::vector<DependentJoint> dependent_;  // stated ones, then mimic joints
   std::vector<Role> role_;
   std::vector<bool> counts_;  // links whose bodies move with the chain
   pugi::xml_document plain_;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <ranges>
 #include <set>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -333,13 +334,43 @@ std::vector<int> moving_joints(const UrdfTopology& tree, int base) {
     open.pop_back();
     for (const int j : tree.link(link).children) {
       const UrdfTopology::Joint& joint = tree.joint(j);
-      if (joint.moves() && !joint.node.child("mimic")) {
+      if (joint.moves() && !joint.mimic()) {
         out.push_back(j);
       }
       open.push_back(joint.child);
     }
   }
   return out;
+}
+
+// The joints from the base to a link; empty where the base does not carry it.
+std::vector<int> way_to(const UrdfTopology& tree, int base, int link) {
+  std::vector<int> out;
+  while (link != base && tree.link(link).parent >= 0) {
+    out.push_back(tree.link(link).parent);
+    link = tree.joint(out.back()).parent;
+  }
+  std::ranges::reverse(out);
+  return link == base ? out : std::vector<int>{};
+}
+
+// Those joints behind `base` that follow others, as stated, or as the file says of leaders that move.
+void add_followers(const UrdfTopology& tree, int base, std::span<const DependentJoint> stated,
+                   std::vector<int>& moving) {
+  const auto moves = [&](const std::string& name) {
+    return std::ranges::any_of(moving, [&](int j) { return tree.joint(j).name == name; });
+  };
+  for (bool more = true; std::exchange(more, false);) {
+    for (int j = 0; j < static_cast<int>(tree.joints.size()); ++j) {
+      const UrdfTopology::Joint& joint = tree.joint(j);
+      const bool follows = std::ranges::find(stated, joint.name, &DependentJoint::joint) != stated.end() ||
+                           (joint.mimic() && moves(joint.leader()));
+      if (follows && joint.moves() && !moves(joint.name) && !way_to(tree, base, joint.child).empty()) {
+        moving.push_back(j);
+        more = true;
+      }
+    }
+  }
 }
 
 int named_joint(const UrdfDocument& document, const UrdfTopology& tree, const std::string& name) {
@@ -357,17 +388,6 @@ int named_joint(const UrdfDocument& document, const UrdfTopology& tree, const st
     document.refuse(joint.node, "joint \"" + name + "\": is fixed, but moving names it");
   }
   return static_cast<int>(place - all.begin());
-}
-
-// The joints from the base to a link; empty where the base does not carry it.
-std::vector<int> way_to(const UrdfTopology& tree, int base, int link) {
-  std::vector<int> out;
-  while (link != base && tree.link(link).parent >= 0) {
-    out.push_back(tree.link(link).parent);
-    link = tree.joint(out.back()).parent;
-  }
-  std::ranges::reverse(out);
-  return link == base ? out : std::vector<int>{};
 }
 
 // Joints that are marked, depth first in the order of the file.
@@ -389,9 +409,20 @@ std::vector<int> depth_first(const UrdfTopology& tree, int base, const std::vect
   return out;
 }
 
-UrdfPath path_to_tip(const UrdfDocument& document, const UrdfTopology& tree, int base,
-                     const std::string& name) {
-  const int tip = named_link(document, tree, name, "tip");
+// Holds joints of a chain that follow one beside it.
+void hold_mimics(UrdfTopology& tree, std::span<const DependentJoint> stated, const UrdfPath& path) {
+  std::vector<int> moving;
+  std::ranges::copy_if(path.joints, std::back_inserter(moving),
+                       [&](int j) { return tree.joint(j).moves() && !tree.joint(j).mimic(); });
+  add_followers(tree, path.base, stated, moving);
+  for (const int j : path.joints) {
+    UrdfTopology::Joint& joint = tree.joints[static_cast<std::size_t>(j)];
+    joint.held = joint.moves() && std::ranges::find(moving, j) == moving.end();
+  }
+}
+
+UrdfPath path_to_tip(const UrdfDocument& document, UrdfTopology& tree, int base, const UrdfOptions& options) {
+  const int tip = named_link(document, tree, options.tip, "tip");
   UrdfPath path{base, way_to(tree, base, tip)};
   const std::string names_tip = "tip \"" + tree.link(tip).name + "\"";
   if (path.joints.empty() && tip != base) {
@@ -403,6 +434,7 @@ UrdfPath path_to_tip(const UrdfDocument& document, const UrdfTopology& tree, int
     throw InputError(document.source() + ": base \"" + tree.link(base).name + "\" does not carry " +
                      names_tip + "; the way to the tip is " + quoted_list(way));
   }
+  hold_mimics(tree, options.dependent, path);
   if (std::ranges::none_of(path.joints, [&](int joint) { return tree.joint(joint).moves(); })) {
     throw InputError(document.source() + ": no joint moves between base \"" + tree.link(base).name +
                      "\" and " + names_tip);
@@ -459,7 +491,7 @@ UrdfPath urdf_path(const UrdfDocument& document, UrdfTopology& tree, const UrdfO
     if (!options.moving.empty()) {
       throw InputError(document.source() + ": both tip and moving are given, must be one of them");
     }
-    return path_to_tip(document, tree, base, options.tip);
+    return path_to_tip(document, tree, base, options);
   }
   std::vector<int> moving;
   for (const std::string& name : options.moving) {
@@ -467,6 +499,9 @@ UrdfPath urdf_path(const UrdfDocument& document, UrdfTopology& tree, const UrdfO
   }
   if (moving.empty()) {
     moving = moving_joints(tree, base);
+  }
+  if (options.followers) {
+    add_followers(tree, base, options.dependent, moving);
   }
   if (moving.empty()) {
     document.refuse(document.robot(), "no joint moves behind link \"" + tree.link(base).name + "\"");

@@ -97,6 +97,8 @@ struct UrdfTopology {
     bool held = false;  // on the way to joints of the robot, but none of them
 
     [[nodiscard]] bool moves() const { return type != "fixed" && !held; }
+    [[nodiscard]] pugi::xml_node mimic() const { return node.child("mimic"); }
+    [[nodiscard]] std::string leader() const { return mimic().attribute("joint").value(); }
   };
 
   std::vector<Link> links;
@@ -131,6 +133,7 @@ struct CheckedUrdf {
   std::string base;
   std::vector<std::string> links;  // of the chain or tree without the base, depth first
   std::vector<Finding> warnings;
+  std::vector<DependentJoint> dependent;
 };
 
 /// @throws InputError  see read_urdf()

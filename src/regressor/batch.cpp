@@ -101,49 +101,86 @@ void RegressorBatch::fill(const Motion& motion, Index first, Index count, std::s
   if (targets.size() != joints() || workspace.columns_.size() != columns_.entries().size()) {
     throw InputError("RegressorBatch::fill: targets or workspace are those of another robot");
   }
-  const Index lanes = kernel_->lanes;
-  const auto entries = columns_.entries();
-  for (std::size_t e = 0; e < entries.size(); ++e) {
-    const RowsTarget& target = targets[entries[e].joint];
-    workspace.columns_[e] = target.data + entries[e].column * target.ld + row;
-  }
-  const Index packs = count / lanes;
-  const auto input = [&](Index sample) {
-    return detail::RegressorInput<double>{motion.q.data() + sample,   motion.qd.data() + sample,
-                                          motion.qdd.data() + sample, motion.q.outerStride(),
-                                          motion.qd.outerStride(),    motion.qdd.outerStride()};
-  };
-  kernel_->fill(plan(), input(first), static_cast<std::size_t>(packs), workspace.columns_.data(),
-                workspace.scratch_.get());
-
-  const Index rest = count - packs * lanes;
-  if (rest > 0) {
-    fill_rest(motion, first + packs * lanes, rest, packs * lanes, workspace);
+  const detail::RegressorInput<double> input = {motion.q.data() + first,   motion.qd.data() + first,
+                                                motion.qdd.data() + first, motion.q.outerStride(),
+                                                motion.qd.outerStride(),   motion.qdd.outerStride()};
+  if (!columns_.dependence().empty()) {
+    fill_folded(input, count, targets, row, workspace);
+  } else {
+    const auto entries = columns_.entries();
+    for (std::size_t e = 0; e < entries.size(); ++e) {
+      const RowsTarget& target = targets[entries[e].joint];
+      workspace.columns_[e] = target.data + entries[e].column * target.ld + row;
+    }
+    fill_entries(input, count, workspace);
   }
   fill_coupled(motion, first, count, targets, row, workspace);
 }
 
+void RegressorBatch::fill_entries(const detail::RegressorInput<double>& input, Index count,
+                                  BatchWorkspace& workspace) const {
+  const Index lanes = kernel_->lanes;
+  const Index packs = count / lanes;
+  kernel_->fill(plan(), input, static_cast<std::size_t>(packs), workspace.columns_.data(),
+                workspace.scratch_.get());
+  const Index rest = count - packs * lanes;
+  if (rest > 0) {
+    fill_rest(input, rest, packs * lanes, workspace);
+  }
+}
+
 // Samples that fill no pack go through one of their own, by the same arithmetic: a row never depends on where
 // a batch ends.
-void RegressorBatch::fill_rest(const Motion& motion, Index sample, Index rest, Index row,
+void RegressorBatch::fill_rest(const detail::RegressorInput<double>& input, Index rest, Index row,
                                BatchWorkspace& workspace) const {
   const Index lanes = kernel_->lanes;
-  const auto n = static_cast<Index>(joints());
+  const auto n = static_cast<Index>(plan().joints);
   double* const q = workspace.tail_.get();
   double* const qd = q + n * lanes;
   double* const qdd = qd + n * lanes;
   for (Index j = 0; j < n; ++j) {
     for (Index lane = 0; lane < lanes; ++lane) {
-      const Index k = sample + std::min(lane, rest - 1);
-      q[j * lanes + lane] = motion.q(k, j);
-      qd[j * lanes + lane] = motion.qd(k, j);
-      qdd[j * lanes + lane] = motion.qdd(k, j);
+      const Index k = row + std::min(lane, rest - 1);
+      q[j * lanes + lane] = input.q[j * input.q_stride + k];
+      qd[j * lanes + lane] = input.qd[j * input.qd_stride + k];
+      qdd[j * lanes + lane] = input.qdd[j * input.qdd_stride + k];
     }
   }
   kernel_->fill(plan(), {q, qd, qdd, lanes, lanes, lanes}, 1, workspace.tail_columns_.data(),
                 workspace.scratch_.get());
   for (std::size_t e = 0; e < workspace.columns_.size(); ++e) {
     std::copy_n(workspace.tail_columns_[e], rest, workspace.columns_[e] + row);
+  }
+}
+
+namespace {
+
+// Samples whose rows of all links' joints are made before they are folded; whole packs of any kernel.
+constexpr Index fold_samples = 64;
+
+}  // namespace
+
+void RegressorBatch::fill_folded(const detail::RegressorInput<double>& input, Index count,
+                                 std::span<const RowsTarget> targets, Index row,
+                                 BatchWorkspace& workspace) const {
+  double* const motion = workspace.folded_.data();
+  double* const values = motion + 3 * static_cast<Index>(plan().joints) * fold_samples;
+  for (std::size_t e = 0; e < workspace.columns_.size(); ++e) {
+    workspace.columns_[e] = values + static_cast<Index>(e) * fold_samples;
+  }
+  for (Index first = 0; first < count; first += fold_samples) {
+    const Index some = std::min(fold_samples, count - first);
+    fill_entries(columns_.expanded(input, first, some, motion), some, workspace);
+    for (const RegressorColumns::FoldedEntry& folded : columns_.folded()) {
+      const RowsTarget& target = targets[folded.to.joint];
+      double* const out = target.data + folded.to.column * target.ld + row + first;
+      std::fill_n(out, some, 0.0);
+      for (const auto& [e, factor] : folded.terms) {
+        for (Index k = 0; k < some; ++k) {
+          out[k] += factor * workspace.columns_[e][k];
+        }
+      }
+    }
   }
 }
 
@@ -181,12 +218,15 @@ detail::AlignedDoubles detail::aligned_doubles(std::size_t count) {
 
 BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
     : scratch_(detail::aligned_doubles(detail::kernel_scratch(static_cast<std::size_t>(batch.kernel_->lanes),
-                                                              batch.joints(), batch.columns_.plan().forks))),
+                                                              batch.plan().joints, batch.plan().forks))),
       columns_(batch.columns_.entries().size()),
       tail_columns_(columns_.size()) {
   const auto lanes = static_cast<std::size_t>(batch.kernel_->lanes);
-  const std::size_t input = 3 * batch.joints() * lanes;
+  const std::size_t input = 3 * batch.plan().joints * lanes;
   tail_ = detail::aligned_doubles(input + tail_columns_.size() * lanes);
+  if (!batch.columns_.dependence().empty()) {
+    folded_.resize((3 * batch.plan().joints + columns_.size()) * fold_samples);
+  }
   for (std::size_t e = 0; e < tail_columns_.size(); ++e) {
     tail_columns_[e] = tail_.get() + input + e * lanes;
   }

@@ -54,15 +54,19 @@ Json parameters(const Identification& result) {
 // The standard parameters, link by link.
 Json links(const Robot& robot, const BaseParameters& base, const Vector& chi_st) {
   const Vector a_priori = robot.chi_st();
-  Json out = json_list(robot.joints, [](const Joint& joint) {
-    return Json{{"link", joint.link}, {"joint", joint.name}, {"parameters", Json::array()}};
-  });
+  const auto of_link = [](const std::string& link, const std::string& joint) {
+    return Json{{"link", link}, {"joint", joint}, {"parameters", Json::array()}};
+  };
+  Json out = json_list(robot.joints, [&](const Joint& joint) { return of_link(joint.link, joint.name); });
+  for (const Chain::Dependent& dependent : robot.chain.dependents) {
+    out.push_back(of_link(dependent.link, dependent.joint));
+  }
   for (std::size_t i = 0; i < base.standard.size(); ++i) {
     const StandardParameter& p = base.standard[i];
     const auto j = static_cast<std::size_t>(p.joint);
     out[j]["parameters"].push_back({{"name", p.name()},
                                     {"value", at(chi_st, i)},
-                                    {"unit", unit(p.kind, robot.joints[j].type)},
+                                    {"unit", unit(p.kind, robot.chain.links[j].type)},
                                     {"a_priori", at(a_priori, i)}});
   }
   return out;
@@ -146,19 +150,32 @@ Json frame(const Chain::Link& link) {
   return {{"rotation", json_of(link.R)}, {"origin", json_of(link.p)}, {"axes", std::move(axes)}};
 }
 
+// Of a link and its joint, with what else belongs to that.
+Json joint_members(const Robot& robot, std::size_t k, const std::string& name, const Json& more) {
+  const Chain& chain = robot.chain;
+  Json members = {{"name", name},
+                  {"link", robot.link_name(k)},
+                  {"type", chain.links[k].type == JointType::revolute ? "revolute" : "prismatic"}};
+  members.update(more);
+  members["frame"] = frame(chain.links[k]);
+  if (chain.branches() || !chain.dependents.empty()) {
+    const int parent = chain.parent(k);
+    members["carried_by"] = parent < 0 ? robot.base : robot.link_name(static_cast<std::size_t>(parent));
+  }
+  return members;
+}
+
 Json joints(const Robot& robot) {
   return json_list(places(robot.joints.size()), [&](std::size_t k) {
-    const Joint& j = robot.joints[k];
-    Json members = {{"name", j.name},
-                    {"link", j.link},
-                    {"type", j.type == JointType::revolute ? "revolute" : "prismatic"}};
-    members.update(json_of(j));
-    members["frame"] = frame(robot.chain.links[k]);
-    if (robot.chain.branches()) {
-      const int parent = robot.chain.parent(k);
-      members["carried_by"] = parent < 0 ? robot.base : robot.joints[static_cast<std::size_t>(parent)].link;
-    }
-    return members;
+    return joint_members(robot, k, robot.joints[k].name, json_of(robot.joints[k]));
+  });
+}
+
+Json dependents(const Robot& robot) {
+  const std::vector<DependentJoint> all = dependent_joints(robot);
+  return json_list(places(all.size()), [&](std::size_t k) {
+    return joint_members(robot, robot.joints.size() + k, all[k].joint,
+                         {{"of", all[k].of}, {"offset", all[k].offset}});
   });
 }
 
@@ -172,12 +189,16 @@ Json couplings(const Robot& robot) {
 }
 
 Json robot_members(const Robot& robot) {
-  return {{"name", robot.name},
-          {"base", robot.base},
-          {"gravity", json_of(robot.chain.gravity)},
-          {"joints", joints(robot)},
-          {"coupling", couplings(robot)},
-          {"gear_matrix", robot.gear_matrix.size() > 0 ? json_of(robot.gear_matrix) : Json()}};
+  Json out = {{"name", robot.name},
+              {"base", robot.base},
+              {"gravity", json_of(robot.chain.gravity)},
+              {"joints", joints(robot)},
+              {"coupling", couplings(robot)},
+              {"gear_matrix", robot.gear_matrix.size() > 0 ? json_of(robot.gear_matrix) : Json()}};
+  if (!robot.chain.dependents.empty()) {
+    out["dependent"] = dependents(robot);
+  }
+  return out;
 }
 
 Json fit_members(const Identification& result) {

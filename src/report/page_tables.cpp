@@ -262,6 +262,7 @@ std::map<std::string, KeyTable> key_tables() {
   std::map<std::string, KeyTable> out;
   out["robot"].add<Robot>(robot_keys).add<Joint>();
   out["robot.joints"].add<Joint>(Joint::a_priori());
+  out["robot.dependent"].add<DependentJoint>();
   out["robot.coupling"].add<Coupling>().add<Coupling>(Coupling::a_priori());
   out["log"].add<LogSource>();
   out["log.column"].add<rivid::Column>();

@@ -1,5 +1,7 @@
 #include "report/skeleton.hpp"
 
+#include <utility>
+
 #include "identify/figures/ellipsoid.hpp"
 #include "model/link_poses.hpp"
 
@@ -19,9 +21,10 @@ Skeleton skeleton_of(const Robot& robot, const Vector& q) {
   Skeleton out;
   out.joints.emplace_back(Eigen::Vector3d::Zero());
   const std::vector<LinkPose> poses = link_poses(robot.chain, q);
-  for (std::size_t j = 0; j < poses.size(); ++j) {
+  int last = -1;
+  for (const std::size_t j : link_tree(robot.chain).order) {
     // One line draws all: from the end of a branch it goes back to where the next one begins.
-    for (int back = static_cast<int>(j) - 1; back != robot.chain.parent(j);) {
+    for (int back = std::exchange(last, static_cast<int>(j)); back != robot.chain.parent(j);) {
       back = robot.chain.parent(static_cast<std::size_t>(back));
       out.joints.push_back(back < 0 ? out.joints.front() : poses[static_cast<std::size_t>(back)].o);
     }
@@ -36,8 +39,8 @@ void add_ellipsoids(const Robot& robot, const Vector& q, const std::vector<Inert
   for (std::size_t j = 0; j < poses.size() && j < inertials.size(); ++j) {
     if (const std::optional<SolidEllipsoid> body = solid_ellipsoid(inertials[j])) {
       const Eigen::Matrix3d to_base = poses[j].R * link_axes(robot.chain.links[j]).transpose();
-      out.ellipsoids.push_back({robot.joints[j].link, style, body->mass, poses[j].o + to_base * body->centre,
-                                to_base * body->axes});
+      out.ellipsoids.push_back(
+          {robot.link_name(j), style, body->mass, poses[j].o + to_base * body->centre, to_base * body->axes});
     }
   }
 }

@@ -72,6 +72,9 @@ std::optional<IndefiniteMass> DynamicsBatch::accelerations(const Eigen::Ref<cons
     }
     return std::nullopt;
   };
+  if (!tables_.dependence.empty()) {
+    return one_by_one(0, samples);
+  }
 
   for (Index done = 0; done < samples;) {
     const Index packs = (samples - done) / lanes;

@@ -33,7 +33,8 @@ LoopPack::LoopPack(std::span<LoopOde* const> loops)
 bool LoopPack::fit(const LoopOde& a, const LoopOde& b) {
   const Chain& first = a.model().chain();
   const Chain& second = b.model().chain();
-  return a.simple() && b.simple() && first.gravity == second.gravity && first.parents == second.parents &&
+  return a.simple() && b.simple() && first.dependents.empty() && first.gravity == second.gravity &&
+         first.parents == second.parents &&
          std::ranges::equal(first.links, second.links, [](const Chain::Link& x, const Chain::Link& y) {
            return x.type == y.type && x.R == y.R && x.p == y.p;
          });

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "excite/tasks.hpp"
+#include "rivid/model/dependent.hpp"
 #include "support/random_matrix.hpp"
 
 namespace rivid {
@@ -147,6 +148,68 @@ TEST(SampledRegressor, HasExactSlopesOfAsymmetricFriction) {
   };
   const Vector difference = (sums(h) - sums(-h)) / (2.0 * h);
   EXPECT_LE((of_sum.qd.col(0) - difference).cwiseAbs().maxCoeff(), 1e-7);
+}
+
+// By central differences of the rows, of sums and torques.
+TEST(SampledRegressor, HasExactSlopesWhereJointsDependOnOthers) {
+  std::mt19937_64 random(4);
+  Robot robot = test::random_robot(6, random);
+  robot = with_dependents(robot, std::vector<DependentJoint>{
+                                     {.joint = robot.joints[2].name,
+                                      .of = {{robot.joints[1].name, -0.7}, {robot.joints[4].name, 1.2}},
+                                      .offset = 0.3},
+                                     {.joint = robot.joints[5].name, .of = {{robot.joints[0].name, 2.0}}}});
+  robot = detail::smoothed(robot, 0.5);
+  const Index n = robot.size();
+  ASSERT_EQ(n, 4);
+  const BaseParameters base = base_parameters(robot);
+  const Vector chi = base.from_standard(robot.chi_st());
+  const Motion motion = test::random_motion(21, n, random);
+  detail::SampledRegressor regressor(robot, base);
+  std::vector<Matrix> W;
+  regressor.rows(motion, W);
+  std::vector<Matrix> G;
+  for (const Matrix& rows : W) {
+    G.push_back(test::random_matrix(rows.rows(), rows.cols(), 8));
+  }
+  detail::Slopes of_sum;
+  std::vector<detail::Slopes> of_torque;
+  regressor.slopes(motion, G, chi, of_sum, of_torque);
+  constexpr double h = 1e-5;
+  struct Values {
+    Vector sum;
+    Matrix torques;
+  };
+  const auto values = [&](Matrix Motion::* part, Index joint, double shift) {
+    Motion moved = motion;
+    (moved.*part).col(joint).array() += shift;
+    regressor.rows(moved, W);
+    Values out{Vector::Zero(moved.samples()), Matrix(moved.samples(), n)};
+    for (std::size_t i = 0; i < W.size(); ++i) {
+      out.sum += W[i].cwiseProduct(G[i]).rowwise().sum();
+      out.torques.col(static_cast<Index>(i)) = W[i] * chi(regressor.columns(i));
+    }
+    return out;
+  };
+  const auto compare = [&](Matrix Motion::* part, Matrix detail::Slopes::* slopes) {
+    for (Index joint = 0; joint < n; ++joint) {
+      const Values above = values(part, joint, h);
+      const Values below = values(part, joint, -h);
+      const auto near = [&](const Vector& exact, const Vector& difference) {
+        // Third derivatives and roundings of the difference.
+        EXPECT_LE((exact - difference / (2.0 * h)).cwiseAbs().maxCoeff(),
+                  1e-7 * std::max(1.0, exact.cwiseAbs().maxCoeff()));
+      };
+      near((of_sum.*slopes).col(joint), above.sum - below.sum);
+      for (Index i = 0; i < n; ++i) {
+        near((of_torque[static_cast<std::size_t>(i)].*slopes).col(joint),
+             above.torques.col(i) - below.torques.col(i));
+      }
+    }
+  };
+  compare(&Motion::q, &detail::Slopes::q);
+  compare(&Motion::qd, &detail::Slopes::qd);
+  compare(&Motion::qdd, &detail::Slopes::qdd);
 }
 
 TEST(SampledRegressor, HasTheRowsOfTheObservationMatrix) {

@@ -394,11 +394,7 @@ TEST(ReadUrdf, TakesXAsTheAxisThatIsNotTold) {
   EXPECT_EQ(robot.chain.links[0].R.col(2), Eigen::Vector3d::UnitX());
 }
 
-TEST(ReadUrdf, RefusesJointsOfTheChainThatDoNotMoveByThemselves) {
-  EXPECT_EQ(
-      refusal(arm_with("</joint>", "<mimic joint=\"elbow\"/></joint>"), {.base = {}, .tip = "lower"}),
-      "arm.urdf:21: joint \"shoulder\": follows joint \"elbow\" (mimic), but every joint of the robot must "
-      "move by itself");
+TEST(ReadUrdf, RefusesJointsOfTheChainThatMoveInOtherWays) {
   for (const std::string type : {"floating", "planar"}) {
     EXPECT_EQ(refusal(arm_with("\"elbow\" type=\"revolute\"", "\"elbow\" type=\"" + type + "\"")),
               "arm.urdf:22: joint \"elbow\": is of type " + type +
@@ -495,11 +491,12 @@ Strings names(const Robot& robot) {
 TEST(ReadUrdf, TakesARobotThatBranchesAsATreeInTheOrderOfTheFile) {
   const Robot robot = parse_urdf(arm_and(std::string(gripper) + std::string(other_arm)), "arm.urdf");
   EXPECT_EQ(names(robot), (Strings{"shoulder", "elbow", "grip", "swing"}));
-  EXPECT_EQ(robot.chain.parents, (std::vector<int>{-1, 0, 1, -1}));
+  // The last one is that of "grip_2", which follows "grip".
+  EXPECT_EQ(robot.chain.parents, (std::vector<int>{-1, 0, 1, -1, 1}));
   EXPECT_TRUE(robot.chain.branches());
-  EXPECT_EQ(texts(robot),
-            (Strings{"arm.urdf:36: one joint is no part of the robot: \"grip_2\" (mimic); held at "
-                     "q = 0, what it moves is lumped into link \"lower\""}));
+  EXPECT_EQ(
+      texts(robot),
+      (Strings{"arm.urdf:35: link \"thumb\": has no <inertial>; its a-priori inertial parameters are zero"}));
   // Each branch is the chain that its tip names.
   const Robot hand = parse_urdf(arm_and(gripper), "arm.urdf", {.base = {}, .tip = "finger"});
   const Robot other = parse_urdf(arm_and(other_arm), "arm.urdf", {.base = {}, .tip = "other"});

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <kdl/treeidsolver_recursive_newton_euler.hpp>
 
 #include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/design_inertia.hpp"
@@ -27,31 +26,12 @@ struct DrawnTree {
     motion = test::random_motion(13, robot.size(), random);
   }
 
-  // Of KDL, which numbers joints in the order in which their segments were added.
   [[nodiscard]] Matrix torques() const {
-    const Eigen::Vector3d& g = robot.chain.gravity;
-    KDL::TreeIdSolver_RNE solver(tree, KDL::Vector(g.x(), g.y(), g.z()));
-    const auto n = static_cast<unsigned>(robot.size());
-    KDL::JntArray q(n);
-    KDL::JntArray qd(n);
-    KDL::JntArray qdd(n);
-    KDL::JntArray tau(n);
-    Matrix out(motion.samples(), robot.size());
-    const auto place = [&](Index j) {
-      return GetTreeElementQNr(tree.getSegment(robot.joints[static_cast<std::size_t>(j)].link)->second);
-    };
-    for (Index k = 0; k < motion.samples(); ++k) {
-      for (Index j = 0; j < robot.size(); ++j) {
-        q(place(j)) = motion.q(k, j);
-        qd(place(j)) = motion.qd(k, j);
-        qdd(place(j)) = motion.qdd(k, j);
-      }
-      EXPECT_EQ(solver.CartToJnt(q, qd, qdd, KDL::WrenchMap(), tau), 0);
-      for (Index j = 0; j < robot.size(); ++j) {
-        out(k, j) = tau(place(j));
-      }
+    std::vector<std::string> links;
+    for (const Joint& joint : robot.joints) {
+      links.push_back(joint.link);
     }
-    return out;
+    return test::kdl_torques(tree, robot.chain.gravity, links, motion);
   }
 
   test::RandomChain draw;

@@ -2,6 +2,7 @@
 
 #include <random>
 #include <string>
+#include <vector>
 
 namespace rivid::test {
 
@@ -42,7 +43,10 @@ inline std::string two_arms() {
 }
 
 /// A CSV of so many random harmonics for n joints, whose accelerations decay with the frequency.
-inline std::string random_fourier(int n, int harmonics, std::uint64_t seed) {
+///
+/// @param scales  of the joints; none: 1
+inline std::string random_fourier(int n, int harmonics, std::uint64_t seed,
+                                  const std::vector<double>& scales = {}) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::string out;
@@ -54,7 +58,8 @@ inline std::string random_fourier(int n, int harmonics, std::uint64_t seed) {
   for (int h = 1; h <= harmonics; ++h) {
     out += '\n';
     for (int k = 0; k < 2 * n; ++k) {
-      out += (k == 0 ? "" : ",") + std::to_string(0.5 * normal(random) / (h < 4 ? 1.0 : 0.25 * h));
+      const double scale = scales.empty() ? 0.5 : 0.5 * scales[static_cast<std::size_t>(k % n)];
+      out += (k == 0 ? "" : ",") + std::to_string(scale * normal(random) / (h < 4 ? 1.0 : 0.25 * h));
     }
   }
   return out + '\n';

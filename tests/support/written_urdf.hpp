@@ -16,7 +16,7 @@ namespace rivid::test {
 inline Vector random_urdf_parameters(const Robot& robot, std::mt19937_64& random) {
   std::uniform_real_distribution<double> positive(0.01, 2.0);
   const std::vector<StandardParameter> parameters = robot.standard_parameters();
-  std::vector<Inertial> bodies(robot.joints.size());
+  std::vector<Inertial> bodies(robot.chain.links.size());
   std::ranges::generate(bodies, [&] { return random_inertial(random); });
   Vector chi_st = Vector::Zero(static_cast<Index>(parameters.size()));
   for (std::size_t i = 0; i < parameters.size(); ++i) {

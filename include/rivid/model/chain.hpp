@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,14 +34,30 @@ struct Chain {
     std::array<int, 3> signs = {1, 1, 1};
   };
 
-  std::vector<Link> links;                         ///< links 1…n, base to tip; of a tree, depth first
+  /// A joint that follows others, as a mimic joint or a passive one of a parallelogram that has been cut:
+  ///
+  ///   q = offset + Σ_k factor_k q_k
+  struct Dependent {
+    struct Term {
+      int joint = 0;        ///< k, counted from 0, one of the n joints
+      double factor = 1.0;  ///< [unit of this joint per unit of joint k]
+    };
+    std::string joint;  ///< its name
+    std::string link;   ///< that it moves
+    std::vector<Term> terms = {};
+    double offset = 0.0;  ///< [rad | m]
+  };
+
+  std::vector<Link> links;  ///< links 1…n, base to tip; of a tree, depth first; then those of `dependents`
   Eigen::Vector3d gravity = {0.0, 0.0, -9.80665};  ///< acceleration of free fall in the base frame [m/s²]
   /// Of a tree: the link that carries each link, counted from 0, −1 for the base; empty: each is carried by
   /// the one before. Depth first: a link is carried by the one before it, by one of those that carry that
-  /// one, or by the base.
+  /// one, or by the base. With `dependents` in any order.
   std::vector<int> parents;
+  std::vector<Dependent> dependents;  ///< joints that follow others, of the last links
 
-  [[nodiscard]] Index joints() const { return static_cast<Index>(links.size()); }
+  /// n, without dependent ones.
+  [[nodiscard]] Index joints() const { return std::ssize(links) - std::ssize(dependents); }
   /// The link that carries link j, −1 for the base.
   [[nodiscard]] int parent(std::size_t j) const {
     return parents.empty() ? static_cast<int>(j) - 1 : parents[j];
@@ -56,8 +75,14 @@ struct Chain {
 /// For what knows chains alone.
 ///
 /// @param who  begins the message
-/// @throws InputError  where the robot branches
+/// @throws InputError  where the robot branches or a joint depends on others
 void require_chain(const std::string& who, const Chain& chain);
+
+/// For what can not follow dependent joints.
+///
+/// @param who  begins the message
+/// @throws InputError  where a joint depends on others
+void require_independent(const std::string& who, const Chain& chain);
 
 /// Where one inertial parameter of the link frame stands among the columns of frame j.
 struct InertialColumn {
@@ -72,6 +97,58 @@ struct InertialColumn {
 [[nodiscard]] Eigen::Matrix3d link_axes(const Chain::Link& link);
 
 namespace detail {
+
+// q_all = G q + q0 of all links' joints, and by the balance of power τ = Gᵀ τ_all.
+struct Dependence {
+  struct Term {
+    int link = 0;  // its place in LinkTree::chain
+    int joint = 0;
+    double factor = 1.0;
+  };
+  std::vector<Term> terms;      // of G, ascending by link; empty: each joint is independent
+  std::vector<double> offsets;  // q0, (links); empty like the terms
+
+  [[nodiscard]] bool empty() const noexcept { return terms.empty(); }
+
+  // Values of all links' joints from those of the robot's joints, of some samples; columns of x lie `stride`
+  // apart.
+  //
+  // all  (count × links)
+  template <typename Value>
+  void expand(const Value* x, std::ptrdiff_t stride, std::ptrdiff_t count, bool positions,
+              Value* all) const noexcept {
+    for (std::size_t j = 0; j < offsets.size(); ++j) {
+      for (std::ptrdiff_t k = 0; k < count; ++k) {
+        *all++ = Value(positions ? offsets[j] : 0.0);
+      }
+    }
+    all -= std::ssize(offsets) * count;
+    for (const Term& term : terms) {
+      for (std::ptrdiff_t k = 0; k < count; ++k) {
+        Value& sum = all[term.link * count + k];
+        sum = sum + Value(term.factor) * x[term.joint * stride + k];
+      }
+    }
+  }
+  // tau = Gᵀ all, (joints), of one sample.
+  template <typename Value>
+  void fold(const Value* all, std::size_t joints, Value* tau) const noexcept {
+    for (std::size_t j = 0; j < joints; ++j) {
+      tau[j] = Value(0.0);
+    }
+    for (const Term& term : terms) {
+      tau[term.joint] = tau[term.joint] + Value(term.factor) * all[term.link];
+    }
+  }
+};
+
+// The links as kernels walk them: depth first, each with a joint of its own.
+struct LinkTree {
+  Chain chain;
+  std::vector<std::size_t> order;  // place of each link among those of the robot
+  Dependence dependence;
+};
+[[nodiscard]] LinkTree link_tree(const Chain& chain);
 
 template <typename Square>
 struct JacobiEigen {
@@ -200,12 +277,65 @@ inline std::optional<std::string> frame_complaint(const Chain::Link& link) {
   return std::nullopt;
 }
 
+// Places of the links of a chain depth first; without those that nothing carries.
+inline std::vector<std::size_t> depth_first(const Chain& chain) {
+  std::vector<std::size_t> out;
+  std::vector<int> open = {-1};
+  while (!open.empty()) {
+    const int at = open.back();
+    open.pop_back();
+    if (at >= 0) {
+      out.push_back(static_cast<std::size_t>(at));
+    }
+    for (std::size_t j = chain.links.size(); j-- > 0;) {
+      if (chain.parent(j) == at) {
+        open.push_back(static_cast<int>(j));
+      }
+    }
+  }
+  return out;
+}
+
+// Of dependent joints and their place in the tree.
+inline std::optional<std::string> dependence_complaint(const Chain& chain) {
+  const Index n = chain.joints();
+  if (n < 1) {
+    return "every joint depends on others, at least one must move by itself";
+  }
+  for (const Chain::Dependent& dependent : chain.dependents) {
+    const std::string who = "dependent joint \"" + dependent.joint + "\": ";
+    if (dependent.terms.empty() || !std::isfinite(dependent.offset)) {
+      return who + (dependent.terms.empty() ? "it follows no joint" : "its offset is not finite");
+    }
+    for (const Chain::Dependent::Term& term : dependent.terms) {
+      if (term.joint < 0 || term.joint >= n) {
+        return who + "it follows joint " + std::to_string(term.joint + 1) + " of " + std::to_string(n);
+      }
+      if (!std::isfinite(term.factor) || term.factor == 0.0) {
+        return who + "a factor is " + number(term.factor) + ", must be finite and not zero";
+      }
+    }
+  }
+  for (const int parent : chain.parents) {
+    if (parent < -1 || parent >= std::ssize(chain.links)) {
+      return "a link is carried by link " + std::to_string(parent + 1) + " of " +
+             std::to_string(chain.links.size());
+    }
+  }
+  return depth_first(chain).size() == chain.links.size()
+             ? std::nullopt
+             : std::optional<std::string>("parents lead round in a cycle");
+}
+
 // Of the order of a tree.
 inline std::optional<std::string> order_complaint(const Chain& chain) {
   const std::vector<int>& parents = chain.parents;
   if (!parents.empty() && parents.size() != chain.links.size()) {
     return "parents of the chain has " + std::to_string(parents.size()) + " entries, must have " +
            std::to_string(chain.links.size()) + ", one a link";
+  }
+  if (!chain.dependents.empty()) {
+    return dependence_complaint(chain);
   }
   for (std::size_t j = 0; j < parents.size(); ++j) {
     int before = static_cast<int>(j) - 1;
@@ -218,6 +348,36 @@ inline std::optional<std::string> order_complaint(const Chain& chain) {
     }
   }
   return std::nullopt;
+}
+
+RIVID_INLINE LinkTree link_tree(const Chain& chain) {
+  LinkTree out;
+  if (chain.dependents.empty()) {
+    out.chain = chain;
+    out.order.resize(chain.links.size());
+    std::iota(out.order.begin(), out.order.end(), std::size_t{0});
+    return out;
+  }
+  out.order = depth_first(chain);
+  out.chain.gravity = chain.gravity;
+  std::vector<int> places(chain.links.size());
+  const auto n = static_cast<std::size_t>(chain.joints());
+  for (const std::size_t j : out.order) {
+    const int place = static_cast<int>(out.chain.links.size());
+    places[j] = place;
+    out.chain.links.push_back(chain.links[j]);
+    out.chain.parents.push_back(chain.parent(j) < 0 ? -1 : places[static_cast<std::size_t>(chain.parent(j))]);
+    if (j < n) {
+      out.dependence.terms.push_back({place, static_cast<int>(j), 1.0});
+      out.dependence.offsets.push_back(0.0);
+      continue;
+    }
+    for (const auto& [joint, factor] : chain.dependents[j - n].terms) {
+      out.dependence.terms.push_back({place, joint, factor});
+    }
+    out.dependence.offsets.push_back(chain.dependents[j - n].offset);
+  }
+  return out;
 }
 
 }  // namespace detail
@@ -253,16 +413,30 @@ RIVID_INLINE std::vector<int> Chain::forks() const {
 }
 
 RIVID_INLINE std::vector<std::size_t> Chain::tips() const {
+  std::vector<bool> carries(links.size(), false);
+  for (std::size_t j = 0; j < links.size(); ++j) {
+    if (parent(j) >= 0) {
+      carries[static_cast<std::size_t>(parent(j))] = true;
+    }
+  }
   std::vector<std::size_t> out;
   for (std::size_t j = 0; j < links.size(); ++j) {
-    if (j + 1 == links.size() || parent(j + 1) != static_cast<int>(j)) {
+    if (!carries[j]) {
       out.push_back(j);
     }
   }
   return out;
 }
 
+RIVID_INLINE void require_independent(const std::string& who, const Chain& chain) {
+  if (!chain.dependents.empty()) {
+    throw InputError(who + ": joint \"" + chain.dependents.front().joint +
+                     "\" depends on others, every joint must move by itself");
+  }
+}
+
 RIVID_INLINE void require_chain(const std::string& who, const Chain& chain) {
+  require_independent(who, chain);
   if (chain.branches()) {
     throw InputError(who + ": the robot branches, must be a chain; name its last link as tip");
   }

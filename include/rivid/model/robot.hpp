@@ -238,8 +238,8 @@ struct Robot {
   std::string name;
   std::string base;  ///< link that stands still
   Chain chain;
-  std::vector<Joint> joints;        ///< one for each link of the chain
-  std::vector<Inertial> inertials;  ///< a-priori values, in the link frames; zero where none are known
+  std::vector<Joint> joints;        ///< those that move by themselves, without Chain::dependents
+  std::vector<Inertial> inertials;  ///< a-priori values of all links, in their frames; zero where unknown
   std::vector<Coupling> couplings;  ///< motors that several joints turn, and their parameters
   /// R of q_motor = R q, (n × n), where gears couple the joints; empty: the diagonal of the gear ratios. By
   /// the balance of power the motors' torques act on the joints through its transpose, τ = Rᵀ τ_motor. It
@@ -255,10 +255,20 @@ struct Robot {
   std::vector<Finding> warnings;   ///< what the reader noticed and the user should know
   std::vector<std::string> notes;  ///< what was chosen for it
 
+  /// n, without dependent joints.
   [[nodiscard]] Index size() const { return chain.joints(); }
 
+  /// Name of link j, counted from 0, those of dependent joints last.
+  [[nodiscard]] const std::string& link_name(std::size_t j) const {
+    return j < joints.size() ? joints[j].link : chain.dependents[j - joints.size()].link;
+  }
+
+  /// The link that a joint moves, counted from 0, dependent joints among them; nothing for a name of none.
+  [[nodiscard]] std::optional<std::size_t> link_of(std::string_view joint) const;
+
   /// The standard parameters that this robot has, link by link: XX … M, then Ia where the joint has a rotor
-  /// inertia, then those of its friction law (at most 16 a link), then those of its motor's coupling.
+  /// inertia, then those of its friction law (at most 16 a link), then those of its motor's coupling. Links of
+  /// dependent joints have the first ten alone.
   [[nodiscard]] std::vector<StandardParameter> standard_parameters() const;
 
   /// A-priori values of standard_parameters(), (N_s) [SI, joint side]: chi_st of Eq. (2) of [RIV].

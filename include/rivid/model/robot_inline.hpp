@@ -44,7 +44,6 @@ inline std::vector<CoupledEntry::Term> terms(const auto& weights) {
 
 inline double a_priori(const Robot& robot, const StandardParameter& parameter) {
   const auto j = static_cast<std::size_t>(parameter.joint);
-  const Joint& joint = robot.joints[j];
   const auto coupling = [&]() -> const Coupling& {
     return *std::ranges::find(robot.couplings, parameter.joint, &Coupling::motor);
   };
@@ -52,11 +51,11 @@ inline double a_priori(const Robot& robot, const StandardParameter& parameter) {
     case APriori::inertials:
       return robot.inertials[j][static_cast<Index>(parameter.kind)];
     case APriori::Ia:
-      return joint.Ia;
+      return robot.joints[j].Ia;
     case APriori::Fv:
-      return joint.Fv;
+      return robot.joints[j].Fv;
     case APriori::Fc:
-      return joint.Fc;
+      return robot.joints[j].Fc;
     case APriori::Iam:
       return coupling().Iam;
     case APriori::Fvm:
@@ -321,6 +320,16 @@ RIVID_INLINE Matrix coupling_matrix(std::span<const Coupling> couplings, Index n
   return C;
 }
 
+RIVID_INLINE std::optional<std::size_t> Robot::link_of(std::string_view joint) const {
+  const auto at = std::ranges::find(joints, joint, &Joint::name);
+  const auto dependent = std::ranges::find(chain.dependents, joint, &Chain::Dependent::joint);
+  if (at == joints.end() && dependent == chain.dependents.end()) {
+    return std::nullopt;
+  }
+  return static_cast<std::size_t>(at - joints.begin()) +
+         (at == joints.end() ? static_cast<std::size_t>(dependent - chain.dependents.begin()) : 0);
+}
+
 RIVID_INLINE std::vector<StandardParameter> Robot::standard_parameters() const {
   std::vector<StandardParameter> out;
   for (int j = 0; j < size(); ++j) {
@@ -340,6 +349,11 @@ RIVID_INLINE std::vector<StandardParameter> Robot::standard_parameters() const {
           out.push_back({kind, j});
         }
       }
+    }
+  }
+  for (int j = static_cast<int>(size()); j < static_cast<int>(chain.links.size()); ++j) {
+    for (int k = 0; k < inertial_count; ++k) {
+      out.push_back({static_cast<ParameterKind>(k), j});
     }
   }
   return out;
@@ -377,10 +391,10 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
   if (chain.links.empty()) {
     return "the robot has no moving joint";
   }
-  if (joints.size() != chain.links.size() || inertials.size() != chain.links.size()) {
+  if (std::ssize(joints) != size() || inertials.size() != chain.links.size()) {
     return "the chain has " + std::to_string(chain.links.size()) + " links, but " +
-           std::to_string(joints.size()) + " joints and " + std::to_string(inertials.size()) +
-           " inertials are given";
+           std::to_string(joints.size() + chain.dependents.size()) + " joints and " +
+           std::to_string(inertials.size()) + " inertials are given";
   }
   if (auto fault = detail::gravity_complaint(chain.gravity)) {
     return fault;
@@ -417,6 +431,17 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
     }
     if (!inertials[j].allFinite()) {
       return who + "the inertial parameters of link \"" + joint.link + "\" are not finite";
+    }
+  }
+  for (std::size_t j = joints.size(); j < inertials.size(); ++j) {
+    const std::string& name = chain.dependents[j - joints.size()].joint;
+    if (const auto fault = detail::frame_complaint(chain.links[j])) {
+      return "joint \"" + name + "\": " + *fault;
+    }
+    if (std::ranges::find(joints, name, &Joint::name) != joints.end() || !inertials[j].allFinite()) {
+      return "dependent joint \"" + name +
+             "\": its name is that of another joint, or the inertial parameters " +
+             "of its link are not finite";
     }
   }
   if (!(tolerance.length >= 0.0) || !(tolerance.angle >= 0.0)) {

@@ -82,6 +82,12 @@ class Fingerprint {
       for (const auto& [type, R, p, axes, signs] : value.links) {
         add(of(type, R, p, axes, signs));
       }
+      for (const Chain::Dependent& dependent : value.dependents) {
+        add(dependent.offset);
+        for (const auto& [joint, factor] : dependent.terms) {
+          add(of(joint, factor));
+        }
+      }
     } else {
       for (const auto& each : value) {
         add(each);

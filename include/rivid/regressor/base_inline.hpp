@@ -96,7 +96,7 @@ struct Scan {
 // of 1.5708 a gravity column of 4e-6.
 inline Vector unit_norms(const Matrix& W, const Robot& robot, std::span<const StandardParameter> standard) {
   const auto unit_of = [&](std::size_t c) {
-    return unit(standard[c].kind, robot.joints[static_cast<std::size_t>(standard[c].joint)].type);
+    return unit(standard[c].kind, robot.chain.links[static_cast<std::size_t>(standard[c].joint)].type);
   };
   const Vector norms = W.colwise().norm();
   Vector out = norms;
@@ -228,7 +228,7 @@ inline BaseParameters named(const Robot& robot, std::vector<StandardParameter> s
     const StandardParameter& leading =
         base.standard[static_cast<std::size_t>(base.leading[static_cast<std::size_t>(i)])];
     const auto terms = base.regrouping(i);
-    const JointType type = robot.joints[static_cast<std::size_t>(leading.joint)].type;
+    const JointType type = robot.chain.links[static_cast<std::size_t>(leading.joint)].type;
     base.parameters.push_back({leading, leading.name() + (terms.size() > 1 ? "R" : ""), written(terms),
                                std::string(unit(leading.kind, type))});
   }

@@ -97,7 +97,12 @@ class RegressorBatch {
  private:
   friend class BatchWorkspace;
 
-  void fill_rest(const Motion& motion, Index sample, Index rest, Index row, BatchWorkspace& workspace) const;
+  void fill_entries(const detail::RegressorInput<double>& input, Index count,
+                    BatchWorkspace& workspace) const;
+  void fill_rest(const detail::RegressorInput<double>& input, Index rest, Index row,
+                 BatchWorkspace& workspace) const;
+  void fill_folded(const detail::RegressorInput<double>& input, Index count,
+                   std::span<const RowsTarget> targets, Index row, BatchWorkspace& workspace) const;
   void fill_coupled(const Motion& motion, Index first, Index count, std::span<const RowsTarget> targets,
                     Index row, BatchWorkspace& workspace) const;
 
@@ -134,6 +139,7 @@ class BatchWorkspace {
   detail::AlignedDoubles tail_;   // input and output of samples that fill no whole pack
   std::vector<double*> columns_;  // where each entry's column begins
   std::vector<double*> tail_columns_;
+  std::vector<double> folded_;  // where joints depend on others: the motion of all links, and their entries
 };
 
 /// Rows of all joints for some samples, in memory that suits the caches.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <span>
 #include <string>
 #include <utility>
@@ -84,6 +85,9 @@ class RegressorWorkspace;
 /// joints before it; a joint's torque is the power of the link's wrench on that joint's screw. RegressorBatch
 /// does the same for many samples, by the same template. The column of friction that follows the load holds
 /// the sign of the velocity alone, see LoadColumns.
+///
+/// Where joints depend on others the kernel has the rows of all links' joints, and those of a robot's joints
+/// are Gᵀ of them, with q_all = G q + q0.
 class RegressorColumns {
  public:
   /// Where a value of the kernel goes.
@@ -101,14 +105,25 @@ class RegressorColumns {
   /// @throws InputError where a parameter occurs twice, or is none of this robot
   RegressorColumns(const Robot& robot, std::span<const StandardParameter> parameters);
 
+  /// An entry of a joint's row where joints depend on others: factors of values of the kernel.
+  struct FoldedEntry {
+    Entry to;
+    std::vector<std::pair<std::size_t, double>> terms;
+  };
+
   [[nodiscard]] Index size() const { return size_; }
-  [[nodiscard]] std::size_t joints() const { return links_.size(); }
+  [[nodiscard]] std::size_t joints() const { return columns_.size(); }
 
   /// Columns that joint i's rows touch: indices into the choice, ascending.
   [[nodiscard]] const std::vector<Index>& of_joint(std::size_t i) const { return columns_[i]; }
 
-  /// Where the values of the kernel go, in its order: all but those of coupled motors.
+  /// Where the values of the kernel go, in its order: all but those of coupled motors. Where joints depend on
+  /// others, the number of its values alone; see folded().
   [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
+  /// What is made of the kernel's values where joints depend on others; else empty.
+  [[nodiscard]] std::span<const FoldedEntry> folded() const { return folded_; }
+  /// How joints depend on others, by the links of plan(); empty where none does.
+  [[nodiscard]] const detail::Dependence& dependence() const { return dependence_; }
   /// Entries of joint i's row from the motors that it is coupled to.
   [[nodiscard]] std::span<const MotorEntry> of_motors(std::size_t i) const { return motors_[i]; }
   /// What the kernel reads.
@@ -146,12 +161,22 @@ class RegressorColumns {
   ///             of_joint(i)
   template <typename Scalar, typename Put>
   void rows(const State<Scalar>& state, RegressorWorkspace<Scalar>& workspace, const Put& put) const {
-    detail::fill_rows<Scalar>(plan(), {state.q.data(), state.qd.data(), state.qdd.data(), 1, 1, 1}, 1,
-                              workspace.places_.data(),
+    detail::RegressorInput<Scalar> input = {state.q.data(), state.qd.data(), state.qdd.data(), 1, 1, 1};
+    if (!dependence_.empty()) {
+      input = expanded(input, 0, 1, workspace.motion_.data());
+    }
+    detail::fill_rows<Scalar>(plan(), input, 1, workspace.places_.data(),
                               {workspace.screws_.data(), workspace.angles_.data(), workspace.forks_.data(),
                                workspace.fork_screws_.data()});
-    for (std::size_t e = 0; e < entries_.size(); ++e) {
+    for (std::size_t e = 0; dependence_.empty() && e < entries_.size(); ++e) {
       put(entries_[e].joint, entries_[e].column, workspace.values_[e]);
+    }
+    for (const FoldedEntry& folded : folded_) {
+      Scalar sum(0.0);
+      for (const auto& [e, factor] : folded.terms) {
+        sum = sum + Scalar(factor) * workspace.values_[e];
+      }
+      put(folded.to.joint, folded.to.column, sum);
     }
     for (std::size_t i = 0; i < motors_.size(); ++i) {
       for (const MotorEntry& e : motors_[i]) {
@@ -160,9 +185,24 @@ class RegressorColumns {
     }
   }
 
+  /// Motion of all links' joints, q_all = G q + q0, where joints depend on others.
+  ///
+  /// @param first, count  samples of the input
+  /// @param memory        (3 × plan().joints × count), which the result lies in
+  template <typename Value>
+  detail::RegressorInput<Value> expanded(const detail::RegressorInput<Value>& input, std::ptrdiff_t first,
+                                         std::ptrdiff_t count, Value* memory) const {
+    const auto size = static_cast<std::ptrdiff_t>(links_.size()) * count;
+    dependence_.expand(input.q + first, input.q_stride, count, true, memory);
+    dependence_.expand(input.qd + first, input.qd_stride, count, false, memory + size);
+    dependence_.expand(input.qdd + first, input.qdd_stride, count, false, memory + 2 * size);
+    return {memory, memory + size, memory + 2 * size, count, count, count};
+  }
+
  private:
   void add_coupled(const Robot& robot, const Coupling& coupling, const StandardParameter& parameter,
-                   Index column);
+                   Index column, std::span<const std::size_t> places);
+  void fold(const Robot& robot, std::span<const std::size_t> places);
 
   Index size_ = 0;
   std::size_t forks_ = 0;
@@ -171,6 +211,8 @@ class RegressorColumns {
   std::vector<Entry> entries_;
   std::vector<std::vector<MotorEntry>> motors_;  // by joint
   std::vector<std::vector<Index>> columns_;      // by joint
+  std::vector<FoldedEntry> folded_;
+  detail::Dependence dependence_;
 };
 
 /// Scratch of RegressorColumns::rows(), made once and used for any number of samples by one thread.
@@ -178,10 +220,11 @@ template <typename Scalar>
 class RegressorWorkspace {
  public:
   explicit RegressorWorkspace(const RegressorColumns& columns)
-      : screws_(columns.joints()),
-        angles_(columns.joints()),
+      : screws_(columns.plan().joints),
+        angles_(columns.plan().joints),
         forks_(columns.plan().forks),
-        fork_screws_(forks_.size() * columns.joints()),
+        fork_screws_(forks_.size() * columns.plan().joints),
+        motion_(!columns.dependence().empty() ? 3 * columns.plan().joints : 0),
         values_(columns.entries().size()) {
     for (Scalar& value : values_) {
       places_.push_back(&value);
@@ -196,6 +239,7 @@ class RegressorWorkspace {
   std::vector<detail::CosSin<Scalar>> angles_;
   std::vector<detail::ForkState<Scalar>> forks_;
   std::vector<detail::Screw<Scalar>> fork_screws_;
+  std::vector<Scalar> motion_;  // of all links, where joints depend on others
   std::vector<Scalar> values_;
   std::vector<Scalar*> places_;
 };
@@ -256,9 +300,9 @@ inline LinkPlan link_plan(const Chain& chain, std::size_t j, unsigned mask) {
 }
 
 inline void require_parameters(const Robot& robot, std::span<const StandardParameter> parameters) {
-  if (robot.chain.links.size() != robot.joints.size()) {
+  if (robot.chain.joints() != std::ssize(robot.joints)) {
     throw InputError("RegressorColumns: robot \"" + robot.name + "\" has " +
-                     std::to_string(robot.chain.links.size()) + " links, must have one for each of its " +
+                     std::to_string(robot.chain.joints()) + " links, must have one for each of its " +
                      std::to_string(robot.joints.size()) + " joints");
   }
   if (const auto fault = order_complaint(robot.chain)) {
@@ -269,9 +313,10 @@ inline void require_parameters(const Robot& robot, std::span<const StandardParam
       throw InputError("RegressorColumns: kind of a parameter is " +
                        std::to_string(static_cast<int>(p.kind)) + ", must be a ParameterKind");
     }
-    if (p.joint < 0 || p.joint >= robot.size()) {
+    const auto places = role(p.kind) == Role::inertial ? std::ssize(robot.chain.links) : robot.size();
+    if (p.joint < 0 || p.joint >= places) {
       throw InputError("RegressorColumns: joint of a parameter " + std::string(symbol(p.kind)) + " is " +
-                       std::to_string(p.joint) + ", must be one of the " + std::to_string(robot.size()) +
+                       std::to_string(p.joint) + ", must be one of the " + std::to_string(places) +
                        " joints of robot \"" + robot.name + "\", counted from 0");
     }
   }
@@ -280,51 +325,94 @@ inline void require_parameters(const Robot& robot, std::span<const StandardParam
 }  // namespace detail
 
 RIVID_INLINE void RegressorColumns::add_coupled(const Robot& robot, const Coupling& coupling,
-                                                const StandardParameter& parameter, Index column) {
+                                                const StandardParameter& parameter, Index column,
+                                                std::span<const std::size_t> places) {
   for (CoupledEntry& entry : coupled_entries(coupling, parameter.kind, robot.size())) {
     entry.sign_speed = robot.joints[static_cast<std::size_t>(parameter.joint)].sign_speed;
     for (CoupledEntry::Term& term : entry.terms) {
       term.sign_speed = robot.joints[term.joint].sign_speed;
     }
-    const std::size_t joint = entry.joint;
-    motors_[joint].push_back({std::move(entry), static_cast<Index>(columns_[joint].size())});
-    columns_[joint].push_back(column);
+    std::vector<Index>& felt = columns_[places[entry.joint]];
+    motors_[entry.joint].push_back({std::move(entry), static_cast<Index>(felt.size())});
+    felt.push_back(column);
+  }
+}
+
+// From the columns of all links' joints to those of the robot's joints.
+RIVID_INLINE void RegressorColumns::fold(const Robot& robot, std::span<const std::size_t> places) {
+  const std::vector<std::vector<Index>> of_links =
+      std::exchange(columns_, std::vector<std::vector<Index>>(robot.joints.size()));
+  std::map<std::pair<std::size_t, Index>, std::vector<std::pair<std::size_t, double>>> felt;
+  for (std::size_t e = 0; e < entries_.size(); ++e) {
+    const auto [link, column] = entries_[e];
+    for (const detail::Dependence::Term& term : dependence_.terms) {
+      if (static_cast<std::size_t>(term.link) == link) {
+        felt[{static_cast<std::size_t>(term.joint), of_links[link][static_cast<std::size_t>(column)]}]
+            .emplace_back(e, term.factor);
+      }
+    }
+  }
+  const auto column_of = [&](std::size_t joint, const MotorEntry& motor) {
+    return of_links[places[joint]][static_cast<std::size_t>(motor.column)];
+  };
+  for (std::size_t i = 0; i < motors_.size(); ++i) {
+    for (const MotorEntry& motor : motors_[i]) {
+      felt[{i, column_of(i, motor)}];
+    }
+  }
+  for (auto& [at, terms] : felt) {
+    std::vector<Index>& columns = columns_[at.first];
+    if (!terms.empty()) {
+      folded_.push_back({{at.first, static_cast<Index>(columns.size())}, std::move(terms)});
+    }
+    columns.push_back(at.second);
+  }
+  for (std::size_t i = 0; i < motors_.size(); ++i) {
+    for (MotorEntry& motor : motors_[i]) {
+      motor.column = std::ranges::find(columns_[i], column_of(i, motor)) - columns_[i].begin();
+    }
   }
 }
 
 RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
                                                 std::span<const StandardParameter> parameters)
-    : size_(static_cast<Index>(parameters.size())),
-      motors_(robot.joints.size()),
-      columns_(robot.joints.size()) {
-  const std::size_t n = columns_.size();
+    : size_(static_cast<Index>(parameters.size())), motors_(robot.joints.size()) {
   detail::require_parameters(robot, parameters);
+  detail::LinkTree tree = detail::link_tree(robot.chain);
+  dependence_ = std::move(tree.dependence);
+  const std::size_t n = tree.order.size();
+  std::vector<std::size_t> links(n);  // place in the tree of each of the robot's links
+  for (std::size_t k = 0; k < n; ++k) {
+    links[tree.order[k]] = k;
+  }
+  columns_.resize(n);
   // Place of column k of frame j in the row of each joint on the way to it, −1 where it is not wanted.
   std::array<Index, inertial_count> none{};
   none.fill(-1);
   std::vector<std::vector<std::array<Index, inertial_count>>> places(n);
   std::vector<std::vector<std::size_t>> paths(n);
   for (std::size_t j = 0; j < n; ++j) {
-    paths[j] = robot.chain.path(j);
+    paths[j] = tree.chain.path(j);
     places[j].assign(paths[j].size(), none);
   }
   std::vector<std::vector<std::pair<detail::OwnEntry, Entry>>> own(n);
   for (std::size_t c = 0; c < parameters.size(); ++c) {
     const auto [kind, joint] = parameters[c];
-    const auto j = static_cast<std::size_t>(joint);
+    const std::size_t j = links[static_cast<std::size_t>(joint)];
     const auto same = [&](const StandardParameter& p) { return p.kind == kind && p.joint == joint; };
     if (std::ranges::any_of(parameters.first(c), same)) {
       throw InputError("RegressorColumns: " + parameters[c].name() + " occurs twice, must occur once");
     }
     const auto column = static_cast<Index>(c);
     if (const Coupling* const coupling = detail::coupling_of(robot, parameters[c])) {
-      add_coupled(robot, *coupling, parameters[c], column);
+      add_coupled(robot, *coupling, parameters[c], column, links);
     } else if (role(kind) != Role::inertial) {
-      own[j].push_back({{joint, about(kind).basis, about(kind).direction, robot.joints[j].sign_speed},
+      own[j].push_back({{static_cast<int>(j), about(kind).basis, about(kind).direction,
+                         robot.joints[static_cast<std::size_t>(joint)].sign_speed},
                         {j, static_cast<Index>(columns_[j].size())}});
       columns_[j].push_back(column);
     } else {
-      const auto k = static_cast<std::size_t>(inertial_column(robot.chain.links[j], kind).index);
+      const auto k = static_cast<std::size_t>(inertial_column(tree.chain.links[j], kind).index);
       for (std::size_t i = 0; i < paths[j].size(); ++i) {
         std::vector<Index>& felt = columns_[paths[j][i]];
         places[j][i][k] = static_cast<Index>(felt.size());
@@ -332,7 +420,7 @@ RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
       }
     }
   }
-  const std::vector<int> forks = robot.chain.forks();
+  const std::vector<int> forks = tree.chain.forks();
   for (std::size_t j = 0; j < n; ++j) {
     unsigned mask = 0;
     for (std::size_t i = 0; i < paths[j].size(); ++i) {
@@ -343,7 +431,7 @@ RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
         }
       }
     }
-    links_.push_back(detail::link_plan(robot.chain, j, mask));
+    links_.push_back(detail::link_plan(tree.chain, j, mask));
     links_.back().fork = forks[j];
     forks_ += forks[j] >= 0 ? 1U : 0U;
   }
@@ -352,6 +440,9 @@ RIVID_INLINE RegressorColumns::RegressorColumns(const Robot& robot,
       own_.push_back(entry);
       entries_.push_back(place);
     }
+  }
+  if (!dependence_.empty()) {
+    fold(robot, links);
   }
 }
 

@@ -41,7 +41,7 @@ struct InertiaSearch {
 
 /// Largest inertia that each joint's drive sees at all, the J_j of Eq. (38) of [RIV] over all q.
 ///
-/// M_jj depends on the joints behind j only. It is searched over a box of their positions: within the limits
+/// M_jj depends on the joints behind j only, unless joints depend on others. It is searched over a box of their positions: within the limits
 /// of each joint, a revolute joint without limits through one turn. From the best of the positions sampled,
 /// M_jj climbs along one coordinate at a time until none gives more. That is a lower bound of the true
 /// maximum: it is a local one, in practice the global one, without a proof.
@@ -85,11 +85,28 @@ inline void carry_back(Composite<Scalar>& body, const DynamicsLink& link, const 
 // The diagonal of M alone, which needs no more than composite bodies: a third of what Dynamics takes.
 class AxisInertias {
  public:
-  explicit AxisInertias(const DynamicModel& model) : tables_(model), rotor_(model.rotor().diagonal()) {}
+  explicit AxisInertias(const DynamicModel& model)
+      : model_(model), tables_(model), rotor_(model.rotor().diagonal()) {}
+
+  // The first joint that M_jj can depend on.
+  [[nodiscard]] Index first_felt(Index j) const { return tables_.dependence.empty() ? j + 1 : 0; }
 
   // Calls visit(j, M_jj) for the joints n … first.
   template <typename Scalar, typename Position, typename Visit>
   void at(Index first, const Position& position, const Visit& visit) const {
+    if (!tables_.dependence.empty()) {
+      const Index n = rotor_.size();
+      std::vector<Scalar> q;
+      for (Index j = 0; j < n; ++j) {
+        q.push_back(Scalar(position(j)));
+      }
+      Dynamics<Scalar> dynamics(model_);
+      static_cast<void>(dynamics.set_state(q, std::vector<Scalar>(q.size(), Scalar(0.0))));
+      for (Index j = n; j-- > first;) {
+        visit(j, dynamics.M(j, j));
+      }
+      return;
+    }
     Composite<Scalar> body = nothing_behind<Scalar>().composite;
     std::vector<Composite<Scalar>> forks(tables_.forks, body);
     for (Index j = rotor_.size() - 1;; --j) {
@@ -113,6 +130,7 @@ class AxisInertias {
   }
 
  private:
+  const DynamicModel& model_;
   DynamicsTables tables_;
   Vector rotor_;
 };
@@ -186,7 +204,7 @@ class InertiaAscent {
     double best = inertia(q);
     for (int round = 0; round < most_rounds; ++round) {
       const double before = best;
-      for (Index k = joint_ + 1; k < q.size(); ++k) {
+      for (Index k = inertias_.first_felt(joint_); k < q.size(); ++k) {
         best = std::max(best, along(k, q, best));
       }
       if (best <= before * (1.0 + negligible)) {
@@ -306,14 +324,16 @@ RIVID_INLINE Vector design_inertia(const DynamicModel& model, const InertiaSearc
     throw InputError("design_inertia: " + *complaint);
   }
   const Index n = model.size();
+  const detail::AxisInertias inertias(model);
+  const Index least = inertias.first_felt(0);
   std::vector<detail::JointRange> ranges(
       static_cast<std::size_t>(n));  // the first joint moves nothing relative to itself
-  for (Index j = 1; j < n; ++j) {
+  for (Index j = least; j < n; ++j) {
     ranges[static_cast<std::size_t>(j)] = detail::joint_range(model, j);
   }
   Matrix q = Matrix::Zero(search.samples, n);
   const double ratio = detail::generalised_golden_ratio(std::max<Index>(1, n - 1));
-  for (Index j = 1; j < n; ++j) {
+  for (Index j = least; j < n; ++j) {
     const auto [low, high] = ranges[static_cast<std::size_t>(j)];
     const double step = std::pow(ratio, -static_cast<double>(j));
     for (Index i = 0; i < search.samples; ++i) {
@@ -321,7 +341,6 @@ RIVID_INLINE Vector design_inertia(const DynamicModel& model, const InertiaSearc
       q(i, j) = low + (high - low) * (place - std::floor(place));
     }
   }
-  const detail::AxisInertias inertias(model);
   Matrix sampled(search.samples, n);
   detail::LargestInertias largest(n);
   for (Index i = 0; i < search.samples; ++i) {

@@ -50,13 +50,13 @@ inline constexpr auto at_sign = static_cast<std::size_t>(Basis::sign);
 
 // Sums up the parameters of a robot before signs are looked at.
 struct Sums {
-  explicit Sums(Index n)
+  Sums(Index n, std::size_t links)
       : rotor(Matrix::Zero(n, n)),
         viscous(Matrix::Zero(n, n)),
         single_signs(Matrix::Zero(n, n)),
         offset(Vector::Zero(n)),
         friction(static_cast<std::size_t>(n)),
-        inertials(static_cast<std::size_t>(n), Inertial::Zero()) {}
+        inertials(links, Inertial::Zero()) {}
 
   void take(const Robot& robot, const StandardParameter& parameter, double value);
   void take_friction(const Robot& robot, const StandardParameter& parameter, double value);
@@ -307,7 +307,7 @@ RIVID_INLINE DynamicModel::DynamicModel(const Robot& robot, const Eigen::Ref<con
     throw InputError("DynamicModel: " + fault);
   }
   const Index n = robot.size();
-  detail::Sums sums(n);
+  detail::Sums sums(n, robot.chain.links.size());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     sums.take(robot, parameters[i], chi_st[static_cast<Index>(i)]);
   }

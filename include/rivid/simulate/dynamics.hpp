@@ -107,7 +107,7 @@ struct DryFriction {
 /// where λ_e of friction that follows the load grows by DryFriction::load |M q̈ + N|.
 ///
 /// A DynamicModel makes them from a robot and its identified parameters; a controller may as well fill them
-/// by itself. One entry a joint everywhere.
+/// by itself. One entry a joint everywhere, but for `inertials`: joints that depend on others have none.
 struct ModelData {
   Chain chain;
   std::vector<std::string> names;   ///< of the joints, for messages
@@ -132,8 +132,9 @@ struct DynamicsTables {
   /// @throws InputError  the model's complaint()
   explicit DynamicsTables(const ModelData& model);
 
-  std::vector<DynamicsLink> links;
-  std::vector<int> parents;  // of the links, −1 for the base
+  std::vector<DynamicsLink> links;  // in the order of the tree, with those of dependent joints
+  std::vector<int> parents;         // of the links, −1 for the base
+  Dependence dependence;
   std::array<double, 3> accel{};
   std::array<double, 3> base{};
   std::vector<double> rotor;
@@ -160,6 +161,7 @@ class JointFrames {
   [[nodiscard]] std::size_t size() const noexcept { return tables_.links.size(); }
   [[nodiscard]] const DynamicsLink& link(std::size_t j) const noexcept { return tables_.links[j]; }
   [[nodiscard]] std::size_t forks() const noexcept { return tables_.forks; }
+  [[nodiscard]] const Dependence& dependence() const noexcept { return tables_.dependence; }
 
   void set(const Scalar* q) noexcept {
     for (std::size_t j = 0; j < size(); ++j) {
@@ -252,9 +254,12 @@ class Dynamics {
   [[nodiscard]] Index failed_joint() const { return failed_joint_; }
 
  private:
+  void fold();
+
   std::size_t n_;
-  std::size_t stride_;
   detail::DynamicsTables tables_;
+  std::size_t links_;
+  std::size_t stride_;
   std::vector<Scalar> angles_;
   std::vector<detail::Wrench<Scalar>> own_;
   std::vector<Scalar> wrenches_;
@@ -264,30 +269,61 @@ class Dynamics {
   std::vector<Scalar> L_;
   std::vector<Scalar> inverse_D_;
   std::vector<Scalar> N_;
+  std::vector<Scalar> of_links_;  // where joints depend on others: q and q̇ of all links, M and N
   Index failed_joint_ = -1;
 };
 
 template <typename Scalar>
 Dynamics<Scalar>::Dynamics(const ModelData& model)
     : n_(static_cast<std::size_t>(model.size())),
-      stride_(detail::dynamics_stride(n_)),
       tables_(model),
-      angles_(2 * (n_ + 1), Scalar(0)),
-      own_(n_),
+      links_(tables_.links.size()),
+      stride_(detail::dynamics_stride(links_)),
+      angles_(2 * (links_ + 1), Scalar(0)),
+      own_(links_),
       wrenches_(6 * stride_, Scalar(0)),
       forks_(tables_.forks),
       fork_wrenches_(tables_.forks * 6 * stride_, Scalar(0)),
       M_(n_ * stride_, Scalar(0)),
       L_(n_ * stride_, Scalar(0)),
       inverse_D_(n_, Scalar(0)),
-      N_(n_, Scalar(0)) {}
+      N_(n_, Scalar(0)),
+      of_links_(tables_.dependence.empty() ? 0 : links_ * (3 + stride_), Scalar(0)) {}
+
+// M = Gᵀ M_all G and N = Gᵀ N_all.
+template <typename Scalar>
+void Dynamics<Scalar>::fold() {
+  const Scalar* const all = of_links_.data() + 2 * links_;
+  tables_.dependence.fold(all + links_ * stride_, n_, N_.data());
+  std::ranges::fill(M_, Scalar(0.0));
+  for (const detail::Dependence::Term& a : tables_.dependence.terms) {
+    for (const detail::Dependence::Term& b : tables_.dependence.terms) {
+      if (a.joint <= b.joint) {
+        const auto row = links_ - 1 - static_cast<std::size_t>(std::min(a.link, b.link));
+        const auto column = links_ - 1 - static_cast<std::size_t>(std::max(a.link, b.link));
+        Scalar& sum = M_[(n_ - 1 - static_cast<std::size_t>(a.joint)) * stride_ + n_ - 1 -
+                         static_cast<std::size_t>(b.joint)];
+        sum = sum + Scalar(a.factor * b.factor) * all[row * stride_ + column];
+      }
+    }
+  }
+}
 
 template <typename Scalar>
 bool Dynamics<Scalar>::set_state(std::span<const Scalar> q, std::span<const Scalar> qd) {
   const detail::DynamicsScratch<Scalar> scratch = {
-      angles_.data(), angles_.data() + n_ + 1, own_.data(),          wrenches_.data(),
-      stride_,        forks_.data(),           fork_wrenches_.data()};
-  detail::mass_and_bias(tables_.plan(), q.data(), qd.data(), scratch, M_.data(), N_.data());
+      angles_.data(), angles_.data() + links_ + 1, own_.data(), wrenches_.data(), stride_,
+      forks_.data(),  fork_wrenches_.data()};
+  if (tables_.dependence.empty()) {
+    detail::mass_and_bias(tables_.plan(), q.data(), qd.data(), scratch, M_.data(), N_.data());
+  } else {
+    Scalar* const all = of_links_.data();
+    tables_.dependence.expand(q.data(), 1, 1, true, all);
+    tables_.dependence.expand(qd.data(), 1, 1, false, all + links_);
+    detail::mass_and_bias(tables_.plan(), all, all + links_, scratch, all + 2 * links_,
+                          all + (2 + stride_) * links_);
+    fold();
+  }
   if (detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data(), wrenches_.data())) {
     failed_joint_ = -1;
     return true;
@@ -333,8 +369,11 @@ struct DynamicsBodies {
 // The same robot in frames that are turned about their own z axes, so that the z axis of each lies in the y-z
 // plane of the one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ). A frame that
 // carries several links can not please all.
-inline DynamicsBodies turned_about_z(const ModelData& model) {
-  DynamicsBodies out{model.chain, model.inertials};
+inline DynamicsBodies turned_about_z(const LinkTree& tree, const std::vector<Inertial>& of_links) {
+  DynamicsBodies out{tree.chain, {}};
+  for (const std::size_t j : tree.order) {
+    out.inertials.push_back(of_links[j]);
+  }
   std::vector<int> carried(out.chain.links.size() + 1, 0);
   for (std::size_t j = 0; j < out.chain.links.size(); ++j) {
     ++carried[static_cast<std::size_t>(Index{out.chain.parent(j)} + 1)];
@@ -397,7 +436,9 @@ RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
   if (const auto fault = model.complaint()) {
     throw InputError("ModelData: " + *fault);
   }
-  auto [chain, inertials] = turned_about_z(model);
+  LinkTree tree = link_tree(model.chain);
+  auto [chain, inertials] = turned_about_z(tree, model.inertials);
+  dependence = std::move(tree.dependence);
   const std::size_t n = chain.links.size();
   const std::vector<int> places = chain.forks();
   links.resize(n);
@@ -432,9 +473,14 @@ RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
   }
   const std::size_t stride = dynamics_stride(n);
   rotor.assign(n * stride, 0.0);
+  const auto joints = static_cast<std::size_t>(model.size());
   for (std::size_t r = 0; r < n; ++r) {
     for (std::size_t k = 0; k <= r; ++k) {
-      rotor[r * stride + k] = model.rotor(static_cast<Index>(n - 1 - r), static_cast<Index>(n - 1 - k));
+      const std::size_t i = tree.order[n - 1 - r];
+      const std::size_t j = tree.order[n - 1 - k];
+      if (i < joints && j < joints) {
+        rotor[r * stride + k] = model.rotor(static_cast<Index>(i), static_cast<Index>(j));
+      }
     }
   }
 }
@@ -443,11 +489,15 @@ RIVID_INLINE DynamicsTables::DynamicsTables(const ModelData& model) {
 
 RIVID_INLINE std::optional<std::string> ModelData::complaint() const {
   const Index n = size();
-  if (n == 0) {
+  if (n < 1) {
     return "chain has no moving joint";
   }
+  if (inertials.size() != chain.links.size()) {
+    return "inertials has " + counted(std::ssize(inertials), "entry") + ", must have " +
+           std::to_string(chain.links.size()) + ", one a " + (chain.dependents.empty() ? "joint" : "link");
+  }
   for (const auto& [name, count] : std::to_array<std::pair<const char*, Index>>(
-           {{"names", std::ssize(names)}, {"inertials", std::ssize(inertials)}, {"offset", offset.size()}})) {
+           {{"names", std::ssize(names)}, {"offset", offset.size()}})) {
     if (count != n) {
       return std::string(name) + " has " + counted(count, "entry") + ", must have " + std::to_string(n) +
              ", one a joint";
@@ -467,8 +517,9 @@ RIVID_INLINE std::optional<std::string> ModelData::complaint() const {
   if (auto fault = detail::order_complaint(chain)) {
     return fault;
   }
-  for (std::size_t j = 0; j < names.size(); ++j) {
-    const std::string who = "joint \"" + names[j] + "\": ";
+  for (std::size_t j = 0; j < inertials.size(); ++j) {
+    const std::string& name = j < names.size() ? names[j] : chain.dependents[j - names.size()].joint;
+    const std::string who = "joint \"" + name + "\": ";
     if (const auto fault = detail::frame_complaint(chain.links[j])) {
       return who + *fault;
     }

@@ -107,6 +107,15 @@ class BasicInverseDynamics {
 
   // M q̈ + N without rotors; q̈ = 0 where qdd is null.
   void newton_euler(const Scalar* q, const Scalar* qd, const Scalar* qdd, Scalar* tau) noexcept;
+  // Values of all links' joints where joints depend on others, in part `part` of the scratch.
+  [[nodiscard]] const Scalar* of_links(const Scalar* x, Index part) noexcept {
+    if (of_links_.empty() || x == nullptr) {
+      return x;
+    }
+    Scalar* const out = of_links_.data() + part * std::ssize(wrenches_);
+    frames_.dependence().expand(x, 1, 1, part == 0, out);
+    return out;
+  }
   // From the wrenches of the links to the torques of the joints.
   void sum_up(Scalar* tau) noexcept;
   template <typename... Sizes>
@@ -118,6 +127,7 @@ class BasicInverseDynamics {
   Dynamics<Scalar> dynamics_;           // for M
   std::vector<Wrench> wrenches_;        // of the links
   std::vector<detail::ForkState<Scalar>> forks_;
+  std::vector<Scalar> of_links_;    // where joints depend on others: q, q̇ and q̈ of all links
   Eigen::VectorX<Scalar> at_rest_;  // zeros
   Eigen::VectorX<Scalar> scratch_;
   Eigen::VectorX<Scalar> q_;  // arguments without traces
@@ -259,8 +269,9 @@ BasicInverseDynamics<Scalar>::BasicInverseDynamics(const ModelData& model,
           detail::smoothing_of_elements(model, detail::smoothing_of(model, options.smoothing_speed).data())
               .template cast<Scalar>()),
       dynamics_(model),
-      wrenches_(static_cast<std::size_t>(model.size())),
+      wrenches_(frames_.size()),
       forks_(frames_.forks()),
+      of_links_(frames_.dependence().empty() ? 0 : 3 * frames_.size(), Scalar(0.0)),
       at_rest_(Eigen::VectorX<Scalar>::Zero(model.size())),
       scratch_(Eigen::VectorX<Scalar>::Zero(model.size())),
       q_(scratch_),
@@ -285,6 +296,9 @@ auto BasicInverseDynamics<Scalar>::wrench(const Link& link, const Motion3& m, co
 template <typename Scalar>
 void BasicInverseDynamics<Scalar>::newton_euler(const Scalar* q, const Scalar* qd, const Scalar* qdd,
                                                 Scalar* tau) noexcept {
+  q = of_links(q, 0);
+  qd = of_links(qd, 1);
+  qdd = of_links(qdd, 2);
   frames_.set(q);
   const Scalar zero(0.0);
   const Vec3 none = {zero, zero, zero};
@@ -321,15 +335,20 @@ void BasicInverseDynamics<Scalar>::newton_euler(const Scalar* q, const Scalar* q
 
 template <typename Scalar>
 void BasicInverseDynamics<Scalar>::sum_up(Scalar* tau) noexcept {
+  const bool independent = of_links_.empty();
+  Scalar* const torques = independent ? tau : of_links_.data();
   for (std::size_t j = frames_.size(); j-- > 0;) {
     const Wrench& w = wrenches_[j];
-    tau[j] = frames_.link(j).revolute ? w.n.z : w.f.z;
+    torques[j] = frames_.link(j).revolute ? w.n.z : w.f.z;
     if (const int parent = frames_.parent(j); parent >= 0) {
       Wrench& carrier = wrenches_[static_cast<std::size_t>(parent)];
       const Vec3 f = frames_.out_of(j, w.f);
       carrier.f = carrier.f + f;
       carrier.n = carrier.n + frames_.out_of(j, w.n) + detail::cross(frames_.origins[j], f);
     }
+  }
+  if (!independent) {
+    frames_.dependence().fold(torques, static_cast<std::size_t>(size()), tau);
   }
 }
 
@@ -371,7 +390,7 @@ void BasicInverseDynamics<Scalar>::gravity(const Values& q, Result tau) noexcept
   if (!fits(tau, q.size())) {
     return;
   }
-  frames_.set(without_traces(q, q_).data());
+  frames_.set(of_links(without_traces(q, q_).data(), 0));
   Vec3 accel = {Scalar(0.0), Scalar(0.0), Scalar(0.0)};
   for (std::size_t j = 0; j < frames_.size(); ++j) {
     const Link& link = frames_.link(j);

@@ -23,7 +23,8 @@ namespace rivid {
 class IdentifiedIdSolver final : public KDL::ChainIdSolver {
  public:
   /// @param chain  whose moving joints are those of the model, base to tip; it is copied
-  /// @throws InputError  where the numbers of moving joints differ, or an option can not be used
+  /// @throws InputError  where the numbers of moving joints differ, a joint depends on others, or an option
+  ///                     can not be used
   IdentifiedIdSolver(const KDL::Chain& chain, const ModelData& model,
                      const InverseDynamicsOptions& options = {})
       : chain_(chain),
@@ -35,6 +36,7 @@ class IdentifiedIdSolver final : public KDL::ChainIdSolver {
         qd_(q_),
         qdd_(q_),
         tau_(q_) {
+    require_independent("IdentifiedIdSolver", model.chain);
     if (chain.getNrOfJoints() != static_cast<unsigned>(model.size())) {
       throw InputError("IdentifiedIdSolver: the chain has " + std::to_string(chain.getNrOfJoints()) +
                        " moving joints, the model " + std::to_string(model.size()));

@@ -376,7 +376,7 @@ void add_load_changes(const Robot& robot, std::size_t tip, const BaseParameters&
         effect.row(r).setZero();
       }
     }
-    out.push_back({"load_changed", robot.joints[tip].link, std::move(effect), true,
+    out.push_back({"load_changed", robot.link_name(tip), std::move(effect), true,
                    static_cast<double>(k) / (instants + 1)});
   }
 }

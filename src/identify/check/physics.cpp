@@ -174,7 +174,8 @@ void check_signs(const Robot& robot, const Identification& result, const Explain
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
     const ParameterEstimate& p = result.parameters[i];
     const StandardParameter& leading = result.base.parameters[i].leading;
-    if (about(leading.kind).coupled || !(p.value < -likely * p.sigma) || out.has("not_physical", p.name)) {
+    if (role(leading.kind) == Role::inertial || about(leading.kind).coupled ||
+        !(p.value < -likely * p.sigma) || out.has("not_physical", p.name)) {
       continue;
     }
     const std::string& joint = robot.joints[static_cast<std::size_t>(leading.joint)].name;

@@ -139,7 +139,9 @@ std::string inertial_motion(const Robot& robot, const Ways& ways, Index i, Index
     } else {
       second = best;
     }
-    if (still[static_cast<std::size_t>(own)] != 0 && own != best && own != second) {
+    // A dependent joint moves as those do that it follows.
+    if (own < std::ssize(still) && still[static_cast<std::size_t>(own)] != 0 && own != best &&
+        own != second) {
       out += " while " + called(robot, own, still) + " moves";
     }
   }
@@ -151,6 +153,9 @@ std::string inertial_motion(const Robot& robot, const Ways& ways, Index i, Index
 
 std::string helpful_motion(const Robot& robot, const StandardParameter& leading, const Ways& ways, Index i,
                            const std::vector<std::uint8_t>& still) {
+  if (role(leading.kind) == Role::inertial) {
+    return inertial_motion(robot, ways, i, leading.joint, still);
+  }
   const std::string joint = called(robot, leading.joint, still);
   switch (role(leading.kind)) {
     case Role::viscous:
@@ -160,11 +165,10 @@ std::string helpful_motion(const Robot& robot, const StandardParameter& leading,
     case Role::constant:
       return "motion of " + joint + " both ways over the same positions";
     case Role::rotor:
-      return "larger accelerations of " + joint;
     case Role::inertial:
       break;
   }
-  return inertial_motion(robot, ways, i, leading.joint, still);
+  return "larger accelerations of " + joint;
 }
 
 // What an alternative to the model would make of a parameter whose deviation is mostly its doing; empty for

@@ -66,7 +66,7 @@ Matrix geometry_covariance(const EstimationProblem& problem, const Estimate& est
   const BaseParameters base = at_load(problem.base, estimate.chi);
   const StandardModel model(problem.robot, base, estimate.chi);
   Matrix W(0, b);
-  Matrix moves(0, coordinates * n);
+  Matrix moves(0, coordinates * std::ssize(problem.robot.chain.links));
   for (std::size_t l = 0; l < problem.logs.size(); ++l) {
     const Motion motion = some_motion(problem.logs[l], estimate.signals[l]);
     const Index first = W.rows();

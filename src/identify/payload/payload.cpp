@@ -172,16 +172,19 @@ std::optional<std::size_t> PayloadOptions::link_of(const Robot& robot) const {
     const std::vector<std::size_t> tips = robot.chain.tips();
     return tips.size() == 1 ? std::optional(tips.front()) : std::nullopt;
   }
-  const auto at = std::ranges::find(robot.joints, link, &Joint::link);
-  return at == robot.joints.end() ? std::nullopt
-                                  : std::optional(static_cast<std::size_t>(at - robot.joints.begin()));
+  for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
+    if (robot.link_name(j) == link) {
+      return j;
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
   if (!link_of(robot)) {
     std::vector<std::string> links;
-    for (const Joint& joint : robot.joints) {
-      links.push_back(joint.link);
+    for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
+      links.push_back(robot.link_name(j));
     }
     return (link.empty() ? "the robot branches, so the link of the payload must be named"
                          : "no moving link is called " + in_quotes(link)) +

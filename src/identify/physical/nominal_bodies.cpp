@@ -100,7 +100,7 @@ NominalBodies nominal_bodies(const Robot& robot, const std::vector<Inertial>& in
   const Typical usual = typical(out.pseudo_inertias);
   for (std::size_t j = 0; j < inertials.size(); ++j) {
     Eigen::Matrix4d& P = out.pseudo_inertias[j];
-    const std::string link = "link \"" + robot.joints[j].link + "\" ";
+    const std::string link = "link \"" + robot.link_name(j) + "\" ";
     if (!has_mass(P)) {
       const double square = usual.radius * usual.radius;
       P = body(usual.mass, half_way(robot.chain, j), square * Eigen::Matrix3d::Identity());

@@ -17,9 +17,8 @@ std::optional<std::string> masses_complaint(const Robot& robot, const Physical& 
   double least = 0.0;
   double most = 0.0;
   std::vector<std::string> links;
-  links.reserve(robot.joints.size());
-  for (const Joint& joint : robot.joints) {
-    links.push_back(joint.link);
+  for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
+    links.push_back(robot.link_name(j));
   }
   std::vector<std::string> bounded;
   for (const Physical::MassBounds& bounds : options.masses) {

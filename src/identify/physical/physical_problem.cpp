@@ -58,10 +58,10 @@ LinearBound own_bound(const Robot& robot, const Places& place, const KindRow& ow
 
 Vector bounds_of_masses(const Robot& robot, const Physical& options, double Physical::MassBounds::* which,
                         double otherwise) {
-  Vector out = Vector::Constant(robot.size(), otherwise);
+  Vector out = Vector::Constant(std::ssize(robot.chain.links), otherwise);
   for (const Physical::MassBounds& bounds : options.masses) {
-    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-      if (robot.joints[j].link == bounds.link) {
+    for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
+      if (robot.link_name(j) == bounds.link) {
         out[static_cast<Index>(j)] = bounds.*which;
       }
     }
@@ -84,7 +84,7 @@ void add_mass_bounds(const Robot& robot, const Physical& options, const Places& 
   const Vector most = most_masses(robot, options);
   LinearBound total;
   LinearBound minus_total;
-  for (int j = 0; j < static_cast<int>(robot.size()); ++j) {
+  for (int j = 0; j < static_cast<int>(robot.chain.links.size()); ++j) {
     const Index at = place(M, j);
     if (least[j] > 0.0) {
       out.push_back({.terms = {{at, 1.0}}, .bound = least[j]});
@@ -136,7 +136,7 @@ Vector inside_near(const Robot& robot, const Physical& options, const BarrierPro
     inertials.emplace_back(wanted.segment<inertial_count>(at));
   }
   const std::vector<Eigen::Matrix4d> bodies = nominal_bodies(robot, inertials).pseudo_inertias;
-  Vector masses(robot.size());
+  Vector masses(std::ssize(bodies));
   for (std::size_t j = 0; j < bodies.size(); ++j) {
     masses[static_cast<Index>(j)] = bodies[j](3, 3);
   }
@@ -298,7 +298,8 @@ PhysicalProblem physical_problem(const Robot& robot, const BaseParameters& base,
         inertial_from_pseudo_inertia(nominal.pseudo_inertias[j]);
   }
 
-  const Index ridge_rows = options.prior == Physical::Prior::ridge ? inertial_count * robot.size() : 0;
+  const Index ridge_rows =
+      options.prior == Physical::Prior::ridge ? inertial_count * std::ssize(barrier.bodies) : 0;
   const Index rows = root.rows() + ridge_rows + static_cast<Index>(others.size());
   out.data_rows = root.rows();
   barrier.rows = Matrix::Zero(rows, size);

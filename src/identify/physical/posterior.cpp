@@ -65,7 +65,7 @@ Distribution distribution_of(const Identification& result) {
 // The robot with a set of parameters as its description.
 Robot described_by(Robot robot, const Vector& chi_st) {
   const std::vector<StandardParameter> parameters = robot.standard_parameters();
-  robot.inertials.assign(robot.joints.size(), Inertial::Zero());
+  robot.inertials.assign(robot.chain.links.size(), Inertial::Zero());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const auto [kind, joint] = parameters[i];
     const double value = chi_st[static_cast<Index>(i)];

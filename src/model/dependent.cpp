@@ -1,0 +1,141 @@
+#include "rivid/model/dependent.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include "rivid/error.hpp"
+#include "rivid/text.hpp"
+
+namespace rivid {
+
+namespace {
+
+std::string who_of(const std::string& joint) { return "dependent joint \"" + joint + "\": "; }
+
+// Sums of independent joints that the joints of a robot are.
+class Resolver {
+ public:
+  struct Sum {
+    Vector factors;  // one a joint of the robot, those of dependent ones zero
+    double offset = 0.0;
+  };
+
+  Resolver(const Robot& robot, std::span<const DependentJoint> dependents)
+      : of_joints_(robot.joints.size(), nullptr) {
+    for (const Joint& joint : robot.joints) {
+      names_.push_back(joint.name);
+    }
+    for (const DependentJoint& dependent : dependents) {
+      const DependentJoint*& place = of_joints_[place_of(dependent.joint, who_of(dependent.joint) + "it")];
+      if (place != nullptr) {
+        throw InputError(who_of(dependent.joint) + "it is described twice");
+      }
+      place = &dependent;
+    }
+  }
+
+  [[nodiscard]] bool depends(std::size_t joint) const { return of_joints_[joint] != nullptr; }
+
+  // `behind`: dependent joints that lead to this one
+  [[nodiscard]] Sum sum(std::size_t joint, std::vector<std::string> behind = {}) const {
+    const auto n = std::ssize(names_);
+    if (!depends(joint)) {
+      return {Vector::Unit(n, static_cast<Index>(joint)), 0.0};
+    }
+    const DependentJoint& dependent = *of_joints_[joint];
+    if (std::ranges::find(behind, dependent.joint) != behind.end()) {
+      throw InputError(who_of(dependent.joint) + "it follows itself, by way of " + quoted_list(behind));
+    }
+    behind.push_back(dependent.joint);
+    Sum out{Vector::Zero(n), dependent.offset};
+    for (const auto& [name, factor] : dependent.of) {
+      const Sum other =
+          sum(place_of(name, who_of(dependent.joint) + "it follows \"" + name + "\", which"), behind);
+      out.factors += factor * other.factors;
+      out.offset += factor * other.offset;
+    }
+    return out;
+  }
+
+ private:
+  [[nodiscard]] std::size_t place_of(const std::string& name, const std::string& who) const {
+    const auto at = std::ranges::find(names_, name);
+    if (at == names_.end()) {
+      throw InputError(who + " is no joint of the robot" + did_you_mean(name, names_) + "; its joints are " +
+                       quoted_list(names_));
+    }
+    return static_cast<std::size_t>(at - names_.begin());
+  }
+
+  std::vector<const DependentJoint*> of_joints_;
+  std::vector<std::string> names_;
+};
+
+std::string written(const DependentJoint& dependent) {
+  std::string out = "joint \"" + dependent.joint + "\" follows others: q = " + number(dependent.offset, 6);
+  for (const auto& [name, factor] : dependent.of) {
+    out += (factor < 0.0 ? " - " : " + ") + number(std::abs(factor), 6) + " q of \"" + name + "\"";
+  }
+  return out;
+}
+
+}  // namespace
+
+Robot with_dependents(Robot robot, std::span<const DependentJoint> dependents) {
+  if (dependents.empty()) {
+    return robot;
+  }
+  const Resolver resolver(robot, dependents);
+  const auto is_independent = [&](std::size_t j) { return !resolver.depends(j); };
+  std::vector<std::size_t> order(robot.joints.size());  // of the links, those of dependent joints last
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_partition(order, is_independent);
+  std::vector<int> places(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    places[order[k]] = static_cast<int>(k);
+  }
+
+  const Robot all = robot;
+  robot.chain = {.links = {}, .gravity = all.chain.gravity, .parents = {}, .dependents = {}};
+  robot.joints.clear();
+  robot.inertials.clear();
+  for (const std::size_t j : order) {
+    const int parent = all.chain.parent(j);
+    robot.chain.links.push_back(all.chain.links[j]);
+    robot.chain.parents.push_back(parent < 0 ? -1 : places[static_cast<std::size_t>(parent)]);
+    robot.inertials.push_back(all.inertials[j]);
+    if (is_independent(j)) {
+      robot.joints.push_back(all.joints[j]);
+      continue;
+    }
+    const Resolver::Sum sum = resolver.sum(j);
+    Chain::Dependent dependent{.joint = all.joints[j].name, .link = all.joints[j].link, .offset = sum.offset};
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      if (const double factor = sum.factors[static_cast<Index>(k)]; factor != 0.0) {
+        dependent.terms.push_back({places[k], factor});
+      }
+    }
+    robot.chain.dependents.push_back(std::move(dependent));
+  }
+  if (const auto fault = robot.complaint()) {
+    throw InputError(*fault);
+  }
+  std::ranges::transform(dependent_joints(robot), std::back_inserter(robot.notes), written);
+  return robot;
+}
+
+std::vector<DependentJoint> dependent_joints(const Robot& robot) {
+  std::vector<DependentJoint> out;
+  for (const Chain::Dependent& dependent : robot.chain.dependents) {
+    DependentJoint& joint =
+        out.emplace_back(DependentJoint{.joint = dependent.joint, .offset = dependent.offset});
+    for (const auto& [k, factor] : dependent.terms) {
+      joint.of[robot.joints[static_cast<std::size_t>(k)].name] += factor;
+    }
+  }
+  return out;
+}
+
+}  // namespace rivid
