@@ -401,9 +401,11 @@ inline constexpr std::array codes = {
     DiagnosticCode{"mesh_missing", warning, "The shape of a link is not there.",
                    "Its mesh is neither beside the URDF nor in a folder above.",
                    "Put the package of the robot beside its URDF."},
-    DiagnosticCode{"rehearsal_failed", error, "A rehearsed motion gives no result.",
-                   "The simulated robot did not carry it through, or its log is not identified.",
-                   "Do what the text says before the robot moves."},
+    DiagnosticCode{
+        "rehearsal_failed", error, "A rehearsed motion gives no result.",
+        "The simulated robot did not carry it through or is a fifth of the range off it, or its log is "
+        "not identified.",
+        "Do what the text says before the robot moves."},
     DiagnosticCode{"rehearsal_tracking", warning, "A simulated robot does not follow its motion.",
                    "The loop is too soft for it, or the drives are too weak.",
                    "Correct [control], or design a slower motion: smaller shares in [excitation.limits]."},

@@ -11,8 +11,9 @@ namespace rivid::detail {
 
 namespace {
 
-// Of the range of a joint.
+// Of the range of a joint: what a plan's margins may take, and where it is another motion.
 constexpr double most_tracking_error = 0.05;
+constexpr double not_followed = 0.2;
 
 // A control law whose signals are scaled, and end at what the drives give.
 class Drives final : public ControlLaw {
@@ -52,7 +53,8 @@ std::vector<Finding> findings_about(const Simulation& made, const Robot& robot) 
     const double error = made.max_tracking_error[j];
     const double range = made.q_r.col(j).maxCoeff() - made.q_r.col(j).minCoeff();
     if (error > most_tracking_error * range) {
-      out.push_back({"rehearsal_tracking", robot.joints[static_cast<std::size_t>(j)].name,
+      out.push_back({error > not_followed * range ? "rehearsal_failed" : "rehearsal_tracking",
+                     robot.joints[static_cast<std::size_t>(j)].name,
                      "is up to " + number(error, 3) + " off its reference, in a motion over " +
                          number(range, 3) + "; limits and distances of the plan hold where it follows"});
     }

@@ -84,10 +84,12 @@ Document rehearsal_document(const Rehearsal& rehearsal) {
                             .blocks = {{odd_parameters(std::move(odd))}}});
   }
   if (!rehearsal.troubles.empty()) {
-    out.sections.push_back({.heading = "Troubles, one at a time: error of the torques (" +
-                                       fixed(100.0 * run.torque_error, 1) +
-                                       " % as planned), and what finds them",
-                            .blocks = {{trouble_table(rehearsal)}}});
+    // A heading is not shown where it comes first.
+    out.sections.push_back(
+        {.heading = {},
+         .blocks = {{Sentence{"Troubles, one at a time: error of the torques (" +
+                              fixed(100.0 * run.torque_error, 1) + " % as planned), and what finds them"}},
+                    {trouble_table(rehearsal)}}});
   }
   return out;
 }

@@ -315,7 +315,7 @@ TEST_F(Excite, RehearsesAMotionBeforeTheRobotMoves) {
   const Outcome soft = with({"--trouble", "none", "--set", "control.omega_n=[2, 2, 2, 2, 2, 2]"});
   EXPECT_EQ(soft.exit_code, 1) << soft.out;
   EXPECT_NE(soft.out.find("No go: "), std::string::npos) << soft.out;
-  EXPECT_NE(soft.out.find("rehearsal_tracking"), std::string::npos) << soft.out;
+  EXPECT_NE(soft.out.find("rehearsal_failed"), std::string::npos) << soft.out;
 
   expect_refused({"rehearse", "arm/excite.toml", "plan/motion.csv", "--trouble", "torque_lat"},
                  "--trouble \"torque_lat\" is not known; did you mean \"torque_late\"?");

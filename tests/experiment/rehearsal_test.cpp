@@ -89,13 +89,13 @@ const std::map<Trouble, std::set<std::string>> named_by = {
     {Trouble::torque_unit, {"torque_unit"}},
     {Trouble::torque_late, {"torque_delay", "torque_lag"}},
     {Trouble::weak_motion, {"rehearsal_precision"}},
-    {Trouble::saturation, {"rehearsal_tracking"}},
+    {Trouble::saturation, {"rehearsal_failed"}},
     {Trouble::wrong_tip, {"rehearsal_prior"}},
     {Trouble::gripper_missing, {"rehearsal_prior"}},
     {Trouble::coarse_encoder, {"rehearsal_precision"}},
     {Trouble::load_friction, {"load_friction"}},
     {Trouble::coupling, {"joint_coupling", "poor_fit"}},
-    {Trouble::soft_loop, {"rehearsal_tracking"}},
+    {Trouble::soft_loop, {"rehearsal_failed", "rehearsal_tracking"}},
     {Trouble::zero_offset, {"zero_offset", "model_mismatch"}}};
 
 void expect_found(const Rehearsal& rehearsal, Trouble trouble) {
