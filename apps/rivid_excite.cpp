@@ -40,7 +40,7 @@ struct Arguments : Given {
   std::vector<std::string> players;
   bool report = false;
   RehearsalOptions rehearsal;
-  std::vector<std::string> troubles;
+  bool as_planned = false;
 };
 
 const std::string exit_codes = "Exit codes: 0 done, 2 bad input or usage, 3 numerical failure.\n";
@@ -111,13 +111,7 @@ Command rehearse_command(Arguments& to) {
               {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, excitation, control",
                 &to.experiment, true},
                {"motion", "MOTION.csv", "Positions over time, with the columns of [log]", &to.motion, true},
-               {.name = "--trouble",
-                .value = "NAME",
-                .text = "Only this one of torque_unit, torque_late, weak_motion, saturation, wrong_tip, "
-                        "gripper_missing, coarse_encoder, load_friction, coupling, soft_loop, zero_offset; "
-                        "none; may be repeated; default: each",
-                .target = &to.troubles,
-                .one_each = true},
+               {"--as-planned", "", "Plant no troubles", &to.as_planned},
                {"--spread", "NUMBER", "Largest relative error of masses, inertias and friction; default: 0.3",
                 &to.rehearsal.spread},
                {"--seed", "NUMBER", "Seed of hidden robot and noise; default: 1", &to.rehearsal.seed},
@@ -297,24 +291,10 @@ int forecast_from(const Arguments& arguments) {
   return success;
 }
 
-std::vector<Trouble> troubles_of(const std::vector<std::string>& words) {
-  const std::vector<std::string> names(names_of<Trouble>.begin(), names_of<Trouble>.end());
-  std::vector<Trouble> out;
-  for (const std::string& word : words) {
-    if (const auto trouble = named<Trouble>(word)) {
-      out.push_back(*trouble);
-    } else if (word != "none") {
-      throw InputError("--trouble " + in_quotes(word) + " is not known" + did_you_mean(word, names) +
-                       "; --help lists them");
-    }
-  }
-  return words.empty() ? every_trouble() : out;
-}
-
 int rehearse_from(const Arguments& arguments) {
   const ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
   RehearsalOptions options = arguments.rehearsal;
-  options.troubles = troubles_of(arguments.troubles);
+  options.troubles = !arguments.as_planned;
   const std::filesystem::path file = arguments.output / "rehearsal.json";
   const std::filesystem::path log = arguments.output / "log.csv";
   std::vector<std::filesystem::path> inputs = plan.inputs();

@@ -211,14 +211,6 @@ RehearsedRun Stage::run(std::optional<Trouble> trouble) {
 
 std::string_view about(Trouble trouble) { return troubles_in_words[static_cast<std::size_t>(trouble)]; }
 
-std::vector<Trouble> every_trouble() {
-  std::vector<Trouble> out;
-  for (std::size_t k = 0; k < names_of<Trouble>.size(); ++k) {
-    out.push_back(static_cast<Trouble>(k));
-  }
-  return out;
-}
-
 std::optional<std::string> RehearsalOptions::complaint() const {
   if (!(spread >= 0.0 && spread <= largest_spread)) {
     return "spread is " + number(spread) + ", must be from 0 to " + number(largest_spread);
@@ -239,14 +231,15 @@ Rehearsal rehearse(const ExcitationPlan& plan, const Path& motion, const Rehears
   Stage stage(plan, motion, options);
   Rehearsal out{.as_planned = stage.run(std::nullopt), .troubles = {}};
   const std::vector<Finding>& usual = out.as_planned.findings;
-  for (const Trouble trouble : options.troubles) {
+  constexpr std::size_t count = names_of<Trouble>.size();
+  for (std::size_t k = 0; options.troubles && k < count; ++k) {
+    const auto trouble = static_cast<Trouble>(k);
     const bool of_two_joints = trouble == Trouble::coupling || trouble == Trouble::zero_offset;
     if (of_two_joints && plan.experiment.robot.size() == 1) {
       continue;
     }
     if (progress) {
-      const auto done = static_cast<double>(out.troubles.size() + 1);
-      progress(name(trouble), done / static_cast<double>(options.troubles.size() + 1));
+      progress(name(trouble), static_cast<double>(k + 1) / (count + 1));
     }
     RehearsedRun& run = out.troubles.emplace_back(stage.run(trouble));
     run.log.clear();

@@ -300,25 +300,23 @@ TEST_F(Excite, RehearsesAMotionBeforeTheRobotMoves) {
     options.insert(options.begin(), rehearse.begin(), rehearse.end());
     return excite(options);
   };
-  const Outcome go = with({"--trouble", "torque_late", "--json", "--output", "rehearsed"});
+  const Outcome go = with({"--json", "--output", "rehearsed"});
   ASSERT_EQ(go.exit_code, 0) << go.err;
   const Json found = Json::parse(go.out);
   EXPECT_TRUE(found["passes"].get<bool>());
   EXPECT_EQ(found["as_planned"]["status"], "identified");
   EXPECT_EQ(found["as_planned"]["parameters"].size(), 52U);
-  ASSERT_EQ(found["troubles"].size(), 1U);
-  EXPECT_EQ(found["troubles"][0]["trouble"], "torque_late");
-  EXPECT_EQ(found["troubles"][0]["warnings"][0]["code"], "torque_delay") << found["troubles"][0]["warnings"];
+  ASSERT_EQ(found["troubles"].size(), 11U);
+  EXPECT_EQ(found["troubles"][0]["trouble"], "torque_unit");
+  EXPECT_EQ(found["troubles"][0]["warnings"][0]["code"], "torque_unit") << found["troubles"][0]["warnings"];
   EXPECT_EQ(Json::parse(folder_.read("rehearsed/rehearsal.json")), found);
   EXPECT_EQ(rivid::read_csv(folder_.path() / "rehearsed/log.csv").samples(), 10001);
 
-  const Outcome soft = with({"--trouble", "none", "--set", "control.omega_n=[2, 2, 2, 2, 2, 2]"});
+  const Outcome soft = with({"--as-planned", "--set", "control.omega_n=[2, 2, 2, 2, 2, 2]"});
   EXPECT_EQ(soft.exit_code, 1) << soft.out;
   EXPECT_NE(soft.out.find("No go: "), std::string::npos) << soft.out;
   EXPECT_NE(soft.out.find("rehearsal_failed"), std::string::npos) << soft.out;
 
-  expect_refused({"rehearse", "arm/excite.toml", "plan/motion.csv", "--trouble", "torque_lat"},
-                 "--trouble \"torque_lat\" is not known; did you mean \"torque_late\"?");
   expect_refused({"rehearse", "arm/excite.toml", "plan/motion.csv", "--spread", "2"}, "--spread");
   expect_refused({"rehearse", "arm/excite.toml", "none.csv"}, "none.csv");
   expect_refused({"rehearse", "plan/motion.csv", "plan/motion.csv"}, "plan/motion.csv");

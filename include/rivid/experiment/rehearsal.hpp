@@ -38,15 +38,13 @@ inline constexpr std::array names_of<Trouble> = std::to_array<std::string_view>(
 /// In words and figures: "torques five samples late".
 [[nodiscard]] std::string_view about(Trouble trouble);
 
-[[nodiscard]] std::vector<Trouble> every_trouble();
-
 /// What is supposed of a robot and its log before it has moved.
 struct RehearsalOptions {
   static constexpr double largest_spread = 0.9;
 
   double spread = 0.3;     ///< largest relative error of the a-priori masses, inertias and friction
   std::uint64_t seed = 1;  ///< of hidden robot and noise
-  std::vector<Trouble> troubles = every_trouble();  ///< that are planted, one at a time
+  bool troubles = true;    ///< whether each is planted, one at a time
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 };
