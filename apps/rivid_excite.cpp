@@ -13,10 +13,12 @@
 #include "rivid/data/csv.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/excitation.hpp"
+#include "rivid/experiment/rehearsal.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/report/plan.hpp"
 #include "rivid/report/players.hpp"
+#include "rivid/report/rehearsal.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
 #include "tool.hpp"
@@ -28,7 +30,7 @@ using namespace rivid::apps;
 using Clock = std::chrono::steady_clock;
 
 struct Arguments : Given {
-  std::filesystem::path motion;  // of the subcommand forecast
+  std::filesystem::path motion;  // of the subcommands forecast and rehearse
   std::filesystem::path first;   // plans of the subcommand compare
   std::filesystem::path second;
   std::optional<std::int64_t> seconds;
@@ -37,6 +39,8 @@ struct Arguments : Given {
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
   std::vector<std::string> players;
   bool report = false;
+  RehearsalOptions rehearsal;
+  bool as_planned = false;
 };
 
 const std::string exit_codes = "Exit codes: 0 done, 2 bad input or usage, 3 numerical failure.\n";
@@ -73,6 +77,8 @@ Command command_of(Arguments& to) {
           "Ctrl-C ends the search and keeps the best motion so far.\n"
           "\"rivid_excite forecast EXPERIMENT.toml MOTION.csv\" forecasts the same for a motion that is "
           "there already.\n"
+          "\"rivid_excite rehearse EXPERIMENT.toml MOTION.csv\" plays it with a hidden robot in the "
+          "simulator.\n"
           "\"rivid_excite compare A B\" prints what plan B is worth in experiment time of plan A.\n" +
           exit_codes + "The keys of an experiment file are listed in docs/experiment.md."};
 }
@@ -95,6 +101,29 @@ Command forecast_command(Arguments& to) {
                         {"--json", "", "Print forecast.json", &to.json},
                         {"--quiet", "", "Print nothing but errors", &to.quiet}},
           .footer = exit_codes};
+}
+
+Command rehearse_command(Arguments& to) {
+  return {.name = "rivid_excite rehearse",
+          .description =
+              "Rehearses a motion with a hidden robot in the simulator: as planned, then with troubles.",
+          .arguments =
+              {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, excitation, control",
+                &to.experiment, true},
+               {"motion", "MOTION.csv", "Positions over time, with the columns of [log]", &to.motion, true},
+               {"--as-planned", "", "Plant no troubles", &to.as_planned},
+               {"--spread", "NUMBER", "Largest relative error of masses, inertias and friction; default: 0.3",
+                &to.rehearsal.spread},
+               {"--seed", "NUMBER", "Seed of hidden robot and noise; default: 1", &to.rehearsal.seed},
+               set_argument(to.set),
+               {"--output", "DIR",
+                "Folder for rehearsal.json and log.csv, the log as planned; without it nothing is written",
+                &to.output},
+               {"--json", "", "Print rehearsal.json", &to.json},
+               {"--quiet", "", "Print nothing but errors", &to.quiet}},
+          .footer =
+              "Exit codes: 0 go, 1 no go: the first lines say why, 2 bad input or usage,\n"
+              "3 numerical failure.\n"};
 }
 
 Command compare_command(Arguments& to) {
@@ -262,6 +291,38 @@ int forecast_from(const Arguments& arguments) {
   return success;
 }
 
+int rehearse_from(const Arguments& arguments) {
+  const ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
+  RehearsalOptions options = arguments.rehearsal;
+  options.troubles = !arguments.as_planned;
+  const std::filesystem::path file = arguments.output / "rehearsal.json";
+  const std::filesystem::path log = arguments.output / "log.csv";
+  std::vector<std::filesystem::path> inputs = plan.inputs();
+  inputs.push_back(arguments.motion);
+  const bool writes = !arguments.output.empty();
+  const std::vector<PlannedFile> files =
+      writes ? std::vector<PlannedFile>{{file, ".json"}, {log, ".csv"}} : std::vector<PlannedFile>{};
+  Outputs outputs = planned(inputs, files);
+  ProgressBar bar(!arguments.quiet);
+  const Rehearsal found = rehearse(plan, arguments.motion, options, std::ref(bar));
+  bar.clear();
+  Provenance provenance = provenance_of(plan, {{"seed", std::to_string(options.seed)}});
+  provenance.inputs.push_back(input_file(arguments.motion));
+  if (writes) {
+    put_with_hash(log, found.as_planned.log, outputs, provenance);
+  }
+  const std::string json = to_json(plan, found, provenance);
+  if (writes) {
+    outputs.put(file, json);
+    outputs.commit();
+  }
+  print_answer(arguments, json, summary(found, screen_width()));
+  if (!arguments.quiet) {
+    tell_written(files);
+  }
+  return found.passes() ? success : no_success;
+}
+
 int compare_plans(const Arguments& arguments) {
   const PlanFile a = read_plan(arguments.first);
   const PlanFile b = read_plan(arguments.second);
@@ -277,6 +338,10 @@ int rivid::apps::excite_tool(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "compare") {
     return run_command(compare_command(arguments), argc - 1, argv + 1,
                        [&] { return compare_plans(arguments); });
+  }
+  if (argc > 1 && std::string_view(argv[1]) == "rehearse") {
+    return run_command(rehearse_command(arguments), argc - 1, argv + 1,
+                       [&] { return rehearse_from(arguments); });
   }
   if (argc > 1 && std::string_view(argv[1]) == "forecast") {
     return run_command(forecast_command(arguments), argc - 1, argv + 1,

@@ -401,6 +401,25 @@ inline constexpr std::array codes = {
     DiagnosticCode{"mesh_missing", warning, "The shape of a link is not there.",
                    "Its mesh is neither beside the URDF nor in a folder above.",
                    "Put the package of the robot beside its URDF."},
+    DiagnosticCode{
+        "rehearsal_failed", error, "A rehearsed motion gives no result.",
+        "The simulated robot did not carry it through or is a fifth of the range off it, or its log is "
+        "not identified.",
+        "Do what the text says before the robot moves."},
+    DiagnosticCode{"rehearsal_tracking", warning, "A simulated robot does not follow its motion.",
+                   "The loop is too soft for it, or the drives are too weak.",
+                   "Correct [control], or design a slower motion: smaller shares in [excitation.limits]."},
+    DiagnosticCode{"rehearsal_wrong", error, "An estimate from a rehearsed log is wrong.",
+                   "The hidden parameter is more than five standard deviations away, and no other finding "
+                   "need say why.",
+                   "Correct what else is found; record finer positions, or design a larger motion."},
+    DiagnosticCode{"rehearsal_precision", error, "A rehearsed log determines less than was forecast.",
+                   "Noise or resolution of the positions, or a motion that is not followed.",
+                   "Record finer positions, or design a larger motion."},
+    DiagnosticCode{"rehearsal_prior", warning, "A rehearsed robot is unlike its description.",
+                   "A first moment is farther away than the spread of the a-priori values explains: a body "
+                   "hangs there that the description lacks, or its tip is elsewhere.",
+                   "Put tool and gripper into the URDF, and design the motion anew."},
     DiagnosticCode{"clearance_left_out", note, "Two links are not kept apart.",
                    "They are nearer than the clearance in every random pose: short links, or thick capsules.",
                    "Give capsules in [excitation.space] where that pair matters."},

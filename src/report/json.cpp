@@ -15,6 +15,7 @@
 #include "rivid/report/comparison.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/report/monte_carlo.hpp"
+#include "rivid/report/rehearsal.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
@@ -396,6 +397,23 @@ std::string to_json(const ExcitationPlan& plan, const Excitation& excitation, co
   out["best_start"] = excitation.best_start;
   out["provenance"] = members(provenance, Json::object());
   return json_text(out);
+}
+
+std::string to_json(const ExcitationPlan& plan, const Rehearsal& rehearsal, const Provenance& provenance) {
+  const auto of_run = [](const RehearsedRun& run) {
+    return Json{{"trouble", run.trouble ? Json(name(*run.trouble)) : Json()},
+                {"status", run.status},
+                {"warnings", warnings_of(run.findings)},
+                {"torque_error", run.torque_error},
+                {"sigma_ratio", run.sigma_ratio},
+                {"parameters", json_of(run.parameters)}};
+  };
+  return json_text({{"format", 1},
+                    {"robot", plan.experiment.robot.name},
+                    {"passes", rehearsal.passes()},
+                    {"as_planned", of_run(rehearsal.as_planned)},
+                    {"troubles", json_list(rehearsal.troubles, of_run)},
+                    {"provenance", members(provenance, Json::object())}});
 }
 
 std::string to_json(const Robot& robot, const SimulationRecord& record, const Provenance& provenance) {

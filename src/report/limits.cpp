@@ -7,6 +7,7 @@
 
 #include "rivid/excite/excitation.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/experiment/rehearsal.hpp"
 #include "rivid/identify/log_factors.hpp"
 #include "rivid/identify/posterior.hpp"
 
@@ -29,6 +30,7 @@ constexpr auto command_numbers = std::to_array<CommandLineNumber>({
     {"--max-size", "all", Range::within(1, 1 << 30), "MiB"},
     {"--seconds", "`rivid excite`", Range::within(1, 1e6), "s"},
     {"--starts", "`rivid excite`", key_range<ExcitationOptions>("starts")},
+    {"--spread", "`rivid excite rehearse`", Range::within(0.0, RehearsalOptions::largest_spread)},
     {"--samples", "`rivid export`", key_range<PosteriorOptions>("count")},
     {"--seed", "`rivid excite`, `rivid export`, `rivid simulate`, `rivid_odd`", seed_range},
     {"--runs", "`rivid study`", key_range<MonteCarlo>("runs")},

@@ -293,6 +293,35 @@ TEST_F(Excite, AddsToWhatAnEarlierLogTells) {
   EXPECT_GT(both - first["log_det"].get<double>(), kept * once_more);
 }
 
+TEST_F(Excite, RehearsesAMotionBeforeTheRobotMoves) {
+  (void)plan();
+  const std::vector<std::string> rehearse = {"rehearse", "arm/excite.toml", "plan/motion.csv"};
+  const auto with = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), rehearse.begin(), rehearse.end());
+    return excite(options);
+  };
+  const Outcome go = with({"--json", "--output", "rehearsed"});
+  ASSERT_EQ(go.exit_code, 0) << go.err;
+  const Json found = Json::parse(go.out);
+  EXPECT_TRUE(found["passes"].get<bool>());
+  EXPECT_EQ(found["as_planned"]["status"], "identified");
+  EXPECT_EQ(found["as_planned"]["parameters"].size(), 52U);
+  ASSERT_EQ(found["troubles"].size(), 11U);
+  EXPECT_EQ(found["troubles"][0]["trouble"], "torque_unit");
+  EXPECT_EQ(found["troubles"][0]["warnings"][0]["code"], "torque_unit") << found["troubles"][0]["warnings"];
+  EXPECT_EQ(Json::parse(folder_.read("rehearsed/rehearsal.json")), found);
+  EXPECT_EQ(rivid::read_csv(folder_.path() / "rehearsed/log.csv").samples(), 10001);
+
+  const Outcome soft = with({"--as-planned", "--set", "control.omega_n=[2, 2, 2, 2, 2, 2]"});
+  EXPECT_EQ(soft.exit_code, 1) << soft.out;
+  EXPECT_NE(soft.out.find("No go: "), std::string::npos) << soft.out;
+  EXPECT_NE(soft.out.find("rehearsal_failed"), std::string::npos) << soft.out;
+
+  expect_refused({"rehearse", "arm/excite.toml", "plan/motion.csv", "--spread", "2"}, "--spread");
+  expect_refused({"rehearse", "arm/excite.toml", "none.csv"}, "none.csv");
+  expect_refused({"rehearse", "plan/motion.csv", "plan/motion.csv"}, "plan/motion.csv");
+}
+
 TEST_F(Excite, GivesTheSameMotionForTheSameSeed) {
   const Json a = plan()["motion"];
   EXPECT_EQ(plan({"--threads", "2"})["motion"], a);
