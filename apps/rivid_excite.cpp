@@ -306,7 +306,7 @@ int rehearse_from(const Arguments& arguments) {
   ProgressBar bar(!arguments.quiet);
   const Rehearsal found = rehearse(plan, arguments.motion, options, std::ref(bar));
   bar.clear();
-  Provenance provenance = provenance_of(plan, {{"seed", std::to_string(options.seed)}});
+  Provenance provenance = provenance_of_plan(plan, {{"seed", std::to_string(options.seed)}});
   provenance.inputs.push_back(input_file(arguments.motion));
   if (writes) {
     put_with_hash(log, found.as_planned.log, outputs, provenance);

@@ -239,7 +239,7 @@ int merge(const MergeArguments& arguments) {
   return sum_up(plan, file.rows(), provenance_of_runs(asked, 0, plan), outputs, to);
 }
 
-int merge_command(int argc, char** argv) {
+int merge_runs(int argc, char** argv) {
   MergeArguments to;
   return run_command(
       {.name = "rivid_montecarlo merge",
@@ -267,7 +267,7 @@ int merge_command(int argc, char** argv) {
 
 int rivid::apps::montecarlo_tool(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "merge") {
-    return merge_command(argc - 1, argv + 1);
+    return merge_runs(argc - 1, argv + 1);
   }
   StudyArguments arguments;
   return run_command(command_of(arguments), argc, argv, [&] { return run_from(arguments); });

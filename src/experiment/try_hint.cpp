@@ -6,6 +6,7 @@
 #include "experiment/changed_text.hpp"
 #include "experiment/from_program.hpp"
 #include "experiment/text_file.hpp"
+#include "identify/describe/describe.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/hint.hpp"
 #include "rivid/input.hpp"
@@ -17,16 +18,6 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-// Of all validation logs of a result together.
-double error_on(const Identification& result) {
-  double squares = 0.0;
-  for (const Validation& one : result.validation) {
-    squares += std::pow(result.answer_fit(one).relative_error, 2);
-  }
-  const bool answers = result.status == Status::identified || result.status == Status::doubtful;
-  return answers ? std::sqrt(squares / static_cast<double>(result.validation.size())) : unknown;
-}
-
 double error_of_halves(Experiment experiment, std::span<const Log> logs) {
   experiment.estimation.judge = false;
   std::array<std::vector<Log>, 2> halves;
@@ -37,7 +28,7 @@ double error_of_halves(Experiment experiment, std::span<const Log> logs) {
   }
   const auto error = [&](std::size_t of, std::size_t on) {
     try {
-      return error_on(identify_logs(experiment, halves.at(of), halves.at(on)));
+      return detail::error_on_validation(identify_logs(experiment, halves.at(of), halves.at(on)));
     } catch (const InputError&) {
       return unknown;
     }
@@ -68,7 +59,7 @@ struct Version {
             .fit = error(),
             .held_out = result.validation.empty()
                             ? error_of_halves(experiment, reading.logs(experiment.log, experiment.robot))
-                            : error_on(result)};
+                            : detail::error_on_validation(result)};
   }
 };
 

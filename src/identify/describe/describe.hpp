@@ -41,6 +41,9 @@ enum class Widened { for_forecast, for_judge, whole };
 //
 [[nodiscard]] Identification described(const Answer& answer, const Judgement& judgement, Widened widened);
 
+// Relative error of the answer on all validation logs together; no number where there are none, or no answer.
+[[nodiscard]] double error_on_validation(const Identification& result);
+
 // Verdict and advice of parameters with deviations and intervals, from their correlations in C, and what the
 // regressor says about the motion that shows them.
 //

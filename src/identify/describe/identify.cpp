@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "identify/choose/load_passes.hpp"
@@ -68,7 +70,44 @@ void add_notes(std::span<const Log> logs, std::vector<std::string>& out) {
   }
 }
 
+// The robot with the laws of friction that a hint asks for; nothing where it asks for anything else.
+std::optional<Robot> with_laws(Robot robot, const Finding& hint) {
+  for (const Change& change : hint.changes) {
+    const auto joint = std::ranges::find(robot.joints, change.joint, &Joint::name);
+    const std::optional<Friction> law = named<Friction>(change.word);
+    if (change.key != "robot.friction" || joint == robot.joints.end() || !law) {
+      return std::nullopt;
+    }
+    joint->friction = *law;
+  }
+  return hint.changes.empty() ? std::nullopt : std::optional(std::move(robot));
+}
+
+// A law of friction that the logs of the fit show, but with which others are explained worse, is no hint.
+void erase_misleading_laws(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
+                           Estimation estimation, const Identification& seen,
+                           std::vector<Finding>& findings) {
+  const double error = detail::error_on_validation(seen);
+  estimation.judge = false;
+  estimation.choice_covariance.resize(0, 0);
+  std::erase_if(findings, [&](const Finding& finding) {
+    const std::optional<Robot> other = with_laws(robot, finding);
+    return other && severity(finding) == Severity::warning &&
+           detail::error_on_validation(identify(*other, logs, estimation, validation)) > error;
+  });
+}
+
 }  // namespace
+
+double detail::error_on_validation(const Identification& result) {
+  double squares = 0.0;
+  for (const Validation& one : result.validation) {
+    squares += std::pow(result.answer_fit(one).relative_error, 2);
+  }
+  const bool answers = result.status == Status::identified || result.status == Status::doubtful;
+  return answers ? std::sqrt(squares / static_cast<double>(result.validation.size()))
+                 : std::numeric_limits<double>::quiet_NaN();
+}
 
 Identification identify(const Robot& robot, std::span<const Log> logs, const Estimation& asked,
                         std::span<const Log> validation) {
@@ -107,6 +146,9 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   }
   const Identification seen = described(answer, {}, detail::Widened::for_judge);
   detail::Judgement judgement = detail::judged(robot, logs, validation, seen);
+  if (!validation.empty()) {
+    erase_misleading_laws(robot, logs, validation, estimation, seen, judgement.findings);
+  }
   detail::Findings of_predictions;
   detail::find_predictions(seen, of_predictions);
   judgement.findings.insert(judgement.findings.end(), of_predictions.all().begin(),
