@@ -134,6 +134,7 @@ Chain::Dependent dependent(const JsonNode& node, const Robot& robot) {
     }
     out.terms.push_back({static_cast<int>(at - robot.joints.begin()), factor.get<double>()});
   }
+  std::ranges::sort(out.terms, {}, &Chain::Dependent::Term::joint);  // the file has them by name
   return out;
 }
 

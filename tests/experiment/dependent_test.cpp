@@ -9,8 +9,11 @@
 
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
+#include "rivid/experiment/result_file.hpp"
 #include "rivid/export/model.hpp"
 #include "rivid/export/urdf.hpp"
+#include "rivid/report/json.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
 #include "support/complaint.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/two_arms.hpp"
@@ -147,6 +150,38 @@ TEST_F(Palletiser, ComesOutOfItsLogsWithinItsIntervals) {
     EXPECT_GE(static_cast<double>(inside) / n, 0.91) << plan.trials[trial].label;
     EXPECT_LE(largest, 4.5) << plan.trials[trial].label;
   }
+}
+
+TEST_F(Palletiser, GoesThroughItsResultWithBodiesForAllLinks) {
+  const MonteCarlo plan = read_monte_carlo(path("study.toml"));
+  const Robot& robot = plan.experiment.robot;
+  const SimulationRecord record = run_simulation(plan.experiment);
+  Estimation estimation = plan.trials[1].experiment.estimation;
+  estimation.physical = Physical();
+  const Identification result = identify(robot, record.log, estimation);
+  ASSERT_TRUE(result.physical);
+  ASSERT_EQ(result.physical->parameters.chi_st.size(), std::ssize(robot.standard_parameters()));
+  folder_.write("result.json", to_json(robot, result, {}));
+  const DynamicModel wanted(robot, result.physical->parameters.chi_st);
+  const DynamicModel found = read_identified_model(path("result.json"), robot);
+  const DynamicModel alone = read_identified_model(path("result.json"));
+  const Motion& motion = record.simulation.motion;
+  for (Index k = 0; k < motion.samples(); k += 500) {
+    const auto torques = [&](const DynamicModel& model) {
+      return inverse_dynamics(model, motion.q.row(k).transpose(), motion.qd.row(k).transpose(),
+                              motion.qdd.row(k).transpose());
+    };
+    EXPECT_LT((torques(found) - torques(wanted)).norm(), 1e-9 * torques(wanted).norm());
+    EXPECT_LT((torques(alone) - torques(wanted)).norm(), 1e-9 * torques(wanted).norm());
+  }
+  EXPECT_TRUE(test::says(
+      test::complaint_of([&] {
+        return read_identified_model(
+            path("result.json"),
+            read_urdf(path("palletiser.urdf"),
+                      {.base = {}, .tip = {}, .moving = {"turn", "shoulder", "wrist", "grip", "crank"}}));
+      }),
+      "what joints follow others"));
 }
 
 // Passive joints that are taken as standing still leave what they move unexplained.
