@@ -121,7 +121,7 @@ TEST(Rehearsal, FindsEveryTroubleOfASixJointArm) {
   const Rehearsal found = arm.rehearsed({});
   EXPECT_TRUE(found.passes()) << summary(found);
   EXPECT_EQ(found.troubles.size(), named_by.size());
-  for (const auto& [trouble, codes] : named_by) {
+  for (const auto& [trouble, wanted] : named_by) {
     expect_found(found, trouble);
   }
   expect_a_screen(found);
@@ -133,7 +133,7 @@ TEST(Rehearsal, SaysOfAScaraWhatItsLogsDoNotShow) {
   const Scara arm;
   const Rehearsal found = arm.rehearsed({});
   EXPECT_TRUE(found.passes()) << summary(found);
-  for (const auto& [trouble, codes] : named_by) {
+  for (const auto& [trouble, wanted] : named_by) {
     if (trouble == Trouble::zero_offset || trouble == Trouble::wrong_tip) {
       EXPECT_NEAR(with(found, trouble).torque_error, found.as_planned.torque_error,
                   0.1 * found.as_planned.torque_error)
