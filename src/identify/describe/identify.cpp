@@ -147,7 +147,9 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   const Identification seen = described(answer, {}, detail::Widened::for_judge);
   detail::Judgement judgement = detail::judged(robot, logs, validation, seen);
   if (!validation.empty()) {
-    erase_misleading_laws(robot, logs, validation, estimation, seen, judgement.findings);
+    Estimation anew = asked;
+    anew.method = estimation.method;
+    erase_misleading_laws(robot, logs, validation, std::move(anew), seen, judgement.findings);
   }
   detail::Findings of_predictions;
   detail::find_predictions(seen, of_predictions);
