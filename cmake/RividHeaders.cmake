@@ -60,9 +60,3 @@ target_sources(
             ${RIVID_HEADERS})
 target_compile_features(rivid_headers INTERFACE cxx_std_20)
 target_link_libraries(rivid_headers INTERFACE Eigen3::Eigen)
-# Nobody runs what is compiled to see that a header stands alone.
-target_compile_options(
-  rivid_headers
-  INTERFACE
-    "$<BUILD_INTERFACE:$<$<IN_LIST:$<TARGET_PROPERTY:NAME>,rivid_verify_interface_header_sets;rivid_headers_verify_interface_header_sets>:-O0>>"
-)

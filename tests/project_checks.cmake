@@ -110,7 +110,7 @@ rivid_script_test(format ${PROJECT_SOURCE_DIR}/cmake/check_format.cmake format -
 
 add_test(NAME headers_stand_alone COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --config $<CONFIG> --target
                                           all_verify_interface_header_sets)
-set_tests_properties(headers_stand_alone PROPERTIES LABELS package RESOURCE_LOCK build_tree)
+set_tests_properties(headers_stand_alone PROPERTIES LABELS "package;slow" RESOURCE_LOCK build_tree)
 
 # A few objects of the package; with -DWHOLE=ON the script builds and compares the package.
 rivid_script_test(reproducible ${CMAKE_CURRENT_SOURCE_DIR}/install/reproducible.cmake reproducible

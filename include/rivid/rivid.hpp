@@ -63,6 +63,7 @@
 #include "rivid/report/payload.hpp"
 #include "rivid/report/plan.hpp"
 #include "rivid/report/players.hpp"
+#include "rivid/report/rehearsal.hpp"
 #include "rivid/report/text.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/signal/filter.hpp"

@@ -12,6 +12,7 @@
 #include "report/documents.hpp"
 #include "report/lists.hpp"
 #include "rivid/input.hpp"
+#include "rivid/model/dependent.hpp"
 #include "rivid/report/comparison.hpp"
 #include "rivid/report/excitation.hpp"
 #include "rivid/report/monte_carlo.hpp"
