@@ -1,5 +1,6 @@
 # Tests of more than some ten seconds of a processor: they have the label `slow`, and the preset `test` leaves them to `nightly`.
 set(slow_tests
+    DegenerateLogs.GiveAResultOrAReason
     EmpsLoopMethods.DidimIsThatOfNumPy
     EmpsLoopMethods.OutputErrorIsThatOfSciPy
     Gains.AreBiasedByOrdinaryAndTotalLeastSquares
@@ -11,6 +12,7 @@ set(slow_tests
     MillionTicks.OfTheFrictionMonitorAllocateNothing
     MillionTicks.OfThePayloadEstimatorAllocateNothing
     MillionTicks.OfTheRobotStateAllocateNothing
+    OddExperiments.TwoHundredStayWithinTheirBounds
     Payload.HasGainsWithoutBiasWithinTheirIntervals
     Payload.HasItsNumbersWithinTheirIntervals
     PayloadOfAnArm.HasItsNumbersWithinTheirIntervals
