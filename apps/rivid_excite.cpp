@@ -29,7 +29,7 @@ using namespace rivid;
 using namespace rivid::apps;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments : Given {
+struct DesignArguments : Given {
   std::filesystem::path motion;  // of the subcommands forecast and rehearse
   std::filesystem::path first;   // plans of the subcommand compare
   std::filesystem::path second;
@@ -45,7 +45,7 @@ struct Arguments : Given {
 
 const std::string exit_codes = "Exit codes: 0 done, 2 bad input or usage, 3 numerical failure.\n";
 
-Command command_of(Arguments& to) {
+Command command_of(DesignArguments& to) {
   return {
       .name = "rivid_excite",
       .description =
@@ -83,7 +83,7 @@ Command command_of(Arguments& to) {
           exit_codes + "The keys of an experiment file are listed in docs/experiment.md."};
 }
 
-Command forecast_command(Arguments& to) {
+Command forecast_command(DesignArguments& to) {
   return {.name = "rivid_excite forecast",
           .description = "Forecasts the standard deviation of each parameter from a motion.",
           .arguments = {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, excitation",
@@ -103,7 +103,7 @@ Command forecast_command(Arguments& to) {
           .footer = exit_codes};
 }
 
-Command rehearse_command(Arguments& to) {
+Command rehearse_command(DesignArguments& to) {
   return {.name = "rivid_excite rehearse",
           .description =
               "Rehearses a motion with a hidden robot in the simulator: as planned, then with troubles.",
@@ -126,7 +126,7 @@ Command rehearse_command(Arguments& to) {
               "3 numerical failure.\n"};
 }
 
-Command compare_command(Arguments& to) {
+Command compare_command(DesignArguments& to) {
   return {
       .name = "rivid_excite compare",
       .description = "Compares two plans for a robot: what B is worth in experiment time of A.",
@@ -144,7 +144,7 @@ void interrupt(int /*signal*/) {
 }
 
 // Flags override the experiment file; what they changed is kept for the provenance.
-Overrides apply(const Arguments& arguments, ExcitationPlan& plan) {
+Overrides apply(const DesignArguments& arguments, ExcitationPlan& plan) {
   Overrides overrides;
   const auto note = [&](const std::string& key, const std::string& value) {
     overrides.emplace_back(key, value);
@@ -171,7 +171,7 @@ Provenance provenance_of_plan(const ExcitationPlan& plan, Overrides overrides) {
   return out;
 }
 
-Excitation designed(const Arguments& arguments, ExcitationPlan& plan) {
+Excitation designed(const DesignArguments& arguments, ExcitationPlan& plan) {
   ProgressBar bar(!arguments.quiet);
   plan.options.threads = arguments.threads;
   plan.options.progress = std::ref(bar);
@@ -188,7 +188,7 @@ Excitation designed(const Arguments& arguments, ExcitationPlan& plan) {
 }
 
 // The players of the command line, which can all play the plan's motions.
-std::vector<Player> players_of(const Arguments& arguments, const ExcitationPlan& plan) {
+std::vector<Player> players_of(const DesignArguments& arguments, const ExcitationPlan& plan) {
   std::vector<Player> out;
   for (const std::string& name : arguments.players) {
     const Player player = named<Player>(name).value();
@@ -202,7 +202,7 @@ std::vector<Player> players_of(const Arguments& arguments, const ExcitationPlan&
   return out;
 }
 
-int design_from(const Arguments& arguments) {
+int design_from(const DesignArguments& arguments) {
   ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
   Overrides overrides = apply(arguments, plan);
   const std::vector<Player> players = players_of(arguments, plan);
@@ -253,7 +253,7 @@ int design_from(const Arguments& arguments) {
   return success;
 }
 
-int forecast_from(const Arguments& arguments) {
+int forecast_from(const DesignArguments& arguments) {
   ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
   const std::filesystem::path file = arguments.output / "forecast.json";
   const std::filesystem::path report = arguments.output / "report.html";
@@ -291,7 +291,7 @@ int forecast_from(const Arguments& arguments) {
   return success;
 }
 
-int rehearse_from(const Arguments& arguments) {
+int rehearse_from(const DesignArguments& arguments) {
   const ExcitationPlan plan = read_excitation(arguments.experiment, arguments.set);
   RehearsalOptions options = arguments.rehearsal;
   options.troubles = !arguments.as_planned;
@@ -323,7 +323,7 @@ int rehearse_from(const Arguments& arguments) {
   return found.passes() ? success : no_success;
 }
 
-int compare_plans(const Arguments& arguments) {
+int compare_plans(const DesignArguments& arguments) {
   const PlanFile a = read_plan(arguments.first);
   const PlanFile b = read_plan(arguments.second);
   const PlanComparison comparison = compare(a, b);
@@ -334,7 +334,7 @@ int compare_plans(const Arguments& arguments) {
 }  // namespace
 
 int rivid::apps::excite_tool(int argc, char** argv) {
-  Arguments arguments;
+  DesignArguments arguments;
   if (argc > 1 && std::string_view(argv[1]) == "compare") {
     return run_command(compare_command(arguments), argc - 1, argv + 1,
                        [&] { return compare_plans(arguments); });

@@ -36,6 +36,7 @@ constexpr std::array<std::string_view, names_of<Trouble>.size()> troubles_in_wor
     "the last motor turned by the joint before, too",
     "a fiftieth of the control signal",
     "the zero of the second joint off by 0.05 rad or m"};
+static_assert(!troubles_in_words.back().empty(), "each trouble has its words");
 
 constexpr double usual_bandwidth = 60.0;  // rad/s
 // Deviations from the blocks of ten seconds scatter between 0.8 and 1.6 of the forecast.

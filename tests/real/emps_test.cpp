@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <filesystem>
+#include <vector>
 
+#include "rivid/experiment/draft.hpp"
+#include "rivid/experiment/experiment.hpp"
 #include "support/real_experiment.hpp"
 
 namespace {
@@ -116,6 +121,32 @@ TEST_F(Emps, MovesAsRecordedWhenSimulatedWithItsResult) {
   };
   EXPECT_LT(relative_error(made.q, recorded.q), 0.013752);
   EXPECT_LT(relative_error(made.tau, recorded.tau), 5.848);
+}
+
+// The law that the logs of the fit show is no hint where a fit with it explains the pulses worse.
+TEST_F(Emps, IsToldNoLawThatItsPulsesSpeakAgainst) {
+  using rivid::Finding;
+  const auto error = [](const rivid::Identification& result) {
+    return result.answer_fit(result.validation.at(0)).relative_error;
+  };
+  const auto is_told = [](const rivid::Identification& result) {
+    return std::ranges::find(result.warnings, "direction_friction", &Finding::code) != result.warnings.end();
+  };
+  const std::vector<std::filesystem::path> logs = {path("emps_ident.csv"), path("emps_pulses.csv")};
+  const rivid::test::TemporaryFolder folder;
+  folder.write("emps.toml",
+               rivid::draft_experiment(folder.path() / "emps.toml", path("emps.urdf"), {}, logs).text);
+  rivid::Experiment drafted = rivid::read_experiment(folder.path() / "emps.toml");
+  drafted.robot.joints[0].friction = rivid::Friction::symmetric;
+  const rivid::Identification told = rivid::run(drafted);
+  EXPECT_FALSE(is_told(told));
+
+  rivid::Experiment alone = drafted;
+  alone.validation.files.clear();
+  EXPECT_TRUE(is_told(rivid::run(alone)));
+
+  drafted.robot.joints[0].friction = rivid::Friction::asymmetric;
+  EXPECT_GT(error(rivid::run(drafted)), error(told));
 }
 
 }  // namespace

@@ -25,8 +25,8 @@ struct [[nodiscard]] RewrittenUrdf {
 
 /// The URDF that a robot was read from, with other standard parameters: the same bytes save numbers of
 /// `<inertial>` and `<dynamics>` of the chain's links and joints. Elements that are missing are added, none
-/// is removed: `<mimic>`, too, where the experiment lets a joint follow another one. Numbers that come out as they were keep their digits; others have as many as it takes to read
-/// them back exactly.
+/// is removed: `<mimic>`, too, where the experiment lets a joint follow another one. Numbers that come out as
+/// they were keep their digits; others have as many as it takes to read them back exactly.
 ///
 /// An `<inertial>` is given as URDF requires: at the centre of mass, in axes that keep the rpy of the file.
 /// Of the links that are lumped into a moving one (behind fixed joints, and branches off the chain) each

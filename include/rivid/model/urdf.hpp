@@ -35,8 +35,8 @@ struct UrdfOptions {
 ///
 /// Standard parameters are given in the link frames of the URDF, see robot_from(const KDL::Chain&) for
 /// oblique axes. Links behind fixed joints are lumped into the link that carries them, and so is what hangs
-/// on joints that are not part of the robot, which are held at q = 0. A mimic joint whose leader moves is one of
-/// Chain::dependents; any other is held. The file is checked before it is believed: what is
+/// on joints that are not part of the robot, which are held at q = 0. A mimic joint whose leader moves is one
+/// of Chain::dependents; any other is held. The file is checked before it is believed: what is
 /// wrong is refused, what is only doubtful (a moving link without inertial, a physically inconsistent
 /// inertia, joints without limits, joints that are held, `<transmission>`) is reported in Robot::warnings.
 ///

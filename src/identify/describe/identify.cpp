@@ -83,7 +83,8 @@ std::optional<Robot> with_laws(Robot robot, const Finding& hint) {
   return hint.changes.empty() ? std::nullopt : std::optional(std::move(robot));
 }
 
-// A law of friction that the logs of the fit show, but with which others are explained worse, is no hint.
+// A law of friction that the logs of the fit show, but with which others are explained worse, is no hint. It is
+// tried as a user would take it: with rows of its own. Of one that can not be tried nothing is known.
 void erase_misleading_laws(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
                            Estimation estimation, const Identification& seen,
                            std::vector<Finding>& findings) {
@@ -92,8 +93,14 @@ void erase_misleading_laws(const Robot& robot, std::span<const Log> logs, std::s
   estimation.choice_covariance.resize(0, 0);
   std::erase_if(findings, [&](const Finding& finding) {
     const std::optional<Robot> other = with_laws(robot, finding);
-    return other && severity(finding) == Severity::warning &&
-           detail::error_on_validation(identify(*other, logs, estimation, validation)) > error;
+    if (!other || severity(finding) != Severity::warning) {
+      return false;
+    }
+    try {
+      return detail::error_on_validation(identify(*other, logs, estimation, validation)) > error;
+    } catch (const Error&) {
+      return false;
+    }
   });
 }
 
