@@ -12,7 +12,7 @@ namespace rivid::odd {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int most_joints = 7;
+constexpr int most_joints = 9;
 constexpr int most_freedoms = 2 * most_joints;  // of elastic joints: links and motors
 /// A number for each joint, or for each degree of freedom.
 using Numbers = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_freedoms, 1>;

@@ -94,6 +94,10 @@ void add_oddities(const Recipe& recipe, const Load& load, Machine& out, Random& 
       cycles = random.uniform(2.0, 12.0);
     }
   }
+  out.backlash = 0.5 * recipe.backlash;
+  if (n > 1) {
+    out.spring = recipe.spring * load.rms[1];
+  }
   if (recipe.payload > 0.0) {
     double mass = 0.0;
     for (Index j = std::max<Index>(0, n - 3); j < n; ++j) {
@@ -102,7 +106,11 @@ void add_oddities(const Recipe& recipe, const Load& load, Machine& out, Random& 
     const double r = 0.05;
     Body body{.mass = recipe.payload * mass, .com = 0.15 * random.direction(), .inertia_com = {}};
     body.inertia_com = 0.4 * body.mass * r * r * Matrix3d::Identity();
-    out.payload = Machine::Payload{.body = body, .from = random.uniform(0.3, 0.7) * recipe.duration};
+    const double from = random.uniform(0.3, 0.7) * recipe.duration;
+    out.payload = Machine::Payload{.body = body, .from = from};
+    if (recipe.put_down) {
+      out.payload->until = from + 0.2 * recipe.duration;
+    }
   }
 }
 
@@ -114,6 +122,12 @@ Arm drawn_arm(const Recipe& recipe, Random& random) {
   double mass = random.uniform(6.0, 20.0) * size * size;
   for (int j = 0; j < recipe.joints; ++j) {
     out.joints.push_back(drawn_joint(j == 0, random));
+    if (recipe.gantry && j < 3) {
+      // Each along its z axis, which the turn of a right angle lays across the one before.
+      out.joints.back().prismatic = true;
+      out.joints.back().axis = Vector3d::UnitZ();
+      out.joints.back().rpy = {right_angle * random.sign(), 0.0, j == 0 ? 0.0 : right_angle};
+    }
     out.joints.back().xyz *= size;
   }
   for (int j = 0; j < recipe.joints; ++j) {

@@ -1,7 +1,6 @@
 #include "odd/experiment.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -61,7 +60,10 @@ std::string with_held_torques(std::string text) {
 
 fs::path drafted(const Truth& truth, const fs::path& folder) {
   const fs::path file = folder / "experiment.toml";
-  const std::array<fs::path, 2> logs = {folder / "log_1.csv", folder / "log_2.csv"};
+  std::vector<fs::path> logs;
+  for (int k = 1; fs::exists(folder / ("log_" + std::to_string(k) + ".csv")); ++k) {
+    logs.push_back(folder / ("log_" + std::to_string(k) + ".csv"));
+  }
   std::string text = draft_experiment(file, folder / "robot.urdf", {}, logs).text;
   if (!truth.recipe.continuous && truth.recipe.control_every == 1 && truth.recipe.held_known) {
     text = with_held_torques(std::move(text));

@@ -16,6 +16,14 @@ void sampled_beside_the_controller(Recipe& r) { r.continuous = true; }
 constexpr std::array all = {
     Kind{"good", "good", [](Random&, Recipe&) {}},
 
+    Kind{"one_by_one", "hard", [](Random&, Recipe& r) { r.motion = Recipe::Motion::one_by_one; }},
+    Kind{"short", "hard", [](Random& x, Recipe& r) { r.duration = x.uniform(3.0, 5.0); }},
+    Kind{"gantry", "hard",
+         [](Random& x, Recipe& r) {
+           r.gantry = true;
+           r.joints = x.integer(3, 6);
+         }},
+    Kind{"many_joints", "hard", [](Random& x, Recipe& r) { r.joints = x.integer(8, 9); }},
     Kind{"coarse_encoder", "hard", [](Random& x, Recipe& r) { r.quantum = x.log_uniform(1e-4, 1e-3); }},
     Kind{"fine_noise_encoder", "hard",
          [](Random& x, Recipe& r) {
@@ -90,13 +98,34 @@ constexpr std::array all = {
          [](Random& x, Recipe& r) { r.position_filter_hz = x.log_uniform(5.0, 20.0); }},
     Kind{"torque_spikes", "log", [](Random& x, Recipe& r) { r.spikes = x.log_uniform(0.002, 0.02); }},
 
+    Kind{"bursty_stamps", "log", [](Random& x, Recipe& r) { r.bursts = x.log_uniform(0.003, 0.03); }},
+    Kind{"gain_drift", "log", [](Random& x, Recipe& r) { r.gain_drift = x.uniform(0.05, 0.3) * x.sign(); }},
+    Kind{"eccentric_encoder", "log", [](Random& x, Recipe& r) { r.eccentricity = x.log_uniform(1e-4, 3e-3); }},
+    Kind{"other_arm", "log", [](Random&, Recipe& r) { r.other_arm = true; }},
+
     Kind{"stribeck", "physics", [](Random& x, Recipe& r) { r.stribeck = x.uniform(0.3, 1.0); }, true},
     Kind{"asymmetric", "physics", [](Random& x, Recipe& r) { r.asymmetry = x.uniform(0.1, 0.4); }, true},
     Kind{"load_friction", "physics", [](Random& x, Recipe& r) { r.load_friction = x.uniform(0.03, 0.12); }, true},
     Kind{"friction_drift", "physics", [](Random& x, Recipe& r) { r.drift = x.uniform(0.3, 0.6); }, true},
     Kind{"elastic", "physics", [](Random& x, Recipe& r) { r.elastic_hz = x.log_uniform(12.0, 40.0); }},
+    Kind{"elastic_at_links", "physics",
+         [](Random& x, Recipe& r) {
+           r.elastic_hz = x.log_uniform(12.0, 40.0);
+           r.at_links = true;
+         }},
+    Kind{"backlash", "physics",
+         [](Random& x, Recipe& r) {
+           r.elastic_hz = x.log_uniform(20.0, 40.0);
+           r.backlash = x.log_uniform(1e-4, 3e-3);
+         }},
+    Kind{"spring", "physics", [](Random& x, Recipe& r) { r.spring = x.uniform(0.1, 0.5); }, true},
     Kind{"ripple", "physics", [](Random& x, Recipe& r) { r.ripple = x.log_uniform(0.02, 0.1); }},
     Kind{"payload_mid", "physics", [](Random& x, Recipe& r) { r.payload = x.uniform(0.2, 0.6); }},
+    Kind{"payload_for_a_while", "physics",
+         [](Random& x, Recipe& r) {
+           r.payload = x.uniform(0.2, 0.6);
+           r.put_down = true;
+         }},
 
     Kind{"torque_sign", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::torque_sign; }},
     Kind{"swapped", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::swapped; }},
@@ -123,6 +152,12 @@ constexpr std::array all = {
            r.turn = x.uniform(2.0, 6.0) * degree;
          }},
     Kind{"gravity_axis", "user", [](Random&, Recipe& r) { r.belief = Recipe::Belief::on_a_wall; }},
+    Kind{"gain_and_zero", "user",
+         [](Random& x, Recipe& r) {
+           r.belief = Recipe::Belief::gain_and_zero;
+           r.gain_factor = 1.0 + 0.2 * x.sign();
+           r.turn = x.log_uniform(0.02, 0.15) * x.sign();
+         }},
     Kind{"zero_offset", "user",
          [](Random& x, Recipe& r) {
            r.belief = Recipe::Belief::zero_offset;
@@ -156,6 +191,9 @@ Recipe drawn_recipe(const Kind& kind, Random& random) {
   out.torque_noise = random.log_uniform(0.001, 0.02);
   out.has_reference = random.chance(0.8);
   kind.change(random, out);
+  // Few descriptions have the masses that the arm has.
+  using enum Recipe::Bodies;
+  out.bodies = random.one_of(std::array{right, off, off, off, alike, none});
   const double control_hz = out.rate_hz * out.control_every;
   const int periods = 1 + out.delay;
   out.omega_n = std::min(out.omega_n, most_bandwidth_times_period * control_hz / periods);

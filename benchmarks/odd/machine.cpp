@@ -1,5 +1,6 @@
 #include "odd/machine.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +13,8 @@ Plant::Plant(const Machine& machine) : machine_(machine), dynamics_(machine.arm)
 }
 
 const ArmDynamics& Plant::dynamics(double t) const {
-  return machine_.payload && t >= machine_.payload->from ? loaded_ : dynamics_;
+  const auto& payload = machine_.payload;
+  return payload && t >= payload->from && t < payload->until ? loaded_ : dynamics_;
 }
 
 void Plant::equation(double t, const Numbers& x, const Numbers& v, const Numbers& torque,
@@ -38,9 +40,14 @@ void Plant::equation(double t, const Numbers& x, const Numbers& v, const Numbers
       b -= machine_.ripple[j] * std::sin(2.0 * std::numbers::pi * machine_.ripple_cycles[j] * x[i]);
     }
     if (machine_.elastic()) {
-      const double spring = machine_.stiffness[j] * (x[i] - x[j]) + machine_.damping[j] * (v[i] - v[j]);
+      const double twist = x[i] - x[j];
+      const double beyond_play = twist - std::clamp(twist, -machine_.backlash, machine_.backlash);
+      const double spring = machine_.stiffness[j] * beyond_play + machine_.damping[j] * (v[i] - v[j]);
       out.b[j] += spring;
       b -= spring;
+    }
+    if (j == 1) {
+      b -= machine_.spring * x[i];
     }
     out.b[i] += b;
     const double speed = v[i] / friction.stribeck_speed;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "odd/arm.hpp"
@@ -31,12 +32,15 @@ struct Machine {
   double drift_time = 1.0;  ///< [s]
   Numbers stiffness;        ///< of elastic joints; empty: rigid
   Numbers damping;          ///< beside the springs
+  double backlash = 0.0;    ///< half of the play between motor and link, in which the spring does nothing
+  double spring = 0.0;      ///< stiffness of a spring at the second joint, a counterbalance
   Numbers ripple;           ///< amplitude of a torque that is periodic in the position; empty: none
   Numbers ripple_cycles;    ///< periods a radian or metre
   /// What the last link carries from some time on.
   struct Payload {
     Body body;
-    double from = 0.0;  ///< [s]
+    double from = 0.0;                                       ///< [s]
+    double until = std::numeric_limits<double>::infinity();  ///< [s]
   };
   std::optional<Payload> payload;
 

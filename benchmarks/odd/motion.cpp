@@ -14,7 +14,10 @@ constexpr double metres_per_radian = 0.25;
 }  // namespace
 
 RandomMotion::RandomMotion(const Recipe& recipe, const Arm& arm, Random& random)
-    : duration_(recipe.duration), centre_(arm.size()), amplitude_(arm.size()) {
+    : duration_(recipe.duration),
+      one_by_one_(recipe.motion == Recipe::Motion::one_by_one),
+      centre_(arm.size()),
+      amplitude_(arm.size()) {
   for (Index j = 0; j < arm.size(); ++j) {
     const double unit = arm.joints[static_cast<std::size_t>(j)].prismatic ? metres_per_radian : 1.0;
     centre_[j] = unit * random.uniform(-1.0, 1.0);
@@ -56,9 +59,12 @@ void RandomMotion::draw_moves(const Recipe& recipe, Random& random) {
   Numbers here = centre_;
   double t = 0.1;
   while (t < duration_) {
-    Move move{.start = t, .length = random.uniform(0.8, 1.8) / recipe.pace, .from = here, .to = centre_};
+    Move move{.start = t, .length = random.uniform(0.8, 1.8) / recipe.pace, .from = here, .to = here};
     for (Index j = 0; j < centre_.size(); ++j) {
-      move.to[j] += amplitude_[j] * random.uniform(-1.0, 1.0);
+      const double to = centre_[j] + amplitude_[j] * random.uniform(-1.0, 1.0);
+      if (!one_by_one_ || j == static_cast<Index>(moves_.size()) % centre_.size()) {
+        move.to[j] = to;
+      }
     }
     here = move.to;
     t += move.length * (1.0 + recipe.dwell * random.uniform(0.5, 1.5));

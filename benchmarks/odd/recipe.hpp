@@ -10,7 +10,7 @@ namespace rivid::odd {
 
 /// What one experiment is made of, beside what is random in its arm. Zero means "none" throughout.
 struct Recipe {
-  enum class Motion { fourier, moves };
+  enum class Motion { fourier, moves, one_by_one };
   /// Deviations of what the user believes from what is.
   enum class Belief {
     right,
@@ -23,11 +23,20 @@ struct Recipe {
     turned_joint,   ///< orientation of one joint
     tilted,         ///< the base, by tilt
     on_a_wall,      ///< gravity along another axis of the base
-    zero_offset     ///< of the positions of one joint
+    zero_offset,    ///< of the positions of one joint
+    gain_and_zero   ///< of two joints
+  };
+  /// Masses and inertias in the user's URDF.
+  enum class Bodies {
+    right,
+    off,    ///< by factors
+    alike,  ///< one kilogram each
+    none
   };
 
   // Robot
   int joints = 3;
+  bool gantry = false;  ///< whether the first joints are prismatic, at right angles
   bool rotors = true;
   double friction = 1.0;  ///< factor of the dry friction
   // Motion
@@ -61,17 +70,28 @@ struct Recipe {
   double elastic_hz = 0.0;     ///< frequency of the joints with their motors held
   double ripple = 0.0;         ///< over the rms torque
   double payload = 0.0;        ///< over the mass of the last three links
+  bool put_down = false;       ///< whether the payload is let go again
+  double backlash = 0.0;       ///< of elastic joints, between motor and link [rad]
+  double spring =
+      0.0;  ///< torque of a spring at the second joint, over the rms torque, one radian from its rest
+  bool other_arm = false;  ///< whether one of the logs is of another arm
   // Faults of the log
-  bool held_known = true;  ///< whether the user says torque_held where torques are
-  int misaligned = 0;      ///< samples that torques are late
-  double jitter = 0.0;     ///< deviation of the sampling instants, in periods
-  double dropped = 0.0;    ///< share of the samples that were lost
-  bool stamped = true;     ///< whether the stamps tell of jitter and drops
-  double clock = 1.0;      ///< factor of the stamps
+  bool held_known = true;     ///< whether the user says torque_held where torques are
+  int misaligned = 0;         ///< samples that torques are late
+  double jitter = 0.0;        ///< deviation of the sampling instants, in periods
+  double dropped = 0.0;       ///< share of the samples that were lost
+  bool stamped = true;        ///< whether the stamps tell of jitter and drops
+  double clock = 1.0;         ///< factor of the stamps
+  double bursts = 0.0;        ///< share of the samples whose stamps are late, as those of a full buffer are
+  double gain_drift = 0.0;    ///< change of the torque sensors' gain over the log
+  double eccentricity = 0.0;  ///< of the encoders: amplitude of an error once a turn [rad]
+  bool at_links =
+      false;  ///< whether the log has the links' positions, which elastic joints turn away from the motors'
   double torque_filter_hz = 0.0;
   double position_filter_hz = 0.0;
   double spikes = 0.0;  ///< share of torques that are outliers
   // Errors of the user
+  Bodies bodies = Bodies::right;
   Belief belief = Belief::right;
   double gain_factor = 1.0;
   double shift = 0.0;  ///< of an origin [m]

@@ -106,6 +106,7 @@ class Sensors {
 
   [[nodiscard]] Numbers positions(Numbers q) {
     for (double& value : q) {
+      value += recipe_.eccentricity * std::sin(value + 1.0);
       value = rounded(value + recipe_.noise * random_.normal(), recipe_.quantum);
     }
     return q;
@@ -214,7 +215,7 @@ Recording recorded(const Recipe& recipe, const Plant& plant, const Controller& c
     if (k % recipe.control_every == 0) {
       const Index row = k / recipe.control_every;
       log.t[row] = recipe.stamped ? t : nominal;
-      log.q.row(row) = y.transpose();
+      log.q.row(row) = (recipe.at_links ? sensors.positions(simulation.links()) : y).transpose();
       log.q_r.row(row) = motion.at(t).q.transpose();
       log.tau.row(row) = sensors.torques(tau).transpose();
     }
@@ -224,6 +225,9 @@ Recording recorded(const Recipe& recipe, const Plant& plant, const Controller& c
 
 void spoil(const Recipe& recipe, Recording& log, Random& random) {
   const double rate_hz = recipe.rate_hz;
+  if (recipe.gain_drift != 0.0) {
+    log.tau.array().colwise() *= 1.0 + recipe.gain_drift * (log.t.array() / recipe.duration - 0.5);
+  }
   if (recipe.misaligned != 0) {
     std::vector<Index> later(static_cast<std::size_t>(log.t.size()));
     for (Index k = 0; k < log.t.size(); ++k) {
@@ -259,6 +263,15 @@ void spoil(const Recipe& recipe, Recording& log, Random& random) {
     keep_rows(kept, log);
     if (!recipe.stamped) {
       log.t = before.head(log.t.size());
+    }
+  }
+  if (recipe.bursts > 0.0) {
+    constexpr double longest = 0.04;  // [s]
+    double late = 0.0;
+    for (Index k = 1; k < log.t.size(); ++k) {
+      late = random.chance(recipe.bursts) ? log.t[k] + random.uniform(0.1, 1.0) * longest : late;
+      // What waits in the buffer is stamped with the moment at which it is read, one after the other.
+      log.t[k] = std::max({log.t[k], log.t[k - 1] + 1e-6, std::min(late, log.t[k] + longest)});
     }
   }
   log.t *= recipe.clock;

@@ -24,7 +24,8 @@ class Simulation {
   void advance(double end, const Torque& torque, const Numbers& disturbance);
 
   [[nodiscard]] double time() const { return t_; }
-  [[nodiscard]] Numbers positions() const { return motors(x_); }   ///< of the motors, (n)
+  [[nodiscard]] Numbers positions() const { return motors(x_); }  ///< of the motors, (n)
+  [[nodiscard]] Numbers links() const { return x_.head(plant_.joints()); }
   [[nodiscard]] Numbers velocities() const { return motors(v_); }  ///< of the motors, (n)
   [[nodiscard]] bool sticks(Index joint) const { return mode_[plant_.motor(joint)] == 0.0; }
   [[nodiscard]] long events() const { return events_; }

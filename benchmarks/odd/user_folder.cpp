@@ -9,6 +9,7 @@
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 #include "odd/draw_arm.hpp"
 #include "odd/session.hpp"
@@ -138,6 +139,10 @@ class Belief {
       case Recipe::Belief::mNm:
         log.tau.col(joint_) *= 1e3;
         break;
+      case Recipe::Belief::gain_and_zero:
+        log.q.col(other_).array() += recipe_.turn;
+        log.q_r.col(other_).array() += recipe_.turn;
+        [[fallthrough]];
       case Recipe::Belief::gain:
         log.tau.col(joint_) *= recipe_.gain_factor;
         break;
@@ -158,14 +163,45 @@ class Belief {
   bool torques_ = true;
 };
 
+void misjudge_bodies(Arm& arm, Random& random) {
+  for (ArmJoint& joint : arm.joints) {
+    const double factor = random.log_uniform(0.4, 2.5);
+    joint.body.mass *= factor;
+    joint.body.inertia_com *= factor;
+    joint.body.com *= random.uniform(0.5, 1.5);
+  }
+}
+
+void describe_bodies(Recipe::Bodies bodies, Arm& arm, Random& random) {
+  switch (bodies) {
+    case Recipe::Bodies::right:
+      break;
+    case Recipe::Bodies::off:
+      misjudge_bodies(arm, random);
+      break;
+    case Recipe::Bodies::alike:
+      for (ArmJoint& joint : arm.joints) {
+        joint.body = {.mass = 1.0, .inertia_com = Matrix3d::Identity()};
+      }
+      break;
+    case Recipe::Bodies::none:
+      for (ArmJoint& joint : arm.joints) {
+        joint.body = {};
+      }
+      break;
+  }
+}
+
 Truth attempt(const Name& name, const std::filesystem::path& folder, Random& random) {
   Truth out{.recipe = drawn_recipe(*name.kind, random), .machine = {}};
   const Recipe& recipe = out.recipe;
   Arm arm = drawn_arm(recipe, random);
   const Belief belief(recipe, arm, random);
   belief.turn_gravity(arm);
-  const std::array<RandomMotion, 2> motions = {RandomMotion(recipe, arm, random),
-                                               RandomMotion(recipe, arm, random)};
+  std::vector<RandomMotion> motions;
+  for (int k = 0; k < (recipe.other_arm ? 3 : 2); ++k) {
+    motions.emplace_back(recipe, arm, random);
+  }
   out.machine = drawn_machine(recipe, arm, motions[0], random);
   const Controller controller = drawn_controller(recipe, out.machine, motions[0], random);
   Numbers largest = Numbers::Zero(arm.size());
@@ -175,6 +211,9 @@ Truth attempt(const Name& name, const std::filesystem::path& folder, Random& ran
     if (k > 0) {
       machine.payload.reset();
     }
+    if (recipe.other_arm && k == 1) {
+      misjudge_bodies(machine.arm, random);
+    }
     Recording log = recorded(recipe, Plant(machine), controller, motions[k], random);
     largest = largest.cwiseMax(Numbers(log.tau.cwiseAbs().colwise().maxCoeff().transpose()));
     spoil(recipe, log, random);
@@ -182,6 +221,7 @@ Truth attempt(const Name& name, const std::filesystem::path& folder, Random& ran
     write_text(folder / ("log_" + std::to_string(k + 1) + ".csv"), csv_of(log, recipe.has_reference));
   }
   Arm described = belief.believed(arm);
+  describe_bodies(recipe.bodies, described, random);
   write_text(folder / "robot.urdf", urdf_of(described, largest));
   return out;
 }
@@ -236,12 +276,16 @@ std::string urdf_of(const Arm& arm, const Numbers& largest_torque) {
     const Matrix3d& I = body.inertia_com;
     const std::string number = std::to_string(j + 1);
     const double reach = joint.prismatic ? 1.0 : 2.0 * std::numbers::pi;
-    out << "  <link name=\"link_" << number << "\">\n    <inertial>\n      <origin xyz=\""
-        << in_urdf(body.com) << "\"/>\n      <mass value=\"" << body.mass << "\"/>\n      <inertia ixx=\""
-        << I(0, 0) << "\" ixy=\"" << I(0, 1) << "\" ixz=\"" << I(0, 2) << "\" iyy=\"" << I(1, 1)
-        << "\" iyz=\"" << I(1, 2) << "\" izz=\"" << I(2, 2) << "\"/>\n    </inertial>\n  </link>\n"
-        << "  <joint name=\"joint_" << number << "\" type=\"" << (joint.prismatic ? "prismatic" : "revolute")
-        << "\">\n    <parent link=\"" << (j == 0 ? "base" : "link_" + std::to_string(j)) << "\"/>\n"
+    out << "  <link name=\"link_" << number << "\">\n";
+    if (body.mass > 0.0) {
+      out << "    <inertial>\n      <origin xyz=\"" << in_urdf(body.com) << "\"/>\n      <mass value=\""
+          << body.mass << "\"/>\n      <inertia ixx=\"" << I(0, 0) << "\" ixy=\"" << I(0, 1) << "\" ixz=\""
+          << I(0, 2) << "\" iyy=\"" << I(1, 1) << "\" iyz=\"" << I(1, 2) << "\" izz=\"" << I(2, 2)
+          << "\"/>\n    </inertial>\n";
+    }
+    out << "  </link>\n  <joint name=\"joint_" << number << "\" type=\""
+        << (joint.prismatic ? "prismatic" : "revolute") << "\">\n    <parent link=\""
+        << (j == 0 ? "base" : "link_" + std::to_string(j)) << "\"/>\n"
         << "    <child link=\"link_" << number << "\"/>\n    <origin xyz=\"" << in_urdf(joint.xyz)
         << "\" rpy=\"" << in_urdf(joint.rpy) << "\"/>\n    <axis xyz=\"" << in_urdf(joint.axis)
         << "\"/>\n    <limit lower=\"" << -reach << "\" upper=\"" << reach << "\" velocity=\"10\" effort=\""

@@ -85,27 +85,64 @@ class GridFit {
   Index count_ = 0;
 };
 
-// See TimeReport::late.
-Index late_stamps(const Eigen::Ref<const Vector>& t) {
+// Of the lines below all points (k, t_k) the highest one in the middle: its slope, by the lower convex hull
+// [Andrew 1979]. Where stamps are late, never early, those in time lie on it.
+double slope_below(const Eigen::Ref<const Vector>& t) {
+  std::vector<Index> hull;
+  const auto slope = [&](Index a, Index b) { return (t[b] - t[a]) / static_cast<double>(b - a); };
+  for (Index k = 0; k < t.size(); ++k) {
+    while (hull.size() >= 2 && slope(hull[hull.size() - 2], hull.back()) >= slope(hull.back(), k)) {
+      hull.pop_back();
+    }
+    hull.push_back(k);
+  }
+  const auto right = std::ranges::lower_bound(hull, t.size() / 2);
+  return slope(*std::prev(right), *right);
+}
+
+// Period of the clock of which stamps are late, and how many are. See TimeReport::late.
+struct LateStamps {
+  Index count = 0;
+  double period = 0.0;
+};
+
+LateStamps late_stamps(const Eigen::Ref<const Vector>& t) {
   constexpr Index least_samples = 100;
   constexpr double in_time = 0.1;  // periods
   constexpr double off = 0.3;
-  constexpr double nearly_all = 0.9;
+  constexpr double kept_at_least = 0.2;  // share of the samples
+  constexpr double few = 0.25;           // of those in time: between them and those that are off
+  constexpr Index stretches = 10;
+  constexpr double kept_of_each = 0.05;
   if (t.size() < least_samples) {
-    return 0;
+    return {};
   }
-  const Index half = t.size() / 2;
-  const auto median_of = [](const Vector& x) { return median(std::vector<double>(x.begin(), x.end())); };
-  const double period = median_of(t.tail(half) - t.head(half)) / static_cast<double>(t.size() - half);
+  const double period = slope_below(t);
   if (!(period > 0.0)) {
-    return 0;
+    return {};
   }
-  Vector late = (t.array() - t[0]) / period -
-                Vector::LinSpaced(t.size(), 0.0, static_cast<double>(t.size() - 1)).array();
-  late.array() -= median_of(late);
-  const bool kept = static_cast<double>((late.array().abs() < in_time).count()) >
-                    nearly_all * static_cast<double>(t.size());
-  return kept && late.minCoeff() > -off ? (late.array() > off).count() : 0;
+  Vector late = t / period - Vector::LinSpaced(t.size(), 0.0, static_cast<double>(t.size() - 1));
+  late.array() -= late.minCoeff();
+  const auto in_time_from = [&](Index begin, Index count) {
+    return static_cast<double>((late.segment(begin, count).array() < in_time).count());
+  };
+  const double kept = in_time_from(0, t.size());
+  const double between = static_cast<double>((late.array() < off).count()) - kept;
+  bool of_a_clock = kept >= kept_at_least * static_cast<double>(t.size()) && between <= few * kept;
+  for (Index k = 0; k < stretches; ++k) {
+    const Index begin = k * t.size() / stretches;
+    const Index samples = (k + 1) * t.size() / stretches - begin;
+    of_a_clock = of_a_clock && in_time_from(begin, samples) >= kept_of_each * static_cast<double>(samples);
+  }
+  // Behind rows that are missing all stamps are late.
+  Index longest_run = 0;
+  Index run = 0;
+  for (Index k = 0; k < t.size(); ++k) {
+    longest_run = late[k] > off ? longest_run : std::max(longest_run, run);
+    run = late[k] > off ? run + 1 : 0;
+  }
+  of_a_clock = of_a_clock && run <= longest_run;
+  return {.count = of_a_clock ? (late.array() > off).count() : 0, .period = period};
 }
 
 // What to do about them.
@@ -352,7 +389,10 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
     stamps.push_back(t[i]);
   }
   fit.add_piece(grid, stamps, report.period);
-  report.late = late_stamps(t);
+  if (const LateStamps late = late_stamps(t); late.count > 0) {
+    report.late = late.count;
+    report.rate_hz = 1.0 / late.period;
+  }
   report.jitter_rms = fit.rms();
   report.jitter_max = fit.largest();
   report.regular = report.period > 0.0 && report.repeated.count == 0 && report.reversed.count == 0 &&

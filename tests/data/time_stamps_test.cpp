@@ -300,6 +300,36 @@ TEST(TimeReport, KnowsStampsOfTheArrival) {
            "irregular = \"ignore\" with rate_hz = 100"));
 }
 
+TEST(TimeReport, KnowsTheClockOfStampsThatAreMostlyLate) {
+  // A buffer that is read every 40 ms: two of five are in time, where the log ends late too.
+  std::vector<double> t = uniform(2004);
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    t[k] = k % 5 < 2 ? t[k] : t[k - k % 5] + 0.05 + 1e-6 * static_cast<double>(k % 5);
+  }
+  const TimeReport report = inspect_time(vector(t));
+  EXPECT_EQ(report.late, 2004 / 5 * 3 + 2);
+  EXPECT_NEAR(report.rate_hz, 100.0, 1e-9);
+}
+
+TEST(TimeReport, TakesNoGapAndNoJitterForLateStamps) {
+  for (const std::size_t gap : {400U, 1000U, 1700U, 1950U}) {
+    std::vector<double> t = uniform(2000);
+    for (std::size_t k = gap; k < t.size(); ++k) {
+      t[k] += 0.04;
+    }
+    EXPECT_EQ(inspect_time(vector(t)).late, 0) << gap;
+  }
+  std::mt19937 engine(5);
+  for (const double deviation : {0.02, 0.1, 0.2, 0.3}) {
+    std::normal_distribution<double> normal(0.0, deviation * 0.01);
+    std::vector<double> t = uniform(2000);
+    for (double& stamp : t) {
+      stamp += normal(engine);
+    }
+    EXPECT_EQ(inspect_time(vector(t)).late, 0) << deviation;
+  }
+}
+
 TEST(Regularised, RefusesOptionsAndLogsThatCanNotBeUsed) {
   const Log log = log_at(vector(uniform(50)));
   const auto message = [&](const ResampleOptions& options) {

@@ -23,7 +23,9 @@ struct TimeReport {
   double period = 0.0;         ///< median of the steps forward [s]
   double shortest_step = 0.0;  ///< of the steps forward [s]
   double longest_step = 0.0;   ///< [s]
-  double rate_hz = 0.0;  ///< mean rate, (samples − 1) / (last − first) [Hz]; 0 where time does not go forward
+  /// Mean rate, (samples − 1) / (last − first) [Hz], of stamps that are late that of their clock; 0 where time
+  /// does not go forward.
+  double rate_hz = 0.0;
   TimeFault repeated;    ///< steps below a thousandth of a period: no log has two samples that close
   TimeFault reversed;    ///< steps back
   TimeFault missing;     ///< gaps of k periods, k ≥ 2 after rounding, up to max_gap
@@ -34,7 +36,7 @@ struct TimeReport {
   /// nothing twice: a missing row is no jitter.
   double jitter_rms = 0.0;
   double jitter_max = 0.0;
-  /// Stamps that are late on a clock that nearly all others keep, where none is early: those of the arrival of
+  /// Stamps that are late on a clock that a fifth or more keep, where none is early: those of the arrival of
   /// samples, which were taken in time. 0 where stamps are off both ways.
   Index late = 0;
 

@@ -9,7 +9,11 @@ namespace rivid::detail {
 
 void Findings::add(FindingCode code, std::string subject, std::string text, std::vector<Change> changes) {
   assert(diagnostic_code(code.text()));
-  all_.push_back(Finding{std::string(code.text()), std::move(subject), std::move(text), std::move(changes)});
+  Finding finding{std::string(code.text()), std::move(subject), std::move(text), std::move(changes)};
+  // The pieces of one log say the same of their file.
+  if (std::ranges::find(all_, finding) == all_.end()) {
+    all_.push_back(std::move(finding));
+  }
 }
 
 bool Findings::has(FindingCode code, std::string_view subject) const {
