@@ -158,6 +158,11 @@ constexpr std::array all = {
            r.gain_factor = 1.0 + 0.2 * x.sign();
            r.turn = x.log_uniform(0.02, 0.15) * x.sign();
          }},
+    Kind{"coupling", "user",
+         [](Random& x, Recipe& r) {
+           r.belief = Recipe::Belief::coupled;
+           r.coupling = x.uniform(0.2, 1.0) * x.sign();
+         }},
     Kind{"zero_offset", "user",
          [](Random& x, Recipe& r) {
            r.belief = Recipe::Belief::zero_offset;
@@ -167,6 +172,30 @@ constexpr std::array all = {
     Kind{"no_rotor", "no_rotor", [](Random&, Recipe& r) { r.rotors = false; }},
 };
 
+void moves_with_rests(Recipe& r, double rest) {
+  r.motion = Recipe::Motion::moves;
+  r.dwell = rest;
+}
+
+constexpr std::array all_ways = {
+    Way{"fourier", [](Random&, Recipe& r) { r.motion = Recipe::Motion::fourier; }},
+    Way{"pick_and_place", [](Random& x, Recipe& r) { moves_with_rests(r, x.uniform(0.1, 0.5)); }},
+    Way{"waits", [](Random& x, Recipe& r) { moves_with_rests(r, x.uniform(1.5, 4.0)); }},
+    Way{"hand",
+        [](Random& x, Recipe& r) {
+          moves_with_rests(r, 0.0);
+          r.pace = x.uniform(0.3, 0.8);
+          r.amplitude *= 0.5;
+        }},
+    Way{"jogging",
+        [](Random&, Recipe& r) {
+          r.motion = Recipe::Motion::one_by_one;
+          r.duration = 4.0 * r.joints + 4.0;
+        }},
+    Way{"raster", [](Random&, Recipe& r) { r.motion = Recipe::Motion::raster; }},
+    Way{"short", [](Random& x, Recipe& r) { r.duration = x.uniform(3.0, 5.0); }},
+};
+
 // The fastest loop that a sampled law keeps stable, as bandwidth times period.
 constexpr double most_bandwidth_times_period = 0.12;
 
@@ -174,7 +203,9 @@ constexpr double most_bandwidth_times_period = 0.12;
 
 std::span<const Kind> kinds() { return all; }
 
-Recipe drawn_recipe(const Kind& kind, Random& random) {
+std::span<const Way> ways() { return all_ways; }
+
+Recipe drawn_recipe(const Kind& kind, const Way* way, Random& random) {
   Recipe out;
   out.joints = random.integer(2, 7);
   out.motion = random.chance(0.6) ? Recipe::Motion::fourier : Recipe::Motion::moves;
@@ -191,6 +222,9 @@ Recipe drawn_recipe(const Kind& kind, Random& random) {
   out.torque_noise = random.log_uniform(0.001, 0.02);
   out.has_reference = random.chance(0.8);
   kind.change(random, out);
+  if (way != nullptr) {
+    way->change(random, out);
+  }
   // Few descriptions have the masses that the arm has.
   using enum Recipe::Bodies;
   out.bodies = random.one_of(std::array{right, off, off, off, alike, none});

@@ -14,10 +14,7 @@ constexpr double metres_per_radian = 0.25;
 }  // namespace
 
 RandomMotion::RandomMotion(const Recipe& recipe, const Arm& arm, Random& random)
-    : duration_(recipe.duration),
-      one_by_one_(recipe.motion == Recipe::Motion::one_by_one),
-      centre_(arm.size()),
-      amplitude_(arm.size()) {
+    : duration_(recipe.duration), kind_(recipe.motion), centre_(arm.size()), amplitude_(arm.size()) {
   for (Index j = 0; j < arm.size(); ++j) {
     const double unit = arm.joints[static_cast<std::size_t>(j)].prismatic ? metres_per_radian : 1.0;
     centre_[j] = unit * random.uniform(-1.0, 1.0);
@@ -61,9 +58,18 @@ void RandomMotion::draw_moves(const Recipe& recipe, Random& random) {
   while (t < duration_) {
     Move move{.start = t, .length = random.uniform(0.8, 1.8) / recipe.pace, .from = here, .to = here};
     for (Index j = 0; j < centre_.size(); ++j) {
-      const double to = centre_[j] + amplitude_[j] * random.uniform(-1.0, 1.0);
-      if (!one_by_one_ || j == static_cast<Index>(moves_.size()) % centre_.size()) {
-        move.to[j] = to;
+      const auto count = static_cast<Index>(moves_.size());
+      const bool in_turn = kind_ == Recipe::Motion::one_by_one ? j == count % centre_.size()
+                           : kind_ == Recipe::Motion::raster   ? (j == 0) == (count % 2 == 0)
+                                                               : true;
+      const double to = random.uniform(-1.0, 1.0);
+      if (in_turn && kind_ == Recipe::Motion::raster) {
+        constexpr double step = 0.3;
+        move.to[j] = j == 0 ? centre_[j] + amplitude_[j] * (count % 4 == 0 ? 1.0 : -1.0)
+                            : std::clamp(here[j] + step * amplitude_[j] * to, centre_[j] - amplitude_[j],
+                                         centre_[j] + amplitude_[j]);
+      } else if (in_turn) {
+        move.to[j] = centre_[j] + amplitude_[j] * to;
       }
     }
     here = move.to;

@@ -33,7 +33,7 @@ class RandomMotion {
   void draw_moves(const Recipe& recipe, Random& random);
 
   double duration_;
-  bool one_by_one_ = false;
+  Recipe::Motion kind_;
   double omega_ = 0.0;  // of the series [rad/s]
   Numbers centre_;
   Numbers amplitude_;

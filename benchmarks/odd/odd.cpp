@@ -12,6 +12,7 @@ using namespace rivid;
 
 struct Arguments {
   std::string kinds = "good,hard";
+  std::string ways;
   std::string method = "as-drafted";
   std::uint64_t seed = 1;
   std::uint64_t first = 0;
@@ -36,6 +37,8 @@ int run(const Arguments& arguments) {
   if (!arguments.table_only) {
     odd::run_series({.seed = arguments.seed,
                      .kinds = odd::kinds_of(arguments.kinds),
+                     .ways = arguments.ways.empty() ? std::vector<const odd::Way*>{nullptr}
+                                                    : odd::ways_of(arguments.ways),
                      .first = arguments.first,
                      .count = arguments.count,
                      .threads = arguments.threads},
@@ -55,6 +58,8 @@ int tool(int argc, char** argv) {
        .arguments =
            {{"--kinds", "NAME",
              "Kinds or groups, comma between: good, hard, log, physics, user, no_rotor, all", &to.kinds},
+            {"--ways", "NAME", "Ways to move in place of the drawn ones: fourier, pick_and_place, … or all",
+             &to.ways},
             {"--count", "N", "Experiments, the kinds in turn", &to.count},
             {"--first", "N", "Number of the first one of each kind", &to.first},
             {"--seed", "N", "What all that is random follows from", &to.seed},

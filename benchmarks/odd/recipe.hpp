@@ -10,7 +10,12 @@ namespace rivid::odd {
 
 /// What one experiment is made of, beside what is random in its arm. Zero means "none" throughout.
 struct Recipe {
-  enum class Motion { fourier, moves, one_by_one };
+  enum class Motion {
+    fourier,
+    moves,
+    one_by_one,
+    raster  ///< the first joint to and fro, the others a step at each end
+  };
   /// Deviations of what the user believes from what is.
   enum class Belief {
     right,
@@ -24,7 +29,8 @@ struct Recipe {
     tilted,         ///< the base, by tilt
     on_a_wall,      ///< gravity along another axis of the base
     zero_offset,    ///< of the positions of one joint
-    gain_and_zero   ///< of two joints
+    gain_and_zero,  ///< of two joints
+    coupled         ///< two joints are turned by motors that the user takes for theirs
   };
   /// Masses and inertias in the user's URDF.
   enum class Bodies {
@@ -94,8 +100,9 @@ struct Recipe {
   Bodies bodies = Bodies::right;
   Belief belief = Belief::right;
   double gain_factor = 1.0;
-  double shift = 0.0;  ///< of an origin [m]
-  double turn = 0.0;   ///< of a joint, of the base, or of a zero [rad]
+  double coupling = 0.0;  ///< turns of one joint for one of the other's motor
+  double shift = 0.0;     ///< of an origin [m]
+  double turn = 0.0;      ///< of a joint, of the base, or of a zero [rad]
 };
 
 /// One kind of experiment.
@@ -107,10 +114,17 @@ struct Kind {
   bool inertial_only = false;
 };
 
+/// A way to move, in place of the one that is drawn.
+struct Way {
+  std::string_view name;
+  void (*change)(Random&, Recipe&);
+};
+[[nodiscard]] std::span<const Way> ways();
+
 /// All kinds, group by group.
 [[nodiscard]] std::span<const Kind> kinds();
 
-/// A good experiment, changed by a kind.
-[[nodiscard]] Recipe drawn_recipe(const Kind& kind, Random& random);
+/// A good experiment, changed by a kind, and by a way where there is one.
+[[nodiscard]] Recipe drawn_recipe(const Kind& kind, const Way* way, Random& random);
 
 }  // namespace rivid::odd

@@ -17,9 +17,9 @@ namespace rivid::odd {
 namespace {
 
 constexpr std::string_view header =
-    "seed,kind,number,method,used,status,outcome,material,counted,covered,rms_error,worst,worst_sigmas,"
+    "seed,kind,way,number,method,used,status,outcome,material,counted,covered,rms_error,worst,worst_sigmas,"
     "worst_percent,warnings,check,joints,rate_hz,written_s,identified_s,message";
-constexpr std::size_t columns = 21;
+constexpr std::size_t columns = 22;
 constexpr double tiny = 1e-300;  // in place of no error at all, under a logarithm
 
 std::string key_of(const Name& name, const std::string& method) {
@@ -37,11 +37,12 @@ std::string line_of(const Record& r) {
   const Judgement& j = r.judgement;
   std::ostringstream out;
   out.precision(6);
-  out << r.name.seed << ',' << r.name.kind->name << ',' << r.name.number << ',' << r.method << ',' << r.used
-      << ',' << r.status << ',' << word(j.outcome) << ',' << (j.material ? 1 : 0) << ',' << j.counted << ','
-      << j.covered << ',' << j.rms_error << ',' << j.worst << ',' << j.worst_sigmas << ',' << j.worst_percent
-      << ',' << j.warnings << ',' << r.check << ',' << r.joints << ',' << r.rate_hz << ',' << r.written_s
-      << ',' << r.identified_s << ',' << on_a_line(r.message);
+  out << r.name.seed << ',' << r.name.kind->name << ',' << (r.name.way != nullptr ? r.name.way->name : "")
+      << ',' << r.name.number << ',' << r.method << ',' << r.used << ',' << r.status << ',' << word(j.outcome)
+      << ',' << (j.material ? 1 : 0) << ',' << j.counted << ',' << j.covered << ',' << j.rms_error << ','
+      << j.worst << ',' << j.worst_sigmas << ',' << j.worst_percent << ',' << j.warnings << ',' << r.check
+      << ',' << r.joints << ',' << r.rate_hz << ',' << r.written_s << ',' << r.identified_s << ','
+      << on_a_line(r.message);
   return out.str();
 }
 
@@ -56,32 +57,34 @@ std::optional<Record> record_of(const std::string& line) {
   if (kind == kinds().end()) {
     return std::nullopt;
   }
-  Record out{.name = {std::stoull(cells[0]), &*kind, std::stoull(cells[2])},
-             .method = cells[3],
-             .used = cells[4],
-             .status = cells[5],
-             .check = cells[15],
-             .message = cells[20],
-             .judgement = {}};
+  const auto way = std::ranges::find(ways(), cells[2], &Way::name);
+  Record out{
+      .name = {std::stoull(cells[0]), &*kind, std::stoull(cells[3]), way == ways().end() ? nullptr : &*way},
+      .method = cells[4],
+      .used = cells[5],
+      .status = cells[6],
+      .check = cells[16],
+      .message = cells[21],
+      .judgement = {}};
   Judgement& j = out.judgement;
   for (const Outcome outcome : {Outcome::honest, Outcome::warned, Outcome::doubtful, Outcome::refused,
                                 Outcome::wrong, Outcome::crashed}) {
-    if (word(outcome) == cells[6]) {
+    if (word(outcome) == cells[7]) {
       j.outcome = outcome;
     }
   }
-  j.material = cells[7] == "1";
-  j.counted = std::stol(cells[8]);
-  j.covered = std::stol(cells[9]);
-  j.rms_error = std::stod(cells[10]);
-  j.worst = cells[11];
-  j.worst_sigmas = std::stod(cells[12]);
-  j.worst_percent = std::stod(cells[13]);
-  j.warnings = cells[14];
-  out.joints = std::stoi(cells[16]);
-  out.rate_hz = std::stod(cells[17]);
-  out.written_s = std::stod(cells[18]);
-  out.identified_s = std::stod(cells[19]);
+  j.material = cells[8] == "1";
+  j.counted = std::stol(cells[9]);
+  j.covered = std::stol(cells[10]);
+  j.rms_error = std::stod(cells[11]);
+  j.worst = cells[12];
+  j.worst_sigmas = std::stod(cells[13]);
+  j.worst_percent = std::stod(cells[14]);
+  j.warnings = cells[15];
+  out.joints = std::stoi(cells[17]);
+  out.rate_hz = std::stod(cells[18]);
+  out.written_s = std::stod(cells[19]);
+  out.identified_s = std::stod(cells[20]);
   return out;
 }
 
@@ -136,12 +139,16 @@ std::vector<std::string_view> groups() {
 std::string table(std::span<const Record> records, const std::string& method) {
   std::map<std::string_view, Count> by_kind;
   std::map<std::string_view, Count> by_group;
+  std::map<std::string_view, Count> by_way;
   Count rest;
   bool checked = false;
   for (const Record& r : records) {
     if (r.method == method) {
       by_kind[r.name.kind->name].add(r);
       by_group[r.name.kind->group].add(r);
+      if (r.name.way != nullptr) {
+        by_way[r.name.way->name].add(r);
+      }
       rest.add(r);
       checked = checked || r.check != "-";
     }
@@ -160,6 +167,9 @@ std::string table(std::span<const Record> records, const std::string& method) {
         out += "| " + std::string(kind.name) + by_kind[kind.name].cells();
       }
     }
+  }
+  for (auto& [way, count] : by_way) {
+    out += "| *" + std::string(way) + "*" + count.cells();
   }
   return out + "| **all**" + rest.cells();
 }

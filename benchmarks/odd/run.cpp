@@ -32,11 +32,29 @@ std::vector<const Kind*> kinds_of(const std::string& names) {
   return out;
 }
 
+std::vector<const Way*> ways_of(const std::string& names) {
+  std::vector<const Way*> out;
+  std::istringstream in(names);
+  for (std::string name; std::getline(in, name, ',');) {
+    const std::size_t before = out.size();
+    for (const Way& way : ways()) {
+      if (way.name == name || name == "all") {
+        out.push_back(&way);
+      }
+    }
+    if (out.size() == before) {
+      throw InputError("no way is called \"" + name + "\"; see benchmarks/odd/kinds.cpp");
+    }
+  }
+  return out;
+}
+
 void run_series(const Series& series, const Asked& asked, RecordFile& file, bool loud) {
   std::vector<std::pair<Name, Asked>> work;
   for (std::uint64_t i = 0; i < series.count; ++i) {
-    const Name name{series.seed, series.kinds[i % series.kinds.size()],
-                    series.first + i / series.kinds.size()};
+    const std::uint64_t pair = i / series.ways.size();
+    const Name name{series.seed, series.kinds[pair % series.kinds.size()],
+                    series.first + pair / series.kinds.size(), series.ways[i % series.ways.size()]};
     Asked missing = asked;
     std::erase_if(missing.methods, [&](const std::string& method) { return file.has(name, method); });
     if (!missing.methods.empty()) {

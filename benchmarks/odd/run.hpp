@@ -11,9 +11,10 @@ namespace rivid::odd {
 /// Which experiments.
 struct Series {
   std::uint64_t seed = 1;
-  std::vector<const Kind*> kinds;  ///< taken in turn
-  std::uint64_t first = 0;         ///< of each kind
-  std::uint64_t count = 0;         ///< of all kinds together
+  std::vector<const Kind*> kinds;            ///< taken in turn
+  std::vector<const Way*> ways = {nullptr};  ///< each kind in each of them
+  std::uint64_t first = 0;                   ///< of each kind
+  std::uint64_t count = 0;                   ///< of all kinds together
   int threads = 1;
 };
 
@@ -21,6 +22,11 @@ struct Series {
 ///
 /// @throws InputError  for a name that there is none of
 [[nodiscard]] std::vector<const Kind*> kinds_of(const std::string& names);
+
+/// Ways by their names, comma between; "all" is all.
+///
+/// @throws InputError  for a name that there is none of
+[[nodiscard]] std::vector<const Way*> ways_of(const std::string& names);
 
 /// Carries out what the file does not hold yet.
 ///

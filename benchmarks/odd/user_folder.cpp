@@ -146,6 +146,12 @@ class Belief {
       case Recipe::Belief::gain:
         log.tau.col(joint_) *= recipe_.gain_factor;
         break;
+      case Recipe::Belief::coupled:
+        // A motor that turns the other joint too: its position is a sum, and the other motor bears less.
+        log.q.col(joint_) += recipe_.coupling * log.q.col(other_);
+        log.q_r.col(joint_) += recipe_.coupling * log.q_r.col(other_);
+        log.tau.col(other_) -= recipe_.coupling * log.tau.col(joint_);
+        break;
       case Recipe::Belief::zero_offset:
         log.q.col(joint_).array() += recipe_.turn;
         log.q_r.col(joint_).array() += recipe_.turn;
@@ -193,7 +199,7 @@ void describe_bodies(Recipe::Bodies bodies, Arm& arm, Random& random) {
 }
 
 Truth attempt(const Name& name, const std::filesystem::path& folder, Random& random) {
-  Truth out{.recipe = drawn_recipe(*name.kind, random), .machine = {}};
+  Truth out{.recipe = drawn_recipe(*name.kind, name.way, random), .machine = {}};
   const Recipe& recipe = out.recipe;
   Arm arm = drawn_arm(recipe, random);
   const Belief belief(recipe, arm, random);
@@ -228,7 +234,10 @@ Truth attempt(const Name& name, const std::filesystem::path& folder, Random& ran
 
 }  // namespace
 
-std::string Name::text() const { return std::string(kind->name) + '-' + std::to_string(number); }
+std::string Name::text() const {
+  return std::string(kind->name) + '-' + (way != nullptr ? std::string(way->name) + '-' : "") +
+         std::to_string(number);
+}
 
 Vector Truth::base_values(const BaseParameters& base) const {
   Vector chi_st(static_cast<Index>(base.standard.size()));

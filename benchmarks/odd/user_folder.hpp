@@ -14,8 +14,9 @@ struct Name {
   std::uint64_t seed = 1;
   const Kind* kind = nullptr;
   std::uint64_t number = 0;  ///< among those of its kind
+  const Way* way = nullptr;  ///< null: as it is drawn
 
-  /// "coarse_encoder-17"
+  /// "coarse_encoder-17", "gain_20pct-jogging-3"
   [[nodiscard]] std::string text() const;
 };
 

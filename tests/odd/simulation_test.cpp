@@ -387,5 +387,22 @@ TEST(OddStiction, HoldsWithinTheLevelAndNoLonger) {
   EXPECT_GT(sticking, 100);
 }
 
+TEST(OddMotions, JoggingMovesOneJointAtATimeAndRastersTheFirstByTurns) {
+  for (const Way& way : ways()) {
+    Random random(seed, way.name, 1);
+    const Recipe recipe = drawn_recipe(kinds().front(), &way, random);
+    const RandomMotion motion(recipe, drawn_arm(recipe, random), random);
+    int several = 0;
+    int first_and_others = 0;
+    for (double t = 0.0; t < motion.duration(); t += 0.01) {
+      const Numbers qd = motion.at(t).qd;
+      several += (qd.array() != 0.0).count() > 1 ? 1 : 0;
+      first_and_others += qd[0] != 0.0 && (qd.tail(qd.size() - 1).array() != 0.0).any() ? 1 : 0;
+    }
+    EXPECT_EQ(several == 0, way.name == "jogging") << way.name;
+    EXPECT_EQ(first_and_others == 0, way.name == "jogging" || way.name == "raster") << way.name;
+  }
+}
+
 }  // namespace
 }  // namespace rivid::odd
