@@ -313,7 +313,7 @@ int identify_robot(IdentifyArguments arguments, const RobotAndLogs& given) {
     throw InputError(arguments.experiment.string() + ": is there already; rivid_identify " +
                      arguments.experiment.string() + " identifies from it, or remove it");
   }
-  if (const int drafted = init_command(static_cast<int>(argv.size()), argv.data());
+  if (const int drafted = init_before_identification(static_cast<int>(argv.size()), argv.data());
       drafted != success || arguments.dry_run) {
     return drafted;
   }

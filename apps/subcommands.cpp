@@ -26,6 +26,7 @@ struct InitArguments : Given {
   UrdfOptions options;
   bool print_only = false;
   bool force = false;
+  bool identified_next = false;  // so that nothing is to be typed
 };
 
 int init(InitArguments arguments) {
@@ -55,8 +56,10 @@ int init(InitArguments arguments) {
   }
   tell("note", draft.doubts);
   if (!arguments.print_only) {
-    tell("wrote " + output.string() + (draft.complete ? "" : ", incomplete") +
-         "\nnext: rivid_identify check " + output.string() + "\n");
+    tell("wrote " + output.string() + (draft.complete ? "" : ", incomplete") + "\n" +
+         (arguments.identified_next && draft.complete
+              ? ""
+              : "next: rivid_identify check " + output.string() + "\n"));
   }
   return draft.complete ? success : no_success;
 }
@@ -162,8 +165,11 @@ std::string next_command(const Identification& result, const std::filesystem::pa
              : "rivid_identify export " + folder.string() + " --to " + (result.physical ? "urdf" : "header");
 }
 
-int init_command(int argc, char** argv) {
+namespace {
+
+int init_from(int argc, char** argv, bool identified_next) {
   InitArguments to;
+  to.identified_next = identified_next;
   return run_command(
       {.name = "rivid_identify init",
        .description = "Writes an experiment file to begin with, from a robot and its logs.",
@@ -184,6 +190,12 @@ int init_command(int argc, char** argv) {
                  "Exit codes: 0 complete; 1 something is left to be filled in; 2 bad input or usage."},
       argc, argv, [&] { return init(to); });
 }
+
+}  // namespace
+
+int init_command(int argc, char** argv) { return init_from(argc, argv, false); }
+
+int init_before_identification(int argc, char** argv) { return init_from(argc, argv, true); }
 
 int check_command(int argc, char** argv) {
   CheckArguments to;

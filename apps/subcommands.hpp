@@ -14,6 +14,8 @@ namespace rivid::apps {
 ///
 /// @return  exit code: success, no_success where something is left to be filled in
 int init_command(int argc, char** argv);
+// The same where the identification follows: it tells no next command.
+int init_before_identification(int argc, char** argv);
 
 /// rivid_identify check EXPERIMENT.toml.
 ///

@@ -112,7 +112,9 @@ TEST_F(Refusal, OfTorquesThatAreAllZero) {
   rewrite_rows("scara_s2.csv",
                [](const std::string& line) { return line.substr(0, line.find(',')) + ",0,0,0,0,0,0"; });
   edit("scara.toml", "trim = 20 ", "rows = \"paper\"\ntrim = 20 ");
-  expect_refused({"scara_s2.csv: the torques are zero in every row; check the columns"});
+  expect_refused(
+      {"scara_s2.csv: the torques are zero in every row; check the columns. A log without torque needs the "
+       "law and gains"});
 }
 
 TEST_F(Refusal, OfATorqueThatIsZeroAndWouldHaveInfiniteWeight) {

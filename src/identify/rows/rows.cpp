@@ -140,7 +140,10 @@ void require_usable(const std::vector<Seen>& joints, const std::vector<double>& 
         stray_position(robot, log));
   }
   if (total == 0.0) {
-    throw InputError(log.source + ": the torques are zero in every row; check the columns");
+    throw InputError(
+        log.source +
+        ": the torques are zero in every row; check the columns. A log without torque needs the "
+        "law and gains of its controller in [control] and a [log] reference instead (docs/control.md)");
   }
 }
 
