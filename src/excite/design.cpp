@@ -12,6 +12,7 @@
 #include "dense.hpp"
 #include "excite/checked_clearances.hpp"
 #include "excite/mma.hpp"
+#include "excite/prior.hpp"
 #include "excite/problem.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
@@ -143,6 +144,8 @@ class Designer {
   Vector random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const;
   detail::MmaResult improved(Problem& problem, const Vector& z, int evaluations, std::string_view stage);
   void polish(Found& found, int rounds);
+  Vector drawn_peaks(const Vector& z) const;
+  void leave_room(Found& best);
   Vector mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const;
   [[noreturn]] void refuse(const Found& best) const;
   void check(Excitation& found) const;
@@ -393,6 +396,55 @@ void Designer::polish(Found& found, int rounds) {
   }
 }
 
+// Of robots that the description may stand for, the largest torque of each joint along a motion, (n).
+Vector Designer::drawn_peaks(const Vector& z) const {
+  // So many that hardly one of a hundred others needs more.
+  constexpr Index robots = 1500;
+  Matrix chi(task_.base.size(), robots);
+  for (Index k = 0; k < robots; ++k) {
+    const auto seed = options_.seed + static_cast<std::uint64_t>(k);
+    const Robot drawn = detail::drawn_about(task_.robot, options_.limits.prior_spread, seed);
+    chi.col(k) = task_.base.from_standard(drawn.chi_st());
+  }
+  const Vector t = Vector::LinSpaced(8 * samples(), 0.0, options_.duration);
+  detail::SampledRegressor regressor(task_.robot, task_.base);
+  Vector out = Vector::Zero(curve_->joints());
+  regressor.pieces(curve_->motion(curve_->tables(t), curve_->coefficients(z)),
+                   [&](Index, std::span<const Matrix> W) {
+                     for (std::size_t i = 0; i < W.size(); ++i) {
+                       const Matrix tau = W[i] * chi(regressor.columns(i), Eigen::all);
+                       double& peak = out[static_cast<Index>(i)];
+                       peak = std::max(peak, tau.cwiseAbs().maxCoeff());
+                     }
+                   });
+  return out;
+}
+
+// Takes as much from the torques that the motion may use as drawn robots need beyond their limits.
+void Designer::leave_room(Found& best) {
+  constexpr int rounds = 6;
+  constexpr double little = 5e-3;
+  const Vector whole = task_.bounds.torque / options_.limits.torque_share;
+  Vector over;
+  for (int k = 0; k < rounds && best.kept.size() > 0; ++k) {
+    over = drawn_peaks(best.kept).cwiseQuotient(whole);
+    if (over.maxCoeff() <= 1.0) {
+      return;
+    }
+    task_.bounds.torque = task_.bounds.torque.cwiseQuotient((over.array() + little).max(1.0).matrix());
+    best.kept.resize(0);
+    best.objective = std::numeric_limits<double>::infinity();
+    polish(best, polishings - 1);
+  }
+  Index joint = 0;
+  const double worst = over.maxCoeff(&joint);
+  throw InputError("design: prior_spread is " + number(options_.limits.prior_spread) + ": " +
+                   task_.robot.joints[static_cast<std::size_t>(joint)].name + " needs up to " +
+                   number(100.0 * worst, 3) +
+                   " % of its torque in robots that differ by so much from the description; "
+                   "give the masses better, or more torque");
+}
+
 // What keeps the best of the starts from any motion.
 void Designer::refuse(const Found& best) const {
   DenseCheck check(task_, *curve_, dense());
@@ -491,6 +543,10 @@ Excitation Designer::designed() {
     refuse(best);
   }
   polish(best, polishings - 1);
+  const double polished = best.objective;
+  if (options_.limits.prior_spread > 0.0 && task_.chi.size() > 0) {
+    leave_room(best);
+  }
   const Vector& z = best.kept;
   out.best_start = std::ranges::find(out.starts, best.report.seed, &StartReport::seed) - out.starts.begin();
   out.stopped = stopped_;
@@ -498,7 +554,7 @@ Excitation Designer::designed() {
   out.t = Vector::LinSpaced(played(), 0.0, static_cast<double>(played() - 1) / options_.rate_hz);
   out.motion = curve_->motion(curve_->tables(out.t), curve_->coefficients(z));
   out.forecast = forecast(task_.robot, out.motion, options_.rate_hz, options_);
-  tell_loss(best.objective, out);
+  tell_loss(polished, out);
   check(out);
   return out;
 }

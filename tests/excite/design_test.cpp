@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "rivid/error.hpp"
 #include "rivid/excite/excitation.hpp"
@@ -11,6 +12,7 @@
 #include "rivid/model/urdf.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
+#include "support/complaint.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -98,6 +100,44 @@ TEST(Design, KeepsAllLimitsOnTenTimesDenserInstants) {
   }
   // Some limit is used to the full, or the motion could be larger.
   EXPECT_GE(std::ranges::max(found.forecast.limits, {}, &LimitUse::share).share, 0.99);
+}
+
+// Of 200 robots whose links, rotors and friction are each off by up to a half, how many need more torque than
+// the whole limits.
+int beyond_torque(const Robot& robot, const Vector& torque, const Motion& motion) {
+  std::mt19937_64 random(77);
+  std::uniform_real_distribution<double> factor(0.5, 1.5);
+  int out = 0;
+  for (int k = 0; k < 200; ++k) {
+    Robot drawn = robot;
+    for (Inertial& body : drawn.inertials) {
+      body *= factor(random);
+    }
+    for (Joint& joint : drawn.joints) {
+      joint.Ia *= factor(random);
+      joint.Fv *= factor(random);
+      joint.Fc *= factor(random);
+    }
+    const Matrix tau = torques(drawn, motion);
+    out += (tau.cwiseAbs().colwise().maxCoeff().transpose().array() > torque.array()).any() ? 1 : 0;
+  }
+  return out;
+}
+
+TEST(Design, LeavesRoomForRobotsThatDifferFromTheDescription) {
+  const Robot robot = arm();
+  ExcitationOptions options = quick();
+  options.limits.torque = torques(robot, usual().motion).cwiseAbs().colwise().maxCoeff().transpose();
+  const Excitation bold = design(robot, options);
+  EXPECT_GE(beyond_torque(robot, options.limits.torque, bold.motion), 20);
+  options.limits.prior_spread = 0.5;
+  const Excitation careful = design(robot, options);
+  EXPECT_LE(beyond_torque(robot, options.limits.torque, careful.motion), 2);
+  EXPECT_LT(careful.forecast.log_det, bold.forecast.log_det);
+  options.limits.torque *= 0.7;
+  options.limits.prior_spread = 0.9;
+  EXPECT_TRUE(test::says(message(robot, options), "of its torque in robots that differ by so much"))
+      << message(robot, options);
 }
 
 TEST(Design, BeginsAndEndsAtRest) {

@@ -24,6 +24,9 @@ struct MotionLimits {
   double position_share = 0.95;
   double velocity_share = 0.9;
   double torque_share = 0.8;
+  /// Share by which masses, rotors and friction may be off: robots that differ from the description by so much,
+  /// drawn at random, keep the whole torque limits too.
+  double prior_spread = 0.0;
 
   /// @param n  joints of the robot
   [[nodiscard]] std::optional<std::string> complaint(Index n) const;
@@ -34,42 +37,48 @@ struct MotionLimits {
   template <typename L = MotionLimits>
   static constexpr auto fields() {
     constexpr Range positive = Range::above(0.0, 1e12);
-    return std::tuple(Field{"lower",
-                            &L::lower,
-                            "lowest positions",
-                            {.otherwise = "the robot's", .unit = "rad, m", .range = positions}},
-                      Field{"upper",
-                            &L::upper,
-                            "highest positions",
-                            {.otherwise = "the robot's", .unit = "rad, m", .range = positions}},
-                      Field{"velocity",
-                            &L::velocity,
-                            "largest velocities",
-                            {.otherwise = "the robot's", .unit = "rad/s, m/s", .range = positive}},
-                      Field{"acceleration",
-                            &L::acceleration,
-                            "largest accelerations; required where torques can not be limited",
-                            {.otherwise = "none", .unit = "rad/s², m/s²", .range = positive}},
-                      Field{"jerk",
-                            &L::jerk,
-                            "largest derivatives of the accelerations",
-                            {.otherwise = "none", .unit = "rad/s³, m/s³", .range = positive}},
-                      Field{"torque",
-                            &L::torque,
-                            "largest torques, of the a-priori model",
-                            {.otherwise = "the robot's", .unit = "N·m, N", .range = positive}},
-                      Field{"position_share",
-                            &L::position_share,
-                            "part of the range of positions, about its middle, that the motion may use",
-                            {.range = Range::within(0.01, 1.0)}},
-                      Field{"velocity_share",
-                            &L::velocity_share,
-                            "part of the velocities that the motion may use",
-                            {.range = Range::within(0.01, 1.0)}},
-                      Field{"torque_share",
-                            &L::torque_share,
-                            "part of the torques that the motion may use",
-                            {.range = Range::within(0.01, 1.0)}});
+    return std::tuple(
+        Field{"lower",
+              &L::lower,
+              "lowest positions",
+              {.otherwise = "the robot's", .unit = "rad, m", .range = positions}},
+        Field{"upper",
+              &L::upper,
+              "highest positions",
+              {.otherwise = "the robot's", .unit = "rad, m", .range = positions}},
+        Field{"velocity",
+              &L::velocity,
+              "largest velocities",
+              {.otherwise = "the robot's", .unit = "rad/s, m/s", .range = positive}},
+        Field{"acceleration",
+              &L::acceleration,
+              "largest accelerations; required where torques can not be limited",
+              {.otherwise = "none", .unit = "rad/s², m/s²", .range = positive}},
+        Field{"jerk",
+              &L::jerk,
+              "largest derivatives of the accelerations",
+              {.otherwise = "none", .unit = "rad/s³, m/s³", .range = positive}},
+        Field{"torque",
+              &L::torque,
+              "largest torques, of the a-priori model",
+              {.otherwise = "the robot's", .unit = "N·m, N", .range = positive}},
+        Field{"position_share",
+              &L::position_share,
+              "part of the range of positions, about its middle, that the motion may use",
+              {.range = Range::within(0.01, 1.0)}},
+        Field{"velocity_share",
+              &L::velocity_share,
+              "part of the velocities that the motion may use",
+              {.range = Range::within(0.01, 1.0)}},
+        Field{"torque_share",
+              &L::torque_share,
+              "part of the torques that the motion may use",
+              {.range = Range::within(0.01, 1.0)}},
+        Field{"prior_spread",
+              &L::prior_spread,
+              "masses, rotors and friction may be off by this share: the whole torque limits hold for "
+              "such robots too",
+              {.range = Range::within(0.0, 0.9)}});
   }
 };
 
