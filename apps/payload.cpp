@@ -231,7 +231,7 @@ int payload_command(int argc, char** argv) {
              &to.masses},
             {"--gains", "PERCENT",
              "Standard deviation of the drive gains in percent, or estimate; one, or one a joint: 1,1,2. "
-             "Default: they are exact",
+             "Default: 1, or what the arm's result says; 0: they are exact",
              &to.gains},
             {"--link", "LINK", "Moving link that the payload is on. Default: the last of the arm", &to.link},
             {"--flange", "POSE",

@@ -105,7 +105,7 @@ def identify_payloads(
     """Identifies payloads, and their differences, from logs with them beside logs of the arm alone or on top of its identification.
 
     ``loaded`` is what ``read_logs`` takes, or a dict of that by the names of several payloads. The arm is known from the logs ``without`` or as ``arm``, a
-    ``Fit`` or the path of a result.json. ``gains`` are standard deviations of the drive gains in percent, one or one a joint; ``"estimate"`` (or infinity):
+    ``Fit`` or the path of a result.json. ``gains`` are standard deviations of the drive gains in percent, one or one a joint (1, or what the arm says); ``"estimate"`` (or infinity):
     unknown, then ``mass`` [kg] sets their scale. ``link`` is the moving link that it is on, the last of an arm without it, and
     ``flange`` the flange's pose in the frame of that link: rotation matrix (3, 3) and origin (3) [m].
 

@@ -81,7 +81,8 @@ PayloadReport judged_from(const OnlineModel& model, const Log& log, Index row,
   estimation.signal.torque_held = options.rows.torque_held;
   PayloadReport out;
   try {
-    out = identify_payloads(arm, std::span(&loaded, 1), estimation);
+    out = identify_payloads(arm, std::span(&loaded, 1), estimation,
+                            {.gain_sigma = Vector::Constant(model.robot.size(), options.gain_sigma)});
     examine(arm.robot, {}, std::span(&loaded, 1), estimation, out);
   } catch (const InputError&) {
   }

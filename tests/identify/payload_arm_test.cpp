@@ -69,6 +69,7 @@ TEST(PayloadOfAnArm, IsFoundWithoutNoise) {
   const PayloadReport found = on_top_of(arm_of(bench, 1e-9, 1), bench.log(Box().inertial(), 0.0, 2, 2),
                                         {.model = PayloadModel::body});
   ASSERT_TRUE(found.identified) << found.reason;
+  EXPECT_TRUE(test::says(found.reason, "the drive gains count as exact")) << found.reason;
   expect_numbers(found.payloads[0], Box().inertial());
 }
 
@@ -113,7 +114,8 @@ TEST(PayloadOfAnArm, KnowsItsGainsAsTheResultDoes) {
   const PayloadBench bench(six_axis());
   const Log with = bench.log(Box().inertial(), 0.01, 3, 2);
   const PayloadOptions point{.model = PayloadModel::point};
-  const PayloadReport exact = on_top_of(arm_of(bench, 0.01, 2), with, point);
+  const PayloadReport exact =
+      on_top_of(arm_of(bench, 0.01, 2), with, {.model = PayloadModel::point, .gain_sigma = Vector::Zero(6)});
   EXPECT_TRUE(exact.gains.empty());
   const IdentifiedArm arm = arm_of(bench, 0.01, 2, 1e-4 * Matrix::Identity(6, 6));
   const PayloadReport uncertain = on_top_of(arm, with, point);
@@ -123,6 +125,25 @@ TEST(PayloadOfAnArm, KnowsItsGainsAsTheResultDoes) {
   const PayloadReport wanted = on_top_of(arm_of(bench, 0.01, 2), with, told);
   EXPECT_NEAR(uncertain.payloads[0].values[0].sigma / wanted.payloads[0].values[0].sigma, 1.0, 1e-3);
   EXPECT_GT(uncertain.payloads[0].values[0].sigma, 3.0 * exact.payloads[0].values[0].sigma);
+}
+
+TEST(PayloadOfAnArm, AccusesAGainThatIsFarFromWhatIsKnownOfIt) {
+  PayloadBench bench(six_axis());
+  bench.gains = Vector::Ones(6);
+  bench.gains[1] = 1.1;
+  const IdentifiedArm arm = arm_of(bench, 0.01, 2);
+  const Log with = bench.log(Box().inertial(), 0.01, 3, 2);
+  const LoadedLogs loaded{.logs = std::span(&with, 1)};
+  const Estimation estimation{.signal = PayloadBench::signal()};
+  const auto accused = [&](const PayloadOptions& options) {
+    PayloadReport found = identify_payloads(arm, std::span(&loaded, 1), estimation, options);
+    examine(arm.robot, {}, std::span(&loaded, 1), estimation, found);
+    return std::ranges::any_of(found.warnings, [](const Finding& f) {
+      return f.code == "torque_gain" && f.subject == "joint_2" && test::says(f.text, "known to");
+    });
+  };
+  EXPECT_TRUE(accused({}));
+  EXPECT_FALSE(accused({.gain_sigma = Vector::Constant(6, 0.1)}));
 }
 
 // Of arms whose gains are off by one percent each, unknown to both identifications.

@@ -123,10 +123,12 @@ TEST(Payload, IsAPointWhereItsInertiaIsNotSeen) {
 TEST(Payload, CarriesTheUncertaintyOfTheGains) {
   const Bench bench(six_axis());
   const Box box;
-  PayloadOptions options{.model = PayloadModel::point};
+  PayloadOptions options{.model = PayloadModel::point, .gain_sigma = Vector::Zero(6)};
   const PayloadReport exact = bench.identified(box, 0.01, 6, options);
   options.gain_sigma = Vector::Constant(6, 0.01);
   const PayloadReport uncertain = bench.identified(box, 0.01, 6, options);
+  const PayloadReport untold = bench.identified(box, 0.01, 6, {.model = PayloadModel::point});
+  EXPECT_EQ(untold.payloads[0].values[0].sigma, uncertain.payloads[0].values[0].sigma);
   EXPECT_LT(exact.payloads[0].values[0].sigma, 0.001 * box.mass);
   // Six independent gains, of which those that feel most of the weight count.
   EXPECT_GT(uncertain.payloads[0].values[0].sigma, 0.003 * box.mass);
@@ -198,7 +200,8 @@ PayloadReport found_at_rest(const std::vector<Index>& without, const std::vector
   const Log heavy = test::log_with_joints_at_rest(robot, Box().inertial(), 2, with);
   const LoadedLogs loaded{.logs = std::span(&heavy, 1)};
   const Estimation estimation{.signal = {.torque_held = false, .decimation = {10}}};
-  return identify_payloads(robot, std::span(&alone, 1), std::span(&loaded, 1), estimation);
+  return identify_payloads(robot, std::span(&alone, 1), std::span(&loaded, 1), estimation,
+                           {.gain_sigma = Vector::Zero(6)});
 }
 
 TEST(Payload, IsFoundWhereJointsStandInTheLoadedLog) {

@@ -26,9 +26,9 @@ struct TimeReport {
   /// Mean rate, (samples − 1) / (last − first) [Hz], of stamps that are late that of their clock; 0 where time
   /// does not go forward.
   double rate_hz = 0.0;
-  TimeFault repeated;    ///< steps below a thousandth of a period: no log has two samples that close
-  TimeFault reversed;    ///< steps back
-  TimeFault missing;     ///< gaps of k periods, k ≥ 2 after rounding, up to max_gap
+  TimeFault repeated;      ///< steps below a thousandth of a period: no log has two samples that close
+  TimeFault reversed;      ///< steps back
+  TimeFault missing;       ///< gaps of k periods, k ≥ 2 after rounding, up to max_gap
   Index missing_rows = 0;  ///< rows that these gaps lack, Σ (k − 1)
   TimeFault jumps;         ///< gaps of more than max_gap periods
   /// Deviation of the stamps from the nearest uniform grid, by least squares between jumps, each stamp at the

@@ -48,7 +48,7 @@ struct PayloadOptions {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   /// Relative standard deviation of each joint's drive gain, (n): 0, it is exact; infinite, nothing is known
-  /// of it and it is estimated. Empty: what IdentifiedArm::gain_covariance says; all exact without it.
+  /// of it and it is estimated. Empty: what IdentifiedArm::gain_covariance says; without it 1 % each.
   Vector gain_sigma = {};
   /// Whether dry friction grows with the load of the gear, (Fc + Fl |M q̈ + N|) sign q̇, where a joint has
   /// Fc.
@@ -98,6 +98,7 @@ struct [[nodiscard]] PayloadReport {
   std::vector<Payload> payloads;     ///< one a LoadedLogs; empty where the fit did not settle
   std::vector<Payload> differences;  ///< of each payload from each before it: what was added to that one
   std::vector<GainEstimate> gains;   ///< where the gains are not exact
+  Vector gain_sigma;                 ///< relative deviations of what was known of them, (n)
   Vector Fl;                         ///< friction by load of each joint, (n) [1]; zero where it has none
   Vector chi;                        ///< base parameters of the arm without friction by load, (b)
   double relative_error = 0.0;       ///< ‖Y − Ŷ‖ / ‖Y‖ over all rows
@@ -131,7 +132,7 @@ struct IdentifiedArm {
   Vector chi;              ///< its base parameters, base_parameters(robot), (b)
   Matrix C_chi;            ///< their covariance, with what gain_covariance adds, (b × b)
   Matrix gain_slopes;      ///< Identification::gain_slopes, (b × n)
-  Matrix gain_covariance;  ///< relative covariance of the gains, (n × n); empty: they are exact
+  Matrix gain_covariance;  ///< relative covariance of the gains, (n × n); empty: nothing is told
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 };

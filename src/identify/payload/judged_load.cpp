@@ -33,6 +33,24 @@ std::vector<Log> with_gains(std::span<const Log> logs, const std::vector<GainEst
   return out;
 }
 
+// Gains that the logs contradict: far outside of what was known of them, whatever takes part in that.
+std::vector<Finding> contradicted_gains(const PayloadReport& found) {
+  constexpr double sure = 4.0;
+  std::vector<Finding> out;
+  for (std::size_t j = 0; j < found.gains.size(); ++j) {
+    const GainEstimate& gain = found.gains[j];
+    const double known = found.gain_sigma[static_cast<Index>(j)];
+    const double off = std::abs(gain.value / gain.nominal - 1.0);
+    if (off > sure * known && off > sure * gain.sigma / std::abs(gain.nominal)) {
+      out.push_back({"torque_gain", gain.joint,
+                     "its torque is " + number(gain.nominal / gain.value, 3) +
+                         " times what arm and payload ask for, " + "where its gain is known to " +
+                         number(100.0 * known, 2) + " %"});
+    }
+  }
+  return out;
+}
+
 bool is_error(const Finding& finding) { return severity(finding) == Severity::error; }
 
 }  // namespace
@@ -86,6 +104,7 @@ void examine(const Robot& robot, std::span<const Log> without, std::span<const L
   if (!without.empty()) {
     take(detail::about("without payload", examined(robot, without, estimation).warnings));
   }
+  take(contradicted_gains(found));
   for (std::size_t k = 0; k < with.size(); ++k) {
     const bool settled = k < found.payloads.size();
     take(detail::judged_load(robot, with[k].name, with[k].logs, estimation, found.gains,

@@ -59,6 +59,7 @@ PayloadReport fitted(const PayloadProblem& problem, const PayloadOptions& option
     }
   }
   out.gains = detail::gain_estimates(problem.robot, fit, uncertainty);
+  out.gain_sigma = problem.gain_sigma;
   out.identified = true;
   for (std::size_t k = 0; k < with.size(); ++k) {
     out.identified = out.identified && fit.determined(fit.payload_at(k), fit.payload_size(k));
@@ -101,14 +102,33 @@ PayloadReport fitted_by_what_is_seen(PayloadProblem& problem, const PayloadOptio
   return out;
 }
 
+bool told_nothing_of_gains(const PayloadProblem& problem, const PayloadOptions& options) {
+  return options.gain_sigma.size() == 0 &&
+         (problem.arm == nullptr || problem.arm->gain_covariance.size() == 0);
+}
+
 PayloadReport fitted_on(PayloadProblem& problem, std::span<const Log> without,
                         std::span<const LoadedLogs> with, Estimation estimation,
                         const PayloadOptions& options) {
   problem.logs = detail::stacked_rows(problem.robot, problem.columns, without, with, estimation);
+  const std::vector<PayloadProblem::Load> loads = problem.loads;
   PayloadReport out = fitted_by_what_is_seen(problem, options, with);
+  if (!out.identified && told_nothing_of_gains(problem, options)) {
+    // Torques nearly without noise leave no room for gains that are off by that much.
+    problem.gain_information = {};
+    problem.loads = loads;
+    PayloadReport exact = fitted_by_what_is_seen(problem, options, with);
+    if (exact.identified) {
+      exact.reason = "the drive gains count as exact: off by 1 % each they leave the payload undetermined";
+      out = std::move(exact);
+    }
+  }
   out.signal = estimation.signal;
   return out;
 }
+
+// Of drive gains of which nothing is told.
+constexpr double usual_gain_sigma = 0.01;
 
 void require_usable(const Robot& robot, std::span<const LoadedLogs> with, const Estimation& asked,
                     const PayloadOptions& options) {
@@ -148,7 +168,9 @@ PayloadProblem problem_of(const Robot& robot, std::span<const LoadedLogs> with, 
          .mass = logs.mass,
          .mass_sigma = logs.mass_sigma});
   }
-  out.gain_information = detail::gain_information(options.gain_sigma);
+  out.gain_sigma =
+      options.gain_sigma.size() > 0 ? options.gain_sigma : Vector::Constant(robot.size(), usual_gain_sigma);
+  out.gain_information = detail::gain_information(out.gain_sigma);
   return out;
 }
 
@@ -258,10 +280,11 @@ PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const Loaded
   require(!fault, fault.value_or(""));
   require_usable(arm.robot, with, asked, options);
   PayloadProblem problem = problem_of(arm.robot, with, asked, options);
-  if (options.gain_sigma.size() == 0) {
+  problem.arm = &arm;
+  if (options.gain_sigma.size() == 0 && arm.gain_covariance.size() > 0) {
+    problem.gain_sigma = arm.gain_covariance.diagonal().cwiseSqrt();
     problem.gain_information = detail::gain_information_of(arm.gain_covariance);
   }
-  problem.arm = &arm;
   return fitted_on(problem, {}, with, asked, options);
 }
 

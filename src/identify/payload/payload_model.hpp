@@ -27,6 +27,7 @@ struct PayloadProblem {
   bool load_friction = false;
   std::vector<PayloadLog> logs = {};
   std::vector<Load> loads = {};
+  Vector gain_sigma = {};              // (n), what is known of each gain
   Matrix gain_information = {};        // (n × n), of log r; empty: gains are exact
   const IdentifiedArm* arm = nullptr;  // that stands for logs without payload
 };
