@@ -119,9 +119,12 @@ def mujoco_sysid(log: Log) -> Estimate:
     for body in moved:
         params.add(sysid.body_inertia_param(spec, model, body, inertia_type=sysid.InertiaType.Pseudo, stretch_bound_mult=STRETCH, modifier=_body_setter(body)))
 
-    (q, qd, _), tau, _ = filtered(log)
+    (q, qd, _), _, _ = filtered(log)
     stride = max(round(STEP * log.rate), 1)
-    q, qd, tau = q[::stride], qd[::stride], tau[::stride]
+    ends = log.tau if log.torque_held else (log.tau + np.roll(log.tau, -1, axis=0)) / 2  # means from sample to sample
+    first = (len(log.q) - len(q)) // 2
+    means = ends[first : first + len(q) // stride * stride].reshape(-1, stride, len(joints)).mean(axis=1)
+    q, qd, tau = q[::stride][: len(means)], qd[::stride][: len(means)], means
     spec.option.timestep = stride / log.rate
     size = round(CHUNK / spec.option.timestep)
     t = spec.option.timestep * np.arange(size)

@@ -236,19 +236,29 @@ def main() -> int:
     ask.add_argument("--robots", type=int, default=12, help="simulated robots, of the seeds 1, 2, …")
     ask.add_argument("--data", type=Path, default=REPOSITORY.parent / "shared/data", help="folder of the real logs")
     ask.add_argument("--methods", nargs="+", choices=list(METHODS), default=list(METHODS), help="only these, and " + REFERENCE)
+    ask.add_argument("--resume", action="store_true", help="continue what an ended run left in FOLDER")
     ask.add_argument("--page", type=Path, help="page whose tables and pictures are replaced")
     given = ask.parse_args()
     for name in set(METHODS) - {REFERENCE, *given.methods}:
         del METHODS[name]
     given.out.mkdir(parents=True, exist_ok=True)
-    result = {"versions": versions(), "robots": [simulated(seed) for seed in range(1, given.robots + 1)], "real": []}
-    for name, log, other in real(given.data):
+    file = given.out / "methods.json"
+    result = json.loads(file.read_text(encoding="utf-8")) if given.resume else {"versions": versions(), "robots": [], "real": []}
+
+    def keep() -> None:
+        file.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+    for seed in range(len(result["robots"]) + 1, given.robots + 1):
+        result["robots"].append(simulated(seed))
+        keep()
+    for name, log, other in real(given.data)[len(result["real"]) :]:
         held_out = HeldOut(other)
         found = {method: judged(log, held_out, method) for method in METHODS} | {GUESS: scored(held_out, of_description(log))}
         said(log, found)
         result["real"].append({"name": name, "methods": found})
+        keep()
     result["summary"] = summary(result["robots"])
-    (given.out / "methods.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    keep()
     text = tables(result)
     (given.out / "methods.md").write_text(text, encoding="utf-8")
     pictures(result, given.out)
