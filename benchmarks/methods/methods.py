@@ -246,7 +246,7 @@ def main() -> int:
     result = json.loads(file.read_text(encoding="utf-8")) if given.resume else {"versions": versions(), "robots": [], "real": []}
 
     def keep() -> None:
-        file.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        file.write_text(json.dumps(result) + "\n", encoding="utf-8")
 
     for seed in range(len(result["robots"]) + 1, given.robots + 1):
         result["robots"].append(simulated(seed))
