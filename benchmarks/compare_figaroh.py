@@ -14,6 +14,7 @@ import json
 import subprocess
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,14 +27,13 @@ from scipy import signal
 ARM = Path(__file__).resolve().parents[1] / "data/six_axis"
 CUTOFF_HZ, DECIMATION, RATE_HZ, JOINTS = 20.0, 10, 1000.0, 6
 ROTORS = [0.362, 0.507, 0.0829, 0.0341, 0.0361, 0.0114]  # kg m², as in simulate.toml
-OPTIONS = {"has_friction": True, "has_actuator_inertia": True, "is_joint_torques": True, "act_idxv": range(JOINTS)}
 
 
 class Arm:
     """What FIGAROH's functions need of a robot."""
 
-    def __init__(self) -> None:
-        self.model = pin.buildModelFromUrdf(str(ARM / "six_axis.urdf"))
+    def __init__(self, urdf: Path) -> None:
+        self.model = pin.buildModelFromUrdf(str(urdf))
         self.model.gravity.linear = np.array([0, 0, -9.81])
         self.data = self.model.createData()
 
@@ -44,34 +44,61 @@ def truth(model: pin.Model) -> np.ndarray:
     return np.concatenate([*bodies, model.damping, model.upperDryFrictionLimit, ROTORS])
 
 
-def derivatives(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    q = signal.filtfilt(*signal.butter(4, CUTOFF_HZ / (RATE_HZ / 2)), q, axis=0)
-    qd = np.gradient(q, 1 / RATE_HZ, axis=0)
-    return q, qd, np.gradient(qd, 1 / RATE_HZ, axis=0)
+def derivatives(q: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    q = signal.filtfilt(*signal.butter(4, CUTOFF_HZ / (rate / 2)), q, axis=0)
+    qd = np.gradient(q, 1 / rate, axis=0)
+    return q, qd, np.gradient(qd, 1 / rate, axis=0)
 
 
-def decimated(rows: np.ndarray) -> np.ndarray:
-    return np.concatenate([signal.decimate(joint, DECIMATION, axis=0, zero_phase=True) for joint in np.split(rows, JOINTS)])
+def at_samples(held: np.ndarray) -> np.ndarray:
+    """Torques that each act until the next sample, at the samples."""
+    return np.vstack([held[:1], (held[:-1] + held[1:]) / 2])
+
+
+def decimated(rows: np.ndarray, joints: int, factor: int) -> np.ndarray:
+    return np.concatenate([signal.decimate(joint, factor, axis=0, zero_phase=True) for joint in np.split(rows, joints)])
+
+
+@dataclass
+class Solved:
+    """Base parameters by FIGAROH, and of which columns of its standard regressor they are."""
+
+    gone: list[int]  # columns without influence
+    index: list[int]  # base columns among the others
+    W: np.ndarray  # decimated, without these columns
+    W_b: np.ndarray
+    y: np.ndarray
+    chi: np.ndarray
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """That of relative_stdev(), not rounded."""
+        residual = self.y - self.W_b @ self.chi
+        return residual @ residual / (len(self.y) - len(self.chi)) * np.linalg.inv(self.W_b.T @ self.W_b)
+
+
+def solved(arm: Arm, motion: tuple[np.ndarray, ...], tau: np.ndarray, factor: int, **options: bool) -> Solved:
+    """FIGAROH's way from a motion and its torques, one row a sample, to base parameters."""
+    joints = tau.shape[1]
+    terms = {"has_friction": True, "has_actuator_inertia": True, "is_joint_torques": True, "act_idxv": range(joints), **options}
+    W = build_regressor_basic(arm, *motion, terms)
+    names = {str(k): 0.0 for k in range(W.shape[1])}
+    gone, rest = get_index_eliminate(W, names, 1e-6)
+    W_d = np.column_stack([decimated(column, joints, factor) for column in build_regressor_reduced(W, gone).T])
+    y = decimated(tau.T.ravel(), joints, factor)
+    _, _, index = get_baseParams(W_d, rest, names)
+    W_b = build_baseRegressor(W_d, index)
+    return Solved(gone, index, W_d, W_b, y, np.linalg.lstsq(W_b, y, rcond=None)[0])
 
 
 def by_figaroh(arm: Arm, log: np.ndarray) -> np.ndarray:
     """Distance of the base parameters from the truth in their deviations."""
-    q, qd, qdd = derivatives(log[:, 1 : 1 + JOINTS])
-    held = log[:, 1 + JOINTS : 1 + 2 * JOINTS]
-    tau = np.vstack([held[:1], (held[:-1] + held[1:]) / 2])  # each acts until the next sample
     keep = slice(200, -200)
-    W = build_regressor_basic(arm, q[keep], qd[keep], qdd[keep], OPTIONS)
-    names = {str(k): 0.0 for k in range(W.shape[1])}
-    gone, rest = get_index_eliminate(W, names, 1e-6)
-    W_e = build_regressor_reduced(W, gone)
-    W_d = np.column_stack([decimated(column) for column in W_e.T])
-    y = decimated(tau[keep].T.ravel())
-    W_b, *_, index = get_baseParams(W_d, rest, names)
-    W_b = build_baseRegressor(W_d, index)
-    chi = np.linalg.lstsq(W_b, y, rcond=None)[0]
-    sigma = np.abs(chi) * relative_stdev(W_b, chi, y) / 100
-    true = np.linalg.lstsq(W_b, W_d @ np.delete(truth(arm.model), gone), rcond=None)[0]
-    return (chi - true) / sigma
+    motion = tuple(x[keep] for x in derivatives(log[:, 1 : 1 + JOINTS], RATE_HZ))
+    found = solved(arm, motion, at_samples(log[:, 1 + JOINTS : 1 + 2 * JOINTS])[keep], DECIMATION)
+    sigma = np.abs(found.chi) * relative_stdev(found.W_b, found.chi, found.y) / 100
+    true = np.linalg.lstsq(found.W_b, found.W @ np.delete(truth(arm.model), found.gone), rcond=None)[0]
+    return (found.chi - true) / sigma
 
 
 def by_rivid(tools: Path, log: Path, folder: str) -> np.ndarray:
@@ -87,7 +114,7 @@ def main() -> None:
     parser.add_argument("tools", type=Path, help="folder of rivid's tools")
     parser.add_argument("--logs", type=int, default=10)
     given = parser.parse_args()
-    arm, tools = Arm(), given.tools.resolve()
+    arm, tools = Arm(ARM / "six_axis.urdf"), given.tools.resolve()
     hits: dict[str, list[np.ndarray]] = {"FIGAROH": [], "rivid": []}
     seconds = {"FIGAROH": 0.0, "rivid": 0.0}
     with tempfile.TemporaryDirectory() as folder:
