@@ -209,7 +209,7 @@ def pictures(result: dict, folder: Path) -> None:
 
     figure = Figure(figsize=(6.0, 3.4), layout="constrained")
     axis = figure.subplots()
-    shown = [REFERENCE, "rivid IV", "FIGAROH", "Pinocchio + NumPy", TRUTH, GUESS]
+    shown = [name for name in (REFERENCE, "rivid IV", "FIGAROH", "Pinocchio + NumPy", TRUTH, GUESS) if name in result["summary"]]
     for name in shown:
         axis.loglog(HORIZONS, result["summary"][name]["rollout_errors"], "--" if name in (TRUTH, GUESS) else "o-", label=name)
     axis.set_xticks(HORIZONS, [f"{h:g}" for h in HORIZONS])

@@ -78,7 +78,8 @@ TEST(RobustStatistics, LoseFivePerCentWithoutOutliers) {
 TEST(RobustStatistics, IntervalsHoldWithFivePerCentOfOutliers) {
   SineExperiment experiment(scara());
   const Eigen::Vector2d sigma(0.2, 0.05);
-  for (const CovarianceKind covariance : {CovarianceKind::classical, CovarianceKind::hac}) {
+  for (const CovarianceKind covariance :
+       {CovarianceKind::classical, CovarianceKind::hac, CovarianceKind::blocks}) {
     Study wls;
     std::array<Study, 2> studies;
     for (int run = 0; run < study_runs; ++run) {
@@ -169,7 +170,8 @@ struct RobustIvStatistics : public ::testing::Test, public test::RobustScara {};
 TEST_F(RobustIvStatistics, IsNearPlainIvWithoutOutliers) {
   encoder_noise = 0.0;
   constexpr int runs = 10;
-  for (const CovarianceKind covariance : {CovarianceKind::classical, CovarianceKind::hac}) {
+  for (const CovarianceKind covariance :
+       {CovarianceKind::classical, CovarianceKind::hac, CovarianceKind::blocks}) {
     for (const RobustKind kind : {RobustKind::huber, RobustKind::bisquare}) {
       Vector ratio = Vector::Zero(8);
       for (int run = 0; run < runs; ++run) {

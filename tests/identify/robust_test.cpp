@@ -162,7 +162,7 @@ TEST(RobustLeastSquares, OfAnEndlessTuningIsLeastSquares) {
   SineExperiment experiment(slider(Friction::symmetric));
   experiment.disturb(errors(5, Vector::Constant(1, 0.3), 0.05, 10.0));
   const Robust endless = {.kind = RobustKind::huber, .tuning = 1e9};
-  for (const CovarianceKind kind : {CovarianceKind::classical, CovarianceKind::hac}) {
+  for (const CovarianceKind kind : {CovarianceKind::classical, CovarianceKind::hac, CovarianceKind::blocks}) {
     const Identification plain = identify(experiment.robot, experiment.log,
                                           {.method = Ols{}, .signal = plain_rows(), .covariance = {kind}});
     const Identification found =
@@ -171,6 +171,7 @@ TEST(RobustLeastSquares, OfAnEndlessTuningIsLeastSquares) {
     constexpr double rounding = 1e-10;
     EXPECT_LT((found.chi - plain.chi).norm(), rounding * plain.chi.norm());
     EXPECT_LT((found.C_chi - plain.C_chi).norm(), rounding * plain.C_chi.norm());
+    EXPECT_EQ(found.covariance.kind, kind);
     EXPECT_EQ(found.robust->joints[0].below_one, 0);
   }
 }

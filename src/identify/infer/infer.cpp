@@ -125,7 +125,8 @@ Statistics statistics_of(const EstimationProblem& problem, const Estimate& estim
   if (kind == CovarianceKind::blocks && estimate.rank == problem.base.size()) {
     scale_to_blocks(found.blocks, bread, out.uncertainty);
   }
-  out.blocks = found.blocks;
+  // Those of a loss are of its slopes and say nothing of predictions.
+  out.blocks = estimate.loss ? std::vector<BlockSums>() : found.blocks;
   out.uncertainty.C.diagonal() += undetermined(estimate.bread);
   const Vector sigma = out.uncertainty.C.diagonal().cwiseSqrt();
   if (!estimate.loss && signal.exact_rows()) {

@@ -52,7 +52,7 @@ class ScoreSink final : public RowSink {
         rho_(Vector::Zero(LagSums::lead + RowSource::most_wanted)),
         lag_(own, stride, intervals.count(log), intervals.samples(log)),
         product_step_(std::max<Index>(samples / stride / most_products, 1)) {
-    blocks_.assign(loss_ ? 0 : static_cast<std::size_t>(time_blocks.count(log)),
+    blocks_.assign(static_cast<std::size_t>(time_blocks.count(log)),
                    {Matrix::Zero(own, own), Vector::Zero(own)});
     sums_.assign(estimators_.size(), Matrix::Zero(intervals.count(log), own));
     curvatures_.assign(loss_ ? estimators_.size() : 0, Matrix::Zero(own, own));
@@ -79,7 +79,6 @@ class ScoreSink final : public RowSink {
       if (e == 0) {
         see(rho, samples);
         rho_.segment(lead, count) = rho;
-        add_to_blocks(Z, W, rho, samples);
         lag_.add(all_Z, all.middleCols(W_at_, own_), all.col(W_at_ + own_), rho_.head(lead + count),
                  estimator.chi, samples);
       }
@@ -87,6 +86,9 @@ class ScoreSink final : public RowSink {
       if (loss_) {
         slope = psi(*loss_, rho);
         curvatures_[e].noalias() += weight_ * weight_ * (Z.transpose() * slope.asDiagonal() * W);
+      }
+      if (e == 0) {
+        add_to_blocks(Z, W, rho, slope, samples);
       }
       if (estimator.bread.size() > 0) {
         Vector leverage = weight_ * weight_ * (W * estimator.bread).cwiseProduct(Z).rowwise().sum();
@@ -145,11 +147,9 @@ class ScoreSink final : public RowSink {
     return slope;
   }
 
+  // slope  ψ' of the residuals, of which rho then is s ψ(ρ/s); empty without a loss
   void add_to_blocks(const Eigen::Ref<const Matrix>& Z, const Eigen::Ref<const Matrix>& W, const Vector& rho,
-                     std::span<const Index> samples) {
-    if (blocks_.empty()) {
-      return;
-    }
+                     const Vector& slope, std::span<const Index> samples) {
     time_blocks_.divide(log_at_, samples, [&](Index at, Index begin, Index rows) {
       BlockSums& block = blocks_[static_cast<std::size_t>(at - time_blocks_.first(log_at_))];
       block.Z_rho.noalias() += Z.middleRows(begin, rows).transpose() * rho.segment(begin, rows);
@@ -157,7 +157,10 @@ class ScoreSink final : public RowSink {
       seen_ += rows;
       if (first < begin + rows) {
         const auto some = Eigen::seq(first, begin + rows - 1, product_step_);
-        const Matrix some_Z = Z(some, Eigen::all);
+        Matrix some_Z = Z(some, Eigen::all);
+        if (slope.size() > 0) {
+          some_Z.array().colwise() *= slope(some).array();
+        }
         const Matrix some_W = W(some, Eigen::all);
         block.ZW.noalias() += static_cast<double>(product_step_) * (some_Z.transpose() * some_W);
       }
@@ -282,7 +285,7 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
       }
       out.series[e].push_back(std::move(all));
     }
-    for (std::size_t g = 0; loss == nullptr && g < static_cast<std::size_t>(blocks.count(l)); ++g) {
+    for (std::size_t g = 0; g < static_cast<std::size_t>(blocks.count(l)); ++g) {
       BlockSums& all = out.blocks.emplace_back(Matrix::Zero(b, b), Vector::Zero(b));
       for (std::size_t j = 0; j < joints.size(); ++j) {
         sinks[j].add_block_to(all, joints[j].columns, g);
