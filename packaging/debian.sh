@@ -9,8 +9,7 @@ version=$(sed -n 's/^project(rivid VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 out=$PWD/build/debian
 rm -rf "$out"
 mkdir -p "$out"
-git archive --format=tar --prefix="rivid-$version/" HEAD | gzip -9n >"$out/rivid_$version.orig.tar.gz"
-tar -xzf "$out/rivid_$version.orig.tar.gz" -C "$out"
+git archive --format=tar --prefix="rivid-$version/" HEAD | tar -x -C "$out"
 if ! dpkg-query -W python3-nanobind >/dev/null 2>&1; then
   /usr/bin/python3 -m venv "$out/tools"
   "$out/tools/bin/pip" install -q --disable-pip-version-check --target "$out/nanobind" "nanobind>=2.2,<4"

@@ -48,6 +48,11 @@ if(RIVID_READELF AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug" AND NOT CMAKE_CXX_FLA
                     -DPROGRAM=$<TARGET_FILE:runtime_consumer> -DREADELF=${RIVID_READELF})
 endif()
 
+# For aarch64.sh.
+add_executable(figures EXCLUDE_FROM_ALL install/figures.cpp)
+target_link_libraries(figures PRIVATE rivid::rivid)
+rivid_developer_flags(figures)
+
 rivid_script_test(
   version ${PROJECT_SOURCE_DIR}/cmake/check_version.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
   -DVERSION=${PROJECT_VERSION})
