@@ -10,7 +10,9 @@ install(
   TARGETS rivid_headers
   EXPORT rividHeadersTargets
   FILE_SET HEADERS
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  # CMake 3.22 of a user knows no file sets.
+  INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(
   TARGETS rivid
   EXPORT rividTargets

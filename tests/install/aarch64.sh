@@ -21,17 +21,17 @@ cmake -S . -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAG
   -DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=ONLY -DCMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY -DCMAKE_FIND_ROOT_PATH_MODE_PACKAGE=ONLY \
   "-DCMAKE_CROSSCOMPILING_EMULATOR=qemu-aarch64;-L;$root" \
   -DRIVID_BUILD_APPS=OFF -DRIVID_BUILD_BENCHMARKS=OFF -DRIVID_BUILD_EXAMPLES=OFF -DRIVID_PYTHON=OFF
-cmake --build "$native" --target figures
+cmake --build "$native" --target machine_figures
 tests=$(ninja -C "$work/build" -t targets all | sed -n 's/^\(\(regressor\|simulate\|solve\)_[a-z_]*_test\): phony$/\1/p')
 # shellcheck disable=SC2086  # one word a program
-cmake --build "$work/build" --target figures $tests
+cmake --build "$work/build" --target machine_figures $tests
 for test in $tests; do
   echo "aarch64.sh: $test"
   qemu-aarch64 -L "$root" "$work/build/tests/$test" --gtest_brief=1
 done
 for file in data/scara/simulate_s2.toml data/six_axis/simulate.toml; do
-  "$native/tests/figures" $file >"$work/here"
-  qemu-aarch64 -L "$root" "$work/build/tests/figures" $file >"$work/there"
+  "$native/tests/machine_figures" $file >"$work/here"
+  qemu-aarch64 -L "$root" "$work/build/tests/machine_figures" $file >"$work/there"
   python3 - "$work/here" "$work/there" $file <<'PYTHON'
 import sys
 here, there = ([line.split() for line in open(name)] for name in sys.argv[1:3])

@@ -1,4 +1,4 @@
-// figures EXPERIMENT.toml: simulates it and fits the motion, and prints each number to its last bit, so that machines can be compared.
+// machine_figures EXPERIMENT.toml: simulates it and fits the motion, and prints each number to its last bit, so that machines can be compared.
 #include <cstdio>
 
 #include "rivid/rivid.hpp"
