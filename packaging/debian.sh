@@ -15,6 +15,7 @@ if ! dpkg-query -W python3-nanobind >/dev/null 2>&1; then
   "$out/tools/bin/pip" install -q --disable-pip-version-check --target "$out/nanobind" "nanobind>=2.2,<4"
   export PYTHONPATH="$out/nanobind" DEB_BUILD_PROFILES=pkg.rivid.nanobind
 fi
+export DEB_BUILD_OPTIONS="noautodbgsym ${DEB_BUILD_OPTIONS:-}"
 (cd "$out/rivid-$version" && dpkg-buildpackage -us -uc "$@")
 rm -rf "$out/tools" "$out/nanobind" "$out/rivid-$version"
 lintian --fail-on error,warning "$out"/*.changes
