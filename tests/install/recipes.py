@@ -1,7 +1,7 @@
 """recipes.py SOURCE_DIR [--package-xml]
 
-The recipes of packaging/ and package.xml have the version of the project and name each dependency of packages.txt by the name that the table of
-packaging/README.md gives it. With --package-xml alone: catkin_pkg, if it is installed, reads package.xml without a complaint.
+The recipes of packaging/, debian/ and package.xml have the version of the project and name each dependency of packages.txt by the name that the table
+of packaging/README.md gives it. With --package-xml alone: catkin_pkg, if it is installed, reads package.xml without a complaint.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ def names(root: Path) -> dict[str, tuple[str | None, set[str]]]:
     host = conda[conda.index("  host:\n") : conda.index("  run:\n")]
     port = json.loads((root / "packaging/vcpkg/rivid/vcpkg.json").read_text())
     conan = (root / "packaging/conan/conanfile.py").read_text()
+    debian = (root / "debian/control").read_text()
     brew = (root / "packaging/homebrew/rivid.rb").read_text()
 
     def found(pattern: str, text: str) -> str:
@@ -42,6 +43,7 @@ def names(root: Path) -> dict[str, tuple[str | None, set[str]]]:
         "vcpkg": (port["version"], {d if isinstance(d, str) else d["name"] for d in port["dependencies"]}),
         # Reads the version of the project itself.
         "Conan": (None, set(re.findall(r'"([a-z0-9_-]+)/\[', conan))),
+        "Debian": (found(r"rivid \(([0-9.]+)\)", (root / "debian/changelog").read_text()), set(re.findall(r"\n {15}([a-z0-9-]+)", debian))),
         "Homebrew": (found(r"rivid-([0-9.]+)\.tar\.gz", brew), set(re.findall(r'depends_on "([^"]+)"', brew))),
     }
 
@@ -58,8 +60,9 @@ def check(root: Path) -> list[str]:
         if stated is not None and stated != version:
             complaints.append(f"the recipe for {manager} has version {stated}, the project {version}")
         for package, row in rows.items():
-            if row[manager] != "-" and row[manager] not in asked:
-                complaints.append(f"the recipe for {manager} does not ask for {row[manager]} ({package})")
+            name = row.get(manager, package)
+            if name != "-" and name not in asked:
+                complaints.append(f"the recipe for {manager} does not ask for {name} ({package})")
     return complaints
 
 
