@@ -144,7 +144,7 @@ class Designer {
   Vector random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const;
   detail::MmaResult improved(Problem& problem, const Vector& z, int evaluations, std::string_view stage);
   void polish(Found& found, int rounds);
-  Vector drawn_peaks(const Vector& z) const;
+  [[nodiscard]] Vector drawn_peaks(const Vector& z) const;
   void leave_room(Found& best);
   Vector mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const;
   [[noreturn]] void refuse(const Found& best) const;
