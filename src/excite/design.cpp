@@ -426,10 +426,13 @@ void Designer::leave_room(Found& best) {
   constexpr double little = 5e-3;
   const Vector whole = task_.bounds.torque / options_.limits.torque_share;
   Vector over;
-  for (int k = 0; k < rounds && best.kept.size() > 0; ++k) {
+  for (int k = 0; best.kept.size() > 0; ++k) {
     over = drawn_peaks(best.kept).cwiseQuotient(whole);
     if (over.maxCoeff() <= 1.0) {
       return;
+    }
+    if (k == rounds) {
+      break;
     }
     task_.bounds.torque = task_.bounds.torque.cwiseQuotient((over.array() + little).max(1.0).matrix());
     best.kept.resize(0);

@@ -132,7 +132,7 @@ struct IdentifiedArm {
   Vector chi;              ///< its base parameters, base_parameters(robot), (b)
   Matrix C_chi;            ///< their covariance, with what gain_covariance adds, (b × b)
   Matrix gain_slopes;      ///< Identification::gain_slopes, (b × n)
-  Matrix gain_covariance;  ///< relative covariance of the gains, (n × n); empty: nothing is told
+  Matrix gain_covariance;  ///< relative covariance of the gains, (n × n); empty: not known
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 };

@@ -44,7 +44,7 @@ std::vector<Finding> contradicted_gains(const PayloadReport& found) {
     if (off > sure * known && off > sure * gain.sigma / std::abs(gain.nominal)) {
       out.push_back({"torque_gain", gain.joint,
                      "its torque is " + number(gain.nominal / gain.value, 3) +
-                         " times what arm and payload ask for, " + "where its gain is known to " +
+                         " times what arm and payload ask for, where its gain is known to " +
                          number(100.0 * known, 2) + " %"});
     }
   }
