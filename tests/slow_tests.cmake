@@ -1,6 +1,7 @@
 # Tests of more than some ten seconds of a processor: they have the label `slow`, and the preset `test` leaves them to `nightly`.
 set(slow_tests
     DegenerateLogs.GiveAResultOrAReason
+    Descriptions.AccuseNoLogThatIsRight
     EmpsLoopMethods.DidimIsThatOfNumPy
     EmpsLoopMethods.OutputErrorIsThatOfSciPy
     Gains.AreBiasedByOrdinaryAndTotalLeastSquares

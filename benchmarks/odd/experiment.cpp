@@ -138,6 +138,27 @@ void guarded(Record& record, const Work& work) {
   }
 }
 
+// Mean over the joints of how much larger the fault makes their squared residuals. The twin has the same rows,
+// since the residual goes with the window.
+double visible_share(const Name& name, const std::string& method, const Identification& result) {
+  Name twin = name;
+  twin.sound = true;
+  const WorkFolder folder;
+  const Truth truth = write_experiment(twin, folder.path());
+  Experiment experiment = read_for(drafted(truth, folder.path()), method);
+  if (result.row_choice) {
+    experiment.estimation.signal.decimation = {result.row_choice->decimation};
+    experiment.estimation.signal.torque_held = result.row_choice->torque_held;
+  }
+  const Identification sound = run(experiment);
+  double ratio = 0.0;
+  for (std::size_t j = 0; j < sound.fit.joints.size(); ++j) {
+    const double part = result.fit.joints.at(j).relative_error / sound.fit.joints[j].relative_error;
+    ratio += part * part / static_cast<double>(sound.fit.joints.size());
+  }
+  return 1.0 - 1.0 / ratio;
+}
+
 }  // namespace
 
 std::vector<Record> carried_out(const Name& name, const Asked& asked) {
@@ -170,6 +191,9 @@ std::vector<Record> carried_out(const Name& name, const Asked& asked) {
       record.message = result.reasons.empty() ? "" : result.reasons.front();
       record.judgement = judged(result, truth.base_values(result.base), name.kind->inertial_only);
       write_truth(name, truth, result, folder.path());
+      if (asked.visible && name.kind->group != "good") {
+        record.visible = visible_share(name, method, result);
+      }
       if (asked.check) {
         record.check = checked(experiment);
       }

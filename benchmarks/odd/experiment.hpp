@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct Record {
   Judgement judgement;
   int joints = 0;
   double rate_hz = 0.0;
+  /// Share of the squared residual that is there for what is odd; not a number where it was not asked, or
+  /// where one of the two has no fit.
+  double visible = std::numeric_limits<double>::quiet_NaN();
   double written_s = 0.0;     ///< time to simulate and write
   double identified_s = 0.0;  ///< time from the draft to the result
 };
@@ -27,6 +31,7 @@ struct Record {
 struct Asked {
   std::vector<std::string> methods = {"as-drafted"};
   bool check = false;
+  bool visible = false;             ///< whether a sound twin is carried out beside each
   std::filesystem::path keep = {};  ///< where folders are kept; empty: nowhere
   bool keep_all = false;            ///< not only those of what was confidently wrong or crashed
 };

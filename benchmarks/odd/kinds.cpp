@@ -205,7 +205,7 @@ std::span<const Kind> kinds() { return all; }
 
 std::span<const Way> ways() { return all_ways; }
 
-Recipe drawn_recipe(const Kind& kind, const Way* way, Random& random) {
+Recipe drawn_recipe(const Kind& kind, const Way* way, Random& random, bool sound) {
   Recipe out;
   out.joints = random.integer(2, 7);
   out.motion = random.chance(0.6) ? Recipe::Motion::fourier : Recipe::Motion::moves;
@@ -221,7 +221,11 @@ Recipe drawn_recipe(const Kind& kind, const Way* way, Random& random) {
   out.noise = random.uniform(0.0, 1.0) * out.quantum;
   out.torque_noise = random.log_uniform(0.001, 0.02);
   out.has_reference = random.chance(0.8);
-  kind.change(random, out);
+  Recipe odd = out;
+  kind.change(random, odd);
+  if (!sound) {
+    out = odd;
+  }
   if (way != nullptr) {
     way->change(random, out);
   }

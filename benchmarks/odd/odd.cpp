@@ -19,6 +19,7 @@ struct Arguments {
   std::uint64_t count = 100;
   int threads = 2;
   bool check = false;
+  bool visible = false;
   bool table_only = false;
   bool codes = false;
   bool keep_all = false;
@@ -27,8 +28,11 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments) {
-  odd::Asked asked{
-      .methods = {}, .check = arguments.check, .keep = arguments.keep, .keep_all = arguments.keep_all};
+  odd::Asked asked{.methods = {},
+                   .check = arguments.check,
+                   .visible = arguments.visible,
+                   .keep = arguments.keep,
+                   .keep_all = arguments.keep_all};
   std::istringstream methods(arguments.method);
   for (std::string method; std::getline(methods, method, ',');) {
     asked.methods.push_back(method);
@@ -65,6 +69,8 @@ int tool(int argc, char** argv) {
             {"--seed", "N", "What all that is random follows from", &to.seed},
             {"--method", "NAME", "as-drafted, wls, iv, or several of them, comma between", &to.method},
             {"--check", "", "What rivid_identify check finds as well", &to.check},
+            {"--visible", "", "How much of the residual what is odd explains, by a twin that has nothing odd",
+             &to.visible},
             {"--records", "FILE.csv", "One line an experiment and method; those in it are not run again",
              &to.records},
             {"--keep", "DIR", "Keeps the folders of what was confidently wrong or crashed", &to.keep},

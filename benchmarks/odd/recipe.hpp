@@ -125,6 +125,8 @@ struct Way {
 [[nodiscard]] std::span<const Kind> kinds();
 
 /// A good experiment, changed by a kind, and by a way where there is one.
-[[nodiscard]] Recipe drawn_recipe(const Kind& kind, const Way* way, Random& random);
+///
+/// @param sound  what the kind draws is drawn, and left
+[[nodiscard]] Recipe drawn_recipe(const Kind& kind, const Way* way, Random& random, bool sound = false);
 
 }  // namespace rivid::odd

@@ -18,9 +18,10 @@ namespace {
 
 constexpr std::string_view header =
     "seed,kind,way,number,method,used,status,outcome,material,counted,covered,rms_error,worst,worst_sigmas,"
-    "worst_percent,warnings,check,joints,rate_hz,written_s,identified_s,message";
-constexpr std::size_t columns = 22;
-constexpr double tiny = 1e-300;  // in place of no error at all, under a logarithm
+    "worst_percent,warnings,check,visible,joints,rate_hz,written_s,identified_s,message";
+constexpr std::size_t columns = 23;
+constexpr double seen_above = 0.2;  // of the squared residual
+constexpr double tiny = 1e-300;     // in place of no error at all, under a logarithm
 
 std::string key_of(const Name& name, const std::string& method) {
   return std::to_string(name.seed) + ' ' + name.text() + ' ' + method;
@@ -41,8 +42,8 @@ std::string line_of(const Record& r) {
       << ',' << r.name.number << ',' << r.method << ',' << r.used << ',' << r.status << ',' << word(j.outcome)
       << ',' << (j.material ? 1 : 0) << ',' << j.counted << ',' << j.covered << ',' << j.rms_error << ','
       << j.worst << ',' << j.worst_sigmas << ',' << j.worst_percent << ',' << j.warnings << ',' << r.check
-      << ',' << r.joints << ',' << r.rate_hz << ',' << r.written_s << ',' << r.identified_s << ','
-      << on_a_line(r.message);
+      << ',' << r.visible << ',' << r.joints << ',' << r.rate_hz << ',' << r.written_s << ','
+      << r.identified_s << ',' << on_a_line(r.message);
   return out.str();
 }
 
@@ -64,7 +65,7 @@ std::optional<Record> record_of(const std::string& line) {
       .used = cells[5],
       .status = cells[6],
       .check = cells[16],
-      .message = cells[21],
+      .message = cells[22],
       .judgement = {}};
   Judgement& j = out.judgement;
   for (const Outcome outcome : {Outcome::honest, Outcome::warned, Outcome::doubtful, Outcome::refused,
@@ -81,10 +82,11 @@ std::optional<Record> record_of(const std::string& line) {
   j.worst_sigmas = std::stod(cells[13]);
   j.worst_percent = std::stod(cells[14]);
   j.warnings = cells[15];
-  out.joints = std::stoi(cells[17]);
-  out.rate_hz = std::stod(cells[18]);
-  out.written_s = std::stod(cells[19]);
-  out.identified_s = std::stod(cells[20]);
+  out.visible = std::stod(cells[17]);
+  out.joints = std::stoi(cells[18]);
+  out.rate_hz = std::stod(cells[19]);
+  out.written_s = std::stod(cells[20]);
+  out.identified_s = std::stod(cells[21]);
   return out;
 }
 
@@ -95,6 +97,9 @@ struct Count {
   int material = 0;
   int wrong_and_checked = 0;  // that check() has nothing against
   bool checked = false;
+  int seen = 0;  // of which it is known whether the fault is visible
+  int visible = 0;
+  int wrong_and_visible = 0;
   Index counted = 0;
   Index covered = 0;
   double seconds = 0.0;
@@ -105,6 +110,9 @@ struct Count {
     material += r.judgement.material ? 1 : 0;
     checked = checked || r.check != "-";
     wrong_and_checked += r.judgement.outcome == Outcome::wrong && r.check.empty() ? 1 : 0;
+    seen += std::isnan(r.visible) ? 0 : 1;
+    visible += r.visible > seen_above ? 1 : 0;
+    wrong_and_visible += r.visible > seen_above && r.judgement.outcome == Outcome::wrong ? 1 : 0;
     counted += r.judgement.counted;
     covered += r.judgement.covered;
     seconds += r.identified_s;
@@ -122,7 +130,11 @@ struct Count {
     out +=
         " | " + (counted > 0 ? fixed(100.0 * static_cast<double>(covered) / static_cast<double>(counted), 1)
                              : std::string("–"));
-    return out + " | " + fixed(1e3 * seconds / all, 0) + " |\n";
+    out += " | " + fixed(1e3 * seconds / all, 0);
+    if (seen > 0) {
+      out += " | " + std::to_string(wrong_and_visible) + " of " + std::to_string(visible);
+    }
+    return out + " |\n";
   }
 };
 
@@ -142,6 +154,7 @@ std::string table(std::span<const Record> records, const std::string& method) {
   std::map<std::string_view, Count> by_way;
   Count rest;
   bool checked = false;
+  bool seen = false;
   for (const Record& r : records) {
     if (r.method == method) {
       by_kind[r.name.kind->name].add(r);
@@ -151,12 +164,14 @@ std::string table(std::span<const Record> records, const std::string& method) {
       }
       rest.add(r);
       checked = checked || r.check != "-";
+      seen = seen || !std::isnan(r.visible);
     }
   }
   std::string out = "Method: " + method +
                     "\n\n| kind | N | honest % | warned % | doubtful % | refused % | wrong % (material" +
-                    (checked ? "; check clean too" : "") +
-                    ") | crashed | coverage % | time [ms] |\n|---|---|---|---|---|---|---|---|---|---|\n";
+                    (checked ? "; check clean too" : "") + ") | crashed | coverage % | time [ms] |" +
+                    (seen ? " wrong of visible |" : "") + "\n|---|---|---|---|---|---|---|---|---|---|" +
+                    (seen ? "---|" : "") + '\n';
   for (const std::string_view group : groups()) {
     if (!by_group.contains(group)) {
       continue;

@@ -199,7 +199,7 @@ void describe_bodies(Recipe::Bodies bodies, Arm& arm, Random& random) {
 }
 
 Truth attempt(const Name& name, const std::filesystem::path& folder, Random& random) {
-  Truth out{.recipe = drawn_recipe(*name.kind, name.way, random), .machine = {}};
+  Truth out{.recipe = drawn_recipe(*name.kind, name.way, random, name.sound), .machine = {}};
   const Recipe& recipe = out.recipe;
   Arm arm = drawn_arm(recipe, random);
   const Belief belief(recipe, arm, random);

@@ -15,8 +15,9 @@ struct Name {
   const Kind* kind = nullptr;
   std::uint64_t number = 0;  ///< among those of its kind
   const Way* way = nullptr;  ///< null: as it is drawn
+  bool sound = false;        ///< without what is odd about it: the same arm, moved in the same way
 
-  /// "coarse_encoder-17", "gain_20pct-jogging-3"
+  /// "coarse_encoder-17", "gain_20pct-jogging-3"; that of its sound twin is the same
   [[nodiscard]] std::string text() const;
 };
 
