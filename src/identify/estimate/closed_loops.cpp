@@ -529,8 +529,8 @@ LoopSums ClosedLoops::sums_with_control(const SimulatedLoops& loops) const {
   return out;
 }
 
-bool ClosedLoops::dissipative(const Vector& chi) const {
-  return braking(chi) == problem_.base.to_standard(chi);
+Vector ClosedLoops::with_braking_friction(const Vector& chi) const {
+  return problem_.base.from_standard(braking(chi));
 }
 
 std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, Index first, Index count) {

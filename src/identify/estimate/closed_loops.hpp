@@ -86,8 +86,8 @@ class ClosedLoops {
   [[nodiscard]] LoopSums sums(const SimulatedLoops& loops) const;
   [[nodiscard]] LoopSums sums_with_control(const SimulatedLoops& loops) const;
 
-  // Whether the friction of all joints brakes; where it does not, others that do are simulated.
-  [[nodiscard]] bool dissipative(const Vector& chi) const;
+  // The parameters that are simulated in place of `chi`: its own where the friction of all joints brakes.
+  [[nodiscard]] Vector with_braking_friction(const Vector& chi) const;
 
  private:
   // Wall-clock time that all simulations of an estimation may take together, and what is left of it.

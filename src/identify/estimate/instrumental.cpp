@@ -141,16 +141,16 @@ std::optional<Vector> start_of_loop_fit(const EstimationProblem& problem, Estima
     return problem.iv().chi_0;
   }
   instrumental_estimate(problem, out);
-  const std::optional<Estimate> found = std::exchange(out.estimate, std::nullopt);
+  out.start = std::exchange(out.estimate, std::nullopt);
   out.error_with_V = std::numeric_limits<double>::quiet_NaN();
-  if (!found || out.status != Status::identified) {
+  if (!out.start || out.status != Status::identified) {
     out.reasons.push_back(std::string(title(problem.estimation.method)) +
                           " begins with the estimate of IDIM-IV, which there is none of");
     return std::nullopt;
   }
   // Instruments gave the start alone.
   out.iv->first_stage_F.resize(0);
-  return found->chi;
+  return out.start->chi;
 }
 
 void didim_estimate(const EstimationProblem& problem, Estimated& out) {

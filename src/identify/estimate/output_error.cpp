@@ -26,6 +26,9 @@ constexpr double difference_step = 0.1;
 constexpr Index most_compared = 20000;
 // Halvings of a step that does not lead closer.
 constexpr int most_shorter = 5;
+// What holds a parameter: of a step that it would take this part is left.
+constexpr double holding = 1e6;
+constexpr double at_zero = 1e-9;
 // Part of the parameter tolerance below which a step is none.
 constexpr double at_rest = 0.2;
 // Part of the sum of squares that a step promises and need not keep: joints that stick and break away make
@@ -57,29 +60,38 @@ class OutputError {
     }
   }
 
-  // Steps from `chi` on, with out.output_error; whether they came to rest.
-  bool iterate(Vector chi) {
-    gains_ = loops_.simulated(chi, {});
-    if (!gains_.failure.empty()) {
-      return fail("the start can not be simulated: ", gains_);
-    }
+  // Steps from `start` on, with out.output_error; whether they came to rest. Where a start is missing or can
+  // not be simulated, they begin with the estimate by least squares, or with the robot description.
+  bool iterate(const std::optional<Vector>& start) {
     const LeastSquares ls = least_squares(problem_.data.groups, base().size(), joint_weights(problem_));
     if (!ls.full_rank()) {
       explain_rank(base(), ls.rank, ls.undetermined, "these data", out_);
       return false;
     }
+    Vector chi = start.value_or(ls.chi);
+    gains_ = loops_.simulated(chi, {});
+    for (const Vector& other : {ls.chi, base().from_standard(problem_.robot.chi_st())}) {
+      if (!gains_.failure.empty() && !gains_.gave_up && problem_.iv().chi_0.size() == 0) {
+        gains_ = loops_.simulated(chi = other, {});
+      }
+    }
+    if (!gains_.failure.empty()) {
+      return fail("the start can not be simulated: ", gains_);
+    }
+    out_.status = Status::identified;
+    out_.reasons.clear();
     steps_ = difference_step * ls.unit_covariance.diagonal().cwiseSqrt();
     errors_ = errors(gains_);
     OutputErrorReport& report = out_.output_error.emplace();
     report.instants = count_;
     report.start = chi;
     report.start_error = rms(errors_);
-    for (chi_ = std::move(chi);; ++report.steps) {
+    for (chi_ = loops_.with_braking_friction(chi);; ++report.steps) {
       report.joint_error = rms(errors_);
       if (!linearise()) {
         return false;
       }
-      const double step = largest(solution_.chi);
+      const double step = largest(step_);
       if (step <= at_rest * method_.parameter_tolerance) {
         return true;
       }
@@ -169,7 +181,9 @@ class OutputError {
 
   // Part of the sum of squares that the whole step would take off if positions were linear in the parameters.
   [[nodiscard]] double promised() const {
-    return (solution_.R * solution_.chi).squaredNorm() / (cost(errors_) * static_cast<double>(count_));
+    const Vector fitted = solution_.R * solution_.chi;
+    const double off = fitted.squaredNorm() - (fitted - solution_.R * step_).squaredNorm();
+    return off / (cost(errors_) * static_cast<double>(count_));
   }
 
   // The largest entry of a step, in standard deviations.
@@ -201,15 +215,41 @@ class OutputError {
         qr.add(weights_[j] * derivatives_[k][static_cast<std::size_t>(j)], weights_[j] * errors_[k].col(j));
       }
     }
-    RowGroup group{std::vector<Index>(static_cast<std::size_t>(b)), std::move(qr)};
-    std::iota(group.columns.begin(), group.columns.end(), Index{0});
-    const double one = 1.0;
-    solution_ = least_squares(std::span(&group, 1), b, std::span(&one, 1));
+    solution_ = solved(std::move(qr));
     if (!solution_.full_rank()) {
       explain_rank(base(), solution_.rank, solution_.undetermined, "the positions of the simulated loops",
                    out_);
+      return false;
     }
-    return solution_.full_rank();
+    hold_friction_at_zero();
+    return true;
+  }
+
+  // Friction that is zero and would become negative stays where it is: the step is that of all others.
+  void hold_friction_at_zero() {
+    step_ = solution_.chi;
+    Vector held = Vector::Zero(step_.size());
+    for (bool more = true; more;) {
+      const Vector moved = loops_.with_braking_friction(chi_ + step_) - chi_;
+      const Eigen::Array<bool, Eigen::Dynamic, 1> stays =
+          held.array() == 0.0 && moved.array().abs() <= at_zero * step_.array().abs() && step_.array() != 0.0;
+      more = stays.any();
+      held += stays.matrix().cast<double>();
+      if (more) {
+        StreamingQr qr(step_.size(), 1);
+        qr.add(solution_.R, solution_.R * solution_.chi);
+        qr.add(Matrix(held.asDiagonal()) * (holding * solution_.R.norm()), Vector::Zero(step_.size()));
+        step_ = solved(std::move(qr)).chi;
+      }
+    }
+  }
+
+  // The fit of all parameters to rows that are weighted already.
+  [[nodiscard]] LeastSquares solved(StreamingQr qr) const {
+    RowGroup group{std::vector<Index>(static_cast<std::size_t>(base().size())), std::move(qr)};
+    std::iota(group.columns.begin(), group.columns.end(), Index{0});
+    const double one = 1.0;
+    return least_squares(std::span(&group, 1), base().size(), std::span(&one, 1));
   }
 
   // Fills columns of the derivatives; false where there is none.
@@ -240,10 +280,7 @@ class OutputError {
   bool advance(double before) {
     double part = 1.0;
     for (int halving = 0; halving <= most_shorter; ++halving, part *= 0.5) {
-      const Vector chi = chi_ + part * solution_.chi;
-      if (!loops_.dissipative(chi)) {
-        continue;
-      }
+      const Vector chi = loops_.with_braking_friction(chi_ + part * step_);
       const SimulatedLoops loops = loops_.simulated(chi, {}, &gains_);
       if (!loops.failure.empty()) {
         continue;
@@ -314,17 +351,18 @@ class OutputError {
   // Derivatives of the positions at chi_: of each log and joint, (instants × b).
   std::vector<std::vector<Matrix>> derivatives_;
   LeastSquares solution_;  // of the step from chi_
+  Vector step_;            // the same without friction that stays zero
 };
 
 }  // namespace
 
 void output_error_estimate(const EstimationProblem& problem, Estimated& out) {
-  std::optional<Vector> start = start_of_loop_fit(problem, out);
-  if (!start) {
+  const std::optional<Vector> start = start_of_loop_fit(problem, out);
+  if (!start && out.status == Status::gave_up) {
     return;
   }
   OutputError solver(problem, out);
-  if (solver.iterate(std::move(*start))) {
+  if (solver.iterate(start)) {
     out.estimate = solver.estimate();
   }
 }

@@ -191,10 +191,14 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
   }
   out.of_geometry = geometry_covariance(problem, estimate);
   // Errors of the model last in the positions of a simulated loop, and no interval of these knows them: both
-  // estimates of the loop differ by them.
+  // estimates of the loop differ by them. Gains of which the poles are known are those of the start, and its
+  // scale is that of the estimate.
   if (found.output_error && problem.iv().chi_0.size() == 0) {
     const Vector shift = out.chi - found.output_error->start;
     out.uncertainty.C += shift * shift.transpose();
+    if (found.start) {
+      out.uncertainty.C += statistics_of(problem, *found.start).uncertainty.C;
+    }
   }
   if (found.unfiltered) {
     out.unfiltered = statistics_of(problem, *found.unfiltered).uncertainty;
