@@ -171,7 +171,7 @@ inline constexpr std::array codes = {
                    "With gravity along another axis of the base the torques of all joints agree: a robot on "
                    "a wall or ceiling, or a sign.",
                    "Correct [robot] gravity: the acceleration of free fall in the base frame."},
-    DiagnosticCode{"torque_without_gravity", error, "The torques do not hold what carries the weight.",
+    DiagnosticCode{"torque_without_gravity", error, "The torques are without gravity.",
                    "Without gravity the model leaves less of them, in each half of the logs too: the driver "
                    "takes the weight off, as some drivers of Universal Robots and tau_J_d of Franka do.",
                    "torque_without = \"gravity\" in [log], or log the whole torque."},

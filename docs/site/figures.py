@@ -551,6 +551,23 @@ def payload(shop: Workshop) -> None:
     shop.save("payload")
 
 
+@figure
+def online(shop: Workshop) -> None:
+    """The mass that a control loop estimates while the arm moves with a payload."""
+    mass = 2.0
+    document = shop.result(ARM / "six_axis.toml", "--log", shop.arm_log())
+    shop.run("rivid_online", with_payload(shop, mass), "--result", shop._folders[id(document)] / "result.json", "--output", "online", "--quiet", statuses=(0, 1))
+    table = np.genfromtxt(shop.work / "online/online.csv", delimiter=",", names=True)
+    t, estimate, half = table["t"], table["mass"], table["mass_half_width"]
+    _, axis = plt.subplots(figsize=(6.5, 2.8), layout="constrained")
+    axis.fill_between(t, estimate - half, estimate + half, color=MODEL, alpha=0.25, lw=0, label="95 % interval")
+    axis.plot(t, estimate, color=MODEL, label="estimate")
+    axis.axhline(mass, color=MEASURED, lw=1, label="true mass")
+    axis.set(xlim=(0, 3), ylim=(0, 2 * mass), xlabel="t [s]", ylabel="payload [kg]")
+    axis.legend()
+    shop.save("online")
+
+
 def with_column(source: Path, target: Path, change: Callable[[list[str], Array], None]) -> Path:
     """A copy of a CSV log whose numbers are changed."""
     with source.open(encoding="utf-8") as lines:

@@ -272,8 +272,9 @@ class Fit:
 
     @property
     def parameters(self) -> Table:
-        """The base parameters with their statistics, one row each."""
-        return Table(self.document["parameters"], _SHOWN)
+        """The base parameters with their statistics, one row each; ``low_95`` and ``high_95`` are the ends of ``interval_95``."""
+        ends = ("low_95", "high_95")
+        return Table([{**p, **dict(zip(ends, p["interval_95"]))} for p in self.document["parameters"]], _SHOWN)
 
     @property
     def chi(self) -> Floats:
@@ -307,6 +308,13 @@ class Fit:
         if model is None:
             return None
         return {link["link"]: {p["name"]: p["value"] for p in link["parameters"]} for link in model["links"]}
+
+    @property
+    def friction_curves(self) -> Table:
+        """Friction over velocity by joint, as ``--write-friction`` writes it: docs/result.md. NaN where there is no row."""
+        text = self._found.friction(self.robot._robot, [p._prediction for p in self.predictions])
+        rows = csv.DictReader(text.splitlines())
+        return Table([{key: value if key == "joint" else float(value or "nan") for key, value in row.items()} for row in rows])
 
     @cached_property
     def predictions(self) -> list[Prediction]:
@@ -362,9 +370,7 @@ class Fit:
         out = io.StringIO()
         writer = csv.DictWriter(out, _WRITTEN, extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
-        for p in self.parameters:
-            low, high = p["interval_95"]
-            writer.writerow({**p, "low_95": low, "high_95": high})
+        writer.writerows(self.parameters)
         return out.getvalue()
 
     def to_html(self, path: str | PathLike[str] | None = None) -> str:

@@ -263,6 +263,8 @@ def _table(source: Any) -> Mapping[str, Any]:
     if isinstance(source, Mapping):
         return flattened(source, "the mapping")
     if hasattr(source, "columns") and hasattr(source, "__getitem__"):  # pandas, polars
+        if getattr(getattr(source, "index", None), "name", None) is not None:
+            source = source.reset_index()
         return {str(name): np.asarray(source[name]) for name in source.columns}
     raise TypeError(f"read_logs: source is {type(source).__name__}, must be a log, a file, a DataFrame or a mapping of columns")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +38,12 @@ def residuals(fit: Fit, axes: Any = None) -> Any:
 
 def friction(fit: Fit, axes: Any = None) -> Any:
     """Friction over velocity, joint by joint: the rows, the law, and its 95 % confidence interval."""
-    table = list(csv.DictReader(fit._found.friction(fit.robot._robot, [p._prediction for p in fit.predictions]).splitlines()))
+    table = fit.friction_curves
     joints = list(dict.fromkeys(row["joint"] for row in table))
     axes = panels(axes, max(len(joints), 1))
     for axis, joint in zip(axes, joints):
         v, law, low, high, measured = (
-            np.array([float(row[key] or "nan") for row in table if row["joint"] == joint])
+            np.array([row[key] for row in table if row["joint"] == joint])
             for key in ("velocity", "friction", "low_95", "high_95", "measured")
         )
         axis.plot(v, measured, ".", label="measured")

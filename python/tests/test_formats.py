@@ -115,7 +115,8 @@ def test_lerobot_lists_in_parquet(robot, series, expected, tmp_path):
 
 def test_frames_in_memory(robot, table, expected):
     pandas, polars, pyarrow = map(pytest.importorskip, ("pandas", "polars", "pyarrow"))
-    for frame in (pandas.DataFrame(table), polars.DataFrame(table), pyarrow.table(table), table):
+    by_time = pandas.DataFrame(table).set_index("t")
+    for frame in (pandas.DataFrame(table), by_time, polars.DataFrame(table), pyarrow.table(table), table):
         assert_same(robot, frame, expected)
 
 

@@ -56,22 +56,25 @@ struct Meaning {
 };
 
 constexpr std::array meanings = {
-    Meaning{" q qm qpos jpos pos position positions angle angles theta ", Word::position},
-    Meaning{" qd dq qdot dqm qvel jvel vel velocity velocities speed speeds omega ", Word::velocity},
-    Meaning{" tau taum torque torques trq effort efforts moment moments force ", Word::torque},
-    Meaning{" current currents curr cur i iq u v vtau control ctrl ", Word::control},
+    Meaning{" q qm qpos jpos pos position positions angle angles theta θ winkel ", Word::position},
+    Meaning{" qd dq qdot dqm qvel jvel vel velocity velocities speed speeds omega ω geschwindigkeit vitesse ",
+            Word::velocity},
+    Meaning{" tau taum τ torque torques trq effort efforts moment moments drehmoment couple couples force ",
+            Word::torque},
+    Meaning{" current currents curr cur strom courant i iq u v vtau control ctrl ", Word::control},
     // Where there is a current it is that.
-    Meaning{" voltage load pwm duty ", Word::control, Word::strange},
-    Meaning{" ref reference target des desired d cmd command commanded set setpoint sp goal r ",
+    Meaning{" voltage spannung load pwm duty ", Word::control, Word::strange},
+    Meaning{" ref reference target des desired d cmd command commanded set setpoint sp goal r "
+            "soll consigne ",
             Word::wanted},
     Meaning{" qref qdes qcmd qr ", Word::position, Word::wanted},
     Meaning{" itarget targeti targetcurrent currenttarget icmd iref ", Word::control, Word::wanted},
     Meaning{" tautarget targettau targettorque torquetarget targetmoment momenttarget taucmd tauref ",
             Word::torque, Word::wanted},
     Meaning{" qdref dqref qddes dqdes qdcmd ", Word::velocity, Word::wanted},
-    Meaning{" t time times timestamp timestamps stamp ", Word::time},
+    Meaning{" t time times timestamp timestamps stamp zeit temps ", Word::time},
     Meaning{" joint joints j axis ax a state states field data actual act meas measured msr real robot arm "
-            "observation ",
+            "observation ist gelenk achse axe articulation ",
             Word::no_matter},
     Meaning{" link motor raw filtered filt ", Word::strange},
     Meaning{
@@ -91,6 +94,7 @@ constexpr std::array program_names = {
     ProgramName{" axis act a", ColumnKind::position, "deg"},       //
     ProgramName{" axis act real a", ColumnKind::position, "deg"},  // KUKA: AxisActReal.A1
     ProgramName{" rax", ColumnKind::position, "deg"},              // ABB: rax_1
+    ProgramName{" mch ang", ColumnKind::position, "deg"},          // FANUC: $MCH_ANG[1]
     ProgramName{" qfrc actuator", ColumnKind::torque},             // MuJoCo: qfrc_actuator_0
     ProgramName{" observation state", ColumnKind::position},       // LeRobot: observation.state.0
     ProgramName{" action", ColumnKind::reference}};                // LeRobot: action.0
@@ -106,14 +110,15 @@ constexpr std::array known_units = {
     KnownUnit{"m s", "m/s"},     KnownUnit{"mm s", "mm/s"},   KnownUnit{"rpm", "rpm"},
     KnownUnit{"rad", "rad"},     KnownUnit{"radian", "rad"},  KnownUnit{"radians", "rad"},
     KnownUnit{"deg", "deg"},     KnownUnit{"degree", "deg"},  KnownUnit{"degrees", "deg"},
-    KnownUnit{"°", "deg"},       KnownUnit{"mm", "mm"},       KnownUnit{"nm", "Nm"},
-    KnownUnit{"n m", "Nm"},      KnownUnit{"n·m", "Nm"},      KnownUnit{"mnm", "mNm"},
-    KnownUnit{"ma", "mA"},       KnownUnit{"amp", "A"},       KnownUnit{"amps", "A"},
-    KnownUnit{"mv", "mV"},       KnownUnit{"volt", "V"},      KnownUnit{"volts", "V"},
-    KnownUnit{"ms", "ms"},       KnownUnit{"msec", "ms"},     KnownUnit{"millis", "ms"},
-    KnownUnit{"us", "us"},       KnownUnit{"usec", "us"},     KnownUnit{"micros", "us"},
-    KnownUnit{"ns", "ns"},       KnownUnit{"nsec", "ns"},     KnownUnit{"nanosec", "ns"},
-    KnownUnit{"sec", "s"},       KnownUnit{"secs", "s"},      KnownUnit{"seconds", "s"}};
+    KnownUnit{"°", "deg"},       KnownUnit{"grad", "deg"},    KnownUnit{"mm", "mm"},
+    KnownUnit{"nm", "Nm"},       KnownUnit{"n m", "Nm"},      KnownUnit{"n·m", "Nm"},
+    KnownUnit{"mnm", "mNm"},     KnownUnit{"ma", "mA"},       KnownUnit{"amp", "A"},
+    KnownUnit{"amps", "A"},      KnownUnit{"mv", "mV"},       KnownUnit{"volt", "V"},
+    KnownUnit{"volts", "V"},     KnownUnit{"ms", "ms"},       KnownUnit{"msec", "ms"},
+    KnownUnit{"millis", "ms"},   KnownUnit{"us", "us"},       KnownUnit{"usec", "us"},
+    KnownUnit{"micros", "us"},   KnownUnit{"ns", "ns"},       KnownUnit{"nsec", "ns"},
+    KnownUnit{"nanosec", "ns"},  KnownUnit{"sec", "s"},       KnownUnit{"secs", "s"},
+    KnownUnit{"seconds", "s"}};
 // Single letters are units only in brackets.
 constexpr std::array bracketed_units = {KnownUnit{"s", "s"}, KnownUnit{"m", "m"}, KnownUnit{"n", "N"},
                                         KnownUnit{"a", "A"}, KnownUnit{"v", "V"}};

@@ -53,12 +53,12 @@ inline constexpr auto robot_keys = std::tuple(
           "relative difference of columns of the regressor below which parameters count as one, see "
           "[rounded angles](#rounded-angles)",
           {.range = Range::between(0.0, 1.0)}},
-    Field{
-        "tolerance",
-        &Robot::tolerance,
-        "`{ length = 0.0005, angle = 0.0009 }`: how well lengths and angles of the description are known, "
-        "which the standard deviations then contain, see [statistics](statistics.md#what-was-chosen-or-kept)",
-        {.otherwise = "exactly"}},
+    Field{"tolerance",
+          &Robot::tolerance,
+          "`{ length = 0.0005, angle = 0.0009 }`: standard deviations of lengths and angles of the "
+          "description, which those of the parameters then include, see "
+          "[statistics](statistics.md#what-was-chosen-or-kept)",
+          {.otherwise = "exactly"}},
     Field{"gear_matrix",
           [](const Robot& robot) -> const Matrix& { return robot.gear_matrix; },
           "R of q_motor = R q and τ = Rᵀ τ_motor where [gears mix the joints](coupling.md#gears), one list a "

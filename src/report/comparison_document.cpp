@@ -73,7 +73,7 @@ Section traces_section(const Comparison& comparison) {
                              .title = trace.log,
                              .label = "Torque errors of " + trace.joint + " over time",
                              .x_label = "t [s]",
-                             .y_label = "torque error [N·m | N]",
+                             .y_label = "torque error [N·m or N]",
                              .series = curves(trace.time, names, trace.errors),
                              .size = Chart::Size::wide});
   }

@@ -235,8 +235,8 @@ Section information_section(const ForecastMotion& of) {
                             Series::Kind::line, time, rate.col(j)});
   }
   out.blocks = {
-      {Sentence{"The leverage w M⁻¹ wᵀ / σ² of a row says how much the estimate needs it. Over all rows it "
-                "sums up to the number of parameters, less what was known before"}},
+      {Sentence{"The leverage w M⁻¹ wᵀ / σ² of a row is its weight in the estimate. Its sum over all rows is "
+                "the number of parameters, less prior information"}},
       plots_block("", {std::move(chart)})};
   return out;
 }

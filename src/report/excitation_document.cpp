@@ -107,8 +107,7 @@ KeyFigures motion_figures(const ForecastMotion& of) {
   KeyFigures out{
       {{number(of.forecast.duration, 4) + " s", "of motion at " + number(of.forecast.f_m, 6) + " Hz"}}};
   if (std::isfinite(forecast.log_det)) {
-    out.figures.emplace_back(number(forecast.log_det, 5), "log det of the information");
-    out.figures.emplace_back(number(forecast.condition, 3), "condition of the weighted observation matrix");
+    out.figures.emplace_back(fixed(forecast.condition, 0), "condition number");
   }
   const auto used = std::ranges::max_element(forecast.limits, {}, &LimitUse::share);
   if (used != forecast.limits.end()) {
@@ -130,7 +129,7 @@ Section search_section(const Excitation& excitation) {
       "Search",
       "Search",
       {{Sentence{
-           "Objective of each start, smaller is better; the best one was then brought to the limits on all "
+           "Objective of each start, smaller is better; the best one was then scaled to the limits on all "
            "samples"}},
        {table_of(excitation.starts, {{{"seed", format::count}, &S::seed},
                                      {{"random motion", format::fixed(2)}, &S::objective_begin},
@@ -199,6 +198,9 @@ Document page_of(const ForecastMotion& of, const Excitation* excitation, const P
     out.sections.push_back(search_section(*excitation));
   }
   out.sections.push_back(origin_section(of, provenance));
+  for (Section& section : out.sections) {
+    section.folded = section.id == "limits" || section.id == "search" || section.id == "provenance";
+  }
   return out;
 }
 

@@ -78,11 +78,11 @@ Section contacts_section(const OnlineReplay& replay) {
     return {id,
             title,
             title,
-            {{Sentence{"No joint has learned a threshold, so that no contact can be seen"}}},
+            {{Sentence{"No joint has learned a threshold, so that no contact can be detected"}}},
             Shown::page};
   }
   return charts_section(
-      id, title, "Above 1 something touches the robot",
+      id, title, "Above 1: contact",
       {replay_chart(replay, "external", "External torque over its threshold", "torque over threshold",
                     curves(replay.t, replay.joints, replay.external))});
 }
@@ -107,8 +107,8 @@ Document replay_document(const OnlineReplay& replay) {
   out.sections = {
       charts_section(
           "payload", "Payload",
-          "What hangs on the flange. Upright lines are events: a change of the payload begins where the test "
-          "exceeds its threshold, 1",
+          "Payload at the flange. Vertical lines are events: the payload changes where the test exceeds its "
+          "threshold, 1",
           {replay_chart(replay, "mass", "Mass", "mass [kg]", mass_curves(replay)),
            replay_chart(replay, "centre-of-mass", "Centre of mass, flange frame", "centre of mass [m]",
                         curves(t, {"x", "y", "z"}, replay.payload.middleCols(2, 3))),
@@ -116,10 +116,10 @@ Document replay_document(const OnlineReplay& replay) {
                         "test over threshold", curves(t, {"test"}, replay.suspicion))}),
       charts_section(
           "friction", "Friction",
-          "Torque error that the drift of friction since the identification means; identify again where it "
-          "exceeds the residual of the identification",
+          "Torque error by the drift of friction since the identification; identify again if it exceeds the "
+          "residual of the identification",
           {replay_chart(replay, "friction-error", "Torque error by drifted friction",
-                        "torque error [N·m | N]", curves(t, replay.joints, replay.torque_error))}),
+                        "torque error [N·m or N]", curves(t, replay.joints, replay.torque_error))}),
       contacts_section(replay)};
   return out;
 }

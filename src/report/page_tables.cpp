@@ -120,15 +120,6 @@ std::string code(const Json& value) {
   return "`" + text + "`";
 }
 
-// A row of a table in Markdown.
-std::string line_of(std::initializer_list<std::string_view> cells) {
-  std::string out = "|";
-  for (const std::string_view cell : cells) {
-    out.append(cell.empty() ? "" : " ").append(cell).append(" |");
-  }
-  return out + '\n';
-}
-
 std::string in_code(std::string_view text) { return "`" + std::string(text) + "`"; }
 
 // Of what has a unit.
@@ -225,24 +216,22 @@ std::string in_digits_or_power(double value) {
 }
 
 // What the numbers of command lines and the files may be. The interval of a key is in the message that refuses its value.
-std::string limits_table() {
-  std::string out = "| where | numbers |\n|---|---|\n";
+std::string limits_list() {
+  std::string out;
   for (const CommandLineNumber& number : command_line_numbers()) {
     const Range& range = number.range;
-    out += line_of(
-        {number.tools, in_code(number.option) + (range.open ? " (" : " [") + in_digits_or_power(range.least) +
-                           ", " + in_digits_or_power(range.most) + (range.open && !range.budget ? ")" : "]") +
-                           (number.unit.empty() ? "" : " " + std::string(number.unit))});
+    out += "- " + in_code(number.option) + " (" + std::string(number.tools) +
+           "): " + (range.open ? "(" : "[") + in_digits_or_power(range.least) + ", " +
+           in_digits_or_power(range.most) + (range.open && !range.budget ? ")" : "]") +
+           (number.unit.empty() ? "" : " ") + std::string(number.unit) + "\n";
   }
-  out += line_of({"experiment files", "numbers without another limit: up to " + number(largest_number)});
+  out += "- `.toml`: numbers without another limit: up to " + number(largest_number) + "\n";
   const auto size = [&](const std::string& what, std::uintmax_t bytes) {
-    out += line_of({what, "files of up to " + std::to_string(bytes >> 20U) + " MiB"});
+    out += "- " + what + ": files of up to " + std::to_string(bytes >> 20U) + " MiB\n";
   };
-  size("URDF; TOML of experiments and parameters", robot_limit);
-  size("JSON and tables of results, plans and parameters", result_limit);
-  out += line_of({"TOML, JSON", "lists and tables within each other, parts of a key: up to " +
-                                    std::to_string(deepest_nesting)});
-  return out;
+  size("`.urdf`, `.toml`", robot_limit);
+  size("`.json`, tables of results, plans and parameters", result_limit);
+  return out + "- `.toml`, `.json`: nesting, parts of a key: up to " + std::to_string(deepest_nesting) + "\n";
 }
 
 template <Described Record>
@@ -317,7 +306,7 @@ std::map<std::string, std::string> page_tables() {
                                             {"result.physical", member_table<PhysicalParameters>()},
                                             {"result.iterations", member_table<IvIteration>()},
                                             {"result.loop", member_table<LoopDiagnosis>()},
-                                            {"limits", limits_table()},
+                                            {"limits", limits_list()},
                                             {"plan.parameters", member_table<ForecastParameter>()},
                                             {"plan.limits", member_table<LimitUse>()},
                                             {"plan.clearances", member_table<ClearanceUse>()},

@@ -457,7 +457,7 @@ TEST_F(ExcitePage, ADesignIsShownWithItsMotionObstaclesAndInformation) {
   const before = path();
   document.querySelector("#motion-in-space .picture").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
   const column = (section, heading) => {
-    const table = document.querySelector(section + " ~ .scroll table");
+    const table = document.querySelector(section).closest("section").querySelector(".scroll table");
     const at = [...table.tHead.rows[0].cells].findIndex((cell) => cell.textContent === heading);
     return [...table.tBodies[0].rows].map((row) => row.cells[at].textContent);
   };

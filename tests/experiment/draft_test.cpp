@@ -214,6 +214,14 @@ TEST_F(Draft, KnowsTheNamesOfMoreProgramsByTheTableThatPythonReads) {
         Case{{"observation.state.0", "observation.state.1", "observation.state.2"},
              {"observation.effort.0", "observation.effort.1", "observation.effort.2"},
              1.0},
+        Case{{"$MCH_ANG[1]", "$MCH_ANG[2]", "$MCH_ANG[3]"}, {"tau1", "tau2", "tau3"}, degree},
+        Case{{"Winkel Achse 1 [Grad]", "Winkel Achse 2 [Grad]", "Winkel Achse 3 [Grad]"},
+             {"Drehmoment Achse 1 [Nm]", "Drehmoment Achse 2 [Nm]", "Drehmoment Achse 3 [Nm]"},
+             degree},
+        Case{{"position_axe_1", "position_axe_2", "position_axe_3"},
+             {"couple_axe_1", "couple_axe_2", "couple_axe_3"},
+             1.0},
+        Case{{"θ1(deg)", "θ2(deg)", "θ3(deg)"}, {"τ1", "τ2", "τ3"}, degree},
         Case{{"q0", "q1", "q2"}, {"tau0", "tau1", "tau2"}, 1.0}}) {
     std::string header = "timestamp";
     for (const Names& names :

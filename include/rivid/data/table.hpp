@@ -92,7 +92,7 @@ struct TableOptions {
                                                                    : t.header == Header::present;
                             },
                             "whether the first line holds names",
-                            {.otherwise = "found out"}});
+                            {.otherwise = "by the file"}});
   }
 
   /// The first fault found, nothing if the options can be used.

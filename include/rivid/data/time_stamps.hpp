@@ -82,15 +82,15 @@ struct ResampleOptions {
 
   template <typename R = ResampleOptions>
   static constexpr auto fields() {
-    return std::tuple(
-        Field{"resample_hz",
-              &R::rate_hz,
-              "rate of the new clock; implies `irregular = \"resample\"` and resamples regular logs too",
-              {.otherwise = "one over the median period", .unit = "Hz", .range = rate_range}},
-        Field{"max_gap",
-              &R::max_gap,
-              "a longer gap splits a log that is resampled",
-              {.unit = "periods", .range = Range::from(2.0, 1e9)}});
+    return std::tuple(Field{"resample_hz",
+                            &R::rate_hz,
+                            "sampling rate after resampling; implies `irregular = \"resample\"` and "
+                            "resamples regular logs too",
+                            {.otherwise = "one over the median period", .unit = "Hz", .range = rate_range}},
+                      Field{"max_gap",
+                            &R::max_gap,
+                            "a longer gap splits a log that is resampled",
+                            {.unit = "periods", .range = Range::from(2.0, 1e9)}});
   }
 
   /// The first fault found, nothing if the options can be used.

@@ -238,7 +238,7 @@ struct LogSource {
           Field{"units", Key<UnitNames>(), "of `position`, `velocity` and `time`", {.otherwise = "all SI"}},
           Field{"delay",
                 &R::delay,
-                "by how much the log is behind the reference",
+                "delay of the log behind the reference",
                 {.unit = "s", .range = Range::within(-1e9, 1e9)}},
           Field{"outside", &R::outside,
                 "for samples that the file does not cover: `\"refuse\"`, or `\"hold\"`: the reference stands "
@@ -280,17 +280,17 @@ struct LogSource {
               "`\"joint\"`, or `\"motor\"`: the files hold motor quantities, which `gear_matrix` or "
               "`gear_ratio` turn"},
         Field{"torque_without", &L::torque_without,
-              "`\"gravity\"`: the torques do not hold what carries the weight, so the model has no gravity; "
+              "`\"gravity\"`: the torques are without gravity, and so is the model; "
               "`\"nothing\"`"},
         Field{"irregular", &L::irregular,
               "irregular time stamps: `\"refuse\"`, `\"resample\"`, `\"ignore\"`, see [below](#time-stamps)"},
         Field{"torque_lag",
               &L::torque_lag,
-              "by how much the recorded torques are behind, see [below](#torque_lag)",
+              "delay of the recorded torques, see [below](#torque_lag)",
               {.unit = "samples", .range = Range::within(-1e9, 1e9)}},
         Field{"subtract",
               [](const L& l) { return l.subtract; },
-              "known torques to take off, see [below](#subtract)",
+              "known torques to subtract, see [below](#subtract)",
               {.otherwise = "–"}},
         Field{"reference_file",
               [](const L& l) { return l.reference; },

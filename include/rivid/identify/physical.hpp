@@ -66,8 +66,9 @@ struct Physical {
   static constexpr auto fields() {
     return std::tuple(
         Field{"prior", &P::prior,
-              "distance from the robot description: `\"log_det\"`, the divergence that keeps bodies from "
-              "vanishing, or `\"ridge\"`, its quadratic part"},
+              "distance from the robot description: `\"log_det\"`, which keeps masses positive, or "
+              "`\"ridge\"`, "
+              "its quadratic part"},
         Field{"weight",
               &P::weight,
               "of the prior, against half the squared deviations of the fit; 10 to 1000 hold weakly exciting "
@@ -88,7 +89,7 @@ struct Physical {
               {.otherwise = "–", .unit = "kg", .must_be = "[least, most] in kg"}},
         Field{"tolerance",
               &P::tolerance,
-              "of the cost, relative to one and itself",
+              "of the cost, relative to 1 + cost",
               {.range = Range::from(1e-15, 1.0)}},
         Field{"max_steps", &P::max_steps, "of Newton's method", {.range = Range::from(1, 1e5)}});
   }

@@ -47,7 +47,7 @@ struct Robust {
                .must_be = "positive"}},
         Field{"robust_max_rounds",
               &R::max_rounds,
-              "budget of weights and parameters in turn, for each loss",
+              "most iterations, for each loss",
               {.range = Range::from(1, 1e4)}},
         Field{"robust_tolerance",
               &R::tolerance,

@@ -75,7 +75,7 @@ struct SignalOptions {
     return std::tuple(
         Field{"rows",
               &S::rows,
-              "`\"exact\"`: rows that hold but for noise; `\"paper\"`: every sample, as in [RIV]. "
+              "`\"exact\"`: rows without errors but noise; `\"paper\"`: every sample, as in [RIV]. "
               "`\"automatic\"`: exact, unless `convention = \"matlab\"`",
               {.otherwise = "see [rows](rows.md)"}},
         Field{"torque_held",

@@ -98,13 +98,12 @@ Section friction_section(const Evidence& evidence) {
     return out;
   }
   out.blocks = {
-      {Sentence{
-          "Friction torque over joint speed. A point is a row of the fit: the measured torque less the "
-          "modelled gravity, inertia and Coriolis torques. The line is the friction law with the 95 % "
-          "confidence band of its parameters. Points that bend away from the line ask for another law; two "
-          "clouds at one speed are friction that depends on load, temperature or position. Friction of the "
-          "robot "
-          "description is drawn where there is any"}},
+      {Sentence{"Friction torque over joint speed. Points are rows of the fit: measured torque less the "
+                "gravity, inertia and Coriolis torques of the model. The line is the friction law with its "
+                "95 % confidence band. Points off the line indicate another friction law; two clouds at one "
+                "speed indicate friction that depends on load, temperature or position. Friction of the "
+                "robot "
+                "description is drawn where there is any"}},
       plots_block("panels", std::move(plots))};
   return out;
 }
@@ -115,16 +114,14 @@ Section coverage_section(const Evidence& evidence) {
   for (std::size_t j = 0; j < evidence.joints(); ++j) {
     plots.emplace_back(coverage_chart(evidence, j));
   }
-  out.blocks = {
-      {Sentence{
-          "Rows in the plane of position and speed. The model is known where the dots are: a validation or a "
-          "task that leaves the cloud is extrapolation. Empty corners are motions to record next"}},
-      plots_block("panels", std::move(plots))};
+  out.blocks = {{Sentence{"Rows over position and speed. The model is validated only where there are rows; "
+                          "elsewhere it extrapolates. Record motions in empty corners next"}},
+                plots_block("panels", std::move(plots))};
   if (predicted(evidence.result)) {
     out.blocks.push_back(
-        {Sentence{"Excitation of each parameter: root mean square of the torque that it causes in the joint "
-                  "that shows it best, divided by the deviation of that joint's residual, on a "
-                  "logarithmic scale. Below 1 a parameter is seen by averaging alone"}});
+        {Sentence{"Excitation of each parameter: rms of its torque, in the joint that shows it best, over "
+                  "the standard deviation of the residual of that joint, on a logarithmic scale. Below 1 a "
+                  "parameter is identified by averaging alone"}});
     out.blocks.push_back({excitation_table(evidence)});
   }
   return out;

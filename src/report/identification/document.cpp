@@ -48,19 +48,21 @@ std::vector<std::string> answer_of(const Identification& result) {
                           : "which predict blocks of time that are left out better")};
 }
 
+std::string forecast_in_words(double error) {
+  return std::isfinite(error) ? percent(error) : "unknown, it shows what is not determined";
+}
+
 // What the model will do on other motion, and what it does; the page has it as key figures.
 std::vector<std::string> predictions_of(const Identification& result) {
   std::vector<std::string> out = answer_of(result);
-  const auto in_words = [](double error) {
-    return std::isfinite(error) ? percent(error) : "unknown, it shows what is not determined";
-  };
   if (result.forecast) {
-    out.push_back("torque error forecast for random motion: " + in_words(result.forecast->relative_error));
+    out.push_back("torque error forecast for random motion: " +
+                  forecast_in_words(result.forecast->relative_error));
   }
   for (const Validation& validation : result.validation) {
     out.push_back("torque error on " + std::filesystem::path(validation.file).filename().string() + ": " +
                   percent(result.answer_fit(validation).relative_error) + ", forecast " +
-                  in_words(validation.forecast.relative_error));
+                  forecast_in_words(validation.forecast.relative_error));
   }
   return out;
 }
@@ -71,14 +73,13 @@ KeyFigures figures_of(const Identification& result) {
   if (predicted(result)) {
     out.figures.emplace_back(percent(result.answer_fit().relative_error), "torque error of the fit");
   }
-  const auto forecast = [](double error) { return std::isfinite(error) ? percent(error) : "unknown"; };
   if (result.forecast) {
-    out.figures.emplace_back(forecast(result.forecast->relative_error), "forecast for random motion");
+    const double error = result.forecast->relative_error;
+    out.figures.emplace_back(std::isfinite(error) ? percent(error) : "unknown", "forecast for random motion");
   }
   for (const Validation& validation : result.validation) {
     out.figures.emplace_back(percent(result.answer_fit(validation).relative_error),
-                             "torque error on " + std::filesystem::path(validation.file).filename().string() +
-                                 ", forecast " + forecast(validation.forecast.relative_error));
+                             "torque error on " + std::filesystem::path(validation.file).filename().string());
   }
   return out;
 }
@@ -190,7 +191,12 @@ std::vector<Section> sections_of(const Identification& result, const Evidence* e
     out.push_back(weights_section(*result.robust));
   }
   for (const Validation& validation : result.validation) {
-    out.push_back({"", "", "Validation on " + validation.file, {{fit_table(validation.fit)}}});
+    out.push_back(
+        {"",
+         "",
+         "Validation on " + validation.file,
+         {{Sentence{"Forecast torque error: " + forecast_in_words(validation.forecast.relative_error)}, page},
+          {fit_table(validation.fit)}}});
   }
   if (evidence != nullptr) {
     if (predicted(result)) {

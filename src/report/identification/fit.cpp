@@ -109,17 +109,15 @@ Section description_section(const Evidence& evidence) {
       }
     }
   }
-  out.blocks = {
-      {Sentence{
-          "Relative torque errors on the rows of each log: what the numbers of the robot description would "
-          "have predicted, friction and rotor inertia included where they are given there, beside the "
-          "identified model. The plots of torques show both: choose \"robot description\" in their legends"}},
-      {table_of(rows, {{{"log"}, &Compared::log},
-                       {{"joint", format::name}, &Compared::joint},
-                       {{"robot description", format::percents(2)}, &Compared::description},
-                       {{"identified", format::percents(2)}, &Compared::identified},
-                       {{"better by", format::significant(3), "×"},
-                        [](const Compared& r) { return r.description / r.identified; }}})}};
+  out.blocks = {{Sentence{"Relative torque errors of the robot description, with its friction and rotor "
+                          "inertia where given, and of the identified model. To plot both, choose \"robot "
+                          "description\" in the legends of the torques"}},
+                {table_of(rows, {{{"log"}, &Compared::log},
+                                 {{"joint", format::name}, &Compared::joint},
+                                 {{"robot description", format::percents(2)}, &Compared::description},
+                                 {{"identified", format::percents(2)}, &Compared::identified},
+                                 {{"better by", format::significant(3), "×"},
+                                  [](const Compared& r) { return r.description / r.identified; }}})}};
   return out;
 }
 

@@ -186,15 +186,14 @@ List advice(const Parameters& parameters) {
 
 Section parameters_section(const Identification& result) {
   Section out{"parameters", "Parameters", "Parameters"};
-  out.blocks = {
-      {Legend{{{"bar", "interval and value"},
-               {"apriori", "a priori, from the robot description"},
-               {"zero", "zero"}},
-              "The parameter known best comes first. All bars have one scale, from zero to twice the value; "
-              "they are red where the parameter is weak. Click a heading to sort."},
-       page},
-      {parameters_table(result), screen},
-      {verdicts(result.parameters), screen}};
+  out.blocks = {{Legend{{{"bar", "interval and value"},
+                         {"apriori", "a priori, from the robot description"},
+                         {"zero", "zero"}},
+                        "The most accurate parameter comes first. All bars have one scale, from zero to "
+                        "twice the value; red bars are weak parameters. Click a heading to sort."},
+                 page},
+                {parameters_table(result), screen},
+                {verdicts(result.parameters), screen}};
   add_page_tables(result, out);
   if (result.covariance.quantile_975 != 0.0) {
     out.blocks.push_back({Sentence{"sigma: " + in_words(result.covariance, result.diagnostics.has_value())}});

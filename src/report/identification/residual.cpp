@@ -162,13 +162,12 @@ std::vector<Block> residual_charts(const Evidence& evidence) {
     return {};
   }
   std::vector<Block> blocks = {
-      {Sentence{"What the model leaves over, the joint with the largest error first; time is above. Over "
-                "speed: a trend or a step "
-                "is friction that the law lacks. Over position: a wave is the gear, gravity or a spring. "
-                "Spectra show amplitudes of sinusoids, dashed what white noise of the same size stays below "
-                "at 99 % of the frequencies: a peak over frequency is elasticity or the controller, a peak "
-                "at a whole order over position is the gear or the ripple of the motor. Histogram and "
-                "autocorrelation stand beside the normal distribution and the 95 % bounds of white noise"},
+      {Sentence{
+           "Measured less predicted torque, the joint with the largest error first. Over speed, a trend or a "
+           "step indicates another friction law; over position, a wave indicates gear, gravity or a spring. "
+           "Peaks in the spectra above the dashed line (99 % of white noise) indicate elasticity or the "
+           "controller (over time), gear or motor ripple (at a whole order over position). Histogram and "
+           "autocorrelation are drawn with the normal distribution and the 95 % bounds of white noise"},
        Shown::page},
       {std::move(out), Shown::page}};
   if (!others.groups.empty()) {
@@ -186,7 +185,7 @@ Section residual_section(const Identification& result, const Evidence* evidence)
   if (const std::optional<Diagnostics>& found = result.diagnostics) {
     out.blocks.push_back(
         {Sentence{"Of the rows of the fit. Small p-values mean that the residual is not white, or not "
-                  "normal; with many rows they come with effects too small to matter"},
+                  "normal; with many rows also effects too small to matter give small p-values"},
          page});
     out.blocks.push_back({table_of(
         found->residuals,

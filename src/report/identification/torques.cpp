@@ -236,11 +236,11 @@ std::vector<Block> first_look(const Evidence& evidence) {
 
 Section torques_section(const Evidence& evidence) {
   Section out{"torques", "Torques", "Torques", {}, Shown::page};
-  out.blocks.push_back({Sentence{
-      "Measured and predicted torque of the rows of the fit, and below it what is left. Lines that lie on "
-      "each other are a good fit; a residual with the rhythm of the motion is a part that the model lacks. "
-      "Gaps are rows that the fit leaves out: too slow, or near a reversal. Drag to zoom, double-click to "
-      "see all; all plots of a log show the same time"}});
+  out.blocks.push_back(
+      {Sentence{"Measured and predicted torque of the rows of the fit, and the residual below. A residual "
+                "with the rhythm of the motion means that the model is incomplete. Gaps are rows that the "
+                "fit leaves out: too slow, or near a reversal. Drag to zoom, double-click to see all; all "
+                "plots of a log show the same time"}});
   const auto logs = static_cast<Index>(evidence.logs.size());
   const Index most_rows = std::max<Index>(2400 / std::max<Index>(logs, 1), 800);
   for (std::size_t k = 0; k < evidence.logs.size(); ++k) {
