@@ -86,8 +86,9 @@ inline constexpr std::array codes = {
     DiagnosticCode{"validation_log_used", warning, "A validation log is also a log of the fit.",
                    "All their positions are equal; its error validates nothing.",
                    "Validate on a log of another motion."},
-    DiagnosticCode{"dead_torque", error, "A torque does not change.",
-                   "Its column is constant: a signal that was not connected, or the wrong column.",
+    DiagnosticCode{"dead_torque", warning, "A torque does not change.",
+                   "Its column is constant: a signal that was not connected, or the wrong column. Rows of "
+                   "other joints tell what they can of that joint; it has none.",
                    "Check [log] torque or control."},
     DiagnosticCode{"torque_saturated", warning, "A torque stays at its extreme value.",
                    "A limit of drive, sensor or data type cut it off. The model does not hold there.",
@@ -241,6 +242,9 @@ inline constexpr std::array codes = {
         "joint_elasticity", warning, "A joint looks elastic.",
         "A score test: a link that yields in proportion to its load explains a part of the residual.",
         "Move more slowly, or measure at the link."},
+    DiagnosticCode{"joint_spring", warning, "A spring or a counterbalance seems to pull a joint.",
+                   "A score test: a torque in proportion to its position explains a part of the residual.",
+                   "Take its torque off by a table in [log] subtract."},
     DiagnosticCode{"joint_coupling", warning, "A motor seems to turn two joints.",
                    "A score test: accelerations and velocities of the other joint explain a part of the "
                    "residual of each.",

@@ -184,7 +184,13 @@ TEST_F(Check, NamesASaturatedTorque) {
 
 TEST_F(Check, NamesATorqueThatIsNotConnected) {
   rewrite([](std::vector<double>& row) { row[4] = 0.25; });
-  expect_error("dead_torque", "joint_2");
+  const Json found = findings(1);
+  expect_finding(found, "warning", "dead_torque", "joint_2");
+  expect_finding(found, "note", "not_tested", "all joints");
+  // The rows of the first joint tell all but the friction of the second one.
+  expect_finding(found, "error", "not_excited", "Fv2");
+  expect_finding(found, "error", "not_excited", "Fc2");
+  EXPECT_EQ(found.at("errors"), 3);
 }
 
 TEST_F(Check, NamesAJointThatNeverMoves) {

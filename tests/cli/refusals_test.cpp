@@ -125,6 +125,7 @@ TEST_F(Refusal, OfATorqueThatIsZeroAndWouldHaveInfiniteWeight) {
     }
     return line.substr(0, v2) + "0" + line.substr(line.find(',', v2));
   });
+  edit("scara.toml", "trim = 20 ", "rows = \"paper\"\ntrim = 20 ");
   expect_refused({"joint \"joint_2\": its torque is zero in every row"}, {"scara.toml", "--method", "wls"});
 }
 

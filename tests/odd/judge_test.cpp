@@ -143,6 +143,13 @@ TEST(Judge, NamesTheRateOfTheClock) {
       "clock_rate", everywhere, 0.03, 3);
 }
 
+TEST(Judge, NamesASpring) {
+  // Of 12 N·m/rad, whose rest is not the joint's zero.
+  static constexpr double stiffness = 12.0;
+  expect_named([](Case& one) { one.log.tau.col(1) += stiffness * (one.log.q.col(1).array() - 0.4).matrix(); },
+               "joint_spring", second, stiffness, 5);
+}
+
 // Links swing at 12 to 60 Hz on the springs that are drawn.
 TEST(Judge, TellsTheFrequencyOfElasticJoints) {
   constexpr std::size_t tried = 16;

@@ -229,6 +229,16 @@ constexpr std::array alternative_kinds = {
             },
     },
     AlternativeKind{
+        .code = "joint_spring",
+        .words =
+            [](const Robot&, const Alternative& it, const AlternativeTest& test) {
+              return AlternativeWords{"a spring or counterbalance looks to pull it, by " +
+                                          plus_minus(test.estimate[0], test.sigma[0], 2) +
+                                          (it.turns ? " N·m for one rad" : " N for one m"),
+                                      "give its torque over the position in [log] subtract"};
+            },
+    },
+    AlternativeKind{
         .code = "joint_coupling",
         .words =
             [](const Robot&, const Alternative&, const AlternativeTest&) {

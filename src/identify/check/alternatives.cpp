@@ -196,6 +196,18 @@ void add_friction(const Robot& robot, const BaseParameters& base, const ProbedRo
   }
 }
 
+// Springs and counterbalances: torques in proportion to the position.
+void add_springs(const Robot& robot, const ProbedRows& rows, std::vector<Alternative>& out) {
+  for (Index j = 0; j < robot.size(); ++j) {
+    out.push_back({"joint_spring", joint_of(robot, j),
+                   of_joint(rows, j, 1,
+                            [&](const auto& piece) -> Matrix {
+                              return rows.logs[piece.log].motion.q.col(j)(piece.instants);
+                            }),
+                   is_revolute(robot, j)});
+  }
+}
+
 void add_couplings(const Robot& robot, const ProbedRows& rows, std::vector<Alternative>& out) {
   for (Index j = 0; j < robot.size(); ++j) {
     for (Index k = j + 1; k < std::min(robot.size(), j + coupled_reach + 1); ++k) {
@@ -405,6 +417,7 @@ std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& 
   }
   add_elasticity(robot, base, rows, effects, out);
   add_friction(robot, base, rows, out);
+  add_springs(robot, rows, out);
   add_couplings(robot, rows, out);
   return out;
 }

@@ -25,7 +25,7 @@ struct Alternative {
 [[nodiscard]] Eigen::Vector3d tilted_gravity(const Robot& robot, const Vector& angles);
 
 // All that are looked at: gains and zeros of joints, the direction of gravity, the clock, the geometry, a
-// load that changes, friction laws, elastic joints, motors that two joints turn.
+// load that changes, friction laws, elastic joints, springs, motors that two joints turn.
 [[nodiscard]] std::vector<Alternative> alternatives(const Robot& robot, const BaseParameters& base,
                                                     const ProbedRows& rows);
 

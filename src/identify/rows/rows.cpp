@@ -130,8 +130,9 @@ void require_usable(const std::vector<Seen>& joints, const std::vector<double>& 
     }
     total += joints[j].y_norm;
   }
-  // Joints that stand still have no exact rows; the others may have.
-  if (std::ranges::all_of(joints, [](const Seen& joint) { return joint.rows == 0; })) {
+  // Joints that stand still have no exact rows, nor have those without torque; the others may have.
+  if (std::ranges::all_of(joints, [](const Seen& joint) { return joint.rows == 0; }) &&
+      !effort(robot, log).isZero(0.0)) {
     throw InputError(
         log.source +
         ": no joint moves for long enough in one direction, fast enough to stand out of the noise "
