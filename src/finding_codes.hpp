@@ -288,17 +288,17 @@ inline constexpr std::array codes = {
                    "It is negative by more than four standard deviations: logs with and without payload are "
                    "exchanged, or differ in a sign or scale.",
                    "Check which logs have the payload, and the signs and units of their columns."},
-    DiagnosticCode{"validation_worse", warning,
-                   "The validation error is much larger than the error of the fit.",
-                   "The residual of a joint is more than twice that of the fit: another load, another "
-                   "temperature, or a motion that the fit did not contain.",
-                   "Compare the two logs; identify from both."},
+    DiagnosticCode{
+        "validation_worse", warning, "The validation error is much larger than the error of the fit.",
+        "The residual of a joint is more than twice that of the fit, or, of up to 1 % of its torque, "
+        "ten times: another load, another temperature, or a motion that the fit did not contain.",
+        "Compare the two logs; identify from both."},
     DiagnosticCode{
         "prediction_fails", error, "The model does not predict the torques of other motion.",
-        "Of a joint of a validation log it leaves ten times what it leaves of the fit, more than all "
-        "of the torque, or three times what residual and intervals forecast; or these forecast more "
-        "than all torques for random motion within the range of the logs: a motion that shows what "
-        "the fit did not, another load, another temperature, an error of the model.",
+        "Of a joint of a validation log it leaves more than 1 % of the torque, and ten times what it "
+        "leaves of the fit, more than all, or three times what residual and intervals forecast; or these "
+        "forecast more than all torques for random motion within the range of the logs: a motion that "
+        "shows what the fit did not, another load, another temperature, an error of the model.",
         "Identify from both logs, or record a more exciting motion; validate on a third one."},
     DiagnosticCode{"unexplained_torque", warning, "No parameters explain the torque of a joint.",
                    "The model leaves most of it: columns of another log, wrong geometry, a missing coupling, "

@@ -64,6 +64,19 @@ TEST_F(PredictionVerdict, AValidationWithAnotherArmIsDoubtful) {
   EXPECT_TRUE(has(bad, "prediction_fails"));
 }
 
+// Whose logs are so good that a change of a hundredth stands out: no error, since half a per cent is missed.
+TEST_F(PredictionVerdict, AValidationThatIsMissedByLittleIsAWarning) {
+  encoder_noise = 1e-6;
+  disturbance *= 0.01;
+  const Log one = log(1.0, 3);
+  set("MX2", 1.01 * 0.242);
+  const std::vector<Log> other = {log(2.0, 4)};
+  const Identification found = identify(robot, std::span(&one, 1), Estimation{}, other);
+  EXPECT_EQ(found.status, Status::identified);
+  EXPECT_FALSE(has(found, "prediction_fails"));
+  EXPECT_TRUE(has(found, "validation_worse"));
+}
+
 // Joints that stand in the log of the fit, and bodies that are off by a tenth.
 TEST(RankDeficient, IsAnsweredByTheDescriptionWhereTheDataLeaveItOpen) {
   const Robot description = test::six_axis();

@@ -90,6 +90,8 @@ void find_predictions(const Identification& result, Findings& out) {
   constexpr double forecast_missed = 3.0;
   // Where a model leaves less, it is good whatever the fit leaves.
   constexpr double good = 1e-3;
+  // No gain of a drive is known better: it is worse than it could be, and not useless.
+  constexpr double usable = 0.01;
   // A joint whose torque is below this part of the largest one of its unit carries none that counts; and noise
   // of a torque is in the fit as well.
   constexpr double counting = 0.01;
@@ -118,7 +120,8 @@ void find_predictions(const Identification& result, Findings& out) {
             missed > forecast_missed)) {
         continue;
       }
-      out.add("prediction_fails", there.name,
+      out.add(there.relative_error > usable ? FindingCode("prediction_fails") : "validation_worse",
+              there.name,
               validation.file + ": the model leaves " + number_that_says(100.0 * there.relative_error, 3) +
                   " % of its torque, " + number_that_says(ratio, 2) + " times what it leaves of the fit's; " +
                   number_that_says(100.0 * there.relative_error / missed, 3) + " % were forecast");
