@@ -161,6 +161,22 @@ class Belief {
     }
   }
 
+  // The frame of the last link is where the user's readings have it: with another zero the same arm, of which
+  // no torque tells, has its last body turned in that frame.
+  void turn_last_body(Arm& truth) const {
+    ArmJoint& last = truth.joints.back();
+    if (recipe_.belief != Recipe::Belief::zero_offset || joint_ + 1 != truth.size()) {
+      return;
+    }
+    if (last.prismatic) {
+      last.body.com -= recipe_.turn * last.axis;
+      return;
+    }
+    const Matrix3d back = Eigen::AngleAxisd(-recipe_.turn, last.axis).toRotationMatrix();
+    last.body.com = back * last.body.com;
+    last.body.inertia_com = back * last.body.inertia_com * back.transpose();
+  }
+
  private:
   const Recipe& recipe_;
   int joint_ = 0;
@@ -229,6 +245,7 @@ Truth attempt(const Name& name, const std::filesystem::path& folder, Random& ran
   Arm described = belief.believed(arm);
   describe_bodies(recipe.bodies, described, random);
   write_text(folder / "robot.urdf", urdf_of(described, largest));
+  belief.turn_last_body(out.machine.arm);
   return out;
 }
 
