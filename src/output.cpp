@@ -316,7 +316,6 @@ struct Outputs::Plan {
   std::vector<Path> inputs;
   bool force = false;
   std::vector<File> files;
-  std::set<Path> swept;
 
   File* find(const Path& named) {
     const auto at = std::ranges::find(files, named, &File::named);
@@ -375,9 +374,6 @@ void Outputs::put(const std::filesystem::path& path, std::string_view content) {
   std::error_code error;
   const Path folder = file->target.parent_path();
   std::filesystem::create_directories(folder, error);
-  if (plan_->swept.insert(folder).second) {
-    sweep(folder);
-  }
   const std::optional<FileStatus> there = status_of(file->target);
   detail::StagedFile staged(file->target, there);
   if (!staged.opened() || !staged.write(content)) {
@@ -417,6 +413,8 @@ void Outputs::commit() {
     }
   }
   std::ranges::for_each(folders, flush_folder);
+  // Only now: where the run before was killed, its document that waits says whose the tables are.
+  std::ranges::for_each(folders, sweep);
   if (failed != nullptr) {
     refuse_write(failed->named, error);
   }

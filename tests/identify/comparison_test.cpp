@@ -253,6 +253,8 @@ TEST(Comparison, RefusesLogsThatNoErrorIsRelativeTo) {
   EXPECT_TRUE(test::says(complaint(still), "there is no row to judge a model by"));
   Log dead = bench.log(random);
   dead.tau.setZero();
+  EXPECT_TRUE(test::says(complaint(dead), "by a torque that changes: there is no row to judge a model by"));
+  options.signal = {.rows = RowScheme::paper};
   EXPECT_TRUE(test::says(complaint(dead), "the torques are zero in every row"));
 }
 

@@ -96,7 +96,7 @@ TEST(OnlineReplay, NamesJointsThatHaveLearnedNoThreshold) {
   OnlineReplay blind = found;
   blind.external.setZero();
   const std::string page = to_html(blind);
-  EXPECT_NE(page.find("<p>No joint has learned a threshold, so that no contact can be seen.</p>"),
+  EXPECT_NE(page.find("<p>No joint has learned a threshold, so that no contact can be detected.</p>"),
             std::string::npos);
   EXPECT_EQ(page.find("id=\"external\""), std::string::npos);
 }

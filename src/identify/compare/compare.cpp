@@ -276,7 +276,8 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   if (out.rows == 0) {
     throw InputError(
         "compare: " + listed(out.logs) +
-        ": no joint moves for long enough in one direction: there is no row to judge a model by");
+        ": no joint moves for long enough in one direction by a torque that changes: there is no row to "
+        "judge a model by");
   }
   for (std::size_t m = 0; m < models.size(); ++m) {
     out.models.push_back(summed_up(errors, m, joints));
