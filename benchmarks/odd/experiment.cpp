@@ -150,6 +150,8 @@ double visible_share(const Name& name, const std::string& method, const Identifi
     experiment.estimation.signal.decimation = {result.row_choice->decimation};
     experiment.estimation.signal.torque_held = result.row_choice->torque_held;
   }
+  Reading reading;
+  take_friction(experiment, reading);
   const Identification sound = run(experiment);
   double ratio = 0.0;
   for (std::size_t j = 0; j < sound.fit.joints.size(); ++j) {
