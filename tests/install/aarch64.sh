@@ -14,6 +14,8 @@ if [ ! -d "$root" ]; then
   packages=$(grep -e -dev packages.txt | grep -vE 'fcl|benchmark|python' | paste -sd,)
   # `extract` runs nothing of the packages, and mounts nothing.
   mmdebstrap --quiet --variant=extract --architectures=arm64 --include="libgomp1,libstdc++-12-dev,$packages" bookworm "$root"
+  # A path of the machine itself, where cross-linking would look for it.
+  sed -i 's#/usr/lib/[^;"]*/libtinyxml.so#tinyxml#' "$root"/usr/lib/*/urdfdom/cmake/urdfdomExport.cmake
 fi
 cmake -S . -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O2 -DCMAKE_UNITY_BUILD=ON -DRIVID_WARNINGS_AS_ERRORS=ON \
   -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++ \
