@@ -1,5 +1,6 @@
 // What the URDF says of masses and inertias accuses no log that is right: wrong, placeholder and missing ones
-// leave no more results doubtful than true ones do.
+// leave no more results doubtful than true ones do. (All links ten times too heavy are what torques in another
+// unit look like, and are said to be.)
 
 #include <gtest/gtest.h>
 
@@ -36,7 +37,7 @@ constexpr std::array descriptions = {
                   scale(body, x.log_uniform(0.33, 3.0));
                   body.com *= x.uniform(0.0, 2.0);
                 }},
-    Description{"ten times too heavy", [](Body& body, Random&) { scale(body, 10.0); }},
+    Description{"twice too heavy", [](Body& body, Random&) { scale(body, 2.0); }},
     Description{"one kilogram and unit inertia",
                 [](Body& body, Random&) { body = {.mass = 1.0, .inertia_com = Matrix3d::Identity()}; }},
     Description{"a gram", [](Body& body,
