@@ -113,7 +113,7 @@ struct Estimated {
   std::vector<double> weights;         // 1/σ of each joint's rows, where a method has come to some
   std::optional<Estimate> estimate;    // nothing where there is none
   std::optional<Estimate> unfiltered;  // that of the rows before they were prefiltered
-  std::optional<Estimate> start;       // that of IDIM-IV, where another method of loops began with it
+  std::optional<Estimate> start;       // that of IDIM-IV, where the gains of simulated loops have its errors
   // Relative error with the simulated motion, before any prefilter; not a number where there is none.
   double error_with_V = std::numeric_limits<double>::quiet_NaN();
   std::optional<IvHistory> iv;

@@ -125,6 +125,23 @@ class OutputError {
     }
   }
 
+  // Whether the law asks for other torques of another plant. Then its gains are as wrong as the start.
+  [[nodiscard]] bool gains_follow_the_start() const {
+    constexpr double small = 1e-6;  // far below what saturates
+    const DynamicModel heavier(problem_.robot, 2.0 * gains_.chi_st);
+    const Vector J = 2.0 * gains_.J;
+    const auto other = law_of(problem_.iv().control, {problem_.robot, heavier, J});
+    const Vector none = Vector::Zero(problem_.joints());
+    const Vector error = Vector::Constant(problem_.joints(), small);
+    const auto asked = [&](const ControlLaw& law) {
+      Vector v(problem_.joints());
+      Vector rates(law.states());
+      law.control({0.0, none, none, error, error, none}, Vector::Zero(law.states()), v, rates);
+      return v;
+    };
+    return asked(*other) != asked(*gains_.laws.front());
+  }
+
   // Where the steps came to rest.
   [[nodiscard]] Estimate estimate() const {
     Estimate out;
@@ -364,6 +381,9 @@ void output_error_estimate(const EstimationProblem& problem, Estimated& out) {
   OutputError solver(problem, out);
   if (solver.iterate(start)) {
     out.estimate = solver.estimate();
+    if (!solver.gains_follow_the_start()) {
+      out.start.reset();
+    }
   }
 }
 
