@@ -13,7 +13,7 @@ shift 2
 cd "$(dirname "$0")/.."
 if [ ! -d "$root" ]; then
   packages=$(paste -sd, packages.txt)
-  mmdebstrap --quiet --variant=apt --skip=chroot/mount/dev --include="$packages,ca-certificates,debhelper,dh-python,git,lintian" "$suite" "$root"
+  mmdebstrap --quiet --variant=apt --skip=chroot/mount/dev --include="$packages,build-essential,ca-certificates,debhelper,dh-python,git,lintian" "$suite" "$root"
 fi
 mount -t proc proc "$root/proc"
 cp /etc/resolv.conf "$root/etc/"
