@@ -1,9 +1,11 @@
 #!/bin/sh
 # tests/install/aarch64.sh NATIVE_BUILD WORK
 #
-# Unit tests of regressor, solve and simulate for 64 bit ARM under qemu-user, and the figures of two simulations beside those of this machine, to
-# 1e-12. NATIVE_BUILD is a built preset (build/test). As root, on Debian 12, with mmdebstrap, qemu-user and g++-aarch64-linux-gnu. Libraries come
-# into WORK/root alone; a build that is in WORK is gone on with.
+# Unit tests of regressor, solve and simulate for 64 bit ARM under qemu-user, and figures beside those of this machine:
+# positions of two simulated loops, regressors and fits to 1e-12; velocities and torques of the loops to 1e-9, since a
+# sampled law makes of a rounding of q its gains over a period. NATIVE_BUILD is a built preset (build/test). As root, on
+# Debian 12, with mmdebstrap, qemu-user and g++-aarch64-linux-gnu. Libraries come into WORK/root alone; a build that is
+# in WORK is gone on with.
 set -eu
 native=$(cd "$1" && pwd)
 mkdir -p "$2"
@@ -41,10 +43,11 @@ assert len(here) == len(there) > 10
 worst = {}
 for a, b in zip(here, there):
     assert a[0] == b[0] and len(a) == len(b) > 2, a[0]
-    # Of a column's largest value.
+    # Of what the column is compared to.
     apart = max(abs(float(x) - float(y)) for x, y in zip(a[2:], b[2:])) / (float(a[1]) or 1.0)
     worst[a[0]] = max(apart, worst.get(a[0], 0.0))
 print(f"aarch64.sh: {sys.argv[3]}:", ", ".join(f"{name} {apart:.1e}" for name, apart in worst.items()))
-sys.exit(any(not apart <= 1e-12 for apart in worst.values()))
+of_the_loop = ("qd", "tau")
+sys.exit(any(not apart <= (1e-9 if name in of_the_loop else 1e-12) for name, apart in worst.items()))
 PYTHON
 done
