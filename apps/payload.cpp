@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -47,10 +46,11 @@ std::vector<double> numbers_of(const std::string& text, const char* flag, std::s
   for (std::string word; std::getline(in, word, ',');) {
     double value = std::numeric_limits<double>::infinity();
     if (unknown.empty() || word != unknown) {
-      const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), value);
-      if (fault != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
+      const std::optional<double> read = finite_number(word);
+      if (!read) {
         throw InputError(std::string(flag) + ": " + in_quotes(word) + " is no number");
       }
+      value = *read;
       const CommandLineNumber& allowed = command_line_number(flag);
       if (!allowed.range.holds(value)) {
         throw InputError(out_of_range(flag, value, allowed.unit, allowed.range));

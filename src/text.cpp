@@ -4,11 +4,14 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <iomanip>
 #include <numeric>
 #include <sstream>
 #include <utility>
 #include <vector>
+
+#include "read_number.hpp"
 
 namespace rivid {
 
@@ -86,6 +89,13 @@ std::string cut_short(std::string list, std::size_t length) {
 std::string exact(double value) {
   std::array<char, 32> buffer{};
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value + 0.0).ptr};
+}
+
+std::optional<double> finite_number(std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = detail::read_number(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 std::string fixed(double value, int decimals) {

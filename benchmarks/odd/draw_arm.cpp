@@ -68,6 +68,8 @@ JointFriction drawn_friction(const Recipe& recipe, double rms, double speed, Ran
   out.stribeck = recipe.stribeck * Fc;
   out.stribeck_speed = random.uniform(0.05, 0.2) * speed;
   out.load = recipe.load_friction;
+  out.Fl = recipe.Fl;
+  out.Fr = recipe.Fr * Fc / std::sqrt(speed);
   return out;
 }
 

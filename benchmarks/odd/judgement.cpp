@@ -80,8 +80,14 @@ Judgement judged(const Identification& result, const Vector& truth, bool inertia
     const double chi = truth[static_cast<Index>(i)];
     const double error = std::abs(p.value - chi);
     const double scale = largest.at(p.unit);
+    const auto holds = static_cast<Index>(p.interval_95[0] <= chi && chi <= p.interval_95[1]);
     ++out.counted;
-    out.covered += static_cast<Index>(p.interval_95[0] <= chi && chi <= p.interval_95[1]);
+    out.covered += holds;
+    if (!inertial) {
+      auto& of_symbol = out.friction[std::string(symbol(result.base.parameters[i].leading.kind))];
+      ++of_symbol[0];
+      of_symbol[1] += holds;
+    }
     squares += scale > 0.0 ? std::pow(error / scale, 2) : 0.0;
     if (error > out.worst_sigmas * p.sigma && p.verdict == Verdict::identified) {
       out.worst = p.name;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <map>
 #include <string>
 
 #include "rivid/identify/identification.hpp"
@@ -28,6 +30,8 @@ struct Judgement {
   double worst_sigmas = 0.0;
   double worst_percent = 0.0;
   std::string warnings;  ///< codes
+  /// Of friction parameters the same two numbers by symbol: "Fc", "Fl", …
+  std::map<std::string, std::array<Index, 2>, std::less<>> friction;
 };
 
 /// The definition of "confidently wrong": the status is `identified`, and a parameter with the verdict

@@ -13,6 +13,13 @@ constexpr double degree = std::numbers::pi / 180.0;
 // What holds for irregular and for missing samples: the controller is not what samples.
 void sampled_beside_the_controller(Recipe& r) { r.continuous = true; }
 
+// A friction law that rivid has as well, seen by encoders of any kind.
+void by_law(Random& x, Recipe& r, double Fl, double Fr) {
+  r.quantum = x.log_uniform(1e-6, 1e-4);
+  r.Fl = Fl;
+  r.Fr = Fr;
+}
+
 constexpr std::array all = {
     Kind{"good", "good", [](Random&, Recipe&) {}},
 
@@ -168,6 +175,18 @@ constexpr std::array all = {
            r.belief = Recipe::Belief::zero_offset;
            r.turn = x.log_uniform(0.02, 0.15) * x.sign();
          }},
+
+    Kind{"law_symmetric", "laws", [](Random& x, Recipe& r) { by_law(x, r, 0.0, 0.0); }},
+    Kind{"law_load", "laws", [](Random& x, Recipe& r) { by_law(x, r, x.uniform(0.03, 0.12), 0.0); }},
+    Kind{"law_root", "laws", [](Random& x, Recipe& r) { by_law(x, r, 0.0, x.uniform(0.3, 1.0)); }},
+    Kind{"law_load_root", "laws",
+         [](Random& x, Recipe& r) { by_law(x, r, x.uniform(0.03, 0.12), x.uniform(0.3, 1.0)); }},
+    Kind{"law_asymmetric", "laws",
+         [](Random& x, Recipe& r) {
+           by_law(x, r, 0.0, 0.0);
+           r.asymmetry = x.uniform(0.1, 0.4);
+         },
+         true},
 
     Kind{"no_rotor", "no_rotor", [](Random&, Recipe& r) { r.rotors = false; }},
 };

@@ -6,6 +6,13 @@
 
 namespace rivid::odd {
 
+namespace {
+
+// Below it friction that grows with the root of the speed ends, as rivid's does [rad/s | m/s].
+constexpr double root_speed = 1e-3;
+
+}  // namespace
+
 Plant::Plant(const Machine& machine) : machine_(machine), dynamics_(machine.arm), loaded_(machine.arm) {
   if (machine.payload) {
     loaded_.carry(machine.payload->body);
@@ -25,8 +32,10 @@ void Plant::equation(double t, const Numbers& x, const Numbers& v, const Numbers
   const Numbers q = x.head(n);
   out.M.setZero(size, size);
   out.M.topLeftCorner(n, n) = links.mass(q);
-  out.b.setZero(size);
-  out.b.head(n) = -links.torques(q, v.head(n), Numbers::Zero(n));
+  out.N.setZero(size);
+  out.N.head(n) = links.torques(q, v.head(n), Numbers::Zero(n));
+  out.Fl.setZero(size);
+  out.b = -out.N;
   out.F_plus.setZero(size);
   out.F_minus.setZero(size);
   const double warm = 1.0 - machine_.drift * (1.0 - std::exp(-t / machine_.drift_time));
@@ -51,8 +60,11 @@ void Plant::equation(double t, const Numbers& x, const Numbers& v, const Numbers
     }
     out.b[i] += b;
     const double speed = v[i] / friction.stribeck_speed;
-    const double beside = (friction.stribeck > 0.0 ? friction.stribeck * std::exp(-speed * speed) : 0.0) +
-                          friction.load * std::abs(torque[j]);
+    const double beside =
+        (friction.stribeck > 0.0 ? friction.stribeck * std::exp(-speed * speed) : 0.0) +
+        friction.load * std::abs(torque[j]) +
+        friction.Fr * std::abs(v[i]) / std::pow(v[i] * v[i] + root_speed * root_speed, 0.25);
+    out.Fl[i] = warm * friction.Fl;
     out.F_plus[i] = warm * (friction.Fc_plus + beside);
     out.F_minus[i] = warm * (friction.Fc_minus + beside);
   }

@@ -9,9 +9,9 @@ namespace rivid::odd {
 
 /// Friction of one joint. The level of dry friction is
 ///
-///   F± = drift(t) (Fc± + Fs e^(−(q̇ / v_s)²) + load |τ|)
+///   F± = drift(t) (Fc± + Fs e^(−(q̇ / v_s)²) + load |τ| + Fl |M q̈ + N| + Fr |q̇| / (q̇² + v²)^¼)
 ///
-/// where + and − are directions of motion, and τ the torque of the motor.
+/// where + and − are directions of motion, τ the torque of the motor, and M q̈ + N that of what it moves; v = 1e-3.
 struct JointFriction {
   double Fv_plus = 0.0;  ///< viscous
   double Fv_minus = 0.0;
@@ -21,6 +21,8 @@ struct JointFriction {
   double stribeck = 0.0;        ///< Fs
   double stribeck_speed = 1.0;  ///< v_s
   double load = 0.0;
+  double Fl = 0.0;
+  double Fr = 0.0;
 };
 
 /// An arm with what moves and brakes it: the truth of an experiment.
@@ -55,6 +57,8 @@ struct Equation {
   Numbers b;
   Numbers F_plus;   ///< level of a motion in positive direction; 0 where there is no dry friction
   Numbers F_minus;  ///< the same in negative direction
+  Numbers N;        ///< with Fl: both levels grow by Fl |M x'' + N|
+  Numbers Fl;
 };
 
 class Plant {

@@ -22,6 +22,7 @@ struct Arguments {
   bool visible = false;
   bool table_only = false;
   bool codes = false;
+  bool friction = false;
   bool keep_all = false;
   std::filesystem::path records = "odd.csv";
   std::filesystem::path keep;
@@ -48,7 +49,8 @@ int run(const Arguments& arguments) {
                      .threads = arguments.threads},
                     asked, file, true);
   }
-  apps::print(odd::tables(file.records()) + (arguments.codes ? odd::code_table(file.records()) : ""));
+  apps::print(odd::tables(file.records()) + (arguments.codes ? odd::code_table(file.records()) : "") +
+              (arguments.friction ? odd::friction_table(file.records()) : ""));
   return apps::success;
 }
 
@@ -61,7 +63,8 @@ int tool(int argc, char** argv) {
            "says of each, against the truth.",
        .arguments =
            {{"--kinds", "NAME",
-             "Kinds or groups, comma between: good, hard, log, physics, user, no_rotor, all", &to.kinds},
+             "Kinds or groups, comma between: good, hard, log, physics, user, laws, no_rotor, all",
+             &to.kinds},
             {"--ways", "NAME", "Ways to move in place of the drawn ones: fourier, pick_and_place, … or all",
              &to.ways},
             {"--count", "N", "Experiments, the kinds in turn", &to.count},
@@ -81,6 +84,8 @@ int tool(int argc, char** argv) {
              .needs = "--keep"},
             {"--table", "", "Only prints the table of the records", &to.table_only},
             {"--codes", "", "Prints as well which warnings and findings each kind has", &to.codes},
+            {"--friction", "", "Prints as well how many intervals of friction parameters hold the truth",
+             &to.friction},
             {"--threads", "N", "Experiments at a time", &to.threads}},
        .footer =
            "docs/validation.md says what the columns mean, benchmarks/odd/kinds.cpp what the kinds are."},

@@ -72,6 +72,8 @@ struct Recipe {
   double stribeck = 0.0;       ///< over the dry friction
   double asymmetry = 0.0;      ///< difference of friction between directions, over its mean
   double load_friction = 0.0;  ///< N·m of friction for one N·m
+  double Fl = 0.0;             ///< the same, of the torque that the gear hands on
+  double Fr = 0.0;             ///< friction with the root of the speed, over the dry friction
   double drift = 0.0;          ///< share of friction lost in the log
   double elastic_hz = 0.0;     ///< frequency of the joints with their motors held
   double ripple = 0.0;         ///< over the rms torque

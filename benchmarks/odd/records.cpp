@@ -8,6 +8,7 @@
 #include <optional>
 #include <sstream>
 #include <string_view>
+#include <tuple>
 
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
@@ -18,8 +19,8 @@ namespace {
 
 constexpr std::string_view header =
     "seed,kind,way,number,method,used,status,outcome,material,counted,covered,rms_error,worst,worst_sigmas,"
-    "worst_percent,warnings,check,visible,joints,rate_hz,written_s,identified_s,message";
-constexpr std::size_t columns = 23;
+    "worst_percent,warnings,friction,check,visible,joints,rate_hz,written_s,identified_s,message";
+constexpr std::size_t columns = 24;
 constexpr double seen_above = 0.2;  // of the squared residual
 constexpr double tiny = 1e-300;     // in place of no error at all, under a logarithm
 
@@ -34,6 +35,16 @@ std::string on_a_line(std::string text) {
   return text;
 }
 
+// "Fc 3 2;Fv 3 3".
+std::string text_of(const decltype(Judgement::friction)& friction) {
+  std::string out;
+  for (const auto& [symbol, numbers] : friction) {
+    out += (out.empty() ? "" : ";") + symbol + ' ' + std::to_string(numbers[0]) + ' ' +
+           std::to_string(numbers[1]);
+  }
+  return out;
+}
+
 std::string line_of(const Record& r) {
   const Judgement& j = r.judgement;
   std::ostringstream out;
@@ -41,9 +52,9 @@ std::string line_of(const Record& r) {
   out << r.name.seed << ',' << r.name.kind->name << ',' << (r.name.way != nullptr ? r.name.way->name : "")
       << ',' << r.name.number << ',' << r.method << ',' << r.used << ',' << r.status << ',' << word(j.outcome)
       << ',' << (j.material ? 1 : 0) << ',' << j.counted << ',' << j.covered << ',' << j.rms_error << ','
-      << j.worst << ',' << j.worst_sigmas << ',' << j.worst_percent << ',' << j.warnings << ',' << r.check
-      << ',' << r.visible << ',' << r.joints << ',' << r.rate_hz << ',' << r.written_s << ','
-      << r.identified_s << ',' << on_a_line(r.message);
+      << j.worst << ',' << j.worst_sigmas << ',' << j.worst_percent << ',' << j.warnings << ','
+      << text_of(j.friction) << ',' << r.check << ',' << r.visible << ',' << r.joints << ',' << r.rate_hz
+      << ',' << r.written_s << ',' << r.identified_s << ',' << on_a_line(r.message);
   return out.str();
 }
 
@@ -64,8 +75,8 @@ std::optional<Record> record_of(const std::string& line) {
       .method = cells[4],
       .used = cells[5],
       .status = cells[6],
-      .check = cells[16],
-      .message = cells[22],
+      .check = cells[17],
+      .message = cells[23],
       .judgement = {}};
   Judgement& j = out.judgement;
   for (const Outcome outcome : {Outcome::honest, Outcome::warned, Outcome::doubtful, Outcome::refused,
@@ -82,11 +93,19 @@ std::optional<Record> record_of(const std::string& line) {
   j.worst_sigmas = std::stod(cells[13]);
   j.worst_percent = std::stod(cells[14]);
   j.warnings = cells[15];
-  out.visible = std::stod(cells[17]);
-  out.joints = std::stoi(cells[18]);
-  out.rate_hz = std::stod(cells[19]);
-  out.written_s = std::stod(cells[20]);
-  out.identified_s = std::stod(cells[21]);
+  std::istringstream friction(cells[16]);
+  for (std::string cell; std::getline(friction, cell, ';');) {
+    std::istringstream words(cell);
+    std::string symbol;
+    std::array<Index, 2> numbers{};
+    words >> symbol >> numbers[0] >> numbers[1];
+    j.friction[symbol] = numbers;
+  }
+  out.visible = std::stod(cells[18]);
+  out.joints = std::stoi(cells[19]);
+  out.rate_hz = std::stod(cells[20]);
+  out.written_s = std::stod(cells[21]);
+  out.identified_s = std::stod(cells[22]);
   return out;
 }
 
@@ -318,6 +337,25 @@ std::string tables(std::span<const Record> records) {
   }
   for (const std::string& method : methods) {
     out += method == "wls" ? std::string() : comparison(records, method);
+  }
+  return out;
+}
+
+std::string friction_table(std::span<const Record> records) {
+  std::map<std::tuple<std::string_view, std::string_view, std::string_view>, std::array<Index, 2>> sums;
+  for (const Record& r : records) {
+    for (const auto& [symbol, numbers] : r.judgement.friction) {
+      auto& sum = sums[{r.method, r.name.kind->name, symbol}];
+      sum[0] += numbers[0];
+      sum[1] += numbers[1];
+    }
+  }
+  std::string out = "\n| method | kind | friction parameter | N | coverage % |\n|---|---|---|---|---|\n";
+  for (const auto& [key, sum] : sums) {
+    const auto& [method, kind, symbol] = key;
+    out += "| " + std::string(method) + " | " + std::string(kind) + " | " + std::string(symbol) + " | " +
+           std::to_string(sum[0]) + " | " +
+           fixed(100.0 * static_cast<double>(sum[1]) / static_cast<double>(sum[0]), 1) + " |\n";
   }
   return out;
 }

@@ -36,4 +36,7 @@ class RecordFile {
 /// Which warnings and which findings of check() are how frequent, kind by kind, in Markdown.
 [[nodiscard]] std::string code_table(std::span<const Record> records);
 
+/// How many intervals of each friction parameter hold its truth, kind by kind, in Markdown.
+[[nodiscard]] std::string friction_table(std::span<const Record> records);
+
 }  // namespace rivid::odd

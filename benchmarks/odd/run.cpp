@@ -17,7 +17,8 @@ std::vector<const Kind*> kinds_of(const std::string& names) {
   for (std::string name; std::getline(in, name, ',');) {
     const std::size_t before = out.size();
     for (const Kind& kind : kinds()) {
-      if (kind.name == name || kind.group == name || (name == "all" && kind.group != "no_rotor")) {
+      if (kind.name == name || kind.group == name ||
+          (name == "all" && kind.group != "no_rotor" && kind.group != "laws")) {
         out.push_back(&kind);
       }
     }

@@ -55,10 +55,16 @@ void Simulation::solve() {
   std::array<Index, most_freedoms> moving{};
   Index count = 0;
   f_.resize(size);
+  by_load_.setZero(size);
   for (Index i = 0; i < size; ++i) {
     if (mode_[i] != 0.0) {
       moving[static_cast<std::size_t>(count++)] = i;
       f_[i] = mode_[i] > 0.0 ? equation_.F_plus[i] : -equation_.F_minus[i];
+      // Of τ − F = (1 ± Fl) (M x'' + N), with + where the motor drives.
+      const double rest = equation_.b[i] + equation_.N[i] - f_[i];
+      const double factor = rest * mode_[i] > 0.0 ? 1.0 + equation_.Fl[i] : 1.0 - equation_.Fl[i];
+      by_load_[i] = equation_.Fl[i] * std::abs(rest) / factor;
+      f_[i] += mode_[i] * by_load_[i];
     }
   }
   SquareMatrix M(count, count);
@@ -79,8 +85,17 @@ void Simulation::solve() {
   for (Index i = 0; i < size; ++i) {
     if (mode_[i] == 0.0) {
       f_[i] = equation_.b[i] - equation_.M.row(i).dot(a_);
+      by_load_[i] = equation_.Fl[i] * std::abs(equation_.b[i] + equation_.N[i] - f_[i]);
     }
   }
+}
+
+// By how much friction could grow before a motor at rest moves in either direction.
+double Simulation::room(Index i) const {
+  const double plus = equation_.F_plus[i] + by_load_[i];
+  const double minus = equation_.F_minus[i] + by_load_[i];
+  const double margin = release_margin * (plus + minus);
+  return std::min(plus + margin - f_[i], minus + margin + f_[i]);
 }
 
 Simulation::State Simulation::step_from(const State& state, double h) {
@@ -121,8 +136,7 @@ double Simulation::margin(double h, State& end) {
     for (Index j = 0; j < plant_.joints(); ++j) {
       const Index i = plant_.motor(j);
       if (mode_[i] == 0.0) {
-        const double room = release_margin * (equation_.F_plus[i] + equation_.F_minus[i]);
-        least = std::min({least, equation_.F_plus[i] + room - f_[i], equation_.F_minus[i] + room + f_[i]});
+        least = std::min(least, room(i));
       }
     }
   }
@@ -184,12 +198,8 @@ void Simulation::release() {
     bool changed = false;
     for (Index j = 0; j < plant_.joints() && !changed; ++j) {
       const Index i = plant_.motor(j);
-      const double room = release_margin * (equation_.F_plus[i] + equation_.F_minus[i]);
-      if (mode_[i] == 0.0 && f_[i] > equation_.F_plus[i] + room) {
-        mode_[i] = 1.0;
-        changed = true;
-      } else if (mode_[i] == 0.0 && -f_[i] > equation_.F_minus[i] + room) {
-        mode_[i] = -1.0;
+      if (mode_[i] == 0.0 && room(i) < 0.0) {
+        mode_[i] = f_[i] > 0.0 ? 1.0 : -1.0;
         changed = true;
       } else if (mode_[i] != 0.0 && at_rest(i) && mode_[i] * a_[i] < 0.0) {
         mode_[i] = 0.0;

@@ -39,6 +39,7 @@ class Simulation {
   void prepare(double t, const State& state);
   // Accelerations, with those at rest held, and what dry friction is.
   void solve();
+  [[nodiscard]] double room(Index i) const;
   [[nodiscard]] State step_from(const State& state, double h);
   // How far the state at the end of a step of h is from a change of mode; negative behind it.
   [[nodiscard]] double margin(double h, State& end);
@@ -55,6 +56,7 @@ class Simulation {
   const Numbers* disturbance_ = nullptr;
   Equation equation_;
   Numbers a_, f_;
+  Numbers by_load_;  // part of the level of dry friction
   long events_ = 0;
 };
 

@@ -270,9 +270,8 @@ Vector Truth::base_values(const BaseParameters& base) const {
         0.5 * (friction.Fv_plus + friction.Fv_minus), 0.5 * (friction.Fc_plus + friction.Fc_minus),
         friction.offset + 0.5 * (friction.Fc_plus - friction.Fc_minus)};
     const auto at = static_cast<std::size_t>(kind);
-    // No drive has friction that grows with the root of its speed.
-    chi_st[static_cast<Index>(i)] = kind == ParameterKind::Fl   ? friction.load
-                                    : kind == ParameterKind::Fr ? 0.0
+    chi_st[static_cast<Index>(i)] = kind == ParameterKind::Fl   ? friction.load + friction.Fl
+                                    : kind == ParameterKind::Fr ? friction.Fr
                                                                 : values.at(at);
   }
   return base.from_standard(chi_st);

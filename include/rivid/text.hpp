@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdio>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ namespace rivid {
 
 /// The shortest text that reads back as the same number, whatever the locale; no negative zero.
 [[nodiscard]] std::string exact(double value);
+
+/// The finite number that a text is as a whole, whatever the locale.
+[[nodiscard]] std::optional<double> finite_number(std::string_view text);
 
 /// A number with so many decimals.
 [[nodiscard]] std::string fixed(double value, int decimals);

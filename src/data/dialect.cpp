@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <system_error>
@@ -253,7 +252,7 @@ CellReading read_cell(std::string_view cell, char mark, double& value) {
   const char* const first = text.empty() ? cell.data() : &text.front();
   const char* const last = first + text.size();
   double read = 0.0;
-  const auto [end, error] = std::from_chars(first, last, read);
+  const auto [end, error] = read_number(first, last, read);
   if (end != last || error == std::errc::invalid_argument || (cell.front() == '+' && text.starts_with('-'))) {
     return CellReading::words;
   }

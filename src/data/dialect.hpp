@@ -2,7 +2,6 @@
 
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -11,6 +10,7 @@
 #include <system_error>
 #include <vector>
 
+#include "read_number.hpp"
 #include "rivid/data/table.hpp"
 #include "rivid/input.hpp"
 
@@ -145,7 +145,7 @@ template <char Mark>
     return false;
   } else {
     double magnitude = 0.0;
-    const auto [end, error] = std::from_chars(first, last, magnitude);
+    const auto [end, error] = read_number(first, last, magnitude);
     value = negative ? -magnitude : magnitude;
     return error == std::errc() && end == last;
   }

@@ -1,9 +1,10 @@
 #include "data/iso_time.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <string>
+
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -42,12 +43,10 @@ class IsoReader {
 
   // Digits behind a decimal mark.
   double fraction() {
-    double out = 0.0;
     const std::size_t count = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
     const std::string number = "0." + std::string(rest_.substr(0, count));
-    std::from_chars(number.data(), number.data() + number.size(), out);
     rest_.remove_prefix(count);
-    return out;
+    return finite_number(number).value_or(0.0);
   }
 
   [[nodiscard]] bool at_end() const { return rest_.empty(); }

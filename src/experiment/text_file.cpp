@@ -1,11 +1,11 @@
 #include "experiment/text_file.hpp"
 
-#include <charconv>
-#include <cmath>
+#include <optional>
 #include <sstream>
 
 #include "rivid/error.hpp"
 #include "rivid/input.hpp"
+#include "rivid/text.hpp"
 
 namespace rivid::detail {
 
@@ -81,13 +81,12 @@ TextTable parsed_text_table(const std::string& text, const std::string& source) 
 
 double cell_number(const TextTable::Row& row, std::size_t column, std::string_view title) {
   const std::string& cell = row.cells[column];
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
+  const std::optional<double> value = finite_number(cell);
+  if (!value) {
     throw InputError(row.place + ": column \"" + std::string(title) + "\" holds \"" + cell +
                      "\"; must be a finite number");
   }
-  return value;
+  return *value;
 }
 
 }  // namespace rivid::detail

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -322,8 +321,7 @@ class Writer {
     for (std::size_t i = 0; i < words.size(); ++i) {
       const auto& [begin, word] = words[i];
       const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
-      double old = std::numeric_limits<double>::quiet_NaN();
-      std::from_chars(digits.data(), digits.data() + digits.size(), old);
+      const double old = finite_number(digits).value_or(std::numeric_limits<double>::quiet_NaN());
       if (!(std::abs(old - values[i]) <= rounding * scale)) {
         splice_.replace(begin, word.size(), exact(values[i]));
       }

@@ -5,7 +5,6 @@
 #include <array>
 #include <bit>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -45,13 +44,12 @@ class Words {
 
   double number() {
     const std::string_view word = next().value_or("");
-    double out = 0.0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
-    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(out)) {
+    const std::optional<double> out = finite_number(word);
+    if (!out) {
       throw InputError(where_ + ": " + in_quotes(word) + " at byte " + std::to_string(at_) +
                        " is no finite number");
     }
-    return out;
+    return *out;
   }
 
   Vector3d point() {

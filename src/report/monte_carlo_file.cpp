@@ -16,6 +16,7 @@
 
 #include "checksum.hpp"
 #include "experiment/text_file.hpp"
+#include "read_number.hpp"
 #include "rivid/error.hpp"
 #include "rivid/output.hpp"
 #include "rivid/report/json.hpp"
@@ -41,8 +42,15 @@ std::vector<std::string> cells_of(const std::string& line) {
 template <typename Number>
 Number parsed(const std::string& cell, const std::string& place) {
   Number out{};
-  const auto [end, fault] = std::from_chars(cell.data(), cell.data() + cell.size(), out);
-  if (fault != std::errc() || end != cell.data() + cell.size()) {
+  const char* const last = cell.data() + cell.size();
+  const auto [end, fault] = [&] {
+    if constexpr (std::is_same_v<Number, double>) {
+      return detail::read_number(cell.data(), last, out);
+    } else {
+      return std::from_chars(cell.data(), last, out);
+    }
+  }();
+  if (fault != std::errc() || end != last) {
     throw InputError(place + ": \"" + cell + "\" is no number");
   }
   return out;
