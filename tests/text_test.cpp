@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <charconv>
 #include <cmath>
 #include <random>
 
@@ -16,9 +15,16 @@ TEST(Exact, ReadsBackAsTheSameNumber) {
   for (int k = 0; k < 10000; ++k) {
     const double x = std::ldexp(mantissa(random), exponent(random));
     const std::string text = exact(x);
-    double back = 0.0;
-    std::from_chars(text.data(), text.data() + text.size(), back);
-    ASSERT_EQ(back, x) << text;
+    ASSERT_EQ(finite_number(text), x) << text;
+  }
+}
+
+TEST(FiniteNumber, IsAWholeTextInAnyLocale) {
+  EXPECT_EQ(finite_number("-1.5e-3"), -0.0015);
+  EXPECT_EQ(finite_number("5e-324"), 5e-324);
+  for (const char* const no_number :
+       {"", " 1", "1 ", "+1", "1,5", "0x10", "1e999", "1e-999", "inf", "nan", "1.5m"}) {
+    EXPECT_EQ(finite_number(no_number), std::nullopt) << no_number;
   }
 }
 

@@ -147,7 +147,7 @@ TEST(WithReference, RefusesReferencesThatDoNotFit) {
   EXPECT_TRUE(says(complaint_of([] { static_cast<void>(with_reference(plain_log(), plain_log())); }),
                    "run1.csv has no reference positions"));
   EXPECT_TRUE(
-      says(complaint_of([] { static_cast<void>(with_reference(plain_log(), reference_log(), INFINITY)); }),
+      says(complaint_of([] { static_cast<void>(with_reference(plain_log(), reference_log(), HUGE_VAL)); }),
            "delay_s is inf s, must be finite"));
 }
 

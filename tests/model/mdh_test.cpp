@@ -77,7 +77,7 @@ TEST(Robot, RefusesFramesAxesAndValuesThatAreNone) {
         Case{[](Robot& r) { r.chain.links[1].axes = {0, 7, 2}; }, "axes of its link are 0, 7, 2"},
         Case{[](Robot& r) { r.chain.links[1].signs = {1, 0, 1}; }, "signs of its link are 1, 0, 1"},
         Case{[](Robot& r) { r.joints[1].friction = static_cast<Friction>(99); }, "none of Friction"},
-        Case{[](Robot& r) { r.joints[1].max_effort = NAN; }, "is nan; infinity is no limit"}}) {
+        Case{[](Robot& r) { r.joints[1].max_effort = std::nan(""); }, "is nan; infinity is no limit"}}) {
     Robot robot = test::scara();
     EXPECT_EQ(robot.complaint(), std::nullopt);
     spoil(robot);

@@ -421,10 +421,10 @@ TEST(ClosedLoop, RefusesOptionsThatCanNotBeUsed) {
   };
   EXPECT_EQ(message([](auto& o) { o.rtol = 0.0; }), "simulate: rtol is 0, must be between 0 and 1");
   EXPECT_EQ(message([](auto& o) { o.atol = -1.0; }), "simulate: atol is -1, must be positive");
-  EXPECT_EQ(message([](auto& o) { o.f_m = NAN; }), "simulate: f_m is nan, must be positive [Hz]");
+  EXPECT_EQ(message([](auto& o) { o.f_m = std::nan(""); }), "simulate: f_m is nan, must be positive [Hz]");
   EXPECT_EQ(message([](auto& o) { o.q_0 = Vector::Zero(3); }),
             "simulate: q_0 has 3 values, must have one for each of 2 joints");
-  EXPECT_EQ(message([](auto& o) { o.disturbance = Matrix::Constant(5, 2, INFINITY); }),
+  EXPECT_EQ(message([](auto& o) { o.disturbance = Matrix::Constant(5, 2, HUGE_VAL); }),
             "simulate: disturbance(0, 0) is inf, must be finite");
   EXPECT_EQ(message([](auto& o) { o.sampling.delay = -1; }),
             "simulate: sampling.delay is -1, must be between 0 and 1000000 periods");

@@ -610,7 +610,8 @@ TEST(ModelData, OfWhichNoDynamicsCanBeMadeIsRefusedByAllOfThem) {
              "ModelData: rotor is (1 x 1), must be (2 x 2)"},
         Case{[](ModelData& m) { m.viscous = Matrix::Zero(2, 3); },
              "ModelData: viscous is (2 x 3), must be (2 x 2)"},
-        Case{[](ModelData& m) { m.offset[1] = NAN; }, "ModelData: rotor, viscous and offset must be finite"},
+        Case{[](ModelData& m) { m.offset[1] = std::nan(""); },
+             "ModelData: rotor, viscous and offset must be finite"},
         Case{[](ModelData& m) { m.dry_friction[0].direction.resize(1); },
              "ModelData: dry_friction of \"joint_1\": direction has 1 value and torque 2, must have 2, one a "
              "joint"},

@@ -133,7 +133,7 @@ TEST_F(Measurement, RefusesNoiseOfOtherJoints) {
             "measured_log: position_noise has 3 entries, must have one for each of 1 joint");
   EXPECT_EQ(message({.torque = Vector::Ones(2)}),
             "measured_log: torque_noise has 2 entries, must have one for each of 1 joint");
-  EXPECT_TRUE(test::says(message({.torque = Vector{{NAN}}}), "torque_noise of joint 1 is nan"));
+  EXPECT_TRUE(test::says(message({.torque = Vector{{std::nan("")}}}), "torque_noise of joint 1 is nan"));
   options_.sampling.quantum = Vector::Ones(2);
   EXPECT_EQ(message({}), "measured_log: sampling.quantum has 2 values, must have one for each of 1 joint");
   options_.sampling.quantum = {};

@@ -404,7 +404,7 @@ TEST(References, HaveNoNumberAtNoInstantAndRefuseOtherSizes) {
   const FourierReference fourier({.omega_f = 1.0, .A = Matrix::Ones(2, 3), .B = Matrix::Ones(2, 3)});
   const PointToPointReference moves({.via = q, .durations = Vector::Ones(1)});
   for (const Reference* const reference : std::initializer_list<const Reference*>{&logged, &linear}) {
-    const Instant none = at(*reference, NAN);
+    const Instant none = at(*reference, std::nan(""));
     EXPECT_TRUE(none.q.array().isNaN().all() && none.qd.array().isNaN().all());
   }
   for (const Reference* const reference :
