@@ -22,7 +22,7 @@ double worst_error(double range, std::uint64_t seed) {
   const auto error = [](double value, long double truth) {
     const double magnitude = std::abs(static_cast<double>(truth));
     const double unit = std::nextafter(magnitude, 2.0) - magnitude;
-    return std::abs(static_cast<double>(value - truth)) / unit;
+    return std::abs(static_cast<double>(static_cast<long double>(value) - truth)) / unit;
   };
   double worst = 0.0;
   for (int k = 0; k < 100000; ++k) {
