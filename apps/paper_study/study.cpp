@@ -15,9 +15,16 @@ void Report::print(const std::string& text) {
   text_ += text;
 }
 
-void Report::figure(const std::string& file, const Figure& figure) {
-  write_file(folder_ / file, svg(figure));
-  files_ += ", " + file;
+void Report::figure(const std::string& heading, std::vector<detail::Chart> charts) {
+  std::vector<detail::Plot> plots;
+  const bool wide = charts.front().size == detail::Chart::Size::wide;
+  for (detail::Chart& chart : charts) {
+    chart.id = "chart-" + std::to_string(++charts_);
+    chart.label = chart.title + ", " + chart.y_label + " over " + chart.x_label;
+    plots.emplace_back(std::move(chart));
+  }
+  figures_.push_back(
+      {.heading = heading, .blocks = {detail::plots_block(wide ? "" : "panels", std::move(plots))}});
 }
 
 void Report::expect(bool holds, const std::string& claim) {
@@ -27,11 +34,22 @@ void Report::expect(bool holds, const std::string& claim) {
 }
 
 void Report::finish() {
+  detail::List claims{"reasons"};
   for (const std::string& claim : broken_) {
     print("\ndoes not hold: " + claim + '\n');
+    claims.items.push_back({.text = claim});
   }
   write_file(folder_ / "tables.txt", text_);
-  std::cout << "\nwrote to " << folder_.string() << ": tables.txt" << files_ << '\n';
+  detail::Document page;
+  page.title = "Case study of [RIV]";
+  page.heading = "SCARA of [RIV], section 4, in simulation";
+  page.subtitle = "the tables are in tables.txt";
+  page.headline = all_hold() ? "All that it claims holds" : "These claims do not hold";
+  page.verdict = all_hold() ? detail::Mark::good : detail::Mark::bad;
+  page.opening = {{std::move(claims)}};
+  page.sections = std::move(figures_);
+  write_file(folder_ / "figures.html", detail::html_of(page));
+  std::cout << "\nwrote to " << folder_.string() << ": tables.txt, figures.html\n";
 }
 
 std::string aligned(const Table& rows) {
