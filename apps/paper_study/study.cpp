@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iostream>
 #include <iterator>
+#include <span>
 
 #include "rivid/output.hpp"
 #include "rivid/text.hpp"
@@ -53,21 +54,16 @@ void Report::finish() {
 }
 
 std::string aligned(const Table& rows) {
-  std::vector<std::size_t> widths(rows.front().size());
-  for (const auto& row : rows) {
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      widths[c] = std::max(widths[c], display_width(row[c]));
-    }
+  detail::Table table;
+  for (const std::string& title : rows.front()) {
+    table.columns.push_back({title});
   }
-  std::string out;
-  for (const auto& row : rows) {
-    std::string line = "  ";
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      line += row[c] + std::string(widths[c] - display_width(row[c]) + 2, ' ');
-    }
-    out += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  for (const auto& row : std::span(rows).subspan(1)) {
+    table.rows.push_back({{row.begin(), row.end()}});
   }
-  return out;
+  detail::Document out;
+  out.opening = {{std::move(table)}};
+  return detail::text_of(out).substr(1);  // behind the line of the verdict, which is empty
 }
 
 std::string percent(double part) { return number(100.0 * part, 3) + " %"; }
