@@ -72,9 +72,7 @@ int make_factors(const FactorsArguments& arguments) {
                                   {{"blocks", std::to_string(arguments.blocks)}}, arguments.set));
   outputs.put(output, encoded(made));
   outputs.commit();
-  if (!arguments.quiet) {
-    tell_written(written);
-  }
+  tell_written(arguments, written);
   return success;
 }
 
@@ -147,9 +145,7 @@ int merge_into_file(const MergeArguments& arguments) {
   out.run = run_id(provenance);
   outputs.put(arguments.output, encoded(out));
   outputs.commit();
-  if (!arguments.quiet) {
-    tell_written(files);
-  }
+  tell_written(arguments, files);
   return success;
 }
 

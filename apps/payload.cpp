@@ -196,11 +196,7 @@ int payload(const PayloadArguments& arguments) {
   const PayloadReport found = found_on(robot, experiment, arm, loads, options);
   const std::string json = to_json(found, options);
   outputs.put(file, json);
-  outputs.commit();
-  print_answer(arguments, json, in_words(found, screen_width()));
-  if (!arguments.quiet) {
-    tell_written(files);
-  }
+  finish(arguments, outputs, files, json, in_words(found, screen_width()));
   return found.identified ? success : no_success;
 }
 

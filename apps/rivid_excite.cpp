@@ -245,11 +245,7 @@ int design_from(const DesignArguments& arguments) {
   if (arguments.report) {
     outputs.put(report, html_report(plan, found, provenance));
   }
-  outputs.commit();
-  print_answer(arguments, json, summary(found, screen_width()));
-  if (!arguments.quiet) {
-    tell_written(files);
-  }
+  finish(arguments, outputs, files, json, summary(found, screen_width()));
   return success;
 }
 
@@ -282,12 +278,8 @@ int forecast_from(const DesignArguments& arguments) {
     if (arguments.report) {
       outputs.put(report, html_report(plan, motion, found, provenance));
     }
-    outputs.commit();
   }
-  print_answer(arguments, json, summary(found, screen_width()));
-  if (!arguments.quiet) {
-    tell_written(files);
-  }
+  finish(arguments, outputs, files, json, summary(found, screen_width()));
   return success;
 }
 
@@ -314,12 +306,8 @@ int rehearse_from(const DesignArguments& arguments) {
   const std::string json = to_json(plan, found, provenance);
   if (writes) {
     outputs.put(file, json);
-    outputs.commit();
   }
-  print_answer(arguments, json, summary(found, screen_width()));
-  if (!arguments.quiet) {
-    tell_written(files);
-  }
+  finish(arguments, outputs, files, json, summary(found, screen_width()));
   return found.passes() ? success : no_success;
 }
 

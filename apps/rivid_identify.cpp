@@ -285,35 +285,14 @@ void expect_no_mistyped_command(const std::string& word) {
   }
 }
 
-// ROBOT.urdf LOG.csv…: the experiment file is drafted first.
-struct RobotAndLogs {
-  std::string robot;
-  std::vector<std::string> logs;
-  std::string tip;
-};
-
+// The experiment file is drafted first.
 int identify_robot(IdentifyArguments arguments, const RobotAndLogs& given) {
-  std::vector<std::string> words = {"init", given.robot};
-  words.insert(words.end(), given.logs.begin(), given.logs.end());
-  if (!given.tip.empty()) {
-    words.insert(words.end(), {"--tip", given.tip});
-  }
-  if (arguments.dry_run) {
-    words.emplace_back("--print");
-  }
-  if (arguments.quiet) {
-    words.emplace_back("--quiet");
-  }
-  std::vector<char*> argv;
-  for (std::string& word : words) {
-    argv.push_back(word.data());
-  }
-  arguments.experiment = std::filesystem::path(given.robot).filename().replace_extension(".toml");
+  arguments.experiment = given.robot.filename().replace_extension(".toml");
   if (!arguments.dry_run && std::filesystem::exists(arguments.experiment)) {
     throw InputError(arguments.experiment.string() + ": is there already; rivid_identify " +
                      arguments.experiment.string() + " identifies from it, or remove it");
   }
-  if (const int drafted = init_before_identification(static_cast<int>(argv.size()), argv.data());
+  if (const int drafted = init_before_identification(arguments, given);
       drafted != success || arguments.dry_run) {
     return drafted;
   }

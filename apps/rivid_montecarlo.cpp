@@ -23,6 +23,7 @@ struct StudyArguments : Given {
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
   bool restart = false;
   bool report = false;
+  std::vector<std::filesystem::path> parts;  // of the subcommand merge
 };
 
 Command command_of(StudyArguments& to) {
@@ -121,10 +122,8 @@ std::string settings_of(const MonteCarlo& plan) {
 
 // Where a study goes, and what is said of it.
 struct StudyFolder {
-  std::filesystem::path folder;
-  bool report = false;
-  bool json = false;
-  bool quiet = false;
+  const StudyArguments& how;
+  std::filesystem::path folder = output_folder(how.output, how.experiment, "_montecarlo");
 
   [[nodiscard]] std::filesystem::path summary() const { return folder / "summary.json"; }
   [[nodiscard]] std::filesystem::path page() const { return folder / "report.html"; }
@@ -132,7 +131,7 @@ struct StudyFolder {
     std::vector<PlannedFile> out = {{folder / "runs.csv", ".csv", true},
                                     {folder / "inputs.sha256", ".sha256", true},
                                     {summary(), ".json"}};
-    if (report) {
+    if (how.report) {
       out.push_back({page(), ".html"});
     }
     return out;
@@ -157,14 +156,10 @@ int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const
   const std::vector<MonteCarloSummary> found = summaries(plan, rows);
   const std::string json = to_json(found, run_id(provenance));
   outputs.put(to.summary(), json);
-  if (to.report) {
+  if (to.how.report) {
     outputs.put(to.page(), html_report(plan, found, rows, provenance));
   }
-  outputs.commit();
-  print_answer(to, json, in_words(found, screen_width()));
-  if (!to.quiet) {
-    tell_written(to.files());
-  }
+  finish(to.how, outputs, to.files(), json, in_words(found, screen_width()));
   const auto is_empty = [](const MonteCarloSummary& trial) { return trial.identified == 0; };
   return std::ranges::any_of(found, is_empty) ? no_success : success;
 }
@@ -172,10 +167,7 @@ int sum_up(const MonteCarlo& plan, const std::vector<MonteCarloRow>& rows, const
 int run_from(const StudyArguments& arguments) {
   MonteCarlo plan = read_monte_carlo(arguments.experiment, arguments.set);
   plan.runs = arguments.runs.value_or(plan.runs);
-  const StudyFolder to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
-                       .report = arguments.report,
-                       .json = arguments.json,
-                       .quiet = arguments.quiet};
+  const StudyFolder to{arguments};
   Outputs outputs = planned(plan.experiment.inputs(Use::simulation), to.files());
   if (arguments.dry_run) {
     dry_run(arguments, plan, to);
@@ -187,12 +179,6 @@ int run_from(const StudyArguments& arguments) {
   return sum_up(plan, file.rows(), provenance_of_runs(arguments.runs, arguments.first_run, plan), outputs,
                 to);
 }
-
-struct MergeArguments : Given {
-  std::vector<std::filesystem::path> parts;
-  std::optional<int> runs;
-  bool report = false;
-};
 
 // throws InputError naming the first stretch of runs that no part holds
 void require_all(const std::map<int, std::vector<MonteCarloRow>>& held, int runs) {
@@ -212,7 +198,7 @@ void require_all(const std::map<int, std::vector<MonteCarloRow>>& held, int runs
   }
 }
 
-int merge(const MergeArguments& arguments) {
+int merge(const StudyArguments& arguments) {
   MonteCarlo plan = read_monte_carlo(arguments.experiment, arguments.set);
   const auto held = merged_runs(arguments.parts, plan);
   const int highest = held.empty() ? 0 : held.rbegin()->first + 1;
@@ -221,10 +207,7 @@ int merge(const MergeArguments& arguments) {
   // As a study of so many runs would have been asked for.
   const std::optional<int> asked = runs == plan.runs ? std::nullopt : std::optional(runs);
   plan.runs = runs;
-  const StudyFolder to{.folder = output_folder(arguments.output, arguments.experiment, "_montecarlo"),
-                       .report = arguments.report,
-                       .json = arguments.json,
-                       .quiet = arguments.quiet};
+  const StudyFolder to{arguments};
   std::vector<std::filesystem::path> inputs = plan.experiment.inputs(Use::simulation);
   for (const std::filesystem::path& part : arguments.parts) {
     inputs.push_back(part / "runs.csv");
@@ -240,7 +223,7 @@ int merge(const MergeArguments& arguments) {
 }
 
 int merge_runs(int argc, char** argv) {
-  MergeArguments to;
+  StudyArguments to;
   return run_command(
       {.name = "rivid_montecarlo merge",
        .description = "Sums up the parts of a study that several machines made.",

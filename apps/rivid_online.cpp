@@ -19,17 +19,14 @@ namespace {
 using namespace rivid;
 using namespace rivid::apps;
 
-struct OnlineArguments {
+struct OnlineArguments : Given {
   std::filesystem::path log;
   std::filesystem::path result;
-  std::filesystem::path experiment;
-  std::filesystem::path output;
   double gains = 0.0;
   double learn = OnlineReplayOptions{}.learn;
   int stride = 0;
   bool measured = false;
   bool force = false;
-  bool quiet = false;
 };
 
 int run(const OnlineArguments& arguments) {

@@ -109,9 +109,7 @@ int try_one(const TryArguments& arguments) {
     outputs.put(arguments.write, trial.text);
     outputs.commit();
   }
-  if (!arguments.quiet) {
-    tell_written(files);
-  }
+  tell_written(arguments, files);
   return success;
 }
 
@@ -165,11 +163,8 @@ std::string next_command(const Identification& result, const std::filesystem::pa
              : "rivid_identify export " + folder.string() + " --to " + (result.physical ? "urdf" : "header");
 }
 
-namespace {
-
-int init_from(int argc, char** argv, bool identified_next) {
+int init_command(int argc, char** argv) {
   InitArguments to;
-  to.identified_next = identified_next;
   return run_command(
       {.name = "rivid_identify init",
        .description = "Writes an experiment file to begin with, from a robot and its logs.",
@@ -191,11 +186,16 @@ int init_from(int argc, char** argv, bool identified_next) {
       argc, argv, [&] { return init(to); });
 }
 
-}  // namespace
-
-int init_command(int argc, char** argv) { return init_from(argc, argv, false); }
-
-int init_before_identification(int argc, char** argv) { return init_from(argc, argv, true); }
+int init_before_identification(const Given& how, const RobotAndLogs& given) {
+  InitArguments to;
+  to.robot = given.robot;
+  to.logs = given.logs;
+  to.options.tip = given.tip;
+  to.print_only = how.dry_run;
+  to.quiet = how.quiet;
+  to.identified_next = true;
+  return init(to);
+}
 
 int check_command(int argc, char** argv) {
   CheckArguments to;

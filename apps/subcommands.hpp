@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "rivid/identify/identification.hpp"
 #include "tool.hpp"
@@ -14,8 +15,15 @@ namespace rivid::apps {
 ///
 /// @return  exit code: success, no_success where something is left to be filled in
 int init_command(int argc, char** argv);
-// The same where the identification follows: it tells no next command.
-int init_before_identification(int argc, char** argv);
+
+/// Of "rivid_identify ROBOT.urdf LOG.csv…".
+struct RobotAndLogs {
+  std::filesystem::path robot;
+  std::vector<std::filesystem::path> logs;
+  std::string tip;
+};
+/// The same where the identification follows: it tells no next command.
+int init_before_identification(const Given& how, const RobotAndLogs& given);
 
 /// rivid_identify check EXPERIMENT.toml.
 ///

@@ -31,23 +31,14 @@ std::string printable(std::string_view text) {
 
 // Whether a stream is coloured: --color, and by default a terminal unless NO_COLOR is set
 // (https://no-color.org).
-struct Colours {
-  std::string when = "auto";
-
-  [[nodiscard]] bool on(int stream) const {
-    const auto set = [](const char* name) {
-      const char* const value = std::getenv(name);
-      return value != nullptr && *value != '\0';
-    };
-    const char* const terminal = std::getenv("TERM");
-    const bool dumb = terminal != nullptr && std::string_view(terminal) == "dumb";
-    return when == "always" || (when == "auto" && ::isatty(stream) == 1 && !set("NO_COLOR") && !dumb);
-  }
-};
-
-Colours& colours() {
-  static Colours out;
-  return out;
+bool in_colours(int stream) {
+  const auto variable = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string_view(value != nullptr ? value : "");
+  };
+  const std::string& when = when_coloured();
+  return when == "always" || (when == "auto" && ::isatty(stream) == 1 && variable("NO_COLOR").empty() &&
+                              variable("TERM") != "dumb");
 }
 
 // Errors are red, warnings yellow, notes blue.
@@ -56,7 +47,7 @@ std::string coloured(std::string_view kind, int stream) {
                                 : kind == "warning"                  ? "33"
                                 : kind == "note"                     ? "34"
                                                                      : "";
-  return code.empty() || !colours().on(stream)
+  return code.empty() || !in_colours(stream)
              ? std::string(kind)
              : "\033[1;" + std::string(code) + "m" + std::string(kind) + "\033[0m";
 }
@@ -64,7 +55,7 @@ std::string coloured(std::string_view kind, int stream) {
 // Lines that begin with the severity of a finding, as "  warning [loop_mismatch] …", with that word in
 // colour.
 std::string with_colours(const std::string& text, int stream) {
-  if (!colours().on(stream)) {
+  if (!in_colours(stream)) {
     return text;
   }
   std::string out;
@@ -85,7 +76,10 @@ constexpr int bar_width = 30;
 
 }  // namespace
 
-std::string& when_coloured() { return colours().when; }
+std::string& when_coloured() {
+  static std::string when = "auto";
+  return when;
+}
 
 std::vector<std::pair<std::string, std::string>>& spoken_names() {
   static std::vector<std::pair<std::string, std::string>> names;

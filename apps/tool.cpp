@@ -301,6 +301,25 @@ int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc
   }
 }
 
+void print_answer(const Given& how, const std::string& json, const std::string& words) {
+  if (how.json || !how.quiet) {
+    print(how.json ? json : words);
+  }
+}
+
+void tell_written(const Given& how, const std::vector<PlannedFile>& files) {
+  if (!how.quiet) {
+    tell_written(files);
+  }
+}
+
+void finish(const Given& how, Outputs& outputs, const std::vector<PlannedFile>& files,
+            const std::string& json, const std::string& words) {
+  outputs.commit();
+  print_answer(how, json, words);
+  tell_written(how, files);
+}
+
 void expect_experiment(const std::filesystem::path& file) {
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {

@@ -77,12 +77,14 @@ void expect_experiment(const std::filesystem::path& file);
 int run_tool(std::string_view name, int (*tool)(int argc, char** argv), int argc, char** argv);
 
 /// Prints an answer: as JSON with --json, whether --quiet or not; else in words, unless --quiet.
-template <typename Arguments>
-void print_answer(const Arguments& arguments, const std::string& json, const std::string& words) {
-  if (arguments.json || !arguments.quiet) {
-    print(arguments.json ? json : words);
-  }
-}
+void print_answer(const Given& how, const std::string& json, const std::string& words);
+
+/// Says which files were written, unless --quiet.
+void tell_written(const Given& how, const std::vector<PlannedFile>& files);
+
+/// The end of a run: its files take their places, then its answer and their names are printed.
+void finish(const Given& how, Outputs& outputs, const std::vector<PlannedFile>& files,
+            const std::string& json, const std::string& words);
 
 /// Whether a file is a robot's description by its name.
 [[nodiscard]] bool is_robot(const std::filesystem::path& file);

@@ -26,47 +26,22 @@ if TYPE_CHECKING:
 CONTROL = "Control law of the simulated loop and how it is sampled: {}."
 FIT = "{}, with the signal chain in front of it."
 OF_METHOD = ["signal", "method"]
+OF_LOOP = [*OF_METHOD, "method.iv"]
+DIDIM = "Least squares of the torques on the regressor of the simulated loop, DIDIM"
+OUTPUT_ERROR = "Closed-loop output error: positions of the simulated loop against the log's"
 CLASSES = [
     ("Ols", "Method", FIT.format("Ordinary least squares, IDIM-OLS"), OF_METHOD, ["name"], []),
     ("Wls", "Method", FIT.format("Weighted least squares, IDIM-WLS"), OF_METHOD, ["name"], []),
-    ("Iv", "Method", FIT.format("Instrumental variables, IDIM-IV"), [*OF_METHOD, "method.iv"], ["name"], ["control"]),
-    (
-        "Didim",
-        "Method",
-        FIT.format("Least squares of the torques on the regressor of the simulated loop, DIDIM"),
-        [*OF_METHOD, "method.iv"],
-        ["name", "prefilter"],
-        ["control"],
-    ),
-    (
-        "OutputError",
-        "Method",
-        FIT.format("Closed-loop output error: positions of the simulated loop against the log's"),
-        [*OF_METHOD, "method.iv"],
-        ["name", "prefilter"],
-        ["control"],
-    ),
-    (
-        "Auto",
-        "Method",
-        FIT.format("The method that logs and controller allow"),
-        [*OF_METHOD, "method.iv"],
-        ["name"],
-        ["control"],
-    ),
+    ("Iv", "Method", FIT.format("Instrumental variables, IDIM-IV"), OF_LOOP, ["name"], ["control"]),
+    ("Didim", "Method", FIT.format(DIDIM), OF_LOOP, ["name", "prefilter"], ["control"]),
+    ("OutputError", "Method", FIT.format(OUTPUT_ERROR), OF_LOOP, ["name", "prefilter"], ["control"]),
+    ("Auto", "Method", FIT.format("The method that logs and controller allow"), OF_LOOP, ["name"], ["control"]),
     ("Physical", "Options", "How physically consistent parameters are looked for.", ["method.physical"], [], []),
     ("Essential", "Options", "Which parameters an estimate can do without.", ["method.essential"], [], []),
     ("Pd", "Control", CONTROL.format("PD"), ["control", "control.pd"], ["law"], []),
     ("Pid", "Control", CONTROL.format("PID"), ["control", "control.pid"], ["law"], []),
     ("Cascade", "Control", CONTROL.format("a cascade of drives"), ["control", "control.cascade"], ["law"], []),
-    (
-        "ComputedTorque",
-        "Control",
-        CONTROL.format("computed torque"),
-        ["control", "control.computed_torque"],
-        ["law"],
-        [],
-    ),
+    ("ComputedTorque", "Control", CONTROL.format("computed torque"), ["control", "control.computed_torque"], ["law"], []),
     ("Fourier", "Motion", "Finite Fourier series as reference.", ["reference.fourier"], [], []),
     ("PointToPoint", "Motion", "Moves from rest to rest as reference.", ["reference.point_to_point"], [], []),
     ("Logged", "Motion", "A reference that is in a file.", ["reference.logged"], [], []),

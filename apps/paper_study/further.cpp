@@ -141,12 +141,13 @@ namespace {
 constexpr std::array<double, 11> cutoffs = {0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0, 0.0};
 
 // Mean of χ̂ / χ over the cut-off; what is not filtered at all stands at half of the measuring rate.
-Series ratio_curve(const std::string& label, const std::vector<Runs>& by_cutoff, std::size_t i,
-                   std::size_t color) {
-  Series out{.label = label, .markers = true, .color = color};
+detail::Series ratio_curve(const std::string& label, const std::vector<Runs>& by_cutoff, std::size_t i,
+                           std::size_t color) {
+  constexpr auto count = static_cast<Index>(cutoffs.size());
+  detail::Series out = curve(label, color, Vector(count), Vector(count));
   for (std::size_t c = 0; c < cutoffs.size(); ++c) {
-    out.x.push_back(cutoffs[c] > 0.0 ? cutoffs[c] : 0.5 * Scara::f_m);
-    out.y.push_back(mean_ratio(by_cutoff[c], i));
+    out.x[static_cast<Index>(c)] = cutoffs[c] > 0.0 ? cutoffs[c] : 0.5 * Scara::f_m;
+    out.y[static_cast<Index>(c)] = mean_ratio(by_cutoff[c], i);
   }
   return out;
 }
@@ -188,18 +189,15 @@ void cutoff(const Scara& scara, std::uint64_t seeds, Report& report) {
   report.print("\nSection 5, estimate over truth by the cut-off of the filter, nothing decimated\n\n" +
                aligned(rows));
 
-  Figure figure{.title = "Section 5: estimates by the cut-off of the filter",
-                .columns = 2,
-                .width = 480.0,
-                .height = 260.0};
+  std::vector<detail::Chart> charts;
   for (const std::size_t i : shown) {
-    figure.panels.push_back(
-        {.title = names[i],
-         .x = {.label = "cut-off [Hz], the last without a filter", .logarithmic = true},
-         .y = {.label = "estimate / truth"},
-         .series = {ratio_curve("IDIM-OLS", by_ols, i, 1), ratio_curve("IDIM-IV", by_iv, i, 0)}});
+    charts.push_back({.title = names[i],
+                      .x_label = "cut-off [Hz], the last without a filter",
+                      .y_label = "estimate / truth",
+                      .series = {ratio_curve("IDIM-OLS", by_ols, i, 1), ratio_curve("IDIM-IV", by_iv, i, 0)},
+                      .x_logarithmic = true});
   }
-  report.figure("cutoff.svg", figure);
+  report.figure("Section 5: estimates by the cut-off of the filter", std::move(charts));
 }
 
 namespace {
@@ -233,14 +231,18 @@ void length_of_the_log(const Scara& scara, std::uint64_t seeds, Report& report) 
     logs.push_back(scara.log(reference, seed, {}));
   }
   Table rows = {{"length", methods[0], methods[1], methods[2], methods[3]}};
-  Panel panel{.title = "ZZ1R, ZZ2 and LMX2, root mean square",
-              .x = {.label = "length of the log [s]", .logarithmic = true},
-              .y = {.label = "relative error [%]", .logarithmic = true}};
+  constexpr auto count = static_cast<Index>(lengths.size());
+  detail::Chart chart{.title = "ZZ1R, ZZ2 and LMX2, root mean square",
+                      .x_label = "length of the log [s]",
+                      .y_label = "relative error [%]",
+                      .logarithmic = true,
+                      .x_logarithmic = true};
   for (std::size_t m = 0; m < methods.size(); ++m) {
-    panel.series.push_back(
-        {.label = methods[m], .dashed = m % 2 == 0, .markers = true, .color = m < 2 ? 1U : 0U});
+    chart.series.push_back(
+        curve(methods[m], m, Eigen::Map<const Vector>(lengths.data(), count), Vector(count)));
   }
-  for (const double length : lengths) {
+  for (Index l = 0; l < count; ++l) {
+    const double length = lengths[static_cast<std::size_t>(l)];
     auto& row = rows.emplace_back(std::vector<std::string>{number(length) + " s"});
     for (std::size_t m = 0; m < methods.size(); ++m) {
       const SignalOptions signal = m % 2 == 0 ? filtered() : raw();
@@ -250,8 +252,7 @@ void length_of_the_log(const Scara& scara, std::uint64_t seeds, Report& report) 
       });
       const Runs good = only_identified(runs);
       const double error = inertia_error(good);
-      panel.series[m].x.push_back(length);
-      panel.series[m].y.push_back(100.0 * error);
+      chart.series[m].y[l] = 100.0 * error;
       row.push_back(percent(error) + (good.size() == runs.size() ? "" : " (" + how_many(runs) + ")"));
     }
   }
@@ -259,14 +260,11 @@ void length_of_the_log(const Scara& scara, std::uint64_t seeds, Report& report) 
       "\nEqs. (24–33), root mean square of the relative errors of ZZ1R, ZZ2 and LMX2 by the length of the "
       "log\n\n" +
       aligned(rows));
-  report.expect(panel.series[1].y.back() > 30.0,
+  report.expect(chart.series[1].y[count - 1] > 30.0,
                 "least squares on raw data stays wrong, however long the log");
-  report.expect(panel.series[3].y.back() < 0.5 * panel.series[3].y.front(),
+  report.expect(chart.series[3].y[count - 1] < 0.5 * chart.series[3].y[0],
                 "IV on raw data gets better with the length of the log");
-  report.figure("length_of_the_log.svg", {.title = "Eqs. (24–33): the error by the length of the log",
-                                          .panels = {std::move(panel)},
-                                          .width = 620.0,
-                                          .height = 380.0});
+  report.figure("Eqs. (24–33): the error by the length of the log", {std::move(chart)});
 }
 
 namespace {
@@ -290,42 +288,38 @@ Motion replayed(const Scara& scara, const Vector& chi, const PointToPointReferen
 
 struct Model {
   std::string name;
-  std::size_t color;
   Vector chi;
 };
 
 std::vector<Model> models(const Scara& scara, const Log& log) {
   const auto by = [&](const auto& method) { return identify(scara.robot, log, method).chi; };
-  return {{"the true parameters", 2, scara.chi},
-          {"IDIM-OLS, filtered", 3, by(ols(filtered()))},
-          {"IDIM-IV, filtered", 4, by(scara.iv(filtered()))},
-          {"the same, section 3.4", 5, by(scara.iv_of_section_3_4(filtered()))},
-          {"IDIM-OLS, not filtered", 1, by(ols(raw()))},
-          {"IDIM-IV, not filtered", 0, by(scara.iv(raw()))}};
+  return {{"the true parameters", scara.chi},
+          {"IDIM-OLS, filtered", by(ols(filtered()))},
+          {"IDIM-IV, filtered", by(scara.iv(filtered()))},
+          {"the same, section 3.4", by(scara.iv_of_section_3_4(filtered()))},
+          {"IDIM-OLS, not filtered", by(ols(raw()))},
+          {"IDIM-IV, not filtered", by(scara.iv(raw()))}};
 }
 
 }  // namespace
 
 void replay(const Scara& scara, std::uint64_t seeds, Report& report) {
   const PointToPointReference reference = Scara::unused_moves();
-  Figure figure{.title = "Eq. (21): positions from the same torques, without feedback (first log)"};
+  std::vector<detail::Chart> charts;
   Table rows = {{"model", "joint 1: q", "q̇", "joint 2: q", "q̇"}};
   Matrix errors;  // of q and q̇ of both joints, summed over the logs
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Log unused = scara.log(reference, seeds + seed, {});
-    const std::vector<double> t(unused.t.begin(), unused.t.end());
     const Matrix qd = differentiate(zero_phase(unused.q, unused.f_m, 20.0), unused.f_m).qd;
     const std::vector<Model> found = models(scara, scara.log(S2, seed));
     if (seed == 1) {
       errors = Matrix::Zero(static_cast<Index>(found.size()), 4);
       for (Index j = 0; j < 2; ++j) {
-        const auto q = unused.q.col(j);
-        figure.panels.push_back(
-            {.title = "joint " + std::to_string(j + 1),
-             .x = {.label = "t [s]"},
-             .y = {.label = "q [rad]"},
-             .series = {
-                 {.label = "measured", .x = t, .y = {q.begin(), q.end()}, .dashed = true, .color = 5}}});
+        charts.push_back({.title = "joint " + std::to_string(j + 1),
+                          .x_label = "t [s]",
+                          .y_label = "q [rad]",
+                          .series = {curve("measured", 7, unused.t, unused.q.col(j))},
+                          .size = detail::Chart::Size::wide});
       }
     }
     for (std::size_t m = 0; m < found.size(); ++m) {
@@ -336,8 +330,7 @@ void replay(const Scara& scara, std::uint64_t seeds, Report& report) {
         errors(row, 2 * j) += (q - unused.q.col(j)).norm() / unused.q.col(j).norm();
         errors(row, 2 * j + 1) += (motion.qd.col(j) - qd.col(j)).norm() / qd.col(j).norm();
         if (seed == 1) {
-          figure.panels[static_cast<std::size_t>(j)].series.push_back(
-              {.label = found[m].name, .x = t, .y = {q.begin(), q.end()}, .color = found[m].color});
+          charts[static_cast<std::size_t>(j)].series.push_back(curve(found[m].name, m, unused.t, q));
         }
       }
       if (seed == seeds) {
@@ -352,7 +345,7 @@ void replay(const Scara& scara, std::uint64_t seeds, Report& report) {
       "\nEq. (21), the direct dynamic model driven by the torques of a trajectory that was not used, 10 s\n"
       "without feedback; errors against the measured motion\n\n" +
       aligned(rows));
-  report.figure("replay.svg", figure);
+  report.figure("Eq. (21): positions from the same torques, without feedback (first log)", std::move(charts));
   report.expect(
       errors(5, 0) < 0.2 * errors(4, 0),
       "replayed without feedback, IV on raw data is five times nearer than least squares on raw data");

@@ -222,24 +222,14 @@ std::string motion_errors(const std::string& title, const Runs& all) {
 std::string joint(Index j) { return "joint " + std::to_string(j + 1); }
 
 // One number an iteration.
-Series by_iteration(const std::string& label, const Identification& found,
-                    const std::function<double(const IvIteration&)>& of, std::size_t color,
-                    bool dashed = false) {
-  Series out{.label = label, .dashed = dashed, .markers = true, .color = color};
-  for (const IvIteration& iteration : found.iv->iterations) {
-    out.x.push_back(static_cast<double>(out.x.size()));
-    out.y.push_back(of(iteration));
-  }
+detail::Series by_iteration(const std::string& label, const Identification& found,
+                            const std::function<double(const IvIteration&)>& of, std::size_t color) {
+  const auto& iterations = found.iv->iterations;
+  const auto count = static_cast<Index>(iterations.size());
+  detail::Series out =
+      curve(label, color, Vector::LinSpaced(count, 0.0, static_cast<double>(count - 1)), Vector(count));
+  std::ranges::transform(iterations, out.y.begin(), of);
   return out;
-}
-
-// A panel over the iterations.
-Panel over_iterations(const std::string& title, const std::string& y_label, bool logarithmic,
-                      std::vector<Series> series) {
-  return {.title = title,
-          .x = {.label = "iteration", .least_step = 1.0},
-          .y = {.label = y_label, .logarithmic = logarithmic},
-          .series = std::move(series)};
 }
 
 // Fig. 7: torques measured, and those of the model along the simulated motion.
@@ -248,91 +238,75 @@ void figure_torques(const Scara& scara, const Log& log, const Identification& fo
       simulate(scara.robot, scara.base, found.chi, scara.control, found.iv->iterations.back().J,
                Scara::moves(S2), {.f_m = Scara::f_m, .sampling = scara.sampling});
   const Vector Y_e = observation(scara.robot, scara.base, run.motion).dense() * found.chi;
-  Figure figure{.title = "Fig. 7: torques measured at 200 Hz and predicted along the simulated motion"};
+  std::vector<detail::Chart> charts;
   for (Index j = 0; j < 2; ++j) {
     const Vector predicted = Y_e.segment(j * run.t.size(), run.t.size());
-    Panel panel{.title = joint(j), .x = {.label = "t [s]"}, .y = {.label = "τ [N·m]"}};
-    const auto add_series = [&](const char* label, const Vector& tau, std::size_t color) {
-      panel.series.push_back(
-          {.label = label, .x = {log.t.begin(), log.t.end()}, .y = {tau.begin(), tau.end()}, .color = color});
-    };
-    add_series("measured", log.v_tau.col(j), 5);
-    add_series("predicted", predicted, 1);
-    add_series("measured − predicted", log.v_tau.col(j) - predicted, 0);
-    figure.panels.push_back(panel);
+    charts.push_back(
+        {.title = joint(j),
+         .x_label = "t [s]",
+         .y_label = "τ [N·m]",
+         .series = {curve("measured", 7, log.t, log.v_tau.col(j)), curve("predicted", 1, log.t, predicted),
+                    curve("measured − predicted", 0, log.t, log.v_tau.col(j) - predicted)},
+         .size = detail::Chart::Size::wide});
   }
-  report.figure("fig_07_torques.svg", figure);
+  report.figure("Fig. 7: torques measured at 200 Hz and predicted along the simulated motion",
+                std::move(charts));
 }
 
 // Figs 8 and 9, or 12 and 13, one a joint: distance of the simulated motion from the filtered measured one
 // and from the reference.
-//
-// @param first  number of the first of the two
-void figure_motion_errors(int first, const std::string& what, const Identification& found, Report& report) {
-  const std::array<std::pair<const char*, Vector MotionError::*>, 3> quantities = {
-      {{"q", &MotionError::q}, {"q̇", &MotionError::qd}, {"q̈", &MotionError::qdd}}};
+void figure_motion_errors(const std::string& figures, const Identification& found, Report& report) {
+  std::vector<detail::Chart> charts;
   for (Index j = 0; j < 2; ++j) {
-    std::vector<Series> series;
-    for (std::size_t i = 0; i < quantities.size(); ++i) {
-      const auto& [symbol, member] = quantities[i];
-      const auto add_series = [&](const char* against, MotionError IvIteration::* from, bool dashed) {
-        series.push_back(study::by_iteration(
-            symbol + std::string(against), found,
-            [&](const IvIteration& k) { return 100.0 * (k.*from.*member)[j]; }, i, dashed));
-      };
-      add_series(" against measured", &IvIteration::to_measured, false);
-      add_series(" against reference", &IvIteration::to_reference, true);
+    auto& chart = charts.emplace_back(detail::Chart{
+        .title = joint(j), .x_label = "iteration", .y_label = "relative error [%]", .logarithmic = true});
+    for (const auto& [against, from] : {std::pair(" against measured", &IvIteration::to_measured),
+                                        std::pair(" against reference", &IvIteration::to_reference)}) {
+      for (const auto& [symbol, member] : {std::pair("q", &MotionError::q), std::pair("q̇", &MotionError::qd),
+                                           std::pair("q̈", &MotionError::qdd)}) {
+        chart.series.push_back(by_iteration(
+            std::string(symbol) + against, found,
+            [&](const IvIteration& k) { return 100.0 * (k.*from.*member)[j]; }, chart.series.size()));
+      }
     }
-    const std::string digits = std::to_string(first + static_cast<int>(j));
-    report.figure(
-        "fig_" + std::string(digits.size() < 2 ? "0" : "") + digits + "_motion_errors.svg",
-        {.title = "Fig. " + digits + ": simulated motion, relative errors",
-         .panels = {over_iterations(joint(j) + ", " + what, "relative error [%]", true, std::move(series))},
-         .width = 560.0,
-         .height = 380.0});
   }
+  report.figure(figures + ": simulated motion, relative errors", std::move(charts));
 }
 
 // Fig. 10.
 void figure_parameters(const Identification& found, Report& report) {
-  Figure figure{.title = "Fig. 10: parameters by iteration, regular start",
-                .columns = 4,
-                .width = 300.0,
-                .height = 220.0};
+  std::vector<detail::Chart> charts;
   for (std::size_t i = 0; i < b; ++i) {
-    Series true_value =
-        study::by_iteration("truth", found, [i](const IvIteration&) { return truth(i); }, 1, true);
-    true_value.markers = false;
-    const Series estimate = study::by_iteration(
-        "estimate", found, [i](const IvIteration& k) { return in_paper[i] * k.chi[static_cast<Index>(i)]; },
-        0);
-    figure.panels.push_back(over_iterations(names[i], std::string(names[i]) + " [" + units[i] + "]", false,
-                                            {true_value, estimate}));
+    const auto estimate = [i](const IvIteration& k) { return in_paper[i] * k.chi[static_cast<Index>(i)]; };
+    charts.push_back({.title = names[i],
+                      .x_label = "iteration",
+                      .y_label = std::string(names[i]) + " [" + units[i] + "]",
+                      .series = {by_iteration(
+                                     "truth", found, [i](const IvIteration&) { return truth(i); }, 1),
+                                 by_iteration("estimate", found, estimate, 0)}});
   }
-  report.figure("fig_10_parameters.svg", figure);
+  report.figure("Fig. 10: parameters by iteration, regular start", std::move(charts));
 }
 
 // Fig. 11; beside the error against W that of the stop rule, against the simulated V.
 void figure_torque_errors(const Scara& scara, const Log& log, const Identification& found, Report& report) {
   const Rows rows = rivid::rows(scara.robot, scara.base, log, found.estimation.signal);
-  Figure figure{.title = "Fig. 11: torque error by iteration, regular start",
-                .columns = 2,
-                .width = 480.0,
-                .height = 320.0};
+  std::vector<detail::Chart> charts;
   for (Index j = 0; j < 2; ++j) {
-    const auto at = static_cast<std::size_t>(j);
-    const JointRows& W = rows.W.joints[at];
-    const Vector& Y = rows.Y[at];
-    figure.panels.push_back(over_iterations(
-        joint(j), "relative torque error [%]", true,
-        {study::by_iteration(
-             "‖Y − Wχ‖ / ‖Y‖", found,
-             [&](const IvIteration& k) { return 100.0 * (Y - W.W * k.chi(W.columns)).norm() / Y.norm(); }, 0),
-         study::by_iteration(
-             "‖Y − Vχ‖ / ‖Y‖", found,
-             [&](const IvIteration& k) { return 100.0 * k.joint_error_norm[j] / Y.norm(); }, 1, true)}));
+    const JointRows& W = rows.W.joints[static_cast<std::size_t>(j)];
+    const Vector& Y = rows.Y[static_cast<std::size_t>(j)];
+    const auto measured = [&](const IvIteration& k) {
+      return 100.0 * (Y - W.W * k.chi(W.columns)).norm() / Y.norm();
+    };
+    const auto simulated = [&](const IvIteration& k) { return 100.0 * k.joint_error_norm[j] / Y.norm(); };
+    charts.push_back({.title = joint(j),
+                      .x_label = "iteration",
+                      .y_label = "relative torque error [%]",
+                      .series = {by_iteration("‖Y − Wχ‖ / ‖Y‖", found, measured, 0),
+                                 by_iteration("‖Y − Vχ‖ / ‖Y‖", found, simulated, 1)},
+                      .logarithmic = true});
   }
-  report.figure("fig_11_torque_errors.svg", figure);
+  report.figure("Fig. 11: torque error by iteration, regular start", std::move(charts));
 }
 
 void check(const All& runs, Report& report) {
@@ -401,10 +375,10 @@ void identification(const Scara& scara, std::uint64_t seeds, Report& report) {
 
   const Log first = scara.log(S2, 1);
   figure_torques(scara, first, runs.good_start.ours.front(), report);
-  figure_motion_errors(8, "regular start", regular.ours.front(), report);
+  figure_motion_errors("Figs 8 and 9, regular start", regular.ours.front(), report);
   figure_parameters(regular.ours.front(), report);
   figure_torque_errors(scara, first, regular.ours.front(), report);
-  figure_motion_errors(12, "half the bandwidth", runs.half.ours.front(), report);
+  figure_motion_errors("Figs 12 and 13, half the bandwidth", runs.half.ours.front(), report);
   check(runs, report);
 }
 

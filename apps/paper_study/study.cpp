@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iostream>
 #include <iterator>
+#include <span>
 
 #include "rivid/output.hpp"
 #include "rivid/text.hpp"
@@ -15,9 +16,16 @@ void Report::print(const std::string& text) {
   text_ += text;
 }
 
-void Report::figure(const std::string& file, const Figure& figure) {
-  write_file(folder_ / file, svg(figure));
-  files_ += ", " + file;
+void Report::figure(const std::string& heading, std::vector<detail::Chart> charts) {
+  std::vector<detail::Plot> plots;
+  const bool wide = charts.front().size == detail::Chart::Size::wide;
+  for (detail::Chart& chart : charts) {
+    chart.id = "chart-" + std::to_string(++charts_);
+    chart.label = chart.title + ", " + chart.y_label + " over " + chart.x_label;
+    plots.emplace_back(std::move(chart));
+  }
+  figures_.push_back(
+      {.heading = heading, .blocks = {detail::plots_block(wide ? "" : "panels", std::move(plots))}});
 }
 
 void Report::expect(bool holds, const std::string& claim) {
@@ -27,29 +35,35 @@ void Report::expect(bool holds, const std::string& claim) {
 }
 
 void Report::finish() {
+  detail::List claims{"reasons"};
   for (const std::string& claim : broken_) {
     print("\ndoes not hold: " + claim + '\n');
+    claims.items.push_back({.text = claim});
   }
   write_file(folder_ / "tables.txt", text_);
-  std::cout << "\nwrote to " << folder_.string() << ": tables.txt" << files_ << '\n';
+  detail::Document page;
+  page.title = "Case study of [RIV]";
+  page.heading = "SCARA of [RIV], section 4, in simulation";
+  page.subtitle = "the tables are in tables.txt";
+  page.headline = all_hold() ? "All that it claims holds" : "These claims do not hold";
+  page.verdict = all_hold() ? detail::Mark::good : detail::Mark::bad;
+  page.opening = {{std::move(claims)}};
+  page.sections = std::move(figures_);
+  write_file(folder_ / "figures.html", detail::html_of(page));
+  std::cout << "\nwrote to " << folder_.string() << ": tables.txt, figures.html\n";
 }
 
 std::string aligned(const Table& rows) {
-  std::vector<std::size_t> widths(rows.front().size());
-  for (const auto& row : rows) {
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      widths[c] = std::max(widths[c], display_width(row[c]));
-    }
+  detail::Table table;
+  for (const std::string& title : rows.front()) {
+    table.columns.push_back({title});
   }
-  std::string out;
-  for (const auto& row : rows) {
-    std::string line = "  ";
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      line += row[c] + std::string(widths[c] - display_width(row[c]) + 2, ' ');
-    }
-    out += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  for (const auto& row : std::span(rows).subspan(1)) {
+    table.rows.push_back({{row.begin(), row.end()}});
   }
-  return out;
+  detail::Document out;
+  out.opening = {{std::move(table)}};
+  return detail::text_of(out).substr(1);  // behind the line of the verdict, which is empty
 }
 
 std::string percent(double part) { return number(100.0 * part, 3) + " %"; }

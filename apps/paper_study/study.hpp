@@ -7,66 +7,45 @@
 #include <vector>
 
 #include "paper_study/scara.hpp"
+#include "report/document.hpp"
 
 namespace rivid::study {
 
-/// A line of a plot.
-struct Series {
-  std::string label;
-  std::vector<double> x = {};
-  std::vector<double> y = {};
-  bool dashed = false;
-  bool markers = false;
-  std::size_t color = 0;  ///< number of the colour, 0 to 5
-};
-
-struct Axis {
-  std::string label;  ///< with the unit
-  bool logarithmic = false;
-  double least_step = 0.0;  ///< between ticks: 1 for what is counted
-};
-
-struct Panel {
-  std::string title;
-  Axis x = {};
-  Axis y = {};
-  std::vector<Series> series = {};
-};
-
-struct Figure {
-  std::string title;
-  std::vector<Panel> panels = {};  ///< filled row by row
-  int columns = 1;                 ///< panels in a row
-  double width = 900.0;            ///< of a panel, with its labels [px]
-  double height = 300.0;           ///< of a panel, without its legend [px]
-};
-
-/// As SVG that needs nothing else: no script, no font file, no style sheet. The colours follow the reader's
-/// choice of a light or a dark screen.
-[[nodiscard]] std::string svg(const Figure& figure);
-
-/// Where the parts of the study put their findings: text on the screen, figures into a folder, and whether
-/// the claims that they check hold.
+/// Where the parts of the study put their findings: text on the screen, charts on a page, and whether the claims
+/// that they check hold.
 class Report {
  public:
   explicit Report(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   void print(const std::string& text);
-  void figure(const std::string& file, const Figure& figure);
+  /// Charts beside each other, or below each other where they are wide.
+  void figure(const std::string& heading, std::vector<detail::Chart> charts);
 
   /// A claim of the paper, or of rivid, that must hold in every log.
   void expect(bool holds, const std::string& claim);
 
-  /// Names the figures, and writes what was printed beside them.
+  /// Writes the page of the charts, and beside it what was printed.
   void finish();
   [[nodiscard]] bool all_hold() const { return broken_.empty(); }
 
  private:
   std::filesystem::path folder_;
   std::string text_;
-  std::string files_;
+  std::vector<detail::Section> figures_;
+  std::size_t charts_ = 0;
   std::vector<std::string> broken_;
 };
+
+/// A line of a chart.
+///
+/// @param color  number of the colour, 0 to 7
+[[nodiscard]] inline detail::Series curve(std::string label, std::size_t color, Vector x = {},
+                                          Vector y = {}) {
+  return {.name = std::move(label),
+          .style = "series-" + std::to_string(color),
+          .x = std::move(x),
+          .y = std::move(y)};
+}
 
 /// Rows of cells, indented by two; each column as wide as its widest cell.
 using Table = std::vector<std::vector<std::string>>;

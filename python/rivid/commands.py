@@ -61,11 +61,12 @@ def compare(
     log: LogSource | Iterable[LogSource],
     *,
     threads: int = 1,
+    rollout: bool = False,
 ) -> dict[str, Any]:
     """Judges models by the torques that they predict on logs: the content of comparison.json, see docs/compare.md.
 
     ``models`` are fits, paths of result.json, URDFs or parameter files, perhaps by names; the first one is a fit or a result, by whose signal chain the rows are
-    made. ``log`` is whatever ``read_logs`` takes.
+    made. ``log`` is whatever ``read_logs`` takes. ``rollout`` simulates windows of the logs, driven by their torques, as well.
     """
     named = models if isinstance(models, Mapping) else {_name(model, k): model for k, model in enumerate(models, start=1)}
     opened = {name: Fit.load(m) if not isinstance(m, Fit) and Path(m).suffix == ".json" else m for name, m in named.items()}
@@ -84,9 +85,10 @@ def compare(
         for k, one in enumerate(read_logs(log, first.robot)):
             logs.append(Path(folder) / f"log_{k}.csv")
             one.to_csv(logs[-1])
-        out = json.loads(_run("compare", *files, "--log", *logs, "--threads", threads, "--json"))
-    for row, name in zip(out["models"], opened):
-        row["name"] = name
+        out = json.loads(_run("compare", *files, "--log", *logs, "--threads", threads, "--json", *["--rollout"] * rollout))
+    for rows in (out["models"], *(one["models"] for one in out.get("rollouts", {}).get("found", []))):
+        for row, name in zip(rows, opened):
+            row["name"] = name
     return out
 
 

@@ -83,62 +83,21 @@ def draft(
 
 
 class Simulation:
-    """A simulated experiment: the motion, and the log that a recorder would have kept."""
+    """A simulated experiment: the motion, and the log that a recorder would have kept, with its noise.
+
+    ``outcome`` is "completed", or why the simulation ended early, ``reason`` says when and at which joint. ``t`` [s], ``q``, ``qd``, ``qdd`` [rad | m, s] are the true
+    motion, ``tau`` the torques of the drives [N·m | N], ``v_tau`` the control signals, ``q_r`` the reference.
+    """
 
     def __init__(self, robot: Robot, record: _rivid.SimulationRecord, inputs: Iterable[Path] = ()) -> None:
         self.robot = robot
         self._record = record
-        self._inputs = list(inputs)
-
-    @property
-    def outcome(self) -> str:
-        """"completed", or why the simulation ended early."""
-        return self._record.outcome
-
-    @property
-    def reason(self) -> str:
-        """Why it ended early, with time and joint."""
-        return self._record.reason
-
-    @cached_property
-    def log(self) -> Log:
-        """The recorded log, with its noise."""
-        return Log._of(self._record.log, self._inputs)
-
-    @property
-    def t(self) -> Floats:
-        """Instants [s]."""
-        return self._record.t
-
-    @property
-    def q(self) -> Floats:
-        """True positions [rad | m]."""
-        return self._record.q
-
-    @property
-    def qd(self) -> Floats:
-        """True velocities [rad/s | m/s]."""
-        return self._record.qd
-
-    @property
-    def qdd(self) -> Floats:
-        """True accelerations [rad/s² | m/s²]."""
-        return self._record.qdd
-
-    @property
-    def tau(self) -> Floats:
-        """Torques of the drives [N·m | N]."""
-        return self._record.tau
-
-    @property
-    def v_tau(self) -> Floats:
-        """Control signals."""
-        return self._record.v_tau
-
-    @property
-    def q_r(self) -> Floats:
-        """Reference positions [rad | m]."""
-        return self._record.q_r
+        self.outcome: str = record.outcome
+        self.reason: str = record.reason
+        self.log = Log._of(record.log, inputs)
+        self.t: Floats = record.t
+        self.q, self.qd, self.qdd = record.q, record.qd, record.qdd
+        self.tau, self.v_tau, self.q_r = record.tau, record.v_tau, record.q_r
 
     @property
     def document(self) -> dict[str, Any]:

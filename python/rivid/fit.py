@@ -191,6 +191,7 @@ class Fit:
     plot_friction = plots.friction
     plot_intervals = plots.intervals
     plot_correlation = plots.correlation
+    plot_rollout = plots.rollout
 
     def __init__(
         self,
@@ -334,6 +335,22 @@ class Fit:
         if len(logs) != 1:
             raise _rivid.InputError(f"predict: {logs[0].source} is {len(logs)} logs; predict them one by one")
         return Prediction(self._found.predict(self.robot._robot, logs[0]._log), self.robot.joints)
+
+    def score(self, log: LogSource | Iterable[LogSource]) -> float:
+        """R² of the torques of the rows of logs, the mean of the joints: 1 is perfect, 0 no better than each joint's mean torque."""
+        predictions = [self.predict(one)._prediction for one in read_logs(log, self.robot)]
+        found = []
+        for j in range(len(self.robot)):
+            error = np.concatenate([p.residual(j) for p in predictions])
+            torque = np.concatenate([p.row_torques(j) for p in predictions])
+            if len(torque) and np.ptp(torque) > 0.0:
+                found.append(1.0 - error @ error / np.sum((torque - torque.mean()) ** 2))
+        return float(np.mean(found)) if found else float("nan")
+
+    def get_params(self) -> dict[str, Any]:
+        """Settings of the fit, defaults included, by the keys that ``Experiment`` takes: "signal.decimation"."""
+        sections = self.document["provenance"]["options"]
+        return {f"{name}.{key}": value for name, keys in sections.items() for key, value in keys.items()}
 
     def validate(self, log: LogSource, *, threads: int = 1) -> dict[str, Any]:
         """The fit on a log that took no part in it: members of ``validation`` in docs/result.md. It becomes part of the document."""

@@ -82,7 +82,7 @@ class OnlineModel:
         return self._online.size
 
 
-class PayloadEstimator:
+class PayloadEstimator(_rivid.PayloadEstimator):
     """Mass, centre of mass and inertia of what hangs on the flange, with intervals, and when that changes.
 
     ``rate_hz`` are ticks a second; ``torque_held`` says whether the torque of a tick acts until the next one, as a command does. ``R`` and ``p``
@@ -102,42 +102,14 @@ class PayloadEstimator:
         axes = np.eye(3) if R is None else shaped("PayloadEstimator: R", R, (3, 3))
         origin = shaped("PayloadEstimator: p", p, (3,))
         self._shape = (len(model),)
-        self._estimator = _rivid.PayloadEstimator(model._online, rate_hz, torque_held, axes, origin, gain_sigma)
+        super().__init__(model._online, rate_hz, torque_held, axes, origin, gain_sigma)
 
     def update(self, q: ArrayLike, tau: ArrayLike) -> bool:
         """Takes a tick; whether a change of the payload was found."""
-        return self._estimator.update(shaped("PayloadEstimator.update: q", q, self._shape), shaped("PayloadEstimator.update: tau", tau, self._shape))
-
-    def pause(self) -> None:
-        """Instead of ``update``, for a tick that says nothing of the payload: while something touches the robot."""
-        self._estimator.pause()
-
-    def finish(self) -> None:
-        """Does all work that waits for the next ticks."""
-        self._estimator.finish()
-
-    @property
-    def payload(self) -> OnlinePayload:
-        """The payload as of now."""
-        return self._estimator.payload
-
-    @property
-    def inertial(self) -> Floats:
-        """The payload as ten parameters XX … M of the last link, for ``set_payload`` of the other estimators."""
-        return self._estimator.inertial
-
-    @property
-    def change_tick(self) -> int:
-        """Tick at which the last change was found, counted from the first; 0 where there was none."""
-        return self._estimator.change_tick
-
-    @property
-    def suspicion(self) -> float:
-        """The test of a change over its threshold: above 1 there is one."""
-        return self._estimator.suspicion
+        return super().update(shaped("PayloadEstimator.update: q", q, self._shape), shaped("PayloadEstimator.update: tau", tau, self._shape))
 
 
-class ContactObserver:
+class ContactObserver(_rivid.ContactObserver):
     """External torques by the generalised momentum, and thresholds that it learns from its own residual.
 
     ``bandwidth`` [rad/s] is that of the residual, ``alarms_per_hour`` the false alarms of all joints together, ``smoothing_speed`` that of
@@ -157,52 +129,24 @@ class ContactObserver:
         n = dynamics._model.size
         speeds = np.zeros(0) if smoothing_speed is None else each("ContactObserver: smoothing_speed", smoothing_speed, n)
         self._shape = (n,)
-        self._observer = _rivid.ContactObserver(dynamics._model, rate_hz, bandwidth, alarms_per_hour, speeds)
+        super().__init__(dynamics._model, rate_hz, bandwidth, alarms_per_hour, speeds)
 
     def update(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, *, learn: bool = False) -> bool:
         """Takes a tick; whether there is a contact. ``tau`` acted from the last tick to this one. ``learn`` where nothing touches the robot:
         thresholds follow the residual."""
         series = (shaped(f"ContactObserver.update: {name}", x, self._shape) for name, x in (("q", q), ("qd", qd), ("tau", tau)))
-        return self._observer.update(*series, learn)
-
-    @property
-    def residual(self) -> Floats:
-        """External torques behind a low-pass [N·m | N]."""
-        return self._observer.residual
-
-    @property
-    def relative(self) -> Floats:
-        """The residual over its threshold: above 1 in magnitude is a contact."""
-        return self._observer.relative
-
-    @property
-    def thresholds(self) -> Floats:
-        """Infinite before anything was learned [N·m | N]."""
-        return self._observer.thresholds
-
-    @property
-    def link(self) -> int:
-        """The link that is touched, counted from 0; −1 without a contact."""
-        return self._observer.link
+        return super().update(*series, learn)
 
     def force(self, link: int, point: ArrayLike) -> Floats:
         """The smallest force on a point of a link, in its frame, that explains the residual, in the axes of the base [N]."""
-        return self._observer.force(link, shaped("ContactObserver.force: point", point, (3,)))
+        return super().force(link, shaped("ContactObserver.force: point", point, (3,)))
 
     def set_payload(self, body: ArrayLike) -> None:
         """A body on the last link that the model does not have: ``PayloadEstimator.inertial``."""
-        self._observer.set_payload(shaped("ContactObserver.set_payload: body", body, (10,)))
-
-    def reset(self) -> None:
-        """Begins anew; thresholds stay."""
-        self._observer.reset()
-
-    def forget(self) -> None:
-        """Begins anew without thresholds."""
-        self._observer.forget()
+        super().set_payload(shaped("ContactObserver.set_payload: body", body, (10,)))
 
 
-class FrictionMonitor:
+class FrictionMonitor(_rivid.FrictionMonitor):
     """Friction coefficients now, how far they have drifted since the identification, and what torque error that means.
 
     ``forgetting`` is the time constant of what is known of friction [s].
@@ -210,47 +154,18 @@ class FrictionMonitor:
 
     def __init__(self, model: OnlineModel, *, rate_hz: float, torque_held: bool = True, forgetting: float = 30.0) -> None:
         self._shape = (len(model),)
-        self._monitor = _rivid.FrictionMonitor(model._online, rate_hz, torque_held, forgetting)
+        super().__init__(model._online, rate_hz, torque_held, forgetting)
 
     def update(self, q: ArrayLike, tau: ArrayLike) -> None:
         """Takes a tick."""
-        self._monitor.update(shaped("FrictionMonitor.update: q", q, self._shape), shaped("FrictionMonitor.update: tau", tau, self._shape))
+        super().update(shaped("FrictionMonitor.update: q", q, self._shape), shaped("FrictionMonitor.update: tau", tau, self._shape))
 
     def set_payload(self, body: ArrayLike) -> None:
         """A body on the last link that the model does not have: ``PayloadEstimator.inertial``."""
-        self._monitor.set_payload(shaped("FrictionMonitor.set_payload: body", body, (10,)))
-
-    def finish(self) -> None:
-        """Does all work that waits for the next ticks."""
-        self._monitor.finish()
-
-    @property
-    def names(self) -> list[str]:
-        """"Fv1", … in the order of the arrays."""
-        return self._monitor.names
-
-    @property
-    def values(self) -> Floats:
-        """Coefficients now [SI, joint side]."""
-        return self._monitor.values
-
-    @property
-    def sigmas(self) -> Floats:
-        """Their standard deviations."""
-        return self._monitor.sigmas
-
-    @property
-    def drifts(self) -> Floats:
-        """Distances from the identified values, in standard deviations of both."""
-        return self._monitor.drifts
-
-    @property
-    def torque_errors(self) -> Floats:
-        """Root mean square of the torque error of each joint that the drift means for the motion of late [N·m | N]."""
-        return self._monitor.torque_errors
+        super().set_payload(shaped("FrictionMonitor.set_payload: body", body, (10,)))
 
 
-class RecursiveIdentifier:
+class RecursiveIdentifier(_rivid.RecursiveIdentifier):
     """All base parameters by recursive least squares.
 
     ``forgetting`` is a time constant [s]; ``prior`` says whether the estimate begins with the model's parameters, else with nothing.
@@ -266,33 +181,14 @@ class RecursiveIdentifier:
         prior: bool = True,
     ) -> None:
         self._shape = (len(model),)
-        self._identifier = _rivid.RecursiveIdentifier(model._online, rate_hz, torque_held, forgetting, prior)
+        super().__init__(model._online, rate_hz, torque_held, forgetting, prior)
 
     def update(self, q: ArrayLike, tau: ArrayLike) -> None:
         """Takes a tick."""
-        self._identifier.update(shaped("RecursiveIdentifier.update: q", q, self._shape), shaped("RecursiveIdentifier.update: tau", tau, self._shape))
-
-    def finish(self) -> None:
-        """Does all work that waits for the next ticks."""
-        self._identifier.finish()
-
-    @property
-    def chi(self) -> Floats:
-        """The base parameters; not numbers while some are not determined."""
-        return self._identifier.chi
-
-    @property
-    def sigma(self) -> Floats:
-        """Their standard deviations for errors that are independent."""
-        return self._identifier.sigma
-
-    @property
-    def rows(self) -> int:
-        """Rows so far."""
-        return self._identifier.rows
+        super().update(shaped("RecursiveIdentifier.update: q", q, self._shape), shaped("RecursiveIdentifier.update: tau", tau, self._shape))
 
 
-class RobotState:
+class RobotState(_rivid.RobotState):
     """Payload, friction and contacts together, for a whole shift: each uses what the others have learned, and ticks may be lost, late,
     repeated or wrong.
 
@@ -314,65 +210,17 @@ class RobotState:
         axes = np.eye(3) if R is None else shaped("RobotState: R", R, (3, 3))
         origin = shaped("RobotState: p", p, (3,))
         self._shape = (len(model),)
-        self._state = _rivid.RobotState(model._online, rate_hz, torque_held, axes, origin, gain_sigma, learn)
+        super().__init__(model._online, rate_hz, torque_held, axes, origin, gain_sigma, learn)
 
     def update(self, t: float, q: ArrayLike, tau: ArrayLike) -> TickQuality:
         """Takes a tick that was measured at ``t`` [s]; what was wrong with it."""
-        return self._state.update(t, shaped("RobotState.update: q", q, self._shape), shaped("RobotState.update: tau", tau, self._shape))
-
-    @property
-    def payload(self) -> OnlinePayload:
-        """The payload as of now."""
-        return self._state.payload
-
-    @property
-    def payload_changes(self) -> int:
-        """Changes of the payload that were found or said."""
-        return self._state.payload_changes
-
-    @property
-    def contact(self) -> bool:
-        """Whether something touches the robot."""
-        return self._state.contact
-
-    @property
-    def collision(self) -> bool:
-        """Whether something hits it."""
-        return self._state.collision
-
-    @property
-    def link(self) -> int:
-        """The link that is touched, counted from 0, or a later one; −1 without a contact."""
-        return self._state.link
-
-    @property
-    def external(self) -> Floats:
-        """External torques behind a low-pass [N·m | N]."""
-        return self._state.external
-
-    @property
-    def friction_gained(self) -> Floats:
-        """Torques that friction has gained since the identification [N·m | N]."""
-        return self._state.friction_gained
-
-    @property
-    def left_to_learn(self) -> float:
-        """Time for which thresholds are still learned [s]."""
-        return self._state.left_to_learn
-
-    def payload_changed(self) -> None:
-        """The controller says: the payload has changed."""
-        self._state.payload_changed()
+        return super().update(t, shaped("RobotState.update: q", q, self._shape), shaped("RobotState.update: tau", tau, self._shape))
 
     def payload_known(self, mass: float, com: ArrayLike, *, mass_sigma: float, com_sigma: float) -> bool:
         """The controller says: it is this point in the flange frame [kg], [m]. False where a number can not be used."""
-        return self._state.payload_known(mass, shaped("RobotState.payload_known: com", com, (3,)), mass_sigma, com_sigma)
-
-    def gripper(self, *, open: bool) -> None:
-        """The gripper opens or closes. What was held while it was open is held again when it opens."""
-        self._state.gripper(open)
+        return super().payload_known(mass, shaped("RobotState.payload_known: com", com, (3,)), mass_sigma, com_sigma)
 
     def feedforward(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Floats:
         """Torques for a motion, with the friction and the payload of the state; once a tick."""
         series = (shaped(f"RobotState.feedforward: {name}", x, self._shape) for name, x in (("q", q), ("qd", qd), ("qdd", qdd)))
-        return self._state.feedforward(*series)
+        return super().feedforward(*series)

@@ -8,6 +8,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from rivid.fit import Fit
+    from rivid.types import LogSource
 
 
 def panels(axes: Any, count: int, **options: Any) -> Any:
@@ -51,6 +52,25 @@ def friction(fit: Fit, axes: Any = None) -> Any:
         axis.fill_between(v, low, high, alpha=0.3, label="95 % interval")
         axis.set_ylabel(f"{joint} friction")
     axes[-1].set_xlabel("velocity [rad/s | m/s]")
+    axes[0].legend(loc="upper left")
+    return axes
+
+
+def rollout(fit: Fit, log: LogSource, *others: Any, axes: Any = None) -> Any:
+    """Position errors of the fit simulated with the torques of a log, over the time since its measured start, joint by joint.
+
+    ``others`` are models to draw beside it: fits, paths of result.json, URDFs or parameter files, see ``compare``.
+    """
+    from rivid.commands import compare
+
+    found = compare([fit, *others], log, rollout=True)["rollouts"]["found"]
+    axes = panels(axes, len(fit.robot.joints), sharex=True)
+    for j, (axis, joint) in enumerate(zip(axes, fit.robot.joints)):
+        for models in zip(*(one["models"] for one in found)):
+            errors = [model["position"][j] if model["position"] else np.nan for model in models]
+            axis.loglog([one["horizon"] for one in found], errors, "o-", label=models[0]["name"])
+        axis.set_ylabel(f"{joint} rms error [rad | m]")
+    axes[-1].set_xlabel("horizon [s]")
     axes[0].legend(loc="upper left")
     return axes
 

@@ -73,6 +73,10 @@ void bind_base(nb::module_& m) {
         "Standard parameters of a parameter file.");
 }
 
+// For each name of an argument.
+template <typename Name>
+using VectorOf = Vector;
+
 void bind_model(nb::module_& m) {
   nb::class_<DynamicModel>(m, "DynamicModel", "A robot with numbers for its parameters.")
       .def(
@@ -132,8 +136,27 @@ void bind_model(nb::module_& m) {
           },
           "q"_a, "qd"_a, "tau"_a, Unlocked());
   // For loops: a size that is wrong gives numbers that are none, as in C++; the package checks them.
-  const auto sized = [](const InverseDynamics& self) { return Vector(self.size()); };
-  nb::class_<InverseDynamics>(m, "InverseDynamics", "Torques for the loop of a controller.")
+  nb::class_<InverseDynamics> dynamics(m, "InverseDynamics", "Torques for the loop of a controller.");
+  const auto def_torques = [&](const char* name, auto torques, auto... arguments) {
+    dynamics.def(
+        name,
+        [torques](InverseDynamics& self, const VectorOf<decltype(arguments)>&... x) {
+          Vector out(self.size());
+          torques(self, x..., out);
+          return out;
+        },
+        arguments...);
+  };
+  using D = InverseDynamics;
+  using V = const Vector;
+  def_torques(
+      "torque", [](D& d, V& q, V& qd, V& qdd, Vector& to) { d.torque(q, qd, qdd, to); }, "q"_a, "qd"_a,
+      "qdd"_a);
+  def_torques("gravity", [](D& d, V& q, Vector& to) { d.gravity(q, to); }, "q"_a);
+  def_torques("bias", [](D& d, V& q, V& qd, Vector& to) { d.bias(q, qd, to); }, "q"_a, "qd"_a);
+  def_torques("coriolis", [](D& d, V& q, V& qd, Vector& to) { d.coriolis(q, qd, to); }, "q"_a, "qd"_a);
+  def_torques("friction", [](D& d, V& qd, Vector& to) { d.friction(qd, to); }, "qd"_a);
+  dynamics
       .def(
           "__init__",
           [](InverseDynamics* self, const DynamicModel& model, const Vector& smoothing_speed) {
@@ -141,46 +164,6 @@ void bind_model(nb::module_& m) {
           },
           "model"_a, "smoothing_speed"_a)
       .def_prop_ro("size", &InverseDynamics::size)
-      .def(
-          "torque",
-          [=](InverseDynamics& self, const Vector& q, const Vector& qd, const Vector& qdd) {
-            Vector out = sized(self);
-            self.torque(q, qd, qdd, out);
-            return out;
-          },
-          "q"_a, "qd"_a, "qdd"_a)
-      .def(
-          "gravity",
-          [=](InverseDynamics& self, const Vector& q) {
-            Vector out = sized(self);
-            self.gravity(q, out);
-            return out;
-          },
-          "q"_a)
-      .def(
-          "bias",
-          [=](InverseDynamics& self, const Vector& q, const Vector& qd) {
-            Vector out = sized(self);
-            self.bias(q, qd, out);
-            return out;
-          },
-          "q"_a, "qd"_a)
-      .def(
-          "coriolis",
-          [=](InverseDynamics& self, const Vector& q, const Vector& qd) {
-            Vector out = sized(self);
-            self.coriolis(q, qd, out);
-            return out;
-          },
-          "q"_a, "qd"_a)
-      .def(
-          "friction",
-          [=](const InverseDynamics& self, const Vector& qd) {
-            Vector out = sized(self);
-            self.friction(qd, out);
-            return out;
-          },
-          "qd"_a)
       .def(
           "mass_matrix",
           [](InverseDynamics& self, const Vector& q) {

@@ -99,6 +99,10 @@ void bind_prediction(nb::module_& m) {
           "residual",
           [](const Prediction& self, std::size_t joint) { return self.joints.at(joint).residual; }, "joint"_a)
       .def(
+          "row_torques",
+          [](const Prediction& self, std::size_t joint) { return self.joints.at(joint).fitted.measured; },
+          "joint"_a)
+      .def(
           "rows", [](const Prediction& self, std::size_t joint) { return self.joints.at(joint).rows; },
           "joint"_a);
 }

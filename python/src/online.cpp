@@ -13,6 +13,8 @@ namespace {
 using Values = Eigen::Ref<const Vector>;
 using Body = Eigen::Matrix<double, inertial_count, 1>;
 
+constexpr const char* finishes = "Does all work that waits for the next ticks.";
+
 void bind_online_model(nb::module_& m) {
   nb::class_<OnlineModel>(m, "OnlineModel", "An identified robot with its uncertainty.")
       .def(
@@ -59,12 +61,21 @@ void bind_payload_estimator(nb::module_& m) {
           "model"_a, "f_m"_a, "torque_held"_a, "R"_a, "p"_a, "gain_sigma"_a)
       .def(
           "update", [](Estimator& self, Values q, Values tau) { return self.update(q, tau); }, "q"_a, "tau"_a)
-      .def("pause", &Estimator::pause)
-      .def("finish", &Estimator::finish)
-      .def_prop_ro("payload", [](const Estimator& self) { return self.payload(); })
-      .def_prop_ro("inertial", [](const Estimator& self) { return Body(self.inertial()); })
-      .def_prop_ro("suspicion", &Estimator::suspicion)
-      .def_prop_ro("change_tick", [](const Estimator& self) { return self.change().tick; });
+      .def("pause", &Estimator::pause,
+           "Instead of ``update``, for a tick that says nothing of the payload: while something touches the "
+           "robot.")
+      .def("finish", &Estimator::finish, finishes)
+      .def_prop_ro(
+          "payload", [](const Estimator& self) { return self.payload(); }, "The payload as of now.")
+      .def_prop_ro(
+          "inertial", [](const Estimator& self) { return Body(self.inertial()); },
+          "The payload as ten parameters XX … M of the last link, for ``set_payload`` of the other "
+          "estimators.")
+      .def_prop_ro("suspicion", &Estimator::suspicion,
+                   "The test of a change over its threshold: above 1 there is one.")
+      .def_prop_ro(
+          "change_tick", [](const Estimator& self) { return self.change().tick; },
+          "Tick at which the last change was found, counted from the first; 0 where there was none.");
 }
 
 void bind_contact_observer(nb::module_& m) {
@@ -86,18 +97,23 @@ void bind_contact_observer(nb::module_& m) {
             return self.update(q, qd, tau, learn ? Observer::Mode::learn : Observer::Mode::observe);
           },
           "q"_a, "qd"_a, "tau"_a, "learn"_a = false)
-      .def_prop_ro("residual", [](const Observer& self) { return Vector(self.residual()); })
-      .def_prop_ro("relative", [](const Observer& self) { return Vector(self.relative()); })
+      .def_prop_ro(
+          "residual", [](const Observer& self) { return Vector(self.residual()); },
+          "External torques behind a low-pass [N·m | N].")
+      .def_prop_ro(
+          "relative", [](const Observer& self) { return Vector(self.relative()); },
+          "The residual over its threshold: above 1 in magnitude is a contact.")
       .def_prop_ro(
           "thresholds",
           [](const Observer& self) {
             return Vector(Vector::NullaryExpr(self.size(), [&](Index j) { return self.threshold(j); }));
-          })
-      .def_prop_ro("link", &Observer::link)
+          },
+          "Infinite before anything was learned [N·m | N].")
+      .def_prop_ro("link", &Observer::link, "The link that is touched, counted from 0; −1 without a contact.")
       .def("force", &Observer::force, "link"_a, "point"_a)
       .def("set_payload", &Observer::set_payload, "body"_a)
-      .def("reset", &Observer::reset)
-      .def("forget", &Observer::forget);
+      .def("reset", &Observer::reset, "Begins anew; thresholds stay.")
+      .def("forget", &Observer::forget, "Begins anew without thresholds.");
 }
 
 void bind_friction_monitor(nb::module_& m) {
@@ -119,21 +135,28 @@ void bind_friction_monitor(nb::module_& m) {
       .def(
           "update", [](Monitor& self, Values q, Values tau) { self.update(q, tau); }, "q"_a, "tau"_a)
       .def("set_payload", &Monitor::set_payload, "body"_a)
-      .def("finish", &Monitor::finish)
-      .def_prop_ro("names",
-                   [](const Monitor& self) {
-                     std::vector<std::string> out;
-                     for (const Monitor::Coefficient& each : self.coefficients()) {
-                       out.push_back(each.name());
-                     }
-                     return out;
-                   })
-      .def_prop_ro("values", of_each(&Monitor::value))
-      .def_prop_ro("sigmas", of_each(&Monitor::sigma))
-      .def_prop_ro("drifts", of_each(&Monitor::drift))
-      .def_prop_ro("torque_errors", [](const Monitor& self) {
-        return Vector(Vector::NullaryExpr(self.joints(), [&](Index j) { return self.torque_error(j); }));
-      });
+      .def("finish", &Monitor::finish, finishes)
+      .def_prop_ro(
+          "names",
+          [](const Monitor& self) {
+            std::vector<std::string> out;
+            for (const Monitor::Coefficient& each : self.coefficients()) {
+              out.push_back(each.name());
+            }
+            return out;
+          },
+          "\"Fv1\", … in the order of the arrays.")
+      .def_prop_ro("values", of_each(&Monitor::value), "Coefficients now [SI, joint side].")
+      .def_prop_ro("sigmas", of_each(&Monitor::sigma), "Their standard deviations.")
+      .def_prop_ro("drifts", of_each(&Monitor::drift),
+                   "Distances from the identified values, in standard deviations of both.")
+      .def_prop_ro(
+          "torque_errors",
+          [](const Monitor& self) {
+            return Vector(Vector::NullaryExpr(self.joints(), [&](Index j) { return self.torque_error(j); }));
+          },
+          "Root mean square of the torque error of each joint that the drift means for the motion of late "
+          "[N·m | N].");
 }
 
 void bind_recursive_identifier(nb::module_& m) {
@@ -150,13 +173,17 @@ void bind_recursive_identifier(nb::module_& m) {
           "model"_a, "f_m"_a, "torque_held"_a, "forgetting"_a, "prior"_a)
       .def(
           "update", [](Identifier& self, Values q, Values tau) { self.update(q, tau); }, "q"_a, "tau"_a)
-      .def("finish", &Identifier::finish)
-      .def_prop_ro("chi", [](Identifier& self) { return Vector(self.chi()); })
-      .def_prop_ro("sigma",
-                   [](Identifier& self) {
-                     return Vector(Vector::NullaryExpr(self.size(), [&](Index i) { return self.sigma(i); }));
-                   })
-      .def_prop_ro("rows", &Identifier::rows);
+      .def("finish", &Identifier::finish, finishes)
+      .def_prop_ro(
+          "chi", [](Identifier& self) { return Vector(self.chi()); },
+          "The base parameters; not numbers while some are not determined.")
+      .def_prop_ro(
+          "sigma",
+          [](Identifier& self) {
+            return Vector(Vector::NullaryExpr(self.size(), [&](Index i) { return self.sigma(i); }));
+          },
+          "Their standard deviations for errors that are independent.")
+      .def_prop_ro("rows", &Identifier::rows, "Rows so far.");
 }
 
 void bind_robot_state(nb::module_& m) {
@@ -186,22 +213,31 @@ void bind_robot_state(nb::module_& m) {
       .def(
           "update", [](State& self, double t, Values q, Values tau) { return self.update(t, q, tau); }, "t"_a,
           "q"_a, "tau"_a)
-      .def_prop_ro("payload", [](const State& self) { return self.payload(); })
-      .def_prop_ro("payload_changes", &State::payload_changes)
-      .def_prop_ro("contact", &State::contact)
-      .def_prop_ro("collision", &State::collision)
-      .def_prop_ro("link", [](const State& self) { return self.observer().link(); })
-      .def_prop_ro("external", [](const State& self) { return Vector(self.observer().residual()); })
-      .def_prop_ro("friction_gained", [](const State& self) { return Vector(self.friction_gained()); })
-      .def_prop_ro("left_to_learn", &State::left_to_learn)
-      .def("payload_changed", &State::payload_changed)
+      .def_prop_ro(
+          "payload", [](const State& self) { return self.payload(); }, "The payload as of now.")
+      .def_prop_ro("payload_changes", &State::payload_changes,
+                   "Changes of the payload that were found or said.")
+      .def_prop_ro("contact", &State::contact, "Whether something touches the robot.")
+      .def_prop_ro("collision", &State::collision, "Whether something hits it.")
+      .def_prop_ro(
+          "link", [](const State& self) { return self.observer().link(); },
+          "The link that is touched, counted from 0, or a later one; −1 without a contact.")
+      .def_prop_ro(
+          "external", [](const State& self) { return Vector(self.observer().residual()); },
+          "External torques behind a low-pass [N·m | N].")
+      .def_prop_ro(
+          "friction_gained", [](const State& self) { return Vector(self.friction_gained()); },
+          "Torques that friction has gained since the identification [N·m | N].")
+      .def_prop_ro("left_to_learn", &State::left_to_learn, "Time for which thresholds are still learned [s].")
+      .def("payload_changed", &State::payload_changed, "The controller says: the payload has changed.")
       .def(
           "payload_known",
           [](State& self, double mass, const Eigen::Vector3d& com, double mass_sigma, double com_sigma) {
             return self.payload_known(mass, com, mass_sigma, com_sigma);
           },
           "mass"_a, "com"_a, "mass_sigma"_a, "com_sigma"_a)
-      .def("gripper", &State::gripper, "open"_a)
+      .def("gripper", &State::gripper, nb::kw_only(), "open"_a,
+           "The gripper opens or closes. What was held while it was open is held again when it opens.")
       .def(
           "feedforward",
           [](State& self, Values q, Values qd, Values qdd) { return Vector(self.feedforward(q, qd, qdd)); },

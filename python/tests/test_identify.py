@@ -89,6 +89,25 @@ def test_predictions_have_the_error_of_the_fit(fit, scara):
     assert fit.document["validation"][-1]["relative_error"] == figures["relative_error"]
 
 
+def test_the_score_is_the_share_of_the_torque_that_is_explained(fit, scara):
+    before = json.dumps(fit.document)
+    joints = fit.validate(scara / "scara_validation.csv")["joints"]
+    expected = np.mean([1.0 - joint["centred_relative_error"] ** 2 for joint in joints])
+    assert fit.score(scara / "scara_validation.csv") == pytest.approx(expected, rel=1e-12)
+    assert fit.score([scara / "scara_validation.csv", scara / "scara_s2.csv"]) > 0.99
+    assert json.dumps(fit.document) != before  # by validate alone
+    assert len(fit.document["validation"]) == len(json.loads(before)["validation"]) + 1
+
+
+def test_params_are_the_settings_of_the_fit(fit, scara):
+    params = fit.get_params()
+    assert params["method.name"] == "wls"
+    assert params["signal.decimation"] == [20]
+    assert params["signal.torque_held"] is True
+    again = rivid.Experiment(scara / "scara.toml", {"signal.decimation": params["signal.decimation"]})
+    assert rivid.identify(again).get_params()["signal.decimation"] == params["signal.decimation"]
+
+
 def test_residuals_are_those_of_the_rows(fit):
     for joint in fit.fit:
         assert len(fit.residuals[joint["name"]]) == joint["rows"]

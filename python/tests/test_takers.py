@@ -205,6 +205,15 @@ def test_drawings_and_the_cell_of_a_notebook(robot, scara):
     assert bars[0].get_width() == pytest.approx(50.0 * np.ptp(fit["ZZ1R"]["interval_95"]) / fit["ZZ1R"]["value"])
     axes = matplotlib.figure.Figure().subplots()
     assert fit.plot_correlation(axes) is axes
+    log = scara / "scara_validation.csv"
+    found = rivid.compare([fit, scara / "scara.urdf"], log, rollout=True)["rollouts"]["found"]
+    axes = fit.plot_rollout(log, scara / "scara.urdf")
+    assert [line.get_label() for line in axes[0].lines] == ["model 1", str(scara / "scara.urdf")]
+    for j, axis in enumerate(axes):
+        for m, line in enumerate(axis.lines):
+            assert line.get_xdata().tolist() == [one["horizon"] for one in found]
+            assert line.get_ydata().tolist() == [one["models"][m]["position"][j] for one in found]
+            assert 0.0 < line.get_ydata()[0] < line.get_ydata()[-1]
     for shown in (fit, pickle.loads(pickle.dumps(fit))):
         assert "ZZ1R" in shown._repr_html_()
         assert len(shown._repr_html_()) < 100_000

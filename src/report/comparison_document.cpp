@@ -252,8 +252,8 @@ Document comparison_document(const Comparison& comparison, std::span<const Resul
   out.title = "Comparison of models";
   out.heading = out.title;
   out.subtitle = "on " + logs + ", " + counted(comparison.rows, "row");
-  out.line = "Relative error ‖Y − Wχ‖ / ‖Y‖ " + out.subtitle;
-  out.headline = "Relative error ‖Y − Wχ‖ / ‖Y‖";
+  out.headline = "Relative torque error";
+  out.line = out.headline + " " + out.subtitle;
   out.opening.push_back({FindingList{{warnings.begin(), warnings.end()}}});
   out.opening.push_back({error_table(comparison)});
   if (!comparison.tests.empty()) {

@@ -8,8 +8,7 @@
 
 #include "rivid/fields.hpp"
 
-// The lists of keys in docs/experiment.md, of members in docs/result.md and the table of limits in
-// docs/reliability.md, made from the fields.
+// The keys of experiment files as their fields say them, for pages, schema and Python.
 namespace rivid::detail {
 
 /// What can stand for a key of an experiment file.
@@ -57,19 +56,5 @@ struct KeyRow {
 
 /// Rows of the tables of keys by the names of the tables: "signal", "method.iv".
 [[nodiscard]] std::map<std::string, std::vector<KeyRow>> key_rows();
-
-/// Markdown lists and tables by their names: "signal", "result.fit".
-[[nodiscard]] std::map<std::string, std::string> page_tables();
-
-/// A page with each table that follows a line "<!-- table: NAME -->" as it must be.
-///
-/// @throws InputError  where a name is unknown
-[[nodiscard]] std::string with_tables(const std::string& page);
-
-/// JSON Schema of experiment files, from which editors complete and check keys: docs/experiment.schema.json.
-[[nodiscard]] std::string experiment_schema();
-
-/// Words that keys of an experiment file can be set to.
-[[nodiscard]] std::vector<std::string> words_of_keys();
 
 }  // namespace rivid::detail

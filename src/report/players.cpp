@@ -106,61 +106,58 @@ std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
 }
 
 // Lists of some hundred numbers are what the interpreter can hold; the samples are not.
+constexpr std::string_view ur_template =
+    R"(# q_j(t) = q0_j + sum over l of A_jl / (l omega) sin(l omega t) - B_jl / (l omega) cos(l omega t)
+# A and B: six numbers for the first harmonic, six for the second, and so on.
+def rivid_excitation():
+  omega = @omega
+  duration = @duration
+  A = @A
+  B = @B
+  movej(@begin, a=0.5, v=0.3)
+  step = get_steptime()
+  t = 0.0
+  while t < duration:
+    t = t + step
+    if t > duration:
+      t = duration
+    end
+    q = @q0
+    l = 0
+    while l < @harmonics:
+      w = omega * (l + 1)
+      s = sin(w * t) / w
+      c = cos(w * t) / w
+      j = 0
+      while j < @joints:
+        q[j] = q[j] + A[@joints * l + j] * s - B[@joints * l + j] * c
+        j = j + 1
+      end
+      l = l + 1
+    end
+    servoj(q, t=step, lookahead_time=0.1, gain=300)
+  end
+  stopj(2.0)
+end
+)";
+
 std::string ur_program(const Robot& robot, const Excitation& excitation) {
   const FourierSeries& series = *excitation.series;
-  const std::string harmonics = std::to_string(series.A.cols());
-  const std::string joints = std::to_string(ur_joints);
-  return opening_comment(robot, excitation) +
-         "# q_j(t) = q0_j + sum over l of A_jl / (l omega) sin(l omega t) - B_jl / (l omega) cos(l omega t)\n"
-         "# A and B: six numbers for the first harmonic, six for the second, and so on.\n"
-         "def rivid_excitation():\n"
-         "  omega = " +
-         fixed(series.omega_f, player_decimals) +
-         "\n"
-         "  duration = " +
-         fixed(series.duration, player_decimals) +
-         "\n"
-         "  A = " +
-         in_brackets(series.A.reshaped()) +
-         "\n"
-         "  B = " +
-         in_brackets(series.B.reshaped()) +
-         "\n"
-         "  movej(" +
-         in_brackets(excitation.motion.q.row(0)) +
-         ", a=0.5, v=0.3)\n"
-         "  step = get_steptime()\n"
-         "  t = 0.0\n"
-         "  while t < duration:\n"
-         "    t = t + step\n"
-         "    if t > duration:\n"
-         "      t = duration\n"
-         "    end\n"
-         "    q = " +
-         in_brackets(series.q0) +
-         "\n"
-         "    l = 0\n"
-         "    while l < " +
-         harmonics +
-         ":\n"
-         "      w = omega * (l + 1)\n"
-         "      s = sin(w * t) / w\n"
-         "      c = cos(w * t) / w\n"
-         "      j = 0\n"
-         "      while j < " +
-         joints +
-         ":\n"
-         "        q[j] = q[j] + A[" +
-         joints + " * l + j] * s - B[" + joints +
-         " * l + j] * c\n"
-         "        j = j + 1\n"
-         "      end\n"
-         "      l = l + 1\n"
-         "    end\n"
-         "    servoj(q, t=step, lookahead_time=0.1, gain=300)\n"
-         "  end\n"
-         "  stopj(2.0)\n"
-         "end\n";
+  std::string out(ur_template);
+  for (const auto& [name, value] :
+       {std::pair<std::string, std::string>{"@omega", fixed(series.omega_f, player_decimals)},
+        {"@duration", fixed(series.duration, player_decimals)},
+        {"@A", in_brackets(series.A.reshaped())},
+        {"@B", in_brackets(series.B.reshaped())},
+        {"@begin", in_brackets(excitation.motion.q.row(0))},
+        {"@q0", in_brackets(series.q0)},
+        {"@harmonics", std::to_string(series.A.cols())},
+        {"@joints", std::to_string(ur_joints)}}) {
+    for (std::size_t at = out.find(name); at != std::string::npos; at = out.find(name, at + value.size())) {
+      out.replace(at, name.size(), value);
+    }
+  }
+  return opening_comment(robot, excitation) + out;
 }
 
 std::string libfranka_rows(const Excitation& excitation) {

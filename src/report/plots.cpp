@@ -80,9 +80,12 @@ PlotJson data_of(const Chart& chart) {
   for (const Rule& rule : chart.rules) {
     rules.push_back({{"upright", rule.upright}, {"at", rule.at}, {"style", rule.style}});
   }
-  return {{"x", chart.x_label},        {"y", chart.y_label},         {"logarithmic", chart.logarithmic},
-          {"x_shown", chart.x_shown},  {"y_shown", chart.y_shown},   {"height", chart.height},
-          {"rules", std::move(rules)}, {"series", std::move(series)}};
+  PlotJson out = {
+      {"x", chart.x_label},        {"y", chart.y_label},         {"logarithmic", chart.logarithmic},
+      {"x_shown", chart.x_shown},  {"y_shown", chart.y_shown},   {"height", chart.height},
+      {"rules", std::move(rules)}, {"series", std::move(series)}};
+  out["x_logarithmic"] = chart.x_logarithmic;
+  return out;
 }
 
 PlotJson data_of(const HeatMap& map) {

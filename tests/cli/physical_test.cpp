@@ -52,7 +52,7 @@ TEST_F(PhysicalModelOfTheTool, IsInTheResultLinkByLinkWithItsPrice) {
 TEST_F(PhysicalModelOfTheTool, IsInTheTableWithItsPrice) {
   const Outcome run = identify({"scara.toml", "--physical", "--verbose"});
   for (const char* const words :
-       {"Physically consistent parameters, near the robot description with weight 1",
+       {"Physically consistent parameters\n", "Nearest to the robot description: prior log_det with weight 1",
         "M2=", "Their price in fit", "Their price on scara_validation.csv"}) {
     EXPECT_NE(run.out.find(words), std::string::npos) << words << " is not in\n" << run.out;
   }

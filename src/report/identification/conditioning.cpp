@@ -62,7 +62,7 @@ Section conditioning_section(const Identification& result) {
       table_of(places(std::min(result.parameters.size(), static_cast<std::size_t>(R.size()))), fields);
   pivots.fold = {"Pivots of all parameters, on a logarithmic scale", result.parameters.size() <= few};
   Section out{
-      "conditioning", "Conditioning", "How well the motion determines the parameters", {}, Shown::page};
+      "conditioning", "Identifiability", "How well the motion determines the parameters", {}, Shown::page};
   out.blocks = {
       {Sentence{(std::isfinite(result.condition)
                      ? "The condition number of the problem is " + number(result.condition, 4)

@@ -139,11 +139,11 @@ Section physical_section(const Identification& result, const PhysicalModel& mode
                 {{"value, SI on the joint side", format::significant(6)},
                  [&](std::size_t i) { return at(model.parameters.chi_st, i); }}});
   standard.fold = {"Standard parameters of all links"};
-  Section out{"physical", "Physical",
-              "Physically consistent parameters, near the robot description with weight " +
-                  number(model.options.weight, 4) + " (prior " + std::string(name(model.options.prior)) +
-                  "), divergence " + number(model.parameters.divergence, 4) + " from the robot description"};
+  Section out{"physical", "Physical", "Physically consistent parameters"};
   out.blocks = {
+      {Sentence{"Nearest to the robot description: prior " + std::string(name(model.options.prior)) +
+                " with weight " + number(model.options.weight, 4) + ", divergence " +
+                number(model.parameters.divergence, 4)}},
       {links_table(result.base, model.parameters.chi_st), screen},
       {table_of(
            places(all.size()),

@@ -119,10 +119,10 @@ Table page_table(const Identification& result, Parameters parameters, Fold fold)
                     {{"95 % interval"}, interval_words},
                     {{"a priori", format::significant(4)},
                      [](const P& p) { return Cell(p.a_priori != 0.0 ? p.a_priori : no_value); }},
-                    {{"bias", format::fixed(2), "σ"}, &P::noise_bias}};
+                    {{"by noise", format::fixed(2), "σ"}, &P::noise_bias}};
   if (plain_differs) {
     fields.push_back(
-        {{"HAC", format::deviation}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }});
+        {{"row sigma", format::deviation}, [](const P& p) { return Cell(p.plain_sigma, p.plain_sigma); }});
   }
   add_occasional(result, fields);
   fields.push_back({{"grouped from"}, group_words});
@@ -196,9 +196,16 @@ Section parameters_section(const Identification& result) {
                 {verdicts(result.parameters), screen}};
   add_page_tables(result, out);
   if (result.covariance.quantile_975 != 0.0) {
-    out.blocks.push_back({Sentence{"sigma: " + in_words(result.covariance, result.diagnostics.has_value())}});
+    const std::string sigma = "sigma: " + in_words(result.covariance, result.diagnostics.has_value());
+    out.blocks.push_back({Sentence{sigma}, screen});
     out.blocks.push_back(
-        {Sentence{"Intervals are value ± " + number(result.covariance.quantile_975, 4) + " sigma"}, page});
+        {List{"notes",
+              {{.text = sigma},
+               {.text = "Intervals are value ± " + number(result.covariance.quantile_975, 4) + " sigma"},
+               {.text = "by noise: what the noise of the positions shifts the value by; row sigma: by the "
+                        "residuals alone"}},
+              {"Where sigma and the intervals come from"}},
+         page});
   }
   if (List why = advice(result.parameters); !why.items.empty()) {
     out.blocks.push_back({std::move(why), page});

@@ -183,18 +183,19 @@ Section residual_section(const Identification& result, const Evidence* evidence)
   using R = ResidualTests;
   Section out{"residual", "Residual", "Residual"};
   if (const std::optional<Diagnostics>& found = result.diagnostics) {
-    out.blocks.push_back(
-        {Sentence{"Of the rows of the fit. Small p-values mean that the residual is not white, or not "
-                  "normal; with many rows also effects too small to matter give small p-values"},
-         page});
-    out.blocks.push_back({table_of(
-        found->residuals,
-        {{{"joint"}, &R::joint},
-         {{"autocorrelation", format::fixed(2)}, &R::autocorrelation},
-         {{"p (Ljung-Box)", format::significant(2)}, [](const R& r) { return r.whiteness.p; }},
-         {{"skewness", format::fixed(2)}, &R::skewness},
-         {{"exc. kurtosis", format::fixed(2)}, &R::excess_kurtosis},
-         {{"p (Jarque-Bera)", format::significant(2)}, [](const R& r) { return r.normality.p; }}})});
+    Table tests =
+        table_of(found->residuals,
+                 {{{"joint"}, &R::joint},
+                  {{"autocorrelation", format::fixed(2)}, &R::autocorrelation},
+                  {{"p (Ljung-Box)", format::significant(2)}, [](const R& r) { return r.whiteness.p; }},
+                  {{"skewness", format::fixed(2)}, &R::skewness},
+                  {{"exc. kurtosis", format::fixed(2)}, &R::excess_kurtosis},
+                  {{"p (Jarque-Bera)", format::significant(2)}, [](const R& r) { return r.normality.p; }}});
+    tests.fold = {
+        "Tests of each joint's residual: small p mean that it is not white, or not normal; with many rows "
+        "also by "
+        "effects too small to matter"};
+    out.blocks.push_back({std::move(tests)});
     if (found->hausman) {
       out.blocks.push_back({Sentence{in_words(*found->hausman)}});
     }

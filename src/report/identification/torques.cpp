@@ -227,11 +227,12 @@ std::vector<Block> first_look(const Evidence& evidence) {
   if (!evidence.validation().empty()) {
     keys.insert(keys.begin() + 1, {"validation", "validation"});
   }
-  return {
-      plots_block("hero", {std::move(chart)}, Shown::page),
-      {glance_table(evidence), Shown::page},
-      {Legend{std::move(keys), "Errors are ‖Y − Wχ‖ / ‖Y‖; causes are shares of the mean absolute torque."},
-       Shown::page}};
+  return {plots_block("hero", {std::move(chart)}, Shown::page),
+          {glance_table(evidence), Shown::page},
+          {Legend{std::move(keys),
+                  "Errors: rms of measured less predicted torque over rms of the measured torque. Causes: "
+                  "shares of the mean absolute torque."},
+           Shown::page}};
 }
 
 Section torques_section(const Evidence& evidence) {

@@ -4,6 +4,7 @@
 
 #include "experiment/json_fields.hpp"
 #include "experiment/sections.hpp"
+#include "report/page_lists.hpp"
 #include "report/page_tables.hpp"
 
 namespace rivid::detail {
