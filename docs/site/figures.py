@@ -4,7 +4,7 @@
 
 Each figure is a function: it runs the built tools, reads their JSON and CSV, and draws. Torques are those of the C headers that
 rivid_identify writes, compiled by `cc`. --quick makes fewer simulations, for the test. report.png is a screenshot; it is left out
-where no Chromium is, and guide.png without the logs of --data.
+where no Chromium is, guide.png and rollouts.png without the logs of --data.
 """
 
 from __future__ import annotations
@@ -733,6 +733,48 @@ def guide(shop: Workshop) -> None:
     draw_friction(right, fit, log, 2)
     right.set_title("UR10e, friction of the elbow")
     shop.save("guide")
+
+
+@figure
+def rollouts(shop: Workshop) -> None:
+    """Rollout error of real robots on held-out logs, open loop; the logs are not in the repository."""
+    folders = ("ur10e", "panda", "dfki_double_pendulum", "dfki_simple_pendulum")
+    if shop.data is None or not all((shop.data / f).is_dir() for f in folders):
+        print("figures: skipped rollouts: no logs of real robots")
+        return
+    for folder in folders[:2]:
+        shutil.copyfile(ROOT / f"tests/real/{folder}.toml", shop.work / f"rollouts_{folder}.toml")
+        if not (shop.work / folder).exists():
+            (shop.work / folder).symlink_to(shop.data / folder)
+    head, *rows = (shop.data / "panda/panda_1khz.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    for name, part in (("fit", rows[:12000]), ("held_out", rows[12000:])):
+        (shop.work / f"panda_{name}.csv").write_text(head + "".join(part), encoding="utf-8")
+    double, simple = (shop.data / f for f in folders[2:])
+    for name, urdf, position, torque in (("double", double / "acrobot.urdf", ["q1", "q2"], ["tau1", "tau2"]),
+                                         ("simple", simple / "pendulum.urdf", ["position"], ["torque"])):
+        (shop.work / f"rollouts_{name}.toml").write_text(
+            f'[robot]\nurdf = "{urdf}"\nfriction = "symmetric"\n[log]\nfiles = ["run.csv"]\ntime = "time"\nposition = {position}\ntorque = {torque}\n'
+            'irregular = "resample"\n[method]\nname = "wls"\n', encoding="utf-8")
+    ur10e = shop.data / "ur10e"
+    robots = (("UR10e", "rollouts_ur10e", [ur10e / "ident_30s_12harm.csv"], ur10e / "unload_14harm.csv"),
+              ("Panda, first 12 s, then 9 s", "rollouts_panda", ["panda_fit.csv", "--physical"], "panda_held_out.csv"),
+              ("Double pendulum", "rollouts_double", [double / "run_1.csv", "--log", double / "run_2.csv"], double / "run_3.csv"),
+              ("Simple pendulum", "rollouts_simple", [simple / "pd_sysid.csv"], simple / "energy_shaping.csv"))
+    _, axes = plt.subplots(1, 4, figsize=(12, 3.2), sharey=True, layout="constrained")
+    for axis, (title, name, fit, held_out) in zip(axes, robots, strict=True):
+        shop.run("rivid_identify", f"{name}.toml", "--log", *fit, "--output", name, "--quiet", "--force", statuses=(0, 1))
+        document = json.loads(shop.run("rivid_identify", "validate", name, held_out, "--rollout", "--json", statuses=(0, 1)))
+        found = [one for one in document["rollouts"]["found"] if one["drive"] == "torques" and all(m["position"] for m in one["models"])]
+        for k, (label, colour) in enumerate((("identified", MODEL), ("robot description", RESIDUAL))):
+            errors = [np.linalg.norm(one["models"][k]["position"]) for one in found]
+            print(f"rollouts: {title}, {label}:", *(f"{e:.3g} rad after {one['horizon']} s," for e, one in zip(errors, found, strict=True)))
+            axis.loglog([one["horizon"] for one in found], errors, "o-", color=colour, label=label)
+        axis.axhline(np.pi, color=MEASURED, linewidth=0.8, linestyle=":")  # half a turn: the motion is lost
+        axis.set(title=title, xlabel="horizon [s]", xticks=[0.1, 0.3, 1, 3], xticklabels=["0.1", "0.3", "1", "3"], ylim=(1e-3, 1e5))
+        axis.minorticks_off()
+    axes[0].set_ylabel("error of all joints [rad]")
+    axes[0].legend()
+    shop.save("rollouts")
 
 
 @figure
