@@ -28,6 +28,7 @@ struct PlantFriction {
   double speed = 0.05;     // … fading with this speed [rad/s]
   double ripple = 0.02;    // of Fc, 20 waves a turn
   double stiction = 1.0;   // of Fc, uniform at rest
+  bool holds = false;  // at rest friction takes what pushes a joint, as far as it can, before the drive does
 };
 
 class Plant {
@@ -67,10 +68,15 @@ class Plant {
 // Its torques, tick by tick.
 class PlantTorques {
  public:
+  Vector external;  // torques of what pushes the arm
+
   PlantTorques(const Plant& plant, const Inertial& body, std::uint64_t seed)
-      : plant_(plant),
+      : external(Vector::Zero(plant.robot.size())),
+        plant_(plant),
         random_(seed),
+        stops_(seed + 1000),
         held_(Vector::Zero(plant.robot.size())),
+        drive_(held_),
         resting_(plant.robot.joints.size(), false) {
     set_body(body);
   }
@@ -84,18 +90,23 @@ class PlantTorques {
   Vector operator()(const Vector& q, const Vector& qd, const Vector& qdd, double warm) {
     Vector tau(q.size());
     dynamics_.back().rigid_body(q, qd, qdd, tau);
+    tau -= external;
     std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
     const PlantFriction& f = plant_.friction;
     for (Index j = 0; j < q.size(); ++j) {
       const auto at = static_cast<std::size_t>(j);
       const double v = qd[j];
-      const double u = tau[j];
+      const double u = tau[j] + external[j];
       if (std::abs(v) < 1e-4) {
         if (!resting_[at]) {
           resting_[at] = true;
-          held_[j] = f.stiction * f.Fc[j] * symmetric(random_);
+          held_[j] = f.stiction * f.Fc[j] * symmetric(stops_);
+        } else if (f.holds) {
+          const double most = f.stiction * f.Fc[j];
+          held_[j] = std::clamp((drive_[j] - tau[j]) / warm, -most, most);
         }
         tau[j] += warm * held_[j];
+        drive_[j] = tau[j];
         continue;
       }
       resting_[at] = false;
@@ -125,10 +136,11 @@ class PlantTorques {
 
  private:
   const Plant& plant_;
-  std::mt19937_64 random_;
+  std::mt19937_64 random_, stops_;
   std::normal_distribution<double> normal_;
   std::vector<InverseDynamics> dynamics_;
   Vector held_;
+  Vector drive_;  // torque of the drive at rest
   std::vector<bool> resting_;
 };
 

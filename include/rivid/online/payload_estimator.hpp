@@ -467,12 +467,12 @@ void PayloadEstimator<Scalar>::take(const Outcome& outcome) noexcept {
   const auto kind = static_cast<std::size_t>(outcome.tag);
   const auto residual = static_cast<double>(outcome.residual);
   counters_.since_row = 0;
-  if (!counters_.touched) {
-    noise_.take(kind, residual * noise_.sigma(kind));
-  }
   std::array<double, 4> l{};
   for (std::size_t k = 0; k < 4; ++k) {
     l[k] = static_cast<double>(outcome.gain * outcome.kept[6 + k]);
+  }
+  if (!counters_.touched) {
+    noise_.take(kind, (residual - load_change_.suspected(l)) * noise_.sigma(kind));
   }
   load_change_.take(l, residual, noise_, kind);
 }

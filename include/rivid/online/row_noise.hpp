@@ -213,16 +213,23 @@ class LoadChange {
       state_.suspicion = std::max(state_.suspicion, state_.tests[m]);
       s.mean += share * (std::min(test, most_usual * usual) - s.mean);
     }
+    if (!quiet()) {
+      state_.likely = most_likely();
+    }
     for (std::size_t m = 0; (state_.suspicion <= 1.0 || tried()) && m < memories; ++m) {
       state_.sums[m].fade(fade_[m]);
     }
   }
 
+  // What a change that is suspected makes of a row: no noise.
+  [[nodiscard]] double suspected(const std::array<double, 4>& l) const noexcept {
+    return quiet() ? 0.0 : inner(state_.likely, l);
+  }
+
   // The change that was found is tried from now on: whether the rows that come show it too, by their likelihood over
   // that of no change.
   void try_change() noexcept {
-    const auto by = std::ranges::max_element(state_.tests) - state_.tests.begin();
-    state_.delta = most_likely(state_.sums[static_cast<std::size_t>(by)]);
+    state_.delta = most_likely();
     state_.ratio = state_.highest = 0.0;
     state_.tried = true;
   }
@@ -307,6 +314,7 @@ class LoadChange {
     double suspicion = 0.0;                // the largest of these
     double steps = 0.0;
     bool tried = false;
+    Vector4 likely{};      // change that is suspected
     Vector4 delta{};       // what is tried
     double ratio = 0.0;    // logarithm of its likelihood over that of none
     double highest = 0.0;  // so far
@@ -344,7 +352,9 @@ class LoadChange {
     return inner(x, x);
   }
   // δ of L Lᵀ δ = a
-  [[nodiscard]] Vector4 most_likely(const Sums& s) const noexcept {
+  [[nodiscard]] Vector4 most_likely() const noexcept {
+    const auto by = std::ranges::max_element(state_.tests) - state_.tests.begin();
+    const Sums& s = state_.sums[static_cast<std::size_t>(by)];
     const Triangle L = factor(s.B);
     Vector4 x = whitened(L, s.a);
     for (std::size_t i = 4; i-- > 0;) {
