@@ -14,6 +14,7 @@
 #include "excite/mma.hpp"
 #include "excite/prior.hpp"
 #include "excite/problem.hpp"
+#include "excite/target.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -609,6 +610,9 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
     return parameters.empty() ? "criterion = \"parameters\" must say for which"
                               : "parameters are named, which goes with criterion = \"parameters\"";
   }
+  if (target.wanted() && curve != CurveKind::fourier) {
+    return "a target is for curve = \"fourier\", whose motion can be repeated";
+  }
   if (!(duration * rate_hz >= 10.0)) {
     return "duration is " + number(duration) + " s, must be at least ten samples of " + number(rate_hz) +
            " Hz";
@@ -626,7 +630,8 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
 }
 
 Excitation design(const Robot& robot, const ExcitationOptions& options) {
-  return Designer(robot, options).designed();
+  const auto once = [&](const ExcitationOptions& of) { return Designer(robot, of).designed(); };
+  return options.target.wanted() ? detail::designed_for_target(robot, options, once) : once(options);
 }
 
 }  // namespace rivid

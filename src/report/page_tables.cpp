@@ -201,6 +201,7 @@ std::map<std::string, KeyTable> key_tables() {
   out["simulation"].add<SimulationPlan>();
   out["simulation.added_control"].add<SimulationPlan::AddedControl>();
   out["excitation"].add<ExcitationPlan>();
+  out["excitation.target"].add<ExcitationTarget>();
   out["excitation.limits"].add<MotionLimits>();
   out["excitation.space"].add<Space>();
   out["excitation.half_space"].add<HalfSpace>();

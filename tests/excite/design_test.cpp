@@ -4,12 +4,14 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "rivid/error.hpp"
 #include "rivid/excite/excitation.hpp"
 #include "rivid/identify/covariance.hpp"
 #include "rivid/model/urdf.hpp"
+#include "rivid/regressor/batch.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/complaint.hpp"
@@ -138,6 +140,62 @@ TEST(Design, LeavesRoomForRobotsThatDifferFromTheDescription) {
   options.limits.prior_spread = 0.9;
   EXPECT_TRUE(test::says(message(robot, options), "of its torque in robots that differ by so much"))
       << message(robot, options);
+}
+
+// Largest standard deviation of a kind in percent of its value, or of a tenth of the largest of its unit, of
+// weighted least squares by code that shares nothing with the design: W of the played motion, inverted.
+double reached_percent(const Excitation& found, const Vector& noise, bool friction) {
+  const BaseParameters base = base_parameters(arm());
+  const Observation W = observation(arm(), base, found.motion);
+  Matrix M = Matrix::Zero(base.size(), base.size());
+  for (std::size_t j = 0; j < W.joints.size(); ++j) {
+    const JointRows& rows = W.joints[j];
+    const double s = noise[static_cast<Index>(j)];
+    M(rows.columns, rows.columns) += rows.W.transpose() * rows.W / (s * s);
+  }
+  const Vector sigma = M.inverse().diagonal().cwiseSqrt();
+  const Vector chi = base.from_standard(arm().chi_st());
+  double out = 0.0;
+  for (Index i = 0; i < base.size(); ++i) {
+    const BaseParameter& own = base.parameters[static_cast<std::size_t>(i)];
+    const ParameterKind kind = own.leading.kind;
+    if (friction ? kind != ParameterKind::Fv : is_friction(kind)) {
+      continue;
+    }
+    double scale = std::abs(chi[i]);
+    for (Index k = 0; k < base.size(); ++k) {
+      if (base.parameters[static_cast<std::size_t>(k)].unit == own.unit) {
+        scale = std::max(scale, 0.1 * std::abs(chi[k]));
+      }
+    }
+    out = std::max(out, 100.0 * sigma[i] / scale);
+  }
+  return out;
+}
+
+TEST(Design, ReachesStatedStandardDeviationsByRepetition) {
+  ExcitationOptions options = quick();
+  options.evaluations = 800;
+  options.noise.sigma = Vector::LinSpaced(6, 2.0, 0.2);
+  options.target = {.mass_percent = 4.0, .Fv_percent = 10.0};
+  const Excitation found = design(arm(), options);
+  const double masses = reached_percent(found, options.noise.sigma, false);
+  const double friction = reached_percent(found, options.noise.sigma, true);
+  const double share = std::max(masses / 4.0, friction / 10.0);
+  EXPECT_LE(share, 1.0) << masses << " " << friction;
+  EXPECT_GE(share, 0.9) << masses << " " << friction;
+  // More than one period, each from rest to rest, and all of it within the limits.
+  const double period = 2.0 * std::numbers::pi / found.series->omega_f;
+  EXPECT_GT(found.series->duration, 1.5 * period);
+  EXPECT_LE(period, options.duration + 1e-9);
+  EXPECT_LE(found.motion.qd.bottomRows(1).cwiseAbs().maxCoeff(), 1e-9);
+  expect_within_limits(arm(), options.limits, sampled(*found.series, found.motion.samples()), 1e-3);
+  EXPECT_LE((sampled(*found.series, found.motion.samples()).q - found.motion.q).cwiseAbs().maxCoeff(), 1e-9);
+  options.target.seconds = 0.5 * found.series->duration;
+  EXPECT_TRUE(test::says(message(arm(), options), "the target is out of reach in"))
+      << message(arm(), options);
+  options.curve = CurveKind::spline;
+  EXPECT_TRUE(test::says(message(arm(), options), "whose motion can be repeated"));
 }
 
 TEST(Design, BeginsAndEndsAtRest) {

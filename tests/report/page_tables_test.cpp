@@ -112,6 +112,7 @@ std::string refusal(const std::string& table, const std::string& setting) {
 // 1e300, or as much as an integer may be, is too much for each key of the files that the repository has.
 TEST(PageTables, HoldLimitsThatTheReaderKeeps) {
   const std::map<std::string, std::string> sections = {{"excitation", "excitation"},
+                                                       {"excitation.target", "excitation.target"},
                                                        {"excitation.limits", "excitation.limits"},
                                                        {"excitation.space", "excitation.space"},
                                                        {"montecarlo", "montecarlo"},

@@ -61,6 +61,38 @@ struct TorqueNoise {
   }
 };
 
+/// Standard deviations that an identification is to reach, in percent of a parameter's a-priori value, or of a
+/// tenth of the largest of its unit where that is more. 0: not asked for.
+struct ExcitationTarget {
+  double mass_percent = 0.0;  ///< of masses, first moments, inertias and rotors
+  double Fv_percent = 0.0;
+  double Fc_percent = 0.0;
+  double seconds = 300.0;  ///< that all repetitions of the motion may take [s]
+
+  [[nodiscard]] bool wanted() const { return mass_percent > 0.0 || Fv_percent > 0.0 || Fc_percent > 0.0; }
+
+  template <typename T = ExcitationTarget>
+  static constexpr auto fields() {
+    constexpr Range percent = Range::within(0.0, 1e3);
+    return std::tuple(Field{"mass_percent",
+                            &T::mass_percent,
+                            "largest standard deviation of masses, first moments, inertias and rotors",
+                            {.otherwise = "not asked for", .unit = "%", .range = percent}},
+                      Field{"Fv_percent",
+                            &T::Fv_percent,
+                            "of viscous friction",
+                            {.otherwise = "not asked for", .unit = "%", .range = percent}},
+                      Field{"Fc_percent",
+                            &T::Fc_percent,
+                            "of Coulomb friction",
+                            {.otherwise = "not asked for", .unit = "%", .range = percent}},
+                      Field{"seconds",
+                            &T::seconds,
+                            "that all repetitions may take",
+                            {.unit = "s", .range = Range::above(0.0, 1e5)}});
+  }
+};
+
 /// What design() is asked for.
 struct ExcitationOptions {
   double duration = 15.0;  ///< of the motion, one period of a Fourier series [s]
@@ -72,6 +104,8 @@ struct ExcitationOptions {
   Criterion criterion = Criterion::information;
   std::vector<std::string> parameters = {};  ///< of Criterion::parameters, by their names
   TorqueNoise noise = {};
+  /// If one is wanted, the design chooses harmonics, a period of at most `duration`, and its repetitions.
+  ExcitationTarget target = {};
   MotionLimits limits = {};
   Space space = {};        ///< what the robot must not touch
   Matrix known = {};       ///< information of earlier logs, Σ Wᵀ W / σ², (b × b); empty: none
@@ -135,6 +169,12 @@ struct ExcitationOptions {
               "instants at which limits are kept while searching",
               {.otherwise = "40 a harmonic, 16 a point", .range = Range::from(0, 1e4)}},
         embedded(&E::noise),
+        Field{
+            "target",
+            &E::target,
+            "standard deviations to reach, see [below](#excitationtarget): the design chooses `harmonics`, a "
+            "period of at most `duration`, and how often it is repeated",
+            {.otherwise = "none"}},
         Field{"limits",
               &E::limits,
               "what the motion must keep to, see [below](#excitationlimits)",
