@@ -328,6 +328,11 @@ inline constexpr std::array codes = {
                    "The observation matrix with columns of unit length has a condition number above 100, and "
                    "most of the variance of the named parameters comes from its weak directions.",
                    "Record a more exciting motion, add logs, or use the physically consistent parameters."},
+    DiagnosticCode{
+        "twins_differ", warning, "The data do not agree that two joints are twins.",
+        "A Wald test on the estimate without ties: p < 0.001 over the number of twins. The result has "
+        "the ties.",
+        "Take same_as out, or check mirror and gear_ratio of both joints."},
     DiagnosticCode{"physical_unsettled", warning,
                    "Warning of a result: the physically consistent parameters may not be the nearest ones.",
                    "The solver stopped before it reached its tolerance. They are consistent all the same.",

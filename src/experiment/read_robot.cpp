@@ -19,7 +19,10 @@ void read_more(TomlReader& keys, Coupling& out) {
   keys.read(Coupling::a_priori(), out);
 }
 
-void read_more(TomlReader& keys, Joint& out) { keys.read(Joint::a_priori(), out); }
+void read_more(TomlReader& keys, Joint& out) {
+  keys.read(Joint::a_priori(), out);
+  keys.read(Joint::twin(), out);
+}
 
 UrdfOptions read_urdf_options(TomlReader& keys) {
   UrdfOptions options;

@@ -175,7 +175,7 @@ void add_laws(std::map<std::string, KeyTable>& out, const std::tuple<Laws...>*) 
 std::map<std::string, KeyTable> key_tables() {
   std::map<std::string, KeyTable> out;
   out["robot"].add<Robot>(robot_keys).add<Joint>();
-  out["robot.joints"].add<Joint>(Joint::a_priori());
+  out["robot.joints"].add<Joint>(Joint::a_priori()).add<Joint>(Joint::twin());
   out["robot.dependent"].add<DependentJoint>();
   out["robot.coupling"].add<Coupling>().add<Coupling>(Coupling::a_priori());
   out["log"].add<LogSource>();

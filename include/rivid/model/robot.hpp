@@ -173,6 +173,13 @@ struct Joint {
   double Fv = 0.0;  ///< a-priori viscous friction [N·m·s/rad | N·s/m]
   double Fc = 0.0;  ///< a-priori Coulomb friction [N·m | N]
 
+  /// Twin of this joint, empty for none: identify() ties rotor inertia, friction (but for `off`) and the body of
+  /// the link to those of the joint of that name.
+  std::string same_as = {};
+  /// Signs ±1 of the axes of the link's frame, in which the twin's body becomes this one; empty: by the geometry,
+  /// at q = 0.
+  std::vector<int> mirror = {};
+
   /// g_τ of Eqs. (8, 9): joint-side torque per unit of the control signal.
   [[nodiscard]] double g_tau() const { return gear_ratio * drive_gain; }
 
@@ -208,6 +215,19 @@ struct Joint {
               &J::Fc,
               "a-priori Coulomb friction",
               {.otherwise = "URDF `friction`, else 0", .unit = "N·m or N"}});
+  }
+  /// What ties it to another joint.
+  template <typename J = Joint>
+  static constexpr auto twin() {
+    return std::tuple(
+        Field{"same_as",
+              &J::same_as,
+              "twin: joint whose parameters it shares, see [below](#twins)",
+              {.otherwise = "–"}},
+        Field{"mirror",
+              &J::mirror,
+              "of the twin: signs of the axes of the link's frame, `[1, -1, 1]` for a reflection in y",
+              {.otherwise = "by the geometry", .range = Range::within(-1, 1)}});
   }
 };
 

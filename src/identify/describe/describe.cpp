@@ -156,7 +156,11 @@ Identification described(const Answer& answer, const Judgement& judgement, Widen
   const EstimationProblem& problem = *answer.problem;
   const Estimated& found = answer.found;
   const Inference& inference = answer.inference;
-  const Vector& shift = judgement.alternatives.shift;
+  const auto tied = [&](const Matrix& moves) {
+    return inference.tie.size() > 0 && moves.size() > 0 ? Matrix(inference.tie * moves) : moves;
+  };
+  const Alternatives alternatives = {judgement.alternatives.believed, tied(judgement.alternatives.shift)};
+  const Vector& shift = alternatives.shift;
   Identification out;
   out.method = name(problem.estimation.method);
   out.title = std::string(title(problem.estimation.method)) + found.loss;
@@ -171,7 +175,7 @@ Identification described(const Answer& answer, const Judgement& judgement, Widen
   }
   out.chi = inference.chi;
   Findings findings;
-  const Matrix by_rows = row_shifts(answer, findings);
+  const Matrix by_rows = tied(row_shifts(answer, findings));
   const Vector row_shift = by_rows.rowwise().norm();
   out.C_chi = inference.uncertainty.C + by_rows * by_rows.transpose();
   out.gain_slopes = inference.gain_slopes;
@@ -226,7 +230,7 @@ Identification described(const Answer& answer, const Judgement& judgement, Widen
   if (widened == Widened::whole && inference.of_geometry.size() > 0) {
     out.C_chi += inference.of_geometry;
   }
-  out.parameters = parameters_of(answer, out.C_chi, row_shift, judgement.alternatives);
+  out.parameters = parameters_of(answer, out.C_chi, row_shift, alternatives);
   if (out.robust && found.estimate) {
     add_largest_shift(out.parameters, *out.robust);
   }

@@ -10,6 +10,7 @@
 #include "identify/infer/geometry.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/infer/parameter_set.hpp"
+#include "identify/infer/twins.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/solve/inference.hpp"
@@ -205,6 +206,14 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
   }
   if (!found.iv && !estimate.loss && problem.factors == nullptr) {
     out.noise_bias = noise_bias(problem, estimate, estimate.chi);
+  }
+  tie_twins(problem, estimate, out);
+  if (out.tie.size() > 0) {
+    Estimated those;
+    those.status = found.status;
+    those.estimate = problem.estimation.physical ? tied(estimate, out.tie) : estimate;
+    add_physical(problem, those, {}, out);
+    return out;
   }
   add_physical(problem, found, statistics.blocks, out);
   add_essential(problem, estimate, out);

@@ -36,6 +36,8 @@ struct Inference {
   std::optional<Uncertainty> unfiltered = {};  // of the estimate before the prefilter
   Vector least_squares = {};                   // on the rows of an estimate by instruments, (b) or empty
   Vector noise_bias = {};                      // (b) or empty
+  Matrix tie =
+      {};  // chi = tie χ̂ where joints have twins, which all of the above has been through; else empty
   Fit fit = {};
   std::optional<PhysicalModel> physical = {};
   std::optional<EssentialModel> essential = {};  // its covariance left out
