@@ -452,7 +452,7 @@ class Odd final : public rivid::Reference {
   [[nodiscard]] double duration() const override { return duration_; }
   void at(double t, Eigen::Ref<Vector> q_r, Eigen::Ref<Vector> qd_r,
           Eigen::Ref<Vector> qdd_r) const override {
-    q_r.setConstant(t < until_ ? 0.0 : double{NAN});
+    q_r.setConstant(t < until_ ? 0.0 : std::nan(""));
     qd_r.setZero();
     qdd_r.setZero();
   }
@@ -469,7 +469,7 @@ TEST(ClosedLoop, RefusesAReferenceThatIsNone) {
       return simulate(scara.robot, scara.base, scara.truth, scara.control, scara.J, Odd(duration, until));
     });
   };
-  for (const double duration : {double{NAN}, -1.0, HUGE_VAL}) {
+  for (const double duration : {std::nan(""), -1.0, HUGE_VAL}) {
     EXPECT_TRUE(
         rivid::test::says(message(duration, 1.0), "both must be finite, and the second not negative"));
   }
@@ -480,7 +480,7 @@ TEST(ClosedLoop, RefusesAReferenceThatIsNone) {
 TEST(ClosedLoop, NamesTheReferenceOrTheSignalThatIsNoNumber) {
   const Scara scara;
   const rivid::DynamicModel model(scara.robot, scara.base, scara.truth);
-  const Open law([](double t) { return t < 0.05 ? 0.0 : double{NAN}; });
+  const Open law([](double t) { return t < 0.05 ? 0.0 : std::nan(""); });
   for (const double period : {0.0, 0.01}) {
     const SimulationOptions options{.f_m = 100.0, .sampling = {.period = period}};
     const Simulation by_law = simulate(scara.robot, model, law, rest(2, 1.0), options);
