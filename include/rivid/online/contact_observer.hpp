@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rivid/error.hpp"
@@ -166,13 +167,19 @@ class ContactObserver {
   [[nodiscard]] Scalar threshold(Index j) const noexcept;
   /// Standard deviations that the threshold of joint j lies above the mean.
   [[nodiscard]] Scalar level(Index j) const noexcept {
-    return j >= 0 && j < size() ? static_cast<Scalar>(levels_[j]) : std::numeric_limits<Scalar>::quiet_NaN();
+    return j >= 0 && j < size() ? static_cast<Scalar>(level_of(j)) : std::numeric_limits<Scalar>::quiet_NaN();
   }
 
   /// Whether joint j has a threshold; it sees no contact before.
   [[nodiscard]] bool learned(Index j) const noexcept { return std::isfinite(level(j)); }
   /// Whether all joints have.
-  [[nodiscard]] bool learned() const noexcept { return levels_.allFinite(); }
+  [[nodiscard]] bool learned() const noexcept {
+    bool out = true;
+    for (Index s = 0; s < 2 * size(); ++s) {
+      out = out && std::isfinite(level_of(s));
+    }
+    return out;
+  }
 
   [[nodiscard]] bool contact() const noexcept { return link_ >= 0; }
   /// The link that is touched, counted from 0: the last joint that has felt more than three deviations since
@@ -217,21 +224,24 @@ class ContactObserver {
   /// Begins anew; thresholds stay.
   void reset() noexcept {
     running_ = false;
+    resting_ = 0;
     end_contact();
   }
   /// Thresholds are forgotten too.
   void forget() noexcept {
     reset();
     deviation_.setConstant(std::numeric_limits<Scalar>::infinity());
+    limit_ = deviation_;
     std::ranges::fill(classes_, Moments{});
+    std::ranges::fill(held_, Moments{});
     std::ranges::fill(tails_, Tail{});
     levels_.setConstant(std::numeric_limits<double>::infinity());
   }
 
   [[nodiscard]] auto state() noexcept {
     return std::tie(momentum_, residual_, relative_, fast_, fast_relative_, contact_, collision_, p_, rate_,
-                    friction_, q_, qd_, mean_, deviation_, levels_, classes_, tails_, motions_, link_,
-                    running_);
+                    friction_, q_, qd_, mean_, deviation_, limit_, levels_, classes_, tails_, motions_,
+                    rests_, held_, late_, resting_, link_, running_);
   }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
@@ -239,15 +249,23 @@ class ContactObserver {
   // Squares of what lies far beyond would overflow.
   static constexpr double largest_position = 1e6;
   static constexpr double largest = 1e9;
-  // Classes of a joint's motion: at rest, and by direction after a reversal and by half octaves of speed.
+  // Classes of a joint's motion: just stopped, at rest, and by direction after a reversal and by half octaves of
+  // speed.
   static constexpr int half_octaves = 20;
-  static constexpr int class_count = 1 + 2 * (1 + half_octaves);
-  static constexpr int at_rest = 0;
+  static constexpr int class_count = 2 + 2 * (1 + half_octaves);
+  static constexpr int stopped = 0;
+  static constexpr int at_rest = 1;
+  // Time over which a rest's own mean is taken [s].
+  static constexpr double rest_memory = 2.0;
   // The largest size of a second, in deviations: mean and deviation before any was seen, which count for so
   // many seconds.
   static constexpr double usual_peak = 3.0;
   static constexpr double usual_spread = 1.0;
   static constexpr double usual_seconds = 5.0;
+  // A threshold at rest over the largest that was learned.
+  static constexpr double beyond = 1.1;
+  // Memory while learning [s].
+  static constexpr double ever = 1e9;
   // Length of the first stretch of learning [s].
   static constexpr double first_seconds = 2.0;
   // No threshold is lower, in deviations.
@@ -281,6 +299,7 @@ class ContactObserver {
     double count = 0.0;
     double mean = 0.0;
     double square = 0.0;  // Σ (x − mean)²
+    double largest = 0.0;
   };
   // The largest sizes of seconds, in deviations. Those of the begin, when the moments were hardly known, are
   // left behind: a stretch of learning that is twice as long as the last one takes its place.
@@ -293,7 +312,7 @@ class ContactObserver {
   struct Motion1 {
     int direction = 0;
     double since_reversal = 1e9;  // [s]
-    int kind = at_rest;
+    int kind = stopped;
   };
 
   [[nodiscard]] static InverseDynamicsOptions smoothing(const ModelData& model,
@@ -306,6 +325,8 @@ class ContactObserver {
   }
   void classify(Index j, const Scalar& speed) noexcept;
   void learn(Index s, double memory) noexcept;
+  void learn_tail(std::size_t which, double deviations, double memory) noexcept;
+  void follow_rest(double memory) noexcept;
   void judge() noexcept;
   [[nodiscard]] double highest_of(Index band, Result& relative) noexcept;
   [[nodiscard]] Wrench explained(Index link, const Eigen::Vector3<Scalar>& point, double force,
@@ -323,9 +344,22 @@ class ContactObserver {
   }
   [[nodiscard]] const Moments& moments(Index s) const noexcept;
   void follow_class(Index s) noexcept;
+  // Whether friction bounds signal s: that of a joint at rest.
+  [[nodiscard]] bool bounded(Index s) const noexcept {
+    const auto j = static_cast<std::size_t>(s % size());
+    return rubs_[j] && motions_[j].kind <= at_rest;
+  }
   // Of signal s: r of joint s, or what the faster residual of joint s − n has beyond it.
   [[nodiscard]] Scalar signal(Index s) const noexcept {
     return s < size() ? residual_[s] : fast_[s - size()] - residual_[s - size()];
+  }
+  [[nodiscard]] std::size_t tail_of(Index s) const noexcept {
+    return static_cast<std::size_t>(bounded(s) ? 2 * size() + s : s);
+  }
+  // Level of signal s; of a kind of motion that is not known that of the other.
+  [[nodiscard]] double level_of(Index s) const noexcept {
+    const double own = levels_[static_cast<Index>(tail_of(s))];
+    return std::isfinite(own) ? own : std::min(levels_[s], levels_[2 * size() + s]);
   }
   template <typename Visit>
   void visit_frames(Index last, const Visit& visit) const noexcept;
@@ -341,18 +375,23 @@ class ContactObserver {
   detail::Momentum<Scalar> momentum_;
   BasicInverseDynamics<Scalar> dynamics_;
   Vector smoothing_speed_;
-  Vector load_;           // Fl of each joint …
-  Vector load_speed_;     // … and the speed that smooths its sign
-  Eigen::Matrix3d axes_;  // of the last link's frame in its frame j
+  std::vector<bool> rubs_;  // whether a joint has dry friction
+  Vector load_;             // Fl of each joint …
+  Vector load_speed_;       // … and the speed that smooths its sign
+  Eigen::Matrix3d axes_;    // of the last link's frame in its frame j
   Scalar keep_, keep_fast_;
   Result residual_, relative_, fast_, fast_relative_, p_, rate_, friction_, q_, qd_, next_p_, next_rate_,
       next_friction_;
   // That the signals have in the classes of late; infinite deviation: not known. (2n)
-  Result mean_, deviation_;
-  Vector levels_;                 // (2n)
+  Result mean_, deviation_, limit_;
+  Vector levels_;                 // of each tail
   std::vector<Moments> classes_;  // class_count of each signal, then one of all
-  std::vector<Tail> tails_;
+  std::vector<Tail> tails_;       // of the signals in motion, of the signals at rest, and of rests
   std::vector<Motion1> motions_;
+  std::vector<Moments> rests_, held_;  // r of the rest at hand; what r differs by from it, in all rests
+  Index delay_;
+  Eigen::MatrixX<Scalar> late_;  // r of the last delay_ ticks, (n × delay_)
+  Index resting_ = 0;            // ticks for which all joints have been at rest
   Alarm contact_, collision_;
   Index link_ = -1;
   bool running_ = false;
@@ -378,23 +417,32 @@ ContactObserver<Scalar>::ContactObserver(const ModelData& model, const ContactOb
       momentum_(model),
       dynamics_(model, smoothing(model, options)),
       smoothing_speed_(smoothing(model, options).smoothing_speed),
+      rubs_(static_cast<std::size_t>(model.size()), false),
       load_(Vector::Zero(model.size())),
       load_speed_(smoothing_speed_),
       axes_(link_axes(model.chain.links.back()).transpose()),
       keep_(static_cast<Scalar>(std::exp(-options.bandwidth / options.f_m))),
       keep_fast_(static_cast<Scalar>(std::exp(-options.collision_bandwidth / options.f_m))),
-      levels_(Vector::Constant(2 * model.size(), std::numeric_limits<double>::infinity())),
+      levels_(Vector::Constant(5 * model.size(), std::numeric_limits<double>::infinity())),
       classes_(2 * static_cast<std::size_t>(model.size()) * (class_count + 1)),
-      tails_(2 * static_cast<std::size_t>(model.size())),
+      tails_(5 * static_cast<std::size_t>(model.size())),
       motions_(static_cast<std::size_t>(model.size())),
+      rests_(static_cast<std::size_t>(model.size())),
+      held_(static_cast<std::size_t>(model.size())),
+      delay_(std::max<Index>(std::lround(options.settling * options.f_m), 1)),
+      late_(Matrix::Zero(model.size(), delay_).template cast<Scalar>()),
       owner_(owner_of(model, options)) {
   for (Result* const x : {&residual_, &relative_, &fast_, &fast_relative_, &p_, &rate_, &friction_, &q_, &qd_,
                           &next_p_, &next_rate_, &next_friction_}) {
     *x = Result::Zero(model.size());
   }
   mean_ = Result::Zero(2 * model.size());
-  deviation_ = Result::Constant(2 * model.size(), std::numeric_limits<Scalar>::infinity());
+  limit_ = deviation_ = Result::Constant(2 * model.size(), std::numeric_limits<Scalar>::infinity());
   for (const DryFriction& element : model.dry_friction) {
+    for (Index j = 0; j < model.size(); ++j) {
+      const bool holds = element.direction[j] != 0.0 && element.Fc_plus + element.Fc_minus > 0.0;
+      rubs_[static_cast<std::size_t>(j)] = rubs_[static_cast<std::size_t>(j)] || holds;
+    }
     if (element.load > 0.0) {
       load_[element.joint()] = element.load;
       load_speed_[element.joint()] =
@@ -428,6 +476,9 @@ template <typename Scalar>
 bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Values& tau,
                                      Mode mode) noexcept {
   const Index n = size();
+  const double memory = mode == Mode::learn                   ? ever
+                        : mode == Mode::follow && untouched() ? options_.memory
+                                                              : 0.0;
   if (q.size() != n || qd.size() != n || tau.size() != n || !detail::plausible(q, largest_position) ||
       !detail::plausible(qd, largest) || !detail::plausible(tau, largest)) {
     reset();
@@ -455,12 +506,14 @@ bool ContactObserver<Scalar>::update(const Values& q, const Values& qd, const Va
     classify(j, qd[j]);
     for (const Index s : {j, n + j}) {
       follow_class(s);
-      if (running_ && (mode == Mode::learn || (mode == Mode::follow && untouched()))) {
-        learn(s, mode == Mode::learn ? 1e9 : options_.memory);
+      if (running_ && memory > 0.0) {
+        learn(s, memory);
       }
     }
   }
   running_ = true;
+  relative_.setZero();
+  follow_rest(memory);
   judge();
   if (contact_.on || collision_.on) {  // no second with a contact is a measure of those without
     for (Tail& tail : tails_) {
@@ -485,14 +538,46 @@ void ContactObserver<Scalar>::classify(Index j, const Scalar& speed) noexcept {
     motion.direction = direction;
   }
   if (direction == 0) {
-    motion.kind = at_rest;
+    motion.kind = motion.since_reversal < options_.settling ? stopped : at_rest;
     return;
   }
   // An error of friction changes its sign with the direction: it belongs to the mean.
   const int speed_class = motion.since_reversal < options_.settling
                               ? 0
                               : 1 + std::clamp(std::ilogb(v * v / (slow * slow)), 0, half_octaves - 1);
-  motion.kind = 1 + 2 * speed_class + (direction > 0 ? 0 : 1);
+  motion.kind = 2 + 2 * speed_class + (direction > 0 ? 0 : 1);
+}
+
+// Friction holds a joint at rest by any torque, but by the same one for all of a rest. A joint that breaks away is
+// no contact: r is judged a little late, once it is known that all joints are still at rest.
+template <typename Scalar>
+void ContactObserver<Scalar>::follow_rest(double memory) noexcept {
+  const bool rests = std::ranges::all_of(motions_, [](const Motion1& m) { return m.direction == 0; });
+  resting_ = rests ? resting_ + 1 : 0;
+  const Index settled = resting_ - 2 * delay_;
+  for (Index j = 0; j < size(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    Scalar& newest = late_(j, resting_ % delay_);
+    const auto r = static_cast<double>(std::exchange(newest, residual_[j]));
+    if (settled <= 0) {
+      rests_[at] = {};
+      continue;
+    }
+    const double off = rests_[at].count > 0.0 ? r - rests_[at].mean : 0.0;
+    const double sigma =
+        std::sqrt(std::max(held_[at].square / std::max(held_[at].count, 1.0), least_variance));
+    const double limit = levels_[4 * size() + j] * sigma;
+    relative_[j] = std::isfinite(limit) ? static_cast<Scalar>(off / limit) : Scalar(0);
+    if (untouched() || rests_[at].count == 0.0) {
+      add(rests_[at], r, rest_memory * options_.f_m);
+    }
+    if (memory > 0.0) {
+      add(held_[at], off, memory * options_.f_m);
+      if (known(held_[at])) {
+        learn_tail(4 * static_cast<std::size_t>(size()) + at, std::abs(off) / sigma, memory);
+      }
+    }
+  }
 }
 
 template <typename Scalar>
@@ -505,18 +590,35 @@ void ContactObserver<Scalar>::learn(Index s, double memory) noexcept {
   if (!known(classes_[first + kind])) {
     return;
   }
-  Tail& tail = tails_[static_cast<std::size_t>(s)];
-  tail.highest = std::max(tail.highest,
-                          std::abs(r - static_cast<double>(mean_[s])) / static_cast<double>(deviation_[s]));
+  learn_tail(tail_of(s), std::abs(r - static_cast<double>(mean_[s])) / static_cast<double>(deviation_[s]),
+             memory);
+}
+
+template <typename Scalar>
+void ContactObserver<Scalar>::learn_tail(std::size_t which, double deviations, double memory) noexcept {
+  Tail& tail = tails_[which];
+  tail.highest = std::max(tail.highest, deviations);
   tail.ticks += 1.0;
   if (tail.ticks < options_.f_m) {
     return;
   }
-  add(tail.now, tail.highest, tail_memories * memory);
-  tail.ticks = tail.highest = 0.0;
+  const double highest = std::exchange(tail.highest, 0.0);
+  tail.ticks = 0.0;
+  const auto joints = static_cast<std::size_t>(size());
+  const bool bounded = which >= 2 * joints && which < 4 * joints;
+  if (bounded && memory < ever) {
+    return;
+  }
+  add(tail.now, highest, tail_memories * memory);
+  tail.now.largest = std::max(tail.now.largest, highest);
   if (tail.now.count >= std::max(2.0 * tail.before.count, first_seconds)) {
     tail.before = tail.now;
     tail.now = {};
+  }
+  if (bounded) {  // what friction holds has an end, and it was nearly there
+    levels_[static_cast<Index>(which)] = std::max(tail.before.largest, tail.now.largest) *
+                                         (beyond + usual_seconds / (tail.before.count + tail.now.count));
+    return;
   }
   Moments all{usual_seconds, usual_peak, usual_seconds * usual_spread * usual_spread};
   for (const Moments& part : {tail.before, tail.now}) {
@@ -530,7 +632,8 @@ void ContactObserver<Scalar>::learn(Index s, double memory) noexcept {
   // / √6.
   const double beta = std::sqrt(6.0 * all.square / all.count) / std::numbers::pi;
   const double seconds_to_alarm = 3600.0 * static_cast<double>(model_.size()) / options_.alarms_per_hour;
-  levels_[s] = std::max(all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
+  levels_[static_cast<Index>(which)] =
+      std::max(all.mean + beta * (std::log(seconds_to_alarm) - std::numbers::egamma), least_level);
 }
 
 // Of the class at hand; where that was hardly met, of all motion.
@@ -553,8 +656,11 @@ void ContactObserver<Scalar>::follow_class(Index s) noexcept {
   const auto deviation = static_cast<Scalar>(std::sqrt(std::max(m.square / m.count, least_variance)));
   // r begins with zero.
   mean_[s] = running_ ? keep_ * mean_[s] + (Scalar(1) - keep_) * mean : Scalar(0);
-  const bool begins = !running_ || !std::isfinite(deviation_[s]);
-  deviation_[s] = begins ? deviation : keep_ * deviation_[s] + (Scalar(1) - keep_) * deviation;
+  const auto follow = [&](Scalar& x, const Scalar& to) {
+    x = running_ && std::isfinite(x) ? keep_ * x + (Scalar(1) - keep_) * to : to;
+  };
+  follow(deviation_[s], deviation);
+  follow(limit_[s], static_cast<Scalar>(level_of(s)) * deviation);
 }
 
 template <typename Scalar>
@@ -562,7 +668,7 @@ Scalar ContactObserver<Scalar>::threshold(Index j) const noexcept {
   if (j < 0 || j >= size()) {
     return std::numeric_limits<Scalar>::quiet_NaN();
   }
-  return static_cast<Scalar>(levels_[j]) * deviation_[j];
+  return std::isfinite(limit_[j]) ? limit_[j] : static_cast<Scalar>(level_of(j)) * deviation_[j];
 }
 
 // Signals of a band over their thresholds, and the largest of these.
@@ -571,8 +677,8 @@ double ContactObserver<Scalar>::highest_of(Index band, Result& relative) noexcep
   double highest = 0.0;
   for (Index j = 0; j < size(); ++j) {
     const Index s = band * size() + j;
-    const Scalar limit = static_cast<Scalar>(levels_[s]) * deviation_[s];
-    relative[j] = std::isfinite(limit) ? (signal(s) - mean_[s]) / limit : Scalar(0);
+    const Scalar now = std::isfinite(limit_[s]) ? (signal(s) - mean_[s]) / limit_[s] : Scalar(0);
+    relative[j] = band == 0 && std::abs(relative[j]) > std::abs(now) ? relative[j] : now;
     highest = std::max(highest, std::abs(static_cast<double>(relative[j])));
   }
   return highest;
@@ -588,8 +694,8 @@ void ContactObserver<Scalar>::judge() noexcept {
     return;
   }
   for (Index j = 0; j < size(); ++j) {
-    const double deviations = std::abs(static_cast<double>(relative_[j])) * levels_[j];
-    link_ = std::isfinite(levels_[j]) && deviations > felt ? std::max(link_, j) : std::max<Index>(link_, 0);
+    const double deviations = std::abs(static_cast<double>(relative_[j])) * level_of(j);
+    link_ = std::isfinite(level_of(j)) && deviations > felt ? std::max(link_, j) : std::max<Index>(link_, 0);
   }
 }
 
