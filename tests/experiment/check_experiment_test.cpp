@@ -12,6 +12,7 @@
 
 #include "experiment/target_gains.hpp"
 #include "rivid/experiment/experiment.hpp"
+#include "support/normal.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace rivid {
@@ -32,7 +33,7 @@ struct ControllerLog {
   // 20 s at 100 Hz.
   [[nodiscard]] std::string text(bool targets = true) const {
     std::mt19937_64 random(seed);
-    std::normal_distribution<double> normal;
+    test::Normal normal;
     std::array<double, 2> error{};
     std::string out = targets ? "t,q1,q2,i1,i2,itarget1,itarget2,tautarget1,tautarget2\n" : "t,q1,q2,i1,i2\n";
     const auto cell = [](double x) { return ',' + std::to_string(x); };

@@ -15,6 +15,7 @@
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "support/complaint.hpp"
+#include "support/normal.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -71,7 +72,7 @@ struct Study {
 
   [[nodiscard]] Log noisy(double sigma, std::uint64_t seed) const {
     std::mt19937_64 random(seed);
-    std::normal_distribution<double> normal(0.0, sigma);
+    test::Normal normal(0.0, sigma);
     Log out = log;
     out.tau += Matrix::NullaryExpr(log.tau.rows(), log.tau.cols(), [&] { return normal(random); });
     return out;

@@ -9,6 +9,7 @@
 #include "rivid/model/kdl.hpp"
 #include "support/complaint.hpp"
 #include "support/mallocs.hpp"
+#include "support/normal.hpp"
 #include "support/online.hpp"
 #include "support/random_chain.hpp"
 #include "support/robots.hpp"
@@ -138,7 +139,7 @@ TEST(ContactObserver, LearnsThresholdsAndNamesTheLinkAndTheForce) {
   const Scene s = scene(6, 4, 60.0);
   ContactObserver<double> observer(s.model, {.f_m = f_m});
   std::mt19937_64 random(4);
-  std::normal_distribution<double> noise(0.0, 0.5);
+  test::Normal noise(0.0, 0.5);
   const auto tick = [&](Index k, const Vector& external, auto mode) {
     Vector tau = held(s.tau, k) - external;
     for (double& x : tau) {
@@ -190,7 +191,7 @@ TEST(ContactObserver, GivesNoMoreFalseAlarmsThanItsThresholdsAreMadeFor) {
   constexpr double per_hour = 360.0;
   ContactObserver<double> observer(s.model, {.f_m = f_m, .alarms_per_hour = per_hour});
   std::mt19937_64 random(6);
-  std::normal_distribution<double> noise(0.0, 0.5);
+  test::Normal noise(0.0, 0.5);
   using Mode = ContactObserver<double>::Mode;
   constexpr double learned = 600.0;
   constexpr double watched = 1200.0;
@@ -225,7 +226,7 @@ TEST(ContactObserver, TakesOffWhatWrongFrictionLeaves) {
   const Scene s = scene(3, 7, 60.0);
   ContactObserver<double> observer(s.model, {.f_m = f_m});
   std::mt19937_64 random(7);
-  std::normal_distribution<double> noise(0.0, 2.0);
+  test::Normal noise(0.0, 2.0);
   constexpr double Fc = 3.0;
   using Mode = ContactObserver<double>::Mode;
   int contacts = 0;
@@ -263,7 +264,7 @@ TEST(ContactObserver, FollowsFrictionThatDriftsAndStillFeelsATouch) {
   for (const Mode mode : {Mode::follow, Mode::observe}) {
     ContactObserver<double> observer(s.model, {.f_m = f_m, .memory = 20.0});
     std::mt19937_64 random(7);
-    std::normal_distribution<double> noise(0.0, 0.5);
+    test::Normal noise(0.0, 0.5);
     const auto tick = [&](Index k, double Fc, const Vector& external, Mode as) {
       const Index at = k % s.tau.rows();
       if (at == 0) {  // the motion jumps
@@ -304,7 +305,7 @@ TEST(ContactObserver, DistinguishesACollisionFromASlowPush) {
   const Scene s = scene(3, 6, 60.0);
   ContactObserver<double> observer(s.model, {.f_m = f_m, .hold = 0.2});
   std::mt19937_64 random(6);
-  std::normal_distribution<double> noise(0.0, 0.5);
+  test::Normal noise(0.0, 0.5);
   using Mode = ContactObserver<double>::Mode;
   const auto tick = [&](Index k, double external, Mode mode) {
     Vector tau = held(s.tau, k) - Vector::Constant(3, external);
@@ -350,7 +351,7 @@ TEST(ContactObserver, KnowsTheSixComponentsOfAWrenchAndTheirDeviations) {
   const Scene s = scene(6, 4, 0.1, true);
   ContactObserver<double> observer(s.model, {.f_m = f_m});
   std::mt19937_64 random(4);
-  std::normal_distribution<double> noise(0.0, 0.5);
+  test::Normal noise(0.0, 0.5);
   using Mode = ContactObserver<double>::Mode;
   const Vector q = s.motion.q.row(0).transpose();
   const Vector rest = Vector::Zero(6);

@@ -9,6 +9,7 @@
 #include "rivid/online/friction_monitor.hpp"
 #include "rivid/online/payload_estimator.hpp"
 #include "rivid/online/recursive_identifier.hpp"
+#include "support/normal.hpp"
 #include "support/online.hpp"
 #include "support/robots.hpp"
 
@@ -44,7 +45,7 @@ Ticks ticks(const Scene& scene, const Vector& chi_st, double f_m, double seconds
   const Motion motion = test::Wandering(n, 5, 0.5, 1.2).at(test::ticks(seconds, f_m));
   Ticks out{motion.q.transpose(), test::torques(DynamicModel(scene.robot, chi_st), motion).transpose()};
   std::mt19937_64 random(6);
-  std::normal_distribution<double> normal(0.0, noise);
+  test::Normal normal(0.0, noise);
   for (double& x : out.tau.reshaped()) {
     x += normal(random);
   }

@@ -7,6 +7,7 @@
 
 #include "support/complaint.hpp"
 #include "support/mallocs.hpp"
+#include "support/normal.hpp"
 #include "support/online.hpp"
 #include "support/robots.hpp"
 
@@ -44,7 +45,7 @@ Inertial brick(double mass) {
 
 Matrix with_noise(Matrix tau, double sigma, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> noise(0.0, sigma);
+  test::Normal noise(0.0, sigma);
   for (double& x : tau.reshaped()) {
     x += noise(random);
   }
@@ -277,7 +278,7 @@ TEST(RowNoise, IsTheDeviationOfSumsOfErrorsThatAreAlikeBySpeed) {
   ASSERT_NE(slow, fast);
   EXPECT_FALSE(noise.known(slow));
   std::mt19937_64 random(1);
-  std::normal_distribution<double> normal;
+  test::Normal normal;
   double error = 0.0;
   double mean = 0.0;
   double ratio = 0.0;
@@ -397,7 +398,7 @@ TEST(LoadChange, MeasuresErrorsThatLookLikeALoadByThemselves) {
   constexpr double per_second = 40.0;
   detail::RowNoise noise(Vector::Constant(1, 1.0), Vector::Constant(1, 0.1), 1e9);
   std::mt19937_64 random(5);
-  std::normal_distribution<double> normal;
+  test::Normal normal;
   for (int k = 0; k < 1000; ++k) {
     noise.take(0, normal(random));
   }
@@ -471,7 +472,7 @@ TEST(PayloadEstimator, WeighsAPayloadInFourPoses) {
     PayloadEstimator<double> estimator(scene.model, options_of());
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> angle(-2.0, 2.0);
-    std::normal_distribution<double> noise(0.0, 0.3);
+    test::Normal noise(0.0, 0.3);
     for (int pose = 0; pose < 14; ++pose) {
       const bool held = pose >= 10;
       if (pose == 10) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "support/complaint.hpp"
+#include "support/normal.hpp"
 #include "support/online.hpp"
 #include "support/robots.hpp"
 
@@ -51,7 +52,7 @@ struct Scene {
   template <typename Take>
   void run(const Motion& motion, const Vector& truth, double noise, const Take& take) {
     const Matrix tau = test::torques(DynamicModel(robot, truth), motion).transpose();
-    std::normal_distribution<double> normal;
+    test::Normal normal;
     for (Index k = 0; k < motion.samples(); ++k) {
       Vector q = motion.q.row(k).transpose();
       Vector torque = tau.col(k);
