@@ -75,8 +75,7 @@ enum class ParameterSet {
 /// Which numbers of a result a model is made of.
 struct IdentifiedModelOptions {
   /// Empty: the physically consistent set where the result has one, else the estimate. That set is the better
-  /// one for a controller: M(q) is positive definite everywhere, friction brakes, and on motions that took no
-  /// part in the fit its torques were at least as good on all real logs tried, see docs/physical.md.
+  /// one for a controller: M(q) is positive definite everywhere, and friction brakes, see docs/physical.md.
   std::optional<ParameterSet> parameters = std::nullopt;
   bool force = false;  ///< takes a result whose status is not `identified`
 };
