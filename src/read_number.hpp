@@ -4,6 +4,7 @@
 #include <version>
 
 #ifndef __cpp_lib_to_chars
+#include <algorithm>
 #include <cerrno>
 #include <clocale>
 #include <cmath>
