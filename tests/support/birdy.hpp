@@ -12,6 +12,7 @@
 #include "rivid/simulate/closed_loop.hpp"
 #include "rivid/simulate/control_laws.hpp"
 #include "rivid/simulate/references.hpp"
+#include "support/normal.hpp"
 #include "support/tx40.hpp"
 
 namespace rivid::test {
@@ -82,7 +83,7 @@ struct BirdyTx40 {
     options.sampling.period = period;
     options.sampling.reference_lead = 1;
     std::mt19937_64 random(seed);
-    std::normal_distribution<double> normal(0.0, position_noise_deg * std::numbers::pi / 180.0);
+    Normal normal(0.0, position_noise_deg * std::numbers::pi / 180.0);
     options.sampling.position_noise = Matrix::NullaryExpr(control_periods, 6, [&] { return normal(random); });
     return options;
   }
@@ -113,7 +114,7 @@ struct BirdyTx40 {
     const Simulation run = simulate(robot, model, *control({robot, model, {}}), reference, options);
     const Index rows = (control_periods - 1) / periods_a_row;
     std::mt19937_64 random(seed + 1000);
-    std::normal_distribution<double> normal(0.0, torque_noise);
+    Normal normal(0.0, torque_noise);
     Log out;
     out.source = "seed " + std::to_string(seed);
     out.f_m = options.f_m / static_cast<double>(periods_a_row);
@@ -143,7 +144,7 @@ struct BirdyTx40 {
     const std::vector<StandardParameter> standard = robot.standard_parameters();
     const auto count = static_cast<Index>(standard.size());
     std::mt19937_64 random(1);
-    std::normal_distribution<double> normal;
+    Normal normal;
     Motion motion;
     for (Matrix* const part : {&motion.q, &motion.qd, &motion.qdd}) {
       *part = Matrix::NullaryExpr(samples, 6, [&] { return normal(random); });

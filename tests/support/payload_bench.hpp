@@ -11,6 +11,7 @@
 #include "rivid/identify/rows.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/regressor/base.hpp"
+#include "support/normal.hpp"
 #include "support/online.hpp"
 
 namespace rivid::test {
@@ -28,7 +29,7 @@ struct Box {
 // error of an interval.
 inline Vector standard_normal(Index count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
+  Normal normal;
   Vector out = Vector::NullaryExpr(count, [&](Index /*at*/) { return normal(random); });
   out.array() -= out.mean();
   return std::sqrt(static_cast<double>(count)) / out.norm() * out;
@@ -74,7 +75,7 @@ class PayloadBench {
       }
     }
     const Vector chi = base.from_standard(chi_st);
-    std::normal_distribution<double> noise(0.0, sigma);
+    Normal noise(0.0, sigma);
     std::mt19937_64 errors(seed);
     const Rows made = rows(robot, base, out, signal());
     for (std::size_t j = 0; j < made.Y.size(); ++j) {

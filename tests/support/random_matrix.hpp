@@ -4,13 +4,14 @@
 #include <random>
 
 #include "rivid/types.hpp"
+#include "support/normal.hpp"
 
 namespace rivid::test {
 
 /// Independent normal deviates.
 inline Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
+  Normal normal;
   return Matrix::NullaryExpr(rows, columns, [&] { return normal(random); });
 }
 

@@ -6,6 +6,7 @@
 
 #include "rivid/model/robot.hpp"
 #include "rivid/types.hpp"
+#include "support/normal.hpp"
 
 namespace rivid::test {
 
@@ -55,20 +56,27 @@ inline Eigen::Vector3d random_vector(std::mt19937_64& random, double scale = 1.0
 }
 
 inline Eigen::Matrix3d random_rotation(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  Eigen::Quaterniond q(normal(random), normal(random), normal(random), normal(random));
+  Normal normal;
+  Eigen::Quaterniond q;
+  for (double* x : {&q.z(), &q.y(), &q.x(), &q.w()}) {
+    *x = normal(random);
+  }
   return q.normalized().toRotationMatrix();
 }
 
 /// A body of some kilograms with a positive-definite inertia that fulfils the triangle inequality.
 inline Inertial random_inertial(std::mt19937_64& random) {
   std::uniform_real_distribution<double> positive(0.5, 3.0);
-  const Eigen::Vector3d second_moments(positive(random) * 0.02, positive(random) * 0.02,
-                                       positive(random) * 0.02);
+  // Each draw is a statement of its own: the order of a call's arguments is the compiler's choice.
+  Eigen::Vector3d second_moments;
+  for (double& moment : second_moments.reverse()) {
+    moment = positive(random) * 0.02;
+  }
   const Eigen::Matrix3d R = random_rotation(random);
   const Eigen::Matrix3d principal =
       (second_moments.sum() * Eigen::Vector3d::Ones() - second_moments).asDiagonal();
-  return inertial_from_com(positive(random), random_vector(random, 0.2), R * principal * R.transpose());
+  const Eigen::Vector3d centre = random_vector(random, 0.2);
+  return inertial_from_com(positive(random), centre, R * principal * R.transpose());
 }
 
 /// A serial robot of n joints of mixed types, with any axis and offset and with axes renamed at random.

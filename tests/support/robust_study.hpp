@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rivid/identify/identification.hpp"
+#include "support/normal.hpp"
 #include "support/scara_study.hpp"
 
 namespace rivid::test {
@@ -54,7 +55,7 @@ struct SineExperiment {
 /// Normal errors with `sigma` of each joint, of which a part is so many times larger.
 inline Matrix errors(std::uint64_t seed, const Vector& sigma, double part, double factor) {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
+  Normal normal;
   std::bernoulli_distribution outlier(part);
   return Matrix::NullaryExpr(SineExperiment::samples, sigma.size(), [&](Index, Index j) {
     const double size = outlier(random) ? factor : 1.0;

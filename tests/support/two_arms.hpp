@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "support/normal.hpp"
+
 namespace rivid::test {
 
 /// A torso that turns, two arms of three joints on it, and a hand on each whose two fingers, one of which follows
@@ -48,7 +50,7 @@ inline std::string two_arms() {
 inline std::string random_fourier(int n, int harmonics, std::uint64_t seed,
                                   const std::vector<double>& scales = {}) {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
+  Normal normal;
   std::string out;
   for (const char* const part : {"A", "B"}) {
     for (int j = 1; j <= n; ++j) {
