@@ -43,7 +43,7 @@ JudgedModel opened(const Path& given) {
   const Path file = result_file(given);
   if (file.extension() == ".toml" && read_input(file).bytes().find("[robot]") != std::string_view::npos) {
     throw InputError(file.string() +
-                     ": is an experiment file, a result or parameters are required; rivid_identify " +
+                     ": is an experiment file, a result or parameters are required; rivid identify " +
                      file.string() + " writes the result");
   }
   const bool is_result = file.extension() == ".json";
@@ -249,7 +249,7 @@ constexpr const char* compare_exit_codes =
 int compare_command(int argc, char** argv) {
   CompareArguments to;
   return run_command(
-      {.name = "rivid_identify compare",
+      {.name = "rivid compare",
        .description =
            "Judges models by the torques that they predict on logs, and says which one predicts better.",
        .arguments = with_common(
@@ -258,23 +258,23 @@ int compare_command(int argc, char** argv) {
             {"--log", "LOG.csv", "Logs to judge them by", &to.logs, true}},
            to),
        .footer = compare_exit_codes},
-      argc, argv, [&] { return compare_models(to, "rivid_identify compare"); });
+      argc, argv, [&] { return compare_models(to, "rivid compare"); });
 }
 
 int validate_command(int argc, char** argv) {
   CompareArguments to;
   Path result;
-  return run_command({.name = "rivid_identify validate",
+  return run_command({.name = "rivid validate",
                       .description = "Validates a result on logs that took no part in it.",
                       .arguments = with_common(
                           {{"result", "RESULT.json",
-                            "result.json of rivid_identify, or the folder that it is in", &result, true},
+                            "result.json of rivid identify, or the folder that it is in", &result, true},
                            {"logs", "LOG.csv", "Logs to validate it on", &to.logs, true}},
                           to),
                       .footer = compare_exit_codes},
                      argc, argv, [&] {
                        to.models = {result};
-                       return compare_models(to, "rivid_identify validate");
+                       return compare_models(to, "rivid validate");
                      });
 }
 

@@ -190,7 +190,7 @@ std::vector<Path> files_of(const ExportArguments& arguments, const std::optional
 
 int refused(const Path& file, const std::vector<Finding>& faults) {
   tell(told_once(faults));
-  tell("rivid_identify: " + file.string() + " is not written; --force does it nevertheless\n");
+  tell("rivid export: " + file.string() + " is not written; --force does it nevertheless\n");
   return no_success;
 }
 
@@ -269,10 +269,10 @@ std::filesystem::path found_again(const std::filesystem::path& named, const std:
 int export_command(int argc, char** argv) {
   ExportArguments to;
   return run_command(
-      {.name = "rivid_identify export",
+      {.name = "rivid export",
        .description = "Writes the identified robot as a whole model for another program.",
        .arguments =
-           {{"result", "RESULT.json", "result.json of rivid_identify, or the folder that it is in",
+           {{"result", "RESULT.json", "result.json of rivid identify, or the folder that it is in",
              &to.result, true},
             {.name = "--to",
              .value = formats(),
@@ -307,7 +307,7 @@ int export_command(int argc, char** argv) {
             {"--dry-run", "", "Print which files would be written", &to.dry_run},
             {"--quiet", "", "Print nothing but errors", &to.quiet}},
        .footer =
-           "All but header need the physically consistent parameters of rivid_identify --physical.\n"
+           "All but header need the physically consistent parameters of rivid identify --physical.\n"
            "Exit codes: 0 written; 1 the result is not identified, or a link is inconsistent; 2 bad input "
            "or usage."},
       argc, argv, [&] { return export_from(to); });

@@ -182,8 +182,8 @@ int identify_merged(const MergeArguments& arguments) {
 int factors_command(int argc, char** argv) {
   FactorsArguments to;
   return run_command(
-      {.name = "rivid_identify factors",
-       .description = "Reduces logs to factors, which rivid_identify merge identifies from.",
+      {.name = "rivid factors",
+       .description = "Reduces logs to factors, which rivid merge identifies from.",
        .arguments = {{"experiment", "EXPERIMENT.toml",
                       "Experiment file (TOML): robot, log, signal chain, method", &to.experiment, true},
                      {"--log", "FILE", "Log files instead of the experiment file's", &to.logs},
@@ -206,22 +206,23 @@ int factors_command(int argc, char** argv) {
 int merge_command(int argc, char** argv) {
   MergeArguments to;
   return run_command(
-      {.name = "rivid_identify merge",
+      {.name = "rivid merge",
        .description = "Identifies a robot from factors of its logs, or merges these into one file.",
-       .arguments =
-           {{"factors", "FILE", "Files of rivid_identify factors, of one robot and with one signal chain",
-             &to.files, true},
-            {"--experiment", "EXPERIMENT.toml", "Experiment file; default: that of the factors",
-             &to.experiment},
-            {"--method", "auto|ols|wls", "Method instead of the experiment file's", &to.method},
-            {"--physical", "", "The physically consistent standard parameters as well", &to.physical},
-            set_argument(to.set),
-            {"--output", "DIR",
-             "Folder for result.json, default: EXPERIMENT_result; or FILE.factors to merge", &to.output},
-            {"--report", "", "Write report.html beside result.json", &to.report},
-            {"--json", "", "Print the result as JSON instead of the table", &to.json},
-            {"--quiet", "", "Print nothing but errors", &to.quiet},
-            {"--verbose", "", "Print all parameters and tests", &to.verbose}},
+       .arguments = {{"factors", "FILE", "Files of rivid factors, of one robot and with one signal chain",
+                      &to.files, true},
+                     {"--experiment", "EXPERIMENT.toml", "Experiment file; default: that of the factors",
+                      &to.experiment},
+                     {"--method", "auto|ols|wls", "Method instead of the experiment file's", &to.method},
+                     {"--physical", "", "The physically consistent standard parameters as well",
+                      &to.physical},
+                     set_argument(to.set),
+                     {"--output", "DIR",
+                      "Folder for result.json, default: EXPERIMENT_result; or FILE.factors to merge",
+                      &to.output},
+                     {"--report", "", "Write report.html beside result.json", &to.report},
+                     {"--json", "", "Print the result as JSON instead of the table", &to.json},
+                     {"--quiet", "", "Print nothing but errors", &to.quiet},
+                     {"--verbose", "", "Print all parameters and tests", &to.verbose}},
        .footer = "Exit codes: 0 identified or merged, 1 not identified, 2 bad input or usage, 3 numerical "
                  "failure."},
       argc, argv,

@@ -205,7 +205,7 @@ int payload(const PayloadArguments& arguments) {
 int payload_command(int argc, char** argv) {
   PayloadArguments to;
   return run_command(
-      {.name = "rivid_identify payload",
+      {.name = "rivid payload",
        .description =
            "Identifies payloads, and drive gains from a known one, from logs without and with them.",
        .arguments =

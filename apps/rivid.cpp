@@ -91,16 +91,6 @@ std::string instead_of(const std::string& word) {
   return did_you_mean(word, words) + "; rivid help lists them";
 }
 
-// The words of messages are those of the program.
-void speak_of_subcommands() {
-  for (const Program& each : programs) {
-    spoken_names().emplace_back(each.old_name, "rivid " + std::string(each.word));
-  }
-  // "rivid_identify init" before "rivid_identify".
-  std::ranges::stable_sort(spoken_names(), std::ranges::greater(),
-                           [](const auto& pair) { return pair.first.size(); });
-}
-
 int rivid_tool(int argc, char** argv) {
   const std::string word = argc > 1 ? argv[1] : "--help";
   const auto program = std::ranges::find(programs, word, &Program::word);
@@ -173,9 +163,6 @@ int main(int argc, char** argv) {
   const std::string name = argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "";
   const int count = static_cast<int>(words.size());
   const Program* const link = program_of(name);
-  if (link == nullptr) {
-    speak_of_subcommands();
-  }
   const Program* const command = count > 1 ? program_of(name + " " + words[1]) : nullptr;
   if (command != nullptr) {
     return run_tool(name, command->run, count - 1, words.data() + 1);

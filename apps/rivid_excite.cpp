@@ -47,7 +47,7 @@ const std::string exit_codes = "Exit codes: 0 done, 2 bad input or usage, 3 nume
 
 Command command_of(DesignArguments& to) {
   return {
-      .name = "rivid_excite",
+      .name = "rivid excite",
       .description =
           "Designs an exciting trajectory for a robot, and forecasts the standard deviation of each "
           "parameter.",
@@ -75,16 +75,16 @@ Command command_of(DesignArguments& to) {
                      &to.dry_run}},
       .footer =
           "Ctrl-C ends the search and keeps the best motion so far.\n"
-          "\"rivid_excite forecast EXPERIMENT.toml MOTION.csv\" forecasts the same for a motion that is "
+          "\"rivid excite forecast EXPERIMENT.toml MOTION.csv\" forecasts the same for a motion that is "
           "there already.\n"
-          "\"rivid_excite rehearse EXPERIMENT.toml MOTION.csv\" plays it with a hidden robot in the "
+          "\"rivid excite rehearse EXPERIMENT.toml MOTION.csv\" plays it with a hidden robot in the "
           "simulator.\n"
-          "\"rivid_excite compare A B\" prints what plan B is worth in experiment time of plan A.\n" +
+          "\"rivid excite compare A B\" prints what plan B is worth in experiment time of plan A.\n" +
           exit_codes + "The keys of an experiment file are listed in docs/experiment.md."};
 }
 
 Command forecast_command(DesignArguments& to) {
-  return {.name = "rivid_excite forecast",
+  return {.name = "rivid excite forecast",
           .description = "Forecasts the standard deviation of each parameter from a motion.",
           .arguments = {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, excitation",
                          &to.experiment, true},
@@ -104,7 +104,7 @@ Command forecast_command(DesignArguments& to) {
 }
 
 Command rehearse_command(DesignArguments& to) {
-  return {.name = "rivid_excite rehearse",
+  return {.name = "rivid excite rehearse",
           .description =
               "Rehearses a motion with a hidden robot in the simulator: as planned, then with troubles.",
           .arguments =
@@ -128,7 +128,7 @@ Command rehearse_command(DesignArguments& to) {
 
 Command compare_command(DesignArguments& to) {
   return {
-      .name = "rivid_excite compare",
+      .name = "rivid excite compare",
       .description = "Compares two plans for a robot: what B is worth in experiment time of A.",
       .arguments = {{"A", "FILE", "plan.json or forecast.json, or the folder of a design", &to.first, true},
                     {"B", "FILE", "The same", &to.second, true},

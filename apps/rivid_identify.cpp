@@ -40,7 +40,7 @@ struct IdentifyArguments : Given {
 
 Command command_of(IdentifyArguments& to) {
   return {
-      .name = "rivid_identify",
+      .name = "rivid identify",
       .description = "Identifies the dynamic parameters of a robot from logs of its motion.",
       .arguments =
           {{"experiment", "EXPERIMENT.toml", "Experiment file (TOML): robot, log, signal chain, method",
@@ -57,7 +57,7 @@ Command command_of(IdentifyArguments& to) {
            {"--report", "", "Write report.html beside result.json: plots to look at", &to.report},
            {"--write-rows", "FILE", "Write the rows of the fit, .npz for NumPy or .csv", &to.write_rows},
            {"--write-friction", "FILE", "Write the friction curves of all joints, .csv", &to.write_friction},
-           {"--plan", "FILE", "plan.json of rivid_excite: writes plan_check.json, its forecast compared",
+           {"--plan", "FILE", "plan.json of rivid excite: writes plan_check.json, its forecast compared",
             &to.plan},
            {"--threads", "N", "Threads that share the work; 0: one a processor; no result depends on them",
             &to.threads},
@@ -70,12 +70,12 @@ Command command_of(IdentifyArguments& to) {
       .footer =
           "Exit codes: 0 identified, 1 doubtful or not identified, 2 bad input or usage, 3 numerical "
           "failure.\n"
-          "Before it: rivid_identify init ROBOT.urdf LOG.csv, rivid_identify check EXPERIMENT.toml.\n"
-          "After it: rivid_identify validate RESULT LOG.csv, rivid_identify export RESULT --to FORMAT,\n"
-          "rivid_identify compare MODELS --log LOG.csv, rivid_identify payload EXPERIMENT.toml --loaded "
+          "Before it: rivid init ROBOT.urdf LOG.csv, rivid check EXPERIMENT.toml.\n"
+          "After it: rivid validate RESULT LOG.csv, rivid export RESULT --to FORMAT,\n"
+          "rivid compare MODELS --log LOG.csv, rivid payload EXPERIMENT.toml --loaded "
           "LOG.csv.\n"
-          "Many logs: rivid_identify factors EXPERIMENT.toml --log LOG.csv, rivid_identify merge FILES.\n"
-          "rivid_identify explain CODE prints cause and cure; docs/experiment.md lists the keys of the "
+          "Many logs: rivid factors EXPERIMENT.toml --log LOG.csv, rivid merge FILES.\n"
+          "rivid explain CODE prints cause and cure; docs/experiment.md lists the keys of the "
           "file."};
 }
 
@@ -289,7 +289,7 @@ void expect_no_mistyped_command(const std::string& word) {
 int identify_robot(IdentifyArguments arguments, const RobotAndLogs& given) {
   arguments.experiment = given.robot.filename().replace_extension(".toml");
   if (!arguments.dry_run && std::filesystem::exists(arguments.experiment)) {
-    throw InputError(arguments.experiment.string() + ": is there already; rivid_identify " +
+    throw InputError(arguments.experiment.string() + ": is there already; rivid identify " +
                      arguments.experiment.string() + " identifies from it, or remove it");
   }
   if (const int drafted = init_before_identification(arguments, given);

@@ -28,7 +28,7 @@ struct StudyArguments : Given {
 
 Command command_of(StudyArguments& to) {
   return {
-      .name = "rivid_montecarlo",
+      .name = "rivid study",
       .description =
           "Simulates an experiment many times, identifies each, and reports how far the results can be "
           "trusted.",
@@ -56,9 +56,9 @@ Command command_of(StudyArguments& to) {
           "A run that was finished is never made again: stopped and started anew, the program goes on, and "
           "ends with the\n"
           "same summary. Run k has the seed of the file plus k, whatever the threads.\n"
-          "Parts of a study: rivid_montecarlo EXPERIMENT.toml --first-run 200 --runs 100 --output part_2, "
+          "Parts of a study: rivid study EXPERIMENT.toml --first-run 200 --runs 100 --output part_2, "
           "and then\n"
-          "rivid_montecarlo merge EXPERIMENT.toml part_0 part_1 part_2.\n"
+          "rivid study merge EXPERIMENT.toml part_0 part_1 part_2.\n"
           "Exit codes: 0 all runs done, 1 no run of a trial is identified, 2 bad input or usage, 3 numerical "
           "failure."};
 }
@@ -225,11 +225,11 @@ int merge(const StudyArguments& arguments) {
 int merge_runs(int argc, char** argv) {
   StudyArguments to;
   return run_command(
-      {.name = "rivid_montecarlo merge",
+      {.name = "rivid study merge",
        .description = "Sums up the parts of a study that several machines made.",
        .arguments =
            {{"experiment", "EXPERIMENT.toml", "Experiment file of all parts", &to.experiment, true},
-            {"parts", "DIR", "Folders that rivid_montecarlo --output wrote", &to.parts, true},
+            {"parts", "DIR", "Folders that rivid study --output wrote", &to.parts, true},
             {"--runs", "NUMBER",
              "Runs of the study; default: the experiment file's, or more where there are more", &to.runs},
             set_argument(to.set),

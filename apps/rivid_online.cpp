@@ -73,7 +73,7 @@ int run(const OnlineArguments& arguments) {
 int rivid::apps::online_tool(int argc, char** argv) {
   OnlineArguments to;
   return run_command(
-      {.name = "rivid_online",
+      {.name = "rivid online",
        .description =
            "Replays a log: payload, drift of friction and contacts as a control loop would have seen them.",
        .arguments =

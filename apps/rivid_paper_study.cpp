@@ -41,7 +41,7 @@ int rivid::apps::paper_study_tool(int argc, char** argv) {
   std::filesystem::path folder = "paper_study";
   std::uint64_t seeds = 20;
   return run_command(
-      {.name = "rivid_paper_study",
+      {.name = "rivid paper",
        .description = "The case study of the paper, its tables and figures on a simulated SCARA",
        .arguments = {{"folder", "DIR", "Folder for the tables and figures; default: paper_study", &folder},
                      {"--seeds", "NUMBER", "Number of logs, which differ in their noise; default: 20",

@@ -25,7 +25,7 @@ struct SimulateArguments : Given {
 
 Command command_of(SimulateArguments& to) {
   return {
-      .name = "rivid_simulate",
+      .name = "rivid simulate",
       .description = "Simulates a robot in its closed loop, and writes the log of its motion.",
       .arguments = {{"experiment", "EXPERIMENT.toml",
                      "Experiment file (TOML): robot, control, reference, simulation", &to.experiment, true},

@@ -57,9 +57,7 @@ int init(InitArguments arguments) {
   tell("note", draft.doubts);
   if (!arguments.print_only) {
     tell("wrote " + output.string() + (draft.complete ? "" : ", incomplete") + "\n" +
-         (arguments.identified_next && draft.complete
-              ? ""
-              : "next: rivid_identify check " + output.string() + "\n"));
+         (arguments.identified_next && draft.complete ? "" : "next: rivid check " + output.string() + "\n"));
   }
   return draft.complete ? success : no_success;
 }
@@ -131,7 +129,7 @@ int explain(const std::string& code) {
     names.emplace_back(known.code);
   }
   throw InputError("explain: nothing is called " + in_quotes(code) + did_you_mean(code, names) +
-                   "; rivid_identify explain lists all codes");
+                   "; rivid explain lists all codes");
 }
 
 }  // namespace
@@ -156,17 +154,17 @@ void print_result(const Given& how, const Robot& robot, const Identification& re
 
 std::string next_command(const Identification& result, const std::filesystem::path& folder) {
   if (result.status != Status::identified) {
-    return "rivid_identify explain " + std::string(name(result.status)) + " prints cause and cure";
+    return "rivid explain " + std::string(name(result.status)) + " prints cause and cure";
   }
   return result.validation.empty()
-             ? "rivid_identify validate " + folder.string() + " LOG.csv, with a log of another motion"
-             : "rivid_identify export " + folder.string() + " --to " + (result.physical ? "urdf" : "header");
+             ? "rivid validate " + folder.string() + " LOG.csv, with a log of another motion"
+             : "rivid export " + folder.string() + " --to " + (result.physical ? "urdf" : "header");
 }
 
 int init_command(int argc, char** argv) {
   InitArguments to;
   return run_command(
-      {.name = "rivid_identify init",
+      {.name = "rivid init",
        .description = "Writes an experiment file to begin with, from a robot and its logs.",
        .arguments = {{"robot", "ROBOT.urdf",
                       "The robot: a URDF, or a table of modified Denavit-Hartenberg parameters (.csv)",
@@ -200,7 +198,7 @@ int init_before_identification(const Given& how, const RobotAndLogs& given) {
 int check_command(int argc, char** argv) {
   CheckArguments to;
   return run_command(
-      {.name = "rivid_identify check",
+      {.name = "rivid check",
        .description = "Looks for faults of robot, logs and motion before anything is identified.",
        .arguments = {{"experiment", "EXPERIMENT.toml",
                       "Experiment file (TOML): robot, log, signal chain, method", &to.experiment, true},
@@ -211,14 +209,14 @@ int check_command(int argc, char** argv) {
        .footer =
            "Exit codes: 0 fine, warnings allowed; 1 a finding makes an identification useless; 2 bad input "
            "or usage; 3 numerical failure.\n"
-           "rivid_identify explain CODE prints cause and cure of a finding."},
+           "rivid explain CODE prints cause and cure of a finding."},
       argc, argv, [&] { return check(to); });
 }
 
 int try_command(int argc, char** argv) {
   TryArguments to;
   return run_command(
-      {.name = "rivid_identify try",
+      {.name = "rivid try",
        .description = "Takes the hint of a finding: errors before and after, and the lines to paste.",
        .arguments = {{"code", "CODE", "Code of a finding of the identification: torque_gain", &to.code, true},
                      {"experiment", "EXPERIMENT.toml", "Experiment file (TOML), which is not changed",
@@ -238,8 +236,8 @@ int try_command(int argc, char** argv) {
 
 int explain_command(int argc, char** argv) {
   std::string code;
-  return run_command({.name = "rivid_identify explain",
-                      .description = "Prints cause and cure of what rivid_identify finds.",
+  return run_command({.name = "rivid explain",
+                      .description = "Prints cause and cure of what rivid identify finds.",
                       .arguments = {{"code", "CODE", "Code of a finding; default: list them all", &code}},
                       .footer = ""},
                      argc, argv, [&] { return explain(code); });

@@ -81,31 +81,12 @@ std::string& when_coloured() {
   return when;
 }
 
-std::vector<std::pair<std::string, std::string>>& spoken_names() {
-  static std::vector<std::pair<std::string, std::string>> names;
-  return names;
-}
-
-std::string spoken(std::string text) {
-  if (text.starts_with('{')) {
-    return text;
-  }
-  for (const auto& [old_name, name] : spoken_names()) {
-    for (std::size_t at = text.find(old_name); at != std::string::npos;
-         at = text.find(old_name, at + name.size())) {
-      text.replace(at, old_name.size(), name);
-    }
-  }
-  return text;
-}
-
 void complain(std::string_view name, std::string_view kind, std::string_view what) {
-  std::cerr << name << ": " << coloured(kind, STDERR_FILENO) << ": " << on_one_line(spoken(std::string(what)))
-            << '\n';
+  std::cerr << name << ": " << coloured(kind, STDERR_FILENO) << ": " << on_one_line(what) << '\n';
 }
 
 void print(const std::string& text) {
-  if (!(std::cout << with_colours(printable(spoken(text)), STDOUT_FILENO) << std::flush)) {
+  if (!(std::cout << with_colours(printable(text), STDOUT_FILENO) << std::flush)) {
     throw InputError("standard output can not be written to");
   }
 }
@@ -117,17 +98,17 @@ std::size_t screen_width() {
   return known ? std::max<std::size_t>(window.ws_col, narrowest) : 0;
 }
 
-void tell(const std::string& text) { std::cerr << with_colours(printable(spoken(text)), STDERR_FILENO); }
+void tell(const std::string& text) { std::cerr << with_colours(printable(text), STDERR_FILENO); }
 
 void tell(std::string_view kind, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
-    std::cerr << coloured(kind, STDERR_FILENO) << ": " << on_one_line(spoken(line)) << '\n';
+    std::cerr << coloured(kind, STDERR_FILENO) << ": " << on_one_line(line) << '\n';
   }
 }
 
 void tell(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
-    std::cerr << with_colours(on_one_line(spoken(in_words(finding))), STDERR_FILENO) << '\n';
+    std::cerr << with_colours(on_one_line(in_words(finding)), STDERR_FILENO) << '\n';
   }
 }
 

@@ -16,13 +16,7 @@ namespace rivid::apps {
 /// The value of --color: "auto", "always" or "never".
 [[nodiscard]] std::string& when_coloured();
 
-/// Old names of programs and subcommands, and what is printed in their place: what the user has typed.
-[[nodiscard]] std::vector<std::pair<std::string, std::string>>& spoken_names();
-
-/// A text with these names. JSON stays as it is.
-[[nodiscard]] std::string spoken(std::string text);
-
-/// One line on standard error: "rivid_identify: error: what".
+/// One line on standard error: "rivid: error: what".
 void complain(std::string_view name, std::string_view kind, std::string_view what);
 
 /// Standard output, words such as "error" in colour where --color says so.

@@ -63,7 +63,7 @@ bool has(const Command& command, std::string_view name) {
 
 bool takes_force(const Command& command) { return has(command, force_option) || has(command, "--output"); }
 
-// Options that rivid_identify had before rivid_identify export.
+// Options that identify had before rivid export.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> moved = {
     {{"--write-urdf", "urdf"}, {"--sidecar", "mjcf|drake|pinocchio"}, {"--write-header", "header"}}};
 
@@ -74,8 +74,8 @@ std::string unknown_argument(const Command& command, const std::string& argument
     return in_quotes(argument) + " is one argument too many";
   }
   const auto at = std::ranges::find(moved, name, [](const auto& pair) { return pair.first; });
-  if (command.name == "rivid_identify" && at != moved.end()) {
-    return name + " is now rivid_identify export RESULT --to " + std::string(at->second);
+  if (command.name == "rivid identify" && at != moved.end()) {
+    return name + " is now rivid export RESULT --to " + std::string(at->second);
   }
   std::vector<std::string> names = {"--help", "--max-size", "--color"};
   if (takes_force(command)) {
@@ -154,7 +154,7 @@ void declare(CLI::App& app, const Argument& argument) {
 }
 
 std::string robot_instead(const std::string& robot, const std::string& log) {
-  return robot + ": is a robot, an experiment file is required; rivid_identify init " + robot + " " + log +
+  return robot + ": is a robot, an experiment file is required; rivid init " + robot + " " + log +
          " writes one";
 }
 
@@ -202,7 +202,7 @@ std::optional<int> parse(CLI::App& app, const Command& command, int argc, char**
     if (e.get_exit_code() == 0) {
       std::ostringstream out;
       app.exit(e, out, out);
-      print(in_lines(spoken(out.str())));
+      print(in_lines(out.str()));
       return success;
     }
     throw InputError(std::string(e.what()) + "; --help prints the usage");
@@ -237,9 +237,9 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
     app.add_flag(std::string(force_option), replaces_foreign_files(),
                  "Replace files that rivid did not write, or that were edited since, too");
   }
-  const bool subcommand = command.name.find(' ') != std::string::npos;
-  if (!subcommand) {
-    app.set_version_flag("--version", command.name + " " + version);
+  CLI::Option* const asked = app.set_version_flag("--version", "rivid " + std::string(version));
+  if (command.name != "rivid") {
+    asked->group("");  // Help of the program has it.
   }
   app.footer(command.footer);
   const std::optional<int> ended = parse(app, command, argc, argv);
@@ -334,17 +334,16 @@ void expect_experiment(const std::filesystem::path& file) {
     throw InputError(robot_instead(name, "LOG.csv"));
   }
   if (std::ranges::find(logs, ending) != logs.end()) {
-    throw InputError(name + ": is a log, an experiment file is required; rivid_identify init ROBOT.urdf " +
-                     name + " writes one");
+    throw InputError(name + ": is a log, an experiment file is required; rivid init ROBOT.urdf " + name +
+                     " writes one");
   }
   if (ending == ".yaml" || ending == ".yml") {
-    throw InputError(
-        name + ": is YAML, experiment files are TOML; rivid_identify init ROBOT.urdf LOG.csv writes one");
+    throw InputError(name + ": is YAML, experiment files are TOML; rivid init ROBOT.urdf LOG.csv writes one");
   }
   if (ending == ".json") {
     throw InputError(name +
-                     ": is a result, an experiment file is required; rivid_identify validate and "
-                     "rivid_identify export take results");
+                     ": is a result, an experiment file is required; rivid validate and "
+                     "rivid export take results");
   }
 }
 

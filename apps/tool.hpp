@@ -43,7 +43,7 @@ struct Argument {
 };
 
 struct Command {
-  std::string name;  ///< "rivid_identify", or "rivid_identify check" for a subcommand
+  std::string name;  ///< "rivid identify", or "rivid check" for a subcommand
   std::string description;
   std::vector<Argument> arguments;
   std::string footer;

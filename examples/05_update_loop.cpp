@@ -54,7 +54,7 @@ class ComputedTorque {
   Vector qdd_;
 };
 
-// What `rivid_identify scara.toml --physical` writes.
+// What `rivid identify scara.toml --physical` writes.
 void write_result(const rivid::Experiment& experiment, const std::filesystem::path& file) {
   const rivid::Identification result = rivid::run(experiment);
   rivid::write_file(file, rivid::to_json(experiment.robot, result, rivid::Provenance()));

@@ -275,7 +275,7 @@ inline constexpr std::array codes = {
                    "sums of joints, wrong "
                    "geometry, or too short a motion. Joints with less than a hundredth of the largest torque "
                    "do not count.",
-                   "Plot torques beside the motion; run rivid_identify check; record a longer motion."},
+                   "Plot torques beside the motion; run rivid check; record a longer motion."},
     DiagnosticCode{
         "payload_misfit", error, "Logs with a payload do not fit the arm without it.",
         "Arm and payload leave more than twice what an identification from these logs alone "
@@ -466,7 +466,7 @@ inline constexpr std::array codes = {
     DiagnosticCode{"not_simulable", error, "Status of a result: no closed loop could be simulated.",
                    "Neither an iterate nor a physically consistent one near it gave a bounded loop: wrong "
                    "signs, units or gains.",
-                   "Run rivid_identify check, then check [control]."},
+                   "Run rivid check, then check [control]."},
     DiagnosticCode{"gave_up", error, "Status of a result: a budget of steps or seconds was used up first.",
                    "The simulated loop is stiff or oscillates: wrong gains or units, or long logs.",
                    "Check [control], or raise max_seconds or max_steps: simulation = { max_seconds = 3600 } "

@@ -36,7 +36,7 @@ struct Asked {
   bool keep_all = false;            ///< not only those of what was confidently wrong or crashed
 };
 
-/// Writes one experiment into a folder of its own, drafts its experiment file as `rivid_identify init` does,
+/// Writes one experiment into a folder of its own, drafts its experiment file as `rivid init` does,
 /// and identifies as `rivid_identify FILE` does.
 ///
 /// @return  one record a method

@@ -71,7 +71,7 @@ int tool(int argc, char** argv) {
             {"--first", "N", "Number of the first one of each kind", &to.first},
             {"--seed", "N", "What all that is random follows from", &to.seed},
             {"--method", "NAME", "as-drafted, wls, iv, or several of them, comma between", &to.method},
-            {"--check", "", "What rivid_identify check finds as well", &to.check},
+            {"--check", "", "What rivid check finds as well", &to.check},
             {"--visible", "", "How much of the residual what is odd explains, by a twin that has nothing odd",
              &to.visible},
             {"--records", "FILE.csv", "One line an experiment and method; those in it are not run again",

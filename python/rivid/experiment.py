@@ -70,7 +70,7 @@ def draft(
     *,
     tip: str = "",
 ) -> list[str]:
-    """Writes an experiment file to begin with, as ``rivid_identify init`` does; returns what is doubtful or missing.
+    """Writes an experiment file to begin with, as ``rivid init`` does; returns what is doubtful or missing.
 
     A TOML file of that name is replaced. Raises InputError where ``path`` is the robot, a log, or another file that is no TOML.
     """

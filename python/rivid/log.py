@@ -179,7 +179,7 @@ def read_logs(
     ``source`` is a file in one of the formats of docs/python.md, a pandas or polars DataFrame, an Arrow table, a mapping from
     names to columns, or a list of such. ``keys`` are those of [log] in an experiment file, as ``position=["q1", "q2"]``,
     ``units={"position": "deg"}``, ``irregular="resample"``. Where no column is named, those of the default names are taken, else
-    those that ``rivid_identify init`` would recognise; the notes of the log say which.
+    those that ``rivid init`` would recognise; the notes of the log say which.
 
     A log with long gaps becomes several. Raises InputError for what can not be read or used.
     """

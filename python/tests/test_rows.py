@@ -1,4 +1,4 @@
-"""The archive of rivid_identify --write-rows is what docs/result.md says of it."""
+"""The archive of rivid identify --write-rows is what docs/result.md says of it."""
 
 import json
 import os

@@ -295,7 +295,7 @@ std::vector<std::string> doubts_about(const Parts& found) {
   }
   if (found.gains && found.gains->any()) {
     out.push_back(found.gains->text(found.robot) +
-                  "; rivid_identify payload --gains estimate finds them from a known payload");
+                  "; rivid payload --gains estimate finds them from a known payload");
   } else if (found.by_control()) {
     out.emplace_back(
         "control signals are taken for torques in their own unit until [robot] drive_gain says what they "

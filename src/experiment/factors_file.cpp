@@ -112,7 +112,7 @@ void require_known_gains(const Experiment& experiment) {
   if (experiment.gains) {
     throw InputError(experiment.file.string() +
                      ": [method] gains = \"estimate\" needs the logs themselves, not their factors; "
-                     "estimate the gains from some logs with rivid_identify and write them into drive_gain");
+                     "estimate the gains from some logs with rivid identify and write them into drive_gain");
   }
 }
 
@@ -195,7 +195,7 @@ Identification identify_factors(const Experiment& experiment, const FactorsFile&
   Identification out = loops ? identify(experiment.robot, file.factors, estimation, ask)
                              : identify(experiment.robot, file.factors, estimation);
   out.notes.push_back("from factors of " + counted(file.factors.logs, "log") +
-                      ": residuals were not looked at, see docs/scale.md; rivid_identify check looks at the "
+                      ": residuals were not looked at, see docs/scale.md; rivid check looks at the "
                       "logs one by one");
   for (const Log& log : read_logs(experiment.validation, experiment.robot)) {
     out.validation.push_back(validate(experiment.robot, out, log, experiment.estimation.threads));
@@ -216,7 +216,7 @@ std::string encoded(const FactorsFile& file) {
 FactorsFile decoded_factors(std::string_view content, std::string_view source) {
   detail::PartReader reader(content, factors_magic, factors_version,
                             "holds no factors of logs; it must start with \"" + std::string(factors_magic) +
-                                "\", as rivid_identify factors writes it",
+                                "\", as rivid factors writes it",
                             source);
   try {
     const Json& description = reader.description();

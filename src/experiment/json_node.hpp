@@ -27,7 +27,7 @@ namespace rivid::detail {
 /// The JSON of a text.
 ///
 /// @param file  that it is the content of
-/// @param other what it is not, where it is no JSON: "is no result.json of rivid_identify: "
+/// @param other what it is not, where it is no JSON: "is no result.json of rivid identify: "
 /// @throws InputError  where it is no JSON, or more than deepest_nesting lists within each other
 [[nodiscard]] inline nlohmann::json parsed_json(std::string_view text, const std::string& file,
                                                 const std::string& other) {

@@ -61,10 +61,10 @@ PlanFile read_plan(const std::filesystem::path& path) {
   std::error_code error;
   out.path = std::filesystem::is_directory(path, error) ? path / "plan.json" : path;
   const nlohmann::json content =
-      detail::parsed_json(out.path, "the plan", "is no plan.json of rivid_excite: ");
+      detail::parsed_json(out.path, "the plan", "is no plan.json of rivid excite: ");
   const JsonNode file(content, out.path.string());
   if (!file.has("log_det") || !file.has("parameters") || !file.has("duration")) {
-    file.fail("is no plan.json of rivid_excite: it has no log_det, parameters and duration");
+    file.fail("is no plan.json of rivid excite: it has no log_det, parameters and duration");
   }
   out.duration = file.at("duration").number();
   out.log_det = number_or(file.at("log_det"), -infinite);

@@ -230,11 +230,11 @@ void expect_same_geometry(const JsonNode& node, const Robot& result, const Robot
   }
 }
 
-constexpr const char* not_a_result = "is no result.json of rivid_identify: ";
+constexpr const char* not_a_result = "is no result.json of rivid identify: ";
 
 void expect_result(const JsonNode& file, const IdentifiedModelOptions& options) {
   if (!file.has("format") || !file.has("method") || !file.has("status")) {
-    file.fail("is no result.json of rivid_identify: it has no format, method and status");
+    file.fail("is no result.json of rivid identify: it has no format, method and status");
   }
   if (const double format = file.at("format").number(); format > newest_format) {
     file.at("format").fail("is " + number(format) + ", this rivid knows " + number(newest_format) +

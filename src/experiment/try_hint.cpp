@@ -102,7 +102,7 @@ Finding required_hint(const Identification& result, const std::filesystem::path&
   }
   if (found->changes.empty()) {
     throw InputError("try: no key of the experiment file stands for the hint of " +
-                     in_quotes(std::string(code)) + "; rivid_identify explain " + std::string(code) +
+                     in_quotes(std::string(code)) + "; rivid explain " + std::string(code) +
                      " says what to do");
   }
   return *found;

@@ -105,7 +105,7 @@ std::optional<std::string> told_fingerprint(const std::filesystem::path& folder)
   std::string out = detail::file_text(file, "the list of inputs");
   if (!out.starts_with(of_rivid)) {
     throw InputError(file.string() +
-                     ": is not of rivid_montecarlo, and not overwritten; --output names another folder");
+                     ": is not of rivid study, and not overwritten; --output names another folder");
   }
   return out;
 }
@@ -125,7 +125,7 @@ std::shared_ptr<const int> locked(const std::filesystem::path& folder) {
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     throw InputError(
         folder.string() +
-        ": another rivid_montecarlo writes there; --output names another folder, and merge sums up several");
+        ": another rivid study writes there; --output names another folder, and merge sums up several");
   }
   return out;
 }
@@ -233,7 +233,7 @@ std::map<int, std::vector<MonteCarloRow>> merged_runs(std::span<const std::files
   for (const std::filesystem::path& folder : folders) {
     std::error_code error;
     if (!std::filesystem::exists(folder / "runs.csv", error)) {
-      throw InputError(folder.string() + ": holds no runs.csv, as rivid_montecarlo --output writes it");
+      throw InputError(folder.string() + ": holds no runs.csv, as rivid study --output writes it");
     }
     for (const auto& [run, rows] : held_runs(folder, plan)) {
       const auto [there, added] = out.emplace(run, rows);

@@ -1,4 +1,4 @@
-// rivid_identify check and explain: faults planted in the SCARA of data/scara are named by their code and
+// rivid check and explain: faults planted in the SCARA of data/scara are named by their code and
 // their joint, and a sound experiment is told to be sound.
 
 #include <gtest/gtest.h>

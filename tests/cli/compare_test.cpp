@@ -1,4 +1,4 @@
-// rivid_identify compare and validate: models judged on logs.
+// rivid compare and validate: models judged on logs.
 
 #include <gtest/gtest.h>
 

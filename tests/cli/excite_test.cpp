@@ -254,7 +254,7 @@ TEST_F(Excite, RefusesToCompareWhatIsNoPlan) {
   folder_.write("other.json", "{}");
   expect_refused(
       {"compare", "other.json", "other.json"},
-      "other.json: the file is no plan.json of rivid_excite: it has no log_det, parameters and duration");
+      "other.json: the file is no plan.json of rivid excite: it has no log_det, parameters and duration");
   expect_refused({"compare", "none.json", "other.json"}, "none.json");
 }
 

@@ -1,4 +1,4 @@
-// rivid_identify export: an identified robot as a model for other programs, and as a C header.
+// rivid export: an identified robot as a model for other programs, and as a C header.
 
 #include <gtest/gtest.h>
 
@@ -125,7 +125,7 @@ TEST_F(Export, AResultThatIsNotIdentifiedIsNotWrittenUnlessForced) {
   const Outcome refused = exported({"urdf", "--output", "out.urdf"});
   EXPECT_EQ(refused.exit_code, 1) << refused.err;
   EXPECT_NE(refused.err.find("error [rank_deficient] the result is rank_deficient, not identified\n"
-                             "rivid_identify: out.urdf is not written; --force does it nevertheless\n"),
+                             "rivid export: out.urdf is not written; --force does it nevertheless\n"),
             std::string::npos)
       << refused.err;
   EXPECT_FALSE(exists("out.urdf"));

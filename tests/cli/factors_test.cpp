@@ -1,4 +1,4 @@
-// rivid_identify factors and merge: logs reduced one by one, identified together.
+// rivid factors and merge: logs reduced one by one, identified together.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// rivid_identify --write-friction: friction of each joint over its velocity, by the law and in the rows.
+// rivid identify --write-friction: friction of each joint over its velocity, by the law and in the rows.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// rivid_identify init: from a URDF and logs to an experiment file that is run as it is.
+// rivid init: from a URDF and logs to an experiment file that is run as it is.
 
 #include <gtest/gtest.h>
 
@@ -65,9 +65,9 @@ TEST_F(Init, TakesSecondsAndNanosecondsTogether) {
 }
 
 TEST_F(Init, IsNamedToWhoGivesARobotInstead) {
-  expect_refused({"scara.urdf: is a robot", "rivid_identify init scara.urdf LOG.csv"}, {"scara.urdf"});
+  expect_refused({"scara.urdf: is a robot", "rivid init scara.urdf LOG.csv"}, {"scara.urdf"});
   // A robot with its logs is drafted for, where there is no experiment file yet.
-  expect_refused({"scara.toml: is there already; rivid_identify scara.toml identifies from it"},
+  expect_refused({"scara.toml: is there already; rivid identify scara.toml identifies from it"},
                  {"scara.urdf", "scara_s2.csv"});
   expect_refused({"scara.urdf: is a robot, which comes before the logs"},
                  {"init", "scara_s2.csv", "scara.urdf", "--output", "new.toml"});

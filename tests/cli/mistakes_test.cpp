@@ -20,23 +20,22 @@ TEST_F(Mistake, InTheNameOfAFileOrASubcommand) {
   expect_answer({}, "experiment is required; --help prints the usage");
   expect_answer({"scara.tml"}, "scara.tml: the experiment file can not be read: there is no such file");
   expect_answer({"scara_s2.csv"},
-                "scara_s2.csv: is a log, an experiment file is required; rivid_identify init "
+                "scara_s2.csv: is a log, an experiment file is required; rivid init "
                 "ROBOT.urdf scara_s2.csv writes one");
   expect_answer({"scara.urdf"},
-                "scara.urdf: is a robot, an experiment file is required; rivid_identify init "
+                "scara.urdf: is a robot, an experiment file is required; rivid init "
                 "scara.urdf LOG.csv writes one");
   expect_answer({"check", "scara.urdf"}, "scara.urdf: is a robot, an experiment file is required");
-  expect_answer(
-      {"scara_result/result.json"},
-      "scara_result/result.json: is a result, an experiment file is required; rivid_identify validate "
-      "and rivid_identify export take results");
+  expect_answer({"scara_result/result.json"},
+                "scara_result/result.json: is a result, an experiment file is required; rivid validate "
+                "and rivid export take results");
   expect_answer({"exprot", "scara_result", "--to", "mjcf"},
                 "\"exprot\" is neither a file nor a subcommand; did you mean \"export\"?");
   expect_answer({"validat", "scara_result", "scara_s2.csv"}, "did you mean \"validate\"?");
   expect_answer({"scara.toml", "second.toml"}, "\"second.toml\" is one argument too many");
   expect_answer({"scara.toml", "--log", "scara_s3.csv"}, "scara_s3.csv: there is no such file");
   expect_answer({"export", "scara.toml", "--to", "header"},
-                "scara.toml: is no result.json of rivid_identify");
+                "scara.toml: is no result.json of rivid identify");
 }
 
 TEST_F(Mistake, InAWordOfOtherPrograms) {
@@ -55,12 +54,12 @@ TEST_F(Mistake, InAWordOfOtherPrograms) {
   expect_answer({"scara.toml", "—report"}, "begins with a long dash; did you mean \"--report\"?");
   expect_answer({"scara.toml", "–q"}, "did you mean \"-q\"?");
   folder().write("scara.yaml", "robot: scara.urdf\n");
-  expect_answer({"scara.yaml"}, "scara.yaml: is YAML, experiment files are TOML; rivid_identify init");
+  expect_answer({"scara.yaml"}, "scara.yaml: is YAML, experiment files are TOML; rivid init");
   expect_answer({"validate", "scara_result", "scara.toml"},
                 "scara.toml: is an experiment file, a log is required");
   expect_answer({"validate", "no_result", "scara_s2.csv"}, "no_result: there is no such file");
   expect_answer({"validate", "scara.toml", "scara_s2.csv"},
-                "scara.toml: is an experiment file, a result or parameters are required; rivid_identify "
+                "scara.toml: is an experiment file, a result or parameters are required; rivid identify "
                 "scara.toml writes the result");
   folder().write("bag/metadata.yaml", "rosbag2_bagfile_information:\n");
   expect_answer(
@@ -72,16 +71,16 @@ TEST_F(Mistake, InAWordOfOtherPrograms) {
 TEST_F(Mistake, InTheNameOfAnOption) {
   EXPECT_EQ(identify({"scara.toml", "--quiet"}).exit_code, 0);
   expect_answer({"scara.toml", "--metod", "wls"},
-                "\"--metod\" is no option of rivid_identify; did you mean \"--method\"?");
+                "\"--metod\" is no option of rivid identify; did you mean \"--method\"?");
   expect_answer({"scara.toml", "--metod=wls"}, "did you mean \"--method\"?");
   expect_answer({"scara.toml", "--thread", "2"}, "did you mean \"--threads\"?");
   expect_answer({"check", "scara.toml", "--jsn"},
-                "\"--jsn\" is no option of rivid_identify check; did you mean \"--json\"?");
-  expect_answer({"scara.toml", "-Q"}, "\"-Q\" is no option of rivid_identify; --help prints the usage");
+                "\"--jsn\" is no option of rivid check; did you mean \"--json\"?");
+  expect_answer({"scara.toml", "-Q"}, "\"-Q\" is no option of rivid identify; --help prints the usage");
   expect_answer({"scara.toml", "--write-urdf", "x.urdf"},
-                "--write-urdf is now rivid_identify export RESULT --to urdf");
+                "--write-urdf is now rivid export RESULT --to urdf");
   expect_answer({"scara.toml", "--sidecar", "drake"},
-                "--sidecar is now rivid_identify export RESULT --to mjcf|drake|pinocchio");
+                "--sidecar is now rivid export RESULT --to mjcf|drake|pinocchio");
   expect_answer({"export", "scara_result"}, "--to is required");
   expect_answer({"validate", "scara_result"}, "logs is required");
 }

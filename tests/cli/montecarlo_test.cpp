@@ -159,8 +159,7 @@ TEST_F(MonteCarlo, RefusesRunsThatDoNotSayWhatTheyAreMadeFrom) {
   (void)summary_of({"--runs", "2", "--restart"});
   // Not even --restart writes over a file of others.
   folder().write(inputs_file, "0123  mine.csv\n");
-  expect_refused_by("rivid_montecarlo", command({"--restart"}),
-                    {"inputs.sha256: is not of rivid_montecarlo"});
+  expect_refused_by("rivid_montecarlo", command({"--restart"}), {"inputs.sha256: is not of rivid study"});
   EXPECT_EQ(folder().read(inputs_file), "0123  mine.csv\n");
 }
 
@@ -169,7 +168,7 @@ TEST_F(MonteCarlo, TwoAtATimeDoNotShareAFolder) {
   while (!std::filesystem::exists(folder().path() / inputs_file)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  expect_refused({"montecarlo_s1_montecarlo: another rivid_montecarlo writes there"});
+  expect_refused({"montecarlo_s1_montecarlo: another rivid study writes there"});
   first.send(SIGTERM);
   EXPECT_EQ(first.wait().exit_code, 143);
 }

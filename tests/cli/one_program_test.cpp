@@ -47,7 +47,7 @@ TEST_F(OneProgram, HasTheToolsAsSubcommandsInItsOwnWords) {
   EXPECT_EQ(help.out, rivid({"init", "--help"}).out);
   EXPECT_NE(help.out.find("rivid init [OPTIONS]"), std::string::npos) << help.out;
   EXPECT_EQ(help.out.find("rivid_identify"), std::string::npos) << help.out;
-  EXPECT_NE(identify({"help", "init"}).out.find("rivid_identify init [OPTIONS]"), std::string::npos);
+  EXPECT_EQ(identify({"help", "init"}).out, help.out);
   EXPECT_TRUE(rivid({"--version"}).out.starts_with("rivid "));
   expect_refused_as_rivid({"scara_s2.csv"}, "\"scara_s2.csv\" is no subcommand");
   expect_refused_as_rivid({"identify", "scara_s2.csv"}, "rivid init ROBOT.urdf scara_s2.csv writes one");

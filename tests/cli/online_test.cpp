@@ -80,7 +80,7 @@ TEST_F(Online, RefusesWhatItCanNotReplay) {
   expect_refused_online({"scara_validation.csv", "--result", "scara_result", "--learn", "1e300"},
                         {"--learn: it is 1e+300 s, must be at most 1000000"});
   expect_refused_online({"scara_validation.csv", "--result", "scara_result", "--gain", "1"},
-                        {"\"--gain\" is no option of rivid_online; did you mean \"--gains\"?"});
+                        {"\"--gain\" is no option of rivid online; did you mean \"--gains\"?"});
   expect_refused_online({"a.csv", "b.csv", "--result", "scara_result"}, {"is one argument too many"});
 }
 

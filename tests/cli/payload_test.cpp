@@ -1,4 +1,4 @@
-// rivid_identify payload: logs with loads, on logs without or on a result.
+// rivid payload: logs with loads, on logs without or on a result.
 
 #include <gtest/gtest.h>
 

@@ -28,7 +28,7 @@ TEST_F(Report, StandsBesideTheResultWhereItIsAskedFor) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(
       run.err.ends_with("wrote scara_result/result.json\nwrote scara_result/report.html\n"
-                        "next: rivid_identify export scara_result --to header\n"))
+                        "next: rivid export scara_result --to header\n"))
       << run.err;
   const std::string page = folder().read("scara_result/report.html");
   EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));

@@ -46,7 +46,7 @@ TEST_F(Identify, PrintsTheTableAndSaysWhatItWrote) {
   EXPECT_EQ(run.out.find("Validation on scara_validation.csv"), std::string::npos) << run.out;
   EXPECT_TRUE(
       run.err.ends_with("wrote scara_result/result.json\n"
-                        "next: rivid_identify export scara_result --to header\n"))
+                        "next: rivid export scara_result --to header\n"))
       << run.err;
   const Outcome all = identify({"scara.toml", "--verbose"});
   EXPECT_NE(all.out.find("Validation on scara_validation.csv"), std::string::npos) << all.out;
@@ -98,7 +98,7 @@ TEST_F(Identify, QuietPrintsNothingInADryRunEither) {
 TEST_F(Identify, VersionAndHelpSucceedWithoutAnExperiment) {
   const Outcome version = identify({"--version"});
   EXPECT_EQ(version.exit_code, 0);
-  EXPECT_TRUE(version.out.starts_with("rivid_identify ")) << version.out;
+  EXPECT_TRUE(version.out.starts_with("rivid ")) << version.out;
   const Outcome help = identify({"--help"});
   EXPECT_EQ(help.exit_code, 0);
   for (const char* const word :

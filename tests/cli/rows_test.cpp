@@ -1,4 +1,4 @@
-// rivid_identify --write-rows: the rows of a fit, as they are read back.
+// rivid identify --write-rows: the rows of a fit, as they are read back.
 
 #include <gtest/gtest.h>
 

@@ -58,7 +58,7 @@ TEST_F(ShownLogs, AreThoseOfTheCommandByDefault) {
   EXPECT_EQ(names(shown_predictions(experiment, identified, reading)).size(), 2U);
 }
 
-// What rivid_identify --report does, with friction laws to be chosen: five readings of the log and two of the
+// What rivid identify --report does, with friction laws to be chosen: five readings of the log and two of the
 // validation before there was one reading for all.
 TEST(Reading, ParsesEachLogOnceForAllThatARunNeeds) {
   const std::vector<std::string> settings = {"robot.friction=auto"};

@@ -244,9 +244,9 @@ TEST_F(IdentifiedScara, TellsWhatIsMissingOrIsNoResult) {
   with([](Json& j) { j["format"] = 2; });
   expect_refused("format is 2, this rivid knows 1");
   with([](Json& j) { j.erase("status"); });
-  expect_refused("the file is no result.json of rivid_identify");
+  expect_refused("the file is no result.json of rivid identify");
   with([](Json& j) { j = Json::array({1}); });
-  expect_refused("the file is no result.json of rivid_identify");
+  expect_refused("the file is no result.json of rivid identify");
   write(std::string("{\"format\": "));
   expect_refused("parse error");
   std::filesystem::remove(path());

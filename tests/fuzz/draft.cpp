@@ -1,4 +1,4 @@
-// rivid_identify init: a draft that says it is complete is an experiment file that can be read.
+// rivid init: a draft that says it is complete is an experiment file that can be read.
 
 #include "rivid/experiment/draft.hpp"
 

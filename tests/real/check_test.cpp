@@ -1,4 +1,4 @@
-// rivid_identify check on logs of real arms: no false alarm on any of them as they are, and planted faults by
+// rivid check on logs of real arms: no false alarm on any of them as they are, and planted faults by
 // their names.
 
 #include "rivid/identify/check.hpp"

@@ -1,4 +1,4 @@
-// rivid_identify compare on a UR10e: its identified models and the URDF of its maker on logs that took part
+// rivid compare on a UR10e: its identified models and the URDF of its maker on logs that took part
 // in no fit.
 
 #include <gtest/gtest.h>

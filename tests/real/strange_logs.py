@@ -3,7 +3,7 @@
 
     python3 tests/real/strange_logs.py FOLDER LOGS [--sweep] [--only NAME] [--json FILE]
 
-FOLDER holds rivid_identify and rivid_simulate, LOGS the real logs. Each case is an experiment file as `rivid_identify init` drafts it, fitted to
+FOLDER holds rivid_identify and rivid_simulate, LOGS the real logs. Each case is an experiment file as `rivid init` drafts it, fitted to
 one log or a piece of it and validated on another. Prints for each: exit code, rows, errors of the fit, found on the other log and forecast there,
 and E, the mean error on rows of the other log every 60, 110 and 210 ms, which are the same for all windows. With --sweep also E of the best
 of the windows of SPACINGS by weighted least squares, of unweighted least squares on the rows of the result, and the worst joint of

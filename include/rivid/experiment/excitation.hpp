@@ -55,7 +55,7 @@ inline constexpr const char* result_ending = ".json";
 /// The experiment file for the log that a designed motion will give: the sections of the plan's file with the
 /// motion as [reference] and log.csv beside it as [log]. What is missing is filled in: decimation after the
 /// highest frequency, weighted least squares, and where there is a [control], a [simulation] with the plan's
-/// noise, so that rivid_simulate makes the log.
+/// noise, so that rivid simulate makes the log.
 ///
 /// @param folder  that the file is written to: paths in it are relative to that
 /// @throws InputError  where the plan's file can not be read again

@@ -11,7 +11,7 @@
 
 namespace rivid {
 
-/// What a plan.json or forecast.json of rivid_excite says of a motion.
+/// What a plan.json or forecast.json of rivid excite says of a motion.
 struct PlanFile {
   std::filesystem::path path;
   double duration = 0.0;  ///< of the motion [s]

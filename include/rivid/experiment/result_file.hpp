@@ -20,7 +20,7 @@ namespace rivid {
 /// its standard parameters ("XX1", …, "M1", "Fv1", …).
 ///
 /// The ending of the file's name decides its format:
-///   .json  result.json of rivid_identify or simulation.json of rivid_simulate: a list `parameters` of objects with
+///   .json  result.json of rivid identify or simulation.json of rivid simulate: a list `parameters` of objects with
 ///          name and value; or an object, itself or its member `parameters`, from names to values, each a number or an
 ///          object with a value
 ///   .toml  names = values, in the table [parameters] or at the top
@@ -77,7 +77,7 @@ struct IdentifiedRobot {
 /// IdentifiedModelOptions. The torques are those of the result to rounding, save friction that would drive,
 /// see DynamicModel::clamped().
 ///
-/// @param path  of a result.json that rivid_identify or to_json() wrote
+/// @param path  of a result.json that rivid identify or to_json() wrote
 /// @throws InputError  "file: member …" for a file that can not be read or is none, for a result that is not
 ///                     identified (unless options.force), for parameters that are missing, not determined or
 ///                     not those of the robot, and for a set that is not there

@@ -46,7 +46,7 @@ struct Provenance {
 [[nodiscard]] std::string to_json(const Robot& robot, const Identification& result,
                                   const Provenance& provenance);
 
-/// What rivid_simulate reports of a simulation, the content of simulation.json; docs/simulation.md describes
+/// What rivid simulate reports of a simulation, the content of simulation.json; docs/simulation.md describes
 /// its members. read_parameters() reads it as a parameter file. Numbers are written so that they read back
 /// bit by bit; what is not a number becomes null.
 [[nodiscard]] std::string to_json(const Robot& robot, const SimulationRecord& record,

@@ -90,7 +90,7 @@ class MonteCarloFile {
 /// @param run  see run_id(); empty: none is written
 [[nodiscard]] std::string to_json(std::span<const MonteCarloSummary> summaries, const std::string& run = {});
 
-/// Summaries as one HTML page to look at, the content of report.html of rivid_montecarlo; docs/statistics.md
+/// Summaries as one HTML page to look at, the content of report.html of rivid study; docs/statistics.md
 /// says what it shows. Like html_report() of an identification it loads nothing and follows the browser's
 /// choice of light or dark. Tables are there without scripts too. The same runs give the same page.
 ///

@@ -97,7 +97,7 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
   for (const Joint& joint : robot.joints) {
     if (joint.friction == Friction::automatic) {
       return "friction of joint \"" + joint.name +
-             "\" is to be chosen; choose_friction() and rivid_identify do that before, by the logs; else "
+             "\" is to be chosen; choose_friction() and rivid identify do that before, by the logs; else "
              "name a law, such as "
              "\"load_root\"";
     }
