@@ -38,7 +38,7 @@ struct PickUp {
     const auto rest = static_cast<Index>((seconds - picked_up) * f_m);
     log.tau.bottomRows(rest) = with.bottomRows(rest);
     std::mt19937_64 random(3);
-    std::normal_distribution<double> noise(0.0, 0.3);
+    test::Normal noise(0.0, 0.3);
     for (double& x : log.tau.reshaped()) {
       x += noise(random);
     }

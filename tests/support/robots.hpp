@@ -85,13 +85,13 @@ inline Robot random_robot(int n, std::mt19937_64& random) {
   robot.name = "random_" + std::to_string(n);
   robot.chain.gravity = random_vector(random, 9.81);
   std::bernoulli_distribution prismatic(0.25);
-  std::uniform_int_distribution<int> rename(0, 3);
   for (int j = 0; j < n; ++j) {
     Chain::Link link;
     link.type = prismatic(random) ? JointType::prismatic : JointType::revolute;
     link.R = random_rotation(random);
     link.p = random_vector(random, 0.5);
-    switch (rename(random)) {
+    constexpr unsigned two_bits = 62;  // above: std::uniform_int_distribution is not the same everywhere
+    switch (random() >> two_bits) {
       case 1:
         link.axes = {2, 0, 1};
         break;
