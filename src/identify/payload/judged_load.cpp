@@ -17,6 +17,8 @@ namespace {
 // its torque.
 constexpr double much_more = 2.0;
 constexpr double most_left = 0.3;
+// Rows of a joint for each parameter of the robot from which on what a fit of its own leaves can be compared.
+constexpr Index rows_a_parameter = 2;
 
 // Torques by the gains that were found.
 std::vector<Log> with_gains(std::span<const Log> logs, const std::vector<GainEstimate>& gains) {
@@ -76,7 +78,8 @@ std::vector<Finding> detail::judged_load(const Robot& robot, const std::string& 
     const double left = scale * sigma_rho[static_cast<Index>(j)];
     const double times = left / joint.sigma_rho;
     const double part = times * joint.centred_relative_error;
-    if (!(times > much_more || part > most_left)) {
+    const bool fits_itself = joint.rows > rows_a_parameter * std::ssize(alone.parameters);
+    if (!fits_itself || !(times > much_more || part > most_left)) {
       continue;
     }
     joints.push_back(joint.name);

@@ -26,7 +26,6 @@ void require(bool condition, const std::string& words) {
   }
 }
 
-// Payloads as the shapes of the problem say.
 PayloadReport fitted(const PayloadProblem& problem, const PayloadOptions& options,
                      std::span<const LoadedLogs> with) {
   PayloadReport out;
@@ -48,13 +47,10 @@ PayloadReport fitted(const PayloadProblem& problem, const PayloadOptions& option
   const detail::Uncertainty uncertainty = fit.uncertainty();
   out.covariance = uncertainty.report;
   for (std::size_t k = 0; k < with.size(); ++k) {
-    const PayloadModel shape = problem.loads[k].shape;
-    out.payloads.push_back(detail::payload_of(fit, uncertainty, k, shape, options));
+    out.payloads.push_back(detail::payload_of(fit, uncertainty, k, options));
     out.payloads.back().name = with[k].name;
     for (std::size_t from = 0; from < k; ++from) {
-      const bool bodies = shape == PayloadModel::body && problem.loads[from].shape == PayloadModel::body;
-      out.differences.push_back(detail::difference_of(
-          fit, uncertainty, k, from, bodies ? PayloadModel::body : PayloadModel::point, options));
+      out.differences.push_back(detail::difference_of(fit, uncertainty, k, from, options));
       out.differences.back().name = with[k].name + " - " + with[from].name;
     }
   }
@@ -62,42 +58,17 @@ PayloadReport fitted(const PayloadProblem& problem, const PayloadOptions& option
   out.gain_sigma = problem.gain_sigma;
   out.identified = true;
   for (std::size_t k = 0; k < with.size(); ++k) {
-    out.identified = out.identified && fit.determined(fit.payload_at(k), fit.payload_size(k));
+    out.identified = out.identified && fit.determined(fit.payload_at(k), inertial_count);
   }
   if (!out.identified) {
     out.reason = "the motion does not determine all parameters of arm and payload";
   } else if (!fit.full_rank()) {
     out.reason = "the motion does not determine all parameters of the arm, but those of the payload";
   }
-  return out;
-}
-
-// Bodies, then points in place of those whose inertia the motion does not show. Where there may be no mass at
-// all a point has no place.
-PayloadReport fitted_by_what_is_seen(PayloadProblem& problem, const PayloadOptions& options,
-                                     std::span<const LoadedLogs> with) {
-  PayloadReport out = fitted(problem, options, with);
-  if (options.model != PayloadModel::automatic) {
-    return out;
-  }
-  std::vector<std::string> why(with.size());
-  for (std::size_t k = 0; k < with.size(); ++k) {
-    if (!out.identified) {
-      why[k] = "the inertia is not determined: " + out.reason;
-    } else if (!out.payloads[k].none()) {
-      why[k] = detail::hidden_inertia(out.payloads[k]);
-    }
-    problem.loads[k].shape = why[k].empty() ? PayloadModel::body : PayloadModel::point;
-  }
-  const auto seen = [](const std::string& reason) { return reason.empty(); };
-  if (!std::ranges::all_of(why, seen)) {
-    out = fitted(problem, options, with);
-  }
-  for (std::size_t k = 0; k < out.payloads.size(); ++k) {
-    out.payloads[k].reason = std::move(why[k]);
-    if (out.payloads[k].none()) {
-      detail::tell_mass_alone(out.payloads[k]);
-    }
+  const auto unweighed = std::ranges::find(out.payloads, true, &Payload::unweighed);
+  if (unweighed != out.payloads.end()) {
+    out.identified = false;
+    out.reason = unweighed->name + ": the motion does not show its mass";
   }
   return out;
 }
@@ -111,13 +82,18 @@ PayloadReport fitted_on(PayloadProblem& problem, std::span<const Log> without,
                         std::span<const LoadedLogs> with, Estimation estimation,
                         const PayloadOptions& options) {
   problem.logs = detail::stacked_rows(problem.robot, problem.columns, without, with, estimation);
-  const std::vector<PayloadProblem::Load> loads = problem.loads;
-  PayloadReport out = fitted_by_what_is_seen(problem, options, with);
+  PayloadReport out = fitted(problem, options, with);
+  if (out.payloads.empty()) {
+    // No body at all explains such torques, let alone a usual one: what there is of an answer is judged.
+    for (PayloadProblem::Load& load : problem.loads) {
+      load.usual = false;
+    }
+    out = fitted(problem, options, with);
+  }
   if (!out.identified && told_nothing_of_gains(problem, options)) {
     // Torques nearly without noise leave no room for gains that are off by that much.
     problem.gain_information = {};
-    problem.loads = loads;
-    PayloadReport exact = fitted_by_what_is_seen(problem, options, with);
+    PayloadReport exact = fitted(problem, options, with);
     if (exact.identified) {
       exact.reason = "the drive gains count as exact: off by 1 % each they leave the payload undetermined";
       out = std::move(exact);
@@ -164,9 +140,7 @@ PayloadProblem problem_of(const Robot& robot, std::span<const LoadedLogs> with, 
                      .load_friction = options.load_friction || has_load(robot)};
   for (const LoadedLogs& logs : with) {
     out.loads.push_back(
-        {.shape = options.model == PayloadModel::point ? PayloadModel::point : PayloadModel::body,
-         .mass = logs.mass,
-         .mass_sigma = logs.mass_sigma});
+        {.usual = options.model != PayloadModel::body, .mass = logs.mass, .mass_sigma = logs.mass_sigma});
   }
   out.gain_sigma =
       options.gain_sigma.size() > 0 ? options.gain_sigma : Vector::Constant(robot.size(), usual_gain_sigma);

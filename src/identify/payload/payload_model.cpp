@@ -29,22 +29,9 @@ constexpr double most_gain_step = 0.5;
 
 double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
-// Slopes of the ten parameters of a point by its first moments and mass, π = [h, m].
-Eigen::Matrix<double, inertial_count, 4> point_slopes(const Eigen::Ref<const Vector>& pi) {
-  const Eigen::Vector3d h = pi.head<3>();
-  const double m = pi[3];
-  Eigen::Matrix<double, inertial_count, 4> out = Eigen::Matrix<double, inertial_count, 4>::Zero();
-  out.bottomRows<4>().setIdentity();
-  const auto tensor = [](const Eigen::Matrix3d& I) {
-    return Eigen::Vector<double, 6>(I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2));
-  };
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d e = Eigen::Vector3d::Unit(k);
-    out.col(k).head<6>() =
-        tensor(2.0 * h[k] * Eigen::Matrix3d::Identity() - e * h.transpose() - h * e.transpose()) / m;
-  }
-  out.col(3).head<6>() = -tensor(h.squaredNorm() * Eigen::Matrix3d::Identity() - h * h.transpose()) / (m * m);
-  return out;
+// Ixx, Ixy, Ixz, Iyy, Iyz, Izz.
+Eigen::Vector<double, 6> tensor(const Eigen::Matrix3d& I) {
+  return {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
 }
 
 }  // namespace
@@ -73,13 +60,11 @@ PayloadFit::PayloadFit(const PayloadProblem& problem)
   Index size = b_;
   for (std::size_t k = 0; k < problem.loads.size(); ++k) {
     payload_at_.push_back(size);
-    size += payload_size(k);
+    size += inertial_count;
   }
   theta_ = Vector::Zero(size);
   for (std::size_t k = 0; k < problem.loads.size(); ++k) {
-    if (problem.loads[k].shape == PayloadModel::point) {
-      theta_[payload_at_[k] + 3] = problem.loads[k].mass.value_or(1.0);
-    }
+    theta_[payload_at_[k] + inertial_count - 1] = problem.loads[k].mass.value_or(1.0);
   }
   place_load_friction();
   if (problem.gain_information.size() > 0) {
@@ -137,19 +122,29 @@ Vector PayloadFit::load_friction() const {
   return out;
 }
 
-Inertial PayloadFit::body(std::size_t k, const Eigen::Ref<const Vector>& pi) const {
-  if (problem_.loads[k].shape == PayloadModel::body) {
-    return pi;
+// The inertia about the centre of mass, J − (hᵀh 1 − h hᵀ) / m, is measured as m k² 1 with the usual radius of
+// gyration k, with a deviation of m k² on the diagonal and half of that beside it.
+void PayloadFit::add_usual_body(std::size_t k, Known& to) const {
+  constexpr double least_mass = 0.05;  // [kg], of which it is a body where there may be none
+  const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
+  const auto pi = theta_.segment<inertial_count>(payload_at_[k]);
+  const Eigen::Vector3d h = pi.segment<3>(6);
+  // What is negative is a body that was taken off.
+  const double m =
+      std::copysign(std::max(std::abs(pi[inertial_count - 1]), least_mass), pi[inertial_count - 1]);
+  const double square = usual_gyration * usual_gyration;
+  const Eigen::Vector<double, 6> steiner = tensor(h.squaredNorm() * one - h * h.transpose()) / m;
+  Matrix J = Matrix::Identity(6, inertial_count);
+  for (Index i = 0; i < 3; ++i) {
+    const Eigen::Vector3d e = one.col(i);
+    J.col(6 + i) = -tensor(2.0 * h[i] * one - e * h.transpose() - h * e.transpose()) / m;
   }
-  const double m = pi[3];
-  return inertial_from_com(m, pi.head<3>() / m, Eigen::Matrix3d::Zero());
-}
-
-Matrix PayloadFit::slopes_of_body(std::size_t k) const {
-  if (problem_.loads[k].shape == PayloadModel::body) {
-    return Matrix::Identity(inertial_count, inertial_count);
-  }
-  return point_slopes(theta_.segment(payload_at_[k], payload_size(k)));
+  J.col(inertial_count - 1) = steiner / m - square * tensor(one);
+  const Vector rho = m * square * tensor(one) - (pi.head<6>() - steiner);
+  const Vector sigma = 0.5 * m * square * (tensor(one).array() + 1.0);
+  const Matrix weighted = sigma.cwiseAbs2().cwiseInverse().asDiagonal() * J;
+  to.A.block<inertial_count, inertial_count>(payload_at_[k], payload_at_[k]) += weighted.transpose() * J;
+  to.a.segment<inertial_count>(payload_at_[k]) += weighted.transpose() * rho;
 }
 
 PayloadFit::Columns PayloadFit::columns_of(const PayloadLog& log, const PayloadRows& rows) const {
@@ -158,7 +153,7 @@ PayloadFit::Columns PayloadFit::columns_of(const PayloadLog& log, const PayloadR
   const bool loaded = log.load != PayloadLog::no_load;
   const auto which = static_cast<std::size_t>(std::max<Index>(log.load, 0));
   const Inertial load =
-      loaded ? body(which, theta_.segment(payload_at_[which], payload_size(which))) : Inertial::Zero();
+      loaded ? Inertial(theta_.segment<inertial_count>(payload_at_[which])) : Inertial::Zero();
   for (Index c = 0; c < own; ++c) {
     const Index at = rows.columns[static_cast<std::size_t>(c)];
     out.value[c] = at < b_ ? theta_[at] : 0.0;
@@ -203,8 +198,7 @@ PayloadFit::Tangent PayloadFit::tangent(const PayloadLog& log, const PayloadRows
   }
   if (log.load != PayloadLog::no_load) {
     const auto which = static_cast<std::size_t>(log.load);
-    auto by_payload = out.J.middleCols(payload_at_[which], payload_size(which));
-    by_payload = factor.asDiagonal() * columns.of_body * slopes_of_body(which);
+    out.J.middleCols(payload_at_[which], inertial_count) = factor.asDiagonal() * columns.of_body;
   }
   if (gains_at_ >= 0) {
     const Index at = gains_at_ + static_cast<Index>(rows.joint);
@@ -230,9 +224,12 @@ Known PayloadFit::known() const {
     const PayloadProblem::Load& load = problem_.loads[k];
     if (load.mass) {
       const double sigma = std::max(load.mass_sigma, exact_mass * *load.mass);
-      const Index at = payload_at_[k] + payload_size(k) - 1;
+      const Index at = payload_at_[k] + inertial_count - 1;
       out.A(at, at) += 1.0 / (sigma * sigma);
       out.a[at] += (*load.mass - theta_[at]) / (sigma * sigma);
+    }
+    if (load.usual) {
+      add_usual_body(k, out);
     }
   }
   if (arm_) {
@@ -278,7 +275,8 @@ PayloadFit::Normal PayloadFit::normal() const {
 PayloadFit::Rest PayloadFit::rest_with(std::size_t k) const {
   Vector squares = Vector::Zero(weights_.size());
   Vector counts = squares;
-  Vector of_mass = squares;  // squared torques of a kilogram
+  Vector of_mass = squares;     // squared torques of a kilogram
+  Vector of_payload = squares;  // and of the payload
   for (const PayloadLog& log : logs_) {
     for (const PayloadRows& rows : log.joints) {
       if (log.load == static_cast<Index>(k)) {
@@ -286,12 +284,15 @@ PayloadFit::Rest PayloadFit::rest_with(std::size_t k) const {
         squares[j] += tangent(log, rows).rho.squaredNorm();
         counts[j] += static_cast<double>(rows.y.size());
         const double r = gains_at_ >= 0 ? theta_[gains_at_ + j] : 1.0;
-        of_mass[j] += r * r * columns_of(log, rows).of_body.col(inertial_count - 1).squaredNorm();
+        const Matrix of_body = columns_of(log, rows).of_body;
+        of_mass[j] += r * r * of_body.col(inertial_count - 1).squaredNorm();
+        of_payload[j] += r * r * (of_body * theta_.segment<inertial_count>(payload_at_[k])).squaredNorm();
       }
     }
   }
   const Vector by = weights_.cwiseAbs2();
-  return {(squares.array() / counts.array()).sqrt(), std::sqrt(by.dot(squares) / by.dot(of_mass))};
+  return {(squares.array() / counts.array()).sqrt(), std::sqrt(by.dot(squares) / by.dot(of_mass)),
+          std::sqrt(by.dot(of_payload) / by.dot(squares))};
 }
 
 void PayloadFit::follow_gains() {

@@ -13,11 +13,15 @@
 
 namespace rivid::detail {
 
+// Radius of gyration of a usual payload [m]: that of a cube of 24 cm. Its square is taken to be known as well
+// as it is large, so that 17 cm are two deviations off.
+inline constexpr double usual_gyration = 0.1;
+
 // Rows, and what is known beside them.
 struct PayloadProblem {
   struct Load {
-    PayloadModel shape = PayloadModel::body;  // or point: first moments and mass
-    std::optional<double> mass;               // where it is known, with its deviation
+    bool usual = true;           // its inertia is about that of a usual body, see usual_gyration
+    std::optional<double> mass;  // where it is known, with its deviation
     double mass_sigma = 0.0;
   };
 
@@ -53,13 +57,8 @@ class PayloadFit {
   [[nodiscard]] Vector chi() const { return theta_.head(b_); }
   // Fl of each joint.
   [[nodiscard]] Vector load_friction() const;
-  // XX … M of payload k in the last link's frame for some π_k.
-  [[nodiscard]] Inertial body(std::size_t k, const Eigen::Ref<const Vector>& pi) const;
-  // Where π_k stands.
+  // Where π_k, XX … M of payload k in the last link's frame, stands.
   [[nodiscard]] Index payload_at(std::size_t k) const { return payload_at_[k]; }
-  [[nodiscard]] Index payload_size(std::size_t k) const {
-    return problem_.loads[k].shape == PayloadModel::point ? 4 : inertial_count;
-  }
   // Where r begins; −1 where gains are exact.
   [[nodiscard]] Index gains_at() const { return gains_at_; }
   // Whether the data determine all unknowns, and so many of them from one on.
@@ -78,6 +77,7 @@ class PayloadFit {
     Vector sigma_rho;  // of each joint, (n)
     double mass =
         0.0;  // that weighs as much at the origin of the last link, in the weights of the joints [kg]
+    double payload = 0.0;  // its torques over what is left, in the same weights
   };
   [[nodiscard]] Rest rest_with(std::size_t k) const;
   [[nodiscard]] Index rows() const { return rows_; }
@@ -110,8 +110,8 @@ class PayloadFit {
   void follow_gains();
   [[nodiscard]] Columns columns_of(const PayloadLog& log, const PayloadRows& rows) const;
   [[nodiscard]] Tangent tangent(const PayloadLog& log, const PayloadRows& rows) const;
-  // ∂(XX … M)/∂π_k.
-  [[nodiscard]] Matrix slopes_of_body(std::size_t k) const;
+  // Adds that payload k is a usual body.
+  void add_usual_body(std::size_t k, Known& to) const;
   // Adds the scores of a log's rows to the sums over its intervals and over the blocks of all logs.
   void add_scores(std::size_t log, const TimeIntervals& intervals, const TimeBlocks& time_blocks,
                   Matrix& series, std::vector<BlockSums>& blocks) const;

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <iterator>
+#include <numeric>
 
 #include "dense.hpp"
 #include "rivid/text.hpp"
@@ -31,27 +32,24 @@ Vector told(const Inertial& body) {
   return out;
 }
 
-// Some of the unknowns, and what they say of a body in the last link's frame.
-struct BodyOfUnknowns {
-  std::vector<Index> unknowns;
-  std::function<Inertial(const Vector&)> body;
-};
-
 std::vector<Index> unknowns_of(const PayloadFit& fit, std::size_t k) {
-  std::vector<Index> out;
-  for (Index i = 0; i < fit.payload_size(k); ++i) {
-    out.push_back(fit.payload_at(k) + i);
-  }
+  std::vector<Index> out(inertial_count);
+  std::iota(out.begin(), out.end(), fit.payload_at(k));
   return out;
 }
 
-// Values of a body in the flange frame, with the slopes of these by central differences.
-Payload with_intervals(const BodyOfUnknowns& of, const PayloadFit& fit, const Uncertainty& uncertainty,
-                       PayloadModel shape, const PayloadOptions& options) {
-  const auto at = [&](const Vector& pi) {
-    return told(transformed(of.body(pi), options.R.transpose(), -(options.R.transpose() * options.p)));
+// Values of a body, less a second one where there are twice as many unknowns, in the flange frame, with the
+// slopes of these by central differences.
+Payload with_intervals(const std::vector<Index>& unknowns, const PayloadFit& fit,
+                       const Uncertainty& uncertainty, const PayloadOptions& options) {
+  const auto at = [&](const Vector& pi) -> Vector {
+    Inertial body = pi.head<inertial_count>();
+    if (pi.size() > inertial_count) {
+      body -= pi.tail<inertial_count>();
+    }
+    return told(transformed(body, options.R.transpose(), -(options.R.transpose() * options.p)));
   };
-  const Vector pi = fit.theta()(of.unknowns);
+  const Vector pi = fit.theta()(unknowns);
   const Vector value = at(pi);
   Matrix J(10, pi.size());
   for (Index k = 0; k < pi.size(); ++k) {
@@ -59,15 +57,14 @@ Payload with_intervals(const BodyOfUnknowns& of, const PayloadFit& fit, const Un
     const Vector by = step * Vector::Unit(pi.size(), k);
     J.col(k) = (at(pi + by) - at(pi - by)) / (2.0 * step);
   }
-  const Matrix C = J * uncertainty.C(of.unknowns, of.unknowns) * J.transpose();
+  const Matrix C = J * uncertainty.C(unknowns, unknowns) * J.transpose();
   constexpr std::array<const char*, 10> names = {"mass", "com_x", "com_y", "com_z", "Ixx",
                                                  "Iyy",  "Izz",   "Ixy",   "Ixz",   "Iyz"};
   Payload out;
-  out.model = shape;
   out.mass = value[0];
   out.com = value.segment<3>(1);
   const double t = uncertainty.report.quantile_975;
-  for (Index k = 0; k < (shape == PayloadModel::body ? 10 : 4); ++k) {
+  for (Index k = 0; k < inertial_count; ++k) {
     const double sigma = std::sqrt(std::max(C(k, k), 0.0));
     out.values.push_back({names[static_cast<std::size_t>(k)],
                           k == 0  ? "kg"
@@ -77,45 +74,12 @@ Payload with_intervals(const BodyOfUnknowns& of, const PayloadFit& fit, const Un
                           sigma,
                           {value[k] - t * sigma, value[k] + t * sigma}});
   }
-  if (shape == PayloadModel::body) {
-    out.inertia << value[4], value[7], value[8], value[7], value[5], value[9], value[8], value[9], value[6];
-  }
+  out.inertia << value[4], value[7], value[8], value[7], value[5], value[9], value[8], value[9], value[6];
   out.least_mass = visible_mass * out.values.front().sigma;
   return out;
 }
 
-}  // namespace
-
-Payload payload_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k, PayloadModel shape,
-                   const PayloadOptions& options) {
-  Payload out = with_intervals({unknowns_of(fit, k), [&](const Vector& pi) { return fit.body(k, pi); }}, fit,
-                               uncertainty, shape, options);
-  const PayloadFit::Rest rest = fit.rest_with(k);
-  out.sigma_rho = rest.sigma_rho;
-  out.least_mass = std::max(out.least_mass, visible_part_of_rest * rest.mass);
-  return out;
-}
-
-Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k, std::size_t from,
-                      PayloadModel shape, const PayloadOptions& options) {
-  BodyOfUnknowns of{unknowns_of(fit, k), {}};
-  const auto own = static_cast<Index>(of.unknowns.size());
-  std::ranges::copy(unknowns_of(fit, from), std::back_inserter(of.unknowns));
-  of.body = [&](const Vector& pi) -> Inertial {
-    return fit.body(k, pi.head(own)) - fit.body(from, pi.tail(pi.size() - own));
-  };
-  Payload out = with_intervals(of, fit, uncertainty, shape, options);
-  if (out.none()) {
-    tell_mass_alone(out);
-  } else if (out.model == PayloadModel::body && !hidden_inertia(out).empty()) {
-    out.model = PayloadModel::point;
-    out.reason = hidden_inertia(out);
-    out.values.resize(4);
-    out.inertia.setZero();
-  }
-  return out;
-}
-
+// Where there is none: there is no centre of mass then.
 void tell_mass_alone(Payload& payload) {
   const PayloadValue& mass = payload.values.front();
   payload.reason =
@@ -128,6 +92,7 @@ void tell_mass_alone(Payload& payload) {
   payload.inertia.setZero();
 }
 
+// Why a body is none, or its inertia is not identifiable; empty where it is reported.
 std::string hidden_inertia(const Payload& body) {
   const Vector moments = symmetric_eigenvalues(body.inertia);
   const double largest = body.inertia.diagonal().maxCoeff();
@@ -147,10 +112,65 @@ std::string hidden_inertia(const Payload& body) {
   return "";
 }
 
+// Of a payload that there is what the motion shows.
+void tell_what_is_seen(Payload& payload, const PayloadOptions& options) {
+  payload.reason = options.model == PayloadModel::automatic ? hidden_inertia(payload) : "";
+  if (!payload.reason.empty() || options.model == PayloadModel::point) {
+    payload.model = PayloadModel::point;
+    payload.values.resize(4);
+    payload.inertia = payload.mass * usual_gyration * usual_gyration * Eigen::Matrix3d::Identity();
+  }
+}
+
+// Whether a load is there whatever it weighs: a first moment differs from zero.
+bool is_felt(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k) {
+  const Index at = fit.payload_at(k) + 6;
+  const auto h = fit.theta().segment<3>(at).array();
+  return (h.square() > visible_mass * visible_mass * uncertainty.C.diagonal().segment<3>(at).array()).any();
+}
+
+}  // namespace
+
+Payload payload_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k,
+                   const PayloadOptions& options) {
+  Payload out = with_intervals(unknowns_of(fit, k), fit, uncertainty, options);
+  const PayloadFit::Rest rest = fit.rest_with(k);
+  out.sigma_rho = rest.sigma_rho;
+  if (std::abs(out.mass) < out.least_mass && rest.payload > visible_part_of_rest &&
+      is_felt(fit, uncertainty, k)) {
+    const PayloadValue& mass = out.values.front();
+    out.unweighed = true;
+    out.reason = "there is a payload, and the motion does not show its mass (" + number(mass.value, 2) +
+                 " ± " + number(mass.sigma, 2) + " kg): joints must move that lift it, not the wrist alone";
+    out.values.resize(1);
+    return out;
+  }
+  out.least_mass = std::max(out.least_mass, visible_part_of_rest * rest.mass);
+  if (out.none()) {
+    tell_mass_alone(out);
+  } else {
+    tell_what_is_seen(out, options);
+  }
+  return out;
+}
+
+Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k, std::size_t from,
+                      const PayloadOptions& options) {
+  std::vector<Index> unknowns = unknowns_of(fit, k);
+  std::ranges::copy(unknowns_of(fit, from), std::back_inserter(unknowns));
+  Payload out = with_intervals(unknowns, fit, uncertainty, options);
+  if (out.none()) {
+    tell_mass_alone(out);
+  } else {
+    tell_what_is_seen(out, options);
+  }
+  return out;
+}
+
 }  // namespace rivid::detail
 
 namespace rivid {
 
-bool Payload::none() const { return std::abs(mass) < least_mass; }
+bool Payload::none() const { return !unweighed && std::abs(mass) < least_mass; }
 
 }  // namespace rivid
