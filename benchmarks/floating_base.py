@@ -7,7 +7,7 @@ feet and hoist (0.1 N). Printed for each seed: base parameters, those within the
 error of the total mass, the interval's half-width. The last line sums the seeds.
 
     python3 -m venv venv && venv/bin/pip install pin example-robot-data
-    venv/bin/python benchmarks/floating_base.py build/test/apps/rivid [--imu] [--only drops|stance|hoist ...] [SEED ...]
+    venv/bin/python benchmarks/floating_base.py build/test/apps/rivid [SEED ...] [--imu] [--only drops|stance|hoist ...]
 
 Exit code: 1 where the mass of a seed is off by 0.5 % or fewer than 90 % of all parameters are within their intervals.
 """

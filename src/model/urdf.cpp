@@ -154,21 +154,17 @@ void free_base(Robot& robot) {
 
 std::string detail::floating_joints(const UrdfDocument& document) {
   const UrdfTopology tree = urdf_topology(document);
-  std::string out;
+  std::string out = "<link name=\"world_of_base\"/>";
   std::string parent = "world_of_base";
-  const auto link = [&](std::string_view name) {
-    out.append("<link name=\"").append(name).append("\"><inertial><mass value=\"0\"/><inertia");
-    for (const char* const entry : urdf_tensor_names) {
-      out.append(" ").append(entry).append("=\"0\"");
-    }
-    out.append("/></inertial></link>");
-  };
-  link(parent);
   for (const BaseJoint& joint : base_joints) {
     const bool last = joint.name == base_joints.back().name;
     const std::string child(last ? tree.link(tree.root).name : joint.name);
-    if (!last) {
-      link(child);
+    if (!last) {  // a mass of zero is no forgotten one
+      out.append("<link name=\"").append(child);
+      out.append(
+          "\"><inertial><mass value=\"0\"/><inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" "
+          "izz=\"0\"/>");
+      out.append("</inertial></link>");
     }
     out.append("<joint name=\"").append(joint.name).append("\" type=\"").append(joint.type);
     out.append("\"><parent link=\"").append(parent).append("\"/><child link=\"").append(child);
