@@ -304,6 +304,65 @@ TEST_F(WalkerLog, AccelerometerAndOrientationGiveTheSame) {
   expect_description(read.robot, run(read), tolerance);
 }
 
+// No torque on the base: its six accelerations are those that leave none, and the torques of the joints fix the
+// scale.
+TEST_F(WalkerLog, FreeFlightGivesItsDescription) {
+  constexpr double tolerance = 1e-3;  // samples of 1 ms of motions of 3 Hz, differentiated
+  using Six = Eigen::Vector<double, 6>;
+  const auto joints = [](double t) -> std::array<Eigen::Vector2d, 3> {
+    const Eigen::Array2d w(11.0, 9.0);
+    const Eigen::Array2d v(19.0, 21.0);
+    const Eigen::Array2d a(0.6, 0.15);
+    const Eigen::Array2d at = w * t + Eigen::Array2d(0.0, 1.0);
+    return {a * (at.sin() + 0.5 * (v * t).sin()), a * (w * at.cos() + 0.5 * v * (v * t).cos()),
+            -a * (w * w * at.sin() + 0.5 * v * v * (v * t).sin())};
+  };
+  const auto state = [&](double t, const Six& q, const Six& qd) {
+    const auto [s, sd, sdd] = joints(t);
+    std::array<Positions, 3> out;
+    out[0] << q, s;
+    out[1] << qd, sd;
+    out[2] << Six::Zero(), sdd;
+    const Six held = expected(out[0], out[1], out[2]).head<6>();
+    Eigen::Matrix<double, 6, 6> M;
+    for (Index i = 0; i < 6; ++i) {
+      M.col(i) = expected(out[0], out[1], out[2] + Positions::Unit(i)).head<6>() - held;
+    }
+    out[2].head<6>() = -M.fullPivLu().solve(held);
+    return out;
+  };
+  Six q = Six::Zero();
+  Six qd;
+  qd << 0.2, -0.3, 3.0, 1.2, 0.5, 1.5;
+  std::ostringstream text;
+  text.precision(15);
+  text << "t,x,y,z,roll,pitch,yaw,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 700; ++k) {
+    const double t = k / rate;
+    const double h = 1.0 / rate;
+    const auto now = state(t, q, qd);
+    const Positions tau = expected(now[0], now[1], now[2]);
+    text << t;
+    for (const double value : {q[0], q[1], q[2], q[5], q[4], q[3], now[0][6], now[0][7], tau[6], tau[7]}) {
+      text << "," << value;
+    }
+    text << "\n";
+    const Six a1 = now[2].head<6>();
+    const Six v2 = qd + 0.5 * h * a1;
+    const Six a2 = state(t + 0.5 * h, q + 0.5 * h * qd, v2)[2].head<6>();
+    const Six v3 = qd + 0.5 * h * a2;
+    const Six a3 = state(t + 0.5 * h, q + 0.5 * h * v2, v3)[2].head<6>();
+    const Six v4 = qd + h * a3;
+    const Six a4 = state(t + h, q + h * v3, v4)[2].head<6>();
+    q += h / 6.0 * (qd + 2.0 * v2 + 2.0 * v3 + v4);
+    qd += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+  }
+  folder().write("log.csv", text.str());
+  const Experiment read = experiment(with(std::string(experiment_text), "[\"qw\", \"qx\", \"qy\", \"qz\"]",
+                                          "[\"roll\", \"pitch\", \"yaw\"]"));
+  expect_description(read.robot, run(read), tolerance);
+}
+
 TEST_F(WalkerLog, SingularPitchIsRefusedWithItsInstant) {
   write(2.5);
   const Experiment read = experiment(with_contact());
