@@ -139,6 +139,11 @@ void write_base(Writer& out, const detail::RecognisedBase& base, const Robot& ro
   out.key("orientation", toml_strings(base.orientation),
           base.orientation.size() == 4 ? "w, x, y, z of the rotation from link to world" : "");
   out.line();
+  if (base.forces.empty()) {
+    out.comment(
+        "[[log.contact]] names measured forces of feet or a hoist; without it nothing touches the robot");
+    out.line();
+  }
   for (const auto& [stem, columns] : base.forces) {
     const auto touched = std::ranges::find_if(robot.joints, [&, &begin = stem](const Joint& joint) {
       return begin.find(joint.link) != std::string::npos;

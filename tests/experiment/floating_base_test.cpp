@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <sstream>
@@ -407,13 +408,18 @@ TEST(FloatingBase, IsWrittenBackWithoutItsVirtualJoints) {
 
 TEST_F(WalkerLog, DraftNamesItsPose) {
   for (const std::string& header :
-       {std::string("t,base_x,base_y,base_z,base_qw,base_qx,base_qy,base_qz,q1,q2,tau1,tau2"),
+       {std::string("t,base_x,base_y,base_z,base_qw,base_qx,base_qy,base_qz,q1,q2,tau1,tau2,"
+                    "leg_fx,leg_fy,leg_fz"),
         std::string("t,odom.pose.pose.position.x,odom.pose.pose.position.y,odom.pose.pose.position.z,"
                     "odom.pose.pose.orientation.x,odom.pose.pose.orientation.y,odom.pose.pose.orientation.z,"
                     "odom.pose.pose.orientation.w,q1,q2,tau1,tau2")}) {
     std::string text = header + "\n";
     for (int k = 0; k < 10; ++k) {
-      text += std::to_string(0.001 * k) + ",0,0,0,0.5,0.5,0.5,0.5,1,2,3,4\n";
+      text += std::to_string(0.001 * k);
+      for (std::ptrdiff_t c = std::ranges::count(header, ','); c > 0; --c) {
+        text += ",0.5";
+      }
+      text += "\n";
     }
     folder().write("log.csv", text);
     const std::vector<std::filesystem::path> logs = {folder().path() / "log.csv"};
@@ -424,6 +430,8 @@ TEST_F(WalkerLog, DraftNamesItsPose) {
     const Experiment read = read_experiment(folder().path() / "drafted.toml");
     ASSERT_TRUE(read.log.base) << made.text;
     EXPECT_EQ(read.robot.base_joints, 6);
+    ASSERT_EQ(read.log.contact.size(), (header.find("leg") != std::string::npos) ? 1U : 0U) << made.text;
+    EXPECT_TRUE(read.log.contact.empty() || read.log.contact.front().link == "leg");
     EXPECT_TRUE(read.log.base->position.front().name.ends_with("x"));
     EXPECT_TRUE(read.log.base->orientation.front().name.ends_with("w"));
     EXPECT_TRUE(read.log.base->orientation.back().name.ends_with("z"));
